@@ -1,0 +1,49 @@
+# make demo and make test need Python 3.11 or newer and nothing else: .venv is built when missing.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+
+.PHONY: demo test test-all validate lint format lock clean help
+
+help: ## list what there is to make
+	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+demo: $(STAMP) ## one scene through Eq. 1, LAMMPS and the paper's formulas, side by side
+	$(BIN)/hertzchain compare validation/scenes/demo.toml --plot demo.png
+
+test: $(STAMP) ## the test suite, without the slow ones
+	$(BIN)/pytest
+
+test-all: $(STAMP) ## the whole test suite
+	$(BIN)/pytest -m "slow or not slow"
+
+validate: $(STAMP) ## the paper's tables with both backends
+	$(BIN)/python validation/run_all.py
+
+lint: $(STAMP) ## ruff and mypy
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: $(STAMP) ## format the code and mend what ruff can mend
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+# uv resolves for every supported Python and platform at once; pip installs from the result.
+lock: $(STAMP) ## write requirements.lock anew
+	$(BIN)/pip install --quiet uv
+	$(BIN)/uv pip compile pyproject.toml --group dev --universal --python-version 3.11 \
+	    --generate-hashes --no-emit-index-url --custom-compile-command "make lock" \
+	    --quiet --output-file requirements.lock
+
+clean: ## remove .venv and what runs leave behind
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache demo.png
+
+# Installed as locked, the project itself without a download and without dependencies of its own.
+$(STAMP): requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit("hertzchain needs Python 3.11 or newer, this is " + sys.version.split()[0] + "; name another with: make PYTHON=python3.12") if sys.version_info < (3, 11) else None'
+	$(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@

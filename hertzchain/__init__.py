@@ -1,0 +1,57 @@
+"""How hard each contact of a shocked chain of spheres is pressed, and how sure that is."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hertzchain import theory
+    from hertzchain.chain import Chain
+    from hertzchain.comparison import Comparison, compare
+    from hertzchain.errors import HertzchainError
+    from hertzchain.lammps import Lammps
+    from hertzchain.native import Native
+    from hertzchain.result import Result
+    from hertzchain.scene import Run, Scene
+    from hertzchain.shock import Pulse, PulseTable
+
+_HOME = {
+    "Chain": "hertzchain.chain",
+    "Comparison": "hertzchain.comparison",
+    "HertzchainError": "hertzchain.errors",
+    "Lammps": "hertzchain.lammps",
+    "Native": "hertzchain.native",
+    "Pulse": "hertzchain.shock",
+    "PulseTable": "hertzchain.shock",
+    "Result": "hertzchain.result",
+    "Run": "hertzchain.scene",
+    "Scene": "hertzchain.scene",
+    "compare": "hertzchain.comparison",
+}
+
+__all__ = [
+    "Chain",
+    "Comparison",
+    "HertzchainError",
+    "Lammps",
+    "Native",
+    "Pulse",
+    "PulseTable",
+    "Result",
+    "Run",
+    "Scene",
+    "compare",
+    "theory",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name, and what it needs, when it is first used."""
+    if name == "__version__":
+        return importlib.import_module("importlib.metadata").version("hertzchain")
+    if name == "theory":
+        return importlib.import_module("hertzchain.theory")
+    if name in _HOME:
+        return getattr(importlib.import_module(_HOME[name]), name)
+    raise AttributeError(f"module 'hertzchain' has no attribute {name!r}")

@@ -1,0 +1,63 @@
+"""How wrong are the peaks: an upper bound from a second run with other steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from hertzchain.arrays import FloatArray
+from hertzchain.peaks import largest_difference
+from hertzchain.schedule import Leg
+
+SECOND_ORDER_SAFETY = 1.5
+"""The bound over the estimate, for second-order methods: opening contacts add to h^2 some h^2.5."""
+
+
+@dataclass(frozen=True)
+class Companion:
+    """A second run whose peaks tell the error of the first.
+
+    Parameters
+    ----------
+    legs
+        The steps of the second run.
+    factor
+        The error of the first run is at most this times the difference of their peaks, if errors
+        fall at least as the square of the step.
+    """
+
+    legs: tuple[Leg, ...]
+    factor: float
+
+
+def companion(legs: Sequence[Leg]) -> Companion:
+    """The cheapest second run in which every leg has another step: half as many, or twice.
+
+    Half as many steps cannot be had where a leg has only one, and are not quite half where their
+    number is odd; the factor takes the leg whose step changes least.
+    """
+    if min(leg.steps for leg in legs) < 2:
+        return Companion(tuple(replace(leg, steps=2 * leg.steps) for leg in legs), 4 / 3)
+    coarse = tuple(replace(leg, steps=(leg.steps + 1) // 2) for leg in legs)
+    ratio = min(leg.steps / half.steps for leg, half in zip(legs, coarse, strict=True))
+    return Companion(coarse, 1 / (ratio**2 - 1))
+
+
+def second_order_step(
+    peaks_at: Callable[[float], FloatArray], pilot: float, wanted: float
+) -> float:
+    """The step with which a second-order method reaches a wanted error of the peaks.
+
+    Parameters
+    ----------
+    peaks_at
+        Peak forces at a step [s], shape (contacts,).
+    pilot
+        The step of the first of two trial runs [s]; the second has half of it.
+    wanted
+        Largest relative error of the peaks.
+    """
+    difference = largest_difference(peaks_at(pilot), peaks_at(pilot / 2))
+    error = SECOND_ORDER_SAFETY * difference / 3  # of the second trial
+    return pilot / 2 * min(math.sqrt(0.9 * wanted / error), 4.0) if error > 0 else pilot

@@ -1,0 +1,84 @@
+"""The chain: identical elastic spheres in a row, touching, at rest, under no load."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from hertzchain.errors import require
+
+POSITIVE = "must be a finite number above 0"
+
+
+@dataclass(frozen=True)
+class Chain:
+    """A uniform chain of spheres, in SI units.
+
+    Parameters
+    ----------
+    granules
+        N, at least 2.
+    radius
+        R [m].
+    young_modulus
+        E [Pa].
+    poisson_ratio
+        nu, in (-1, 0.5].
+    density
+        rho [kg/m^3].
+
+    Raises
+    ------
+    SceneError
+        For a value outside what is stated above.
+    """
+
+    granules: int
+    radius: float
+    young_modulus: float
+    poisson_ratio: float
+    density: float
+
+    def __post_init__(self) -> None:
+        is_integer = isinstance(self.granules, int) and not isinstance(self.granules, bool)
+        require(
+            is_integer and self.granules >= 2,
+            "granules",
+            self.granules,
+            "must be an integer of at least 2",
+        )
+        for key, unit in (("radius", "m"), ("young_modulus", "Pa"), ("density", "kg/m^3")):
+            value = getattr(self, key)
+            require(is_positive(value), key, value, f"{POSITIVE} [{unit}]")
+        nu = self.poisson_ratio
+        require(
+            is_finite(nu) and -1.0 < nu <= 0.5,
+            "poisson_ratio",
+            nu,
+            "must be a number above -1 and at most 0.5",
+        )
+
+    @property
+    def granule_mass(self) -> float:
+        """Mass m = 4/3 pi R^3 rho [kg]."""
+        return 4.0 / 3.0 * math.pi * self.radius**3 * self.density
+
+    @property
+    def contact_stiffness(self) -> float:
+        """A = sqrt(2R) E / (3 (1 - nu^2)) in F = A overlap^(3/2) [N m^(-3/2)] (Eq. 1, corrected).
+
+        The scan of the paper has E under the root; Hertz with E* = E / (2 (1 - nu^2)) and
+        R* = R / 2 gives it outside.
+        """
+        effective = self.young_modulus / (3.0 * (1.0 - self.poisson_ratio**2))
+        return math.sqrt(2.0 * self.radius) * effective
+
+
+def is_finite(value: object) -> bool:
+    """Whether a value is a finite real number (booleans are not)."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def is_positive(value: object) -> bool:
+    """Whether a value is a finite real number above 0."""
+    return is_finite(value) and value > 0  # type: ignore[operator]

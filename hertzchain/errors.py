@@ -1,0 +1,56 @@
+"""What a user can cause to go wrong: each error is one sentence that says what to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class HertzchainError(Exception):
+    """Base of every error that a user can cause; its text is fit to be shown as it is."""
+
+
+class SceneError(HertzchainError, ValueError):
+    """A scene, or the file it came from, asks for something impossible.
+
+    Parameters
+    ----------
+    key
+        What is wrong, as the scene file names it (``chain.radius``).
+    value
+        The value that was given; None where a key is missing or nothing was given.
+    allowed
+        What would have been right, as the end of a sentence ("must be ...").
+    file
+        The file it was read from, if any.
+    """
+
+    def __init__(
+        self, key: str, value: object, allowed: str, file: Path | str | None = None
+    ) -> None:
+        self.key, self.value, self.allowed, self.file = key, value, allowed, file
+        where = f"{file}: " if file is not None else ""
+        shown = "" if value is None else f" = {_short(value)}"
+        super().__init__(f"{where}{key}{shown}: {allowed}")
+
+
+class BackendMissing(HertzchainError):
+    """A backend was asked for that cannot run here."""
+
+
+class RunFailed(HertzchainError):
+    """A simulation could not be carried to its end."""
+
+
+class OutputError(HertzchainError):
+    """A result could not be written where it was asked for."""
+
+
+def require(condition: bool, key: str, value: object, allowed: str) -> None:
+    """Raise a SceneError naming key, value and what is allowed unless the condition holds."""
+    if not condition:
+        raise SceneError(key, value, allowed)
+
+
+def _short(value: object) -> str:
+    text = repr(value) if isinstance(value, str) else str(value)
+    return text if len(text) <= 60 else text[:57] + "..."

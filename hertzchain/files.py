@@ -1,0 +1,68 @@
+"""Files appear whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from hertzchain.errors import OutputError
+
+
+def write_text(path: Path | str, text: str) -> None:
+    """Write a text file, whole or not at all.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    write_with(path, lambda part: part.write_text(text, encoding="utf-8", newline="\n"))
+
+
+def write_with(path: Path | str, write: Callable[[Path], object]) -> None:
+    """Let a function write a file next to its place, then move it there.
+
+    Parameters
+    ----------
+    path
+        Where the file is wanted; its folder must exist.
+    write
+        Is called with a path of the same suffix and writes the file there.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written; nothing is left behind then.
+    """
+    path = Path(path)
+    check_writable(path)
+    try:
+        if path.exists() and not path.is_file():  # a pipe or a device cannot be replaced
+            write(path)
+            return
+        with tempfile.TemporaryDirectory(prefix=".hertzchain-", dir=path.parent) as folder:
+            part = Path(folder) / path.name
+            write(part)
+            part.replace(path)
+    except OSError as problem:
+        raise OutputError(f"{path}: cannot be written ({problem.strerror or problem})") from None
+
+
+def check_writable(path: Path | str) -> None:
+    """Raise an OutputError, before any work is done, if a file could not be written.
+
+    Raises
+    ------
+    OutputError
+        If the folder is missing or read-only, or the path is a directory.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise OutputError(f"{path}: is a directory, must be the name of a file")
+    if not path.parent.is_dir():
+        raise OutputError(f"{path}: there is no folder {path.parent}, create it first")
+    target = path if path.exists() and not path.is_file() else path.parent
+    if not os.access(target, os.W_OK) or (path.is_file() and not os.access(path, os.W_OK)):
+        raise OutputError(f"{path}: no permission to write here, choose another place")

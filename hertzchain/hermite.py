@@ -1,0 +1,95 @@
+"""Two-point Hermite interpolation: the polynomial that meets value and derivatives at both ends."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from math import comb, factorial
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from hertzchain.arrays import Array, FloatArray
+
+
+def coefficients(start: Sequence[Array], end: Sequence[Array], h: Array) -> Array:
+    """Coefficients of the interpolant in s = (t - t_start) / h, lowest power first.
+
+    Parameters
+    ----------
+    start, end
+        Value, first derivative and so on at either end of the interval, m + 1 of each, each of
+        shape (...).
+    h
+        Length of the interval, broadcast against them.
+
+    Returns
+    -------
+    Shape (2m + 2, ...). Error of order h^(2m + 2) for a smooth function.
+    """
+    highest = len(start) - 1
+    scaled = [derivative * h**k for ends in (start, end) for k, derivative in enumerate(ends)]
+    basis = _basis(highest).astype(np.result_type(*scaled))
+    return np.asarray(np.tensordot(basis, np.stack(scaled), axes=(0, 0)))
+
+
+def evaluate(coefficients: Array, s: Array) -> Array:
+    """Value of the interpolant at s, shape (...); s broadcasts against the columns."""
+    return np.asarray(polynomial.polyval(s, coefficients, tensor=False))
+
+
+def derivative(coefficients: Array) -> Array:
+    """Coefficients of the derivative with respect to s."""
+    return polynomial.polyder(coefficients)
+
+
+def maximum(coefficients: Array) -> Array:
+    """Where in [0, 1] a polynomial that rises at 0 and falls at 1 has its maximum.
+
+    Newton's method on the derivative, kept inside a bracket that shrinks.
+
+    Parameters
+    ----------
+    coefficients
+        Shape (degree + 1, columns).
+
+    Returns
+    -------
+    s, shape (columns,).
+    """
+    slope = derivative(coefficients)
+    curvature = derivative(slope)
+    low = np.zeros_like(slope[0])
+    high = np.ones_like(low)
+    s = (low + high) / 2
+    for _ in range(50):
+        value = evaluate(slope, s)
+        rising = value > 0
+        low, high = np.where(rising, s, low), np.where(rising, high, s)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            newton = s - value / evaluate(curvature, s)
+        inside = (newton >= low) & (newton <= high)
+        following = np.where(inside, newton, (low + high) / 2)
+        if np.all(np.abs(following - s) <= 1e-15):
+            break
+        s = following
+    return np.asarray(following)
+
+
+@functools.cache
+def _basis(highest: int) -> FloatArray:
+    """Power-basis rows for each derivative at 0, then at 1 (two-point Taylor formula)."""
+    rows = []
+    for at_end in (False, True):
+        near, far = ([0.0, 1.0], [1.0, -1.0]) if not at_end else ([1.0, -1.0], [0.0, 1.0])
+        for k in range(highest + 1):
+            row: Any = np.zeros(1)
+            for j in range(highest - k + 1):
+                term = comb(highest + j, j) * polynomial.polypow(near, j)
+                row = polynomial.polyadd(row, term)
+            row = polynomial.polymul(row, polynomial.polypow(near, k))
+            row = polynomial.polymul(row, polynomial.polypow(far, highest + 1))
+            row = row * (-1.0 if at_end and k % 2 else 1.0) / factorial(k)
+            rows.append(np.pad(row, (0, 2 * highest + 2 - row.size)))
+    return np.array(rows)

@@ -1,0 +1,160 @@
+"""A scene as a LAMMPS input deck: pure text, nothing is run here.
+
+The deck is lean: what the chain does not need it does not have. It gives LAMMPS the raw E, nu, R
+and rho, never the contact stiffness or the mass computed here, so that a mistake in either shows
+when the two backends are compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.metadata import version
+
+from hertzchain.errors import require
+from hertzchain.scene import Scene
+from hertzchain.schedule import Leg
+from hertzchain.shock import Ramp
+
+# Both are Hertz's law without damping and without tangential force. The second takes
+# Kn = 2E / (3 (1 - nu^2)) with F = Kn sqrt(R*) overlap^(3/2), R* = R/2.
+PAIR_STYLES = {
+    "granular": (
+        "pair_style granular",
+        "pair_coeff * * hertz/material ${young_modulus} 0.0 ${poisson_ratio} &",
+        "    tangential linear_nohistory 0.0 0.0",
+    ),
+    "gran/hertz/history": (
+        "variable stiffness equal 2*v_young_modulus/(3*(1-v_poisson_ratio^2))",
+        "pair_style gran/hertz/history ${stiffness} NULL 0.0 0.0 0.0 0",
+        "pair_coeff * *",
+    ),
+}
+
+
+def set_up(scene: Scene, pair_style: str = "granular") -> str:
+    """The commands that make the chain, at rest, ready to run.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    pair_style
+        ``granular`` (with hertz/material) or ``gran/hertz/history``.
+
+    Raises
+    ------
+    SceneError
+        For another pair style.
+    """
+    names = ", ".join(PAIR_STYLES)
+    require(pair_style in PAIR_STYLES, "pair_style", pair_style, f"must be one of {names}")
+    chain = scene.chain
+    lines = [
+        "units si",
+        "atom_style sphere",
+        "# The box follows the chain along x; nothing is periodic, so there are no ghosts.",
+        "boundary s f f",
+        "newton off",
+        "comm_modify vel yes",
+        "# Granules stay in the order of their ids.",
+        "atom_modify sort 0 0",
+        "",
+        f"variable granules index {chain.granules}",
+        f"variable radius index {chain.radius!r}              # m",
+        f"variable young_modulus index {chain.young_modulus!r}    # Pa",
+        f"variable poisson_ratio index {chain.poisson_ratio!r}",
+        f"variable density index {chain.density!r}            # kg/m^3",
+        "",
+        "# Sites one diameter apart; granule 1 is at x = 0, where coordinates have most digits.",
+        "lattice sc $(2*v_radius)",
+        "region chain block -0.5 $(v_granules-0.5) -0.5 0.5 -0.5 0.5",
+        "create_box 1 chain",
+        "create_atoms 1 box",
+        "# The diameter first: the density needs it to make a mass.",
+        "set group all diameter $(2*v_radius)",
+        "set group all density ${density}",
+        "",
+        *PAIR_STYLES[pair_style],
+        "# Wide enough for the nearest neighbours, too narrow for the next.",
+        "neighbor $(v_radius/2) bin",
+        "neigh_modify delay 0",
+        "",
+        "# In one dimension granules do not spin: fix nve is enough.",
+        "fix motion all nve",
+        "group first id 1",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
+    """The commands between two legs: the new step, and the new force or none.
+
+    Parameters
+    ----------
+    leg
+        The leg that follows.
+    before
+        The one that has just been run, if any.
+    """
+    lines = [f"timestep {leg.dt!r}"]
+    pushed = before is not None and before.ramp is not None
+    if leg.ramp is not None:
+        lines.append(f"variable force equal {force_formula(leg.ramp)}")
+        if not pushed:
+            lines.append("fix shock first addforce v_force 0.0 0.0")
+    elif pushed:
+        lines.append("unfix shock")
+    return lines
+
+
+def force_formula(ramp: Ramp) -> str:
+    """The force on a ramp as a LAMMPS formula of the elapsed ``time``."""
+    elapsed = f"(time-{ramp.start!r})" if ramp.start else "time"
+    fraction = f"{elapsed}/{ramp.end - ramp.start!r}"
+    growth = fraction if ramp.shape == "linear" else f"(1-cos(PI*{fraction}))/2"
+    return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")
+
+
+def deck(scene: Scene, dt: float, pair_style: str = "granular", title: str = "a scene") -> str:
+    """A whole deck that runs with ``lmp -in FILE``.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    dt
+        The largest step [s].
+    pair_style
+        ``granular`` (with hertz/material) or ``gran/hertz/history``.
+    title
+        What the deck says it is.
+    """
+    legs = scene.schedule(dt)
+    steps = sum(leg.steps for leg in legs)
+    header = f"""\
+# {title}: a chain of {scene.chain.granules} elastic spheres in Hertz contact, pushed at one end.
+# Written by hertzchain {version("hertzchain")}. SI units throughout.
+# Run it with: lmp -in THIS_FILE
+# {steps} steps of at most {max(leg.dt for leg in legs):.4g} s, ending at the corners of the pulse.
+# The final state goes to chain.final: id, x [m], vx [m/s], fx [N].
+
+"""
+    return header + set_up(scene, pair_style) + _runs(legs) + _ENDING
+
+
+_ENDING = """
+write_dump all custom chain.final id x vx fx modify sort id format float %.17g
+"""
+
+
+def _runs(legs: Sequence[Leg]) -> str:
+    lines: list[str] = []
+    for before, leg in zip((None, *legs[:-1]), legs, strict=True):
+        until = "the force follows a ramp" if leg.ramp else "no force"
+        lines += [
+            "",
+            f"# {leg.start:.6g} s to {leg.end:.6g} s: {until}",
+            *leg_commands(leg, before),
+            f"run {leg.steps}",
+        ]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,105 @@
+"""Integration of Eq. 1 in natural units: legs, steps, and samples handed to whoever watches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hertzchain.arrays import Array, Scalar
+from hertzchain.errors import RunFailed
+from hertzchain.native.equations import acceleration, contact_force, net_force, overlap
+from hertzchain.native.refinement import Walker
+from hertzchain.native.steppers import State
+from hertzchain.samples import Samples
+from hertzchain.schedule import Leg
+from hertzchain.shock import Ramp
+
+_BLOCK = 256
+"""Samples handed on at a time: enough to spread NumPy's cost per call, little enough memory."""
+
+
+def integrate(
+    granules: int,
+    legs: Iterable[Leg],
+    walker: Walker,
+    show: Callable[[Samples, Leg], object],
+    dtype: type[np.floating[Any]] = np.float64,
+) -> tuple[State, int]:
+    """Integrate a chain that is at rest at the start.
+
+    Parameters
+    ----------
+    granules
+        N.
+    legs
+        The steps and the applied force, in natural units.
+    walker
+        Takes the steps.
+    show
+        Is called with successive samples and the leg that they lie on.
+    dtype
+        Precision of the state.
+
+    Returns
+    -------
+    The state at the end, and the number of steps taken.
+
+    Raises
+    ------
+    RunFailed
+        If the motion diverges: the step is too large for the method.
+    """
+    rest = np.zeros(granules, dtype)
+    state = State(rest, rest, rest)
+    order, taken = walker.stepper.order, 0
+    with np.errstate(over="ignore", invalid="ignore"):
+        for leg in legs:
+            applied = leg.ramp.force if leg.ramp is not None else _no_force
+            start, end = dtype(leg.start), dtype(leg.end)
+            h = (end - start) / leg.steps
+            # Where the applied force jumps, the acceleration jumps with it.
+            state = replace(state, acceleration=acceleration(state.displacement, applied(start)))
+            block: list[tuple[Scalar, State]] = [(start, state)]
+            for k in range(leg.steps):
+                block += walker.advance(state, start + k * h, h, applied)
+                state = block[-1][1]
+                if len(block) > _BLOCK or k == leg.steps - 1:
+                    show(_samples(block, leg.ramp, order), leg)
+                    taken += len(block) - 1
+                    block = block[-1:]
+    return state, taken
+
+
+def _samples(block: Sequence[tuple[Scalar, State]], ramp: Ramp | None, order: int) -> Samples:
+    time = np.array([reached for reached, _ in block])
+    displacement = np.array([state.displacement for _, state in block])
+    velocity = np.array([state.velocity for _, state in block])
+    if not np.all(np.isfinite(velocity[-1])):
+        raise RunFailed(
+            "the native run diverged: its step is too large for the method, choose a smaller dt"
+        )
+    pressed = overlap(displacement)
+    jerk = None
+    if order > 2:  # a second-order method gains nothing from it, and LAMMPS, its twin, has none
+        jerk = _jerk(pressed, overlap(velocity), ramp.force_rate(time) if ramp else 0.0)
+    return Samples(
+        time=time,
+        displacement=displacement,
+        velocity=velocity,
+        acceleration=np.array([state.acceleration for _, state in block]),
+        overlap=pressed,
+        contact_force=contact_force(pressed),
+        jerk=jerk,
+    )
+
+
+def _jerk(overlap: Array, rate: Array, applied_rate: Array | float) -> Array:
+    """Time derivative of Eq. 1: that of a contact force is 3/2 overlap^(1/2) rate."""
+    return net_force(1.5 * np.sqrt(np.maximum(overlap, 0)) * rate, applied_rate)
+
+
+def _no_force(_: Scalar) -> float:
+    return 0.0

@@ -1,0 +1,292 @@
+"""What people see: tables on the terminal and plots."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.table import Table
+from rich.text import Text
+
+from hertzchain.arrays import FloatArray
+from hertzchain.comparison import Check, Comparison
+from hertzchain.errors import OutputError
+from hertzchain.files import write_with
+from hertzchain.result import Result
+from hertzchain.scene import Scene
+from hertzchain.shock import PulseTable
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+# Okabe and Ito's colours, told apart by the colour-blind too.
+_COLOURS = {"native": "#000000", "lammps": "#0072B2", "eq6": "#D55E00", "eq9": "#009E73"}
+
+
+def print_run(console: Console, result: Result) -> None:
+    """Print what a person wants of one run: peaks of the transition, p, F_SW, speed, error, cost.
+
+    Parameters
+    ----------
+    console
+        Where to.
+    result
+        The run.
+    """
+    console.print(describe(result.scene), style="bold")
+    table = Table(box=None, header_style="bold")
+    for column in ("contact", "peak force [N]", "peak time [s]"):
+        table.add_column(column, justify="right")
+    shown = _shown_contacts(result)
+    for contact in shown:
+        force, time = result.peak_force[contact - 2], result.peak_time[contact - 2]
+        table.add_row(str(contact), _number(force, 9), _number(time, 6))
+    console.print(table)
+    _print_left_out(console, result, shown)
+    wave = result.solitary_wave
+    facts = [
+        (
+            "transition, p",
+            "none ends here"
+            if result.transition_granules is None
+            else f"{result.transition_granules} granules",
+        ),
+        ("solitary wave, F_SW", _with_unit(wave.peak_force, "N")),
+        ("far-field force", _with_unit(wave.far_field_force, "N")),
+        ("speed", _with_unit(wave.speed, "m/s")),
+        ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
+        ("cost", _cost(result)),
+    ]
+    _print_facts(console, facts)
+
+
+def print_comparison(console: Console, comparison: Comparison) -> None:
+    """Print every oracle side by side, then the checks and the verdict.
+
+    Parameters
+    ----------
+    console
+        Where to.
+    comparison
+        What to print.
+    """
+    native, lammps, formulas = comparison.native, comparison.lammps, comparison.formulas
+    console.print(describe(comparison.scene), style="bold", end="\n\n")
+    console.print("Peak force of each contact [N], and its difference from native")
+    table = Table(box=None, header_style="bold")
+    for column in ("contact", "native", "LAMMPS", "Eq. 6", "Eq. 9", "LAMMPS", "Eq. 6", "Eq. 9"):
+        table.add_column(column, justify="right")
+    shown = _shown_contacts(native)
+    for contact in shown:
+        k = contact - 2
+        peak = native.peak_force[k]
+        others = [
+            np.nan if lammps is None else lammps.peak_force[k],
+            formulas.eq6[k],
+            formulas.eq9[k],
+        ]
+        differences = [value / peak - 1 for value in others]
+        table.add_row(
+            str(contact),
+            _number(peak, 9),
+            _number(others[0], 9),
+            _number(others[1], 6),
+            _number(others[2], 6),
+            "" if np.isnan(differences[0]) else f"{differences[0]:+.1e}",
+            *("" if np.isnan(value) else f"{value:+.2%}" for value in differences[1:]),
+        )
+    console.print(table)
+    _print_left_out(console, native, shown)
+    console.print()
+    console.print(_summary(comparison))
+    for remark in (formulas.applicable, formulas.note):
+        if remark:
+            console.print(f"Formulas: {remark}.")
+    console.print()
+    _print_checks(console, comparison)
+
+
+def _summary(comparison: Comparison) -> Table:
+    native, lammps, formulas = comparison.native, comparison.lammps, comparison.formulas
+    table = Table(box=None, header_style="bold")
+    for column in ("", "native", "LAMMPS", "formulas"):
+        table.add_column(column, justify="left" if not column else "right")
+
+    def row(label: str, of_native: str, of_lammps: str, of_formulas: str) -> None:
+        table.add_row(label, of_native, of_lammps if lammps is not None else "", of_formulas)
+
+    def granules(result: Result) -> str:
+        p = result.transition_granules
+        return "none" if p is None else str(p)
+
+    other = lammps or native
+    eq3 = formulas.transition_granules
+    row("p, granules", granules(native), granules(other), "" if eq3 is None else f"{eq3:.2f}")
+    f_sw = [_number(result.solitary_wave.peak_force, 8) for result in (native, other)]
+    row("F_SW [N]", f_sw[0], f_sw[1], "")
+    speed = f"{formulas.speed:.2f} (exact {formulas.exact_speed:.2f})" if formulas.speed else ""
+    measured = [_number(result.solitary_wave.speed, 7) for result in (native, other)]
+    row("speed [m/s]", measured[0], measured[1], speed)
+    row("error, at most", f"{native.error_estimate:.1e}", f"{other.error_estimate:.1e}", "")
+    row("method", native.method, other.method, "")
+    row("steps", f"{native.steps:,}", f"{other.steps:,}", "")
+    row("time [s]", f"{native.wall_time:.2f}", f"{other.wall_time:.2f}", "")
+    return table
+
+
+def _print_checks(console: Console, comparison: Comparison) -> None:
+    table = Table(box=None, header_style="bold")
+    for column in ("check", "difference", "tolerance", ""):
+        table.add_column(column, justify="right" if column in _NUMERIC else "left")
+    for check in comparison.checks:
+        mark = Text("pass", "green") if check.passed else Text("FAIL", "red")
+        table.add_row(check.name, *_difference(check), mark)
+    console.print(table)
+    for check in comparison.checks:
+        if not check.passed:
+            console.print(Text(check.name, "red"), f": {check.reason}", sep="")
+    colour = "green" if comparison.verdict == "pass" else "red"
+    console.print("\nVerdict:", Text(comparison.verdict, f"bold {colour}"))
+
+
+_NUMERIC = ("difference", "tolerance")
+
+
+def plot_comparison(comparison: Comparison, path: Path | str) -> None:
+    """Draw peak forces along the chain and their differences from the reference.
+
+    Parameters
+    ----------
+    comparison
+        What to draw.
+    path
+        Where to; the suffix says in which format (png, pdf, svg).
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8, 7), layout="constrained", dpi=150)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    native, lammps, formulas = comparison.native, comparison.lammps, comparison.formulas
+    contact = native.contact
+    above.plot(contact, native.peak_force, "-", color=_COLOURS["native"], label="native, reference")
+    others: list[tuple[str, str, str, FloatArray]] = []
+    if lammps is not None:
+        others.append(("lammps", "LAMMPS", "o", lammps.peak_force))
+    if formulas.applicable is None:
+        others += [("eq6", "Eq. 6", "s", formulas.eq6), ("eq9", "Eq. 9", "^", formulas.eq9)]
+    for name, label, marker, values in others:
+        style = {"color": _COLOURS[name], "marker": marker, "markersize": 4.5, "linestyle": "none"}
+        above.plot(contact, values, fillstyle="none", label=label, **style)
+        difference = np.abs(values / native.peak_force - 1)
+        below.semilogy(contact, np.where(difference > 0, difference, np.nan), label=label, **style)
+    if lammps is not None:
+        below.axhline(
+            lammps.error_estimate,
+            color=_COLOURS["lammps"],
+            linewidth=0.8,
+            linestyle="--",
+            label="LAMMPS, error estimate",
+        )
+    below.axhline(
+        native.error_estimate,
+        color=_COLOURS["native"],
+        linewidth=0.8,
+        linestyle=":",
+        label="reference, error estimate",
+    )
+    p = native.transition_granules
+    if p is not None:
+        for axes in (above, below):
+            axes.axvline(p, color="0.6", linewidth=0.8)
+        above.annotate(
+            f"p = {p}",
+            (p, 0.02),
+            xycoords=("data", "axes fraction"),
+            xytext=(4, 0),
+            textcoords="offset points",
+            color="0.35",
+        )
+    above.set_ylabel("peak force [N]")
+    above.set_title(describe(comparison.scene), fontsize=10)
+    below.set_ylabel("relative difference from native")
+    below.set_xlabel("contact (i lies between granules i - 1 and i)")
+    for axes in (above, below):
+        axes.legend(fontsize=8)
+        axes.grid(alpha=0.25)
+    write_with(path, figure.savefig)
+
+
+def check_plot_format(path: Path | str) -> None:
+    """Raise an OutputError, before any work is done, for a suffix that cannot be drawn.
+
+    Raises
+    ------
+    OutputError
+        If the file name does not end in a known image format.
+    """
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    known = FigureCanvasBase.get_supported_filetypes()
+    if Path(path).suffix.lstrip(".").lower() not in known:
+        raise OutputError(f"{path}: no such image format, use one of {', '.join(sorted(known))}")
+
+
+def describe(scene: Scene) -> str:
+    """One line that says what a scene is."""
+    shock = scene.shock
+    kind = (
+        f"pulse table of {len(shock.time)} rows"
+        if isinstance(shock, PulseTable)
+        else f"{shock.profile} pulse, n = {shock.duration_ratio:g}"
+    )
+    return (
+        f"{kind}, LM_ratio = {scene.momentum_ratio:.6g}, {shock.peak_force:.6g} N on"
+        f" {scene.chain.granules} granules"
+    )
+
+
+def _shown_contacts(result: Result) -> list[int]:
+    """The transition up to contact p + 1; without p the first few contacts."""
+    p = result.transition_granules
+    last = 11 if p is None else p + 1
+    return [int(contact) for contact in result.contact if contact <= last]
+
+
+def _print_left_out(console: Console, result: Result, shown: list[int]) -> None:
+    left = result.contact.size - len(shown)
+    if left:
+        console.print(f"({left} more contacts, to {result.contact[-1]}, in --json)", style="dim")
+
+
+def _print_facts(console: Console, facts: list[tuple[str, str]]) -> None:
+    table = Table(box=None, show_header=False)
+    for label, value in facts:
+        table.add_row(label, value)
+    console.print(table)
+
+
+def _cost(result: Result) -> str:
+    return (
+        f"{result.wall_time:.2f} s, {result.steps:,} steps of at most {result.dt:.3g} s"
+        f" ({result.backend}, {result.method})"
+    )
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "" if value is None or np.isnan(value) else f"{value:#.{digits}g}"
+
+
+def _with_unit(value: float | None, unit: str) -> str:
+    return "unknown: the chain or the run is too short" if value is None else f"{value:.7g} {unit}"
+
+
+def _difference(check: Check) -> tuple[str, str]:
+    if check.measured is None or check.expected is None or check.tolerance is None:
+        return "", ""
+    return f"{abs(check.measured - check.expected):.1e}", f"{check.tolerance:.1e}"

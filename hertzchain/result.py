@@ -1,0 +1,156 @@
+"""The one result of every backend, in SI units."""
+
+from __future__ import annotations
+
+import platform
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.history import History
+from hertzchain.scene import Scene
+from hertzchain.transition import SolitaryWave, solitary_wave, transition_granules
+
+if TYPE_CHECKING:
+    import pandas
+
+
+@dataclass(frozen=True)
+class Balance:
+    """What the shock gave and what the chain has at the end of a run.
+
+    Parameters
+    ----------
+    impulse
+        Integral of the applied force over time, from the scene [N s].
+    momentum
+        Of all granules at the end [N s].
+    work
+        Of the applied force on the first granule [J].
+    energy
+        Kinetic energy plus that of the contacts, 2/5 F overlap each, at the end [J].
+    """
+
+    impulse: float
+    momentum: float
+    work: float
+    energy: float
+
+
+@dataclass(frozen=True)
+class Result:
+    """What one backend found for one scene.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    backend, method
+        Who computed it and how.
+    dt
+        The largest step [s].
+    steps, force_evaluations
+        Cost of the run itself, without those that estimate its error.
+    peak_force, peak_time
+        Of contacts 2 ... N (the paper's numbers) [N], [s], shape (N - 1,). True maxima, not the
+        largest samples; the time is NaN where a contact was never pressed.
+    error_estimate
+        Upper bound of the relative error of every peak of at least 1e-3 of the largest, against
+        the exact solution of Eq. 1: steps, interpolation and round-off.
+    displacement, velocity
+        At the end of the run [m], [m/s], shape (N,).
+    balance
+        Momentum and energy.
+    history
+        What was recorded, if anything was.
+    wall_time
+        Of the whole call, with what it took to estimate the error [s].
+    versions
+        Of what computed it.
+    """
+
+    scene: Scene
+    backend: str
+    method: str
+    dt: float
+    steps: int
+    force_evaluations: int
+    peak_force: FloatArray
+    peak_time: FloatArray
+    error_estimate: float
+    displacement: FloatArray
+    velocity: FloatArray
+    balance: Balance
+    history: History | None
+    wall_time: float
+    versions: dict[str, str]
+
+    @cached_property
+    def transition_granules(self) -> int | None:
+        """p; None if the transition does not end in this chain or in this run."""
+        has_peaked = self.peak_time < self.scene.end_time  # False for NaN
+        return transition_granules(self.peak_force, has_peaked)
+
+    @cached_property
+    def solitary_wave(self) -> SolitaryWave:
+        """The wave after the transition."""
+        diameter = 2 * self.scene.chain.radius
+        return solitary_wave(self.peak_force, self.peak_time, self.transition_granules, diameter)
+
+    @property
+    def contact(self) -> NDArray[np.int_]:
+        """The paper's numbers of the contacts, 2 ... N, shape (N - 1,)."""
+        return np.arange(2, self.peak_force.size + 2)
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row per contact: contact, peak_force_N, peak_time_s."""
+        import pandas
+
+        return pandas.DataFrame(
+            {
+                "contact": self.contact,
+                "peak_force_N": self.peak_force,
+                "peak_time_s": self.peak_time,
+            }
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as JSON knows it; null stands for what is not there."""
+        wave = self.solitary_wave
+        return {
+            "backend": self.backend,
+            "method": self.method,
+            "dt_s": self.dt,
+            "steps": self.steps,
+            "force_evaluations": self.force_evaluations,
+            "end_time_s": self.scene.end_time,
+            "rise_time_s": self.scene.rise_time,
+            "momentum_ratio": self.scene.momentum_ratio,
+            "peak_force_N": self.peak_force.tolist(),
+            "peak_time_s": [None if np.isnan(time) else time for time in self.peak_time.tolist()],
+            "transition_granules": self.transition_granules,
+            "solitary_wave": {
+                "peak_force_N": wave.peak_force,
+                "far_field_force_N": wave.far_field_force,
+                "speed_m_s": wave.speed,
+            },
+            "error_estimate": self.error_estimate,
+            "balance": {
+                "impulse_N_s": self.balance.impulse,
+                "momentum_N_s": self.balance.momentum,
+                "work_J": self.balance.work,
+                "energy_J": self.balance.energy,
+            },
+            "wall_time_s": self.wall_time,
+            "provenance": {
+                "hertzchain": version("hertzchain"),
+                **self.versions,
+                "python": platform.python_version(),
+                "platform": platform.platform(),
+            },
+        }

@@ -1,0 +1,294 @@
+"""A scene: a chain, a shock and how long to watch; read from TOML and written to it."""
+
+from __future__ import annotations
+
+import functools
+import math
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+from hertzchain.chain import POSITIVE, Chain, is_positive
+from hertzchain.errors import SceneError, require
+from hertzchain.schedule import Leg, lay_steps
+from hertzchain.shock import Pulse, PulseTable, Ramp, read_pulse_table
+from hertzchain.similarity import NaturalUnits, natural_units, unit_ratio_momentum
+from hertzchain.units import to_si
+
+_Kind = TypeVar("_Kind")
+
+# The SI unit of each quantity of the scene file; keys that are not here take no unit.
+_UNITS = {
+    "radius": "m",
+    "young_modulus": "Pa",
+    "poisson_ratio": "",
+    "density": "kg/m^3",
+    "peak_force": "N",
+    "duration_ratio": "",
+    "momentum_ratio": "",
+    "rise_time": "s",
+    "end_time": "s",
+}
+_OPTIONAL = {"momentum_ratio", "rise_time", "end_time"}
+_WAVE_SPEED = 0.9055
+"""Granules per natural time unit of a wave of height 1; it only decides how long to watch."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """How long to watch.
+
+    Parameters
+    ----------
+    end_time
+        End of the run [s]; None for the default, long enough for every contact to peak.
+
+    Raises
+    ------
+    SceneError
+        If the end time is not a finite number above 0.
+    """
+
+    end_time: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.end_time is not None:
+            require(is_positive(self.end_time), "end_time", self.end_time, f"{POSITIVE} [s]")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One shock on one chain.
+
+    Parameters
+    ----------
+    chain
+        The granules.
+    shock
+        The force on the first of them.
+    run
+        How long to watch.
+
+    Raises
+    ------
+    SceneError
+        If the numbers, each possible in itself, together leave the range of floating point.
+    """
+
+    chain: Chain
+    shock: Pulse | PulseTable
+    run: Run = Run()
+
+    def __post_init__(self) -> None:
+        try:
+            derived = (
+                self.chain.granule_mass,
+                self.units.length,
+                self.units.time,
+                self.ramps[0].end,
+                self.end_time,
+                1.0 / self.units.length,
+            )
+            representable = all(math.isfinite(value) and value > 0 for value in derived)
+        except (OverflowError, ZeroDivisionError):
+            representable = False
+        if not representable:
+            raise SceneError(
+                "scene",
+                None,
+                "its mass, contact time or duration is too large or too small to be"
+                " represented; check the units of chain and shock",
+            )
+
+    @classmethod
+    def from_toml(cls, path: Path | str) -> Scene:
+        """Read a scene file.
+
+        Parameters
+        ----------
+        path
+            A TOML file with the sections chain, shock and, optionally, run. Bare numbers are SI,
+            strings carry units.
+
+        Raises
+        ------
+        SceneError
+            If the file cannot be read, is not TOML, or does not describe a possible scene; it
+            names file, key, value and what is allowed.
+        """
+        path = Path(path)
+        document = _load(path)
+        try:
+            return _scene(document, path.parent)
+        except SceneError as problem:
+            raise SceneError(
+                problem.key, problem.value, problem.allowed, problem.file or path
+            ) from None
+
+    def to_toml(self, path: Path | str) -> None:
+        """Write a scene file that reads back as an equal scene; a pulse table goes beside it.
+
+        Parameters
+        ----------
+        path
+            The TOML file. A table is written next to it as ``<name of the scene>.csv``.
+
+        Raises
+        ------
+        OutputError
+            If a file cannot be written.
+        """
+        import tomli_w
+
+        from hertzchain.files import write_text
+
+        path = Path(path)
+        shock: dict[str, object] = {}
+        if isinstance(self.shock, PulseTable):
+            table = path.with_suffix(".csv")
+            rows = zip(self.shock.time, self.shock.force, strict=True)
+            lines = ["time_s,force_N", *(f"{time!r},{force!r}" for time, force in rows)]
+            write_text(table, "\n".join(lines) + "\n")
+            shock = {"profile": "table", "file": table.name}
+        else:
+            shock = _given(self.shock)
+        document: dict[str, object] = {"chain": _given(self.chain), "shock": shock}
+        if self.run.end_time is not None:
+            document["run"] = {"end_time": self.run.end_time}
+        write_text(path, tomli_w.dumps(document))
+
+    @functools.cached_property
+    def units(self) -> NaturalUnits:
+        """The natural units of this scene."""
+        return natural_units(self.chain, self.shock.peak_force)
+
+    @property
+    def rise_time(self) -> float | None:
+        """t0 [s]; None for a pulse table, which has none."""
+        if isinstance(self.shock, PulseTable):
+            return None
+        if self.shock.rise_time is not None:
+            return self.shock.rise_time
+        assert self.shock.momentum_ratio is not None
+        return self.shock.momentum_ratio * self._unit_rise_time(self.shock)
+
+    @property
+    def momentum_ratio(self) -> float:
+        """LM_ratio: impulse over L_SW(F0), always with the paper's 139/32."""
+        if isinstance(self.shock, PulseTable):
+            return self.impulse / unit_ratio_momentum(self.chain, self.shock.peak_force)
+        if self.shock.momentum_ratio is not None:
+            return self.shock.momentum_ratio
+        assert self.shock.rise_time is not None
+        return self.shock.rise_time / self._unit_rise_time(self.shock)
+
+    def _unit_rise_time(self, pulse: Pulse) -> float:
+        """t0_hat [s]: the rise time at which the impulse is L_SW(F0). The area is F0 n t0 / 2."""
+        momentum = unit_ratio_momentum(self.chain, pulse.peak_force)
+        return 2 * momentum / (pulse.duration_ratio * pulse.peak_force)
+
+    @functools.cached_property
+    def ramps(self) -> tuple[Ramp, ...]:
+        """The applied force as ramps between its corners [s, N]."""
+        if isinstance(self.shock, PulseTable):
+            return self.shock.ramps()
+        assert self.rise_time is not None
+        return self.shock.ramps(self.rise_time)
+
+    @property
+    def impulse(self) -> float:
+        """Integral of the whole applied force over time [N s]."""
+        return math.fsum(ramp.impulse for ramp in self.ramps)
+
+    @property
+    def applied_impulse(self) -> float:
+        """Integral of the applied force up to the end of the run [N s]."""
+        return math.fsum(
+            ramp.impulse if ramp.end <= self.end_time else ramp.impulse_until(self.end_time)
+            for ramp in self.ramps
+            if ramp.start < self.end_time
+        )
+
+    @property
+    def end_time(self) -> float:
+        """End of the run [s]: as given, or long enough for the wave to pass every contact."""
+        if self.run.end_time is not None:
+            return self.run.end_time
+        granules = 1.2 * (self.chain.granules + 5)
+        speed = _WAVE_SPEED * math.pow(min(1.0, self.momentum_ratio), 0.2)
+        return self.ramps[-1].end + granules / speed * self.units.time
+
+    def schedule(self, dt: float) -> tuple[Leg, ...]:
+        """The steps of a run with steps of at most ``dt`` [s], ending at the pulse's corners."""
+        return lay_steps(self.ramps, self.end_time, dt)
+
+
+def _load(path: Path) -> dict[str, Any]:
+    try:
+        with path.open("rb") as stream:
+            return tomllib.load(stream)
+    except IsADirectoryError:
+        raise SceneError("scene", None, "is a directory, must be a TOML file", path) from None
+    except OSError as problem:
+        reason = problem.strerror or "unknown reason"
+        raise SceneError(
+            "scene", None, f"cannot be read ({reason}), must be a TOML file", path
+        ) from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as problem:
+        raise SceneError("scene", None, f"is not TOML ({problem})", path) from None
+
+
+def _scene(document: Mapping[str, Any], folder: Path) -> Scene:
+    sections = {"chain", "shock", "run"}
+    for key, value in document.items():
+        allowed = f"unknown key, allowed are the sections {', '.join(sorted(sections))}"
+        require(key in sections, key, value, allowed)
+        require(isinstance(value, dict), key, value, f"must be a section, [{key}]")
+    for key in ("chain", "shock"):
+        require(key in document, f"[{key}]", None, "missing section")
+    return Scene(
+        _section("chain", document["chain"], Chain),
+        _shock(document["shock"], folder),
+        _section("run", document.get("run", {}), Run),
+    )
+
+
+def _shock(section: Mapping[str, Any], folder: Path) -> Pulse | PulseTable:
+    if section.get("profile") != "table":
+        return _section("shock", section, Pulse)
+    for key, value in section.items():
+        require(
+            key in ("profile", "file"),
+            f"shock.{key}",
+            value,
+            'not allowed with profile = "table", which takes only file',
+        )
+    name = section.get("file")
+    require("file" in section, "shock.file", None, 'missing, profile = "table" needs it')
+    require(isinstance(name, str), "shock.file", name, "must be the name of a CSV file")
+    return read_pulse_table(folder / str(name), str(name))
+
+
+def _section(name: str, section: Mapping[str, Any], kind: Callable[..., _Kind]) -> _Kind:
+    """Build one frozen object from its section; errors name the key with its section."""
+    known = [field.name for field in fields(kind)]  # type: ignore[arg-type]
+    values: dict[str, object] = {}
+    for key, value in section.items():
+        full = f"{name}.{key}"
+        require(key in known, full, value, f"unknown key, allowed are {', '.join(known)}")
+        values[key] = to_si(full, value, _UNITS[key]) if key in _UNITS else value
+    for key in known:
+        require(key in values or key in _OPTIONAL, f"{name}.{key}", None, "missing")
+    try:
+        return kind(**values)
+    except SceneError as problem:
+        given = section.get(problem.key, problem.value)
+        raise SceneError(f"{name}.{problem.key}", given, problem.allowed) from None
+
+
+def _given(part: Chain | Pulse) -> dict[str, object]:
+    """The fields of a frozen object that are not left to their default."""
+    values = {field.name: getattr(part, field.name) for field in fields(part)}
+    return {key: value for key, value in values.items() if value is not None}

@@ -1,0 +1,67 @@
+"""Similarity: a scene in natural units, where E, R, rho, nu and F0 drop out.
+
+With F0 as unit of force, (F0 / A)^(2/3) as unit of length and sqrt(m length / F0) as unit of time,
+Eq. 1 of a uniform chain becomes u'' = f(t) - (u_1 - u_2)_+^(3/2) and so on, with a pulse of
+height 1. The scaling of Hertz's law is exact: nothing is lost. What remains of a scene is its
+profile, n, LM_ratio and N.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from hertzchain.chain import Chain
+
+PAPER_MOMENTUM = 139 / 32
+"""The paper's coefficient of L_SW (section 4.1); the exact one is in hertzchain.theory."""
+
+MOMENTUM_IN_NATURAL_UNITS = PAPER_MOMENTUM / (
+    math.sqrt(4 * math.pi / 3) * math.cbrt(3 / math.sqrt(2))
+)
+"""L_SW of a wave of height 1, in natural units, with the paper's 139/32: 1.651778333."""
+
+
+@dataclass(frozen=True)
+class NaturalUnits:
+    """The units in which every scene of a uniform chain looks alike.
+
+    Parameters
+    ----------
+    force
+        F0, the largest applied force [N].
+    length
+        (F0 / A)^(2/3), the overlap of two granules pressed by F0 [m].
+    time
+        sqrt(m length / F0) [s].
+    """
+
+    force: float
+    length: float
+    time: float
+
+    @property
+    def velocity(self) -> float:
+        """Unit of velocity [m/s]."""
+        return self.length / self.time
+
+    @property
+    def momentum(self) -> float:
+        """Unit of momentum [N s]."""
+        return self.force * self.time
+
+    @property
+    def energy(self) -> float:
+        """Unit of energy [J]."""
+        return self.force * self.length
+
+
+def natural_units(chain: Chain, peak_force: float) -> NaturalUnits:
+    """The natural units of a chain under a shock whose largest force is ``peak_force`` [N]."""
+    length = math.pow(peak_force / chain.contact_stiffness, 2 / 3)
+    return NaturalUnits(peak_force, length, math.sqrt(chain.granule_mass * length / peak_force))
+
+
+def unit_ratio_momentum(chain: Chain, peak_force: float) -> float:
+    """L_SW of a solitary wave of height ``peak_force`` [N s]: the momentum at LM_ratio = 1."""
+    return MOMENTUM_IN_NATURAL_UNITS * natural_units(chain, peak_force).momentum

@@ -1,0 +1,66 @@
+"""Oracle 3: closed formulas.
+
+======================= ==========================================================================
+Eq. 1                   acceleration
+Eq. 2, Table 1          applied_force; also hertzchain.shock, which the simulations use
+L_Applied, L_SW, LM     applied_momentum, solitary_wave_momentum, unit_rise_time, momentum_ratio
+V_SW                    solitary_wave_speed
+Eqs. 3a, 3b             transition_granules
+Delta L                 ejection_momentum
+Eqs. 4a, 4b; S          contact_force, peak_shift; wave_profile
+Eq. 5                   wave_momentum, passed_momentum
+Eqs. 6a, 6b             peak_force with effective_momentum_ratio
+Eqs. 7a, 7b, 8, 9       normalized_contact, normalized_peak_force, peak_force_fit, peak_force_cubic
+section 5.1             granule_velocity
+======================= ==========================================================================
+
+The exact solitary wave, beyond the paper, is in hertzchain.theory.solitary_wave.
+"""
+
+from hertzchain.theory.paper import (
+    acceleration,
+    applied_force,
+    applied_momentum,
+    contact_force,
+    effective_momentum_ratio,
+    ejection_momentum,
+    granule_velocity,
+    momentum_ratio,
+    normalized_contact,
+    normalized_peak_force,
+    passed_momentum,
+    peak_force,
+    peak_force_cubic,
+    peak_force_fit,
+    peak_shift,
+    solitary_wave_momentum,
+    solitary_wave_speed,
+    transition_granules,
+    unit_rise_time,
+    wave_momentum,
+    wave_profile,
+)
+
+__all__ = [
+    "acceleration",
+    "applied_force",
+    "applied_momentum",
+    "contact_force",
+    "effective_momentum_ratio",
+    "ejection_momentum",
+    "granule_velocity",
+    "momentum_ratio",
+    "normalized_contact",
+    "normalized_peak_force",
+    "passed_momentum",
+    "peak_force",
+    "peak_force_cubic",
+    "peak_force_fit",
+    "peak_shift",
+    "solitary_wave_momentum",
+    "solitary_wave_speed",
+    "transition_granules",
+    "unit_rise_time",
+    "wave_momentum",
+    "wave_profile",
+]

@@ -1,0 +1,311 @@
+"""Oracle 3: the numbered equations of the paper, as corrected.
+
+M. A. Hasan and S. Nemat-Nasser, "Growth of shock-induced solitary waves in granular crystals".
+Equations 1 to 9 in their order, SI units unless a function says otherwise. Where the scan or the
+authors are wrong the docstring says what is printed and why it is read otherwise.
+
+The paper takes F_SW, the height of the wave, from its reference 22. Here it is an argument, as is
+the number p of granules in the transition: both come from a simulation.
+
+p and F_SW mean: p as in hertzchain.transition, F_SW the peak of contact p + 1.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hertzchain.arrays import FloatArray
+from hertzchain.chain import Chain
+from hertzchain.errors import require
+from hertzchain.shock import PROFILES, Pulse
+from hertzchain.similarity import PAPER_MOMENTUM
+
+SHIFT = 1.077
+"""Peak-to-peak time shift of a solitary wave of height 1 (Eq. 4b)."""
+
+FORCE_INTEGRAL = 1.543
+"""Integral of S^(3/2) (Eq. 5)."""
+
+WAVE_MOMENTUM = 53 / 32
+"""Momentum of a solitary wave of height 1 (Eq. 5)."""
+
+SPEED = 7 / 10
+"""Coefficient of V_SW (section 4.1.1)."""
+
+
+def acceleration(displacement: ArrayLike, applied_force: float, chain: Chain) -> FloatArray:
+    """Eq. 1: acceleration of each granule [m/s^2].
+
+    Printed with E under the root of the contact stiffness; read as sqrt(2R) E / (3 (1 - nu^2)).
+
+    Parameters
+    ----------
+    displacement
+        u [m], shape (granules,).
+    applied_force
+        F(t) on the first granule [N].
+    chain
+        The granules.
+    """
+    u = np.asarray(displacement, np.float64)
+    pressed = np.clip(u[:-1] - u[1:], 0.0, None)
+    contact = chain.contact_stiffness * pressed**1.5
+    pushed = np.concatenate([[applied_force], contact])
+    return np.asarray((pushed - np.concatenate([contact, [0.0]])) / chain.granule_mass)
+
+
+def applied_force(time: ArrayLike, pulse: Pulse, rise_time: float) -> FloatArray:
+    """Eq. 2 with Table 1: the force on the first granule [N].
+
+    Parameters
+    ----------
+    time
+        t [s], any shape.
+    pulse
+        Profile, F0 and n.
+    rise_time
+        t0 [s].
+    """
+    t, n = np.asarray(time, np.float64) / rise_time, pulse.duration_ratio
+    rise, decay = PROFILES[pulse.profile]
+    rising = t if rise == "linear" else (1 - np.cos(np.pi * t)) / 2
+    falling = (
+        (n - t) / (n - 1) if decay == "linear" else (1 - np.cos(np.pi * (t + n - 2) / (n - 1))) / 2
+    )
+    shape = np.where(t <= 1, rising, falling)
+    return pulse.peak_force * np.where((t >= 0) & (t <= n), shape, 0.0)
+
+
+def applied_momentum(pulse: Pulse, rise_time: float) -> float:
+    """L_Applied(t0) [N s] (section 4.1); each profile of Table 1 has the area F0 n t0 / 2."""
+    return pulse.peak_force * pulse.duration_ratio * rise_time / 2
+
+
+def solitary_wave_momentum(chain: Chain, peak_force: float) -> float:
+    """L_SW [N s]: momentum of a solitary wave of the given height [N] (section 4.1)."""
+    nu, modulus = chain.poisson_ratio, chain.young_modulus
+    inside = (1 - nu**2) * chain.radius**4 * chain.density**1.5 / modulus
+    return PAPER_MOMENTUM * math.cbrt(inside) * math.pow(peak_force, 5 / 6)
+
+
+def unit_rise_time(chain: Chain, pulse: Pulse) -> float:
+    """t0_hat [s]: the rise time with which L_Applied = L_SW(F0), n and F0 kept (section 4.1)."""
+    momentum = solitary_wave_momentum(chain, pulse.peak_force)
+    return 2 * momentum / (pulse.duration_ratio * pulse.peak_force)
+
+
+def momentum_ratio(chain: Chain, pulse: Pulse, rise_time: float) -> float:
+    """LM_ratio = L_Applied(t0) / L_Applied(t0_hat) (section 4.1)."""
+    unit = unit_rise_time(chain, pulse)
+    return applied_momentum(pulse, rise_time) / applied_momentum(pulse, unit)
+
+
+def solitary_wave_speed(chain: Chain, peak_force: float) -> float:
+    """V_SW [m/s] of a solitary wave of the given height [N] (section 4.1.1)."""
+    nu, modulus = chain.poisson_ratio, chain.young_modulus
+    inside = modulus / (chain.radius * (1 - nu**2) * chain.density**1.5)
+    return SPEED * math.cbrt(inside) * math.pow(peak_force, 1 / 6)
+
+
+def transition_granules(chain: Chain, pulse: Pulse, rise_time: float, wave_force: float) -> float:
+    """Eqs. 3a and 3b: p, not rounded; Eq. 3a for LM_ratio >= 1, Eq. 3b below.
+
+    Parameters
+    ----------
+    chain, pulse
+        The scene.
+    rise_time
+        t0 [s].
+    wave_force
+        F_SW [N].
+    """
+    unit = unit_rise_time(chain, pulse)
+    granules_per_second = solitary_wave_speed(chain, wave_force) / (2 * chain.radius)
+    if rise_time >= unit:
+        return 5 + pulse.duration_ratio * (rise_time - unit) * granules_per_second
+    return 5 + (unit - rise_time) * granules_per_second
+
+
+def ejection_momentum(chain: Chain, pulse: Pulse, rise_time: float) -> float:
+    """Delta L [N s]: what the chain gains by throwing back its first granules (section 4.1.2).
+
+    Printed as an integral without its differential; read as twice the impulse of the profile with
+    rise time t0_hat over the last t0_hat - t0 of its duration n t0_hat. 0 for LM_ratio >= 1.
+    """
+    unit = unit_rise_time(chain, pulse)
+    if rise_time >= unit:
+        return 0.0
+    end = pulse.duration_ratio * unit
+    start = end - (unit - rise_time)
+    _, decay = pulse.ramps(unit)
+    if start >= unit:
+        return 2 * (decay.impulse - decay.impulse_until(start))
+    rise, _ = pulse.ramps(unit)  # n below 2: the interval reaches into the rise
+    return 2 * (decay.impulse + rise.impulse - rise.impulse_until(start))
+
+
+def wave_profile(x: ArrayLike) -> FloatArray:
+    """S(x) of Eq. 4a: Pade form of the overlap of a solitary wave over time, 1 at x = 0."""
+    square = np.asarray(x, np.float64) ** 2
+    series = 1 + square * (0.439 + square * (0.0994 + square * (0.0147 + square * 0.0013)))
+    return series**-2
+
+
+def contact_force(time: ArrayLike, peak_force: float, shift: float) -> FloatArray:
+    """Eq. 4a: force in a contact over time, F_max S(t / T)^(3/2).
+
+    Parameters
+    ----------
+    time
+        Since the peak, any unit.
+    peak_force
+        F_max, any unit, the unit of the result.
+    shift
+        T, the time between the peaks of neighbouring contacts, in the unit of ``time``.
+    """
+    return peak_force * wave_profile(np.asarray(time) / shift) ** 1.5
+
+
+def peak_shift(
+    contact: ArrayLike, peak_force: ArrayLike, p: int, duration_ratio: float, ratio: float
+) -> FloatArray:
+    """Eq. 4b: time between the peaks of neighbouring contacts, in natural units.
+
+    Printed with the exponent 25 (p - i) / (16 sqrt(n p)); 25 (p - i) / (16 i p sqrt(n)) follows
+    from the corrected Eq. 6 through Eq. 5.
+
+    Parameters
+    ----------
+    contact
+        i, 2 <= i <= p.
+    peak_force
+        F_i in units of F0, broadcast against ``contact``.
+    p
+        Granules in the transition.
+    duration_ratio
+        n.
+    ratio
+        LM_ratio.
+    """
+    i = np.asarray(contact)
+    exponent = 25 * (p - i) / (16 * i * p * math.sqrt(duration_ratio))
+    return np.asarray(SHIFT * np.asarray(peak_force, np.float64) ** (-1 / 6) * ratio**exponent)
+
+
+def wave_momentum(peak_force: ArrayLike) -> FloatArray:
+    """Eq. 5, right end: momentum 53/32 F^(5/6) of a wave, in natural units."""
+    return WAVE_MOMENTUM * np.asarray(peak_force, np.float64) ** (5 / 6)
+
+
+def passed_momentum(peak_force: ArrayLike, shift: ArrayLike) -> FloatArray:
+    """Eq. 5, middle: momentum 1.543 F_i T_i that passes a contact, in natural units."""
+    return FORCE_INTEGRAL * np.asarray(peak_force, np.float64) * np.asarray(shift)
+
+
+def peak_force(
+    contact: ArrayLike,
+    p: int,
+    wave_force: float,
+    duration_ratio: float,
+    effective_ratio: float,
+) -> FloatArray:
+    """Eqs. 6a and 6b: peak force of a contact in the transition, in the unit of ``wave_force``.
+
+    Printed with the exponent 15 (i - p) / (8 sqrt(n p)); read as 15 (i - p) / (8 i p sqrt(n)),
+    with which all 92 entries of Tables 3 and 4 come out.
+
+    Parameters
+    ----------
+    contact
+        i, 2 <= i <= p.
+    p
+        Granules in the transition, the integer of hertzchain.transition.
+    wave_force
+        F_SW.
+    duration_ratio
+        n.
+    effective_ratio
+        LM_ratio (Eq. 6a), or LM_ratio + Delta L / L_Applied(t0_hat) where LM_ratio < 1 (Eq. 6b):
+        see effective_momentum_ratio.
+    """
+    i = np.asarray(contact)
+    require(bool(np.all((i >= 2) & (i <= p))), "contact", contact, f"must be from 2 to p = {p}")
+    exponent = 15 * (i - p) / (8 * i * p * math.sqrt(duration_ratio))
+    return np.asarray(wave_force * effective_ratio**exponent)
+
+
+def effective_momentum_ratio(chain: Chain, pulse: Pulse, rise_time: float) -> float:
+    """What Eq. 6 raises to a power: LM_ratio (6a), with the ejected momentum below 1 (6b)."""
+    applied = applied_momentum(pulse, rise_time) + ejection_momentum(chain, pulse, rise_time)
+    return applied / applied_momentum(pulse, unit_rise_time(chain, pulse))
+
+
+def normalized_contact(contact: ArrayLike, p: int) -> FloatArray:
+    """Eq. 7a: j = (i - 2) / (p - 1), from 0 at contact 2 to 1 at contact p + 1."""
+    return (np.asarray(contact) - 2) / (p - 1)
+
+
+def normalized_peak_force(
+    peak_force: ArrayLike, second_force: float, wave_force: float
+) -> FloatArray:
+    """Eq. 7b: 1 at F_2, 0 at F_SW."""
+    return 1 - (np.asarray(peak_force) - second_force) / (wave_force - second_force)
+
+
+def peak_force_fit(normalized_contact: ArrayLike) -> FloatArray:
+    """Eq. 8: the paper's cubic fit of the normalized peak force, for LM_ratio > 1."""
+    j = np.asarray(normalized_contact, np.float64)
+    return np.asarray(1 + j * (-2.5 + j * (2.4 - 0.9 * j)))
+
+
+def peak_force_cubic(
+    contact: ArrayLike, p: int, second_force: float, wave_force: float
+) -> FloatArray:
+    """Eq. 9: peak force of contact i, 2 <= i <= p + 1, in the unit of the forces given.
+
+    Parameters
+    ----------
+    contact
+        i.
+    p
+        Granules in the transition.
+    second_force
+        F_2; the paper takes it from Eq. 6.
+    wave_force
+        F_SW.
+    """
+    i = np.asarray(contact)
+    allowed = f"must be from 2 to p + 1 = {p + 1}"
+    require(bool(np.all((i >= 2) & (i <= p + 1))), "contact", contact, allowed)
+    grown = 1 - peak_force_fit(normalized_contact(i, p))
+    return np.asarray(second_force + (wave_force - second_force) * grown)
+
+
+def granule_velocity(x: ArrayLike, wave_force: float = 1.0) -> FloatArray:
+    """Velocity of the granules over space once the wave has formed (section 5.1).
+
+    The integral of F_SW (S(x)^(3/2) - S(x - 1)^(3/2)), from far behind.
+
+    Parameters
+    ----------
+    x
+        Position in the frame of the wave, in granules, any shape.
+    wave_force
+        F_SW, natural units.
+    """
+
+    def net(y: Any) -> Any:
+        return wave_profile(y) ** 1.5 - wave_profile(y - 1) ** 1.5
+
+    from scipy.integrate import quad
+
+    far = -12.0  # S^(3/2) is below 1e-25 there
+    integrals = [
+        quad(net, far, float(end), epsabs=1e-12, limit=200)[0]
+        for end in np.ravel(np.asarray(x, np.float64))
+    ]
+    return np.asarray(wave_force * np.reshape(integrals, np.shape(x)))

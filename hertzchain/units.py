@@ -1,0 +1,78 @@
+"""Numbers with units: bare numbers are SI, strings carry units ("4.75 mm")."""
+
+from __future__ import annotations
+
+import functools
+import re
+from typing import TYPE_CHECKING
+
+from hertzchain.errors import SceneError
+
+if TYPE_CHECKING:
+    import pint
+
+# A number, then a unit built from names, products, quotients and small powers. Pint would also
+# evaluate arithmetic, which a scene does not need and which can be made to run for ever.
+_QUANTITY = re.compile(
+    r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:inf|nan))"
+    r"\s*(?P<unit>[^\W\d][\w\s/*^°().-]{0,39})?\s*",
+)
+
+
+def to_si(key: str, value: object, unit: str) -> float:
+    """The value of a number or of a string with a unit, in SI.
+
+    Parameters
+    ----------
+    key
+        Name of the value, for the error.
+    value
+        A number in SI, or a string: a number, then a unit. Without a unit it is in SI.
+    unit
+        The SI unit that the value is wanted in; "" for a pure number.
+
+    Raises
+    ------
+    SceneError
+        If it is neither, or if its unit has another dimension.
+    """
+    example = f"a number [{unit}] or a string such as '1 {unit}'" if unit else "a number"
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        try:
+            return float(value)
+        except OverflowError:
+            raise SceneError(key, value, f"must be finite: {example}") from None
+    match = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
+    if match is None:
+        raise SceneError(key, value, f"must be {example}")
+    number = float(match["number"])
+    if match["unit"] is None:
+        return number
+    if re.search(r"\d{3}", match["unit"]):
+        raise SceneError(key, value, f"must be {example}")
+    return _convert(key, value, number, match["unit"], unit, example)
+
+
+def _convert(key: str, value: object, number: float, given: str, unit: str, example: str) -> float:
+    import pint
+
+    registry = _registry()
+    try:
+        wanted = registry.Unit(unit or "dimensionless")
+        return float(registry.Quantity(number, given).to(wanted).magnitude)
+    except pint.DimensionalityError as problem:
+        raise SceneError(
+            key, value, f"has the wrong dimension ({problem.dim1 or given}), must be {example}"
+        ) from None
+    except pint.UndefinedUnitError:
+        raise SceneError(key, value, f"unknown unit {given!r}, must be {example}") from None
+    except Exception:
+        # Pint raises many kinds of error for text that is not a unit, tokenizer errors among them.
+        raise SceneError(key, value, f"cannot be understood, must be {example}") from None
+
+
+@functools.cache
+def _registry() -> pint.UnitRegistry[float]:
+    import pint
+
+    return pint.UnitRegistry()
