@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.accuracy import SECOND_ORDER_SAFETY, companion
+from hertzchain.arrays import Scalar
 from hertzchain.chain import POSITIVE, is_positive
 from hertzchain.errors import RunFailed, require
 from hertzchain.history import Recorder, wanted_times

@@ -198,7 +198,7 @@ def peak_shift(
 
 def wave_momentum(peak_force: ArrayLike) -> FloatArray:
     """Eq. 5, right end: momentum 53/32 F^(5/6) of a wave, in natural units."""
-    return WAVE_MOMENTUM * np.asarray(peak_force, np.float64) ** (5 / 6)
+    return np.asarray(WAVE_MOMENTUM * np.asarray(peak_force, np.float64) ** (5 / 6))
 
 
 def passed_momentum(peak_force: ArrayLike, shift: ArrayLike) -> FloatArray:

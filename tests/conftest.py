@@ -1,0 +1,58 @@
+"""What the tests share: scenes, and what happens where LAMMPS is missing."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import BackendMissing
+from hertzchain.lammps.engine import engine
+
+STEEL = {"radius": 4.75e-3, "young_modulus": 193e9, "poisson_ratio": 0.3, "density": 7958.0}
+"""The paper's granules (section 5.2)."""
+
+
+def paper_scene(
+    profile: str, momentum_ratio: float, duration_ratio: float, granules: int = 60
+) -> hc.Scene:
+    """100 N on the paper's steel."""
+    pulse = hc.Pulse(profile, 100.0, duration_ratio, momentum_ratio=momentum_ratio)
+    return hc.Scene(hc.Chain(granules, **STEEL), pulse)
+
+
+@pytest.fixture(scope="session")
+def demo() -> hc.Scene:
+    """The scene of `make demo`: cosine-triangular, LM 2.0, n 2."""
+    return paper_scene("cosine-triangular", 2.0, 2.0)
+
+
+@pytest.fixture(scope="session")
+def demo_reference(demo: hc.Scene) -> hc.Result:
+    """The demo scene by the reference method."""
+    return hc.Native().run(demo)
+
+
+@pytest.fixture(autouse=True)
+def _lammps_where_it_is_needed(request: pytest.FixtureRequest) -> None:
+    """Tests marked ``lammps`` fail without it where CI is set, and are skipped elsewhere."""
+    if request.node.get_closest_marker("lammps") is None or not (problem := _why_no_lammps()):
+        return
+    if os.environ.get("CI"):
+        pytest.fail(problem)
+    pytest.skip(problem)
+
+
+_FOUND: list[str] = []
+
+
+def _why_no_lammps() -> str:
+    """Empty where an instance can be created; asked once in a process."""
+    if not _FOUND:
+        try:
+            with engine():
+                _FOUND.append("")
+        except BackendMissing as problem:
+            _FOUND.append(str(problem))
+    return _FOUND[0]
