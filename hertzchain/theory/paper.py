@@ -203,7 +203,7 @@ def wave_momentum(peak_force: ArrayLike) -> FloatArray:
 
 def passed_momentum(peak_force: ArrayLike, shift: ArrayLike) -> FloatArray:
     """Eq. 5, middle: momentum 1.543 F_i T_i that passes a contact, in natural units."""
-    return FORCE_INTEGRAL * np.asarray(peak_force, np.float64) * np.asarray(shift)
+    return np.asarray(FORCE_INTEGRAL * np.asarray(peak_force, np.float64) * np.asarray(shift))
 
 
 def peak_force(
