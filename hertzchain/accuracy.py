@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from hertzchain.arrays import FloatArray
+from hertzchain.errors import RunFailed
 from hertzchain.peaks import largest_difference
 from hertzchain.schedule import Leg
 
@@ -42,6 +43,20 @@ def companion(legs: Sequence[Leg]) -> Companion:
     coarse = tuple(replace(leg, steps=(leg.steps + 1) // 2) for leg in legs)
     ratio = min(leg.steps / half.steps for leg, half in zip(legs, coarse, strict=True))
     return Companion(coarse, 1 / (ratio**2 - 1))
+
+
+def refuse_meaningless(backend: str, error: float) -> None:
+    """Refuse a run whose peaks may be off by their own size.
+
+    Raises
+    ------
+    RunFailed
+        If the error bound is not below 1: the motion has diverged, or nearly so.
+    """
+    if not error < 1:
+        raise RunFailed(
+            f"the {backend} run diverged: its step is too large for the method, choose a smaller dt"
+        )
 
 
 def second_order_step(

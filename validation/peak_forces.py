@@ -47,8 +47,9 @@ def compare_table(number: int, quick: bool) -> list[Row]:
             ):
                 rows.append(row(f"{name}, F_{contact}", backend, error, value, 0.2, ENTRY))
                 differences.append(abs(error - value))
-        mean = float(np.mean(differences)) if differences else float("nan")
-        rows.append(row("mean deviation", backend, mean, 0.0, 0.05, MEAN))
+        if not quick:  # the mean of a few scenes is not that of the table
+            mean = float(np.mean(differences)) if differences else float("nan")
+            rows.append(row("mean deviation", backend, mean, 0.0, 0.05, MEAN))
     return rows
 
 

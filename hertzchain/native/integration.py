@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from hertzchain.accuracy import refuse_meaningless
 from hertzchain.arrays import Array, Scalar
-from hertzchain.errors import RunFailed
 from hertzchain.native.equations import acceleration, contact_force, net_force, overlap
 from hertzchain.native.refinement import Walker
 from hertzchain.native.steppers import State
@@ -78,9 +79,7 @@ def _samples(block: Sequence[tuple[Scalar, State]], ramp: Ramp | None, order: in
     displacement = np.array([state.displacement for _, state in block])
     velocity = np.array([state.velocity for _, state in block])
     if not np.all(np.isfinite(velocity[-1])):
-        raise RunFailed(
-            "the native run diverged: its step is too large for the method, choose a smaller dt"
-        )
+        refuse_meaningless("native", math.inf)
     pressed = overlap(displacement)
     jerk = None
     if order > 2:  # a second-order method gains nothing from it, and LAMMPS, its twin, has none

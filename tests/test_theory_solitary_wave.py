@@ -1,0 +1,107 @@
+"""The exact solitary wave against its own equation, known digits and a simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.interpolate import make_interp_spline
+
+import hertzchain as hc
+from hertzchain.theory import solitary_wave as exact
+from tests.conftest import STEEL
+
+WAVE = exact.solitary_wave()
+MIDDLE = WAVE.x.size // 2
+PER_GRANULE = round(1 / (WAVE.x[1] - WAVE.x[0]))
+
+
+@pytest.mark.parametrize(
+    ("value", "digits"),
+    [
+        (WAVE.speed, "0.905515776419"),
+        (WAVE.shift, "1.104342989975"),
+        (WAVE.force_integral, "1.495972296330"),
+        (WAVE.momentum, "1.652066518648"),
+        (exact.speed_coefficient(), "0.6886728470"),
+        (exact.momentum_coefficient(), "4.3445078540"),
+    ],
+)
+def test_known_digits(value: float, digits: str) -> None:
+    decimals = len(digits.split(".")[1])
+    assert f"{value:.{decimals}f}" == digits
+
+
+@pytest.mark.parametrize("x", [-2.0, 0.0, 0.25, 0.5, 1.0, 1.5, 3.0])
+def test_wave_solves_its_equation(x: float) -> None:
+    """c^2 r(x) against the integral of Lambda(x - y) r(y)^(3/2), on Gauss points off the grid.
+
+    A spline of degree 11 and Gauss quadrature on either side of the kernel's corner: no Fourier
+    transform.
+    """
+    force = make_interp_spline(WAVE.x, WAVE.overlap**1.5, k=11)
+    nodes, weights = np.polynomial.legendre.leggauss(30)
+    integral = 0.0
+    for start in (x - 1, x):
+        y = start + (nodes + 1) / 2
+        integral += float(np.sum(weights / 2 * (1 - np.abs(x - y)) * force(y)))
+    here = WAVE.overlap[MIDDLE + round(x * PER_GRANULE)]
+    # Ten roundings of a number of order 1.
+    assert integral == pytest.approx(WAVE.speed**2 * here, rel=0, abs=2e-15)
+
+
+def test_wave_has_height_1_in_the_middle_and_is_symmetric() -> None:
+    assert WAVE.x[MIDDLE] == 0.0
+    ahead, behind = WAVE.overlap[MIDDLE:], WAVE.overlap[MIDDLE:0:-1]
+    # The iteration stops at changes of 1e-15.
+    assert WAVE.overlap[MIDDLE] == pytest.approx(1.0, rel=0, abs=1e-15)
+    assert ahead == pytest.approx(behind, rel=0, abs=1e-15)
+
+
+def test_wave_falls_from_its_middle() -> None:
+    # Beyond 4.5 granules it is below 1e-11 and goes down into the noise of the transform.
+    assert np.all(np.diff(WAVE.overlap[MIDDLE : MIDDLE + 9 * PER_GRANULE // 2]) < 0)
+    assert np.all(WAVE.overlap >= 0)
+
+
+def test_tail_falls_double_exponentially() -> None:
+    """Far ahead a contact feels only the one behind: r(x + 1) = C r(x)^(3/2), but for factors.
+
+    So the decimal digits that r loses in a granule grow by half from granule to granule.
+    """
+    overlap = WAVE.overlap[MIDDLE::PER_GRANULE][:6]
+    assert overlap[5] < 2e-15
+    lost = -np.log(overlap[1:] / overlap[:-1])
+    # Factors that go as 1 / log r: the ratios come down to 3/2 from above, 1.59 at granule 5.
+    ratios = lost[2:] / lost[1:-1]
+    assert np.all(np.diff(ratios) < 0)
+    assert 1.5 < ratios[-1] < 1.65
+
+
+def test_force_integral_vs_the_quadrature_of_a_spline() -> None:
+    area = make_interp_spline(WAVE.x, WAVE.overlap**1.5, k=11).integrate(-8.0, 8.0)
+    # Both are spectrally accurate; a few dozen roundings.
+    assert float(area) == pytest.approx(WAVE.force_integral, rel=1e-14)
+
+
+def test_speed_of_the_papers_steel_at_100_N() -> None:
+    chain = hc.Chain(60, **STEEL)
+    printed = 0.6886728470 * (193e9 / (4.75e-3 * 0.91 * 7958.0**1.5)) ** (1 / 3) * 100 ** (1 / 6)
+    # Ten digits of the coefficient are given.
+    assert exact.speed(chain, 100.0) == pytest.approx(printed, rel=1e-10)
+
+
+def test_momentum_of_the_papers_steel_at_100_N() -> None:
+    chain = hc.Chain(60, **STEEL)
+    inside = 0.91 * 4.75e-3**4 * 7958.0**1.5 / 193e9
+    printed = 4.3445078540 * inside ** (1 / 3) * 100 ** (5 / 6)
+    # Eleven digits of the coefficient are given.
+    assert exact.momentum(chain, 100.0) == pytest.approx(printed, rel=2e-11)
+
+
+def test_a_simulated_wave_moves_at_the_exact_speed(demo_reference: hc.Result) -> None:
+    """Contacts 40 to 50 of the demo, where the wave has left what follows it behind."""
+    time, force = demo_reference.peak_time, demo_reference.peak_force
+    diameter = 2 * demo_reference.scene.chain.radius
+    measured = 10 * diameter / (time[48] - time[38])
+    # Its height still changes by 1e-9 over these contacts, and the speed goes as its sixth root.
+    assert measured == pytest.approx(exact.speed(demo_reference.scene.chain, force[43]), rel=2e-10)
