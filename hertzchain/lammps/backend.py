@@ -19,7 +19,7 @@ from hertzchain.accuracy import (
 )
 from hertzchain.arrays import FloatArray
 from hertzchain.chain import POSITIVE, is_positive
-from hertzchain.errors import RunFailed, require
+from hertzchain.errors import require
 from hertzchain.history import Recorder, wanted_times
 from hertzchain.lammps import deck, reading
 from hertzchain.lammps.engine import command, engine, version_of
@@ -35,6 +35,12 @@ WANTED_ERROR = 1e-6
 
 _READING_INTERVAL = 0.1
 """Natural time units between two readings, at most."""
+
+_READINGS_PER_RAMP = 16
+"""At least, if there are so many steps."""
+
+_TRIES = 3
+"""Runs to get below the wanted error: the first estimate of the step may be a little too long."""
 
 _BLOCK = 256
 """Readings handed on at a time."""
@@ -96,17 +102,11 @@ class Lammps:
             If LAMMPS stops with an error, or the motion diverges.
         """
         begin = time.perf_counter()
-        dt = self.dt if self.dt is not None else self._step_for(scene, WANTED_ERROR)
-        legs = scene.schedule(dt)
-        recorder = history = None
-        if record is not None:
-            times = wanted_times(record, scene.end_time)
-            recorder = Recorder(times, scene.chain.granules)
-        run = self._simulate(scene, legs, [self._stride(scene, leg) for leg in legs], recorder)
-        if recorder is not None:
-            history = recorder.history(times)
-        error = self._error_bound(scene, legs, run.peaks.force)
+        times = None if record is None else wanted_times(record, scene.end_time)
+        legs, run, step_error, recorder = self._accurate_enough(scene, times)
+        error = step_error + self._interpolation_error(scene, legs) + round_off(scene, legs)
         refuse_meaningless("LAMMPS", error)
+        history = None if recorder is None or times is None else recorder.history(times)
         return Result(
             scene=scene,
             backend="lammps",
@@ -125,11 +125,32 @@ class Lammps:
             versions={"lammps": run.version},
         )
 
-    def _step_for(self, scene: Scene, wanted: float) -> float:
+    def _accurate_enough(
+        self, scene: Scene, times: FloatArray | None
+    ) -> tuple[tuple[Leg, ...], _Simulation, float, Recorder | None]:
+        """Run with the step asked for, or with one whose error is as small as wanted.
+
+        Returns
+        -------
+        The legs, the run on them, what its steps may cost the peaks, and what was recorded.
+        """
+
         def peaks_at(dt: float) -> FloatArray:
             return self._rough_peaks(scene, scene.schedule(dt))
 
-        return second_order_step(peaks_at, _PILOT_STEP * scene.units.time, wanted)
+        unit = scene.units.time
+        dt = self.dt or second_order_step(peaks_at, _PILOT_STEP * unit, WANTED_ERROR)
+        for _ in range(_TRIES):
+            legs = scene.schedule(dt)
+            recorder = None if times is None else Recorder(times, scene.chain.granules)
+            strides = [self._stride(scene, leg) for leg in legs]
+            run = self._simulate(scene, legs, strides, recorder)
+            error = self._step_error(scene, legs, run.peaks.force)
+            # Below what round-off costs, shorter steps cannot help.
+            if self.dt is not None or error <= max(WANTED_ERROR, round_off(scene, legs)):
+                break
+            dt *= 0.9 * math.sqrt(WANTED_ERROR / error)
+        return legs, run, error, recorder
 
     def _rough_peaks(self, scene: Scene, legs: Sequence[Leg]) -> FloatArray:
         """Peaks of a run that only tells the error of another: read as rarely as possible."""
@@ -179,13 +200,16 @@ class Lammps:
         if self.read_every is not None:
             return self.read_every
         dt = leg.dt / scene.units.time
-        return max(1, int(min(_READING_INTERVAL, 1.6e-7 / dt**2) / dt))
+        stride = int(min(_READING_INTERVAL, 1.6e-7 / dt**2) / dt)
+        if leg.ramp is not None:  # the work of a short pulse needs readings too
+            stride = min(stride, leg.steps // _READINGS_PER_RAMP)
+        return max(1, stride)
 
-    def _error_bound(self, scene: Scene, legs: Sequence[Leg], peak_force: FloatArray) -> float:
+    def _step_error(self, scene: Scene, legs: Sequence[Leg], peak_force: FloatArray) -> float:
+        """Bound of what the steps cost the peaks, as a fraction."""
         other = companion(legs)
         difference = largest_difference(self._rough_peaks(scene, other.legs), peak_force)
-        steps = SECOND_ORDER_SAFETY * other.factor * difference
-        return steps + self._interpolation_error(scene, legs) + _round_off(scene, legs)
+        return SECOND_ORDER_SAFETY * other.factor * difference
 
     def _interpolation_error(self, scene: Scene, legs: Sequence[Leg]) -> float:
         """Bound of what reading now and then costs the peaks, as a fraction.
@@ -205,7 +229,7 @@ def _read(lammps: Any, leg: Leg, stride: int) -> Iterator[list[reading.Snapshot]
         command(lammps, f"run {ahead} pre no post no")
         shots.append(reading.snapshot(lammps, leg.start + (done + ahead) * leg.dt))
         if not np.all(np.isfinite(shots[-1].velocity)):
-            raise RunFailed("the LAMMPS run diverged: its step is too large, choose a smaller dt")
+            refuse_meaningless("LAMMPS", math.inf)
         if len(shots) > _BLOCK:
             yield shots
             shots = shots[-1:]
@@ -213,7 +237,7 @@ def _read(lammps: Any, leg: Leg, stride: int) -> Iterator[list[reading.Snapshot]
         yield shots
 
 
-def _round_off(scene: Scene, legs: Sequence[Leg]) -> float:
+def round_off(scene: Scene, legs: Sequence[Leg]) -> float:
     """Bound of what absolute coordinates cost the peaks, as a fraction.
 
     LAMMPS forms the overlap from positions up to 2 R N, so it loses that many digits of an overlap

@@ -1,5 +1,5 @@
 """Oracle 1: Eq. 1 integrated with NumPy, in natural units."""
 
-from hertzchain.native.backend import METHODS, Native, simulate
+from hertzchain.native.backend import METHODS, Native, Simulation, simulate
 
-__all__ = ["METHODS", "Native", "simulate"]
+__all__ = ["METHODS", "Native", "Simulation", "simulate"]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.accuracy import SECOND_ORDER_SAFETY, companion, refuse_meaningless
-from hertzchain.arrays import Scalar
+from hertzchain.arrays import Array, Scalar
 from hertzchain.chain import POSITIVE, is_positive
 from hertzchain.errors import require
 from hertzchain.history import Recorder, wanted_times
@@ -158,8 +158,17 @@ def simulate(
     walker: Walker,
     recorder: Recorder | None = None,
     dtype: type[np.floating[Any]] = np.float64,
+    displacement: Array | None = None,
 ) -> Simulation:
-    """Integrate a scene once, on given legs [s, N], watching peaks and work."""
+    """Integrate a scene once, on given legs [s, N], watching peaks and work.
+
+    Parameters
+    ----------
+    scene, legs, walker, recorder, dtype
+        What, on which steps, by which method, recording what, in which precision.
+    displacement
+        Where the granules are at the start, natural units, shape (granules,); 0 by default.
+    """
     units = scene.units
     peaks = PeakWatch(scene.chain.granules - 1, dtype)
     work = dtype(0)
@@ -173,7 +182,9 @@ def simulate(
             recorder.show(samples)
 
     natural = [leg.in_units(units.time, units.force) for leg in legs]
-    state, steps = integrate(scene.chain.granules, natural, walker, show, dtype)
+    if displacement is None:
+        displacement = np.zeros(scene.chain.granules, dtype)
+    state, steps = integrate(displacement, natural, walker, show)
     return Simulation(state, peaks, work, steps)
 
 

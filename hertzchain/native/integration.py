@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -23,26 +22,23 @@ _BLOCK = 256
 
 
 def integrate(
-    granules: int,
+    displacement: Array,
     legs: Iterable[Leg],
     walker: Walker,
     show: Callable[[Samples, Leg], object],
-    dtype: type[np.floating[Any]] = np.float64,
 ) -> tuple[State, int]:
     """Integrate a chain that is at rest at the start.
 
     Parameters
     ----------
-    granules
-        N.
+    displacement
+        At the start, shape (granules,); its precision is that of the run.
     legs
         The steps and the applied force, in natural units.
     walker
         Takes the steps.
     show
         Is called with successive samples and the leg that they lie on.
-    dtype
-        Precision of the state.
 
     Returns
     -------
@@ -53,21 +49,23 @@ def integrate(
     RunFailed
         If the motion diverges: the step is too large for the method.
     """
-    rest = np.zeros(granules, dtype)
-    state = State(rest, rest, rest)
+    dtype = displacement.dtype.type
+    rest = np.zeros_like(displacement)
+    state = State(displacement, rest, rest)
     order, taken = walker.stepper.order, 0
     with np.errstate(over="ignore", invalid="ignore"):
         for leg in legs:
             applied = leg.ramp.force if leg.ramp is not None else _no_force
             start, end = dtype(leg.start), dtype(leg.end)
-            h = (end - start) / leg.steps
+            steps = leg.steps * walker.parts(leg)
+            h = (end - start) / steps
             # Where the applied force jumps, the acceleration jumps with it.
             state = replace(state, acceleration=acceleration(state.displacement, applied(start)))
             block: list[tuple[Scalar, State]] = [(start, state)]
-            for k in range(leg.steps):
+            for k in range(steps):
                 block += walker.advance(state, start + k * h, h, applied)
                 state = block[-1][1]
-                if len(block) > _BLOCK or k == leg.steps - 1:
+                if len(block) > _BLOCK or k == steps - 1:
                     show(_samples(block, leg.ramp, order), leg)
                     taken += len(block) - 1
                     block = block[-1:]
