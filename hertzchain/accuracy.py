@@ -33,15 +33,16 @@ class Companion:
 
 
 def companion(legs: Sequence[Leg]) -> Companion:
-    """The cheapest second run in which every leg has another step: half as many, or twice.
+    """The cheapest second run in which every leg has another step: two thirds as many, or thrice.
 
-    Half as many steps cannot be had where a leg has only one, and are not quite half where their
-    number is odd; the factor takes the leg whose step changes least.
+    Two thirds, not half: a method that halves steps could end on the same ones. Where a leg has
+    fewer than three steps there is no such number; the factor takes the leg whose step changes
+    least.
     """
-    if min(leg.steps for leg in legs) < 2:
-        return Companion(tuple(replace(leg, steps=2 * leg.steps) for leg in legs), 4 / 3)
-    coarse = tuple(replace(leg, steps=(leg.steps + 1) // 2) for leg in legs)
-    ratio = min(leg.steps / half.steps for leg, half in zip(legs, coarse, strict=True))
+    if min(leg.steps for leg in legs) < 3:
+        return Companion(tuple(replace(leg, steps=3 * leg.steps) for leg in legs), 9 / 8)
+    coarse = tuple(replace(leg, steps=2 * leg.steps // 3) for leg in legs)
+    ratio = min(leg.steps / other.steps for leg, other in zip(legs, coarse, strict=True))
     return Companion(coarse, 1 / (ratio**2 - 1))
 
 

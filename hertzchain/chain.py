@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from numbers import Integral, Real
+from typing import Any
 
 from hertzchain.errors import require
 
@@ -40,13 +42,10 @@ class Chain:
     density: float
 
     def __post_init__(self) -> None:
-        is_integer = isinstance(self.granules, int) and not isinstance(self.granules, bool)
-        require(
-            is_integer and self.granules >= 2,
-            "granules",
-            self.granules,
-            "must be an integer of at least 2",
-        )
+        granules = self.granules
+        is_integer = isinstance(granules, Integral) and not isinstance(granules, bool)
+        allowed = "must be an integer of at least 2"
+        require(is_integer and granules >= 2, "granules", granules, allowed)
         for key, unit in (("radius", "m"), ("young_modulus", "Pa"), ("density", "kg/m^3")):
             value = getattr(self, key)
             require(is_positive(value), key, value, f"{POSITIVE} [{unit}]")
@@ -57,6 +56,7 @@ class Chain:
             nu,
             "must be a number above -1 and at most 0.5",
         )
+        to_plain_numbers(self)
 
     @property
     def granule_mass(self) -> float:
@@ -75,10 +75,24 @@ class Chain:
 
 
 def is_finite(value: object) -> bool:
-    """Whether a value is a finite real number (booleans are not)."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    """Whether a value is a finite real number, NumPy's too (booleans are not)."""
+    if not isinstance(value, Real) or isinstance(value, bool):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an integer beyond the range of floating point
+        return False
 
 
 def is_positive(value: object) -> bool:
     """Whether a value is a finite real number above 0."""
     return is_finite(value) and value > 0  # type: ignore[operator]
+
+
+def to_plain_numbers(part: Any) -> None:
+    """Make the numbers of a frozen object Python's own: files and decks must not know NumPy."""
+    for field in fields(part):
+        value = getattr(part, field.name)
+        if isinstance(value, Real):
+            plain = int(value) if isinstance(value, Integral) else float(value)
+            object.__setattr__(part, field.name, plain)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -259,6 +260,14 @@ def main() -> None:
         app()
     except HertzchainError as problem:
         typer.echo(f"hertzchain: {problem}", err=True)
+        sys.exit(UNUSABLE)
+    except (MemoryError, OverflowError):
+        typer.echo("hertzchain: there is not enough memory for this scene", err=True)
+        sys.exit(UNUSABLE)
+    except OSError as problem:
+        # Standard output is full or gone; what is left in its buffer must not fail again.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        typer.echo(f"hertzchain: cannot write the results ({problem.strerror})", err=True)
         sys.exit(UNUSABLE)
     except KeyboardInterrupt:
         typer.echo("hertzchain: interrupted", err=True)

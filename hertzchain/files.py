@@ -47,7 +47,7 @@ def write_with(path: Path | str, write: Callable[[Path], object]) -> None:
             write(part)
             part.replace(path)
     except OSError as problem:
-        raise OutputError(f"{path}: cannot be written ({problem.strerror or problem})") from None
+        raise _unwritable(path, problem) from None
 
 
 def check_writable(path: Path | str) -> None:
@@ -59,6 +59,12 @@ def check_writable(path: Path | str) -> None:
         If the folder is missing or read-only, or the path is a directory.
     """
     path = Path(path)
+    try:
+        path.stat()
+    except FileNotFoundError:
+        pass
+    except (OSError, ValueError) as problem:  # a name too long, or with a null in it
+        raise _unwritable(path, problem) from None
     if path.is_dir():
         raise OutputError(f"{path}: is a directory, must be the name of a file")
     if not path.parent.is_dir():
@@ -66,3 +72,8 @@ def check_writable(path: Path | str) -> None:
     target = path if path.exists() and not path.is_file() else path.parent
     if not os.access(target, os.W_OK) or (path.is_file() and not os.access(path, os.W_OK)):
         raise OutputError(f"{path}: no permission to write here, choose another place")
+
+
+def _unwritable(path: Path, problem: OSError | ValueError) -> OutputError:
+    reason = getattr(problem, "strerror", None) or problem
+    return OutputError(f"{path}: cannot be written ({reason})")

@@ -29,9 +29,13 @@ def coefficients(start: Sequence[Array], end: Sequence[Array], h: Array) -> Arra
     Shape (2m + 2, ...). Error of order h^(2m + 2) for a smooth function.
     """
     highest = len(start) - 1
-    scaled = [derivative * h**k for ends in (start, end) for k, derivative in enumerate(ends)]
+    # What the value changes by, not the value: large equal values would cost digits.
+    grown = [np.zeros_like(start[0]), *start[1:]], [end[0] - start[0], *end[1:]]
+    scaled = [derivative * h**k for ends in grown for k, derivative in enumerate(ends)]
     basis = _basis(highest).astype(np.result_type(*scaled))
-    return np.asarray(np.tensordot(basis, np.stack(scaled), axes=(0, 0)))
+    curve = np.asarray(np.tensordot(basis, np.stack(scaled), axes=(0, 0)))
+    curve[0] += start[0]
+    return curve
 
 
 def evaluate(coefficients: Array, s: Array) -> Array:

@@ -9,11 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from hertzchain import hermite
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.errors import require
+from hertzchain.errors import SceneError, require
 from hertzchain.samples import Samples
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class History:
     """What a run recorded, in SI units.
 
@@ -41,11 +41,14 @@ def wanted_times(record: ArrayLike, end_time: float) -> FloatArray:
     SceneError
         If they are not increasing numbers between 0 and the end of the run [s].
     """
-    time = np.atleast_1d(np.asarray(record, np.float64))
-    increasing = time.ndim == 1 and bool(np.all(np.diff(time) > 0))
-    inside = time.size > 0 and bool(time[0] >= 0 and time[-1] <= end_time)
     allowed = f"must be increasing times from 0 to the end of the run, {end_time} s"
-    require(increasing and inside, "record", time, allowed)
+    try:
+        time = np.atleast_1d(np.asarray(record, np.float64))
+    except (TypeError, ValueError):
+        raise SceneError("record", record, allowed) from None
+    require(time.ndim == 1 and time.size > 0, "record", record, allowed)
+    increasing = bool(np.all(np.diff(time) > 0))
+    require(increasing and time[0] >= 0 and time[-1] <= end_time, "record", record, allowed)
     return time
 
 

@@ -36,9 +36,16 @@ class PeakWatch:
     def __init__(self, contacts: int, dtype: type[np.floating[Any]] = np.float64) -> None:
         self.force = np.zeros(contacts, dtype)
         self.time = np.full(contacts, np.nan, dtype)
+        self._until = dtype(0)
+
+    @property
+    def passed(self) -> NDArray[np.bool_]:
+        """Whether each contact was pressed and has let up since, shape (contacts,)."""
+        return self.time < self._until  # False for NaN
 
     def show(self, samples: Samples) -> None:
         """Take note of the samples and of the intervals between them."""
+        self._until = samples.time[-1]
         largest = np.argmax(samples.contact_force, axis=0)
         columns = np.arange(self.force.size)
         self._keep(columns, samples.contact_force[largest, columns], samples.time[largest])
@@ -78,9 +85,12 @@ def largest_difference(peak_force: FloatArray, expected: FloatArray) -> float:
     Parameters
     ----------
     peak_force, expected
-        Shape (contacts,), the same for both.
+        Shape (contacts,), the same for both. Where nothing is expected to be pressed: 0, or 1 if
+        anything is.
     """
     if peak_force.shape != expected.shape:
         raise ValueError(f"must have equal shapes, got {peak_force.shape} and {expected.shape}")
+    if not np.any(expected):
+        return float(np.any(peak_force))
     judged = expected >= SIGNIFICANT * expected.max()
     return float(np.max(np.abs(peak_force[judged] / expected[judged] - 1.0)))

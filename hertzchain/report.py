@@ -86,7 +86,7 @@ def print_comparison(console: Console, comparison: Comparison) -> None:
             formulas.eq6[k],
             formulas.eq9[k],
         ]
-        differences = [value / peak - 1 for value in others]
+        differences = [value / peak - 1 if peak > 0 else np.nan for value in others]
         table.add_row(
             str(contact),
             _number(peak, 9),
@@ -183,7 +183,8 @@ def plot_comparison(comparison: Comparison, path: Path | str) -> None:
     for name, label, marker, values in others:
         style = {"color": _COLOURS[name], "marker": marker, "markersize": 4.5, "linestyle": "none"}
         above.plot(contact, values, fillstyle="none", label=label, **style)
-        difference = np.abs(values / native.peak_force - 1)
+        pressed = np.where(native.peak_force > 0, native.peak_force, np.nan)
+        difference = np.abs(values / pressed - 1)
         below.semilogy(contact, np.where(difference > 0, difference, np.nan), label=label, **style)
     if lammps is not None:
         below.axhline(

@@ -42,7 +42,7 @@ class Balance:
     energy: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Result:
     """What one backend found for one scene.
 
@@ -59,6 +59,8 @@ class Result:
     peak_force, peak_time
         Of contacts 2 ... N (the paper's numbers) [N], [s], shape (N - 1,). True maxima, not the
         largest samples; the time is NaN where a contact was never pressed.
+    peak_passed
+        Whether a contact let up again before the run ended, shape (N - 1,).
     error_estimate
         Upper bound of the relative error of every peak of at least 1e-3 of the largest, against
         the exact solution of Eq. 1: steps, interpolation and round-off.
@@ -82,6 +84,7 @@ class Result:
     force_evaluations: int
     peak_force: FloatArray
     peak_time: FloatArray
+    peak_passed: NDArray[np.bool_]
     error_estimate: float
     displacement: FloatArray
     velocity: FloatArray
@@ -93,14 +96,15 @@ class Result:
     @cached_property
     def transition_granules(self) -> int | None:
         """p; None if the transition does not end in this chain or in this run."""
-        has_peaked = self.peak_time < self.scene.end_time  # False for NaN
-        return transition_granules(self.peak_force, has_peaked)
+        return transition_granules(self.peak_force, self.peak_passed)
 
     @cached_property
     def solitary_wave(self) -> SolitaryWave:
         """The wave after the transition."""
         diameter = 2 * self.scene.chain.radius
-        return solitary_wave(self.peak_force, self.peak_time, self.transition_granules, diameter)
+        return solitary_wave(
+            self.peak_force, self.peak_time, self.peak_passed, self.transition_granules, diameter
+        )
 
     @property
     def contact(self) -> NDArray[np.int_]:

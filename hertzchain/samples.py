@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from hertzchain.arrays import Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Samples:
     """States of a chain at the ends of successive intervals on one leg.
 

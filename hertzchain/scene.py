@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
-from hertzchain.chain import POSITIVE, Chain, is_positive
+from hertzchain.chain import POSITIVE, Chain, is_positive, to_plain_numbers
 from hertzchain.errors import SceneError, require
 from hertzchain.schedule import Leg, lay_steps
 from hertzchain.shock import Pulse, PulseTable, Ramp, read_pulse_table
@@ -56,6 +56,7 @@ class Run:
     def __post_init__(self) -> None:
         if self.end_time is not None:
             require(is_positive(self.end_time), "end_time", self.end_time, f"{POSITIVE} [s]")
+            to_plain_numbers(self)
 
 
 @dataclass(frozen=True)
@@ -227,16 +228,17 @@ class Scene:
 
 def _load(path: Path) -> dict[str, Any]:
     try:
-        with path.open("rb") as stream:
-            return tomllib.load(stream)
+        content = path.read_bytes()
     except IsADirectoryError:
         raise SceneError("scene", None, "is a directory, must be a TOML file", path) from None
-    except OSError as problem:
-        reason = problem.strerror or "unknown reason"
+    except (OSError, ValueError) as problem:  # ValueError: a null in the name
+        reason = getattr(problem, "strerror", None) or problem
         raise SceneError(
             "scene", None, f"cannot be read ({reason}), must be a TOML file", path
         ) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as problem:
+    try:
+        return tomllib.loads(content.decode())
+    except (ValueError, RecursionError) as problem:  # not UTF-8, not TOML, or not to be counted
         raise SceneError("scene", None, f"is not TOML ({problem})", path) from None
 
 

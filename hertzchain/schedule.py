@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from hertzchain.errors import require
 from hertzchain.shock import Ramp
 
 
@@ -60,13 +61,21 @@ def lay_steps(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, .
         End of the run [s], above 0; ramps may go on beyond it.
     dt
         The largest step allowed [s], above 0; each piece takes ceil(length / dt) steps.
+
+    Raises
+    ------
+    SceneError
+        If there would be more steps than can be counted.
     """
     legs: list[Leg] = []
 
     def add(start: float, end: float, ramp: Ramp | None) -> None:
         end = min(end, end_time)
         if end > start:
-            legs.append(Leg(start, end, math.ceil((end - start) / dt), ramp))
+            steps = (end - start) / dt
+            allowed = f"is too short for {end - start:.3g} s, must leave fewer than 1e15 steps"
+            require(steps < 1e15, "dt", dt, allowed)
+            legs.append(Leg(start, end, max(1, math.ceil(steps)), ramp))
 
     add(0.0, ramps[0].start, None)
     for ramp in ramps:

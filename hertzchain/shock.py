@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from hertzchain.chain import POSITIVE, is_finite, is_positive
+from hertzchain.chain import POSITIVE, is_finite, is_positive, to_plain_numbers
 from hertzchain.errors import SceneError, require
 
 Shape = Literal["linear", "cosine"]
@@ -70,8 +70,14 @@ class Ramp:
         """Integral of the force from the start of the ramp to a time inside it [N s]."""
         duration = self.end - self.start
         s = (time - self.start) / duration
-        grown = s * s / 2 if self.shape == "linear" else (s - math.sin(math.pi * s) / math.pi) / 2
+        grown = s * s / 2 if self.shape == "linear" else _grown_cosine(math.pi * s)
         return duration * (self.start_force * s + (self.end_force - self.start_force) * grown)
+
+
+def _grown_cosine(x: float) -> float:
+    """(x - sin x) / 2 pi, without loss of digits where x is small."""
+    series = x**3 / 6 * (1 - x**2 / 20 * (1 - x**2 / 42 * (1 - x**2 / 72)))
+    return (series if x < 0.1 else x - math.sin(x)) / (2 * math.pi)
 
 
 @dataclass(frozen=True)
@@ -103,7 +109,8 @@ class Pulse:
 
     def __post_init__(self) -> None:
         names = ", ".join(PROFILES)
-        require(self.profile in PROFILES, "profile", self.profile, f"must be one of {names}, table")
+        known = isinstance(self.profile, str) and self.profile in PROFILES
+        require(known, "profile", self.profile, f"must be one of {names}, table")
         require(is_positive(self.peak_force), "peak_force", self.peak_force, f"{POSITIVE} [N]")
         require(
             is_finite(self.duration_ratio) and self.duration_ratio > 1,
@@ -125,6 +132,7 @@ class Pulse:
             require(is_positive(value), "momentum_ratio", value, POSITIVE)
         if self.rise_time is not None:
             require(is_positive(self.rise_time), "rise_time", self.rise_time, f"{POSITIVE} [s]")
+        to_plain_numbers(self)
 
     def ramps(self, rise_time: float) -> tuple[Ramp, Ramp]:
         """Rise and decay for a rise time t0 [s] (Eq. 2 with Table 1)."""
@@ -147,7 +155,8 @@ class PulseTable:
     force
         As many forces [N], finite, none negative, at least one positive.
     file
-        The name of the CSV file it came from, relative to the scene file, if any.
+        The name of the CSV file it came from, relative to the scene file, if any; two tables are
+        equal without regard to it.
 
     Raises
     ------
@@ -157,7 +166,7 @@ class PulseTable:
 
     time: tuple[float, ...]
     force: tuple[float, ...]
-    file: str | None = None
+    file: str | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         rows = len(self.time)
@@ -182,6 +191,8 @@ class PulseTable:
                 "must be a finite number of at least 0 [N]",
             )
         require(any(self.force), "force_N", "all 0", "must be positive in at least one row")
+        for name in ("time", "force"):
+            object.__setattr__(self, name, tuple(float(value) for value in getattr(self, name)))
 
     @property
     def peak_force(self) -> float:
@@ -216,11 +227,10 @@ def read_pulse_table(path: Path, name: str | None = None) -> PulseTable:
     try:
         with path.open(newline="", encoding="utf-8-sig") as stream:
             rows = [row for row in csv.reader(stream) if row]
-    except (OSError, UnicodeDecodeError, csv.Error) as problem:
+    except (OSError, ValueError, csv.Error) as problem:  # ValueError: no text, or no file name
         reason = getattr(problem, "strerror", None) or "not a text file"
-        raise SceneError(
-            "shock.file", str(path), f"cannot be read ({reason}); must be a CSV file"
-        ) from None
+        allowed = f"cannot be read ({reason}); must be a CSV file"
+        raise SceneError("shock.file", name, allowed, None if name else path) from None
     header = [cell.strip() for cell in rows[0]] if rows else []
     if header != ["time_s", "force_N"]:
         raise SceneError(

@@ -11,12 +11,15 @@ from hertzchain.errors import SceneError
 if TYPE_CHECKING:
     import pint
 
-# A number, then a unit built from names, products, quotients and small powers. Pint would also
-# evaluate arithmetic, which a scene does not need and which can be made to run for ever.
+# A number, then names with small powers, multiplied and divided. Pint would also evaluate
+# arithmetic, which a scene does not need and which can be made to run for ever.
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:inf|nan)"
+_FACTOR = r"[^\W\d_][^\W\d]*(?:\s*(?:\*\*|\^)\s*-?\d{1,2})?"
 _QUANTITY = re.compile(
-    r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:inf|nan))"
-    r"\s*(?P<unit>[^\W\d][\w\s/*^°().-]{0,39})?\s*",
+    rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>{_FACTOR}(?:\s*[*/]\s*{_FACTOR}|\s+{_FACTOR})*)?\s*"
 )
+_LONGEST = 80
+"""Characters; more is no quantity."""
 
 
 def to_si(key: str, value: object, unit: str) -> float:
@@ -42,14 +45,13 @@ def to_si(key: str, value: object, unit: str) -> float:
             return float(value)
         except OverflowError:
             raise SceneError(key, value, f"must be finite: {example}") from None
-    match = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
+    short = isinstance(value, str) and len(value) <= _LONGEST
+    match = _QUANTITY.fullmatch(value) if short and isinstance(value, str) else None
     if match is None:
         raise SceneError(key, value, f"must be {example}")
     number = float(match["number"])
     if match["unit"] is None:
         return number
-    if re.search(r"\d{3}", match["unit"]):
-        raise SceneError(key, value, f"must be {example}")
     return _convert(key, value, number, match["unit"], unit, example)
 
 

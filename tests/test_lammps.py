@@ -79,13 +79,13 @@ def test_mass_and_force_are_those_of_equation_1() -> None:
     for pair_style in PAIR_STYLES:
         with engine() as lammps:
             command(lammps, set_up(scene, pair_style))
-            assert masses(lammps) == pytest.approx([scene.chain.granule_mass] * 3, rel=1e-14)
+            assert masses(lammps) == pytest.approx([scene.chain.granule_mass] * 3, rel=1e-14, abs=0)
             overlap = 3e-6
             command(lammps, f"displace_atoms first move {overlap!r} 0 0 units box\nrun 0 post no")
             force = contact_forces(lammps.numpy.extract_atom("f")[:, 0])
         # The position at 2R = 9.5 mm is known to 1e-18 m: 4e-13 of the overlap.
         expected = scene.chain.contact_stiffness * overlap**1.5
-        assert force == pytest.approx([expected, 0.0], rel=1e-11)
+        assert force == pytest.approx([expected, 0.0], rel=1e-11, abs=0)
 
 
 def test_contact_forces_from_net_forces() -> None:
@@ -97,10 +97,10 @@ def test_contact_forces_from_net_forces() -> None:
 @pytest.mark.parametrize("name", ["demo", "cosine_LM0.3_n2"])
 def test_momentum_and_energy_balance(name: str) -> None:
     result = hc.Lammps().run(scenes.load(name))
-    assert result.balance.momentum == pytest.approx(result.balance.impulse, rel=1e-12)
+    assert result.balance.momentum == pytest.approx(result.balance.impulse, rel=1e-12, abs=0)
     # The energy of a second-order run is off by what its forces are off.
     energy = 2 * result.error_estimate
-    assert result.balance.energy == pytest.approx(result.balance.work, rel=energy)
+    assert result.balance.energy == pytest.approx(result.balance.work, rel=energy, abs=0)
 
 
 def test_the_far_field_wave_has_the_exact_speed() -> None:
@@ -109,7 +109,9 @@ def test_the_far_field_wave_has_the_exact_speed() -> None:
     contacts = 100 / (result.peak_time[298] - result.peak_time[198]) * scene.units.time
     force = result.peak_force[248] / scene.units.force
     # Second order in the step: 1e-6 measured at 0.02.
-    assert contacts / force ** (1 / 6) == pytest.approx(exact.solitary_wave().speed, rel=1e-5)
+    assert contacts / force ** (1 / 6) == pytest.approx(
+        exact.solitary_wave().speed, rel=1e-5, abs=0
+    )
 
 
 @pytest.mark.parametrize(
@@ -131,7 +133,7 @@ def test_scaled_scenes_in_si(material: dict[str, float], peak_force: float) -> N
 
 def test_two_granules_under_a_constant_force() -> None:
     result = hc.Lammps().run(constant_force())
-    assert result.peak_force == pytest.approx([125.0], rel=1e-6)
+    assert result.peak_force == pytest.approx([125.0], rel=1e-6, abs=0)
 
 
 def test_a_pulse_table_with_jumps_against_native() -> None:
@@ -143,7 +145,7 @@ def test_a_pulse_table_with_jumps_against_native() -> None:
     result = hc.Lammps(dt).run(scene)
     assert largest_difference(result.peak_force / 100.0, twin.peaks.force) < 1e-8
     assert largest(result.velocity / scene.units.velocity, twin.state.velocity) < 2e-8
-    assert result.balance.momentum == pytest.approx(scene.impulse, rel=1e-12)
+    assert result.balance.momentum == pytest.approx(scene.impulse, rel=1e-12, abs=0)
 
 
 def test_granules_thrown_far_are_not_lost() -> None:

@@ -26,7 +26,7 @@ ROUND_OFF = 1e-14
 def test_two_granules_pressed_by_the_unit_force_overlap_by_the_unit_length() -> None:
     modulus, radius = 193e9 / (2 * (1 - 0.3**2)), 4.75e-3 / 2  # effective, of two equal granules
     assert 4 / 3 * modulus * math.sqrt(radius) * UNITS.length**1.5 == pytest.approx(
-        100.0, rel=ROUND_OFF
+        100.0, rel=ROUND_OFF, abs=0
     )
 
 
@@ -34,15 +34,15 @@ def test_the_unit_force_moves_a_granule_by_the_unit_length_over_the_square_of_th
     None
 ):
     mass = 4 / 3 * math.pi * 4.75e-3**3 * 7958.0
-    assert mass * UNITS.length / UNITS.time**2 == pytest.approx(100.0, rel=ROUND_OFF)
+    assert mass * UNITS.length / UNITS.time**2 == pytest.approx(100.0, rel=ROUND_OFF, abs=0)
 
 
 def test_derived_units_vs_their_dimensions() -> None:
     mass = 4 / 3 * math.pi * 4.75e-3**3 * 7958.0
     assert UNITS.force == 100.0
-    assert UNITS.velocity * UNITS.time == pytest.approx(UNITS.length, rel=ROUND_OFF)
-    assert UNITS.momentum == pytest.approx(mass * UNITS.velocity, rel=ROUND_OFF)
-    assert UNITS.energy == pytest.approx(mass * UNITS.velocity**2, rel=ROUND_OFF)
+    assert UNITS.velocity * UNITS.time == pytest.approx(UNITS.length, rel=ROUND_OFF, abs=0)
+    assert UNITS.momentum == pytest.approx(mass * UNITS.velocity, rel=ROUND_OFF, abs=0)
+    assert UNITS.energy == pytest.approx(mass * UNITS.velocity**2, rel=ROUND_OFF, abs=0)
 
 
 factor = st.floats(1e-6, 1e6)
@@ -57,8 +57,8 @@ def test_units_scale_as_powers(modulus: float, force: float, radius: float, dens
     length = force ** (2 / 3) * modulus ** (-2 / 3) * radius ** (-1 / 3)
     time = force ** (-1 / 6) * modulus ** (-1 / 3) * radius ** (4 / 3) * density**0.5
     assert scaled.force == 100.0 * force
-    assert scaled.length == pytest.approx(UNITS.length * length, rel=ROUND_OFF)
-    assert scaled.time == pytest.approx(UNITS.time * time, rel=ROUND_OFF)
+    assert scaled.length == pytest.approx(UNITS.length * length, rel=ROUND_OFF, abs=0)
+    assert scaled.time == pytest.approx(UNITS.time * time, rel=ROUND_OFF, abs=0)
 
 
 @given(poisson_ratio=st.floats(-0.99, 0.5))
@@ -69,8 +69,8 @@ def test_units_know_the_poisson_ratio_through_the_modulus_only(poisson_ratio: fl
     plain = hc.Chain(60, 4.75e-3, 193e9, 0.0, 7958.0)
     units, expected = natural_units(chain, 100.0), natural_units(plain, 100.0)
     # 1 - nu^2 is computed the same way on both sides.
-    assert units.length == pytest.approx(expected.length, rel=ROUND_OFF)
-    assert units.time == pytest.approx(expected.time, rel=ROUND_OFF)
+    assert units.length == pytest.approx(expected.length, rel=ROUND_OFF, abs=0)
+    assert units.time == pytest.approx(expected.time, rel=ROUND_OFF, abs=0)
 
 
 def test_momentum_of_the_unit_wave_is_1_651778333() -> None:
@@ -86,7 +86,7 @@ def test_unit_ratio_momentum_vs_the_papers_formula(
     chain = hc.Chain(60, 4.75e-3 * radius, 193e9 * modulus, 0.3, 7958.0 * density)
     inside = 0.91 * chain.radius**4 * chain.density**1.5 / chain.young_modulus
     printed = 139 / 32 * inside ** (1 / 3) * (100.0 * force) ** (5 / 6)
-    assert unit_ratio_momentum(chain, 100.0 * force) == pytest.approx(printed, rel=ROUND_OFF)
+    assert unit_ratio_momentum(chain, 100.0 * force) == pytest.approx(printed, rel=ROUND_OFF, abs=0)
 
 
 @pytest.mark.lammps
@@ -100,7 +100,7 @@ def test_two_materials_have_the_same_peaks_in_natural_units() -> None:
     first, second = (hc.Lammps(dt=0.05 * scene.units.time).run(scene) for scene in (steel, rubber))
     # The same steps in natural units, so the same truncation errors; LAMMPS forms overlaps from
     # coordinates up to 1e4 times as large, whose last digits add up. Measured: 8e-12.
-    assert first.peak_force / 100.0 == pytest.approx(second.peak_force / 0.5, rel=1e-10)
+    assert first.peak_force / 100.0 == pytest.approx(second.peak_force / 0.5, rel=1e-10, abs=0)
     assert first.peak_time / steel.units.time == pytest.approx(
-        second.peak_time / rubber.units.time, rel=1e-10
+        second.peak_time / rubber.units.time, rel=1e-10, abs=0
     )

@@ -116,6 +116,7 @@ class Lammps:
             force_evaluations=sum(leg.steps for leg in legs),
             peak_force=run.peaks.force,
             peak_time=run.peaks.time,
+            peak_passed=run.peaks.passed,
             error_estimate=error,
             displacement=run.displacement,
             velocity=run.velocity,
@@ -154,7 +155,7 @@ class Lammps:
 
     def _rough_peaks(self, scene: Scene, legs: Sequence[Leg]) -> FloatArray:
         """Peaks of a run that only tells the error of another: read as rarely as possible."""
-        strides = [max(1, int(_READING_INTERVAL * scene.units.time / leg.dt)) for leg in legs]
+        strides = [_steps_in(_READING_INTERVAL, scene, leg) for leg in legs]
         return self._simulate(scene, legs, strides).peaks.force
 
     def _simulate(
@@ -199,8 +200,11 @@ class Lammps:
         """
         if self.read_every is not None:
             return self.read_every
-        dt = leg.dt / scene.units.time
-        stride = int(min(_READING_INTERVAL, 1.6e-7 / dt**2) / dt)
+        square = (leg.dt / scene.units.time) ** 2
+        interval = _READING_INTERVAL
+        if square * interval > 1.6e-7:
+            interval = 1.6e-7 / square
+        stride = _steps_in(interval, scene, leg)
         if leg.ramp is not None:  # the work of a short pulse needs readings too
             stride = min(stride, leg.steps // _READINGS_PER_RAMP)
         return max(1, stride)
@@ -221,13 +225,20 @@ class Lammps:
         return 4e-3 * h**6 + 0.04 * h * dt**2
 
 
+def _steps_in(interval: float, scene: Scene, leg: Leg) -> int:
+    """Steps of a leg in an interval [natural time units], at least one, at most all."""
+    return max(1, int(min(leg.steps, interval * scene.units.time / leg.dt)))
+
+
 def _read(lammps: Any, leg: Leg, stride: int) -> Iterator[list[reading.Snapshot]]:
     """Run a leg, reading every ``stride`` steps; yields runs of snapshots that overlap by one."""
     shots = [reading.snapshot(lammps, leg.start)]
     for done in range(0, leg.steps, stride):
         ahead = min(stride, leg.steps - done)
         command(lammps, f"run {ahead} pre no post no")
-        shots.append(reading.snapshot(lammps, leg.start + (done + ahead) * leg.dt))
+        reached = done + ahead
+        time = leg.end if reached == leg.steps else leg.start + reached * leg.dt
+        shots.append(reading.snapshot(lammps, time))
         if not np.all(np.isfinite(shots[-1].velocity)):
             refuse_meaningless("LAMMPS", math.inf)
         if len(shots) > _BLOCK:

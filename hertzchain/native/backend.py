@@ -132,6 +132,7 @@ class Native:
             force_evaluations=evaluations,
             peak_force=peak_force * units.force,
             peak_time=run.peaks.time * units.time,
+            peak_passed=run.peaks.passed,
             error_estimate=error,
             displacement=np.asarray(run.state.displacement * units.length, np.float64),
             velocity=np.asarray(run.state.velocity * units.velocity, np.float64),

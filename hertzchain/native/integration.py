@@ -65,6 +65,8 @@ def integrate(
             for k in range(steps):
                 block += walker.advance(state, start + k * h, h, applied)
                 state = block[-1][1]
+                if k == steps - 1:  # to the last digit, so that nothing falls between legs
+                    block[-1] = (end, state)
                 if len(block) > _BLOCK or k == steps - 1:
                     show(_samples(block, leg.ramp, order), leg)
                     taken += len(block) - 1

@@ -1,8 +1,9 @@
 """How a stepper gets from one wanted time to the next: in one step, or in halved ones.
 
 overlap^(3/2) has no second derivative at 0. A step of length h across the instant at which a
-contact opens or closes at the rate r' leaves an error of about r'^(3/2) h^(5/2), whatever the
-order of the method. Such steps are halved, again and again, until that is below a tolerance.
+contact opens or closes at the rate r' leaves an error of the velocity of about r'^(3/2) h^(5/2),
+whatever the order of the method. Such steps are halved, again and again, until that is below a
+tolerance.
 """
 
 from __future__ import annotations
@@ -62,17 +63,17 @@ class Refined:
     stepper
         Takes the steps.
     tolerance
-        Largest r'^(3/2) h^(5/2) left, in natural units. At 1e-10 the peaks of the paper's scenes
-        are right to about 1e-12: the constant before it is small.
+        Largest r'^(3/2) h^(5/2) left, as a fraction of the largest velocity. At 1e-10 the peaks of
+        the paper's scenes are right to about 1e-12: the constant before it is small.
     cosine_steps
         Fewest steps on a cosine ramp, however short it is: its impulse, all that a short pulse
-        leaves, is a quadrature by the steps. Sixteen are right to 1e-13; one, halved somewhere,
+        leaves, is a quadrature by the steps. Thirty-two are right to 1e-14; one, halved somewhere,
         is not (4e-11).
     """
 
     stepper: Stepper
     tolerance: float
-    cosine_steps: int = 16
+    cosine_steps: int = 32
 
     def parts(self, leg: Leg) -> int:
         """As many as make enough steps on a cosine ramp; elsewhere one."""
@@ -99,5 +100,5 @@ class Refined:
         rate = np.maximum(np.abs(overlap(before.velocity)), np.abs(overlap(after.velocity)))
         opens_or_closes = (r0 > 0) != (r1 > 0)
         within_a_step = np.minimum(np.abs(r0), np.abs(r1)) < rate * h
-        felt = rate**3 * h**5 > self.tolerance**2
+        felt = rate**3 * h**5 > (self.tolerance * np.max(np.abs(after.velocity))) ** 2
         return bool(np.any((opens_or_closes | within_a_step) & felt))

@@ -16,7 +16,7 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.chain import Chain
@@ -191,7 +191,7 @@ def peak_shift(
     ratio
         LM_ratio.
     """
-    i = np.asarray(contact)
+    i = _in_transition(contact, p, p)
     exponent = 25 * (p - i) / (16 * i * p * math.sqrt(duration_ratio))
     return np.asarray(SHIFT * np.asarray(peak_force, np.float64) ** (-1 / 6) * ratio**exponent)
 
@@ -232,8 +232,7 @@ def peak_force(
         LM_ratio (Eq. 6a), or LM_ratio + Delta L / L_Applied(t0_hat) where LM_ratio < 1 (Eq. 6b):
         see effective_momentum_ratio.
     """
-    i = np.asarray(contact)
-    require(bool(np.all((i >= 2) & (i <= p))), "contact", contact, f"must be from 2 to p = {p}")
+    i = _in_transition(contact, p, p)
     exponent = 15 * (i - p) / (8 * i * p * math.sqrt(duration_ratio))
     return np.asarray(wave_force * effective_ratio**exponent)
 
@@ -246,7 +245,7 @@ def effective_momentum_ratio(chain: Chain, pulse: Pulse, rise_time: float) -> fl
 
 def normalized_contact(contact: ArrayLike, p: int) -> FloatArray:
     """Eq. 7a: j = (i - 2) / (p - 1), from 0 at contact 2 to 1 at contact p + 1."""
-    return (np.asarray(contact) - 2) / (p - 1)
+    return np.asarray((_in_transition(contact, p, p + 1) - 2) / (p - 1))
 
 
 def normalized_peak_force(
@@ -278,24 +277,22 @@ def peak_force_cubic(
     wave_force
         F_SW.
     """
-    i = np.asarray(contact)
-    allowed = f"must be from 2 to p + 1 = {p + 1}"
-    require(bool(np.all((i >= 2) & (i <= p + 1))), "contact", contact, allowed)
-    grown = 1 - peak_force_fit(normalized_contact(i, p))
+    grown = 1 - peak_force_fit(normalized_contact(contact, p))
     return np.asarray(second_force + (wave_force - second_force) * grown)
 
 
 def granule_velocity(x: ArrayLike, wave_force: float = 1.0) -> FloatArray:
     """Velocity of the granules over space once the wave has formed (section 5.1).
 
-    The integral of F_SW (S(x)^(3/2) - S(x - 1)^(3/2)), from far behind.
+    The integral of F_SW (S(x)^(3/2) - S(x - 1)^(3/2)), from far behind. As printed it has no factor
+    T = 1.077 F_SW^(-1/6), the time that a granule of x takes: times T it is natural units.
 
     Parameters
     ----------
     x
         Position in the frame of the wave, in granules, any shape.
     wave_force
-        F_SW, natural units.
+        F_SW in units of F0.
     """
 
     def net(y: Any) -> Any:
@@ -309,3 +306,10 @@ def granule_velocity(x: ArrayLike, wave_force: float = 1.0) -> FloatArray:
         for end in np.ravel(np.asarray(x, np.float64))
     ]
     return np.asarray(wave_force * np.reshape(integrals, np.shape(x)))
+
+
+def _in_transition(contact: ArrayLike, p: int, last: int) -> NDArray[np.int_]:
+    i = np.asarray(contact)
+    allowed = f"must be from 2 to {last}, with p = {p}"
+    require(bool(np.all((i >= 2) & (i <= last))), "contact", contact, allowed)
+    return i

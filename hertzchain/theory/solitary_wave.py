@@ -24,7 +24,7 @@ _POINTS_PER_GRANULE = 16
 """Eight already give all digits."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SolitaryWave:
     """A wave whose largest force is 1, in natural units.
 
@@ -72,6 +72,8 @@ def solitary_wave() -> SolitaryWave:
         if np.max(np.abs(following - overlap)) < 1e-15:
             break
         overlap = following
+    for values in (x, following):  # handed out to everybody
+        values.setflags(write=False)
     integral = float(np.sum(following**1.5)) / _POINTS_PER_GRANULE
     return SolitaryWave(float(np.sqrt(square_speed)), integral, x, following)
 

@@ -1,0 +1,162 @@
+"""Error bounds against errors that are known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import hertzchain as hc
+from hertzchain.accuracy import companion, second_order_step
+from hertzchain.arrays import FloatArray
+from hertzchain.peaks import largest_difference
+from hertzchain.schedule import Leg
+from tests.conftest import paper_scene
+
+ROUND_OFF = 1e-12
+"""Differences of 1e-3 or more of numbers of order 1."""
+
+
+def legs_of(*steps: int) -> tuple[Leg, ...]:
+    """Legs of length 1, without force, with so many steps."""
+    return tuple(Leg(float(k), k + 1.0, count, None) for k, count in enumerate(steps))
+
+
+def error(legs: Sequence[Leg], weights: Sequence[float]) -> float:
+    """A second-order error: a sum over the legs of C h^2."""
+    return sum(c * leg.dt**2 for c, leg in zip(weights, legs, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("steps", "other", "factor"),
+    [
+        ((9,), (6,), 1 / ((3 / 2) ** 2 - 1)),
+        ((3,), (2,), 1 / ((3 / 2) ** 2 - 1)),
+        ((9, 300), (6, 200), 1 / ((3 / 2) ** 2 - 1)),
+        ((7,), (4,), 1 / ((7 / 4) ** 2 - 1)),
+        ((4,), (2,), 1 / 3),
+        ((3, 100), (2, 66), 1 / ((3 / 2) ** 2 - 1)),
+        ((1,), (3,), 9 / 8),
+        ((2, 100), (6, 300), 9 / 8),
+        ((1, 7, 2), (3, 21, 6), 9 / 8),
+    ],
+)
+def test_companion_has_two_thirds_of_the_steps_or_thrice_as_many(
+    steps: tuple[int, ...], other: tuple[int, ...], factor: float
+) -> None:
+    found = companion(legs_of(*steps))
+    assert tuple(leg.steps for leg in found.legs) == other
+    assert found.factor == pytest.approx(factor, rel=1e-15, abs=0)
+
+
+def test_companion_keeps_times_and_force() -> None:
+    legs = paper_scene("cosine", 0.5, 2.0).schedule(1e-6)
+    for leg, twin in zip(legs, companion(legs).legs, strict=True):
+        assert (leg.start, leg.end, leg.ramp) == (twin.start, twin.end, twin.ramp)
+
+
+@pytest.mark.parametrize("steps", [1, 2, 3, 7, 8, 501])
+def test_factor_gives_the_very_error_of_one_leg(steps: int) -> None:
+    """P(h) = P + C h^2, measured at two steps."""
+    legs = legs_of(steps)
+    other = companion(legs)
+    difference = abs(error(other.legs, [0.7]) - error(legs, [0.7]))
+    assert other.factor * difference == pytest.approx(error(legs, [0.7]), rel=ROUND_OFF, abs=0)
+
+
+@pytest.mark.parametrize("steps", [(3, 60, 9), (1, 1), (1, 3, 5)])
+def test_factor_gives_the_very_error_where_every_step_changes_alike(
+    steps: tuple[int, ...],
+) -> None:
+    legs, weights = legs_of(*steps), [0.7, 0.2, 1.3][: len(steps)]
+    other = companion(legs)
+    difference = abs(error(other.legs, weights) - error(legs, weights))
+    assert other.factor * difference == pytest.approx(error(legs, weights), rel=ROUND_OFF, abs=0)
+
+
+@given(st.lists(st.tuples(st.integers(1, 1000), st.floats(1e-3, 1.0)), min_size=1, max_size=6))
+def test_factor_bounds_the_error_of_many_legs(legs: list[tuple[int, float]]) -> None:
+    """Whichever leg makes it, as long as the legs do not cancel each other."""
+    fine, weights = legs_of(*(steps for steps, _ in legs)), [c for _, c in legs]
+    other = companion(fine)
+    difference = abs(error(other.legs, weights) - error(fine, weights))
+    assert other.factor * difference >= error(fine, weights) * (1 - ROUND_OFF)
+
+
+@pytest.mark.parametrize("order", [3, 4, 6])
+@pytest.mark.parametrize("steps", [1, 2, 3, 7, 8])
+def test_factor_bounds_errors_of_higher_order(order: int, steps: int) -> None:
+    legs = legs_of(steps)
+    other = companion(legs)
+    difference = abs(other.legs[0].dt ** order - legs[0].dt ** order)
+    assert other.factor * difference > legs[0].dt ** order
+
+
+# The step for a wanted error
+
+
+def peaks_with_error(coefficient: float, asked: list[float]) -> FloatArray:
+    """Three peaks whose second is off by ``coefficient`` h^2 at the step asked last."""
+    return np.array([1.0, 2.0 * (1.0 + coefficient * asked[-1] ** 2), 0.5])
+
+
+@pytest.mark.parametrize("wanted", [1e-5, 1e-6, 3e-8])
+@pytest.mark.parametrize("coefficient", [0.4, -0.4])
+def test_step_gives_the_wanted_error_where_errors_are_quadratic(
+    wanted: float, coefficient: float
+) -> None:
+    asked: list[float] = []
+
+    def peaks_at(step: float) -> FloatArray:
+        asked.append(step)
+        return peaks_with_error(coefficient, asked)
+
+    step = second_order_step(peaks_at, pilot=0.04, wanted=wanted)
+    assert asked == [0.04, 0.02]
+    # The bound, 1.5 times the error, is to be 0.9 of what is wanted; the difference of the two
+    # trials is relative to the second, which is itself off by 2e-4.
+    assert 1.5 * 0.4 * step**2 == pytest.approx(0.9 * wanted, rel=3e-4, abs=0)
+
+
+def test_step_grows_at_most_to_twice_the_pilot() -> None:
+    def peaks_at(step: float) -> FloatArray:
+        return peaks_with_error(1e-9, [step])
+
+    assert second_order_step(peaks_at, pilot=0.04, wanted=1e-6) == 0.08
+
+
+def test_step_is_the_pilot_where_the_trials_agree() -> None:
+    assert second_order_step(lambda _: np.ones(3), pilot=0.04, wanted=1e-6) == 0.04
+
+
+# Bounds of whole runs
+
+
+@pytest.mark.parametrize("method", ["velocity-verlet", "rk4"])
+@pytest.mark.parametrize("dt", [0.2, 0.05, 0.0125])
+def test_bound_of_a_run_vs_its_error(method: str, dt: float) -> None:
+    scene = paper_scene("cosine-triangular", 1.3, 2.5, granules=10)
+    exact = hc.Native().run(scene).peak_force
+    result = hc.Native(method, dt=dt * scene.units.time).run(scene)
+    true_error = largest_difference(result.peak_force, exact)
+    # The reference is right to 1e-11; a bound 100 times too large would be no help.
+    assert true_error <= result.error_estimate + 1e-11
+    assert result.error_estimate < 100 * true_error
+
+
+@pytest.fixture(scope="module")
+def long_pulse() -> hc.Result:
+    """Many waves and gaps in a short chain, by the reference method."""
+    return hc.Native().run(paper_scene("triangular", 50.0, 4.0, granules=5))
+
+
+@pytest.mark.parametrize("dt", [0.1, 0.5, 3.0])
+def test_bound_of_the_reference_holds_at_large_steps(long_pulse: hc.Result, dt: float) -> None:
+    """Refinement must not halve both runs of the bound down to the same steps."""
+    scene = long_pulse.scene
+    result = hc.Native(dt=dt * scene.units.time).run(scene)
+    true_error = largest_difference(result.peak_force, long_pulse.peak_force)
+    assert true_error <= result.error_estimate + long_pulse.error_estimate

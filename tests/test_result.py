@@ -1,0 +1,180 @@
+"""The result: what it says of itself, as a table and as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import RunFailed
+from tests.conftest import STEEL, paper_scene
+
+
+def through_json(result: hc.Result) -> Any:
+    """What a reader of the JSON gets; NaN and infinity are not JSON."""
+    return json.loads(json.dumps(result.to_dict(), allow_nan=False))
+
+
+def ending_at(scene: hc.Scene, end_time: float) -> hc.Scene:
+    return replace(scene, run=hc.Run(end_time))
+
+
+# Contents
+
+
+def test_contacts_have_the_papers_numbers(demo_reference: hc.Result) -> None:
+    assert demo_reference.contact.tolist() == list(range(2, 61))
+    assert demo_reference.peak_force.shape == demo_reference.peak_time.shape == (59,)
+    assert demo_reference.displacement.shape == demo_reference.velocity.shape == (60,)
+
+
+def test_transition_and_wave_of_the_demo(demo_reference: hc.Result) -> None:
+    assert demo_reference.transition_granules == 9
+    wave = demo_reference.solitary_wave
+    # Known peaks of contact 10, to nine digits, from two independent solvers.
+    assert wave.peak_force == pytest.approx(149.587218, rel=0, abs=5e-7)
+    time = dict(zip(demo_reference.contact.tolist(), demo_reference.peak_time, strict=True))
+    assert wave.speed == pytest.approx(10 * 9.5e-3 / (time[20] - time[10]), rel=1e-14, abs=0)
+
+
+def test_balance_vs_the_state_at_the_end(demo_reference: hc.Result) -> None:
+    """Momentum, kinetic energy and 2/5 A r^(5/2) of each contact, by hand in SI."""
+    mass = 4 / 3 * math.pi * 4.75e-3**3 * 7958.0
+    stiffness = 4 / 3 * 193e9 / (2 * 0.91) * math.sqrt(4.75e-3 / 2)
+    u, v = demo_reference.displacement, demo_reference.velocity
+    overlap = np.maximum(u[:-1] - u[1:], 0.0)
+    energy = mass / 2 * np.sum(v**2) + 0.4 * stiffness * np.sum(overlap**2.5)
+    # Sums of 60 terms.
+    assert demo_reference.balance.momentum == pytest.approx(mass * v.sum(), rel=1e-14, abs=0)
+    assert demo_reference.balance.energy == pytest.approx(energy, rel=1e-14, abs=0)
+
+
+def test_impulse_and_work_vs_what_they_do_to_the_chain(demo_reference: hc.Result) -> None:
+    """The area of the pulse is F0 n t0 / 2, and t0 is twice t0_hat."""
+    balance = demo_reference.balance
+    inside = 0.91 * 4.75e-3**4 * 7958.0**1.5 / 193e9
+    impulse = 2.0 * 139 / 32 * inside ** (1 / 3) * 100 ** (5 / 6)
+    assert balance.impulse == pytest.approx(impulse, rel=1e-14, abs=0)
+    # The integration conserves momentum to round-off, and energy to its order.
+    assert balance.momentum == pytest.approx(balance.impulse, rel=1e-13, abs=0)
+    assert balance.energy == pytest.approx(balance.work, rel=1e-11, abs=0)
+
+
+# Table and JSON
+
+
+def test_frame_has_one_row_for_each_contact(demo_reference: hc.Result) -> None:
+    frame = demo_reference.to_frame()
+    assert list(frame.columns) == ["contact", "peak_force_N", "peak_time_s"]
+    assert len(frame) == 59
+    assert frame["contact"].tolist() == list(range(2, 61))
+    assert np.array_equal(frame["peak_force_N"].to_numpy(), demo_reference.peak_force)
+    assert np.array_equal(frame["peak_time_s"].to_numpy(), demo_reference.peak_time)
+
+
+def test_json_says_what_the_result_says(demo_reference: hc.Result) -> None:
+    document = through_json(demo_reference)
+    assert document["backend"] == "native"
+    assert document["method"] == "reference"
+    assert document["peak_force_N"] == demo_reference.peak_force.tolist()
+    assert document["peak_time_s"] == demo_reference.peak_time.tolist()
+    assert document["transition_granules"] == 9
+    assert document["solitary_wave"] == {
+        "peak_force_N": demo_reference.solitary_wave.peak_force,
+        "far_field_force_N": demo_reference.solitary_wave.far_field_force,
+        "speed_m_s": demo_reference.solitary_wave.speed,
+    }
+    assert document["error_estimate"] == demo_reference.error_estimate
+    assert document["end_time_s"] == demo_reference.scene.end_time
+    assert document["rise_time_s"] == demo_reference.scene.rise_time
+    # Given as 2 and never computed.
+    assert document["momentum_ratio"] == 2.0
+    assert {"hertzchain", "numpy", "python", "platform"} <= document["provenance"].keys()
+
+
+def test_json_has_all_that_is_promised(demo_reference: hc.Result) -> None:
+    promised = {
+        "backend",
+        "method",
+        "end_time_s",
+        "rise_time_s",
+        "momentum_ratio",
+        "dt_s",
+        "peak_force_N",
+        "peak_time_s",
+        "transition_granules",
+        "solitary_wave",
+        "error_estimate",
+        "wall_time_s",
+        "provenance",
+    }
+    assert promised <= through_json(demo_reference).keys()
+
+
+def test_contacts_that_were_never_pressed_are_null() -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, granules=60)
+    assert scene.rise_time is not None
+    result = hc.Native("rk4").run(ending_at(scene, scene.rise_time / 100))
+    document = through_json(result)
+    force, time = document["peak_force_N"], document["peak_time_s"]
+    assert force[0] > 0
+    assert time[0] is not None
+    assert force[-1] == 0
+    assert time[-1] is None
+    assert [t is None for t in time] == [f == 0 for f in force]
+    assert document["transition_granules"] is None
+    assert set(document["solitary_wave"].values()) == {None}
+
+
+def test_a_pulse_table_has_no_rise_time() -> None:
+    table = hc.PulseTable((0.0, 2e-5, 6e-5), (0.0, 100.0, 0.0))
+    result = hc.Native("rk4").run(hc.Scene(hc.Chain(3, **STEEL), table))
+    assert through_json(result)["rise_time_s"] is None
+
+
+def test_a_run_that_ends_before_its_shock_begins() -> None:
+    table = hc.PulseTable((1e-4, 2e-4), (100.0, 100.0))
+    scene = hc.Scene(hc.Chain(3, **STEEL), table, hc.Run(5e-5))
+    document = through_json(hc.Native("rk4").run(scene))
+    assert document["peak_force_N"] == [0.0, 0.0]
+    assert document["peak_time_s"] == [None, None]
+
+
+@pytest.mark.parametrize("dt", [1.0, 1.5, 2.0, 2.5])
+def test_steps_at_the_edge_of_stability_fail_or_give_json(dt: float) -> None:
+    """Half as many steps diverge where the run itself just did not."""
+    scene = paper_scene("cosine-triangular", 1.0, 2.0, granules=8)
+    try:
+        result = hc.Native("rk4", dt=dt * scene.units.time).run(scene)
+    except RunFailed:
+        return
+    document = through_json(result)
+    assert document["error_estimate"] is None or document["error_estimate"] > 0.1
+
+
+# Short runs
+
+
+def test_p_needs_contact_p_plus_2_to_have_peaked() -> None:
+    """Twelve granules: contact 11 comes within 1 % of contact 10 before it peaks.
+
+    Wherever the run ends on the way up, it ends too early, also where it ends a rounding after
+    its last sample.
+    """
+    scene = paper_scene("cosine-triangular", 2.0, 2.0, granules=12)
+    verlet = hc.Native("velocity-verlet", dt=0.05 * scene.units.time)
+    whole = verlet.run(scene)
+    assert whole.transition_granules == 9
+    peak = whole.peak_time[11 - 2]
+    before = np.linspace(0.01, 0.12, 23) * scene.units.time
+    found = [
+        verlet.run(ending_at(scene, float(peak - early))).transition_granules for early in before
+    ]
+    assert found == [None] * 23
+    just_after = ending_at(scene, float(peak + 0.01 * scene.units.time))
+    assert verlet.run(just_after).transition_granules == 9
