@@ -11,6 +11,9 @@ from hertzchain.errors import require
 
 POSITIVE = "must be a finite number above 0"
 
+MOST_GRANULES = 2**31 - 1
+"""The ids of LAMMPS are 32-bit integers."""
+
 
 @dataclass(frozen=True)
 class Chain:
@@ -19,7 +22,7 @@ class Chain:
     Parameters
     ----------
     granules
-        N, at least 2.
+        N, from 2 to 2^31 - 1.
     radius
         R [m].
     young_modulus
@@ -44,8 +47,8 @@ class Chain:
     def __post_init__(self) -> None:
         granules = self.granules
         is_integer = isinstance(granules, Integral) and not isinstance(granules, bool)
-        allowed = "must be an integer of at least 2"
-        require(is_integer and granules >= 2, "granules", granules, allowed)
+        allowed = f"must be an integer from 2 to {MOST_GRANULES}"
+        require(is_integer and 2 <= granules <= MOST_GRANULES, "granules", granules, allowed)
         for key, unit in (("radius", "m"), ("young_modulus", "Pa"), ("density", "kg/m^3")):
             value = getattr(self, key)
             require(is_positive(value), key, value, f"{POSITIVE} [{unit}]")

@@ -7,7 +7,7 @@ import math
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -261,14 +261,12 @@ def main() -> None:
     except HertzchainError as problem:
         typer.echo(f"hertzchain: {problem}", err=True)
         sys.exit(UNUSABLE)
-    except (MemoryError, OverflowError):
+    except MemoryError:
         typer.echo("hertzchain: there is not enough memory for this scene", err=True)
         sys.exit(UNUSABLE)
-    except OSError as problem:
-        # Standard output is full or gone; what is left in its buffer must not fail again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        typer.echo(f"hertzchain: cannot write the results ({problem.strerror})", err=True)
+    except OSError as problem:  # standard output is full or gone
+        # What is left in its buffer must not fail again when Python ends.
+        with suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        typer.echo(f"hertzchain: {problem}", err=True)
         sys.exit(UNUSABLE)
-    except KeyboardInterrupt:
-        typer.echo("hertzchain: interrupted", err=True)
-        sys.exit(130)

@@ -17,7 +17,7 @@ import numpy as np
 
 from hertzchain import theory
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.errors import BackendMissing, require
+from hertzchain.errors import BackendMissing, RunFailed, require
 from hertzchain.lammps import Lammps, round_off
 from hertzchain.native import METHODS, Native, Simulation, simulate
 from hertzchain.peaks import largest_difference
@@ -226,6 +226,8 @@ def compare(
         except BackendMissing as problem:
             missing = True
             checks.append(Check("lammps: not run", None, None, None, False, str(problem)))
+        except RunFailed as problem:
+            checks.append(Check("lammps: failed", None, None, None, False, str(problem)))
     if result is not None:
         tell("native: velocity Verlet at the steps of LAMMPS")
         checks += [
@@ -241,7 +243,8 @@ def same_steps_checks(lammps: Result) -> list[Check]:
     scene, units = lammps.scene, lammps.scene.units
     legs = scene.schedule(lammps.dt)
     twin = simulate(scene, legs, VELOCITY_VERLET)
-    growth, lost = max(1.0, 0.01 * units.time / lammps.dt), round_off(scene, legs)
+    growth = max(1.0, 0.01 * units.time / lammps.dt)
+    lost = round_off(scene, lammps.steps, lammps.peak_force)
     state, peaks = SAME_STEPS_STATE * growth + 10 * lost, SAME_STEPS_PEAKS * growth + lost
     pairs = {
         "displacement": (lammps.displacement / units.length, twin.state.displacement),

@@ -29,6 +29,7 @@ class SceneError(HertzchainError, ValueError):
     ) -> None:
         self.key, self.value, self.allowed, self.file = key, value, allowed, file
         where = f"{file}: " if file is not None else ""
+        key = key if key.isprintable() else repr(key)  # a key of TOML may hold a line's end
         shown = "" if value is None else f" = {_short(value)}"
         super().__init__(f"{where}{key}{shown}: {allowed}")
 

@@ -45,7 +45,7 @@ def write_with(path: Path | str, write: Callable[[Path], object]) -> None:
         with tempfile.TemporaryDirectory(prefix=".hertzchain-", dir=path.parent) as folder:
             part = Path(folder) / path.name
             write(part)
-            part.replace(path)
+            part.replace(path.resolve())  # where a link points to
     except OSError as problem:
         raise _unwritable(path, problem) from None
 
@@ -68,7 +68,8 @@ def check_writable(path: Path | str) -> None:
     if path.is_dir():
         raise OutputError(f"{path}: is a directory, must be the name of a file")
     if not path.parent.is_dir():
-        raise OutputError(f"{path}: there is no folder {path.parent}, create it first")
+        reason = "is not a folder" if path.parent.exists() else "does not exist, create it first"
+        raise OutputError(f"{path}: {path.parent} {reason}")
     target = path if path.exists() and not path.is_file() else path.parent
     if not os.access(target, os.W_OK) or (path.is_file() and not os.access(path, os.W_OK)):
         raise OutputError(f"{path}: no permission to write here, choose another place")

@@ -149,6 +149,8 @@ class Scene:
         shock: dict[str, object] = {}
         if isinstance(self.shock, PulseTable):
             table = path.with_suffix(".csv")
+            allowed = "must not end in .csv: the pulse table is written under that name"
+            require(table != path, "path", str(path), allowed)
             rows = zip(self.shock.time, self.shock.force, strict=True)
             lines = ["time_s,force_N", *(f"{time!r},{force!r}" for time, force in rows)]
             write_text(table, "\n".join(lines) + "\n")

@@ -13,6 +13,9 @@ from dataclasses import dataclass
 from hertzchain.errors import require
 from hertzchain.shock import Ramp
 
+MOST_STEPS = 1e10
+"""On one leg: days of work for LAMMPS, weeks for NumPy."""
+
 
 @dataclass(frozen=True)
 class Leg:
@@ -73,9 +76,13 @@ def lay_steps(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, .
         end = min(end, end_time)
         if end > start:
             steps = (end - start) / dt
-            allowed = f"is too short for {end - start:.3g} s, must leave fewer than 1e15 steps"
-            require(steps < 1e15, "dt", dt, allowed)
-            legs.append(Leg(start, end, max(1, math.ceil(steps)), ramp))
+            allowed = (
+                f"leaves {steps:.1e} steps in {end - start:.3g} s; must be longer, or end_time"
+                f" shorter, for at most {MOST_STEPS:.0e}"
+            )
+            require(steps <= MOST_STEPS, "dt", dt, allowed)
+            # A step that was once the result of this division must give the same number again.
+            legs.append(Leg(start, end, max(1, math.ceil(steps * (1 - 2**-52))), ramp))
 
     add(0.0, ramps[0].start, None)
     for ramp in ramps:

@@ -170,10 +170,9 @@ class PulseTable:
 
     def __post_init__(self) -> None:
         rows = len(self.time)
-        require(rows >= 2, "time_s", f"{rows} rows", "must have at least 2 rows")
-        require(
-            rows == len(self.force), "force_N", f"{len(self.force)} rows", f"must have {rows} rows"
-        )
+        require(rows >= 2, "rows", rows, "must be at least 2 rows of time_s and force_N")
+        forces = len(self.force)
+        require(rows == forces, "rows of force_N", forces, f"must be {rows}, as those of time_s")
         for row, (time, force) in enumerate(zip(self.time, self.force, strict=True), start=1):
             at_row = f"in row {row}"
             require(is_finite(time), f"time_s {at_row}", time, "must be a finite number [s]")
@@ -190,7 +189,7 @@ class PulseTable:
                 force,
                 "must be a finite number of at least 0 [N]",
             )
-        require(any(self.force), "force_N", "all 0", "must be positive in at least one row")
+        require(any(self.force), "force_N", None, "must be positive in at least one row")
         for name in ("time", "force"):
             object.__setattr__(self, name, tuple(float(value) for value in getattr(self, name)))
 
@@ -233,9 +232,7 @@ def read_pulse_table(path: Path, name: str | None = None) -> PulseTable:
         raise SceneError("shock.file", name, allowed, None if name else path) from None
     header = [cell.strip() for cell in rows[0]] if rows else []
     if header != ["time_s", "force_N"]:
-        raise SceneError(
-            "header", ",".join(header), "the first line must be time_s,force_N", file=path
-        )
+        raise SceneError("first line", ",".join(header), "must be time_s,force_N", file=path)
     columns: tuple[list[float], list[float]] = ([], [])
     for number, row in enumerate(rows[1:], start=1):
         try:

@@ -90,7 +90,7 @@ def test_the_error_says_in_which_unit(key: str, unit: str) -> None:
 
 
 def test_errors_are_also_value_errors() -> None:
-    with pytest.raises(ValueError, match="granules = 1: must be an integer of at least 2"):
+    with pytest.raises(ValueError, match="granules = 1: must be an integer from 2"):
         chain_with(granules=1)
 
 

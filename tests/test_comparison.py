@@ -200,7 +200,7 @@ def test_balance_of_a_run_that_ends_within_the_pulse(end: float) -> None:
 def test_one_failed_check_fails_the_whole(native_only: hc.Comparison) -> None:
     bad = Check("something", 1.0, 0.0, 0.1, passed=False, reason="tampered with")
     assert replace(native_only, checks=(*native_only.checks, bad)).verdict == "fail"
-    unmeasured = replace(bad, measured=None, passed=None)
+    unmeasured = replace(bad, measured=None, passed=False)
     assert replace(native_only, checks=(*native_only.checks, unmeasured)).verdict == "fail"
 
 

@@ -128,7 +128,7 @@ def test_an_interrupted_write_leaves_nothing(tmp_path: Path) -> None:
 
 
 def test_a_missing_folder_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match=r"there is no folder .*no, create it first"):
+    with pytest.raises(OutputError, match=r"no does not exist, create it first"):
         check_writable(tmp_path / "no" / "a.txt")
 
 

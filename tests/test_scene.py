@@ -106,7 +106,7 @@ def test_a_table_may_lie_anywhere(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("granules = 60", "granules = 1", "chain.granules = 1: must be an integer of at least 2"),
+        ("granules = 60", "granules = 1", "chain.granules = 1: must be an integer from 2"),
         ("granules = 60", "granules = 60.0", "chain.granules = 60.0: must be an integer"),
         ("granules = 60", 'granules = "60"', "chain.granules = '60': must be an integer"),
         ("granules = 60", "granule = 60", "chain.granule = 60: unknown key, allowed are granules,"),
@@ -229,7 +229,6 @@ def test_a_bad_row_is_refused_with_the_name_of_the_table(tmp_path: Path) -> None
         ('"4.75 mm"', "1e300"),
         ('"4.75 mm"', "1e-300"),
         ('"7958 kg/m^3"', "1e-320"),
-        ("granules = 60", "granules = 1" + "0" * 320),
         ("duration_ratio = 2", "duration_ratio = 1.7e308"),
         ("momentum_ratio = 2.0", "rise_time = 1e308"),
     ],

@@ -126,3 +126,10 @@ def test_a_scenes_schedule_has_its_corners(demo: hc.Scene) -> None:
     t0 = demo.rise_time
     assert bounds(legs) == [(0.0, t0), (t0, 2 * t0), (2 * t0, demo.end_time)]
     assert [leg.ramp for leg in legs] == [*demo.ramps, None]
+
+
+@given(end=st.floats(1e-9, 1e3), dt=st.floats(1e-4, 1.0))
+def test_the_largest_step_of_a_schedule_gives_that_schedule_again(end: float, dt: float) -> None:
+    ramps = [Ramp(0.0, end / 3, 0.0, 1.0, "linear"), Ramp(end / 3, end, 1.0, 0.0, "linear")]
+    legs = lay_steps(ramps, 2 * end, dt * end)
+    assert lay_steps(ramps, 2 * end, max(leg.dt for leg in legs)) == legs

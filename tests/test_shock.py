@@ -200,9 +200,9 @@ def test_a_table_may_start_and_end_with_a_jump() -> None:
 @pytest.mark.parametrize(
     ("time", "force", "key"),
     [
-        ((), (), "time_s"),
-        ((0.0,), (1.0,), "time_s"),
-        ((0.0, 1.0), (1.0,), "force_N"),
+        ((), (), "rows"),
+        ((0.0,), (1.0,), "rows"),
+        ((0.0, 1.0), (1.0,), "rows of force_N"),
         ((-1e-9, 1.0), (1.0, 1.0), "time_s in row 1"),
         ((0.0, 0.0), (1.0, 1.0), "time_s in row 2"),
         ((0.0, 2.0, 1.0), (1.0, 1.0, 1.0), "time_s in row 3"),

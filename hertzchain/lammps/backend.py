@@ -19,11 +19,11 @@ from hertzchain.accuracy import (
 )
 from hertzchain.arrays import FloatArray
 from hertzchain.chain import POSITIVE, is_positive
-from hertzchain.errors import require
+from hertzchain.errors import RunFailed, require
 from hertzchain.history import Recorder, wanted_times
 from hertzchain.lammps import deck, reading
 from hertzchain.lammps.engine import command, engine, version_of
-from hertzchain.peaks import PeakWatch, largest_difference
+from hertzchain.peaks import SIGNIFICANT, PeakWatch, largest_difference
 from hertzchain.result import Balance, Result
 from hertzchain.samples import Samples
 from hertzchain.scene import Scene
@@ -104,7 +104,14 @@ class Lammps:
         begin = time.perf_counter()
         times = None if record is None else wanted_times(record, scene.end_time)
         legs, run, step_error, recorder = self._accurate_enough(scene, times)
-        error = step_error + self._interpolation_error(scene, legs) + round_off(scene, legs)
+        steps = sum(leg.steps for leg in legs)
+        lost = round_off(scene, steps, run.peaks.force)
+        if not lost < 1:
+            raise RunFailed(
+                "LAMMPS cannot resolve the overlaps of this scene beside its coordinates: take a"
+                " larger force, a shorter chain or a softer material"
+            )
+        error = step_error + self._interpolation_error(scene, legs) + lost
         refuse_meaningless("LAMMPS", error)
         history = None if recorder is None or times is None else recorder.history(times)
         return Result(
@@ -112,8 +119,8 @@ class Lammps:
             backend="lammps",
             method=f"velocity-verlet, {self.pair_style}",
             dt=max(leg.dt for leg in legs),
-            steps=sum(leg.steps for leg in legs),
-            force_evaluations=sum(leg.steps for leg in legs),
+            steps=steps,
+            force_evaluations=steps,
             peak_force=run.peaks.force,
             peak_time=run.peaks.time,
             peak_passed=run.peaks.passed,
@@ -148,7 +155,8 @@ class Lammps:
             run = self._simulate(scene, legs, strides, recorder)
             error = self._step_error(scene, legs, run.peaks.force)
             # Below what round-off costs, shorter steps cannot help.
-            if self.dt is not None or error <= max(WANTED_ERROR, round_off(scene, legs)):
+            lost = round_off(scene, sum(leg.steps for leg in legs), run.peaks.force)
+            if self.dt is not None or error <= max(WANTED_ERROR, lost):
                 break
             dt *= 0.9 * math.sqrt(WANTED_ERROR / error)
         return legs, run, error, recorder
@@ -248,16 +256,28 @@ def _read(lammps: Any, leg: Leg, stride: int) -> Iterator[list[reading.Snapshot]
         yield shots
 
 
-def round_off(scene: Scene, legs: Sequence[Leg]) -> float:
+def round_off(scene: Scene, steps: int, peak_force: FloatArray) -> float:
     """Bound of what absolute coordinates cost the peaks, as a fraction.
 
-    LAMMPS forms the overlap from positions up to 2 R N, so it loses that many digits of an overlap
-    of natural length, and rounds again at each step. Measured against native velocity Verlet at
-    the same steps, F0 from 1e-6 to 1e4 N, N from 10 to 800: at most a third of this.
+    LAMMPS forms the overlap from positions up to 2 R N, so it loses that many digits of it, and
+    rounds again at each step. Measured against native velocity Verlet at the same steps, F0 from
+    1e-6 to 1e4 N, N from 10 to 800: at most a third of this.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    steps
+        Number of steps.
+    peak_force
+        Of all contacts [N], shape (contacts,); the smallest that is judged loses most.
     """
+    judged = peak_force[peak_force >= SIGNIFICANT * np.max(peak_force)]
+    overlap = (np.min(judged) / scene.chain.contact_stiffness) ** (2 / 3)
+    if overlap == 0:
+        return 0.0 if not np.any(peak_force) else math.inf
     reach = 2 * scene.chain.radius * scene.chain.granules
-    digits = np.finfo(np.float64).eps * reach / scene.units.length
-    return float(digits * math.sqrt(sum(leg.steps for leg in legs)))
+    return float(np.finfo(np.float64).eps * reach / overlap * math.sqrt(steps))
 
 
 @dataclass(frozen=True)

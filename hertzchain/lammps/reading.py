@@ -85,11 +85,14 @@ def samples(
     position = np.array([shot.position for shot in snapshots])
     force = np.array([shot.force for shot in snapshots])
     reach = (diameter[:-1] + diameter[1:]) / 2
+    overlap = reach - np.diff(position, axis=-1)
+    # Granules that only touch overlap by the rounding of their positions: that is no contact.
+    pressed = overlap > np.finfo(np.float64).eps * np.max(np.abs(start))
     return Samples(
         time=np.array([shot.time for shot in snapshots]),
         displacement=position - start,
         velocity=np.array([shot.velocity for shot in snapshots]),
         acceleration=force / mass,
-        overlap=reach - np.diff(position, axis=-1),
-        contact_force=contact_forces(force),
+        overlap=overlap,
+        contact_force=np.where(pressed, contact_forces(force), 0.0),
     )
