@@ -61,7 +61,7 @@ def test_the_first_peaks_of_the_demo_scene(demo_reference: hc.Result) -> None:
 def test_reference_stays_when_its_step_is_quartered(name: str) -> None:
     scene, step = scenes.load(name), METHODS["reference"].step
     moved = largest_difference(natural_peaks(scene, step), natural_peaks(scene, step / 4))
-    assert moved < 1e-10  # measured: at most 2e-12
+    assert moved < 1e-10  # measured: at most 2e-13
 
 
 def test_without_refinement_opening_contacts_spoil_the_reference() -> None:
@@ -134,12 +134,12 @@ def test_velocity_verlet_peaks_are_second_order(demo: hc.Scene, demo_reference: 
     assert slope(steps, errors) == pytest.approx(2.0, abs=0.02)
 
 
-@pytest.mark.parametrize("name", [*scenes.NAMES[::4], "demo"])
+@pytest.mark.parametrize("name", scenes.NAMES)
 def test_momentum_and_energy_balance(name: str) -> None:
     result = hc.Native().run(scenes.load(name))
     balance = result.balance
     assert balance.momentum == pytest.approx(balance.impulse, rel=1e-12, abs=0)
-    # Not gained or lost by the method: 3e-12 measured, what an opening contact leaves.
+    # Not gained or lost by the method: 5e-12 measured, what an opening contact leaves.
     assert balance.energy == pytest.approx(balance.work, rel=1e-11, abs=0)
 
 
