@@ -6,14 +6,16 @@ import argparse
 import csv
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import pandas
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
 import hertzchain as hc
+from hertzchain.files import check_writable, write_text
 
 HERE = Path(__file__).parent
 
@@ -112,11 +114,14 @@ def print_rows(title: str, rows: Sequence[Row]) -> None:
 
 
 def write_rows(path: Path, rows: Sequence[Row]) -> None:
-    """Write rows as CSV."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(field.name for field in fields(Row))
-        writer.writerows(astuple(entry) for entry in rows)
+    """Write rows as CSV.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    write_text(path, pandas.DataFrame([asdict(entry) for entry in rows]).to_csv(index=False))
 
 
 def run_script(title: str, compare: Callable[[bool], list[Row]]) -> None:
@@ -126,10 +131,13 @@ def run_script(title: str, compare: Callable[[bool], list[Row]]) -> None:
     parser.add_argument("-o", "--output", type=Path, help="write the rows as CSV")
     chosen = parser.parse_args()
     try:
+        if chosen.output is not None:
+            check_writable(chosen.output)
         rows = compare(chosen.quick)
+        print_rows(title, rows)
+        if chosen.output is not None:
+            write_rows(chosen.output, rows)
     except hc.HertzchainError as problem:
-        sys.exit(f"{Path(sys.argv[0]).name}: {problem}")
-    print_rows(title, rows)
-    if chosen.output is not None:
-        write_rows(chosen.output, rows)
+        print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
+        sys.exit(2)
     sys.exit(0 if all(entry.passed for entry in rows) else 1)
