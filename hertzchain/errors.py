@@ -15,7 +15,7 @@ class SceneError(HertzchainError, ValueError):
     Parameters
     ----------
     key
-        What is wrong, as the scene file names it (``chain.radius``).
+        What is wrong, as the scene file names it (``chain.radius``); "" for the file itself.
     value
         The value that was given; None where a key is missing or nothing was given.
     allowed
@@ -31,7 +31,8 @@ class SceneError(HertzchainError, ValueError):
         where = f"{file}: " if file is not None else ""
         key = key if key.isprintable() else repr(key)  # a key of TOML may hold a line's end
         shown = "" if value is None else f" = {_short(value)}"
-        super().__init__(f"{where}{key}{shown}: {allowed}")
+        named = f"{key}{shown}: " if key else ""
+        super().__init__(f"{where}{named}{allowed}")
 
 
 class BackendMissing(HertzchainError):

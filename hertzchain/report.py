@@ -36,12 +36,13 @@ def print_run(console: Console, result: Result) -> None:
     """
     console.print(describe(result.scene), style="bold")
     table = Table(box=None, header_style="bold")
-    for column in ("contact", "peak force [N]", "peak time [s]"):
+    for column in ("contact", "peak force [N]", "peak time [s]", ""):
         table.add_column(column, justify="right")
     shown = _shown_contacts(result)
     for contact in shown:
-        force, time = result.peak_force[contact - 2], result.peak_time[contact - 2]
-        table.add_row(str(contact), _number(force, 9), _number(time, 6))
+        k = contact - 2
+        force, time = _number(result.peak_force[k], 9), _number(result.peak_time[k], 6)
+        table.add_row(str(contact), force, time, "" if result.peak_passed[k] else "not peaked yet")
     console.print(table)
     _print_left_out(console, result, shown)
     wave = result.solitary_wave
@@ -73,7 +74,7 @@ def print_comparison(console: Console, comparison: Comparison) -> None:
     """
     native, lammps, formulas = comparison.native, comparison.lammps, comparison.formulas
     console.print(describe(comparison.scene), style="bold", end="\n\n")
-    console.print("Peak force of each contact [N], and its difference from native")
+    console.print("Peak force of each contact [N]; then its difference from native")
     table = Table(box=None, header_style="bold")
     for column in ("contact", "native", "LAMMPS", "Eq. 6", "Eq. 9", "LAMMPS", "Eq. 6", "Eq. 9"):
         table.add_column(column, justify="right")
@@ -125,9 +126,11 @@ def _summary(comparison: Comparison) -> Table:
     row("p, granules", granules(native), granules(other), "" if eq3 is None else f"{eq3:.2f}")
     f_sw = [_number(result.solitary_wave.peak_force, 8) for result in (native, other)]
     row("F_SW [N]", f_sw[0], f_sw[1], "")
-    speed = f"{formulas.speed:.2f} (exact {formulas.exact_speed:.2f})" if formulas.speed else ""
+    far = [_number(result.solitary_wave.far_field_force, 8) for result in (native, other)]
+    row("far-field force [N]", far[0], far[1], "")
+    speed = f"{formulas.speed:.2f}, exact {formulas.exact_speed:.2f}" if formulas.speed else ""
     measured = [_number(result.solitary_wave.speed, 7) for result in (native, other)]
-    row("speed [m/s]", measured[0], measured[1], speed)
+    row("speed [m/s]", measured[0], measured[1], speed and f"{speed} at F_SW")
     row("error, at most", f"{native.error_estimate:.1e}", f"{other.error_estimate:.1e}", "")
     row("method", native.method, other.method, "")
     row("steps", f"{native.steps:,}", f"{other.steps:,}", "")
@@ -169,6 +172,7 @@ def plot_comparison(comparison: Comparison, path: Path | str) -> None:
         If the file cannot be written.
     """
     from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
 
     figure = Figure(figsize=(8, 7), layout="constrained", dpi=150)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
@@ -214,6 +218,8 @@ def plot_comparison(comparison: Comparison, path: Path | str) -> None:
             color="0.35",
         )
     above.set_ylabel("peak force [N]")
+    above.set_ylim(bottom=0)
+    below.xaxis.set_major_locator(MaxNLocator(integer=True))
     above.set_title(describe(comparison.scene), fontsize=10)
     below.set_ylabel("relative difference from native")
     below.set_xlabel("contact (i lies between granules i - 1 and i)")

@@ -232,16 +232,17 @@ def _load(path: Path) -> dict[str, Any]:
     try:
         content = path.read_bytes()
     except IsADirectoryError:
-        raise SceneError("scene", None, "is a directory, must be a TOML file", path) from None
+        raise SceneError("", None, "is a directory, must be a TOML file", path) from None
     except (OSError, ValueError) as problem:  # ValueError: a null in the name
         reason = getattr(problem, "strerror", None) or problem
         raise SceneError(
-            "scene", None, f"cannot be read ({reason}), must be a TOML file", path
+            "", None, f"cannot be read ({reason}), must be a TOML file", path
         ) from None
     try:
         return tomllib.loads(content.decode())
     except (ValueError, RecursionError) as problem:  # not UTF-8, not TOML, or not to be counted
-        raise SceneError("scene", None, f"is not TOML ({problem})", path) from None
+        hint = '; a value with a unit stands in quotes, "103 GPa"'
+        raise SceneError("", None, f"is not TOML: {problem}{hint}", path) from None
 
 
 def _scene(document: Mapping[str, Any], folder: Path) -> Scene:

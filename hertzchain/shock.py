@@ -110,7 +110,7 @@ class Pulse:
     def __post_init__(self) -> None:
         names = ", ".join(PROFILES)
         known = isinstance(self.profile, str) and self.profile in PROFILES
-        require(known, "profile", self.profile, f"must be one of {names}, table")
+        require(known, "profile", self.profile, f"must be one of {names}, or table in a scene file")
         require(is_positive(self.peak_force), "peak_force", self.peak_force, f"{POSITIVE} [N]")
         require(
             is_finite(self.duration_ratio) and self.duration_ratio > 1,

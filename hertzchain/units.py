@@ -61,7 +61,9 @@ def _convert(key: str, value: object, number: float, given: str, unit: str, exam
     registry = _registry()
     try:
         wanted = registry.Unit(unit or "dimensionless")
-        return float(registry.Quantity(number, given).to(wanted).magnitude)
+        converted = float(registry.Quantity(number, given).to(wanted).magnitude)
+        # 8.5 g/cm^3 is 8500 kg/m^3, not 8499.999999999998; what is in SI already stays as it is.
+        return number if converted == number else float(f"{converted:.15g}")
     except pint.DimensionalityError as problem:
         raise SceneError(
             key, value, f"has the wrong dimension ({problem.dim1 or given}), must be {example}"

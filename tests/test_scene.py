@@ -190,7 +190,7 @@ def test_values_that_are_odd_in_toml_are_refused(tmp_path: Path, old: str, new: 
 def test_what_is_not_toml_is_refused(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "scene.toml"
     path.write_bytes(content)
-    with pytest.raises(SceneError, match=r"scene\.toml: scene: is not TOML"):
+    with pytest.raises(SceneError, match=r"scene\.toml: is not TOML"):
         hc.Scene.from_toml(path)
 
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.accuracy import (
-    SECOND_ORDER_SAFETY,
     companion,
     refuse_meaningless,
+    second_order_safety,
     second_order_step,
 )
 from hertzchain.arrays import FloatArray
@@ -102,6 +102,12 @@ class Lammps:
             If LAMMPS stops with an error, or the motion diverges.
         """
         begin = time.perf_counter()
+        if scene.units.length > scene.chain.radius / 2:
+            raise RunFailed(
+                f"the overlap under {scene.units.force:.3g} N, {scene.units.length:.3g} m, is more"
+                " than half a radius: LAMMPS would push granules through one another; take a"
+                " smaller force or a stiffer material"
+            )
         times = None if record is None else wanted_times(record, scene.end_time)
         legs, run, step_error, recorder = self._accurate_enough(scene, times)
         steps = sum(leg.steps for leg in legs)
@@ -158,7 +164,7 @@ class Lammps:
             lost = round_off(scene, sum(leg.steps for leg in legs), run.peaks.force)
             if self.dt is not None or error <= max(WANTED_ERROR, lost):
                 break
-            dt *= 0.9 * math.sqrt(WANTED_ERROR / error)
+            dt *= max(0.25, 0.9 * math.sqrt(WANTED_ERROR / error))
         return legs, run, error, recorder
 
     def _rough_peaks(self, scene: Scene, legs: Sequence[Leg]) -> FloatArray:
@@ -221,7 +227,8 @@ class Lammps:
         """Bound of what the steps cost the peaks, as a fraction."""
         other = companion(legs)
         difference = largest_difference(self._rough_peaks(scene, other.legs), peak_force)
-        return SECOND_ORDER_SAFETY * other.factor * difference
+        longest = max(leg.dt for leg in legs) / scene.units.time
+        return second_order_safety(longest) * other.factor * difference
 
     def _interpolation_error(self, scene: Scene, legs: Sequence[Leg]) -> float:
         """Bound of what reading now and then costs the peaks, as a fraction.

@@ -17,6 +17,7 @@ section 5.1             granule_velocity
 The exact solitary wave, beyond the paper, is in hertzchain.theory.solitary_wave.
 """
 
+from hertzchain.theory import solitary_wave
 from hertzchain.theory.paper import (
     acceleration,
     applied_force,
@@ -57,6 +58,7 @@ __all__ = [
     "peak_force_cubic",
     "peak_force_fit",
     "peak_shift",
+    "solitary_wave",
     "solitary_wave_momentum",
     "solitary_wave_speed",
     "transition_granules",
