@@ -325,3 +325,17 @@ def test_formulas_do_not_apply_where_the_transition_does_not_end() -> None:
     assert found.applicable is not None
     assert "does not end" in found.applicable
     assert np.isnan(found.eq6).all()
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("peak_force", "momentum_ratio", "n"),
+    [
+        (1e-3, 0.5, 2.0),  # a weak shock: LAMMPS loses digits, which the tolerances know of
+        (1.1e3, 0.077, 10.3),  # a short pulse: velocity Verlet's work is off by 3e-5
+    ],
+)
+def test_scenes_hard_for_lammps_pass(peak_force: float, momentum_ratio: float, n: float) -> None:
+    pulse = hc.Pulse("cosine-triangular", peak_force, n, momentum_ratio=momentum_ratio)
+    scene = hc.Scene(hc.Chain(4, **STEEL), pulse)
+    assert failed(hc.compare(scene).checks) == set()

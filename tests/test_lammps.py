@@ -10,6 +10,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import Array
 from hertzchain.errors import RunFailed
+from hertzchain.lammps import round_off
 from hertzchain.lammps.deck import PAIR_STYLES
 from hertzchain.lammps.engine import command, engine
 from hertzchain.lammps.reading import contact_forces, masses
@@ -179,3 +180,27 @@ def test_an_error_of_lammps_is_one_sentence() -> None:
 def test_impossible_parameters_are_refused(argument: dict[str, object]) -> None:
     with pytest.raises(hc.HertzchainError, match=next(iter(argument))):
         hc.Lammps(**argument)  # type: ignore[arg-type]
+
+
+def test_a_reading_too_seldom_is_in_the_error_estimate() -> None:
+    scene = paper_scene("cosine-triangular", 2.0, 2.0, granules=12)
+    result = hc.Lammps(dt=0.002 * scene.units.time, read_every=200).run(scene)
+    error = largest_difference(result.peak_force, hc.Native().run(scene).peak_force)
+    assert 4e-6 < error < result.error_estimate  # 9e-6 from 0.4 time units between readings
+
+
+def test_the_digits_lost_by_a_weak_shock_are_in_the_error_estimate() -> None:
+    pulse = hc.Pulse("cosine-triangular", 1e-6, 2.0, momentum_ratio=2.0)
+    scene = hc.Scene(hc.Chain(60, **STEEL), pulse)
+    dt = 0.02 * scene.units.time
+    result = hc.Lammps(dt).run(scene)
+    twin = simulate(scene, scene.schedule(dt), VERLET).peaks.force
+    lost = largest_difference(result.peak_force / 1e-6, twin)
+    # Measured 3e-5; a bound, but not one without meaning.
+    assert lost < round_off(scene, result.steps, result.peak_force) < 100 * lost
+
+
+def test_an_overlap_of_half_a_radius_is_refused() -> None:
+    pulse = hc.Pulse("cosine", 1e6, 2.0, momentum_ratio=1.0)
+    with pytest.raises(RunFailed, match="half a radius"):
+        hc.Lammps().run(hc.Scene(hc.Chain(5, **STEEL), pulse))
