@@ -14,7 +14,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.cli import deck_step
-from hertzchain.lammps.deck import PAIR_STYLES, deck, force_formula
+from hertzchain.lammps.deck import PAIR_STYLES, deck, force_formula, set_up
 from hertzchain.native import METHODS, simulate
 from hertzchain.shock import Ramp
 from tests import scenes
@@ -78,6 +78,59 @@ def test_a_deck_with_a_pulse_table_runs_with_lmp(pair_style: str, tmp_path: Path
     final, screen = run_deck(deck(scene, dt, pair_style), tmp_path)
     assert "WARNING" not in screen
     matches_native(scene, dt, final)
+
+
+def logical_lines(text: str) -> list[str]:
+    """The commands of a deck, each with the lines it goes on in."""
+    return [
+        line + "\n"
+        for line in re.split(r"(?<!&)\n", text)
+        if line.strip() and not line.startswith("#")
+    ]
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("pair_style", PAIR_STYLES)
+def test_every_line_of_the_deck_is_needed(pair_style: str, tmp_path: Path) -> None:
+    """Without any one of them: an error, a warning, another motion or none written."""
+    scene = scenes.load("demo")
+    lines = logical_lines(deck(scene, 0.05 * scene.units.time, pair_style))
+    whole, screen = run_deck("".join(lines), tmp_path)
+    assert "WARNING" not in screen
+    idle = []
+    for k, line in enumerate(lines):
+        (tmp_path / "chain.final").unlink()
+        try:
+            final, screen = run_deck("".join(lines[:k] + lines[k + 1 :]), tmp_path)
+        except (AssertionError, FileNotFoundError):
+            (tmp_path / "chain.final").touch()
+            continue
+        # Velocities repeat to the last digit; those behind the wave are 1e-3 of the largest.
+        moved = np.max(np.abs(final[:, 2] - whole[:, 2])) / np.max(np.abs(whole[:, 2]))
+        if "WARNING" not in screen and moved < 1e-6:
+            idle.append(line)
+    assert idle == []
+
+
+def test_a_step_is_given_once() -> None:
+    # The two ramps of the demo scene are equally long.
+    assert deck(scenes.load("demo"), 1e-7).count("timestep") == 2
+
+
+@pytest.mark.parametrize(("radius", "given"), [(1e-4, True), (4.75e-3, False), (0.3, True)])
+def test_the_skin_is_given_where_that_of_lammps_does_not_suit(radius: float, given: bool) -> None:
+    pulse = hc.Pulse("cosine", 1e-3, 2.0, momentum_ratio=1.0)
+    scene = hc.Scene(hc.Chain(60, **{**STEEL, "radius": radius}), pulse)
+    assert ("neighbor " in set_up(scene)) is given
+
+
+@pytest.mark.lammps
+def test_small_granules_have_one_neighbour_ahead(tmp_path: Path) -> None:
+    # The skin of LAMMPS in SI units, 1 mm, would give them nine more.
+    pulse = hc.Pulse("cosine", 1e-3, 2.0, momentum_ratio=1.0)
+    scene = hc.Scene(hc.Chain(20, **{**STEEL, "radius": 5e-5}), pulse)
+    _, screen = run_deck(deck(scene, scene.end_time / 100), tmp_path)
+    assert set(re.findall(r"Total # of neighbors = (\d+)", screen)) == {"19"}
 
 
 def test_diameter_stands_before_density() -> None:

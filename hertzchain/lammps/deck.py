@@ -30,6 +30,9 @@ PAIR_STYLES = {
     ),
 }
 
+_DEFAULT_SKIN = 1e-3
+"""What LAMMPS adds to the cutoff where a deck in SI units says nothing [m]."""
+
 
 def set_up(scene: Scene, pair_style: str = "granular") -> str:
     """The commands that make the chain, at rest, ready to run.
@@ -54,10 +57,7 @@ def set_up(scene: Scene, pair_style: str = "granular") -> str:
         "atom_style sphere",
         "# The box follows the chain along x; nothing is periodic, so there are no ghosts.",
         "boundary s f f",
-        "newton off",
         "comm_modify vel yes",
-        "# Granules stay in the order of their ids.",
-        "atom_modify sort 0 0",
         "",
         f"variable granules index {chain.granules}",
         f"variable radius index {chain.radius!r}              # m",
@@ -75,9 +75,7 @@ def set_up(scene: Scene, pair_style: str = "granular") -> str:
         "set group all density ${density}",
         "",
         *PAIR_STYLES[pair_style],
-        "# Wide enough for the nearest neighbours, too narrow for the next.",
-        "neighbor $(v_radius/2) bin",
-        "neigh_modify delay 0",
+        *_neighbour_skin(chain.radius),
         "",
         "# In one dimension granules do not spin: fix nve is enough.",
         "fix motion all nve",
@@ -86,8 +84,22 @@ def set_up(scene: Scene, pair_style: str = "granular") -> str:
     return "\n".join(lines) + "\n"
 
 
+def _neighbour_skin(radius: float) -> list[str]:
+    """The width in which LAMMPS looks for neighbours, where its own does not suit the granules.
+
+    Much wider than a granule, it counts far granules as neighbours; much narrower, they are looked
+    for again and again.
+    """
+    if radius / 100 <= _DEFAULT_SKIN <= radius:
+        return []
+    return [
+        "# Wide enough for the nearest neighbours, too narrow for the next.",
+        "neighbor $(v_radius/2) bin",
+    ]
+
+
 def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
-    """The commands between two legs: the new step, and the new force or none.
+    """The commands between two legs: the new step and the new force, where they are new.
 
     Parameters
     ----------
@@ -96,7 +108,7 @@ def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
     before
         The one that has just been run, if any.
     """
-    lines = [f"timestep {leg.dt!r}"]
+    lines = [] if before is not None and before.dt == leg.dt else [f"timestep {leg.dt!r}"]
     pushed = before is not None and before.ramp is not None
     if leg.ramp is not None:
         lines.append(f"variable force equal {force_formula(leg.ramp)}")
