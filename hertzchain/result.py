@@ -74,6 +74,9 @@ class Result:
         Of the whole call, with what it took to estimate the error [s].
     versions
         Of what computed it.
+    watching_share
+        Time spent on stopping to read and on what was read, as a fraction of that spent on steps;
+        None where stepping and reading are one.
     """
 
     scene: Scene
@@ -92,6 +95,7 @@ class Result:
     history: History | None
     wall_time: float
     versions: dict[str, str]
+    watching_share: float | None = None
 
     @cached_property
     def transition_granules(self) -> int | None:
@@ -151,6 +155,7 @@ class Result:
                 "energy_J": self.balance.energy,
             },
             "wall_time_s": self.wall_time,
+            "watching_share": self.watching_share,
             "provenance": {
                 "hertzchain": version("hertzchain"),
                 **self.versions,

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from hertzchain.chain import POSITIVE, is_positive
 from hertzchain.errors import RunFailed, require
 from hertzchain.history import Recorder, wanted_times
 from hertzchain.lammps import deck, reading
-from hertzchain.lammps.engine import command, engine, version_of
+from hertzchain.lammps.engine import command, engine, run, version_of
 from hertzchain.peaks import SIGNIFICANT, PeakWatch, largest_difference
 from hertzchain.result import Balance, Result
 from hertzchain.samples import Samples
@@ -30,23 +31,34 @@ from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
 from hertzchain.work import work_done
 
-WANTED_ERROR = 1e-6
-"""Of the peaks, where no step is asked for: whether p is 9 or 10 can hang on 2e-5."""
+_READING_INTERVAL = 0.3
+"""Natural time units between two readings at steps of 0.01: peaks are off by 7e-9 for it.
 
-_READING_INTERVAL = 0.1
-"""Natural time units between two readings, at most."""
+At other steps the error goes as 1 / dt, as that of round-off does."""
 
-_READINGS_PER_RAMP = 16
-"""At least, if there are so many steps."""
+_INTERPOLATION = 3e-4
+"""Of a peak, times the eighth power of the interval [natural units]; 1e-4 measured."""
+
+_READINGS_PER_RAMP = 8
+"""At least, if there are so many steps: the work of a short pulse needs them."""
 
 _TRIES = 3
 """Runs to get below the wanted error: the first estimate of the step may be a little too long."""
 
+_HALVINGS = 6
+"""Of the steps, at most, until an extrapolation is as good as wanted."""
+
 _BLOCK = 256
 """Readings handed on at a time."""
 
+_READING = "atom_modify sort 0 0\nthermo_style custom step\ntimer off\nrun 0 post no\n"
+"""What only reading needs: granules in the order of their ids, and stops that cost little."""
+
 _PILOT_STEP = 0.04
 """Natural time units; the first of the runs that find the step for a wanted error."""
+
+_COARSEST_STEP = 0.065
+"""Natural time units, of the first of three runs to be extrapolated; for an error of 1e-6."""
 
 
 @dataclass(frozen=True)
@@ -56,23 +68,34 @@ class Lammps:
     Parameters
     ----------
     dt
-        The largest step [s]; by default the one whose estimated error is at most 1e-6.
+        The largest step [s]; by default one whose estimated error is at most ``rtol``.
     pair_style
         ``granular`` (with hertz/material) or ``gran/hertz/history``.
     read_every
-        Steps between two readings of the state; by default so many that 0.1 natural time units
-        pass at most.
+        Steps between two readings of the state, of the coarsest run where ``extrapolated``; by
+        default so many that 0.3 natural time units pass at most.
+    rtol
+        Wanted relative error of the peaks, where no step is asked for: whether p is 9 or 10 can
+        hang on 2e-5. Where round-off costs more than that, the run goes on and its
+        ``error_estimate`` says so.
+    extrapolated
+        Whether peaks and their times are extrapolated from two runs, one with half the steps of the
+        other (Richardson): right to 1e-6 in an eighth of the steps. Everything else in the result,
+        from displacement to balance and history, is that of the finer run, whose step is ``dt``;
+        its error is that of velocity Verlet at this step, some 0.1 dt^2 in natural units.
 
     Raises
     ------
     SceneError
-        For a pair style that does not exist, a step that is not a finite number above 0, or
-        readings less than one step apart.
+        For a pair style that does not exist, a step that is not a finite number above 0, readings
+        less than one step apart, or an error that is not between 0 and 1.
     """
 
     dt: float | None = None
     pair_style: str = "granular"
     read_every: int | None = None
+    rtol: float = 1e-6
+    extrapolated: bool = False
 
     def __post_init__(self) -> None:
         names = ", ".join(deck.PAIR_STYLES)
@@ -82,6 +105,8 @@ class Lammps:
             require(is_positive(self.dt), "dt", self.dt, f"{POSITIVE} [s]")
         if self.read_every is not None:
             require(self.read_every >= 1, "read_every", self.read_every, "must be at least 1")
+        allowed = "must be a number above 0 and below 1"
+        require(is_positive(self.rtol) and self.rtol < 1, "rtol", self.rtol, allowed)
 
     def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
         """Simulate a scene.
@@ -109,67 +134,95 @@ class Lammps:
                 " smaller force or a stiffer material"
             )
         times = None if record is None else wanted_times(record, scene.end_time)
-        legs, run, step_error, recorder = self._accurate_enough(scene, times)
-        steps = sum(leg.steps for leg in legs)
-        lost = round_off(scene, steps, run.peaks.force)
-        if not lost < 1:
+        answer = (
+            self._extrapolated(scene, times) if self.extrapolated else self._plain(scene, times)
+        )
+        run = answer.run
+        if not answer.round_off < 1:
             raise RunFailed(
                 "LAMMPS cannot resolve the overlaps of this scene beside its coordinates: take a"
                 " larger force, a shorter chain or a softer material"
             )
-        error = step_error + self._interpolation_error(scene, legs) + lost
-        refuse_meaningless("LAMMPS", error)
-        history = None if recorder is None or times is None else recorder.history(times)
+        refuse_meaningless("LAMMPS", answer.error)
+        history = None
+        if run.recorder is not None and times is not None:
+            history = run.recorder.history(times)
         return Result(
             scene=scene,
             backend="lammps",
-            method=f"velocity-verlet, {self.pair_style}",
-            dt=max(leg.dt for leg in legs),
-            steps=steps,
-            force_evaluations=steps,
-            peak_force=run.peaks.force,
-            peak_time=run.peaks.time,
+            method=", ".join(
+                ["velocity-verlet", self.pair_style, *["extrapolated"] * self.extrapolated]
+            ),
+            dt=max(leg.dt for leg in run.legs),
+            steps=answer.steps,
+            force_evaluations=answer.steps,
+            peak_force=answer.peak_force,
+            peak_time=answer.peak_time,
             peak_passed=run.peaks.passed,
-            error_estimate=error,
+            error_estimate=answer.error,
             displacement=run.displacement,
             velocity=run.velocity,
             balance=run.balance,
             history=history,
             wall_time=time.perf_counter() - begin,
             versions={"lammps": run.version},
+            watching_share=run.watching_share,
         )
 
-    def _accurate_enough(
-        self, scene: Scene, times: FloatArray | None
-    ) -> tuple[tuple[Leg, ...], _Simulation, float, Recorder | None]:
-        """Run with the step asked for, or with one whose error is as small as wanted.
-
-        Returns
-        -------
-        The legs, the run on them, what its steps may cost the peaks, and what was recorded.
-        """
+    def _plain(self, scene: Scene, times: FloatArray | None) -> _Answer:
+        """Run with the step asked for, or with one whose error is as small as wanted."""
 
         def peaks_at(dt: float) -> FloatArray:
             return self._rough_peaks(scene, scene.schedule(dt))
 
         unit = scene.units.time
-        dt = self.dt or second_order_step(peaks_at, _PILOT_STEP * unit, WANTED_ERROR)
+        dt = self.dt or second_order_step(peaks_at, _PILOT_STEP * unit, self.rtol)
         for _ in range(_TRIES):
             legs = scene.schedule(dt)
-            recorder = None if times is None else Recorder(times, scene.chain.granules)
             strides = [self._stride(scene, leg) for leg in legs]
-            run = self._simulate(scene, legs, strides, recorder)
-            error = self._step_error(scene, legs, run.peaks.force)
-            # Below what round-off costs, shorter steps cannot help.
-            lost = round_off(scene, sum(leg.steps for leg in legs), run.peaks.force)
-            if self.dt is not None or error <= max(WANTED_ERROR, lost):
+            run = self._simulate(scene, legs, strides, times)
+            lost = round_off(scene, run.steps, run.peaks.force)
+            by_steps = self._step_error(scene, legs, run.peaks.force)
+            error = by_steps + _interpolation_error(scene, legs, strides) + lost
+            if self._is_enough(by_steps, error, lost):
                 break
-            dt *= max(0.25, 0.9 * math.sqrt(WANTED_ERROR / error))
-        return legs, run, error, recorder
+            dt *= max(0.25, 0.9 * math.sqrt(self.rtol / error))
+        return _Answer(run, run.peaks.force, run.peaks.time, run.steps, error, lost)
+
+    def _extrapolated(self, scene: Scene, times: FloatArray | None) -> _Answer:
+        """Extrapolate from two runs; a third, coarser one says how good that is.
+
+        All of them are read at the same times, so that what the steps do to the interpolation is
+        extrapolated too.
+        """
+        # Of fourth order; longer steps than that are no use to an extrapolation.
+        wanted = min(_COARSEST_STEP * math.pow(self.rtol / 1e-6, 1 / 4), 0.4)
+        legs = scene.schedule(wanted * scene.units.time if self.dt is None else 4 * self.dt)
+        strides = [self._stride(scene, leg) for leg in legs]
+        runs: list[_Simulation] = []
+        for k in range(3 + _HALVINGS):
+            finer = tuple(replace(leg, steps=2**k * leg.steps) for leg in legs)
+            apart = [2**k * stride for stride in strides]
+            runs = [*runs[-2:], self._simulate(scene, finer, apart, times)]
+            if len(runs) < 3:
+                continue
+            before, after = (_extrapolate(*pair) for pair in itertools.pairwise(runs))
+            difference = largest_difference(before[0], after[0])
+            by_steps = _extrapolation_error(scene, finer, difference)
+            # Extrapolating multiplies what the runs lose by 4/3 and 1/3.
+            lost = 5 / 3 * round_off(scene, runs[2].steps, after[0])
+            error = by_steps + _interpolation_error(scene, finer, apart) + lost
+            if self._is_enough(by_steps, error, lost):
+                break
+        return _Answer(runs[2], *after, runs[1].steps + runs[2].steps, error, lost)
+
+    def _is_enough(self, by_steps: float, error: float, lost: float) -> bool:
+        """Whether shorter steps are not wanted, or no help beside what round-off costs."""
+        return self.dt is not None or error <= self.rtol or by_steps <= lost
 
     def _rough_peaks(self, scene: Scene, legs: Sequence[Leg]) -> FloatArray:
         """Peaks of a run that only tells the error of another: read as rarely as possible."""
-        strides = [_steps_in(_READING_INTERVAL, scene, leg) for leg in legs]
+        strides = [self._longest_stride(scene, leg) for leg in legs]
         return self._simulate(scene, legs, strides).peaks.force
 
     def _simulate(
@@ -177,51 +230,60 @@ class Lammps:
         scene: Scene,
         legs: Sequence[Leg],
         strides: Sequence[int],
-        recorder: Recorder | None = None,
+        times: FloatArray | None = None,
     ) -> _Simulation:
         """Run the deck of a scene once, reading it every so many steps of each leg."""
         peaks = PeakWatch(scene.chain.granules - 1)
+        recorder = None if times is None else Recorder(times, scene.chain.granules)
         work = 0.0
+        clock = _Clock()
         with engine() as lammps:
-            command(lammps, deck.set_up(scene, self.pair_style))
-            start = reading.snapshot(lammps, 0.0)
-            mass, diameter = reading.masses(lammps), reading.diameters(lammps)
+            command(lammps, deck.set_up(scene, self.pair_style) + _READING)
+            at_rest = reading.granules(lammps)
             before = None
             for leg, stride in zip(legs, strides, strict=True):
                 command(lammps, "\n".join([*deck.leg_commands(leg, before), "run 0 post no"]))
                 before = leg
-                for shots in _read(lammps, leg, stride):
-                    samples = reading.samples(shots, start.position, mass, diameter)
+                begin = time.perf_counter()
+                for reached, arrays in _read(lammps, leg, stride, scene.chain.granules, clock):
+                    samples = reading.samples(reached, arrays, at_rest, leg)
                     peaks.show(samples)
                     if leg.ramp is not None:
                         work += float(work_done(samples, leg.ramp))
                     if recorder is not None:
                         recorder.show(samples)
+                clock.whole += time.perf_counter() - begin
+            velocity = arrays[-1, 1, :, 0].copy()
             return _Simulation(
+                tuple(legs),
                 peaks,
                 samples.displacement[-1],
-                samples.velocity[-1],
-                _balance(scene, samples, mass, work),
+                velocity,
+                _balance(scene, samples, velocity, at_rest.mass, work),
+                recorder,
+                clock.watching_share(_cost_of_a_stop(lammps)),
                 version_of(lammps),
             )
 
     def _stride(self, scene: Scene, leg: Leg) -> int:
-        """Steps between two readings on a leg.
-
-        The velocities of velocity Verlet are not quite the slopes of its displacements: they
-        differ by dt^2/6 times the jerk. A peak interpolated over an interval h is off by
-        0.03 h dt^2 for that (measured, natural units); h is kept so short that it is 5e-9.
-        """
+        """Steps between two readings on a leg."""
         if self.read_every is not None:
             return self.read_every
-        square = (leg.dt / scene.units.time) ** 2
-        interval = _READING_INTERVAL
-        if square * interval > 1.6e-7:
-            interval = 1.6e-7 / square
-        stride = _steps_in(interval, scene, leg)
-        if leg.ramp is not None:  # the work of a short pulse needs readings too
+        stride = self._longest_stride(scene, leg)
+        if leg.ramp is not None:
             stride = min(stride, leg.steps // _READINGS_PER_RAMP)
         return max(1, stride)
+
+    def _longest_stride(self, scene: Scene, leg: Leg) -> int:
+        """Steps between two readings that cost the peaks no more than they may.
+
+        That is as much as round-off at the same steps, a tenth of the wanted error at most.
+        """
+        unit = scene.units.time
+        interval = _READING_INTERVAL * math.pow(0.01 * unit / leg.dt, 1 / 8)
+        if self.dt is None:
+            interval = min(interval, math.pow(0.1 * self.rtol / _INTERPOLATION, 1 / 8))
+        return max(1, int(min(leg.steps, interval * unit / leg.dt)))
 
     def _step_error(self, scene: Scene, legs: Sequence[Leg], peak_force: FloatArray) -> float:
         """Bound of what the steps cost the peaks, as a fraction."""
@@ -230,37 +292,95 @@ class Lammps:
         longest = max(leg.dt for leg in legs) / scene.units.time
         return second_order_safety(longest) * other.factor * difference
 
-    def _interpolation_error(self, scene: Scene, legs: Sequence[Leg]) -> float:
-        """Bound of what reading now and then costs the peaks, as a fraction.
 
-        Quintic interpolation: 2e-3 h^6 measured (9e-6 at h = 0.4), and see _stride.
-        """
-        dt = max(leg.dt for leg in legs) / scene.units.time
-        h = max(self._stride(scene, leg) * leg.dt for leg in legs) / scene.units.time
-        return 4e-3 * h**6 + 0.04 * h * dt**2
-
-
-def _steps_in(interval: float, scene: Scene, leg: Leg) -> int:
-    """Steps of a leg in an interval [natural time units], at least one, at most all."""
-    return max(1, int(min(leg.steps, interval * scene.units.time / leg.dt)))
+def _extrapolate(coarse: _Simulation, fine: _Simulation) -> tuple[FloatArray, FloatArray]:
+    """Peak forces [N] and times [s] as for steps of length 0, from runs with n and 2n steps."""
+    force = (4 * fine.peaks.force - coarse.peaks.force) / 3
+    later = fine.peaks.time - coarse.peaks.time
+    # Of two maxima of nearly the same height either run may have found another one.
+    same = np.abs(later) < max(leg.dt for leg in coarse.legs)
+    return force, np.where(same, fine.peaks.time + later / 3, fine.peaks.time)
 
 
-def _read(lammps: Any, leg: Leg, stride: int) -> Iterator[list[reading.Snapshot]]:
-    """Run a leg, reading every ``stride`` steps; yields runs of snapshots that overlap by one."""
-    shots = [reading.snapshot(lammps, leg.start)]
-    for done in range(0, leg.steps, stride):
-        ahead = min(stride, leg.steps - done)
-        command(lammps, f"run {ahead} pre no post no")
-        reached = done + ahead
-        time = leg.end if reached == leg.steps else leg.start + reached * leg.dt
-        shots.append(reading.snapshot(lammps, time))
-        if not np.all(np.isfinite(shots[-1].velocity)):
+def _extrapolation_error(scene: Scene, legs: Sequence[Leg], difference: float) -> float:
+    """Bound of what the steps cost extrapolated peaks, as a fraction.
+
+    The error is 1/15 of the difference where errors go as dt^2 and dt^4. Contacts that open leave
+    some dt^2.5 in natural units, erratic from one step to the next, so that two extrapolations can
+    agree by chance: 0.0055 dt^2.5 was seen where they did, and 0.84 of the difference.
+
+    Parameters
+    ----------
+    scene, legs
+        The scene and the finer steps.
+    difference
+        Of the peaks from those of steps twice as long, extrapolated too.
+    """
+    dt = max(leg.dt for leg in legs) / scene.units.time
+    return difference + 0.005 * math.pow(dt, 2.5)
+
+
+def _interpolation_error(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> float:
+    """Bound of what reading now and then costs the peaks, as a fraction.
+
+    In natural units 1e-4 h^8, and 0.5 h^2 dt^4 as the derivatives are true up to dt^2 (measured).
+    """
+    unit = scene.units.time
+    apart = [min(n, leg.steps) * leg.dt / unit for n, leg in zip(strides, legs, strict=True)]
+    dt = max(leg.dt for leg in legs) / unit
+    return _INTERPOLATION * max(apart) ** 8 + max(apart) ** 2 * dt**4
+
+
+def _read(
+    lammps: Any, leg: Leg, stride: int, granules: int, clock: _Clock
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Run a leg, reading every ``stride`` steps.
+
+    Yields
+    ------
+    Times and arrays of successive readings; the first reading is the last of those before.
+    """
+    stops = [*range(0, leg.steps, stride), leg.steps]
+    times = leg.start + leg.dt * np.array(stops)
+    times[-1] = leg.end  # to the last digit, so that nothing falls between legs
+    arrays = np.zeros((min(len(stops), _BLOCK + 1), len(reading.ARRAYS), granules, 3))
+    reading.read(lammps, arrays[0])
+    for first in range(0, len(stops) - 1, _BLOCK):
+        block = stops[first : first + _BLOCK + 1]
+        for k, (done, stop) in enumerate(itertools.pairwise(block), start=1):
+            begin = time.perf_counter()
+            run(lammps, stop - done)
+            clock.running += time.perf_counter() - begin
+            reading.read(lammps, arrays[k])
+        clock.stops += len(block) - 1
+        if not np.all(np.isfinite(arrays[: len(block)])):
             refuse_meaningless("LAMMPS", math.inf)
-        if len(shots) > _BLOCK:
-            yield shots
-            shots = shots[-1:]
-    if len(shots) > 1:
-        yield shots
+        yield times[first : first + len(block)], arrays[: len(block)]
+        arrays[0] = arrays[len(block) - 1]
+
+
+@dataclass
+class _Clock:
+    """Where the time of a run goes [s]: all of it, that within LAMMPS, and the number of stops."""
+
+    whole: float = 0.0
+    running: float = 0.0
+    stops: int = 0
+
+    def watching_share(self, stop: float) -> float:
+        """Time spent on watching over that spent on steps, if each stop costs LAMMPS so much."""
+        stepping = max(self.running - self.stops * stop, 1e-9)
+        return self.whole / stepping - 1
+
+
+def _cost_of_a_stop(lammps: Any) -> float:
+    """What it takes LAMMPS to start and end a run, without any steps [s]."""
+    costs = []
+    for _ in range(5):
+        begin = time.perf_counter()
+        run(lammps, 0)
+        costs.append(time.perf_counter() - begin)
+    return min(costs)
 
 
 def round_off(scene: Scene, steps: int, peak_force: FloatArray) -> float:
@@ -287,20 +407,42 @@ def round_off(scene: Scene, steps: int, peak_force: FloatArray) -> float:
     return float(np.finfo(np.float64).eps * reach / overlap * math.sqrt(steps))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Simulation:
     """What one run of LAMMPS found, in SI units."""
 
+    legs: tuple[Leg, ...]
     peaks: PeakWatch
     displacement: FloatArray
     velocity: FloatArray
     balance: Balance
+    recorder: Recorder | None
+    watching_share: float
     version: str
 
+    @property
+    def steps(self) -> int:
+        """On all legs."""
+        return sum(leg.steps for leg in self.legs)
 
-def _balance(scene: Scene, samples: Samples, mass: FloatArray, work: float) -> Balance:
-    """Momentum and energy from the masses, forces and overlaps that LAMMPS holds."""
-    velocity, force = samples.velocity[-1], samples.contact_force[-1]
+
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """The peaks, in SI units, the run that everything else is taken from, and bounds of errors."""
+
+    run: _Simulation
+    peak_force: FloatArray
+    peak_time: FloatArray
+    steps: int
+    error: float
+    round_off: float
+
+
+def _balance(
+    scene: Scene, samples: Samples, velocity: FloatArray, mass: FloatArray, work: float
+) -> Balance:
+    """Momentum and energy from the masses, velocities, forces and overlaps that LAMMPS holds."""
+    force = samples.contact_force[-1]
     pressed = np.maximum(samples.overlap[-1], 0.0)
     energy = 0.5 * np.sum(mass * velocity**2) + 0.4 * np.sum(force * pressed)
     momentum = float(np.sum(mass * velocity))

@@ -51,9 +51,26 @@ def command(instance: Any, text: str) -> None:
     try:
         instance.commands_string(text)
     except Exception as problem:
-        # The module raises bare Exceptions, with the failing input line in their text.
-        reason = " ".join(str(problem).split())
-        raise RunFailed(f"LAMMPS stopped: {reason}") from None
+        raise _failure(problem) from None
+
+
+def run(instance: Any, steps: int) -> None:
+    """Take steps that go on from those before, as cheaply as LAMMPS can.
+
+    Raises
+    ------
+    RunFailed
+        With what LAMMPS says.
+    """
+    try:
+        instance.command(f"run {steps} pre no post no")
+    except Exception as problem:
+        raise _failure(problem) from None
+
+
+def _failure(problem: Exception) -> RunFailed:
+    """The module raises bare Exceptions, with the failing input line in their text."""
+    return RunFailed(f"LAMMPS stopped: {' '.join(str(problem).split())}")
 
 
 def version_of(instance: Any) -> str:

