@@ -118,8 +118,8 @@ def samples(time: FloatArray, arrays: FloatArray, at_rest: Granules, leg: Leg) -
 def _with_true_derivatives(samples: Samples, mass: FloatArray, leg: Leg) -> Samples:
     """Samples with the derivatives of the displacements, up to the third.
 
-    A contact force goes as r^(3/2), so with k = 3/2 F / r its derivatives are k r',
-    k (r'' + r'^2 / 2r) and k (r''' + 3/2 r' r'' / r - 1/4 r'^3 / r^2).
+    A contact force F goes as r^(3/2), so with k = 3/2 F / r its derivatives are k r' and
+    k (r'' + r'^2 / 2r). The jerk is right but for dt^2/12 times the fifth derivative.
     """
     dt = leg.dt
     velocity, acceleration = samples.velocity, samples.acceleration
@@ -127,19 +127,16 @@ def _with_true_derivatives(samples: Samples, mass: FloatArray, leg: Leg) -> Samp
     rate, second = -np.diff(velocity, axis=-1), -np.diff(acceleration, axis=-1)
     stiffness = 1.5 * samples.contact_force / r
     # Within a step of the opening of a contact its force has no second derivative.
-    growth = rate / np.maximum(r, np.abs(rate) * dt)
+    growth = rate**2 / (2 * np.maximum(r, np.abs(rate) * dt))
     applied_rate, applied_second = _applied(samples.time, leg)
     jerk = _net(stiffness * rate, applied_rate) / mass
-    fourth = _net(stiffness * (second + growth * rate / 2), applied_second) / mass
-    third = -np.diff(jerk, axis=-1)
-    fifth_force = stiffness * (third + growth * (1.5 * second - growth * rate / 4))
-    fifth = _net(fifth_force, np.zeros_like(applied_rate)) / mass
-    true_rate = rate - dt**2 / 6 * third
+    fourth = _net(stiffness * (second + growth), applied_second) / mass
+    true_rate = rate + dt**2 / 6 * np.diff(jerk, axis=-1)
     return replace(
         samples,
         velocity=velocity - dt**2 / 6 * jerk,
         acceleration=acceleration - dt**2 / 12 * fourth,
-        jerk=_net(stiffness * true_rate, applied_rate) / mass - dt**2 / 12 * fifth,
+        jerk=_net(stiffness * true_rate, applied_rate) / mass,
     )
 
 
