@@ -81,9 +81,12 @@ def _samples(block: Sequence[tuple[Scalar, State]], ramp: Ramp | None, order: in
     if not np.all(np.isfinite(velocity[-1])):
         refuse_meaningless("native", math.inf)
     pressed = overlap(displacement)
-    jerk = None
-    if order > 2:  # a second-order method gains nothing from it, and LAMMPS, its twin, has none
-        jerk = _jerk(pressed, overlap(velocity), ramp.force_rate(time) if ramp else 0.0)
+    rate = ramp.force_rate(time) if ramp else 0.0
+    jerk = _jerk(pressed, overlap(velocity), rate)
+    if order == 2:
+        # Velocity Verlet's velocities are central differences of its displacements: off by this.
+        h = (time[-1] - time[0]) / (time.size - 1)
+        velocity = velocity - h**2 / 6 * jerk
     return Samples(
         time=time,
         displacement=displacement,
