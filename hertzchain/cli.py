@@ -50,6 +50,9 @@ class MethodName(StrEnum):
 
     VELOCITY_VERLET = "velocity-verlet"
     RK4 = "rk4"
+    DPRKN_6 = "dprkn-6"
+    SRKN_6B = "srkn-6b"
+    SRKN_11B = "srkn-11b"
     REFERENCE = "reference"
 
 
@@ -79,17 +82,26 @@ def _options(
 def run(
     scene: SceneFile,
     backend: Annotated[Backend, typer.Option(help="Who simulates.")] = Backend.NATIVE,
+    rtol: Annotated[
+        float | None,
+        typer.Option(
+            help="Wanted relative accuracy of the peaks; chooses method and step. Default: 1e-6."
+        ),
+    ] = None,
     method: Annotated[
         MethodName | None,
-        typer.Option(help="Native method; reference by default. LAMMPS has velocity-verlet."),
+        typer.Option(help="Instead of --rtol: a native method. LAMMPS has velocity-verlet."),
     ] = None,
     dt: Annotated[
         str | None,
-        typer.Option(
-            help='Largest step, seconds or with a unit ("20 ns"); by default one that'
-            " suits the method."
-        ),
+        typer.Option(help='Instead of --rtol: the largest step, seconds or with a unit ("20 ns").'),
     ] = None,
+    extrapolated: Annotated[
+        bool,
+        typer.Option(
+            "--extrapolated", help="With LAMMPS: extrapolate from two steps, an eighth of the cost."
+        ),
+    ] = False,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Write the peaks of all contacts (CSV).")
     ] = None,
@@ -105,8 +117,10 @@ def run(
     if output is not None:
         check_writable(output)
     with _progress() as tell:
-        tell(f"{backend.value}: running")
-        result = _simulation(backend, method, step).run(loaded)
+        tell(
+            f"{backend.value}: running (the first native run on a machine compiles, half a minute)"
+        )
+        result = _simulation(backend, method, step, rtol, extrapolated).run(loaded)
     if output is not None:
         write_text(output, result.to_frame().to_csv(index=False))
     if as_json:
@@ -115,17 +129,29 @@ def run(
         print_run(_console(), result)
 
 
-def _simulation(backend: Backend, method: MethodName | None, dt: float | None) -> Native | Lammps:
+def _simulation(
+    backend: Backend,
+    method: MethodName | None,
+    dt: float | None,
+    rtol: float | None,
+    extrapolated: bool,
+) -> Native | Lammps:
     from hertzchain.lammps import Lammps
     from hertzchain.native import Native
 
     if backend is Backend.NATIVE:
-        return Native((method or MethodName.REFERENCE).value, dt)
+        if extrapolated:
+            raise HertzchainError("--extrapolated is for --backend lammps; leave the option out")
+        return Native(None if method is None else method.value, dt, rtol, peaks_only=True)
     if method not in (None, MethodName.VELOCITY_VERLET):
         raise HertzchainError(
             f"--method {method}: LAMMPS has only velocity-verlet; leave the option out"
         )
-    return Lammps(dt)
+    if rtol is None:
+        return Lammps(dt, extrapolated=extrapolated)
+    if dt is not None:
+        raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
+    return Lammps(rtol=rtol, extrapolated=extrapolated)
 
 
 @app.command()
@@ -197,7 +223,7 @@ def deck_step(scene: Scene) -> float:
     from hertzchain.native import Native
 
     def peaks_at(dt: float) -> FloatArray:
-        return Native("velocity-verlet", dt).run(scene).peak_force
+        return Native("velocity-verlet", dt, peaks_only=True).run(scene).peak_force
 
     unit = scene.units.time
     natural = second_order_step(peaks_at, 0.04 * unit, 1e-6) / unit

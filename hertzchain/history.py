@@ -22,7 +22,8 @@ class History:
     time
         As asked for [s], shape (times,).
     displacement, velocity
-        [m], [m/s], shape (times, granules).
+        [m], and its slope [m/s], shape (times, granules). The velocities that velocity Verlet has
+        are central differences; they differ from the slope by dt^2/6 times the jerk.
     contact_force
         [N], shape (times, granules - 1).
     """

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain import hermite
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import Array
 from hertzchain.samples import Samples
 
 SIGNIFICANT = 1e-3
@@ -79,7 +79,7 @@ class PeakWatch:
         self.time[contacts[larger]] = time[larger]
 
 
-def largest_difference(peak_force: FloatArray, expected: FloatArray) -> float:
+def largest_difference(peak_force: Array, expected: Array) -> float:
     """Largest relative difference of the peaks that are at least 1e-3 of the largest expected.
 
     Parameters

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
@@ -94,7 +95,7 @@ class Result:
     balance: Balance
     history: History | None
     wall_time: float
-    versions: dict[str, str]
+    versions: Mapping[str, str]
     watching_share: float | None = None
 
     @cached_property

@@ -31,7 +31,7 @@ def demo() -> hc.Scene:
 @pytest.fixture(scope="session")
 def demo_reference(demo: hc.Scene) -> hc.Result:
     """The demo scene by the reference method."""
-    return hc.Native().run(demo)
+    return hc.Native("reference").run(demo)
 
 
 @pytest.fixture(autouse=True)

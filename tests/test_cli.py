@@ -417,12 +417,12 @@ def test_run_prints_nothing_but_one_json_object(native: Outcome) -> None:
     assert (native.status, native.err) == (0, "")
     document = native.json()
     has_the_keys_of_a_run(document)
-    assert (document["backend"], document["method"]) == ("native", "reference")
+    assert (document["backend"], document["method"]) == ("native", "srkn-11b")
     assert document["momentum_ratio"] == 1.0
     assert document["transition_granules"] == 5
     # p + 1 = 6 is the contact after the transition, the fifth of the list.
     assert document["solitary_wave"]["peak_force_N"] == document["peak_force_N"][4]
-    assert 0 < document["error_estimate"] < 1e-9
+    assert 0 < document["error_estimate"] <= 1e-6
     assert document["provenance"]["hertzchain"] == version("hertzchain")
 
 
@@ -594,7 +594,10 @@ def test_compare_with_native_alone(hertzchain: Command, native: Outcome) -> None
     document = outcome.json()
     has_the_keys_of_a_comparison(document, {"native"})
     assert document["verdict"] == "pass"
-    assert [row["native_N"] for row in document["rows"]] == native.json()["peak_force_N"]
+    # compare takes the reference method, run the cheapest that is right to 1e-6.
+    peaks = [row["native_N"] for row in document["rows"]]
+    error = native.json()["error_estimate"]
+    assert native.json()["peak_force_N"] == pytest.approx(peaks, rel=error, abs=0)
 
 
 @pytest.mark.lammps
@@ -764,7 +767,7 @@ def test_every_command_has_help(hertzchain: Command, command: str) -> None:
 @pytest.mark.parametrize(
     "arguments",
     [
-        *(["run", "scene.toml", "--rtol", "1e-6"], ["compare", "scene.toml", "--rtol", "1e-6"]),
+        ["compare", "scene.toml", "--rtol", "1e-6"],
         *(["predict", "scene.toml"], ["tradeoff", "scene.toml"]),
         ["compare", "scene.toml", "--results", "peaks.csv"],
         ["compare", "scene.toml", "--report", "report.html"],

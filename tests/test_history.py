@@ -135,7 +135,7 @@ def test_times_that_are_no_numbers_are_refused() -> None:
         wanted_times(["soon"], 1.0)
 
 
-@pytest.mark.parametrize("backend", [hc.Native(), hc.Native("rk4")])
+@pytest.mark.parametrize("backend", [hc.Native("reference"), hc.Native("rk4")])
 def test_a_run_refuses_times_after_its_end(backend: hc.Native) -> None:
     scene = paper_scene("cosine", 0.5, 2.0, granules=2)
     with pytest.raises(SceneError, match="record"):
@@ -244,7 +244,7 @@ def _short(rise_times: float) -> hc.Scene:
 @pytest.mark.parametrize("rise_times", END_TIMES)
 def test_the_end_of_a_native_run_can_be_recorded(rise_times: float) -> None:
     scene = _short(rise_times)
-    native = hc.Native("velocity-verlet", dt=0.05 * scene.units.time)
+    native = hc.Native("srkn-6b", dt=0.05 * scene.units.time)
     result = native.run(scene, record=[0.0, scene.end_time])
     assert result.history is not None
     # The last sample is the end of the run, but for roundings: of the basis, up to 35, times

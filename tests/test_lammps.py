@@ -17,7 +17,7 @@ from hertzchain.lammps.engine import command, engine
 from hertzchain.lammps.reading import ARRAYS, Granules, contact_forces, granules, read, samples
 from hertzchain.native import METHODS, simulate
 from hertzchain.native.integration import integrate
-from hertzchain.native.steppers import State
+from hertzchain.native.methods import State
 from hertzchain.peaks import PeakWatch, largest_difference
 from hertzchain.samples import Samples
 from hertzchain.schedule import Leg
@@ -95,7 +95,7 @@ def test_peaks_are_second_order(demo: hc.Scene, demo_reference: hc.Result) -> No
 def test_the_default_step_gives_1e_6(name: str) -> None:
     scene = scenes.load(name)
     result = hc.Lammps().run(scene)
-    error = largest_difference(result.peak_force, hc.Native().run(scene).peak_force)
+    error = largest_difference(result.peak_force, hc.Native("reference").run(scene).peak_force)
     assert error < result.error_estimate <= 1e-6
 
 
@@ -295,7 +295,7 @@ def test_impossible_parameters_are_refused(argument: dict[str, object]) -> None:
 def test_a_reading_too_seldom_is_in_the_error_estimate() -> None:
     scene = paper_scene("cosine-triangular", 2.0, 2.0, granules=12)
     result = hc.Lammps(dt=0.002 * scene.units.time, read_every=400).run(scene)
-    error = largest_difference(result.peak_force, hc.Native().run(scene).peak_force)
+    error = largest_difference(result.peak_force, hc.Native("reference").run(scene).peak_force)
     # 1e-4 h^8 = 1.7e-5 from 0.8 time units between readings; the steps cost 1e-6.
     assert 4e-6 < error < result.error_estimate < 1e-4
 
@@ -347,7 +347,7 @@ def test_the_wanted_error_is_not_used_with_a_step(demo: hc.Scene) -> None:
 def test_extrapolated_peaks_are_as_good_as_they_say(name: str) -> None:
     scene = scenes.load(name)
     result = hc.Lammps(extrapolated=True).run(scene)
-    error = largest_difference(result.peak_force, hc.Native().run(scene).peak_force)
+    error = largest_difference(result.peak_force, hc.Native("reference").run(scene).peak_force)
     assert error < result.error_estimate <= 1e-6
     assert result.steps < 20_000  # velocity Verlet alone takes 66,000 or more
 

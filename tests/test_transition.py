@@ -139,7 +139,7 @@ def test_speed_takes_no_contact_that_has_not_peaked(peaked_until: int, speed: fl
 @pytest.fixture(scope="module")
 def short() -> hc.Result:
     """The demo with the free end at granule 20, contact p + 11."""
-    return hc.Native().run(paper_scene("cosine-triangular", 2.0, 2.0, granules=20))
+    return hc.Native("reference").run(paper_scene("cosine-triangular", 2.0, 2.0, granules=20))
 
 
 def test_far_field_force_of_a_short_chain_vs_the_same_contact_of_a_long_one(

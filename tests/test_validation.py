@@ -41,7 +41,7 @@ def test_a_wrong_simulation_fails(script: ModuleType, monkeypatch: pytest.Monkey
         # The last contact of each transition 2 % high: p moves, and F_SW with it.
         results = {}
         for name in names:
-            result = hc.Native().run(scenes.load(name))
+            result = hc.Native("reference").run(scenes.load(name))
             peaks = result.peak_force.copy()
             peaks[4] *= 1.02
             for backend in ("native", "lammps"):

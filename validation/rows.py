@@ -73,7 +73,7 @@ def simulate(names: Iterable[str], label: str) -> dict[tuple[str, str], hc.Resul
     -------
     A result for each (name of the scene, backend).
     """
-    backends: tuple[hc.Native | hc.Lammps, ...] = (hc.Native(), hc.Lammps())
+    backends: tuple[hc.Native | hc.Lammps, ...] = (hc.Native("reference"), hc.Lammps())
     scenes = {name: hc.Scene.from_toml(HERE / "scenes" / f"{name}.toml") for name in names}
     console = Console(stderr=True)
     work = [(name, backend) for name in scenes for backend in backends]

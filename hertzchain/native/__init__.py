@@ -1,5 +1,6 @@
-"""Oracle 1: Eq. 1 integrated with NumPy, in natural units."""
+"""Oracle 1: Eq. 1 integrated in natural units, by compiled kernels or as it is written."""
 
-from hertzchain.native.backend import METHODS, Native, Simulation, simulate
+from hertzchain.native.backend import METHODS, Native
+from hertzchain.native.simulation import Simulation, simulate, simulate_in_numpy
 
-__all__ = ["METHODS", "Native", "Simulation", "simulate"]
+__all__ = ["METHODS", "Native", "Simulation", "simulate", "simulate_in_numpy"]

@@ -2,30 +2,39 @@
 
 from __future__ import annotations
 
+import functools
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.accuracy import companion, refuse_meaningless, second_order_safety
-from hertzchain.arrays import Array, Scalar
-from hertzchain.chain import POSITIVE, is_positive
-from hertzchain.errors import require
+from hertzchain.chain import POSITIVE, is_finite, is_positive
+from hertzchain.errors import RunFailed, require
 from hertzchain.history import Recorder, wanted_times
-from hertzchain.native.equations import contact_force, overlap
-from hertzchain.native.integration import integrate
+from hertzchain.native import choice
+from hertzchain.native.methods import (
+    DPRKN_6,
+    RUNGE_KUTTA_4,
+    SRKN_6B,
+    SRKN_11B,
+    VELOCITY_VERLET,
+)
 from hertzchain.native.refinement import Fixed, Refined, Walker
-from hertzchain.native.steppers import SRKN_11B, VELOCITY_VERLET, RungeKutta4, State
-from hertzchain.peaks import PeakWatch, largest_difference
+from hertzchain.native.simulation import Simulation, simulate
+from hertzchain.peaks import largest_difference
 from hertzchain.result import Balance, Result
-from hertzchain.samples import Samples
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
-from hertzchain.work import work_done
+
+RTOL = 1e-6
+"""Where nothing else is asked for: whether p is 9 or 10 can hang on 2e-5."""
+
+_TRIES = 5
+"""Runs to get the estimated error below the wanted one; two are the rule in hard scenes."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +45,6 @@ class Method:
     ----------
     walker
         Takes the steps.
-    evaluations
-        Force evaluations in a step.
     step
         The step taken where none is asked for, in natural units.
     floor
@@ -46,17 +53,21 @@ class Method:
     """
 
     walker: Walker
-    evaluations: int
     step: float
     floor: float = 0.0
 
 
 METHODS = {
-    "reference": Method(Refined(SRKN_11B, tolerance=1e-10), 11, step=0.05, floor=1e-11),
-    "rk4": Method(Fixed(RungeKutta4()), 4, step=0.0125),
-    "velocity-verlet": Method(Fixed(VELOCITY_VERLET), 1, step=0.002),
+    "reference": Method(Refined(SRKN_11B, tolerance=1e-10), step=0.05, floor=1e-11),
+    "srkn-11b": Method(Fixed(SRKN_11B), step=0.2),
+    "srkn-6b": Method(Fixed(SRKN_6B), step=0.1),
+    "dprkn-6": Method(Fixed(DPRKN_6), step=0.1),
+    "rk4": Method(Fixed(RUNGE_KUTTA_4), step=0.0125),
+    "velocity-verlet": Method(Fixed(VELOCITY_VERLET), step=0.002),
 }
-"""reference: SRKN_11^b with refined steps; rk4: the paper's; velocity-verlet: that of LAMMPS."""
+"""reference: SRKN_11^b with refined steps. The others take steps as asked: two symplectic
+Runge-Kutta-Nystrom methods of Blanes and Moan, one of Dormand, El-Mikkawy and Prince, the paper's
+and that of LAMMPS."""
 
 
 @dataclass(frozen=True)
@@ -66,25 +77,40 @@ class Native:
     Parameters
     ----------
     method
-        ``reference``, ``rk4`` or ``velocity-verlet``.
+        One of METHODS; by default the cheapest that gives peaks of accuracy ``rtol``.
     dt
         The largest step [s]; by default one that suits the method: peaks right to about 1e-12
         (reference), 1e-8 (rk4), 1e-6 (velocity-verlet).
+    rtol
+        Wanted relative accuracy of the peaks, from 1e-10 to 0.01; 1e-6 where neither method nor dt
+        is given either, and not to be given together with one of them.
+    peaks_only
+        Whether only the peaks are wanted. Granules that cannot change any are left behind then, so
+        that there is no displacement and velocity at the end: NaN.
 
     Raises
     ------
     SceneError
-        For a method that does not exist or a step that is not a finite number above 0.
+        For a method that does not exist, a step or an accuracy that cannot be, or too much said.
     """
 
-    method: str = "reference"
+    method: str | None = None
     dt: float | None = None
+    rtol: float | None = None
+    peaks_only: bool = False
 
     def __post_init__(self) -> None:
-        names = ", ".join(METHODS)
-        require(self.method in METHODS, "method", self.method, f"must be one of {names}")
+        if self.method is not None:
+            names = ", ".join(METHODS)
+            require(self.method in METHODS, "method", self.method, f"must be one of {names}")
         if self.dt is not None:
             require(is_positive(self.dt), "dt", self.dt, f"{POSITIVE} [s]")
+        if self.rtol is not None:
+            alone = self.method is None and self.dt is None
+            require(alone, "rtol", self.rtol, "chooses method and step: must not stand with them")
+            possible = is_finite(self.rtol) and choice.TIGHTEST <= self.rtol <= choice.LOOSEST
+            allowed = f"must be a number from {choice.TIGHTEST:g} to {choice.LOOSEST:g}"
+            require(possible, "rtol", self.rtol, allowed)
 
     def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
         """Simulate a scene.
@@ -95,120 +121,110 @@ class Native:
             What to simulate.
         record
             Increasing times [s] within the run at which to keep displacement, velocity and
-            contact force.
+            contact force; not with ``peaks_only``.
 
         Raises
         ------
         RunFailed
-            If the step is so large that the motion diverges.
+            If the step is so large that the motion diverges, or the wanted accuracy cannot be had.
         """
         begin = time.perf_counter()
-        method = METHODS[self.method]
-        dt = self.dt if self.dt is not None else method.step * scene.units.time
-        legs = scene.schedule(dt)
-        units = scene.units
-        recorder = history = None
+        recorder = times = None
         if record is not None:
+            allowed = "must not be given with peaks_only, which leaves granules behind"
+            require(not self.peaks_only, "record", record, allowed)
             times = wanted_times(record, scene.end_time)
-            recorder = Recorder(times / units.time, scene.chain.granules)
-        run = simulate(scene, legs, method.walker, recorder)
-        if recorder is not None:
-            history = recorder.history(times, units.length, units.velocity, units.force)
-        peak_force = run.peaks.force
-        evaluations = run.steps * method.evaluations
-        error = _error_bound(scene, legs, method, peak_force, evaluations)
+            recorder = Recorder(times / scene.units.time, scene.chain.granules)
+        if self.method is None and self.dt is None:
+            method, legs, run, error = self._accurate_enough(scene, recorder)
+        else:
+            method, legs, run, error = self._as_asked(scene, recorder)
         refuse_meaningless("native", error)
+        units = scene.units
+        history = None
+        if recorder is not None and times is not None:
+            history = recorder.history(times, units.length, units.velocity, units.force)
         return Result(
             scene=scene,
             backend="native",
-            method=self.method,
+            method=method,
             dt=max(leg.dt for leg in legs),
             steps=run.steps,
-            force_evaluations=evaluations,
-            peak_force=peak_force * units.force,
+            force_evaluations=run.evaluations,
+            peak_force=run.peaks.force * units.force,
             peak_time=run.peaks.time * units.time,
             peak_passed=run.peaks.passed,
             error_estimate=error,
-            displacement=np.asarray(run.state.displacement * units.length, np.float64),
-            velocity=np.asarray(run.state.velocity * units.velocity, np.float64),
+            displacement=run.state.displacement * units.length,
+            velocity=run.state.velocity * units.velocity,
             balance=_balance(scene, run),
             history=history,
             wall_time=time.perf_counter() - begin,
-            versions={"numpy": version("numpy")},
+            versions=_versions(),
+        )
+
+    def _as_asked(
+        self, scene: Scene, recorder: Recorder | None
+    ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
+        """Method, legs, run and its error with the method and the step asked for."""
+        name = self.method or "reference"
+        method = METHODS[name]
+        dt = self.dt if self.dt is not None else method.step * scene.units.time
+        legs = scene.schedule(dt)
+        run = simulate(scene, legs, method.walker, recorder, leave_behind=self.peaks_only)
+        return name, legs, run, _error_bound(scene, legs, method, run)
+
+    def _accurate_enough(
+        self, scene: Scene, recorder: Recorder | None
+    ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
+        """Method, legs, run and its error with the cheapest method and step that suffice."""
+        rtol = RTOL if self.rtol is None else self.rtol
+        plan = choice.plan(rtol)
+        for _ in range(_TRIES):
+            legs = scene.schedule(plan.step * scene.units.time)
+            run = simulate(scene, legs, plan.walker, recorder, leave_behind=self.peaks_only)
+            error = _estimate(scene, legs, plan, run)
+            if error <= rtol:
+                return plan.method, legs, run, error
+            plan = plan.closer(max(0.5 * rtol / error, 1e-3))
+        raise RunFailed(
+            f"peaks of accuracy {rtol:g} are not to be had in this scene, where contacts open and"
+            f" close and multiply small errors; {error:.1g} is what was reached: ask for that"
         )
 
 
-@dataclass(frozen=True)
-class Simulation:
-    """What one integration found, in natural units."""
-
-    state: State
-    peaks: PeakWatch
-    work: Scalar
-    steps: int
+def _estimate(scene: Scene, legs: Sequence[Leg], plan: choice.Plan, run: Simulation) -> float:
+    """Upper bound of the error of the peaks, from a second run with other steps."""
+    other = simulate(scene, choice.other_steps(legs), plan.coarser, leave_behind=True)
+    difference = largest_difference(other.peaks.force, run.peaks.force)
+    return plan.estimate(difference) + _round_off(run)
 
 
-def simulate(
-    scene: Scene,
-    legs: Sequence[Leg],
-    walker: Walker,
-    recorder: Recorder | None = None,
-    dtype: type[np.floating[Any]] = np.float64,
-    displacement: Array | None = None,
-) -> Simulation:
-    """Integrate a scene once, on given legs [s, N], watching peaks and work.
-
-    Parameters
-    ----------
-    scene, legs, walker, recorder, dtype
-        What, on which steps, by which method, recording what, in which precision.
-    displacement
-        Where the granules are at the start, natural units, shape (granules,); 0 by default.
-    """
-    units = scene.units
-    peaks = PeakWatch(scene.chain.granules - 1, dtype)
-    work = dtype(0)
-
-    def show(samples: Samples, leg: Leg) -> None:
-        nonlocal work
-        peaks.show(samples)
-        if leg.ramp is not None:
-            work += work_done(samples, leg.ramp)
-        if recorder is not None:
-            recorder.show(samples)
-
-    natural = [leg.in_units(units.time, units.force) for leg in legs]
-    if displacement is None:
-        displacement = np.zeros(scene.chain.granules, dtype)
-    state, steps = integrate(displacement, natural, walker, show)
-    return Simulation(state, peaks, work, steps)
+def _round_off(run: Simulation) -> float:
+    return float(4 * np.finfo(np.float64).eps * np.sqrt(run.evaluations))
 
 
-def _error_bound(
-    scene: Scene,
-    legs: Sequence[Leg],
-    method: Method,
-    peak_force: np.ndarray,
-    evaluations: int,
-) -> float:
+def _error_bound(scene: Scene, legs: Sequence[Leg], method: Method, run: Simulation) -> float:
     other = companion(legs)
-    round_off = 4 * np.finfo(np.float64).eps * np.sqrt(evaluations)
-    peaks = simulate(scene, other.legs, method.walker).peaks.force
-    difference = largest_difference(peaks, peak_force)
+    peaks = simulate(scene, other.legs, method.walker, leave_behind=True).peaks.force
+    difference = largest_difference(peaks, run.peaks.force)
     # Of a method of higher order more than the whole difference: an opening contact leaves errors
     # that are erratic from step to step.
     longest = max(leg.dt for leg in legs) / scene.units.time
     higher = 3.0 if longest <= 0.6 else 30.0  # 6 was needed at 1.5 natural time units
     safety = second_order_safety(longest) if method.walker.stepper.order == 2 else higher
-    return float(safety * other.factor * difference + method.floor + round_off)
+    return float(safety * other.factor * difference + method.floor + _round_off(run))
 
 
 def _balance(scene: Scene, run: Simulation) -> Balance:
-    pressed = overlap(run.state.displacement)
-    energy = 0.5 * np.sum(run.state.velocity**2) + 0.4 * np.sum(contact_force(pressed) * pressed)
     return Balance(
         impulse=scene.applied_impulse,
-        momentum=float(np.sum(run.state.velocity)) * scene.units.momentum,
+        momentum=float(run.momentum) * scene.units.momentum,
         work=float(run.work) * scene.units.energy,
-        energy=float(energy) * scene.units.energy,
+        energy=float(run.energy) * scene.units.energy,
     )
+
+
+@functools.cache
+def _versions() -> Mapping[str, str]:
+    return {"numpy": version("numpy"), "numba": version("numba")}

@@ -11,8 +11,8 @@ import numpy as np
 from hertzchain.accuracy import refuse_meaningless
 from hertzchain.arrays import Array, Scalar
 from hertzchain.native.equations import acceleration, contact_force, net_force, overlap
+from hertzchain.native.methods import State
 from hertzchain.native.refinement import Walker
-from hertzchain.native.steppers import State
 from hertzchain.samples import Samples
 from hertzchain.schedule import Leg
 from hertzchain.shock import Ramp

@@ -1,0 +1,792 @@
+"""Eq. 1 in natural units, compiled: the loops that cost time, for every method and precision.
+
+What is computed is that of ``equations``, ``methods``, ``refinement`` and ``peaks``, which read
+like the formulas; tests hold the two equal to round-off. Three things are done here only, because
+they only save time:
+
+- Force, kick and drift of a stage are one loop, so that one square root per granule is what a
+  stage costs.
+- Granules ahead of the front are not touched. They rest until a force of more than the square root
+  of the smallest number reaches them; as the front falls off double-exponentially, what that
+  leaves out is no digit of anything.
+- Granules that cannot matter any more are left behind, where that is asked for: see
+  ``_left_behind``.
+
+Arrays hold a window of the chain: entry i is granule ``base + i``, and granules lo ... hi - 1 move.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hertzchain.arrays import Array, FloatArray
+
+START, END, STEPS, SHAPE, RAMP_START, RAMP_END, FORCE_START, FORCE_END = range(8)
+"""Columns of legs: times of leg and ramp, forces at the ends of the ramp, natural units.
+
+The shape is 0 where no force acts, 1 on a linear and 2 on a cosine ramp.
+"""
+
+DONE, DIVERGED, STOPPED = range(3)
+"""How a run ended."""
+
+_AHEAD = 8
+"""Granules that the window grows by; a whole number of vectors."""
+
+_CHECK = 4.0
+"""Natural time units between two looks at whether to go on and what to leave behind."""
+
+_QUIET_GRANULES = 8
+_QUIET = 1e4
+"""Overlap and velocity of a quiet stretch, in rounding errors of those of the leading wave."""
+
+_IMPACT = 1.3
+"""F / v^1.2 of a solitary wave and its fastest granule (1.27), rounded up."""
+
+_SLOWER = 0.95
+"""What is left behind is pressed less than this fraction of the leading wave."""
+
+ONE = np.uint64(1)
+
+_DEEPEST = 60
+"""Halvings of a step; below that time does not move."""
+
+
+class Table(NamedTuple):
+    """Coefficients of a method; nodes and what follows are empty for a symplectic one.
+
+    Parameters
+    ----------
+    kicks, drifts
+        Of a symplectic Nystrom method, shape (stages + 1,) and (stages,). Of the other kind its
+        last weight and 1, shape (1,).
+    nodes, position, velocity_weights, position_weights
+        c, a, b and b-bar of a Runge-Kutta-Nystrom method, shape (stages,), for a (stages, stages).
+    """
+
+    kicks: Array
+    drifts: Array
+    nodes: Array
+    position: Array
+    velocity_weights: Array
+    position_weights: Array
+
+
+class Record(NamedTuple):
+    """Where to keep a history: times, shape (times,), and what is known then, (times, ...)."""
+
+    time: FloatArray
+    displacement: FloatArray
+    velocity: FloatArray
+    contact_force: FloatArray
+
+
+class Outcome(NamedTuple):
+    """What a run found besides its peaks.
+
+    Parameters
+    ----------
+    status
+        DONE, DIVERGED or STOPPED.
+    steps, evaluations
+        Steps taken, and force evaluations of the chain, those of refused steps too.
+    granule_evaluations
+        Force evaluations counted granule by granule.
+    end
+        Time reached.
+    work, momentum, energy
+        Done by the applied force; of all granules, those left behind too.
+    """
+
+    status: int
+    steps: int
+    evaluations: int
+    granule_evaluations: int
+    end: float
+    work: float
+    momentum: float
+    energy: float
+
+
+def _compiled(function: Any) -> Any:
+    # Multiplication and addition may become one instruction; nothing else is reordered.
+    return njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
+
+
+def _compiled_without_nan(function: Any) -> Any:
+    # Maxima are found by vector instructions only where NaN need not be told from numbers.
+    flags = {"contract", "nnan", "nsz"}
+    return njit(cache=True, nogil=True, error_model="numpy", fastmath=flags)(function)
+
+
+@_compiled
+def _applied_force(leg: Any, time: float) -> float:
+    if leg[SHAPE] == 0:
+        return 0.0
+    growth = (time - leg[RAMP_START]) / (leg[RAMP_END] - leg[RAMP_START])
+    if leg[SHAPE] == 2:
+        growth = (1 - math.cos(math.pi * growth)) / 2
+    return leg[FORCE_START] + (leg[FORCE_END] - leg[FORCE_START]) * growth
+
+
+@_compiled
+def _applied_force_rate(leg: Any, time: float) -> float:
+    if leg[SHAPE] == 0:
+        return 0.0
+    length = leg[RAMP_END] - leg[RAMP_START]
+    slope = (leg[FORCE_END] - leg[FORCE_START]) / length
+    if leg[SHAPE] == 2:
+        slope *= math.pi / 2 * math.sin(math.pi * (time - leg[RAMP_START]) / length)
+    return slope
+
+
+# Indices are unsigned in the loops that cost time: only when the compiler knows that none is
+# negative it uses vectors. They get whole arrays, as slices and tuples of arrays cost more than a
+# short loop.
+
+
+@_compiled
+def _first_kick(u: Any, v: Any, f: Any, kick: Any, drift: Any, lo: int, hi: int) -> None:
+    """Kick by the known forces f, f[i] left of granule i, and drift."""
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        v[i] += kick * (f[i] - f[i + ONE])
+        u[i] += drift * v[i]
+
+
+@_compiled
+def _kick_and_drift(
+    u: Any, v: Any, left: Any, kick: Any, drift: Any, least: Any, lo: int, hi: int
+) -> Any:
+    """Force, kick and drift in one pass; the force ahead of the last granule is returned."""
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        r = u[i] - u[i + ONE]
+        r = r if r > least else least - least
+        right = r * np.sqrt(r)
+        v[i] += kick * (left - right)
+        u[i] += drift * v[i]
+        left = right
+    return left
+
+
+@_compiled
+def _last_kick(u: Any, v: Any, f: Any, kick: Any, least: Any, lo: int, hi: int) -> Any:
+    """Force and kick in one pass; forces are kept, that ahead of the last granule returned."""
+    left = f[lo]
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        r = u[i] - u[i + ONE]
+        r = r if r > least else least - least
+        right = r * np.sqrt(r)
+        f[i + ONE] = right
+        v[i] += kick * (left - right)
+        left = right
+    return left
+
+
+@_compiled
+def _accelerations(u: Any, a: Any, s: int, left: Any, least: Any, lo: int, hi: int) -> Any:
+    """Right-hand side of Eq. 1 into row s; the force ahead of the last granule is returned."""
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        r = u[i] - u[i + ONE]
+        r = r if r > least else least - least
+        right = r * np.sqrt(r)
+        a[s, i] = left - right
+        left = right
+    return left
+
+
+@_compiled
+def _copy(what: Any, to: Any, lo: int, hi: int) -> None:
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        to[i] = what[i]
+
+
+@_compiled
+def _advance(u: Any, u0: Any, v0: Any, h: Any, lo: int, hi: int) -> None:
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        u[i] = u0[i] + h * v0[i]
+
+
+@_compiled
+def _add(total: Any, weight: Any, a: Any, s: int, lo: int, hi: int) -> None:
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        total[i] += weight * a[s, i]
+
+
+@_compiled
+def _symplectic_step(
+    u: Any, v: Any, f: Any, kicks: Any, drifts: Any, fractions: Any, leg: Any, begin: float,
+    h: float, least: Any, lo: int, hi: int, last: int,
+) -> int:  # fmt: skip
+    """Take one step of a symplectic Nystrom method; returns where the window ends now."""
+    pushed = leg[SHAPE] != 0
+    time, stages = begin, drifts.size
+    _first_kick(u, v, f, kicks[0], drifts[0], lo, hi)
+    for s in range(1, stages):
+        if pushed:
+            time += fractions[s - 1] * h
+            f[lo] = _applied_force(leg, time)
+        ahead = _kick_and_drift(u, v, f[lo], kicks[s], drifts[s], least, lo, hi)
+        if ahead > 0:
+            hi = min(hi + _AHEAD, last)
+    if pushed:
+        f[lo] = _applied_force(leg, begin + h)
+    ahead = _last_kick(u, v, f, kicks[stages], least, lo, hi)
+    return min(hi + _AHEAD, last) if ahead > 0 else hi
+
+
+@_compiled
+def _nystrom_step(
+    u: Any, v: Any, f: Any, u0: Any, v0: Any, a: Any, nodes: Any, fractions: Any, position: Any,
+    velocity_weights: Any, position_weights: Any, kicks: Any, drifts: Any, leg: Any,
+    begin: float, h: float, zero: Any, least: Any, lo: int, hi: int, last: int,
+) -> int:  # fmt: skip
+    """Take one step of a Runge-Kutta-Nystrom method; returns where the window ends now."""
+    pushed = leg[SHAPE] != 0
+    stages = nodes.size
+    for i in range(lo, hi):
+        a[0, i] = f[i] - f[i + 1]
+    for s in range(1, stages):
+        _advance(u, u0, v0, nodes[s], lo, hi)
+        for j in range(s):
+            if position[s, j] != 0:
+                _add(u, position[s, j], a, j, lo, hi)
+        if pushed:
+            f[lo] = _applied_force(leg, begin + fractions[s] * h)
+        ahead = _accelerations(u, a, s, f[lo], least, lo, hi)
+        if ahead > 0 and hi < last:
+            grown = min(hi + _AHEAD, last)
+            a[:, hi:grown] = zero
+            hi = grown
+    _advance(u, u0, v0, drifts[0], lo, hi)
+    for s in range(stages):
+        _add(u, position_weights[s], a, s, lo, hi)
+        _add(v, velocity_weights[s], a, s, lo, hi)
+    if pushed:
+        f[lo] = _applied_force(leg, begin + h)
+    ahead = _last_kick(u, v, f, kicks[0], least, lo, hi)
+    return min(hi + _AHEAD, last) if ahead > 0 else hi
+
+
+@_compiled
+def _like(table: Any, precision: Any) -> Table:
+    """An empty table of the same shapes in a precision."""
+    kind = precision.dtype
+    return Table(
+        np.empty(table.kicks.shape, kind),
+        np.empty(table.drifts.shape, kind),
+        np.empty(table.nodes.shape, kind),
+        np.empty(table.position.shape, kind),
+        np.empty(table.velocity_weights.shape, kind),
+        np.empty(table.position_weights.shape, kind),
+    )
+
+
+@_compiled
+def _scale(table: Any, h: float, scaled: Any) -> None:
+    """Coefficients times h or its square, in the precision of the state."""
+    scaled.kicks[:] = table.kicks * h
+    scaled.drifts[:] = table.drifts * h
+    scaled.nodes[:] = table.nodes * h
+    scaled.position[:] = table.position * (h * h)
+    scaled.velocity_weights[:] = table.velocity_weights * h
+    scaled.position_weights[:] = table.position_weights * (h * h)
+
+
+@_compiled_without_nan
+def _scan(
+    u0: Any, v0: Any, u: Any, v: Any, h: Any, starting: bool, zero: Any, lo: int, hi: int
+) -> Any:
+    """What a step met: contacts past their peak, the fastest to open or close, the largest speed.
+
+    The rules are those of ``peaks.PeakWatch.show`` and ``refinement.Refined``.
+    """
+    turns, fastest, speed = 0, zero, zero
+    for i in range(np.uint64(lo), np.uint64(hi - 1)):
+        r0, r1 = u0[i] - u0[i + ONE], u[i] - u[i + ONE]
+        w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
+        turns += (w0 > zero) & (w1 <= zero)
+        rate = max(abs(w0), abs(w1))
+        turns_round = ((w0 > zero) != (w1 > zero)) | starting
+        near = (min(abs(r0), abs(r1)) < rate * h) & turns_round
+        crosses = ((r0 > zero) != (r1 > zero)) | near
+        fastest = max(fastest, rate if crosses else zero)
+        speed = max(speed, abs(v[i]))
+    return turns, fastest, max(speed, abs(v[hi - 1]))
+
+
+@_compiled
+def _force(r: float) -> float:
+    return r * math.sqrt(r) if r > 0 else 0.0
+
+
+@_compiled
+def _force_rate(r: float, rate: float) -> float:
+    return 1.5 * math.sqrt(r) * rate if r > 0 else 0.0
+
+
+@_compiled
+def _granule(u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float) -> Any:
+    """Displacement of a granule, its rate, acceleration and jerk (Eq. 1 and its derivative).
+
+    The velocities of velocity Verlet are central differences of its displacements; the rates are
+    ``off`` times the jerk less: h^2/6, and 0 for other methods.
+    """
+    if i == lo:
+        pushed, pushed_rate = _applied_force(leg, time), _applied_force_rate(leg, time)
+    else:
+        r = float(u[i - 1] - u[i])
+        pushed, pushed_rate = _force(r), _force_rate(r, float(v[i - 1] - v[i]))
+    r = float(u[i] - u[i + 1])
+    passed_on, passed_on_rate = _force(r), _force_rate(r, float(v[i] - v[i + 1]))
+    jerk = pushed_rate - passed_on_rate
+    return float(u[i]), float(v[i]) - off * jerk, pushed - passed_on, jerk
+
+
+@_compiled
+def _contact(u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float) -> Any:
+    """Overlap of granules i and i + 1, and its first three derivatives; see ``_granule``."""
+    overlap, rate = float(u[i] - u[i + 1]), float(v[i] - v[i + 1])
+    root = math.sqrt(max(overlap, 0.0))
+    ahead = float(u[i + 1] - u[i + 2])
+    root_ahead = math.sqrt(max(ahead, 0.0))
+    if i == lo:
+        behind, behind_rate = _applied_force(leg, time), _applied_force_rate(leg, time)
+    else:
+        r = float(u[i - 1] - u[i])
+        behind, behind_rate = _force(r), _force_rate(r, float(v[i - 1] - v[i]))
+    acceleration = behind - 2 * root * overlap + root_ahead * ahead
+    rate_ahead = float(v[i + 1] - v[i + 2])
+    jerk = behind_rate - 3 * root * rate + 1.5 * root_ahead * rate_ahead
+    return overlap, rate - off * jerk, acceleration, jerk
+
+
+@_compiled
+def _hermite(start: Any, end: Any, h: float) -> Any:
+    """Coefficients in s = (t - t_start) / h of the polynomial of degree 7 that meets both ends."""
+    x, p, q, c = start[0], start[1] * h, start[2] * h * h / 2, start[3] * h**3 / 6
+    # What the cubic from the start misses at the end, in value and three derivatives.
+    d = end[0] - x - p - q - c
+    d1 = end[1] * h - p - 2 * q - 3 * c
+    d2 = end[2] * h * h - 2 * q - 6 * c
+    d3 = end[3] * h**3 - 6 * c
+    return (
+        x, p, q, c,
+        35 * d - 15 * d1 + 2.5 * d2 - d3 / 6,
+        -84 * d + 39 * d1 - 7 * d2 + d3 / 2,
+        70 * d - 34 * d1 + 6.5 * d2 - d3 / 2,
+        -20 * d + 10 * d1 - 2 * d2 + d3 / 6,
+    )  # fmt: skip
+
+
+@_compiled
+def _value(c: Any, s: float) -> float:
+    return c[0] + s * (
+        c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * (c[5] + s * (c[6] + s * c[7])))))
+    )
+
+
+@_compiled
+def _slope(c: Any, s: float) -> float:
+    return c[1] + s * (
+        2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * (5 * c[5] + s * (6 * c[6] + s * 7 * c[7]))))
+    )
+
+
+@_compiled
+def _curvature(c: Any, s: float) -> float:
+    return 2 * c[2] + s * (
+        6 * c[3] + s * (12 * c[4] + s * (20 * c[5] + s * (30 * c[6] + s * 42 * c[7])))
+    )
+
+
+@_compiled
+def _maximum(c: Any) -> float:
+    """Where in [0, 1] a polynomial that rises at 0 and falls at 1 has its maximum."""
+    low, high = 0.0, 1.0
+    s = _slope(c, 0.0) / (_slope(c, 0.0) - _slope(c, 1.0))
+    for _ in range(50):
+        slope = _slope(c, s)
+        if slope > 0:
+            low = s
+        else:
+            high = s
+        following = s - slope / _curvature(c, s)
+        if not low <= following <= high:
+            following = (low + high) / 2
+        if abs(following - s) <= 1e-15:
+            return following
+        s = following
+    return s
+
+
+@_compiled
+def _keep_peaks(
+    peak_force: Any, peak_time: Any, base: int, u0: Any, v0: Any, u: Any, v: Any,
+    lo: int, hi: int, leg: Any, begin: float, h: float, off: float,
+) -> None:  # fmt: skip
+    """The maxima of contact forces within a step."""
+    for contact in range(np.uint64(lo), np.uint64(hi - 1)):
+        if v0[contact] - v0[contact + ONE] <= 0 or v[contact] - v[contact + ONE] > 0:
+            continue
+        i = int(contact)
+        if max(u0[i] - u0[i + 1], u[i] - u[i + 1]) <= 0:
+            continue
+        start = _contact(u0, v0, i, lo, leg, begin, off)
+        end = _contact(u, v, i, lo, leg, begin + h, off)
+        curve = _hermite(start, end, h)
+        s = _maximum(curve)
+        force = _force(_value(curve, s))
+        if force > peak_force[base + i]:
+            peak_force[base + i] = force
+            peak_time[base + i] = begin + s * h
+
+
+@_compiled
+def _work(
+    u0: Any, v0: Any, u: Any, v: Any, lo: int, leg: Any, begin: float, h: float, off: float
+) -> float:
+    """Work done by the applied force in a step: four Gauss points, see ``work.work_done``."""
+    start = _granule(u0, v0, lo, lo, leg, begin, off)
+    curve = _hermite(start, _granule(u, v, lo, lo, leg, begin + h, off), h)
+    outer, inner = 0.8611363115940526, 0.3399810435848563  # Gauss-Legendre
+    total = 0.0
+    for node in (-outer, -inner, inner, outer):
+        weight = 0.17392742256872692 if abs(node) == outer else 0.32607257743127308
+        s = (1 + node) / 2
+        total += weight * _applied_force(leg, begin + s * h) * _slope(curve, s)
+    return total
+
+
+@_compiled
+def _keep_history(
+    record: Any, kept: int, u0: Any, v0: Any, u: Any, v: Any, lo: int, hi: int,
+    leg: Any, begin: float, end: float, off: float, last: int,
+) -> int:  # fmt: skip
+    """Fill in the wanted times up to the end of a step; returns how many are filled in now."""
+    h = end - begin
+    while kept < record.time.size and record.time[kept] <= end:
+        s = (record.time[kept] - begin) / h
+        for i in range(lo, hi):
+            start = _granule(u0, v0, i, lo, leg, begin, off)
+            curve = _hermite(start, _granule(u, v, i, lo, leg, end, off), h)
+            record.displacement[kept, i] = _value(curve, s)
+            record.velocity[kept, i] = _slope(curve, s) / h
+            if i + 1 < last:
+                start = _contact(u0, v0, i, lo, leg, begin, off)
+                curve = _hermite(start, _contact(u, v, i, lo, leg, end, off), h)
+                record.contact_force[kept, i] = _force(_value(curve, s))
+        kept += 1
+    return kept
+
+
+@_compiled
+def _strength(force: float, velocity: float) -> float:
+    """How hard any contact can come to be pressed by what has these largest values."""
+    return max(force, _IMPACT * max(velocity, 0.0) ** 1.2)
+
+
+@_compiled
+def _left_behind(u: Any, v: Any, f: Any, peak_force: Any, base: int, lo: int, hi: int) -> int:
+    """How far the window can be closed from behind once the pulse is over.
+
+    A cut needs all of this:
+
+    - Ahead of it lies a quiet stretch: ``_QUIET_GRANULES`` granules whose overlaps and velocities
+      are rounding errors beside those of the leading wave. Contacts that are hardly pressed are
+      hardly stiff (3/2 overlap^(1/2)), and what crosses d contacts of stiffness k in a time t is
+      smaller than what entered by (k t^2)^d / (2d)!. The leading wave goes on at its own speed
+      meanwhile, so that the stretch only grows. Nothing passes it but waves.
+    - The waves that may come from behind are slower than the leading one. A wave into granules at
+      rest goes at 0.9055 F^(1/6), and without a pulse no contact is pressed harder later than the
+      hardest now, or than the fastest granule can press by running into one at rest. Both have to
+      be below the leading wave's force.
+    - They have to be below the peaks of all contacts left behind, too: these are final.
+    """
+    crest = hi - 1
+    while crest > lo and f[crest] >= f[crest + 1]:
+        crest -= 1
+    leading = float(f[crest + 1])
+    noise = _QUIET * np.finfo(u.dtype).eps
+    quiet_overlap, quiet_velocity = noise * leading ** (2 / 3), noise * leading ** (5 / 6)
+    hardest, fastest, weakest_peak = 0.0, 0.0, leading
+    quiet, cut = 0, lo
+    for i in range(np.uint64(lo), np.uint64(crest)):
+        closing = v[i] - v[i + ONE]
+        hardest = max(hardest, float(f[i + ONE]))
+        fastest = max(fastest, float(v[i]), float(closing))
+        weakest_peak = min(weakest_peak, peak_force[np.uint64(base) + i])
+        if u[i] - u[i + ONE] <= quiet_overlap and abs(v[i]) <= quiet_velocity:
+            quiet += 1
+        else:
+            quiet = 0
+        if quiet >= _QUIET_GRANULES:
+            if _strength(hardest, fastest) >= _SLOWER * weakest_peak:
+                break
+            cut = int(i) + 1 - _QUIET_GRANULES
+    return cut
+
+
+@_compiled
+def _settled(u: Any, v: Any, f: Any, peak_force: Any, base: int, lo: int, hi: int) -> bool:
+    """Whether no peak can change any more, once the pulse is over and all granules were reached.
+
+    Granules that fly off at the free end never come back; of the others none can press a contact
+    as hard as every contact has been pressed already.
+    """
+    end = hi
+    while end - 1 > lo and u[end - 2] < u[end - 1] and v[end - 2] < v[end - 1]:
+        end -= 1
+    hardest, fastest = 0.0, 0.0
+    for i in range(np.uint64(lo), np.uint64(end - 1)):
+        closing = v[i] - v[i + ONE]
+        hardest = max(hardest, float(f[i + ONE]))
+        fastest = max(fastest, float(v[i]), float(closing))
+    return end - 1 <= lo or _strength(hardest, fastest) < np.min(peak_force[base + lo :])
+
+
+@_compiled
+def _momentum(v: Any, lo: int, hi: int) -> float:
+    total = 0.0
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        total += v[i]
+    return total
+
+
+@_compiled
+def _energy(u: Any, v: Any, lo: int, hi: int) -> float:
+    """Of granules lo ... hi - 1 and of the contact ahead of each."""
+    total = 0.0
+    for i in range(lo, hi):
+        r = float(u[i] - u[i + 1])
+        total += 0.5 * float(v[i]) ** 2 + 0.4 * _force(r) * r
+    return total
+
+
+@_compiled
+def march(
+    legs: FloatArray,
+    table: Table,
+    precision: Array,
+    verlet: bool,
+    tolerance: float,
+    starting: float,
+    granules: int,
+    moving: int,
+    leave_behind: bool,
+    peak_force: FloatArray,
+    peak_time: FloatArray,
+    record: Record,
+    control: FloatArray,
+) -> tuple[Outcome, Array, Array]:
+    """Integrate a chain that is at rest at the start.
+
+    Parameters
+    ----------
+    legs
+        The steps and the applied force, shape (legs, 8): see START and what follows.
+    table
+        The method, float64.
+    precision
+        An array of the precision of the run; what it holds does not matter.
+    verlet
+        Whether velocities are those of velocity Verlet: see ``_granule``.
+    tolerance, starting
+        Of ``refinement.Refined``; 0 for steps as asked.
+    granules
+        N.
+    moving
+        Granules that may move at the start; N for a run without a front.
+    leave_behind
+        Whether granules that cannot matter to any peak are left behind, and the run ended when
+        none can change. There is no final state then.
+    peak_force, peak_time
+        Filled in; zero and NaN at the start, shape (N - 1,).
+    record
+        Filled in at its times, increasing; zero at the start. None with ``leave_behind``.
+    control
+        Set to non-zero at [0] from outside, it stops the run; at [1] the time reached is found.
+
+    Returns
+    -------
+    What happened, then displacement and velocity at the end, shape (N,).
+    """
+    kind = precision.dtype
+    scaled = _like(table, precision)
+    nystrom = table.nodes.size > 0
+    kicks, drifts, nodes, position = scaled.kicks, scaled.drifts, scaled.nodes, scaled.position
+    velocity_weights, position_weights = scaled.velocity_weights, scaled.position_weights
+    fractions = table.nodes if nystrom else table.drifts
+    stages = max(table.nodes.size, table.drifts.size)
+    margin = _AHEAD * (stages + 2)
+    size = granules + 1
+    if leave_behind:
+        size = min(size, 1024 + 2 * margin)
+    state = np.zeros((5, size), kind)
+    accelerations = np.zeros((table.nodes.size, size), kind)
+    constants = np.zeros(3, kind)  # in the precision of the state
+    constants[1] = math.sqrt(np.finfo(kind).tiny)
+    constants[2] = 1e30
+    zero, least, far_away = constants[0], constants[1], constants[2]
+    u, v, f, u0, v0 = state[0], state[1], np.zeros(size + 1, kind), state[3], state[4]
+    base, lo, hi = 0, 0, min(moving, granules)
+    if granules < size:
+        u[granules] = far_away
+    last = min(granules, size - 1)
+
+    steps = evaluations = granule_evaluations = kept = 0
+    work = momentum = energy = 0.0
+    status, next_check, time, over = DONE, _CHECK, legs[0, START], False
+    for number in range(legs.shape[0]):
+        leg = legs[number]
+        full = (leg[END] - leg[START]) / leg[STEPS]
+        whole, part, level, h = 0, 0, 0, full
+        f[lo] = _applied_force(leg, leg[START])
+        over = bool(np.all(legs[number:, SHAPE] == 0))
+        _scale(table, h, scaled)
+        while whole < leg[STEPS]:
+            begin = leg[START] + whole * full + part * h
+            if hi + margin > size and base + size <= granules:
+                # The window has come to the end of its arrays: move it to their beginning.
+                width = hi - lo
+                if width + margin > size // 2:
+                    size *= 2
+                size = min(size, granules + 1 - base - lo)
+                moved, moved_f = np.zeros((5, size), kind), np.zeros(size + 1, kind)
+                moved[0, :width], moved[1, :width] = u[lo:hi], v[lo:hi]
+                moved_f[: width + 1] = f[lo : hi + 1]
+                accelerations = np.zeros((table.nodes.size, size), kind)
+                u, v, f, u0, v0 = moved[0], moved[1], moved_f, moved[3], moved[4]
+                base, lo, hi = base + lo, 0, width
+                last = min(granules - base, size - 1)
+                if granules - base < size:
+                    u[granules - base] = far_away
+            _copy(u, u0, lo, hi + 1)
+            _copy(v, v0, lo, hi + 1)
+            reached = hi
+            if nystrom:
+                hi = _nystrom_step(
+                    u, v, f, u0, v0, accelerations, nodes, fractions, position, velocity_weights,
+                    position_weights, kicks, drifts, leg, begin, h, zero, least, lo, hi, last,
+                )  # fmt: skip
+            else:
+                hi = _symplectic_step(
+                    u, v, f, kicks, drifts, fractions, leg, begin, h, least, lo, hi, last
+                )
+            for i in range(reached + 1, min(hi, last) + 1):
+                u0[i] = u[last] if i == last and base + last == granules else zero
+                v0[i] = zero
+            evaluations += stages
+            granule_evaluations += stages * (hi - lo)
+            turns, fastest, speed = _scan(u0, v0, u, v, h, begin < starting, zero, lo, hi)
+            if tolerance > 0 and level < _DEEPEST:
+                felt = float(fastest) ** 3 * h**5 > (tolerance * float(speed)) ** 2
+                if felt:
+                    _copy(u0, u, lo, hi)
+                    _copy(v0, v, lo, hi)
+                    f[lo] = _applied_force(leg, begin)
+                    _last_kick(u, v, f, zero, least, lo, hi)
+                    level, part, h = level + 1, 2 * part, h / 2
+                    _scale(table, h, scaled)
+                    continue
+            steps += 1
+            part += 1
+            time = begin + h
+            if part == 1 << level and whole + 1 == leg[STEPS]:
+                time = leg[END]
+            off = h * h / 6 if verlet else 0.0
+            if turns > 0:
+                _keep_peaks(peak_force, peak_time, base, u0, v0, u, v, lo, hi, leg, begin, h, off)
+            if leg[SHAPE] != 0:
+                work += _work(u0, v0, u, v, lo, leg, begin, h, off)
+            if kept < record.time.size and record.time[kept] <= time:
+                kept = _keep_history(
+                    record, kept, u0, v0, u, v, lo, hi, leg, begin, time, off, last
+                )
+            if level > 0 and part % 2 == 0:
+                while level > 0 and part % 2 == 0:
+                    level, part, h = level - 1, part // 2, h * 2
+                _scale(table, h, scaled)
+            if level == 0:
+                whole, part = whole + 1, 0
+            if time >= next_check:
+                next_check = time + _CHECK
+                control[1] = time
+                if not abs(_momentum(v, lo, hi)) < 1e100:
+                    status = DIVERGED
+                elif control[0] != 0:
+                    status = STOPPED
+                elif leave_behind and over:
+                    cut = _left_behind(u, v, f, peak_force, base, lo, hi)
+                    momentum += _momentum(v, lo, cut)
+                    energy += _energy(u, v, lo, cut)
+                    lo = cut
+                    f[lo] = zero
+                    if base + hi == granules and _settled(u, v, f, peak_force, base, lo, hi):
+                        break
+            if status != DONE:
+                break
+        if status != DONE or time < leg[END]:
+            break
+    momentum += _momentum(v, lo, hi)
+    energy += _energy(u, v, lo, hi)
+    if not abs(momentum) < 1e100:
+        status = DIVERGED
+    for i in range(lo, hi - 1):  # what is still being pressed harder at the end
+        force = _force(float(u[i] - u[i + 1]))
+        if force > peak_force[base + i]:
+            peak_force[base + i] = force
+            peak_time[base + i] = time
+    outcome = Outcome(status, steps, evaluations, granule_evaluations, time, work, momentum, energy)
+    return outcome, u[:granules], v[:granules]
+
+
+@_compiled
+def march_many(
+    legs: FloatArray,
+    table: Table,
+    precision: Array,
+    verlet: bool,
+    tolerance: float,
+    starting: float,
+    granules: int,
+    peak_force: FloatArray,
+    peak_time: FloatArray,
+    status: NDArray[np.int64],
+    control: FloatArray,
+) -> int:
+    """Peaks of many scenes of one length, as ``march`` with ``leave_behind`` finds them.
+
+    Parameters
+    ----------
+    legs
+        Shape (scenes, legs, 8); a leg without steps is left out.
+    table, precision, verlet, tolerance, starting, granules
+        As for ``march``, the same for all.
+    peak_force, peak_time
+        Filled in; zero and NaN at the start, shape (scenes, N - 1).
+    status
+        Filled in with DONE, DIVERGED or STOPPED, shape (scenes,).
+    control
+        As for ``march``.
+
+    Returns
+    -------
+    Force evaluations counted granule by granule.
+    """
+    nothing = np.zeros((0, 0))
+    record = Record(np.zeros(0), nothing, nothing, nothing)
+    cost = 0
+    for scene in range(legs.shape[0]):
+        taken = legs[scene][legs[scene][:, STEPS] > 0]
+        outcome, _, _ = march(
+            taken, table, precision, verlet, tolerance, starting, granules, _AHEAD, True,
+            peak_force[scene], peak_time[scene], record, control,
+        )  # fmt: skip
+        status[scene] = outcome.status
+        cost += outcome.granule_evaluations
+    return cost
