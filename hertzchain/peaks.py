@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain import hermite
-from hertzchain.arrays import Array
+from hertzchain.arrays import Array, FloatArray
 from hertzchain.samples import Samples
 
 SIGNIFICANT = 1e-3
@@ -77,6 +77,14 @@ class PeakWatch:
         larger = force > self.force[contacts]
         self.force[contacts[larger]] = force[larger]
         self.time[contacts[larger]] = time[larger]
+
+
+def largest_differences(peak_force: Array, expected: Array) -> FloatArray:
+    """``largest_difference`` of many runs at once: shape (runs, contacts) to shape (runs,)."""
+    largest = expected.max(axis=1, keepdims=True)
+    judged = (expected >= SIGNIFICANT * largest) & (largest > 0)
+    difference = np.abs(peak_force / np.where(judged, expected, 1.0) - 1.0)
+    return np.asarray(np.max(np.where(judged, difference, peak_force > 0), axis=1, initial=0.0))
 
 
 def largest_difference(peak_force: Array, expected: Array) -> float:

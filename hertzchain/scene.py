@@ -10,6 +10,8 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+
 from hertzchain.chain import POSITIVE, Chain, is_positive, to_plain_numbers
 from hertzchain.errors import SceneError, require
 from hertzchain.schedule import Leg, lay_steps
@@ -219,13 +221,26 @@ class Scene:
         """End of the run [s]: as given, or long enough for the wave to pass every contact."""
         if self.run.end_time is not None:
             return self.run.end_time
-        granules = 1.2 * (self.chain.granules + 5)
-        speed = _WAVE_SPEED * math.pow(min(1.0, self.momentum_ratio), 0.2)
-        return self.ramps[-1].end + granules / speed * self.units.time
+        watched = watched_time(self.chain.granules, self.momentum_ratio)
+        return self.ramps[-1].end + float(watched) * self.units.time
 
     def schedule(self, dt: float) -> tuple[Leg, ...]:
         """The steps of a run with steps of at most ``dt`` [s], ending at the pulse's corners."""
         return lay_steps(self.ramps, self.end_time, dt)
+
+
+def watched_time(granules: int, momentum_ratio: Any) -> Any:
+    """How long a chain is watched after its pulse, where nothing is said [natural time units].
+
+    Parameters
+    ----------
+    granules
+        N.
+    momentum_ratio
+        LM_ratio, or an array of it.
+    """
+    speed = _WAVE_SPEED * np.minimum(1.0, momentum_ratio) ** 0.2
+    return 1.2 * (granules + 5) / speed
 
 
 def _load(path: Path) -> dict[str, Any]:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import functools
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.accuracy import companion, refuse_meaningless, second_order_safety
-from hertzchain.chain import POSITIVE, is_finite, is_positive
-from hertzchain.errors import RunFailed, require
+from hertzchain.chain import POSITIVE, is_positive
+from hertzchain.errors import require
 from hertzchain.history import Recorder, wanted_times
 from hertzchain.native import choice
 from hertzchain.native.methods import (
@@ -32,9 +32,6 @@ from hertzchain.schedule import Leg
 
 RTOL = 1e-6
 """Where nothing else is asked for: whether p is 9 or 10 can hang on 2e-5."""
-
-_TRIES = 5
-"""Runs to get the estimated error below the wanted one; two are the rule in hard scenes."""
 
 
 @dataclass(frozen=True)
@@ -108,9 +105,7 @@ class Native:
         if self.rtol is not None:
             alone = self.method is None and self.dt is None
             require(alone, "rtol", self.rtol, "chooses method and step: must not stand with them")
-            possible = is_finite(self.rtol) and choice.TIGHTEST <= self.rtol <= choice.LOOSEST
-            allowed = f"must be a number from {choice.TIGHTEST:g} to {choice.LOOSEST:g}"
-            require(possible, "rtol", self.rtol, allowed)
+            choice.check(self.rtol)
 
     def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
         """Simulate a scene.
@@ -179,25 +174,25 @@ class Native:
     ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
         """Method, legs, run and its error with the cheapest method and step that suffice."""
         rtol = RTOL if self.rtol is None else self.rtol
-        plan = choice.plan(rtol)
-        for _ in range(_TRIES):
+        hard = bool(choice.is_hard(scene.momentum_ratio, scene.chain.granules))
+        plan = choice.plan(rtol, hard=hard)
+        for _ in range(choice.TRIES):
             legs = scene.schedule(plan.step * scene.units.time)
             run = simulate(scene, legs, plan.walker, recorder, leave_behind=self.peaks_only)
             error = _estimate(scene, legs, plan, run)
             if error <= rtol:
                 return plan.method, legs, run, error
-            plan = plan.closer(max(0.5 * rtol / error, 1e-3))
-        raise RunFailed(
-            f"peaks of accuracy {rtol:g} are not to be had in this scene, where contacts open and"
-            f" close and multiply small errors; {error:.1g} is what was reached: ask for that"
-        )
+            plan = plan.closer(rtol, error)
+        raise choice.not_to_be_had(rtol, error)
 
 
 def _estimate(scene: Scene, legs: Sequence[Leg], plan: choice.Plan, run: Simulation) -> float:
     """Upper bound of the error of the peaks, from a second run with other steps."""
-    other = simulate(scene, choice.other_steps(legs), plan.coarser, leave_behind=True)
-    difference = largest_difference(other.peaks.force, run.peaks.force)
-    return plan.estimate(difference) + _round_off(run)
+    steps = choice.other_steps([leg.steps for leg in legs]).tolist()
+    other = [replace(leg, steps=count) for leg, count in zip(legs, steps, strict=True)]
+    coarse = simulate(scene, other, plan.coarser, leave_behind=True)
+    difference = largest_difference(coarse.peaks.force, run.peaks.force)
+    return float(plan.estimate(difference, run.evaluations))
 
 
 def _round_off(run: Simulation) -> float:

@@ -8,19 +8,24 @@ to 3e-5, SRKN_11^b below. What a scene makes of it is estimated afresh in every 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
+import numpy as np
+
+from hertzchain.chain import is_finite
+from hertzchain.errors import RunFailed, require
 from hertzchain.native.methods import SRKN_6B, SRKN_11B
 from hertzchain.native.refinement import Refined
-from hertzchain.schedule import Leg
 
 TIGHTEST, LOOSEST = 1e-10, 0.01
 """What can be asked for; below, round-off and opening contacts decide."""
 
-_LONGEST_STEP = 0.55
-"""Natural time units; the run that tells the error has steps half as long again, and at 1.0 both
-methods begin to fail."""
+_LONGEST_STEP = 0.8
+"""Natural time units; at 1.0 the methods begin to fail."""
+
+_LONGEST_CHECKED_STEP = 0.55
+"""Where a second run with steps half as long again is to tell the error."""
 
 _SAFETY = 0.15
 """Error over the difference to a run with other steps: 1/16 where the motion is smooth, 1/7 of what
@@ -32,8 +37,21 @@ _KNOWN = 0.45
 A difference can be small by chance, so the error is never said to be less.
 """
 
-_LOOSE = 3e-5
-"""From here on SRKN_6^b is cheaper than SRKN_11^b."""
+TRIES = 5
+"""Plans until one is close enough; one in ten random scenes needs a second."""
+
+_LOOSE, _LOOSE_CHECKED = 5e-4, 3e-5
+"""From here on SRKN_6^b is cheaper than SRKN_11^b, without and with a second run."""
+
+_KNOWN_RATIOS, _KNOWN_DURATIONS, _KNOWN_GRANULES = (0.05, 10.0), (1.1, 60.0), 500
+"""LM_ratio, n and N of the random scenes."""
+
+_SHORTEST_CHAIN = 4.0
+"""Granules over LM_ratio. In shorter chains the pulse outlasts the wave, and granules knock against
+one another again and again: such scenes are hard."""
+
+_SAFETY_IF_HARD = 2.0
+"""As _SAFETY, where errors are erratic."""
 
 
 @dataclass(frozen=True)
@@ -50,51 +68,122 @@ class Plan:
         The largest step, natural time units.
     error
         Of the peaks, in the worst of the random scenes.
+    safety
+        The bound of the error over the difference to a run with other steps.
     """
 
     method: str
     walker: Refined
     step: float
     error: float
+    safety: float
 
     @property
     def coarser(self) -> Refined:
         """The walker of a second run that tells the error of the first."""
         return replace(self.walker, tolerance=8 * self.walker.tolerance)
 
-    def closer(self, factor: float) -> Plan:
-        """The plan whose error is smaller by a factor."""
+    def closer(self, rtol: float, error: float) -> Plan:
+        """A plan for ``rtol``, after one that turned out to leave ``error``."""
+        factor = max(0.5 * rtol / error, 1e-3) if error < 1 else 1e-3
         step = self.step * factor ** (1 / (self.walker.stepper.order + 1))
         walker = replace(self.walker, tolerance=self.walker.tolerance * factor)
-        return replace(self, step=step, walker=walker, error=self.error * factor)
+        return replace(self, step=step, walker=walker)
 
-    def estimate(self, difference: float) -> float:
-        """Upper bound of the error, from the difference to a run with other steps."""
-        return self.error + _SAFETY * difference
+    def estimate(self, difference: Any, evaluations: Any) -> Any:
+        """Upper bound of the error, from the difference to a run with other steps, and round-off.
+
+        Parameters
+        ----------
+        difference
+            Of the peaks, or an array of it.
+        evaluations
+            Of the force, broadcast against it.
+        """
+        round_off = 4 * np.finfo(np.float64).eps * np.sqrt(evaluations)
+        return self.error + self.safety * difference + round_off
 
 
-def plan(rtol: float) -> Plan:
+def is_known(momentum_ratio: Any, duration_ratio: Any, granules: int) -> Any:
+    """Whether scenes with one of the paper's profiles lie among those that were measured.
+
+    Parameters
+    ----------
+    momentum_ratio, duration_ratio
+        LM_ratio and n, arrays of one shape.
+    granules
+        N.
+    """
+    (low, high), (short, long) = _KNOWN_RATIOS, _KNOWN_DURATIONS
+    known = (momentum_ratio >= low) & (momentum_ratio <= high)
+    known &= (duration_ratio >= short) & (duration_ratio <= long)
+    return known & ~is_hard(momentum_ratio, granules) & (granules <= _KNOWN_GRANULES)
+
+
+def is_hard(momentum_ratio: Any, granules: int) -> Any:
+    """Whether the chain is short for its pulse; ``momentum_ratio`` may be an array."""
+    return np.asarray(granules < _SHORTEST_CHAIN * momentum_ratio)
+
+
+def plan(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
     """The cheapest way to peaks of relative accuracy ``rtol``, as measured.
 
+    Parameters
+    ----------
+    rtol
+        From TIGHTEST to LOOSEST.
+    checked
+        Whether a second run, with other steps, will tell the error.
+    hard
+        Whether to halve steps near every contact that hardly overlaps: see ``is_hard``.
+
+    Notes
+    -----
     Errors of the worst of the random scenes: 2e-4 (h / 0.6)^4.3 for SRKN_6^b, 3e-9 (h / 0.2)^6.5
     for SRKN_11^b, and 2e-4 times the refinement tolerance.
     """
     tight = max(0.0, -math.log10(rtol) - 6)
     aim = rtol / 3  # the rest is what the estimate cannot know
     cosine_steps = 8 if rtol > 1e-8 else 16
-    if rtol >= _LOOSE:
+    if rtol >= (_LOOSE_CHECKED if checked else _LOOSE):
         name, stepper, step = "srkn-6b", SRKN_6B, 0.6 * (aim / 2e-4) ** (1 / 4.3)
     else:
         name, stepper, step = "srkn-11b", SRKN_11B, 0.2 * (aim / 3e-9) ** (1 / 6.5)
-    walker = Refined(stepper, 5e3 * aim, cosine_steps, starting=4 + 2 * tight)
-    return Plan(name, walker, min(step, _LONGEST_STEP), _KNOWN * rtol)
+    starting = math.inf if hard else 4 + 2 * tight
+    walker = Refined(stepper, 5e3 * aim, cosine_steps, starting)
+    step = min(step, _LONGEST_CHECKED_STEP if checked else _LONGEST_STEP)
+    return Plan(name, walker, step, _KNOWN * rtol, _SAFETY_IF_HARD if hard else _SAFETY)
 
 
-def other_steps(legs: Sequence[Leg]) -> tuple[Leg, ...]:
-    """The legs with other steps, for the run that tells the error: two thirds as many.
+def other_steps(steps: Any) -> Any:
+    """How many steps the legs have in the run that tells the error: two thirds as many.
 
-    A leg of one or two steps gets one more instead.
+    A leg of one or two steps gets one more instead; one without steps stays without.
+
+    Parameters
+    ----------
+    steps
+        Of each leg, any shape.
     """
-    return tuple(
-        replace(leg, steps=2 * leg.steps // 3 if leg.steps > 2 else leg.steps + 1) for leg in legs
+    steps = np.asarray(steps)
+    return np.where(steps > 2, 2 * steps // 3, steps + (steps > 0))
+
+
+def check(rtol: float) -> None:
+    """Refuse an accuracy that cannot be had.
+
+    Raises
+    ------
+    SceneError
+        If it is not a number from 1e-10 to 0.01.
+    """
+    allowed = f"must be a number from {TIGHTEST:g} to {LOOSEST:g}"
+    require(is_finite(rtol) and TIGHTEST <= rtol <= LOOSEST, "rtol", rtol, allowed)
+
+
+def not_to_be_had(rtol: float, error: float) -> RunFailed:
+    """What to say where no plan was close enough."""
+    return RunFailed(
+        f"peaks of accuracy {rtol:g} are not to be had: contacts open and close and multiply small"
+        f" errors to {error:.1g}; ask for less, or see --method reference"
     )

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+from numba.core.options import DefaultOptions
 
 from hertzchain.arrays import Array, FloatArray
 
@@ -113,15 +113,30 @@ class Outcome(NamedTuple):
     energy: float
 
 
+# Multiplication and addition may become one instruction; nothing else is reordered.
+_HOW: dict[str, Any] = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": {"contract"},
+}
+
+# What makes no arrays need not count references to them; counting costs a sixth of a run. Numba
+# has no public name for that.
+_UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
+
+
 def _compiled(function: Any) -> Any:
-    # Multiplication and addition may become one instruction; nothing else is reordered.
-    return njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
+    return njit(**_HOW, **_UNCOUNTED)(function)
+
+
+def _compiled_with_arrays(function: Any) -> Any:
+    return njit(**_HOW)(function)
 
 
 def _compiled_without_nan(function: Any) -> Any:
     # Maxima are found by vector instructions only where NaN need not be told from numbers.
-    flags = {"contract", "nnan", "nsz"}
-    return njit(cache=True, nogil=True, error_model="numpy", fastmath=flags)(function)
+    return njit(**{**_HOW, "fastmath": {"contract", "nnan", "nsz"}}, **_UNCOUNTED)(function)
 
 
 @_compiled
@@ -206,7 +221,7 @@ def _copy(what: Any, to: Any, lo: int, hi: int) -> None:
 
 
 @_compiled
-def _advance(u: Any, u0: Any, v0: Any, h: Any, lo: int, hi: int) -> None:
+def _drift_from(u: Any, u0: Any, v0: Any, h: Any, lo: int, hi: int) -> None:
     for i in range(np.uint64(lo), np.uint64(hi)):
         u[i] = u0[i] + h * v0[i]
 
@@ -251,7 +266,7 @@ def _nystrom_step(
     for i in range(lo, hi):
         a[0, i] = f[i] - f[i + 1]
     for s in range(1, stages):
-        _advance(u, u0, v0, nodes[s], lo, hi)
+        _drift_from(u, u0, v0, nodes[s], lo, hi)
         for j in range(s):
             if position[s, j] != 0:
                 _add(u, position[s, j], a, j, lo, hi)
@@ -260,9 +275,11 @@ def _nystrom_step(
         ahead = _accelerations(u, a, s, f[lo], least, lo, hi)
         if ahead > 0 and hi < last:
             grown = min(hi + _AHEAD, last)
-            a[:, hi:grown] = zero
+            for j in range(stages):
+                for i in range(hi, grown):
+                    a[j, i] = zero
             hi = grown
-    _advance(u, u0, v0, drifts[0], lo, hi)
+    _drift_from(u, u0, v0, drifts[0], lo, hi)
     for s in range(stages):
         _add(u, position_weights[s], a, s, lo, hi)
         _add(v, velocity_weights[s], a, s, lo, hi)
@@ -272,7 +289,7 @@ def _nystrom_step(
     return min(hi + _AHEAD, last) if ahead > 0 else hi
 
 
-@_compiled
+@_compiled_with_arrays
 def _like(table: Any, precision: Any) -> Table:
     """An empty table of the same shapes in a precision."""
     kind = precision.dtype
@@ -287,14 +304,21 @@ def _like(table: Any, precision: Any) -> Table:
 
 
 @_compiled
-def _scale(table: Any, h: float, scaled: Any) -> None:
+def _scale(
+    table: Any, h: float, kicks: Any, drifts: Any, nodes: Any, position: Any,
+    velocity_weights: Any, position_weights: Any,
+) -> None:  # fmt: skip
     """Coefficients times h or its square, in the precision of the state."""
-    scaled.kicks[:] = table.kicks * h
-    scaled.drifts[:] = table.drifts * h
-    scaled.nodes[:] = table.nodes * h
-    scaled.position[:] = table.position * (h * h)
-    scaled.velocity_weights[:] = table.velocity_weights * h
-    scaled.position_weights[:] = table.position_weights * (h * h)
+    for s in range(table.kicks.size):
+        kicks[s] = table.kicks[s] * h
+    for s in range(table.drifts.size):
+        drifts[s] = table.drifts[s] * h
+    for s in range(table.nodes.size):
+        nodes[s] = table.nodes[s] * h
+        velocity_weights[s] = table.velocity_weights[s] * h
+        position_weights[s] = table.position_weights[s] * (h * h)
+        for j in range(s):
+            position[s, j] = table.position[s, j] * (h * h)
 
 
 @_compiled_without_nan
@@ -317,6 +341,16 @@ def _scan(
         fastest = max(fastest, rate if crosses else zero)
         speed = max(speed, abs(v[i]))
     return turns, fastest, max(speed, abs(v[hi - 1]))
+
+
+@_compiled
+def _turns(v0: Any, v: Any, zero: Any, lo: int, hi: int) -> int:
+    """How many contacts are past their peak."""
+    turns = 0
+    for i in range(np.uint64(lo), np.uint64(hi - 1)):
+        w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
+        turns += (w0 > zero) & (w1 <= zero)
+    return turns
 
 
 @_compiled
@@ -546,7 +580,13 @@ def _settled(u: Any, v: Any, f: Any, peak_force: Any, base: int, lo: int, hi: in
         closing = v[i] - v[i + ONE]
         hardest = max(hardest, float(f[i + ONE]))
         fastest = max(fastest, float(v[i]), float(closing))
-    return end - 1 <= lo or _strength(hardest, fastest) < np.min(peak_force[base + lo :])
+    if end - 1 <= lo:
+        return True
+    strength = _strength(hardest, fastest)
+    for i in range(np.uint64(base + lo), np.uint64(peak_force.size)):
+        if peak_force[i] <= strength:
+            return False
+    return True
 
 
 @_compiled
@@ -567,7 +607,130 @@ def _energy(u: Any, v: Any, lo: int, hi: int) -> float:
     return total
 
 
+# What _advance keeps between two calls, by place in two arrays.
+_LO, _HI, _WHOLE, _PART, _LEVEL, _KEPT, _STEPS, _EVALUATIONS, _GRANULE_EVALUATIONS = range(9)
+_TIME, _NEXT_CHECK, _WORK, _MOMENTUM, _ENERGY = range(5)
+
+_LEG_DONE, _NO_ROOM, _SETTLED, _DIVERGED, _STOPPED = range(5)
+"""Why _advance returns."""
+
+
 @_compiled
+def _advance(
+    u: Any, v: Any, f: Any, u0: Any, v0: Any, a: Any, constants: Any,
+    table: Any, kicks: Any, drifts: Any, nodes: Any, position: Any, velocity_weights: Any,
+    position_weights: Any, leg: Any, over: bool, verlet: bool, tolerance: float, starting: float,
+    granules: int, base: int, leave_behind: bool, peak_force: Any, peak_time: Any, record: Any,
+    control: Any, count: Any, total: Any,
+) -> int:  # fmt: skip
+    """Take the steps of a leg as far as the arrays reach.
+
+    Arrays are never bound to a name anew in here: Numba would count references at every step.
+    """
+    zero, least = constants[0], constants[1]
+    nystrom = nodes.size > 0
+    stages = max(nodes.size, drifts.size)
+    fractions = table.nodes if nystrom else table.drifts
+    size = u.size
+    margin = _AHEAD * (stages + 2)
+    grows = base + size <= granules
+    last = min(granules - base, size - 1)
+    lo, hi, kept = count[_LO], count[_HI], count[_KEPT]
+    whole, part, level = count[_WHOLE], count[_PART], count[_LEVEL]
+    steps, cost = 0, 0
+    time, next_check = total[_TIME], total[_NEXT_CHECK]
+    number = int(leg[STEPS])
+    full = (leg[END] - leg[START]) / leg[STEPS]
+    h = full / (1 << level)
+    _scale(table, h, kicks, drifts, nodes, position, velocity_weights, position_weights)
+    reason = _LEG_DONE
+    while whole < number:
+        if grows and hi + margin > size:
+            reason = _NO_ROOM
+            break
+        begin = leg[START] + whole * full + part * h
+        _copy(u, u0, lo, hi + 1)
+        _copy(v, v0, lo, hi + 1)
+        reached = hi
+        if nystrom:
+            hi = _nystrom_step(
+                u, v, f, u0, v0, a, nodes, fractions, position, velocity_weights,
+                position_weights, kicks, drifts, leg, begin, h, zero, least, lo, hi, last,
+            )  # fmt: skip
+        else:
+            hi = _symplectic_step(
+                u, v, f, kicks, drifts, fractions, leg, begin, h, least, lo, hi, last
+            )
+        if hi > reached:
+            # New granules were at rest before the step; what lies beyond the chain stays there.
+            for i in range(reached + 1, hi + 1):
+                u0[i] = u[i] if i == last and base + last == granules else zero
+                v0[i] = zero
+        cost += hi - lo
+        if tolerance > 0:
+            turns, fastest, speed = _scan(u0, v0, u, v, h, begin < starting, zero, lo, hi)
+        else:
+            turns, fastest, speed = _turns(v0, v, zero, lo, hi), zero, zero
+        if tolerance > 0 and level < _DEEPEST:
+            felt = float(fastest) ** 3 * h**5 > (tolerance * float(speed)) ** 2
+            if felt:
+                _copy(u0, u, lo, hi)
+                _copy(v0, v, lo, hi)
+                f[lo] = _applied_force(leg, begin)
+                _last_kick(u, v, f, zero, least, lo, hi)
+                count[_EVALUATIONS] += stages
+                level, part, h = level + 1, 2 * part, h / 2
+                _scale(table, h, kicks, drifts, nodes, position, velocity_weights, position_weights)
+                continue
+        steps += 1
+        part += 1
+        time = begin + h
+        if whole + 1 == number and part == 1 << level:
+            time = leg[END]
+        off = h * h / 6 if verlet else 0.0
+        if turns > 0:
+            _keep_peaks(peak_force, peak_time, base, u0, v0, u, v, lo, hi, leg, begin, h, off)
+        if leg[SHAPE] != 0:
+            total[_WORK] += _work(u0, v0, u, v, lo, leg, begin, h, off)
+        if kept < record.time.size and record.time[kept] <= time:
+            kept = _keep_history(record, kept, u0, v0, u, v, lo, hi, leg, begin, time, off, last)
+        if level == 0:
+            whole, part = whole + 1, 0
+        elif part % 2 == 0:
+            while level > 0 and part % 2 == 0:
+                level, part, h = level - 1, part // 2, h * 2
+            if level == 0:
+                whole, part = whole + part, 0
+            _scale(table, h, kicks, drifts, nodes, position, velocity_weights, position_weights)
+        if time >= next_check:
+            next_check = time + _CHECK
+            control[1] = time
+            if not abs(_momentum(v, lo, hi)) < 1e100:
+                reason = _DIVERGED
+                break
+            if control[0] != 0:
+                reason = _STOPPED
+                break
+            if leave_behind and over:
+                cut = _left_behind(u, v, f, peak_force, base, lo, hi)
+                if cut > lo:
+                    total[_MOMENTUM] += _momentum(v, lo, cut)
+                    total[_ENERGY] += _energy(u, v, lo, cut)
+                    lo = cut
+                    f[lo] = zero
+                if base + hi == granules and _settled(u, v, f, peak_force, base, lo, hi):
+                    reason = _SETTLED
+                    break
+    count[_LO], count[_HI], count[_KEPT] = lo, hi, kept
+    count[_WHOLE], count[_PART], count[_LEVEL] = whole, part, level
+    count[_STEPS] += steps
+    count[_EVALUATIONS] += stages * steps
+    count[_GRANULE_EVALUATIONS] += stages * cost
+    total[_TIME], total[_NEXT_CHECK] = time, next_check
+    return reason
+
+
+@_compiled_with_arrays
 def march(
     legs: FloatArray,
     table: Table,
@@ -617,135 +780,83 @@ def march(
     """
     kind = precision.dtype
     scaled = _like(table, precision)
-    nystrom = table.nodes.size > 0
-    kicks, drifts, nodes, position = scaled.kicks, scaled.drifts, scaled.nodes, scaled.position
-    velocity_weights, position_weights = scaled.velocity_weights, scaled.position_weights
-    fractions = table.nodes if nystrom else table.drifts
     stages = max(table.nodes.size, table.drifts.size)
     margin = _AHEAD * (stages + 2)
     size = granules + 1
     if leave_behind:
         size = min(size, 1024 + 2 * margin)
-    state = np.zeros((5, size), kind)
-    accelerations = np.zeros((table.nodes.size, size), kind)
     constants = np.zeros(3, kind)  # in the precision of the state
     constants[1] = math.sqrt(np.finfo(kind).tiny)
-    constants[2] = 1e30
-    zero, least, far_away = constants[0], constants[1], constants[2]
-    u, v, f, u0, v0 = state[0], state[1], np.zeros(size + 1, kind), state[3], state[4]
-    base, lo, hi = 0, 0, min(moving, granules)
+    constants[2] = 1e30  # where the free end looks: never reached, never pressed
+    u, v, f = np.zeros(size, kind), np.zeros(size, kind), np.zeros(size + 1, kind)
+    u0, v0 = np.zeros(size, kind), np.zeros(size, kind)
+    a = np.zeros((table.nodes.size, size), kind)
     if granules < size:
-        u[granules] = far_away
-    last = min(granules, size - 1)
-
-    steps = evaluations = granule_evaluations = kept = 0
-    work = momentum = energy = 0.0
-    status, next_check, time, over = DONE, _CHECK, legs[0, START], False
+        u[granules] = constants[2]
+    base = 0
+    count, total = np.zeros(9, np.int64), np.zeros(5)
+    count[_HI] = min(moving, granules)
+    total[_TIME], total[_NEXT_CHECK] = legs[0, START], _CHECK
+    reason = _LEG_DONE
     for number in range(legs.shape[0]):
         leg = legs[number]
-        full = (leg[END] - leg[START]) / leg[STEPS]
-        whole, part, level, h = 0, 0, 0, full
-        f[lo] = _applied_force(leg, leg[START])
         over = bool(np.all(legs[number:, SHAPE] == 0))
-        _scale(table, h, scaled)
-        while whole < leg[STEPS]:
-            begin = leg[START] + whole * full + part * h
-            if hi + margin > size and base + size <= granules:
-                # The window has come to the end of its arrays: move it to their beginning.
-                width = hi - lo
-                if width + margin > size // 2:
-                    size *= 2
-                size = min(size, granules + 1 - base - lo)
-                moved, moved_f = np.zeros((5, size), kind), np.zeros(size + 1, kind)
-                moved[0, :width], moved[1, :width] = u[lo:hi], v[lo:hi]
-                moved_f[: width + 1] = f[lo : hi + 1]
-                accelerations = np.zeros((table.nodes.size, size), kind)
-                u, v, f, u0, v0 = moved[0], moved[1], moved_f, moved[3], moved[4]
-                base, lo, hi = base + lo, 0, width
-                last = min(granules - base, size - 1)
-                if granules - base < size:
-                    u[granules - base] = far_away
-            _copy(u, u0, lo, hi + 1)
-            _copy(v, v0, lo, hi + 1)
-            reached = hi
-            if nystrom:
-                hi = _nystrom_step(
-                    u, v, f, u0, v0, accelerations, nodes, fractions, position, velocity_weights,
-                    position_weights, kicks, drifts, leg, begin, h, zero, least, lo, hi, last,
-                )  # fmt: skip
-            else:
-                hi = _symplectic_step(
-                    u, v, f, kicks, drifts, fractions, leg, begin, h, least, lo, hi, last
-                )
-            for i in range(reached + 1, min(hi, last) + 1):
-                u0[i] = u[last] if i == last and base + last == granules else zero
-                v0[i] = zero
-            evaluations += stages
-            granule_evaluations += stages * (hi - lo)
-            turns, fastest, speed = _scan(u0, v0, u, v, h, begin < starting, zero, lo, hi)
-            if tolerance > 0 and level < _DEEPEST:
-                felt = float(fastest) ** 3 * h**5 > (tolerance * float(speed)) ** 2
-                if felt:
-                    _copy(u0, u, lo, hi)
-                    _copy(v0, v, lo, hi)
-                    f[lo] = _applied_force(leg, begin)
-                    _last_kick(u, v, f, zero, least, lo, hi)
-                    level, part, h = level + 1, 2 * part, h / 2
-                    _scale(table, h, scaled)
-                    continue
-            steps += 1
-            part += 1
-            time = begin + h
-            if part == 1 << level and whole + 1 == leg[STEPS]:
-                time = leg[END]
-            off = h * h / 6 if verlet else 0.0
-            if turns > 0:
-                _keep_peaks(peak_force, peak_time, base, u0, v0, u, v, lo, hi, leg, begin, h, off)
-            if leg[SHAPE] != 0:
-                work += _work(u0, v0, u, v, lo, leg, begin, h, off)
-            if kept < record.time.size and record.time[kept] <= time:
-                kept = _keep_history(
-                    record, kept, u0, v0, u, v, lo, hi, leg, begin, time, off, last
-                )
-            if level > 0 and part % 2 == 0:
-                while level > 0 and part % 2 == 0:
-                    level, part, h = level - 1, part // 2, h * 2
-                _scale(table, h, scaled)
-            if level == 0:
-                whole, part = whole + 1, 0
-            if time >= next_check:
-                next_check = time + _CHECK
-                control[1] = time
-                if not abs(_momentum(v, lo, hi)) < 1e100:
-                    status = DIVERGED
-                elif control[0] != 0:
-                    status = STOPPED
-                elif leave_behind and over:
-                    cut = _left_behind(u, v, f, peak_force, base, lo, hi)
-                    momentum += _momentum(v, lo, cut)
-                    energy += _energy(u, v, lo, cut)
-                    lo = cut
-                    f[lo] = zero
-                    if base + hi == granules and _settled(u, v, f, peak_force, base, lo, hi):
-                        break
-            if status != DONE:
+        count[_WHOLE] = 0
+        f[count[_LO]] = _applied_force(leg, leg[START])
+        while True:
+            reason = _advance(
+                u, v, f, u0, v0, a, constants, table, scaled.kicks, scaled.drifts, scaled.nodes,
+                scaled.position, scaled.velocity_weights, scaled.position_weights, leg, over,
+                verlet, tolerance, starting, granules, base, leave_behind, peak_force, peak_time,
+                record, control, count, total,
+            )  # fmt: skip
+            if reason != _NO_ROOM:
                 break
-        if status != DONE or time < leg[END]:
+            # The window has come to the end of its arrays: move it to their beginning.
+            lo, hi = count[_LO], count[_HI]
+            if hi - lo + margin > size // 2:
+                size *= 2
+            size = min(size, granules + 1 - base - lo)
+            moved = np.zeros((2, size), kind)
+            moved_f = np.zeros(size + 1, kind)
+            moved[0, : hi - lo], moved[1, : hi - lo] = u[lo:hi], v[lo:hi]
+            moved_f[: hi - lo + 1] = f[lo : hi + 1]
+            u, v, f = moved[0], moved[1], moved_f
+            u0, v0 = np.zeros(size, kind), np.zeros(size, kind)
+            a = np.zeros((table.nodes.size, size), kind)
+            base += lo
+            count[_LO], count[_HI] = 0, hi - lo
+            if granules - base < size:
+                u[granules - base] = constants[2]
+        if reason != _LEG_DONE:
             break
-    momentum += _momentum(v, lo, hi)
-    energy += _energy(u, v, lo, hi)
-    if not abs(momentum) < 1e100:
-        status = DIVERGED
+    lo, hi = count[_LO], count[_HI]
+    momentum = total[_MOMENTUM] + _momentum(v, lo, hi)
+    energy = total[_ENERGY] + _energy(u, v, lo, hi)
     for i in range(lo, hi - 1):  # what is still being pressed harder at the end
         force = _force(float(u[i] - u[i + 1]))
         if force > peak_force[base + i]:
             peak_force[base + i] = force
-            peak_time[base + i] = time
-    outcome = Outcome(status, steps, evaluations, granule_evaluations, time, work, momentum, energy)
+            peak_time[base + i] = total[_TIME]
+    status = DONE
+    if reason == _DIVERGED or not abs(momentum) < 1e100:
+        status = DIVERGED
+    elif reason == _STOPPED:
+        status = STOPPED
+    outcome = Outcome(
+        status,
+        count[_STEPS],
+        count[_EVALUATIONS],
+        count[_GRANULE_EVALUATIONS],
+        total[_TIME],
+        total[_WORK],
+        momentum,
+        energy,
+    )
     return outcome, u[:granules], v[:granules]
 
 
-@_compiled
+@_compiled_with_arrays
 def march_many(
     legs: FloatArray,
     table: Table,
@@ -756,9 +867,9 @@ def march_many(
     granules: int,
     peak_force: FloatArray,
     peak_time: FloatArray,
-    status: NDArray[np.int64],
+    evaluations: FloatArray,
     control: FloatArray,
-) -> int:
+) -> None:
     """Peaks of many scenes of one length, as ``march`` with ``leave_behind`` finds them.
 
     Parameters
@@ -769,24 +880,18 @@ def march_many(
         As for ``march``, the same for all.
     peak_force, peak_time
         Filled in; zero and NaN at the start, shape (scenes, N - 1).
-    status
-        Filled in with DONE, DIVERGED or STOPPED, shape (scenes,).
+    evaluations
+        Filled in with the force evaluations of each, NaN where the motion diverged, shape
+        (scenes,).
     control
         As for ``march``.
-
-    Returns
-    -------
-    Force evaluations counted granule by granule.
     """
     nothing = np.zeros((0, 0))
     record = Record(np.zeros(0), nothing, nothing, nothing)
-    cost = 0
     for scene in range(legs.shape[0]):
         taken = legs[scene][legs[scene][:, STEPS] > 0]
         outcome, _, _ = march(
             taken, table, precision, verlet, tolerance, starting, granules, _AHEAD, True,
             peak_force[scene], peak_time[scene], record, control,
         )  # fmt: skip
-        status[scene] = outcome.status
-        cost += outcome.granule_evaluations
-    return cost
+        evaluations[scene] = outcome.evaluations if outcome.status != DIVERGED else np.nan

@@ -29,7 +29,8 @@ from hertzchain.work import work_done
 if TYPE_CHECKING:
     from hertzchain.native.kernels import Table
 
-_SHAPES = {"linear": 1, "cosine": 2}
+SHAPES = {"linear": 1, "cosine": 2}
+"""How the kernels are told the shape of a ramp."""
 
 _MOVING = 8
 """Granules that the window of a run starts with."""
@@ -192,7 +193,7 @@ def leg_rows(legs: Sequence[Leg], walker: Walker, units: NaturalUnits) -> FloatA
         row[:3] = leg.start / units.time, leg.end / units.time, leg.steps * walker.parts(leg)
         if leg.ramp is not None:
             ramp = leg.ramp
-            row[3:6] = _SHAPES[ramp.shape], ramp.start / units.time, ramp.end / units.time
+            row[3:6] = SHAPES[ramp.shape], ramp.start / units.time, ramp.end / units.time
             row[6:8] = ramp.start_force / units.force, ramp.end_force / units.force
     return rows
 

@@ -1,0 +1,250 @@
+"""Peaks of many scenes at once, on all cores: chains of one length, any material and shock.
+
+In natural units a scene is its profile, LM_ratio, n and N, so a batch is arrays of these.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.chain import MOST_GRANULES, POSITIVE
+from hertzchain.errors import require
+from hertzchain.native import choice
+from hertzchain.native.refinement import Refined
+from hertzchain.native.simulation import SHAPES, leg_rows, table
+from hertzchain.peaks import largest_differences
+from hertzchain.scene import Scene, watched_time
+from hertzchain.shock import PROFILES, Pulse
+from hertzchain.similarity import MOMENTUM_IN_NATURAL_UNITS
+
+if TYPE_CHECKING:
+    import pandas
+
+_PARTS_PER_CORE = 8
+"""Parts that a batch is cut into, so that all cores end at about the same time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Peaks of many scenes.
+
+    Parameters
+    ----------
+    peak_force, peak_time
+        Of contacts 2 ... N, shape (scenes, N - 1): [N] and [s], or natural units where the scenes
+        were given as numbers. The time is NaN where a contact was never pressed.
+    error_estimate
+        Upper bound of the relative error of the peaks of each scene, shape (scenes,).
+    """
+
+    peak_force: FloatArray
+    peak_time: FloatArray
+    error_estimate: FloatArray
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row per scene and contact: scene, contact, peak_force_N, peak_time_s."""
+        import pandas
+
+        scenes, contacts = self.peak_force.shape
+        return pandas.DataFrame(
+            {
+                "scene": np.repeat(np.arange(scenes), contacts),
+                "contact": np.tile(np.arange(2, contacts + 2), scenes),
+                "peak_force_N": self.peak_force.ravel(),
+                "peak_time_s": self.peak_time.ravel(),
+            }
+        )
+
+
+def peak_forces(scenes: Sequence[Scene], rtol: float = 1e-6) -> Batch:
+    """Peak forces of scenes whose chains have the same number of granules.
+
+    Parameters
+    ----------
+    scenes
+        At least one.
+    rtol
+        Wanted relative accuracy of the peaks, from 1e-10 to 0.01.
+
+    Returns
+    -------
+    Peaks in SI units.
+
+    Raises
+    ------
+    SceneError
+        For no scenes, chains of different lengths, or an accuracy that cannot be.
+    RunFailed
+        If the peaks of a scene cannot be had to that accuracy.
+    """
+    scenes = list(scenes)
+    require(len(scenes) > 0, "scenes", len(scenes), "must be at least one")
+    lengths = sorted({scene.chain.granules for scene in scenes})
+    allowed = "must be the same in all scenes: one batch for each length"
+    require(len(lengths) == 1, "granules", lengths, allowed)
+
+    def legs(plan: choice.Plan, wanted: NDArray[np.intp]) -> FloatArray:
+        rows = [
+            leg_rows(scene.schedule(plan.step * scene.units.time), plan.walker, scene.units)
+            for scene in (scenes[k] for k in wanted)
+        ]
+        padded = np.zeros((len(rows), max(len(row) for row in rows), 8))
+        for of_scene, row in zip(padded, rows, strict=True):
+            of_scene[: len(row)] = row
+        return padded
+
+    known = np.array([_is_known(scene) for scene in scenes])
+    found = _accurate_enough(legs, known, lengths[0], rtol)
+    force = np.array([scene.units.force for scene in scenes])[:, None]
+    time = np.array([scene.units.time for scene in scenes])[:, None]
+    return Batch(found.peak_force * force, found.peak_time * time, found.error_estimate)
+
+
+def similar_peak_forces(
+    profile: str,
+    momentum_ratio: ArrayLike,
+    duration_ratio: ArrayLike,
+    granules: int,
+    rtol: float = 1e-6,
+) -> Batch:
+    """Peak forces over F0 of uniform chains of any material, from what similarity leaves of them.
+
+    Parameters
+    ----------
+    profile
+        ``cosine``, ``triangular`` or ``cosine-triangular``.
+    momentum_ratio, duration_ratio
+        LM_ratio and n, broadcast against each other to shape (scenes,).
+    granules
+        N, the same for all.
+    rtol
+        Wanted relative accuracy of the peaks, from 1e-10 to 0.01.
+
+    Returns
+    -------
+    Peaks in natural units: forces over F0.
+
+    Raises
+    ------
+    SceneError
+        For a value that is not possible.
+    RunFailed
+        If the peaks of a scene cannot be had to that accuracy.
+    """
+    require(profile in PROFILES, "profile", profile, f"must be one of {', '.join(PROFILES)}")
+    allowed = f"must be an integer from 2 to {MOST_GRANULES}"
+    require(2 <= granules <= MOST_GRANULES, "granules", granules, allowed)
+    ratio, n = np.broadcast_arrays(
+        np.atleast_1d(np.asarray(momentum_ratio, np.float64)),
+        np.asarray(duration_ratio, np.float64),
+    )
+    require(ratio.ndim == 1 and ratio.size > 0, "momentum_ratio", ratio.shape, "must be a list")
+    require(bool(np.all(np.isfinite(ratio) & (ratio > 0))), "momentum_ratio", None, POSITIVE)
+    possible = bool(np.all(np.isfinite(n) & (n > 1)))
+    require(possible, "duration_ratio", None, "must be finite numbers above 1")
+    rise = 2 * MOMENTUM_IN_NATURAL_UNITS * ratio / n
+    corners = np.stack([np.zeros_like(rise), rise, n * rise, n * rise], axis=1)
+    corners[:, 3] += watched_time(granules, ratio)
+
+    def legs(plan: choice.Plan, wanted: NDArray[np.intp]) -> FloatArray:
+        rows = np.zeros((wanted.size, 3, 8))
+        start, end = corners[wanted, :-1], corners[wanted, 1:]
+        rows[:, :, 0], rows[:, :, 1] = start, end
+        rows[:, :, 2] = np.ceil((end - start) / plan.step)
+        rows[:, :2, 4], rows[:, :2, 5] = start[:, :2], end[:, :2]
+        rows[:, 0, 7] = rows[:, 1, 6] = 1.0
+        for k, shape in enumerate(PROFILES[profile]):
+            rows[:, k, 3] = SHAPES[shape]
+            if shape == "cosine":
+                rows[:, k, 2] *= np.ceil(plan.walker.cosine_steps / rows[:, k, 2])
+        return rows
+
+    return _accurate_enough(legs, choice.is_known(ratio, n, granules), granules, rtol)
+
+
+def _is_known(scene: Scene) -> bool:
+    pulse = scene.shock
+    if not isinstance(pulse, Pulse) or scene.run.end_time is not None:
+        return False
+    return bool(choice.is_known(scene.momentum_ratio, pulse.duration_ratio, scene.chain.granules))
+
+
+def _accurate_enough(
+    legs: Callable[[choice.Plan, NDArray[np.intp]], FloatArray],
+    known: NDArray[np.bool_],
+    granules: int,
+    rtol: float,
+) -> Batch:
+    """Peaks of all scenes in natural units.
+
+    Known scenes run once, as it is known how far off they are at most; the others get a second run
+    that tells, and further ones until that is enough.
+    """
+    choice.check(rtol)
+    scenes = known.size
+    force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
+    error = np.ones(scenes)
+    wanted = np.nonzero(known)[0]
+    if wanted.size:
+        plan = choice.plan(rtol, checked=False)
+        force[wanted], time[wanted], evaluations = _march(legs(plan, wanted), plan.walker, granules)
+        error[wanted] = plan.estimate(0.0, evaluations)
+    plan, wanted = choice.plan(rtol, hard=True), np.nonzero(~(error <= rtol))[0]
+    if not wanted.size:
+        return Batch(force, time, error)
+    for _ in range(choice.TRIES):
+        rows = legs(plan, wanted)
+        force[wanted], time[wanted], evaluations = _march(rows, plan.walker, granules)
+        rows[:, :, 2] = choice.other_steps(rows[:, :, 2])
+        others, _, _ = _march(rows, plan.coarser, granules)
+        error[wanted] = plan.estimate(largest_differences(others, force[wanted]), evaluations)
+        wanted = np.nonzero(~(error <= rtol))[0]
+        if not wanted.size:
+            return Batch(force, time, error)
+        plan = plan.closer(rtol, float(np.max(error[wanted])))
+    raise choice.not_to_be_had(rtol, float(np.max(error)))
+
+
+def _march(
+    rows: FloatArray, walker: Refined, granules: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Peak forces and times, shape (scenes, contacts), and force evaluations, shape (scenes,)."""
+    from hertzchain.native import kernels
+
+    scenes = len(rows)
+    force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
+    evaluations, control = np.zeros(scenes), np.zeros(2)
+    coefficients, precision = table(walker.stepper), np.zeros(0)
+    cores = usable_cores()
+    size = max(1, -(-scenes // (cores * _PARTS_PER_CORE)))
+
+    def part(start: int) -> None:
+        some = slice(start, start + size)
+        kernels.march_many(
+            rows[some], coefficients, precision, walker.stepper.order == 2, walker.tolerance,
+            walker.starting, granules, force[some], time[some], evaluations[some], control,
+        )  # fmt: skip
+
+    with ThreadPoolExecutor(cores) as pool:
+        try:
+            list(pool.map(part, range(0, scenes, size)))
+        except BaseException:
+            control[0] = 1
+            pool.shutdown(cancel_futures=True)
+            raise
+    return force, time, evaluations
+
+
+def usable_cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
