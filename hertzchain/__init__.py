@@ -11,12 +11,13 @@ if TYPE_CHECKING:
     from hertzchain.comparison import Comparison, compare
     from hertzchain.errors import HertzchainError
     from hertzchain.lammps import Lammps
-    from hertzchain.native import Native
+    from hertzchain.native import Batch, Native, peak_forces, similar_peak_forces
     from hertzchain.result import Result
     from hertzchain.scene import Run, Scene
     from hertzchain.shock import Pulse, PulseTable
 
 _HOME = {
+    "Batch": "hertzchain.native",
     "Chain": "hertzchain.chain",
     "Comparison": "hertzchain.comparison",
     "HertzchainError": "hertzchain.errors",
@@ -28,9 +29,12 @@ _HOME = {
     "Run": "hertzchain.scene",
     "Scene": "hertzchain.scene",
     "compare": "hertzchain.comparison",
+    "peak_forces": "hertzchain.native",
+    "similar_peak_forces": "hertzchain.native",
 }
 
 __all__ = [
+    "Batch",
     "Chain",
     "Comparison",
     "HertzchainError",
@@ -42,6 +46,8 @@ __all__ = [
     "Run",
     "Scene",
     "compare",
+    "peak_forces",
+    "similar_peak_forces",
     "theory",
 ]
 

@@ -84,7 +84,8 @@ def largest_differences(peak_force: Array, expected: Array) -> FloatArray:
     largest = expected.max(axis=1, keepdims=True)
     judged = (expected >= SIGNIFICANT * largest) & (largest > 0)
     difference = np.abs(peak_force / np.where(judged, expected, 1.0) - 1.0)
-    return np.asarray(np.max(np.where(judged, difference, peak_force > 0), axis=1, initial=0.0))
+    wrong = (largest == 0) & (peak_force > 0)
+    return np.asarray(np.max(np.where(judged, difference, wrong), axis=1, initial=0.0))
 
 
 def largest_difference(peak_force: Array, expected: Array) -> float:

@@ -10,7 +10,6 @@ from rich.table import Table
 from rich.text import Text
 
 from hertzchain.arrays import FloatArray
-from hertzchain.comparison import Check, Comparison
 from hertzchain.errors import OutputError
 from hertzchain.files import write_with
 from hertzchain.result import Result
@@ -19,6 +18,8 @@ from hertzchain.shock import PulseTable
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from hertzchain.comparison import Check, Comparison
 
 # Okabe and Ito's colours, told apart by the colour-blind too.
 _COLOURS = {"native": "#000000", "lammps": "#0072B2", "eq6": "#D55E00", "eq9": "#009E73"}

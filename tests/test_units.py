@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hertzchain.errors import SceneError
-from hertzchain.units import to_si
+from hertzchain.units import _all_units, _usual_units, to_si
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,7 @@ HOSTILE = [
 TRY_ALL = """
 import json, math, sys, time
 from hertzchain.errors import SceneError
-from hertzchain.units import to_si
+from hertzchain.units import _all_units, _usual_units, to_si
 to_si("key", "1 mm", "m")  # the units are loaded
 for text in json.load(sys.stdin):
     print(json.dumps([text[:60], len(text)]), file=sys.stderr, flush=True)
@@ -171,3 +171,20 @@ def test_hostile_strings_end_quickly_with_an_error() -> None:
         # An infinite number is refused by who asked; milliseconds are usual, 1 s is generous.
         assert end in ("error", "infinite"), text[:60]
         assert seconds < 1.0, text[:60]
+
+
+@pytest.mark.parametrize("prefix", ["", "T", "G", "M", "k", "c", "m", "u", "µ", "n", "p"])
+@pytest.mark.parametrize("unit", ["m", "s", "g", "N", "Pa", "meter", "second", "newton"])
+def test_usual_units_are_those_of_all_units(prefix: str, unit: str) -> None:
+    name = prefix + unit
+    ours, theirs = (
+        registry.Quantity(1.0, name).to_base_units() for registry in (_usual_units(), _all_units())
+    )
+    # Pint works with binary fractions: 1e-6 of 1e-3 need not be 1e-9 to the last digit.
+    assert ours.magnitude == pytest.approx(theirs.magnitude, rel=1e-15, abs=0)
+    assert str(ours.units) == str(theirs.units)
+
+
+def test_unusual_units_are_known_too() -> None:
+    assert to_si("radius", "1 inch", "m") == 0.0254
+    assert to_si("rise_time", "1 minute", "s") == 60.0

@@ -9,7 +9,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -195,7 +195,9 @@ def _accurate_enough(
     wanted = np.nonzero(known)[0]
     if wanted.size:
         plan = choice.plan(rtol, checked=False)
-        force[wanted], time[wanted], evaluations = _march(legs(plan, wanted), plan.walker, granules)
+        force[wanted], time[wanted], evaluations = _march(
+            legs(plan, wanted), plan.walker, granules, plan.dtype
+        )
         error[wanted] = plan.estimate(0.0, evaluations)
     plan, wanted = choice.plan(rtol, hard=True), np.nonzero(~(error <= rtol))[0]
     if not wanted.size:
@@ -214,7 +216,10 @@ def _accurate_enough(
 
 
 def _march(
-    rows: FloatArray, walker: Refined, granules: int
+    rows: FloatArray,
+    walker: Refined,
+    granules: int,
+    dtype: type[np.floating[Any]] = np.float64,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Peak forces and times, shape (scenes, contacts), and force evaluations, shape (scenes,)."""
     from hertzchain.native import kernels
@@ -222,7 +227,7 @@ def _march(
     scenes = len(rows)
     force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
     evaluations, control = np.zeros(scenes), np.zeros(2)
-    coefficients, precision = table(walker.stepper), np.zeros(0)
+    coefficients, precision = table(walker.stepper), np.zeros(0, dtype)
     cores = usable_cores()
     size = max(1, -(-scenes // (cores * _PARTS_PER_CORE)))
 
@@ -230,7 +235,7 @@ def _march(
         some = slice(start, start + size)
         kernels.march_many(
             rows[some], coefficients, precision, walker.stepper.order == 2, walker.tolerance,
-            walker.starting, granules, force[some], time[some], evaluations[some], control,
+            walker.starting, granules, True, force[some], time[some], evaluations[some], control,
         )  # fmt: skip
 
     with ThreadPoolExecutor(cores) as pool:

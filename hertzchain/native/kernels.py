@@ -115,7 +115,6 @@ class Outcome(NamedTuple):
 
 # Multiplication and addition may become one instruction; nothing else is reordered.
 _HOW: dict[str, Any] = {
-    "cache": True,
     "nogil": True,
     "error_model": "numpy",
     "fastmath": {"contract"},
@@ -132,6 +131,11 @@ def _compiled(function: Any) -> Any:
 
 def _compiled_with_arrays(function: Any) -> Any:
     return njit(**_HOW)(function)
+
+
+def _compiled_and_kept(function: Any) -> Any:
+    # On disk, with all that it calls.
+    return njit(**_HOW, cache=True)(function)
 
 
 def _compiled_without_nan(function: Any) -> Any:
@@ -730,7 +734,7 @@ def _advance(
     return reason
 
 
-@_compiled_with_arrays
+@_compiled_and_kept
 def march(
     legs: FloatArray,
     table: Table,
@@ -856,7 +860,7 @@ def march(
     return outcome, u[:granules], v[:granules]
 
 
-@_compiled_with_arrays
+@_compiled_and_kept
 def march_many(
     legs: FloatArray,
     table: Table,
@@ -865,18 +869,19 @@ def march_many(
     tolerance: float,
     starting: float,
     granules: int,
+    leave_behind: bool,
     peak_force: FloatArray,
     peak_time: FloatArray,
     evaluations: FloatArray,
     control: FloatArray,
 ) -> None:
-    """Peaks of many scenes of one length, as ``march`` with ``leave_behind`` finds them.
+    """Peaks of many scenes of one length, as ``march`` finds them.
 
     Parameters
     ----------
     legs
         Shape (scenes, legs, 8); a leg without steps is left out.
-    table, precision, verlet, tolerance, starting, granules
+    table, precision, verlet, tolerance, starting, granules, leave_behind
         As for ``march``, the same for all.
     peak_force, peak_time
         Filled in; zero and NaN at the start, shape (scenes, N - 1).
@@ -891,7 +896,7 @@ def march_many(
     for scene in range(legs.shape[0]):
         taken = legs[scene][legs[scene][:, STEPS] > 0]
         outcome, _, _ = march(
-            taken, table, precision, verlet, tolerance, starting, granules, _AHEAD, True,
+            taken, table, precision, verlet, tolerance, starting, granules, _AHEAD, leave_behind,
             peak_force[scene], peak_time[scene], record, control,
         )  # fmt: skip
         evaluations[scene] = outcome.evaluations if outcome.status != DIVERGED else np.nan

@@ -1,0 +1,243 @@
+"""The compiled kernels against the equations as they are written, and the moving window."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain import hermite
+from hertzchain.history import Recorder
+from hertzchain.native import kernels, simulate, simulate_in_numpy
+from hertzchain.native.choice import plan
+from hertzchain.native.methods import (
+    DPRKN_6,
+    RUNGE_KUTTA_4,
+    SRKN_6B,
+    SRKN_11B,
+    VELOCITY_VERLET,
+    Stepper,
+)
+from hertzchain.native.refinement import Fixed, Refined, Walker
+from hertzchain.native.simulation import leg_rows, stoppable, table
+from tests.conftest import STEEL, paper_scene
+from tests.test_native import slope
+
+METHODS = [VELOCITY_VERLET, RUNGE_KUTTA_4, DPRKN_6, SRKN_6B, SRKN_11B]
+
+
+def pulse_table() -> hc.Scene:
+    """A table that starts late, jumps at both ends and has a corner."""
+    rows = hc.PulseTable((1e-5, 3e-5, 6e-5), (40.0, 100.0, 20.0))
+    return hc.Scene(hc.Chain(9, **STEEL), rows)
+
+
+@pytest.mark.parametrize("refined", [False, True], ids=["fixed", "refined"])
+@pytest.mark.parametrize("stepper", METHODS[1:], ids=["rk4", "dprkn-6", "srkn-6b", "srkn-11b"])
+@pytest.mark.parametrize(
+    "scene",
+    [
+        paper_scene("cosine-triangular", 2.0, 2.0, 20),
+        paper_scene("triangular", 0.3, 4.0, 12),
+        pulse_table(),
+    ],
+    ids=["LM 2", "LM 0.3", "table"],
+)
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_compiled_vs_numpy(scene: hc.Scene, stepper: Stepper, refined: bool, dtype: Any) -> None:
+    walker: Walker = Refined(stepper, 1e-5, starting=4.0) if refined else Fixed(stepper)
+    agree(scene, walker, dtype)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_compiled_velocity_verlet_vs_numpy(dtype: Any) -> None:
+    agree(paper_scene("cosine-triangular", 2.0, 2.0, 20), Fixed(VELOCITY_VERLET), dtype)
+
+
+def agree(scene: hc.Scene, walker: Walker, dtype: Any) -> None:
+    """Everything that a run finds, compiled and in NumPy: equal but for rounding."""
+    legs, units = scene.schedule(0.1 * scene.units.time), scene.units
+    # In float32 NumPy's times end a rounding early.
+    times = np.linspace(0, 0.99999 * scene.end_time / units.time, 7)
+    recorders = [Recorder(times, scene.chain.granules) for _ in range(2)]
+    ours = simulate(scene, legs, walker, recorders[0], dtype)
+    plain = simulate_in_numpy(scene, legs, walker, recorders[1], dtype)
+    assert ours.steps == plain.steps
+    # Rounding errors of some 5,000 force evaluations; displacements of granules that flew off are
+    # up to 60 units, velocities of histories are divided by steps of 0.1 and less.
+    eps = float(np.finfo(dtype).eps)
+    pairs = [
+        (ours.peaks.force, plain.peaks.force, 100),
+        (ours.peaks.time, plain.peaks.time, 1000),
+        (ours.state.displacement, plain.state.displacement, 5000),
+        (ours.state.velocity, plain.state.velocity, 5000),
+        (ours.work, plain.work, 100),
+        (ours.momentum, plain.momentum, 100),
+        (ours.energy, plain.energy, 200),
+        (recorders[0].displacement, recorders[1].displacement, 5000),
+        (recorders[0].velocity, recorders[1].velocity, 5000),
+        (recorders[0].contact_force, recorders[1].contact_force, 200),
+    ]
+    for measured, expected, errors in pairs:
+        assert measured == pytest.approx(expected, rel=0, abs=errors * eps)
+
+
+@pytest.mark.parametrize(
+    ("stepper", "steps"),
+    [
+        (VELOCITY_VERLET, [0.02, 0.01, 0.005]),
+        (RUNGE_KUTTA_4, [0.025, 0.0125, 0.00625]),
+        (SRKN_6B, [0.1, 0.05, 0.025]),
+        (DPRKN_6, [0.2, 0.1, 0.05]),
+        (SRKN_11B, [0.2, 0.14, 0.1]),
+    ],
+    ids=["velocity-verlet", "rk4", "srkn-6b", "dprkn-6", "srkn-11b"],
+)
+def test_order_of_the_displacement(demo: hc.Scene, stepper: Stepper, steps: list[float]) -> None:
+    # Before a contact opens: that spoils any order.
+    scene = replace(demo, run=hc.Run(9 * demo.units.time))
+
+    def displacement(step: float) -> Any:
+        legs = scene.schedule(step * scene.units.time)
+        return simulate(scene, legs, Fixed(stepper)).state.displacement
+
+    expected = simulate(scene, scene.schedule(0.02 * scene.units.time), Fixed(SRKN_11B))
+    errors = [
+        float(np.max(np.abs(displacement(step) - expected.state.displacement))) for step in steps
+    ]
+    # The higher orders have terms of still higher order at such steps.
+    assert stepper.order - 0.05 < slope(steps, errors) < stepper.order + 0.5
+
+
+def test_interpolation_vs_hermite() -> None:
+    rng = np.random.default_rng(1)
+    start, end, h = rng.normal(size=4), rng.normal(size=4), 0.37
+    ours = kernels._hermite(tuple(start), tuple(end), h)
+    columns = [np.array([[value]]) for value in start], [np.array([[value]]) for value in end]
+    expected = hermite.coefficients(*columns, np.array([[h]]))
+    # Coefficients of up to a few hundred that cancel.
+    assert ours == pytest.approx(expected[:, 0, 0], rel=0, abs=1e-12)
+
+
+RATIOS = [0.05, 1.0, 10.0, 100.0, 1000.0]
+DURATIONS = [1.1, 2.0, 50.0]
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("duration", DURATIONS)
+@pytest.mark.parametrize("walker", [Fixed(SRKN_11B), plan(1e-6).walker], ids=["fixed", "refined"])
+def test_peaks_in_a_window_are_bitwise_those_of_the_full_chain(
+    ratio: float, duration: float, walker: Walker
+) -> None:
+    granules = {100.0: 800, 1000.0: 120}.get(ratio, 300)
+    scene = paper_scene("cosine", ratio, duration, granules)
+    legs = scene.schedule(0.4 * scene.units.time)
+    full = simulate(scene, legs, walker, window=False)
+    ahead = simulate(scene, legs, walker)
+    window = simulate(scene, legs, walker, leave_behind=True)
+    for run in (ahead, window):
+        assert np.array_equal(run.peaks.force, full.peaks.force)
+        assert np.array_equal(run.peaks.time, full.peaks.time)
+    assert np.array_equal(ahead.state.displacement, full.state.displacement)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_a_long_train_of_waves_in_a_window(dtype: Any) -> None:
+    # LM 10: a train of waves, each slower than the one ahead; all but the first are left behind.
+    scene = paper_scene("triangular", 10.0, 2.0, 1500)
+    legs, walker = scene.schedule(0.4 * scene.units.time), Fixed(SRKN_11B)
+    full = simulate(scene, legs, walker, dtype=dtype)
+    window = simulate(scene, legs, walker, dtype=dtype, leave_behind=True)
+    assert np.array_equal(window.peaks.force, full.peaks.force)
+    # What was left behind is counted: nothing is lost. Rounding of the float32 run.
+    error = 1e-11 if dtype is np.float64 else 2e-4
+    assert window.momentum == pytest.approx(full.momentum, rel=error, abs=0)
+    # In steps of 0.4 the contacts that open behind the train cost the full chain 1e-5 later on.
+    assert window.energy == pytest.approx(full.energy, rel=1e-4, abs=0)
+
+
+def outcome(scene: hc.Scene, leave_behind: bool) -> Any:
+    """What the kernels tell of a run besides its peaks."""
+    walker, contacts = Fixed(SRKN_11B), scene.chain.granules - 1
+    nothing = np.zeros((0, 0))
+    found, _, _ = kernels.march(
+        leg_rows(scene.schedule(0.4 * scene.units.time), walker, scene.units),
+        table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, scene.chain.granules, 8, leave_behind,
+        np.zeros(contacts), np.full(contacts, np.nan),
+        kernels.Record(np.zeros(0), nothing, nothing, nothing), np.zeros(2),
+    )  # fmt: skip
+    return found
+
+
+def test_the_window_is_as_wide_as_a_wave_however_long_the_chain() -> None:
+    short, long = (
+        outcome(paper_scene("cosine", 0.5, 6.0, granules), True) for granules in (500, 4000)
+    )
+    width = [run.granule_evaluations / run.evaluations for run in (short, long)]
+    # Measured 31 and 32: a wave of ten granules, eight quiet ones, and what waits for the next
+    # look, every four time units.
+    assert width[1] < 40
+    assert width[1] < 1.1 * width[0]
+    full = outcome(paper_scene("cosine", 0.5, 6.0, 500), False)
+    assert short.granule_evaluations < full.granule_evaluations / 5
+
+
+def test_a_fixed_width_would_be_wrong() -> None:
+    # Under a long pulse nothing is left behind: the whole chain matters to its front.
+    scene = paper_scene("cosine", 100.0, 2.0, 300)
+    assert outcome(scene, True).granule_evaluations == outcome(scene, False).granule_evaluations
+
+
+def test_an_interrupt_stops_a_run() -> None:
+    control = np.zeros(2)
+    stopped = threading.Event()
+
+    def work() -> None:
+        while control[0] == 0:
+            time.sleep(0.01)
+        stopped.set()
+
+    class Interrupting:
+        """A thread's ``join`` that a signal interrupts."""
+
+        def __call__(self, *_: object) -> None:
+            raise KeyboardInterrupt
+
+    original = threading.Thread.join
+    try:
+        calls = iter([Interrupting()])
+        threading.Thread.join = lambda self, timeout=None: next(  # type: ignore[method-assign]
+            calls, lambda: original(self, timeout)
+        )()
+        with pytest.raises(KeyboardInterrupt):
+            stoppable(work, control)
+    finally:
+        threading.Thread.join = original  # type: ignore[method-assign]
+    assert stopped.is_set()
+
+
+def test_a_failure_in_a_long_run_is_not_lost() -> None:
+    def work() -> None:
+        raise MemoryError("none left")
+
+    with pytest.raises(MemoryError, match="none left"):
+        stoppable(work, np.zeros(2))
+
+
+def test_a_stopped_run_says_so() -> None:
+    control = np.array([1.0, 0.0])
+    scene = paper_scene("cosine", 1.0, 2.0, 100)
+    rows = leg_rows(scene.schedule(0.1 * scene.units.time), Fixed(SRKN_11B), scene.units)
+    nothing = np.zeros((0, 0))
+    found, _, _ = kernels.march(
+        rows, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, 100, 8, False,
+        np.zeros(99), np.full(99, np.nan),
+        kernels.Record(np.zeros(0), nothing, nothing, nothing), control,
+    )  # fmt: skip
+    assert found.status == kernels.STOPPED
+    assert found.end < 5  # looked at every four natural time units

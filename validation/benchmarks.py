@@ -1,0 +1,333 @@
+"""What accuracy costs, as ratios measured in one run: `make bench`, on an idle machine.
+
+Each figure compares two ways of getting the same digits, warm, one after the other. Nothing here
+fails because a machine is slow; what has to hold on every machine is in tests/.
+"""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numba import njit
+from scipy.integrate import solve_ivp
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.lammps import deck
+from hertzchain.lammps.engine import command, engine
+from hertzchain.native import kernels, simulate
+from hertzchain.native.choice import plan
+from hertzchain.native.methods import SRKN_11B
+from hertzchain.native.refinement import Fixed
+from hertzchain.native.simulation import leg_rows, table
+from hertzchain.peaks import largest_difference, largest_differences
+
+HERE = Path(__file__).parent
+FIGURES: list[tuple[str, str, str, str]] = []
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _summary(pytestconfig: pytest.Config) -> Iterator[None]:
+    """Print the figures when all are measured."""
+    yield
+    with pytestconfig.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():
+        print(f"\n\n{'':3}{'figure':52}{'measured':>22}  target")
+        for letter, what, measured, target in FIGURES:
+            print(f"{letter:3}{what:52}{measured:>22}  {target}")
+
+
+@pytest.fixture(scope="module")
+def demo() -> hc.Scene:
+    """The demo scene."""
+    return hc.Scene.from_toml(HERE / "scenes" / "demo.toml")
+
+
+@pytest.fixture(scope="module")
+def truth(demo: hc.Scene) -> FloatArray:
+    """Its peaks [N]."""
+    return hc.Native("reference").run(demo).peak_force
+
+
+def native(scene: hc.Scene) -> hc.Result:
+    """Peaks to 1e-6, with the second run that says so."""
+    return hc.Native(rtol=1e-6, peaks_only=True).run(scene)
+
+
+def best(work: Callable[[], object], repeats: int) -> float:
+    """The shortest of several times, after a first that does not count [s]."""
+    work()
+    times = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+def seconds(benchmark: Any) -> float:
+    """The shortest time that pytest-benchmark found."""
+    return float(benchmark.stats.stats.min)
+
+
+def plain_deck(scene: hc.Scene, dt: float) -> None:
+    """One run of the lean deck from start to end, unwatched."""
+    with engine() as lammps:
+        command(lammps, deck.set_up(scene))
+        before = None
+        for leg in scene.schedule(dt):
+            command(
+                lammps, "\n".join([*deck.leg_commands(leg, before), f"run {leg.steps} post no"])
+            )
+            before = leg
+
+
+def test_a_lammps_over_native(benchmark: Any, demo: hc.Scene, truth: FloatArray) -> None:
+    result = benchmark(native, demo)
+    ours = seconds(benchmark)
+    assert largest_difference(result.peak_force, truth) < 1e-6
+    chosen = plan(1e-6)
+    legs = demo.schedule(chosen.step * demo.units.time)
+    once = best(lambda: simulate(demo, legs, chosen.walker, leave_behind=True), 50)
+    dt = hc.Lammps(rtol=1e-6).run(demo).dt
+    lammps = best(lambda: plain_deck(demo, dt), 3)
+    finer = hc.Lammps(rtol=1e-6, extrapolated=True).run(demo).dt
+    extrapolated = best(lambda: plain_deck(demo, finer), 3)
+    extrapolated += best(lambda: plain_deck(demo, 2 * finer), 3)
+    FIGURES.extend(
+        [
+            ("A", "native, peaks to 1e-6 with their error", f"{ours * 1e3:.3f} ms", ""),
+            ("A", "native, one plain run at the same step", f"{once * 1e3:.3f} ms", ""),
+            ("A", "LAMMPS, one plain run of the deck", f"{lammps * 1e3:.0f} ms", ""),
+            ("A", "LAMMPS, two runs to extrapolate from", f"{extrapolated * 1e3:.0f} ms", ""),
+            ("A", "plain LAMMPS over native with error", f"{lammps / ours:.0f}", "400, aim 1000"),
+            ("A", "plain LAMMPS over one native run", f"{lammps / once:.0f}", "400, aim 1000"),
+            ("A", "extrapolated LAMMPS over native", f"{extrapolated / ours:.0f}", "80"),
+            ("A", "extrapolated LAMMPS over one native run", f"{extrapolated / once:.0f}", "80"),
+        ]
+    )
+
+
+def dop853(scene: hc.Scene, rtol: float) -> FloatArray:
+    """Peaks by SciPy's DOP853 with a right-hand side in NumPy, in natural units, leg by leg."""
+    granules, units = scene.chain.granules, scene.units
+    state = np.zeros(2 * granules)
+    peaks = np.zeros(granules - 1)
+    net = np.zeros(granules + 1)
+    for leg in scene.schedule(np.inf):
+        natural = leg.in_units(units.time, units.force)
+        ramp = natural.ramp
+
+        def right_hand_side(now: float, y: FloatArray, ramp: Any = ramp) -> FloatArray:
+            pressed = np.maximum(y[: granules - 1] - y[1:granules], 0.0)
+            net[0] = 0.0 if ramp is None else ramp.force(now)
+            net[1:-1] = pressed * np.sqrt(pressed)
+            return np.concatenate([y[granules:], net[:-1] - net[1:]])
+
+        found = solve_ivp(
+            right_hand_side,
+            (natural.start, natural.end),
+            state,
+            "DOP853",
+            rtol=rtol,
+            atol=rtol * 1e-2,
+            dense_output=True,
+        )
+        state = found.y[:, -1]
+        watched = np.linspace(
+            natural.start, natural.end, max(2, int((natural.end - natural.start) / 0.02))
+        )
+        assert found.sol is not None
+        displacement = found.sol(watched)[:granules]
+        overlap = displacement[:-1] - displacement[1:]
+        top = np.clip(np.argmax(overlap, axis=1), 1, watched.size - 2)
+        rows = np.arange(granules - 1)
+        left, middle, right = (overlap[rows, top + k] for k in (-1, 0, 1))
+        curve = left - 2 * middle + right
+        highest = middle - (right - left) ** 2 / np.where(curve < 0, 8 * curve, -np.inf)
+        peaks = np.maximum(peaks, np.maximum(np.maximum(highest, middle), 0.0) ** 1.5)
+    return peaks * units.force
+
+
+def test_b_scipy_over_native(benchmark: Any, demo: hc.Scene, truth: FloatArray) -> None:
+    benchmark(native, demo)
+    ours = seconds(benchmark)
+    rtol = next(r for r in (1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 1e-8, 1e-9) if right(demo, r, truth))
+    scipy = best(lambda: dop853(demo, rtol), 2)
+    FIGURES.append(
+        ("B", f"SciPy's DOP853 (rtol {rtol:g}) over native", f"{scipy / ours:.0f}", "100, aim 300")
+    )
+
+
+def right(scene: hc.Scene, rtol: float, truth: FloatArray) -> bool:
+    """Whether DOP853 has the peaks to 1e-6 with this tolerance."""
+    return largest_difference(dop853(scene, rtol), truth) < 1e-6
+
+
+@pytest.mark.parametrize("granules", [1_000, 10_000, 100_000, 1_000_000])
+def test_c_long_chain(benchmark: Any, demo: hc.Scene, granules: int) -> None:
+    pulse = hc.Pulse("cosine", 100.0, 6.0, momentum_ratio=0.5)
+    scene = hc.Scene(replace(demo.chain, granules=granules), pulse)
+    native(scene)
+    result = benchmark.pedantic(native, (scene,), rounds=1)
+    assert result.error_estimate <= 1e-6
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    each = seconds(benchmark) / granules * 1e6
+    FIGURES.append(
+        (
+            "C",
+            f"{granules:,} granules: time; per granule",
+            f"{seconds(benchmark):.3f} s; {each:.1f} us",
+            f"10 s, 500 MB; {memory:.0f} MB so far" if granules == 1_000_000 else "linear",
+        )
+    )
+
+
+def random_pulses(number: int) -> tuple[FloatArray, FloatArray]:
+    """LM_ratio from 0.1 to 10 and n from 1.5 to 20, even over decades."""
+    rng = np.random.default_rng(2026)
+    ratio = np.exp(rng.uniform(np.log(0.1), np.log(10.0), number))
+    return ratio, np.exp(rng.uniform(np.log(1.5), np.log(20.0), number))
+
+
+def test_d_many_scenes(benchmark: Any) -> None:
+    ratio, n = random_pulses(10_000)
+    batch = benchmark.pedantic(
+        hc.similar_peak_forces, ("cosine", ratio, n, 60, 1e-4), rounds=5, warmup_rounds=1
+    )
+    true = hc.similar_peak_forces("cosine", ratio[:500], n[:500], 60, 1e-9)
+    error = largest_differences(batch.peak_force[:500], true.peak_force).max()
+    assert error < 1e-4
+    rate = ratio.size / seconds(benchmark)
+    what = f"scenes of 60 granules per second, peaks to {error:.0e}"
+    FIGURES.append(("D", what, f"{rate:,.0f}", "25,000, aim 45,000"))
+
+
+@njit
+def square_roots(values: Any, roots: Any, times: int) -> None:
+    """The machine's own vector square root, compiled by the same compiler."""
+    for _ in range(times):
+        for i in range(values.size):
+            roots[i] = np.sqrt(values[i])
+
+
+def square_root() -> float:
+    """Time of one square root of a vector of 1,000 [s]."""
+    values = np.random.default_rng(0).random(1000)
+    return best(lambda: square_roots(values, values.copy(), 1000), 20) / 1e6
+
+
+def test_e_granule_and_stage_over_square_root(benchmark: Any, demo: hc.Scene) -> None:
+    scene = replace(
+        hc.Scene(replace(demo.chain, granules=1000), demo.shock),
+        run=hc.Run(100 * demo.units.time),
+    )
+    walker = Fixed(SRKN_11B)
+    legs = scene.schedule(0.4 * scene.units.time)
+    run = benchmark(simulate, scene, legs, walker, window=False)
+    chain = seconds(benchmark) / (run.evaluations * 1000) / square_root()
+    FIGURES.append(("E", "granule and stage over sqrt, 1,000 granules", f"{chain:.2f}", "2"))
+    ratio, n = random_pulses(1000)
+    rows = np.concatenate(
+        [
+            leg_rows(pulse.schedule(0.4 * pulse.units.time), walker, pulse.units)[None]
+            for pulse in (
+                hc.Scene(demo.chain, hc.Pulse("cosine", 100.0, float(b), momentum_ratio=float(a)))
+                for a, b in zip(ratio, n, strict=True)
+            )
+        ]
+    )
+    evaluations = np.zeros(1000)
+
+    def batch() -> None:
+        kernels.march_many(
+            rows, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, 60, False,
+            np.zeros((1000, 59)), np.zeros((1000, 59)), evaluations, np.zeros(2),
+        )  # fmt: skip
+
+    spent = best(batch, 3)
+    # The front moves through the chain: granules that wait ahead of it cost nothing.
+    moving = spent / (granule_evaluations(rows[::50], 60) * 50) / square_root()
+    FIGURES.append(("E", "granule and stage over sqrt, 1,000 scenes of 60", f"{moving:.2f}", "2"))
+
+
+def granule_evaluations(rows: FloatArray, granules: int) -> int:
+    """Force evaluations of scenes, granule by granule."""
+    nothing = np.zeros((0, 0))
+    record = kernels.Record(np.zeros(0), nothing, nothing, nothing)
+    return sum(
+        kernels.march(
+            legs, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, granules, 8, False,
+            np.zeros(granules - 1), np.zeros(granules - 1), record, np.zeros(2),
+        )[0].granule_evaluations
+        for legs in rows
+    )  # fmt: skip
+
+
+def test_g_first_call_of_a_process(benchmark: Any) -> None:
+    binary = Path(sys.executable).parent / "hertzchain"
+    scene = str(HERE / "scenes" / "demo.toml")
+
+    def process(*arguments: str) -> None:
+        subprocess.run(arguments, check=True, capture_output=True)
+
+    run = best(lambda: process(str(binary), "run", scene, "--rtol", "1e-6"), 7)
+    helped = best(lambda: process(str(binary), "--help"), 7)
+    benchmark.pedantic(process, (sys.executable, "-c", "import numpy"), rounds=7, warmup_rounds=1)
+    base = seconds(benchmark)
+    FIGURES.append(("G", "hertzchain run, more than importing NumPy", f"{run - base:.2f} s", "1 s"))
+    FIGURES.append(("G", "hertzchain --help, more", f"{helped - base:.2f} s", "0.3 s"))
+
+
+FEATURES = {
+    "window": [
+        ("grows = base + size <= granules", "grows = False"),
+        ("            if leave_behind and over:", "            if False:"),
+        ("if ahead > 0 else hi", "if False else hi"),
+        ("        if ahead > 0:\n            hi = min(hi + _AHEAD, last)\n", ""),
+    ],
+    "recording": [
+        ("        if kept < record.time.size and record.time[kept] <= time:", "        if False:")
+    ],
+    "table pulse": [("    if leg[SHAPE] == 2:", "    if True:")],
+}
+"""How to take a feature out of the kernels' source; float32 is a compilation of its own."""
+
+
+@pytest.mark.parametrize("feature", FEATURES)
+def test_i_unused_feature(benchmark: Any, demo: hc.Scene, feature: str) -> None:
+    source = Path(str(kernels.__file__)).read_text(encoding="utf-8").replace(", cache=True", "")
+    for old, new in FEATURES[feature]:
+        assert old in source, f"the kernels have changed: {old!r} is gone"
+        source = source.replace(old, new)
+    without: dict[str, Any] = {"__name__": "without"}
+    exec(compile(source, "without", "exec"), without)  # noqa: S102 - our own source
+    rows = leg_rows(demo.schedule(0.1 * demo.units.time), Fixed(SRKN_11B), demo.units)
+    nothing = np.zeros((0, 0))
+
+    def run(module: dict[str, Any]) -> None:
+        module["march"](
+            rows, module["Table"](*table(SRKN_11B)), np.zeros(0), False, 0.0, 0.0, 60, 60, False,
+            np.zeros(59), np.zeros(59), module["Record"](np.zeros(0), nothing, nothing, nothing),
+            np.zeros(2),
+        )  # fmt: skip
+
+    whole = vars(kernels)
+    run(whole)
+    run(without)
+    # One after the other, so that both see the same machine.
+    ratios = [best(lambda: run(whole), 30) / best(lambda: run(without), 30) for _ in range(15)]
+    benchmark.pedantic(run, (whole,), rounds=20)
+    FIGURES.append(("I", f"cost with unused {feature}", f"{np.median(ratios):.3f}", "1.03"))
+
+
+if __name__ == "__main__":
+    sys.exit(pytest.main([__file__, "-n", "0", "-p", "no:cacheprovider", *sys.argv[1:]]))
