@@ -344,7 +344,11 @@ _METHOD_COLOURS = {
     "LAMMPS": "#E69F00",  # its scheme is velocity Verlet
     "DOP853": "#666666",
 }
-_ODD_COLOURS = {"srkn-6b, float32": "#8FB9DB", "LAMMPS, extrapolated": "#7A4B00"}
+_ODD_COLOURS = {
+    "srkn-6b, float32": "#8FB9DB",
+    "rtol, without estimate": "#999999",
+    "LAMMPS, extrapolated": "#7A4B00",
+}
 """Of those that share engine and method with another."""
 
 
@@ -369,7 +373,7 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
 
     points = typical(tradeoffs)
     known = max(one.truth_error for one in tradeoffs)
-    figure = Figure(figsize=(10.5, 6.5), layout="constrained", dpi=120)
+    figure = Figure(figsize=(10.5, 6.5), layout="constrained", dpi=100)
     axes = figure.subplots()
     axes.set_xscale("log")
     axes.set_yscale("log")
