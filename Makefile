@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all validate lint format lock clean help
+.PHONY: demo test test-all validate tradeoff lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -20,6 +20,9 @@ test-all: $(STAMP) ## the whole test suite
 
 validate: $(STAMP) ## the paper's tables with both backends
 	$(BIN)/python validation/run_all.py
+
+tradeoff: $(STAMP) ## error against cost on 24 scenes, ten minutes; on a machine that rests
+	$(BIN)/python validation/tradeoff.py -o validation/results
 
 lint: $(STAMP) ## ruff and mypy
 	$(BIN)/ruff check .

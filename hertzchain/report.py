@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -297,8 +298,9 @@ def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
             )
     console.print(
         "Time: the least of some runs, on code that is loaded and compiled. LAMMPS: with the"
-        " creation of its instance,\nwithout estimating its error. rtol: with the second run that"
-        f" tells the error. The truth is known to {known:.1g}."
+        " creation of its instance,\nwithout estimating its error. rtol: the native solver chooses"
+        " method and steps; its estimate is a second run.\nThe truth is known to"
+        f" {known:.1g}."
     )
 
 
@@ -378,6 +380,7 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     _draw_frontier(axes, frontier([p.row for p in points if p.row.self_contained], known), known)
+    formula_sides = itertools.cycle((True, False))
     for name in dict.fromkeys(point.row.contender for point in points):
         own = [point for point in points if point.row.contender == name]
         marker, line = _ENGINE_STYLES[own[0].row.engine]
@@ -387,7 +390,16 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
         error = [max(point.row.error, known) for point in own]
         if own[0].row.engine == "formulas":
             there = (time[0], error[0])
-            axes.annotate(method, there, (7, 0), textcoords="offset points", va="center")
+            # Above and below by turns: they may lie close to one another.
+            above = next(formula_sides)
+            axes.annotate(
+                method,
+                there,
+                (0, 7 if above else -7),
+                textcoords="offset points",
+                ha="center",
+                va="bottom" if above else "top",
+            )
         axes.plot(
             time,
             error,
@@ -399,7 +411,8 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
             linewidth=1.2,
             label=name,
         )
-        if len(tradeoffs) > 1:
+        # Methods in NumPy have the range that they have compiled.
+        if len(tradeoffs) > 1 and own[0].row.engine != "NumPy":
             lowest = [max(point.lowest, known) for point in own]
             highest = [max(point.highest, known) for point in own]
             axes.fill_between(time, lowest, highest, color=colour, alpha=0.12, linewidth=0)

@@ -296,6 +296,7 @@ def test_real_processes_refuse_without_a_traceback() -> None:
 UNWRITABLE = ["no/there.png", "folder.png", "scene.toml/there.png", "x" * 300 + ".png"]
 
 
+@pytest.mark.usefixtures("hasty")
 @pytest.mark.parametrize(
     "name",
     [
