@@ -274,7 +274,8 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
     """Everything that is measured, in the order in which it is shown.
 
     One more contender is one more entry here: a name, an engine, the settings and a function
-    (scene, setting) -> Outcome.
+    (scene, setting) -> Outcome. One more engine is one more name in ENGINES and a marker in
+    ``report``.
 
     Parameters
     ----------
