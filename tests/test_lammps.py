@@ -10,7 +10,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.errors import RunFailed
+from hertzchain.errors import RunFailed, SceneError
 from hertzchain.lammps import round_off
 from hertzchain.lammps.deck import PAIR_STYLES, set_up
 from hertzchain.lammps.engine import command, engine
@@ -403,3 +403,27 @@ def test_watching_costs_less_than_a_tenth_of_a_long_run(demo: hc.Scene) -> None:
     # 0.05 measured; the best of three, as others may use the machine too.
     assert all(share is not None and share > 0 for share in shares)
     assert min(share for share in shares if share is not None) < 0.10
+
+
+@pytest.mark.parametrize("extrapolated", [False, True])
+def test_the_peaks_alone_are_those_of_a_run(extrapolated: bool) -> None:
+    scene = paper_scene("triangular", 1.5, 3.0, granules=8)
+    backend = hc.Lammps(dt=0.0125 * scene.units.time, extrapolated=extrapolated)
+    peaks, steps = backend.peaks_alone(scene)
+    whole = backend.run(scene)
+    if extrapolated:
+        # The legs are cut from coarser ones, so a step may differ by one in a hundred.
+        assert largest_difference(peaks, whole.peak_force) < whole.error_estimate
+        assert steps == pytest.approx(whole.steps, rel=0.02)
+    else:
+        assert peaks.tolist() == whole.peak_force.tolist()
+        assert steps == whole.steps
+
+
+def test_the_peaks_alone_need_a_step_and_overlaps_that_lammps_can_have() -> None:
+    scene = paper_scene("triangular", 1.5, 3.0, granules=8)
+    with pytest.raises(SceneError, match="dt: missing"):
+        hc.Lammps().peaks_alone(scene)
+    deep = replace(scene, shock=hc.Pulse("triangular", 1e9, 3.0, momentum_ratio=1.5))
+    with pytest.raises(RunFailed, match="half a radius"):
+        hc.Lammps(dt=1e-8).peaks_alone(deep)

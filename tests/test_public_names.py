@@ -58,7 +58,7 @@ def test_the_version_is_that_of_the_package() -> None:
     assert hc.__version__ == version("hertzchain")
 
 
-@pytest.mark.parametrize("name", ["native_", "predict", "tradeoff", "Damping", "_nothing"])
+@pytest.mark.parametrize("name", ["native_", "predict", "Damping", "_nothing"])
 def test_a_name_that_is_not_there_is_an_attribute_error(name: str) -> None:
     with pytest.raises(AttributeError, match=f"module 'hertzchain' has no attribute '{name}'"):
         getattr(hc, name)
@@ -165,7 +165,7 @@ def test_an_oracle_imports_no_other_even_by_a_detour(oracle: str) -> None:
     assert known & {name for name in ORACLES if name != oracle} == set()
 
 
-@pytest.mark.parametrize("name", ["comparison", "report", "cli", "diagnosis"])
+@pytest.mark.parametrize("name", ["comparison", "tradeoff", "report", "cli", "diagnosis"])
 def test_what_stands_above_the_oracles_is_not_known_to_them(name: str) -> None:
     below = {
         module for module in FILES if module.split(".")[1:2] in ([oracle] for oracle in ORACLES)

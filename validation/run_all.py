@@ -1,4 +1,7 @@
-"""Every validation script in one go, with one summary."""
+"""Every validation script of the paper's tables in one go, with one summary.
+
+``validation/tradeoff.py``, which measures times and takes minutes, is run by itself.
+"""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from hertzchain.accuracy import (
 )
 from hertzchain.arrays import FloatArray
 from hertzchain.chain import POSITIVE, is_positive
-from hertzchain.errors import RunFailed, require
+from hertzchain.errors import RunFailed, SceneError, require
 from hertzchain.history import Recorder, wanted_times
 from hertzchain.lammps import deck, reading
 from hertzchain.lammps.engine import command, engine, run, version_of
@@ -131,12 +131,7 @@ class Lammps:
             If LAMMPS stops with an error, or the motion diverges.
         """
         begin = time.perf_counter()
-        if scene.units.length > scene.chain.radius / 2:
-            raise RunFailed(
-                f"the overlap under {scene.units.force:.3g} N, {scene.units.length:.3g} m, is more"
-                " than half a radius: LAMMPS would push granules through one another; take a"
-                " smaller force or a stiffer material"
-            )
+        _refuse_deep_overlaps(scene)
         times = None if record is None else wanted_times(record, scene.end_time)
         answer = (
             self._extrapolated(scene, times) if self.extrapolated else self._plain(scene, times)
@@ -172,6 +167,42 @@ class Lammps:
             versions={"lammps": run.version},
             watching_share=run.watching_share,
         )
+
+    def peaks_alone(self, scene: Scene) -> tuple[FloatArray, int]:
+        """Simulate with the step asked for, and nothing besides: what the peaks themselves cost.
+
+        Neither runs that find a step nor runs that tell the error: one run of the deck, or the two
+        that are extrapolated.
+
+        Parameters
+        ----------
+        scene
+            What to simulate.
+
+        Returns
+        -------
+        Peak forces [N], shape (contacts,), and the number of steps taken.
+
+        Raises
+        ------
+        SceneError
+            If no step was asked for.
+        BackendMissing
+            If LAMMPS is not there.
+        RunFailed
+            If LAMMPS stops with an error, or the motion diverges.
+        """
+        if self.dt is None:
+            raise SceneError("dt", None, "missing, a run without estimates needs it")
+        _refuse_deep_overlaps(scene)
+        legs = scene.schedule(2 * self.dt if self.extrapolated else self.dt)
+        strides = [self._stride(scene, leg, recording=False) for leg in legs]
+        run = self._simulate(scene, legs, strides)
+        if not self.extrapolated:
+            return run.peaks.force, run.steps
+        halved = tuple(replace(leg, steps=2 * leg.steps) for leg in legs)
+        finer = self._simulate(scene, halved, [2 * stride for stride in strides])
+        return _extrapolate(run, finer)[0], run.steps + finer.steps
 
     def _plain(self, scene: Scene, times: FloatArray | None) -> _Answer:
         """Run with the step asked for, or with one whose error is as small as wanted."""
@@ -297,6 +328,15 @@ class Lammps:
         difference = largest_difference(self._rough_peaks(scene, other.legs), peak_force)
         longest = max(leg.dt for leg in legs) / scene.units.time
         return second_order_safety(longest) * other.factor * difference
+
+
+def _refuse_deep_overlaps(scene: Scene) -> None:
+    if scene.units.length > scene.chain.radius / 2:
+        raise RunFailed(
+            f"the overlap under {scene.units.force:.3g} N, {scene.units.length:.3g} m, is more"
+            " than half a radius: LAMMPS would push granules through one another; take a"
+            " smaller force or a stiffer material"
+        )
 
 
 def _extrapolate(coarse: _Simulation, fine: _Simulation) -> tuple[FloatArray, FloatArray]:

@@ -1,0 +1,160 @@
+"""Error against cost of every way to the peaks, on all 24 scenes of the paper's tables.
+
+To measure anew what is kept in ``validation/results``, on a machine that does nothing else::
+
+    .venv/bin/python validation/tradeoff.py -o validation/results
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pandas
+from rich.console import Console
+from rich.progress import track
+
+import hertzchain as hc
+from hertzchain.errors import BackendMissing
+from hertzchain.files import check_writable, write_text
+from hertzchain.report import plot_tradeoff, print_tradeoff
+from hertzchain.tradeoff import Tradeoff, provenance, tradeoff
+from validation.rows import HERE, Row, paper_table, print_rows, row, scene_name
+
+TITLE = "Error against cost"
+
+ENOUGH = 0.02
+"""Seconds for which each run is repeated, twice over; there are 24 scenes."""
+
+ASKED = "the accuracy that was asked for"
+SAME = "the kernels compute what the equations say, to round-off: 1.3e-14 is seen"
+OTHER = "asked for 1e-12, but nothing tells it where contacts open: 4e-10 is seen"
+KNOWN = "ten times what is claimed of the paper's scenes"
+
+
+def measure(quick: bool = False) -> dict[str, Tradeoff]:
+    """Every contender on every scene; scenes by their names.
+
+    Parameters
+    ----------
+    quick
+        One scene, and no run repeated for the sake of its time.
+
+    Raises
+    ------
+    BackendMissing
+        If LAMMPS is not there.
+    """
+    entries = [entry for number in (2, 3, 4) for entry in paper_table(number)]
+    names = sorted({scene_name(entry) for entry in entries})
+    console = Console(stderr=True)
+    found = {}
+    for name in track(
+        names[:1] if quick else names,
+        TITLE,
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    ):
+        scene = hc.Scene.from_toml(HERE / "scenes" / f"{name}.toml")
+        found[name] = tradeoff(scene, enough=0.0 if quick else ENOUGH)
+        if found[name].missing:
+            raise BackendMissing("; ".join(found[name].remarks))
+    return found
+
+
+def table_of(tradeoffs: dict[str, Tradeoff]) -> pandas.DataFrame:
+    """All rows of all scenes, the scene first and what is known of its truth last."""
+    frames = [
+        one.to_frame().assign(truth_error=one.truth_error).pipe(_with_scene, name)
+        for name, one in tradeoffs.items()
+    ]
+    return pandas.concat(frames, ignore_index=True)
+
+
+def _with_scene(table: pandas.DataFrame, name: str) -> pandas.DataFrame:
+    table.insert(0, "scene", name)
+    return table
+
+
+def promises(table: pandas.DataFrame) -> list[Row]:
+    """What has to hold of a measurement, whatever the machine: errors, not times.
+
+    Parameters
+    ----------
+    table
+        As from ``table_of``, or read from its file.
+    """
+    rows = []
+    asked = table[table["contender"] == "rtol, with estimate"]
+    for rtol in sorted(asked["rtol"].unique(), reverse=True):
+        worst = asked.loc[asked["rtol"] == rtol, "error"].max()
+        rows.append(row(f"rtol {rtol:g}, worst scene", "native", worst, 0.0, rtol, ASKED))
+    by_numpy = table[table["engine"] == "NumPy"]
+    by_numpy = by_numpy.assign(contender=by_numpy["contender"].str.replace("NumPy", "compiled"))
+    pairs = table.merge(by_numpy, on=["scene", "contender", "natural_step"])
+    apart = (pairs["error_x"] - pairs["error_y"]).abs().max()
+    rows.append(row("compiled and NumPy, same steps", "native", apart, 0.0, 1e-13, SAME))
+    tightest = table[(table["engine"] == "SciPy") & (table["rtol"] == table["rtol"].min())]
+    worst = tightest["error"].max()
+    rows.append(row("the truth by DOP853, worst scene", "SciPy", worst, 0.0, 1e-9, OTHER))
+    known = table["truth_error"].max()
+    rows.append(row("what is known of the truth", "native", known, 0.0, 1e-11, KNOWN))
+    return rows
+
+
+def write(folder: Path, tradeoffs: dict[str, Tradeoff]) -> None:
+    """Write ``tradeoff.csv``, whose first line says when, with what and on what, and the plot.
+
+    Read it with ``pandas.read_csv(path, comment="#")``.
+
+    Raises
+    ------
+    OutputError
+        If they cannot be written.
+    """
+    facts = [f"{name} {value}" for name, value in provenance().items()]
+    head = f"# {datetime.now(UTC):%Y-%m-%d}; {'; '.join(facts)}\n"
+    csv = table_of(tradeoffs).to_csv(index=False, float_format="%.4g")
+    write_text(folder / "tradeoff.csv", head + csv)
+    plot_tradeoff(list(tradeoffs.values()), folder / "tradeoff.png")
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Measure, print, write if asked; the exit status, 1 when a promise is not kept."""
+    parser = argparse.ArgumentParser(description=TITLE)
+    parser.add_argument("--quick", action="store_true", help="one scene, each run once or twice")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FOLDER", help="write tradeoff.csv and tradeoff.png"
+    )
+    chosen = parser.parse_args(arguments)
+    try:
+        if chosen.output is not None:
+            for name in ("tradeoff.csv", "tradeoff.png"):
+                check_writable(chosen.output / name)
+        tradeoffs = measure(chosen.quick)
+        rows = promises(table_of(tradeoffs))
+        console = Console(highlight=False, markup=False)
+        if not console.is_terminal:  # a pipe has no width to fit a table into
+            console.width = max(console.width, 120)
+        print_tradeoff(console, list(tradeoffs.values()))
+        print()
+        print_rows(f"{TITLE}: what has to hold", rows)
+        if chosen.output is not None:
+            write(chosen.output, tradeoffs)
+    except hc.HertzchainError as problem:
+        print(f"tradeoff.py: {problem}", file=sys.stderr)
+        return 2
+    return 0 if all(entry.passed for entry in rows) else 1
+
+
+def main() -> None:
+    """Measure all scenes; exit 1 when a promise is not kept."""
+    sys.exit(run(sys.argv[1:]))
+
+
+if __name__ == "__main__":
+    main()
