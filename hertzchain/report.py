@@ -111,8 +111,8 @@ def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
     possible = " or ".join("none" if p is None else str(p) for p in prediction.candidates)
     facts = [
         ("transition, p", f"{possible} granules" if possible != "none" else "none ends here"),
-        ("far-field force", _number(prediction.far_field_force, 5) + f" N, to {error[1]:.1%}"),
-        ("error of the peaks, at most", f"{error[0]:.0%}"),
+        ("far-field force", _with_unit(prediction.far_field_force, "N")),
+        ("error, at most", f"peaks {error[0]:.0%}, far field {error[1]:.0e}"),
     ]
     if prediction.transition_granules is None:
         return facts

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
@@ -107,17 +108,8 @@ class Prediction:
     candidates
         What p can be, as the peaks are known only to some accuracy: p alone, or p and its rival;
         None among them where the transition may not end in this chain.
-    wave_force
-        F_SW, the peak of contact p + 1 [N].
     far_field_force
         What the peaks of an endless chain tend to [N]. Right to peak_map.FAR_FIELD_ERROR.
-    eq3
-        p of Eq. 3, not rounded, with F_SW from the map.
-    eq6, eq9
-        Peaks by Eq. 6, with p and F_SW from the map, of contacts 2 ... p, and by Eq. 9, with F_2
-        of Eq. 6, of contacts 2 ... p + 1 [N]; shapes (p - 1,) and (p,).
-    speed, momentum
-        V_SW [m/s] and L_SW [N s].
     """
 
     scene: Scene
@@ -126,13 +118,64 @@ class Prediction:
     peak_force: FloatArray
     transition_granules: int | None = None
     candidates: tuple[int | None, ...] = ()
-    wave_force: float | None = None
     far_field_force: float | None = None
-    eq3: float | None = None
-    eq6: FloatArray | None = None
-    eq9: FloatArray | None = None
-    speed: Estimate | None = None
-    momentum: Estimate | None = None
+
+    @property
+    def wave_force(self) -> float | None:
+        """F_SW, the peak of contact p + 1 [N]."""
+        p = self.transition_granules
+        return None if p is None else float(self.peak_force[p - 1])
+
+    @functools.cached_property
+    def eq3(self) -> float | None:
+        """Eq. 3's p, not rounded, with the F_SW of the map."""
+        if self.wave_force is None:
+            return None
+        return paper.transition_granules(self.scene.chain, *self._shock, self.wave_force)
+
+    @functools.cached_property
+    def eq6(self) -> FloatArray | None:
+        """Peaks of contacts 2 ... p by Eq. 6, with p and F_SW of the map [N], shape (p - 1,)."""
+        p, wave_force = self.transition_granules, self.wave_force
+        if p is None or wave_force is None:
+            return None
+        pulse, rise_time = self._shock
+        ratio = paper.effective_momentum_ratio(self.scene.chain, pulse, rise_time)
+        return paper.peak_force(np.arange(2, p + 1), p, wave_force, pulse.duration_ratio, ratio)
+
+    @functools.cached_property
+    def eq9(self) -> FloatArray | None:
+        """Peaks of contacts 2 ... p + 1 by Eq. 9, with F_2 of Eq. 6 [N], shape (p,)."""
+        p, wave_force = self.transition_granules, self.wave_force
+        if p is None or wave_force is None or self.eq6 is None:
+            return None
+        return paper.peak_force_cubic(np.arange(2, p + 2), p, float(self.eq6[0]), wave_force)
+
+    @functools.cached_property
+    def speed(self) -> Estimate | None:
+        """V_SW [m/s]."""
+        return self._estimate(paper.solitary_wave_speed, exact.speed)
+
+    @functools.cached_property
+    def momentum(self) -> Estimate | None:
+        """L_SW [N s]."""
+        return self._estimate(paper.solitary_wave_momentum, exact.momentum)
+
+    def _estimate(
+        self, of_paper: Callable[[Chain, float], float], truth: Callable[[Chain, float], float]
+    ) -> Estimate | None:
+        near, far, chain = self.wave_force, self.far_field_force, self.scene.chain
+        if near is None or far is None:
+            return None
+        return Estimate(of_paper(chain, near), truth(chain, near), truth(chain, far))
+
+    @property
+    def _shock(self) -> tuple[Pulse, float]:
+        """Pulse and rise time [s], where there are any."""
+        pulse, rise_time = self.scene.shock, self.scene.rise_time
+        assert isinstance(pulse, Pulse)
+        assert rise_time is not None
+        return pulse, rise_time
 
     @property
     def rows(self) -> list[dict[str, float | int | None]]:
@@ -177,16 +220,17 @@ class Prediction:
 def predict(scene: Scene) -> Prediction:
     """All that the map, the paper's equations and the exact wave say of a scene.
 
-    Some 0.15 ms once the map of the profile is loaded.
+    Some 0.1 ms once the map of the profile is loaded, and as much again for what is computed when
+    it is asked for.
 
     Parameters
     ----------
     scene
         A uniform chain under any shock; of a pulse table and outside of the map nothing is said.
     """
-    chain, pulse, rise_time = scene.chain, scene.shock, scene.rise_time
+    chain, pulse = scene.chain, scene.shock
     nothing = np.full(min(chain.granules, peak_map.LAST_CONTACT) - 1, np.nan)
-    if not isinstance(pulse, Pulse) or rise_time is None:
+    if not isinstance(pulse, Pulse):
         missing = "the shock is a pulse table: Eqs. 3 to 9 and the map are about Table 1's profiles"
         return Prediction(scene, missing, None, nothing)
     ratio, n = scene.momentum_ratio, pulse.duration_ratio
@@ -196,42 +240,13 @@ def predict(scene: Scene) -> Prediction:
         return Prediction(scene, reason, note, nothing)
     mapped = peak_map.peaks(pulse.profile, ratio, n)
     peak_force = pulse.peak_force * mapped.peak_force[: nothing.size]
-    far_field_force = pulse.peak_force * mapped.far_field_force
     if chain.granules <= peak_map.LAST_CONTACT:
         peak_force[-1] *= FREE_END
     p, candidates = _transition(peak_force, mapped.change_error)
     if p is None:
         reason = "the transition does not end within this chain: no p, no F_SW"
-        return Prediction(
-            scene, reason, note, peak_force, p, candidates, far_field_force=far_field_force
-        )
-    wave_force = float(peak_force[p - 1])
-    effective = paper.effective_momentum_ratio(chain, pulse, rise_time)
-    eq6 = paper.peak_force(np.arange(2, p + 1), p, wave_force, n, effective)
-    eq9 = paper.peak_force_cubic(np.arange(2, p + 2), p, float(eq6[0]), wave_force)
-    return Prediction(
-        scene=scene,
-        missing=None,
-        note=note,
-        peak_force=peak_force,
-        transition_granules=p,
-        candidates=candidates,
-        wave_force=wave_force,
-        far_field_force=far_field_force,
-        eq3=paper.transition_granules(chain, pulse, rise_time, wave_force),
-        eq6=eq6,
-        eq9=eq9,
-        speed=Estimate(
-            paper.solitary_wave_speed(chain, wave_force),
-            exact.speed(chain, wave_force),
-            exact.speed(chain, far_field_force),
-        ),
-        momentum=Estimate(
-            paper.solitary_wave_momentum(chain, wave_force),
-            exact.momentum(chain, wave_force),
-            exact.momentum(chain, far_field_force),
-        ),
-    )
+    far_field_force = pulse.peak_force * mapped.far_field_force
+    return Prediction(scene, reason, note, peak_force, p, candidates, far_field_force)
 
 
 def least_granules(momentum_ratio: float, duration_ratio: float) -> int:
@@ -276,9 +291,11 @@ def _transition(
     """The p of interpolated peaks, and what it can be with the error of their changes."""
     passed = np.ones(peak_force.size, np.bool_)
     error = change_error[: peak_force.size - 2]
-    p = transition_granules(peak_force, passed)
     least = transition_granules(peak_force, passed, STEADY + error)
     most = transition_granules(peak_force, passed, STEADY - error)
+    if least == most:
+        return least, (least,)
+    p = transition_granules(peak_force, passed)
     return p, tuple(dict.fromkeys((least, p, most)))
 
 
