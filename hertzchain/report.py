@@ -74,10 +74,10 @@ def print_prediction(console: Console, prediction: Prediction) -> None:
     prediction
         What to print.
     """
-    console.print(describe(prediction.scene), style="bold", end="\n\n")
+    console.print(describe(prediction.scene), style="bold")
     rows = [row for row in prediction.rows if row["map_N"] is not None]
     if rows:
-        console.print("Peak force of each contact [N]; then the difference from the map")
+        console.print("\nPeak force of each contact [N]; then the difference from the map")
         table = Table(box=None, header_style="bold")
         for column in ("contact", "map", "Eq. 6", "Eq. 9", "Eq. 6", "Eq. 9"):
             table.add_column(column, justify="right")
@@ -108,13 +108,18 @@ def print_prediction(console: Console, prediction: Prediction) -> None:
 def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
     """Label and value of each thing predicted but the peaks."""
     error = peak_map.PEAK_ERROR, peak_map.FAR_FIELD_ERROR
-    possible = " or ".join("none" if p is None else str(p) for p in prediction.candidates)
+    p = prediction.transition_granules
+    known = [str(candidate) for candidate in prediction.candidates if candidate is not None]
+    possible = [f"{' or '.join(known)} granules"] if known else []
+    if None in prediction.candidates:
+        possible.append("none ends here")
+    chosen = f"; F_SW and the equations are with {p}" if len(known) > 1 else ""
     facts = [
-        ("transition, p", f"{possible} granules" if possible != "none" else "none ends here"),
+        ("transition, p", " or ".join(possible) + chosen),
         ("far-field force", _with_unit(prediction.far_field_force, "N")),
         ("error, at most", f"peaks {error[0]:.0%}, far field {error[1]:.0e}"),
     ]
-    if prediction.transition_granules is None:
+    if p is None:
         return facts
     facts[1:1] = [
         ("p of Eq. 3", f"{prediction.eq3:.2f}"),
