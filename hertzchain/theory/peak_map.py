@@ -38,7 +38,7 @@ LAST_CONTACT = 80
 0.25 %, so that those that the map does not have cannot make p larger."""
 
 PEAK_ERROR = 1e-2
-"""Relative error of a peak, at most. 4.6e-3 is the largest of 9,000 random points, at a kink of an
+"""Relative error of a peak, at most. 4.6e-3 is the largest of 20,000 random points, at a kink of an
 early contact under a long pulse; 1 peak of 1000 is off by more than 3e-4."""
 
 FAR_FIELD_ERROR = 1e-5
@@ -50,7 +50,7 @@ STEP = 2e-6
 
 _KINK_SHARE = 3 / 8
 """Error of a change from one contact to the next over its largest second difference around: so much
-where a kink is halfway between two nodes, and less elsewhere. 0.145 is the largest of a million
+where a kink is halfway between two nodes, and less elsewhere. 0.17 is the largest of a million
 changes at random points."""
 
 _FLOOR = 1.6e-5
