@@ -233,6 +233,19 @@ def tradeoff(
 
 
 @app.command()
+def predict(scene: SceneFile, as_json: AsJson = False) -> None:
+    """Predict without simulating: a map of peaks, p, F_SW, Eqs. 3, 6 and 9, the exact wave."""
+    from hertzchain import theory
+    from hertzchain.report import print_prediction
+
+    prediction = theory.predict(_load(scene))
+    if as_json:
+        _print_json(prediction.to_dict())
+    else:
+        print_prediction(_console(), prediction)
+
+
+@app.command()
 def deck(
     scene: SceneFile,
     output: Annotated[

@@ -17,7 +17,9 @@ from hertzchain.errors import OutputError
 from hertzchain.files import write_with
 from hertzchain.result import Result
 from hertzchain.scene import Scene
-from hertzchain.shock import PulseTable
+from hertzchain.shock import Pulse, PulseTable
+from hertzchain.theory import Prediction, peak_map
+from hertzchain.theory.prediction import constants
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,6 +68,91 @@ def print_run(console: Console, result: Result) -> None:
         ("cost", _cost(result)),
     ]
     _print_facts(console, facts)
+
+
+def print_prediction(console: Console, prediction: Prediction) -> None:
+    """Print what can be said of a scene without a simulation, and how sure it is.
+
+    Parameters
+    ----------
+    console
+        Where to.
+    prediction
+        What to print.
+    """
+    console.print(describe(prediction.scene), style="bold")
+    rows = [row for row in prediction.rows if row["map_N"] is not None]
+    if rows:
+        console.print("\nPeak force of each contact [N]; then the difference from the map")
+        table = Table(box=None, header_style="bold")
+        for column in ("contact", "map", "Eq. 6", "Eq. 9", "Eq. 6", "Eq. 9"):
+            table.add_column(column, justify="right")
+        p = prediction.transition_granules
+        shown = rows[:10] if p is None else rows[:p]
+        for row in shown:
+            peak, others = row["map_N"], (row["eq6_N"], row["eq9_N"])
+            assert peak is not None
+            table.add_row(
+                str(row["contact"]),
+                _number(peak, 5),
+                *(_number(value, 5) for value in others),
+                *("" if value is None else f"{value / peak - 1:+.1%}" for value in others),
+            )
+        console.print(table)
+        left = len(rows) - len(shown)
+        if left:
+            console.print(
+                f"({left} more contacts, to {rows[-1]['contact']}, in --json)", style="dim"
+            )
+        _print_facts(console, _predicted_facts(prediction))
+    _print_constants(console, prediction)
+    for remark in (prediction.missing, prediction.note):
+        if remark:
+            console.print(f"\n{remark[0].upper()}{remark[1:]}.")
+
+
+def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
+    """Label and value of each thing predicted but the peaks."""
+    error = peak_map.PEAK_ERROR, peak_map.FAR_FIELD_ERROR
+    p = prediction.transition_granules
+    known = [str(candidate) for candidate in prediction.candidates if candidate is not None]
+    possible = [f"{' or '.join(known)} granules"] if known else []
+    if None in prediction.candidates:
+        possible.append("none ends here")
+    chosen = f"; F_SW and the equations are with {p}" if len(known) > 1 else ""
+    facts = [
+        ("transition, p", " or ".join(possible) + chosen),
+        ("far-field force", _with_unit(prediction.far_field_force, "N")),
+        ("error, at most", f"peaks {error[0]:.0%}, far field {error[1]:.0e}"),
+    ]
+    if p is None:
+        return facts
+    facts[1:1] = [
+        ("p of Eq. 3", f"{prediction.eq3:.2f}"),
+        ("solitary wave, F_SW", _number(prediction.wave_force, 5) + " N"),
+    ]
+    for label, unit, estimate in (
+        ("speed, V_SW", "m/s", prediction.speed),
+        ("momentum, L_SW", "N s", prediction.momentum),
+    ):
+        assert estimate is not None
+        at_f_sw = f"paper {estimate.paper:.5g}, exact {estimate.exact:.5g} at F_SW"
+        far = f"far field {estimate.far_field:.5g} {unit}: {estimate.closer} is closer"
+        facts.append((label, f"{at_f_sw}; {far}"))
+    return facts
+
+
+def _print_constants(console: Console, prediction: Prediction) -> None:
+    if not isinstance(prediction.scene.shock, Pulse):
+        return
+    console.print()
+    table = Table(box=None, header_style="bold")
+    for column in ("constant", "paper", "exact", "difference"):
+        table.add_column(column, justify="right" if column != "constant" else "left")
+    for constant in constants():
+        values = f"{constant.paper:.6f}", f"{constant.exact:.6f}"
+        table.add_row(constant.name, *values, f"{constant.difference:+.2%}")
+    console.print(table)
 
 
 def print_comparison(console: Console, comparison: Comparison) -> None:
@@ -331,6 +418,7 @@ def _multiple(ratio: float) -> Text:
 # Markers and lines say who computes, colours the method.
 _ENGINE_STYLES = {
     "formulas": ("*", "none"),
+    "map": ("P", "none"),
     "compiled": ("o", "-"),
     "NumPy": ("s", "--"),
     "SciPy": ("D", ":"),
@@ -388,7 +476,7 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
         colour = _ODD_COLOURS.get(name, _METHOD_COLOURS.get(method, "#000000"))
         time = [point.row.wall_time for point in own]
         error = [max(point.row.error, known) for point in own]
-        if own[0].row.engine == "formulas":
+        if own[0].row.engine in ("formulas", "map"):
             there = (time[0], error[0])
             # Above and below by turns: they may lie close to one another.
             above = next(formula_sides)

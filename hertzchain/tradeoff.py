@@ -37,8 +37,8 @@ from hertzchain.shock import Pulse
 if TYPE_CHECKING:
     import pandas
 
-ENGINES = ("formulas", "compiled", "NumPy", "SciPy", "LAMMPS")
-"""What computes: the closed formulas, the native kernels, and so on."""
+ENGINES = ("formulas", "map", "compiled", "NumPy", "SciPy", "LAMMPS")
+"""What computes: the closed formulas, the map of peaks, the native kernels, and so on."""
 
 TRUTH_STEP = 1 / 80
 """Natural time units, of the reference run that counts as the truth; a quarter of its own step."""
@@ -265,6 +265,8 @@ def tradeoff(
             remarks[f"{contender.name}: {problem}"] = None
     if "formulas" in engines and all(one.engine != "formulas" for one in running):
         remarks["the formulas do not apply: they need a pulse of Table 1 and a transition"] = None
+    if "map" in engines and all(one.engine != "map" for one in running):
+        remarks[f"the map does not apply: {theory.predict(scene).missing}"] = None
     order = [contender.name for contender in running]
     rows = tuple(sorted(found.values(), key=lambda row: order.index(row.contender)))
     return Tradeoff(scene, rows, max(moved, TRUTH_ERROR), missing, tuple(remarks))
@@ -288,6 +290,7 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
     finer["reference"] = finer["reference"][::2]
     return (
         *_formulas(scene, truth),
+        *_map(scene),
         *(
             Contender(f"{name}, compiled", "compiled", functools.partial(_compiled, name), steps)
             for name, steps in finer.items()
@@ -526,6 +529,20 @@ def _formulas(scene: Scene, truth: Result) -> tuple[Contender, ...]:
         contender("Eq. 6, given p and F_SW", lambda: eq6(p)),
         contender("Eq. 9, given p and F_SW", eq9),
     )
+
+
+def _map(scene: Scene) -> tuple[Contender, ...]:
+    """The map of peaks, where it knows the scene."""
+    contacts = scene.chain.granules - 1
+
+    def run(scene: Scene, _: float) -> Outcome:
+        said = theory.predict(scene).peak_force
+        return Outcome(np.append(said, np.full(contacts - said.size, np.nan)), 0)
+
+    known = theory.predict(scene).peak_force
+    if not np.any(np.isfinite(known)):
+        return ()
+    return (Contender("map", "map", run, self_contained=known.size == contacts),)
 
 
 def _compiled(

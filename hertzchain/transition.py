@@ -44,7 +44,11 @@ class SolitaryWave:
     speed: float | None
 
 
-def transition_granules(peak_force: FloatArray, has_peaked: NDArray[np.bool_]) -> int | None:
+def transition_granules(
+    peak_force: FloatArray,
+    has_peaked: NDArray[np.bool_],
+    threshold: float | FloatArray = STEADY,
+) -> int | None:
     """The number of granules p in the transition, None if it does not end in this chain.
 
     The smallest i >= 5 from which every change abs(F_{k+1} - F_k) / F_{k+1}, k = i ... N - 2, is
@@ -57,10 +61,13 @@ def transition_granules(peak_force: FloatArray, has_peaked: NDArray[np.bool_]) -
         F_2 ... F_N [N], shape (N - 1,).
     has_peaked
         Whether the peak of each contact was passed before the run ended, shape (N - 1,).
+    threshold
+        Where changes are known only roughly: another limit than 1 %, or one for each change, shape
+        (N - 3,).
     """
     before, after = peak_force[:-2], peak_force[1:-1]  # changes k = 2 ... N - 2
     with np.errstate(divide="ignore", invalid="ignore"):
-        steady = np.abs(after - before) / after < STEADY
+        steady = np.abs(after - before) / after < threshold
     unsteady = np.nonzero(~steady)[0]
     first = int(unsteady[-1]) + 3 if unsteady.size else 2
     p = max(first, SMALLEST)

@@ -12,6 +12,7 @@ import pytest
 from rich.console import Console
 
 import hertzchain as hc
+from hertzchain import theory
 from hertzchain.comparison import Check
 from hertzchain.errors import OutputError
 from hertzchain.report import (
@@ -20,6 +21,7 @@ from hertzchain.report import (
     plot_comparison,
     plot_tradeoff,
     print_comparison,
+    print_prediction,
     print_run,
     print_tradeoff,
 )
@@ -343,3 +345,65 @@ def test_a_plot_of_a_tradeoff_is_a_file_or_an_error(traded: Tradeoff, tmp_path: 
     assert (tmp_path / "plot.png").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(OutputError, match="does not exist"):
         plot_tradeoff([traded], tmp_path / "no" / "plot.png")
+
+
+def prediction_text(predicted: theory.Prediction) -> str:
+    screen = console()
+    print_prediction(screen, predicted)
+    return text_on(screen)
+
+
+def test_a_prediction_shows_the_transition_and_both_equations(demo: hc.Scene) -> None:
+    predicted = theory.predict(demo)
+    text = prediction_text(predicted)
+    rows = rows_of(text)
+    assert [int(row[0]) for row in rows] == list(range(2, 11))
+    assert predicted.eq6 is not None
+    assert predicted.eq9 is not None
+    # 5 digits are printed.
+    assert [float(row[1]) for row in rows] == pytest.approx(predicted.peak_force[:9], rel=5e-5)
+    assert [float(row[2]) for row in rows[:-1]] == pytest.approx(predicted.eq6, rel=5e-5)
+    assert [float(row[3]) for row in rows[:-1]] == pytest.approx(predicted.eq9[:-1], rel=5e-5)
+    # Contact 10, after the transition, is none of Eq. 6.
+    assert rows[-1] == ["10", "149.59", "149.59", "+0.0%"]
+    assert rows[0][4:] == ["-0.7%", "-0.7%"]
+    assert "(50 more contacts, to 60, in --json)" in text
+    assert line_of(text, "transition, p") == "9 granules"
+    assert line_of(text, "p of Eq. 3") == "8.25"
+    assert line_of(text, "solitary wave, F_SW") == "149.59 N"
+    assert line_of(text, "error, at most") == "peaks 1%, far field 1e-05"
+    assert line_of(text, "speed, V_SW").endswith("m/s: exact is closer")
+    assert line_of(text, "V_SW, 7/10").split() == ["0.700000", "0.688673", "+1.64%"]
+
+
+@pytest.mark.parametrize(
+    ("candidates", "told"),
+    [
+        ((9,), "9 granules"),
+        ((9, 10), "9 or 10 granules; F_SW and the equations are with 9"),
+        ((9, None), "9 granules or none ends here"),
+    ],
+)
+def test_a_prediction_shows_what_p_can_be(
+    demo: hc.Scene, candidates: tuple[int | None, ...], told: str
+) -> None:
+    text = prediction_text(replace(theory.predict(demo), candidates=candidates))
+    assert line_of(text, "transition, p") == told
+
+
+def test_a_prediction_without_p_shows_peaks_and_why() -> None:
+    text = prediction_text(theory.predict(paper_scene("cosine", 4.0, 5.0, granules=13)))
+    assert [len(row) for row in rows_of(text)] == [2] * 10
+    assert line_of(text, "transition, p") == "none ends here"
+    assert "F_SW" not in text.replace("no p, no F_SW.", "")
+    assert "The transition does not end within this chain" in text
+    assert "The paper's tables have LM_ratio 0.3 to 2.5 and n 2 to 10." in text
+
+
+def test_a_prediction_of_nothing_shows_why(demo: hc.Scene) -> None:
+    table = replace(demo, shock=hc.PulseTable((0.0, 1e-5, 3e-5), (0.0, 50.0, 0.0)))
+    lines = prediction_text(theory.predict(table)).splitlines()
+    assert lines[1:] == [
+        "",
+        "The shock is a pulse table: Eqs. 3 to 9 and the map are about Table 1's profiles.",
+    ]

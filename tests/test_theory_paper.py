@@ -439,3 +439,20 @@ def test_granule_velocity_is_widest_between_two_contacts_and_in_proportion_to_th
     assert velocity == pytest.approx(velocity[::-1], rel=0, abs=1e-11)  # two quadratures
     assert np.argmax(velocity) == 2
     assert theory.granule_velocity(x, 2.5) == pytest.approx(2.5 * velocity, rel=ROUND_OFF, abs=0)
+
+
+# What the paper covers
+
+
+@pytest.mark.parametrize("ratio", [0.3, 1.0, 2.5])
+@pytest.mark.parametrize("n", [2.0, 10.0])
+def test_the_papers_range_has_its_ends(ratio: float, n: float) -> None:
+    assert theory.outside_range(ratio, n) is None
+
+
+@pytest.mark.parametrize(
+    ("ratio", "n", "words"),
+    [(0.29, 5.0, "tables"), (2.6, 5.0, "tables"), (1.0, 10.1, "tables"), (1.0, 1.9, "at least 2")],
+)
+def test_outside_of_the_papers_range(ratio: float, n: float, words: str) -> None:
+    assert words in (theory.outside_range(ratio, n) or "")

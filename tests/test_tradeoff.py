@@ -182,8 +182,8 @@ def test_formulas_that_do_not_apply_are_a_remark(scene: hc.Scene) -> None:
 
 
 def test_an_unknown_engine_is_refused(scene: hc.Scene) -> None:
-    with pytest.raises(SceneError, match="engine = 'map': must be one of formulas, compiled"):
-        tradeoff(scene, ["map"])
+    with pytest.raises(SceneError, match="engine = 'atlas': must be one of formulas, map"):
+        tradeoff(scene, ["atlas"])
 
 
 def test_progress_names_every_contender(scene: hc.Scene) -> None:

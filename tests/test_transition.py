@@ -57,6 +57,15 @@ def test_a_change_of_exactly_1_percent_is_a_change() -> None:
     assert p_of([99.001] * 8 + [100.0] * 8) == 5
 
 
+def test_another_limit_than_1_percent() -> None:
+    peaks, passed = np.array(growing(9, 40)), np.ones(39, np.bool_)  # changes of 2 %, 0.0196
+    assert transition_granules(peaks, passed, 0.019) == 9
+    assert transition_granules(peaks, passed, 0.02) == 5
+    one_by_one = np.full(37, 0.019)  # of changes 2 ... 38
+    one_by_one[[8 - 2, 7 - 2]] = 0.02
+    assert transition_granules(peaks, passed, one_by_one) == 7
+
+
 def test_the_contact_at_the_free_end_does_not_count() -> None:
     assert p_of([100.0] * 20 + [97.6]) == 5
     assert p_of([100.0] * 20 + [0.0]) == 5

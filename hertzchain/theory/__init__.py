@@ -14,10 +14,12 @@ Eqs. 7a, 7b, 8, 9       normalized_contact, normalized_peak_force, peak_force_fi
 section 5.1             granule_velocity
 ======================= ==========================================================================
 
-The exact solitary wave, beyond the paper, is in hertzchain.theory.solitary_wave.
+Where the paper's own formulas hold: outside_range. Beyond the paper: the exact solitary wave, in
+hertzchain.theory.solitary_wave; peaks without a simulation, in hertzchain.theory.peak_map; and all
+of it for a scene: predict.
 """
 
-from hertzchain.theory import solitary_wave
+from hertzchain.theory import peak_map, solitary_wave
 from hertzchain.theory.paper import (
     acceleration,
     applied_force,
@@ -29,6 +31,7 @@ from hertzchain.theory.paper import (
     momentum_ratio,
     normalized_contact,
     normalized_peak_force,
+    outside_range,
     passed_momentum,
     peak_force,
     peak_force_cubic,
@@ -41,8 +44,10 @@ from hertzchain.theory.paper import (
     wave_momentum,
     wave_profile,
 )
+from hertzchain.theory.prediction import Prediction, predict
 
 __all__ = [
+    "Prediction",
     "acceleration",
     "applied_force",
     "applied_momentum",
@@ -53,11 +58,14 @@ __all__ = [
     "momentum_ratio",
     "normalized_contact",
     "normalized_peak_force",
+    "outside_range",
     "passed_momentum",
     "peak_force",
     "peak_force_cubic",
     "peak_force_fit",
+    "peak_map",
     "peak_shift",
+    "predict",
     "solitary_wave",
     "solitary_wave_momentum",
     "solitary_wave_speed",

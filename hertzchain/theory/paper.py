@@ -37,6 +37,15 @@ SPEED = 7 / 10
 """Coefficient of V_SW (section 4.1.1)."""
 
 
+def outside_range(momentum_ratio: float, duration_ratio: float) -> str | None:
+    """Where a scene lies outside what the paper covers; None inside."""
+    if duration_ratio < 2:
+        return "the paper's conditions on the profile need n of at least 2"
+    if not (0.3 <= momentum_ratio <= 2.5 and duration_ratio <= 10):
+        return "the paper's tables have LM_ratio 0.3 to 2.5 and n 2 to 10"
+    return None
+
+
 def acceleration(displacement: ArrayLike, applied_force: float, chain: Chain) -> FloatArray:
     """Eq. 1: acceleration of each granule [m/s^2].
 

@@ -1,0 +1,236 @@
+"""Peak forces of a long uniform chain without a simulation: a map made once, and its interpolation.
+
+In natural units the peaks F_i / F0 depend on profile, n, LM_ratio and i only (similarity). The map
+holds ln(F_i / F0) of contacts 2 to 80 and of the far field on a grid over ln LM_ratio and 1/n, for
+each profile of Table 1. validation/make_map.py makes it, with the native solver.
+
+Peaks are the largest of several local maxima of a contact's force over time; where another one
+takes over, a peak has a kink as a function of LM_ratio and n. Kinks are what limits interpolation,
+and why the grid is fine where the peaks are smooth; there the file has nothing but zeros, as it
+holds only what differs from what a grid twice as coarse predicts.
+
+Source of that prediction: Deslauriers and Dubuc, Constr. Approx. 5 (1989) 49.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import require
+from hertzchain.shock import PROFILES
+
+FILE = Path(__file__).with_name("peak_map.npz")
+
+MOMENTUM_RATIOS = (0.1, 10.0)
+DURATION_RATIOS = (2.0, 50.0)
+"""The smallest and the largest LM_ratio and n of the map."""
+
+LAST_CONTACT = 80
+"""The map has contacts 2 to this one. p is 47 at most, and changes beyond contact 60 are below
+0.25 %, so that those that the map does not have cannot make p larger."""
+
+PEAK_ERROR = 1e-2
+"""Relative error of a peak, at most. 4.6e-3 is the largest of 20,000 random points, at a kink of an
+early contact under a long pulse; 1 peak of 1000 is off by more than 3e-4."""
+
+FAR_FIELD_ERROR = 1e-5
+"""Relative error of the far-field force, at most. 4e-6 is the largest found, at LM_ratio 10 and n
+2, where the wave still grows a little beyond the contact that stands for the far field."""
+
+STEP = 2e-6
+"""What the file counts in; its ln F are within this of what was simulated."""
+
+_KINK_SHARE = 3 / 8
+"""Error of a change from one contact to the next over its largest second difference around: so much
+where a kink is halfway between two nodes, and less elsewhere. 0.17 is the largest of a million
+changes at random points."""
+
+_FLOOR = 1.6e-5
+"""Error of a change without interpolation: two forces of 2e-6 (file) and 1e-6 (simulation), of
+which interpolation makes 2.7 times as much at most, near the rim."""
+
+_SECOND_DIFFERENCES = np.vstack(
+    [
+        np.kron([[1, -2, 1, 0], [0, 1, -2, 1]], np.eye(4)),
+        np.kron(np.eye(4), [[1, -2, 1, 0], [0, 1, -2, 1]]),
+    ]
+)
+"""Of 4 by 4 nodes: the eight along LM_ratio, then the eight along n, shape (16, 16)."""
+
+_COARSE = (13, 4)
+_DOUBLINGS = 5
+_SHAPE = tuple((nodes - 1) * 2**_DOUBLINGS + 1 for nodes in _COARSE)
+_COLUMNS = LAST_CONTACT  # contacts 2 to 80 and the far field
+
+
+@dataclass(frozen=True, eq=False)
+class Peaks:
+    """Peaks of a long chain at one LM_ratio and n, in units of F0.
+
+    Parameters
+    ----------
+    peak_force
+        F_2 ... F_80, shape (79,); relative error PEAK_ERROR.
+    far_field_force
+        The peak that contacts far away tend to; relative error FAR_FIELD_ERROR.
+    change_error
+        How far abs(F_{k+1} - F_k) / F_{k+1} of the peaks above can be off, k = 2 ... 79, shape
+        (78,).
+    """
+
+    peak_force: FloatArray
+    far_field_force: float
+    change_error: FloatArray
+
+
+def grid() -> tuple[FloatArray, FloatArray]:
+    """LM_ratio and n of the nodes, shapes (385,) and (97,)."""
+    low, high = map(math.log, MOMENTUM_RATIOS)
+    ratio = np.exp(np.linspace(low, high, _SHAPE[0]))
+    inverse = np.linspace(1 / DURATION_RATIOS[0], 1 / DURATION_RATIOS[1], _SHAPE[1])
+    return ratio, 1 / inverse
+
+
+def outside(momentum_ratio: float, duration_ratio: float) -> str | None:
+    """Why the map says nothing about an LM_ratio and n; None where it does."""
+    inside = [
+        low <= value <= high
+        for value, (low, high) in (
+            (momentum_ratio, MOMENTUM_RATIOS),
+            (duration_ratio, DURATION_RATIOS),
+        )
+    ]
+    if all(inside):
+        return None
+    return (
+        f"the map of peaks has LM_ratio {MOMENTUM_RATIOS[0]:g} to {MOMENTUM_RATIOS[1]:g} and"
+        f" n {DURATION_RATIOS[0]:g} to {DURATION_RATIOS[1]:g}"
+    )
+
+
+def peaks(profile: str, momentum_ratio: float, duration_ratio: float) -> Peaks:
+    """The peaks by cubic interpolation of ln F, some 50 us once the profile is loaded.
+
+    Parameters
+    ----------
+    profile
+        One of Table 1.
+    momentum_ratio, duration_ratio
+        LM_ratio and n, within MOMENTUM_RATIOS and DURATION_RATIOS.
+
+    Raises
+    ------
+    SceneError
+        For what the map does not have.
+    """
+    require(profile in PROFILES, "profile", profile, f"must be one of {', '.join(PROFILES)}")
+    reason = outside(momentum_ratio, duration_ratio)
+    require(reason is None, "LM_ratio, n", (momentum_ratio, duration_ratio), f"{reason}")
+    low, high = map(math.log, MOMENTUM_RATIOS)
+    slow, fast = 1 / DURATION_RATIOS[0], 1 / DURATION_RATIOS[1]
+    i, row_weight = _stencil((math.log(momentum_ratio) - low) / (high - low), _SHAPE[0])
+    j, column_weight = _stencil((1 / duration_ratio - slow) / (fast - slow), _SHAPE[1])
+    around = table(profile)[i : i + 4, j : j + 4].reshape(16, _COLUMNS).astype(np.float64)
+    force = np.exp(np.outer(row_weight, column_weight).ravel() @ around)
+    bend = np.abs(_SECOND_DIFFERENCES @ (around[:, 1:-1] - around[:, :-2]))
+    along_rows, along_columns = bend[:8].max(0), bend[8:].max(0)
+    return Peaks(force[:-1], float(force[-1]), _KINK_SHARE * (along_rows + along_columns) + _FLOOR)
+
+
+def _stencil(position: float, nodes: int) -> tuple[int, FloatArray]:
+    """The first of the four nodes around a position from 0 to 1, and Lagrange's weights."""
+    at = position * (nodes - 1)
+    first = min(max(math.floor(at) - 1, 0), nodes - 4)
+    x = at - first
+    a, b, c, d = x, x - 1, x - 2, x - 3
+    return first, np.array([-b * c * d / 6, a * c * d / 2, -a * b * d / 2, a * b * c / 6])
+
+
+@functools.cache
+def table(profile: str) -> NDArray[np.float32]:
+    """ln(F / F0) on the whole grid, shape (385, 97, 80): contacts 2 to 80, then the far field.
+
+    Read when it is first used, some 0.2 s for a profile.
+    """
+    with np.load(FILE) as file:
+        values = decode(file[profile])
+    values.setflags(write=False)
+    return values
+
+
+def decode(counts: NDArray[np.int32]) -> NDArray[np.float32]:
+    """The grid from what the file holds: the coarsest grid, then what refining leaves [STEP].
+
+    Parameters
+    ----------
+    counts
+        As validation/make_map.py writes them, shape (nodes times columns,).
+    """
+    start = _COLUMNS * _COARSE[0] * _COARSE[1]
+    taken = start
+
+    def correct(predicted: FloatArray, _: tuple[slice, ...]) -> FloatArray:
+        nonlocal taken
+        piece = counts[taken : taken + predicted.size]
+        taken += predicted.size
+        return predicted + STEP * piece.reshape(predicted.shape)
+
+    coarse = counts[:start].reshape(_COLUMNS, *_COARSE).astype(np.float64)
+    values = refine(STEP * coarse, correct)
+    return np.ascontiguousarray(np.moveaxis(values, 0, 2), np.float32)
+
+
+def refine(
+    coarse: FloatArray, correct: Callable[[FloatArray, tuple[slice, ...]], FloatArray]
+) -> FloatArray:
+    """From the coarsest grid to the finest, doubling LM_ratio and n in turn.
+
+    Parameters
+    ----------
+    coarse
+        Shape (columns, 13, 4).
+    correct
+        Is given what cubic interpolation predicts halfway between known nodes, and where on the
+        finest grid that is; returns what stands there.
+
+    Returns
+    -------
+    Shape (columns, 385, 97).
+    """
+    values = coarse
+    for doubling in reversed(range(_DOUBLINGS)):
+        fine, twice = 2**doubling, 2 ** (doubling + 1)
+        for axis in (1, 2):
+            along = slice(fine, None, twice)
+            across = slice(None, None, twice if axis == 1 else fine)
+            where = (slice(None), along, across) if axis == 1 else (slice(None), across, along)
+            between = correct(_halfway(values, axis), where)
+            values = _interleaved(values, between, axis)
+    return values
+
+
+def _halfway(values: FloatArray, axis: int) -> FloatArray:
+    """Cubic interpolation halfway between neighbours along an axis, one less of them."""
+    v = np.moveaxis(values, axis, 0)
+    first = (5 * v[0] + 15 * v[1] - 5 * v[2] + v[3]) / 16
+    inner = (9 * (v[1:-2] + v[2:-1]) - v[:-3] - v[3:]) / 16
+    last = (5 * v[-1] + 15 * v[-2] - 5 * v[-3] + v[-4]) / 16
+    return np.moveaxis(np.concatenate([first[None], inner, last[None]]), 0, axis)
+
+
+def _interleaved(known: FloatArray, between: FloatArray, axis: int) -> FloatArray:
+    """Neighbours along an axis with what stands between them."""
+    shape = list(known.shape)
+    shape[axis] += between.shape[axis]
+    finer = np.empty(shape)
+    along = np.moveaxis(finer, axis, 0)
+    along[::2], along[1::2] = np.moveaxis(known, axis, 0), np.moveaxis(between, axis, 0)
+    return finer
