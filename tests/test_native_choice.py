@@ -67,7 +67,8 @@ def wanted_accuracy_is_had(scenes: list[tuple[hc.Scene, Any]], rtol: float) -> N
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
 def test_the_choice_costs_at_most_thrice_the_best_in_hindsight(rtol: float) -> None:
     # In force evaluations, with the second run that tells the error; the best single run of any
-    # method and step that is as accurate as wanted, found by trying them all.
+    # step and of any method whose evaluations take as long (those of dprkn-6 take half as long
+    # again), found by trying them all. In seconds: validation/benchmarks.py.
     ratios = []
     for scene, peaks in random_scenes(60, seed=7)[:30]:
         plan = choice.plan(rtol)
@@ -82,6 +83,8 @@ def best_in_hindsight(scene: hc.Scene, peaks: Any, rtol: float) -> float:
     """Fewest force evaluations of a run that is as accurate as wanted."""
     costs = [np.inf]
     for name, method in METHODS.items():
+        if name == "dprkn-6":
+            continue
         walker = method.walker
         for step in np.geomspace(0.9, 0.02, 16):
             if name in ("velocity-verlet", "rk4") and step > 0.5:
