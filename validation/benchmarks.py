@@ -6,6 +6,7 @@ fails because a machine is slow; what has to hold on every machine is in tests/.
 
 from __future__ import annotations
 
+import functools
 import resource
 import subprocess
 import sys
@@ -21,14 +22,16 @@ from numba import njit
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
+from hertzchain.errors import RunFailed
 from hertzchain.lammps import deck
 from hertzchain.lammps.engine import command, engine
-from hertzchain.native import kernels, simulate
+from hertzchain.native import METHODS, kernels, simulate
 from hertzchain.native.choice import plan
 from hertzchain.native.methods import SRKN_11B
 from hertzchain.native.refinement import Fixed
 from hertzchain.native.simulation import leg_rows, table
 from hertzchain.peaks import largest_difference, largest_differences
+from hertzchain.shock import PROFILES
 from hertzchain.tradeoff import contenders
 
 HERE = Path(__file__).parent
@@ -226,6 +229,51 @@ def granule_evaluations(rows: FloatArray, granules: int) -> int:
         )[0].granule_evaluations
         for legs in rows
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
+def test_f_choice_over_best_in_hindsight(benchmark: Any, demo: hc.Scene, rtol: float) -> None:
+    rng = np.random.default_rng(2026)
+    ratios = []
+    for _ in range(40):
+        ratio, n, granules = (
+            float(np.exp(rng.uniform(np.log(low), np.log(high))))
+            for low, high in ((0.05, 10.0), (1.1, 60.0), (2.0, 501.0))
+        )
+        profile = list(PROFILES)[rng.integers(3)]
+        scene = hc.Scene(
+            replace(demo.chain, granules=int(granules)),
+            hc.Pulse(profile, 100.0, n, momentum_ratio=ratio),
+        )
+        chosen = best(hc_run(scene, rtol), 3)
+        ratios.append(chosen / best_in_hindsight(scene, rtol))
+    benchmark.pedantic(hc_run(scene, rtol), rounds=3)
+    what = f"time of rtol {rtol:g} over the best in hindsight, median"
+    FIGURES.append(("F", what, f"{np.median(ratios):.1f}", "3"))
+
+
+def hc_run(scene: hc.Scene, rtol: float) -> Callable[[], hc.Result]:
+    """A run with its error estimated, ready to be called."""
+    backend = hc.Native(rtol=rtol, peaks_only=True)
+    return lambda: backend.run(scene)
+
+
+def best_in_hindsight(scene: hc.Scene, rtol: float) -> float:
+    """Shortest time of a single run, of any method and step, whose true error is small enough."""
+    truth = hc.Native("reference", peaks_only=True).run(scene).peak_force / scene.units.force
+    times = [np.inf]
+    for method in METHODS.values():
+        for step in np.geomspace(0.9, 0.01, 14):
+            legs = scene.schedule(step * scene.units.time)
+            try:
+                run = simulate(scene, legs, method.walker, leave_behind=True)
+            except RunFailed:  # too long a step for this method
+                continue
+            if largest_difference(run.peaks.force, truth) <= rtol:
+                again = functools.partial(simulate, scene, legs, method.walker, leave_behind=True)
+                times.append(best(again, 2))
+                break  # shorter steps take longer
+    return min(times)
 
 
 def test_g_first_call_of_a_process(benchmark: Any) -> None:
