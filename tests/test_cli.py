@@ -455,6 +455,15 @@ def test_a_run_with_lammps_vs_one_with_native(hertzchain: Command, native: Outco
     assert document["peak_force_N"] == pytest.approx(expected["peak_force_N"], rel=error)
 
 
+@pytest.mark.lammps
+def test_lammps_that_misses_the_wanted_accuracy_says_so(hertzchain: Command) -> None:
+    # A microscopic force on a chain of steel: LAMMPS has no more than a few digits of its overlaps.
+    scene_file({"shock.peak_force": '"1e-6 N"'})
+    outcome = hertzchain("run", "scene.toml", "--backend", "lammps", "--rtol", "1e-8")
+    assert outcome.status == 1
+    assert outcome.err.startswith("hertzchain: wanted 1e-08, reached ")
+
+
 def test_a_table_has_no_rise_time(hertzchain: Command) -> None:
     scene_file(TABLE)
     table_file("0,0", "2e-5,100", "4e-5,0")

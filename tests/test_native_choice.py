@@ -163,3 +163,34 @@ def test_a_run_cut_short_is_had_as_accurately() -> None:
     result = hc.Native(rtol=1e-7, peaks_only=True).run(cut)
     assert largest_difference(result.peak_force, true) <= result.error_estimate <= 1e-7
     assert not result.peak_passed.all()
+
+
+@pytest.mark.parametrize(("granules", "rtol"), [(2, 1e-6), (2, 1e-7), (3, 1e-3), (3, 1e-9)])
+def test_a_second_push_is_had_as_accurately(granules: int, rtol: float) -> None:
+    table = hc.PulseTable(
+        (0.0, 1e-5, 2e-5, 2e-4, 2.1e-4, 2.2e-4), (0.0, 10.0, 0.0, 0.0, 100.0, 0.0)
+    )
+    scene = hc.Scene(hc.Chain(granules, **STEEL), table)
+    true = hc.Native("reference", dt=scene.units.time / 80).run(scene).peak_force
+    result = hc.Native(rtol=rtol).run(scene)
+    assert largest_difference(result.peak_force, true) <= result.error_estimate <= rtol
+
+
+@pytest.mark.parametrize(
+    ("profile", "ratio", "duration", "granules", "rtol"),
+    [
+        ("cosine-triangular", 100.0, 1000.0, 3, 1e-2),
+        ("cosine-triangular", 24.235928880280113, 148.11619039041648, 4, 6.65e-5),
+        ("cosine", 100.0, 60.0, 10, 1e-2),
+        ("triangular", 100.0, 60.0, 40, 1e-2),
+    ],
+)
+def test_chains_that_are_short_for_their_pulse(
+    profile: str, ratio: float, duration: float, granules: int, rtol: float
+) -> None:
+    scene = paper_scene(profile, ratio, duration, granules)
+    true = hc.Native("reference").run(scene).peak_force
+    single = hc.Native(rtol=rtol, peaks_only=True).run(scene)
+    assert largest_difference(single.peak_force, true) <= single.error_estimate <= rtol
+    batch = hc.peak_forces([scene], rtol)
+    assert largest_difference(batch.peak_force[0], true) <= batch.error_estimate[0] <= rtol

@@ -241,3 +241,73 @@ def test_a_stopped_run_says_so() -> None:
     )  # fmt: skip
     assert found.status == kernels.STOPPED
     assert found.end < 5  # looked at every four natural time units
+
+
+def double_pulse() -> hc.Scene:
+    """A second pulse long after the first: its waves break out of a packet near the free end."""
+    rows = hc.PulseTable(
+        (0.0, 2.5e-5, 5e-5, 1.115e-3, 1.15e-3, 1.184e-3), (0.0, 100.0, 0.0, 0.0, 78.6, 0.0)
+    )
+    return hc.Scene(hc.Chain(26, **STEEL), rows)
+
+
+def test_after_two_pulses_nothing_is_left_behind() -> None:
+    scene = double_pulse()
+    legs = scene.schedule(0.1 * scene.units.time)
+    full = simulate(scene, legs, Fixed(SRKN_11B))
+    peaks = simulate(scene, legs, Fixed(SRKN_11B), leave_behind=True)
+    assert np.array_equal(peaks.peaks.force, full.peaks.force)
+    assert np.all(np.isfinite(peaks.state.displacement))
+    true = hc.Native("reference").run(scene).peak_force
+    for error in (
+        hc.Native(rtol=1e-6, peaks_only=True).run(scene).peak_force / true - 1,
+        hc.peak_forces([scene], 1e-6).peak_force[0] / true - 1,
+    ):
+        assert np.max(np.abs(error)) < 1e-6
+
+
+def quiet_chain(quiet: int, behind: float) -> Any:
+    """A leading wave of force 1, granules at rest, and behind them one contact that is pressed.
+
+    Returns
+    -------
+    u, v, f and the peaks, as ``_left_behind`` takes them, and its granules.
+    """
+    overlaps = np.concatenate([[behind ** (2 / 3)], np.zeros(quiet), [0.4, 1.0, 0.3], np.zeros(4)])
+    u = np.concatenate([[np.sum(overlaps)], np.sum(overlaps) - np.cumsum(overlaps)])
+    f = np.concatenate([[0.0], overlaps**1.5, [0.0]])
+    return u, np.zeros(u.size), f, np.ones(u.size - 1), u.size
+
+
+@pytest.mark.parametrize(
+    ("quiet", "behind", "peak", "velocity", "cuts"),
+    [
+        (12, 0.5, 1.0, 0.0, True),
+        (6, 0.5, 1.0, 0.0, False),  # too few granules at rest
+        (12, 0.97, 1.0, 0.0, False),  # as strong as the leading wave
+        (12, 0.5, 0.4, 0.0, False),  # it may still raise the peak of a contact
+        (12, 0.5, 1.0, 0.9, False),  # a granule flies that would press as hard
+    ],
+)
+def test_what_may_be_left_behind(
+    quiet: int, behind: float, peak: float, velocity: float, cuts: bool
+) -> None:
+    u, v, f, peaks, granules = quiet_chain(quiet, behind)
+    peaks[0], v[0] = peak, velocity
+    cut = kernels._left_behind(u, v, f, peaks, 0, 0, granules - 1)
+    assert (cut > 0) == cuts
+    assert cut <= quiet + 1 - 8 + 1
+
+
+@pytest.mark.parametrize(
+    ("velocity", "peak", "settled"),
+    [(0.3, 1.0, True), (0.9, 1.0, False), (0.3, 0.1, False)],
+)
+def test_when_no_peak_can_change(velocity: float, peak: float, settled: bool) -> None:
+    # Granules apart from one another; the last has flown off.
+    u, v = np.arange(0.0, 10.0), np.zeros(10)
+    v[0], v[-1] = velocity, 2.0
+    peaks = np.ones(9)
+    peaks[5] = peak
+    u = np.append(u, 1e30)
+    assert kernels._settled(u, v, np.zeros(11), peaks, 0, 0, 10) == settled

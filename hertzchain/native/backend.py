@@ -24,7 +24,7 @@ from hertzchain.native.methods import (
     VELOCITY_VERLET,
 )
 from hertzchain.native.refinement import Fixed, Refined, Walker
-from hertzchain.native.simulation import Simulation, simulate
+from hertzchain.native.simulation import Simulation, can_leave_behind, simulate
 from hertzchain.peaks import largest_difference
 from hertzchain.result import Balance, Result
 from hertzchain.scene import Scene
@@ -82,8 +82,8 @@ class Native:
         Wanted relative accuracy of the peaks, from 1e-10 to 0.01; 1e-6 where neither method nor dt
         is given either, and not to be given together with one of them.
     peaks_only
-        Whether only the peaks are wanted. Granules that cannot change any are left behind then, so
-        that there is no displacement and velocity at the end: NaN.
+        Whether only the peaks are wanted. Under one of the three pulses granules that cannot change
+        any are left behind then, so that there is no displacement and velocity at the end: NaN.
 
     Raises
     ------
@@ -174,7 +174,9 @@ class Native:
     ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
         """Method, legs, run and its error with the cheapest method and step that suffice."""
         rtol = RTOL if self.rtol is None else self.rtol
-        hard = bool(choice.is_hard(scene.momentum_ratio, scene.chain.granules))
+        hard = not can_leave_behind(scene) or bool(
+            choice.is_hard(scene.momentum_ratio, scene.chain.granules)
+        )
         plan = choice.plan(rtol, hard=hard)
         for _ in range(choice.TRIES):
             legs = scene.schedule(plan.step * scene.units.time)

@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,10 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.chain import MOST_GRANULES, POSITIVE
-from hertzchain.errors import require
+from hertzchain.errors import SceneError, require
 from hertzchain.native import choice
 from hertzchain.native.refinement import Refined
-from hertzchain.native.simulation import SHAPES, leg_rows, table
+from hertzchain.native.simulation import SHAPES, can_leave_behind, leg_rows, table
 from hertzchain.peaks import largest_differences
 from hertzchain.scene import Scene, watched_time
 from hertzchain.shock import PROFILES, Pulse
@@ -102,7 +103,8 @@ def peak_forces(scenes: Sequence[Scene], rtol: float = 1e-6) -> Batch:
         return padded
 
     known = np.array([_is_known(scene) for scene in scenes])
-    found = _accurate_enough(legs, known, lengths[0], rtol)
+    single = all(can_leave_behind(scene) for scene in scenes)
+    found = _accurate_enough(legs, known, lengths[0], rtol, single)
     force = np.array([scene.units.force for scene in scenes])[:, None]
     time = np.array([scene.units.time for scene in scenes])[:, None]
     return Batch(found.peak_force * force, found.peak_time * time, found.error_estimate)
@@ -141,12 +143,17 @@ def similar_peak_forces(
     """
     require(profile in PROFILES, "profile", profile, f"must be one of {', '.join(PROFILES)}")
     allowed = f"must be an integer from 2 to {MOST_GRANULES}"
-    require(2 <= granules <= MOST_GRANULES, "granules", granules, allowed)
-    ratio, n = np.broadcast_arrays(
-        np.atleast_1d(np.asarray(momentum_ratio, np.float64)),
-        np.asarray(duration_ratio, np.float64),
-    )
-    require(ratio.ndim == 1 and ratio.size > 0, "momentum_ratio", ratio.shape, "must be a list")
+    whole = isinstance(granules, Integral) and 2 <= granules <= MOST_GRANULES
+    require(whole, "granules", granules, allowed)
+    allowed = "must be numbers, or lists of as many"
+    try:
+        ratio, n = np.broadcast_arrays(
+            np.atleast_1d(np.asarray(momentum_ratio, np.float64)),
+            np.asarray(duration_ratio, np.float64),
+        )
+    except (TypeError, ValueError):
+        raise SceneError("momentum_ratio and duration_ratio", None, allowed) from None
+    require(ratio.ndim == 1 and ratio.size > 0, "momentum_ratio", ratio.shape, allowed)
     require(bool(np.all(np.isfinite(ratio) & (ratio > 0))), "momentum_ratio", None, POSITIVE)
     possible = bool(np.all(np.isfinite(n) & (n > 1)))
     require(possible, "duration_ratio", None, "must be finite numbers above 1")
@@ -167,7 +174,8 @@ def similar_peak_forces(
                 rows[:, k, 2] *= np.ceil(plan.walker.cosine_steps / rows[:, k, 2])
         return rows
 
-    return _accurate_enough(legs, choice.is_known(ratio, n, granules), granules, rtol)
+    known = choice.is_known(ratio, n, granules)
+    return _accurate_enough(legs, known, granules, rtol, leave_behind=True)
 
 
 def _is_known(scene: Scene) -> bool:
@@ -182,6 +190,7 @@ def _accurate_enough(
     known: NDArray[np.bool_],
     granules: int,
     rtol: float,
+    leave_behind: bool,
 ) -> Batch:
     """Peaks of all scenes in natural units.
 
@@ -196,7 +205,7 @@ def _accurate_enough(
     if wanted.size:
         plan = choice.plan(rtol, checked=False)
         force[wanted], time[wanted], evaluations = _march(
-            legs(plan, wanted), plan.walker, granules, plan.dtype
+            legs(plan, wanted), plan.walker, granules, leave_behind, plan.dtype
         )
         error[wanted] = plan.estimate(0.0, evaluations)
     plan, wanted = choice.plan(rtol, hard=True), np.nonzero(~(error <= rtol))[0]
@@ -204,21 +213,23 @@ def _accurate_enough(
         return Batch(force, time, error)
     for _ in range(choice.TRIES):
         rows = legs(plan, wanted)
-        force[wanted], time[wanted], evaluations = _march(rows, plan.walker, granules)
+        force[wanted], time[wanted], evaluations = _march(rows, plan.walker, granules, leave_behind)
         rows[:, :, 2] = choice.other_steps(rows[:, :, 2])
-        others, _, _ = _march(rows, plan.coarser, granules)
+        others, _, _ = _march(rows, plan.coarser, granules, leave_behind)
         error[wanted] = plan.estimate(largest_differences(others, force[wanted]), evaluations)
         wanted = np.nonzero(~(error <= rtol))[0]
         if not wanted.size:
             return Batch(force, time, error)
         plan = plan.closer(rtol, float(np.max(error[wanted])))
-    raise choice.not_to_be_had(rtol, float(np.max(error)))
+    worst = int(np.argmax(error))
+    raise choice.not_to_be_had(rtol, float(error[worst]), f" in scene {worst}")
 
 
 def _march(
     rows: FloatArray,
     walker: Refined,
     granules: int,
+    leave_behind: bool,
     dtype: type[np.floating[Any]] = np.float64,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Peak forces and times, shape (scenes, contacts), and force evaluations, shape (scenes,)."""
@@ -235,7 +246,8 @@ def _march(
         some = slice(start, start + size)
         kernels.march_many(
             rows[some], coefficients, precision, walker.stepper.order == 2, walker.tolerance,
-            walker.starting, granules, True, force[some], time[some], evaluations[some], control,
+            walker.starting, granules, leave_behind, force[some], time[some],
+            evaluations[some], control,
         )  # fmt: skip
 
     with ThreadPoolExecutor(cores) as pool:

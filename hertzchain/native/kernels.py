@@ -524,7 +524,11 @@ def _keep_history(
 
 @_compiled
 def _strength(force: float, velocity: float) -> float:
-    """How hard any contact can come to be pressed by what has these largest values."""
+    """How hard contacts can come to be pressed, after one pulse, by what has these largest values.
+
+    Not proved; in 6,787 scenes with one pulse, N 2 to 41, LM_ratio 0.1 to 100, n 1.001 to 101, no
+    peak was missed for it.
+    """
     return max(force, _IMPACT * max(velocity, 0.0) ** 1.2)
 
 
@@ -532,7 +536,7 @@ def _strength(force: float, velocity: float) -> float:
 def _left_behind(u: Any, v: Any, f: Any, peak_force: Any, base: int, lo: int, hi: int) -> int:
     """How far the window can be closed from behind once the pulse is over.
 
-    A cut needs all of this:
+    The shock has to be one pulse (``simulation.can_leave_behind``). A cut needs all of this:
 
     - Ahead of it lies a quiet stretch: ``_QUIET_GRANULES`` granules whose overlaps and velocities
       are rounding errors beside those of the leading wave. Contacts that are hardly pressed are
@@ -540,9 +544,10 @@ def _left_behind(u: Any, v: Any, f: Any, peak_force: Any, base: int, lo: int, hi
       smaller than what entered by (k t^2)^d / (2d)!. The leading wave goes on at its own speed
       meanwhile, so that the stretch only grows. Nothing passes it but waves.
     - The waves that may come from behind are slower than the leading one. A wave into granules at
-      rest goes at 0.9055 F^(1/6), and without a pulse no contact is pressed harder later than the
-      hardest now, or than the fastest granule can press by running into one at rest. Both have to
-      be below the leading wave's force.
+      rest goes at 0.9055 F^(1/6), and after a single pulse, which leaves its strongest waves ahead,
+      no contact is pressed harder later than the hardest now, or than the fastest granule can press
+      by running into one at rest. Both have to be below the leading wave's force. (After several
+      pulses that is not so: a broad packet can break up into stronger waves.)
     - They have to be below the peaks of all contacts left behind, too: these are final.
     """
     crest = hi - 1

@@ -23,6 +23,7 @@ from hertzchain.peaks import PeakWatch
 from hertzchain.samples import Samples
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
+from hertzchain.shock import Pulse
 from hertzchain.similarity import NaturalUnits
 from hertzchain.work import work_done
 
@@ -101,7 +102,8 @@ def simulate(
     dtype
         float64 or float32.
     leave_behind
-        Whether only the peaks are wanted: granules that cannot change any are left behind.
+        Whether only the peaks are wanted: granules that cannot change any are left behind, where
+        that can be told.
     window
         Whether granules that the wave has not reached are left out.
 
@@ -113,6 +115,7 @@ def simulate(
     from hertzchain.native import kernels
 
     granules = scene.chain.granules
+    leave_behind = leave_behind and can_leave_behind(scene)
     force = np.zeros(granules - 1)
     time = np.full(granules - 1, np.nan)
     times = np.zeros(0) if recorder is None else np.asarray(recorder.time, np.float64)
@@ -151,6 +154,15 @@ def simulate(
         outcome.steps,
         outcome.evaluations,
     )
+
+
+def can_leave_behind(scene: Scene) -> bool:
+    """Whether it can be told that a granule will not matter any more: under one pulse only.
+
+    After a second push, waves run behind one another in any order, and a broad packet can break up
+    into waves that are stronger than anything in it was.
+    """
+    return isinstance(scene.shock, Pulse)
 
 
 def stoppable(run: Callable[[], Any], control: FloatArray) -> Any:
