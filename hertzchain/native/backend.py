@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.accuracy import companion, refuse_meaningless, second_order_safety
@@ -197,10 +196,6 @@ def _estimate(scene: Scene, legs: Sequence[Leg], plan: choice.Plan, run: Simulat
     return float(plan.estimate(difference, run.evaluations))
 
 
-def _round_off(run: Simulation) -> float:
-    return float(4 * np.finfo(np.float64).eps * np.sqrt(run.evaluations))
-
-
 def _error_bound(scene: Scene, legs: Sequence[Leg], method: Method, run: Simulation) -> float:
     other = companion(legs)
     peaks = simulate(scene, other.legs, method.walker, leave_behind=True).peaks.force
@@ -210,7 +205,8 @@ def _error_bound(scene: Scene, legs: Sequence[Leg], method: Method, run: Simulat
     longest = max(leg.dt for leg in legs) / scene.units.time
     higher = 3.0 if longest <= 0.6 else 30.0  # 6 was needed at 1.5 natural time units
     safety = second_order_safety(longest) if method.walker.stepper.order == 2 else higher
-    return float(safety * other.factor * difference + method.floor + _round_off(run))
+    lost = choice.round_off(run.evaluations)
+    return float(safety * other.factor * difference + method.floor + lost)
 
 
 def _balance(scene: Scene, run: Simulation) -> Balance:
