@@ -43,6 +43,18 @@ class RunFailed(HertzchainError):
     """A simulation could not be carried to its end."""
 
 
+class OverlapTooLarge(RunFailed):
+    """Granules would be pressed so far into one another that Hertz's law says nothing."""
+
+
+class StepUnstable(RunFailed):
+    """The step asked for is too long for the method: the motion would diverge."""
+
+
+class TooExpensive(RunFailed):
+    """A run would take, or has taken, longer than its time limit."""
+
+
 class OutputError(HertzchainError):
     """A result could not be written where it was asked for."""
 
