@@ -7,9 +7,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import RunFailed
+from hertzchain.errors import StepUnstable, Unpredictable
 from hertzchain.peaks import largest_difference
+from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
+from hertzchain.similarity import force_scale
+
+_SURELY_STABLE = 0.85
+"""Of the longest stable step: contacts pressed by 2.2 F0 are stiffer than those pressed by F0."""
 
 
 def second_order_safety(natural_step: float) -> float:
@@ -43,32 +48,100 @@ class Companion:
     factor: float
 
 
-def companion(legs: Sequence[Leg]) -> Companion:
+def companion(legs: Sequence[Leg], stable: float) -> Companion:
     """The cheapest second run in which every leg has another step: two thirds as many, or thrice.
 
     Two thirds, not half: a method that halves steps could end on the same ones. Where a leg has
     fewer than three steps there is no such number; the factor takes the leg whose step changes
-    least.
+    least. Where steps half as long again come near what is unstable, they are thrice as many, too.
+
+    Parameters
+    ----------
+    legs
+        The steps of the run.
+    stable
+        The longest step with which the method is stable [s].
     """
-    if min(leg.steps for leg in legs) < 3:
+    longest = max(leg.dt for leg in legs)
+    if min(leg.steps for leg in legs) < 3 or 1.5 * longest > _SURELY_STABLE * stable:
         return Companion(tuple(replace(leg, steps=3 * leg.steps) for leg in legs), 9 / 8)
     coarse = tuple(replace(leg, steps=2 * leg.steps // 3) for leg in legs)
     ratio = min(leg.steps / other.steps for leg, other in zip(legs, coarse, strict=True))
     return Companion(coarse, 1 / (ratio**2 - 1))
 
 
-def refuse_meaningless(backend: str, error: float) -> None:
-    """Refuse a run whose peaks may be off by their own size.
+def stable_step(scene: Scene, interval: float) -> float:
+    """The longest step with which a method is stable [s].
+
+    Contacts pressed by F0 have the stiffness k = 3/2 in natural units, and neighbours swing against
+    each other with the frequency 2 sqrt(k), the highest there is. Weak shocks make softer contacts.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    interval
+        Up to which product of step and frequency the method follows an oscillation without making
+        it grow: 2 for velocity Verlet.
+    """
+    frequency = math.sqrt(6.0) * math.pow(force_scale(scene.momentum_ratio), 1 / 6)
+    return interval / frequency * scene.units.time
+
+
+def refuse_unstable(scene: Scene, legs: Sequence[Leg], interval: float, method: str) -> None:
+    """Refuse steps with which the motion would diverge.
 
     Raises
     ------
-    RunFailed
-        If the error bound is not below 1: the motion has diverged, or nearly so.
+    StepUnstable
+        If a step is longer than ``stable_step``.
     """
-    if not error < 1:
-        raise RunFailed(
-            f"the {backend} run diverged: its step is too large for the method, choose a smaller dt"
+    longest, limit = max(leg.dt for leg in legs), stable_step(scene, interval)
+    if longest > limit:
+        raise StepUnstable(
+            f"the step of {longest:.3g} s is unstable: {method} diverges above {limit:.3g} s"
+            f" ({limit / scene.units.time:.3g} natural time units) in this scene, choose a smaller"
+            " dt"
         )
+
+
+def diverged(backend: str) -> StepUnstable:
+    """What to say of a run whose energy grows without bound."""
+    return StepUnstable(
+        f"the {backend} run diverged: its step is too long for the method, choose a smaller dt"
+    )
+
+
+def refuse_meaningless(backend: str, error: float, too_long: bool) -> None:
+    """Refuse a run whose peaks may be off by their own size.
+
+    Parameters
+    ----------
+    backend
+        Whose run it was.
+    error
+        The bound of its error.
+    too_long
+        Whether its steps were asked for and are so long that shorter ones would help.
+
+    Raises
+    ------
+    StepUnstable
+        If the error bound is not below 1, and a shorter step would help.
+    Unpredictable
+        If it is not below 1, and none would.
+    """
+    if error < 1:
+        return
+    if too_long:
+        raise StepUnstable(
+            f"the {backend} run has no right digit: its step is too long for the method, choose a"
+            " smaller dt"
+        )
+    raise Unpredictable(
+        f"no digit of the {backend} peaks is sure: granules knock against one another for so long"
+        " that rounding errors grow to the size of the peaks; a shorter end_time or pulse helps"
+    )
 
 
 def second_order_step(

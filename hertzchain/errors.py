@@ -51,6 +51,10 @@ class StepUnstable(RunFailed):
     """The step asked for is too long for the method: the motion would diverge."""
 
 
+class Unpredictable(RunFailed):
+    """Small errors grow until no digit of the peaks is left, however short the steps are."""
+
+
 class TooExpensive(RunFailed):
     """A run would take, or has taken, longer than its time limit."""
 

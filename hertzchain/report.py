@@ -65,9 +65,11 @@ def print_run(console: Console, result: Result) -> None:
         ("far-field force", _with_unit(wave.far_field_force, "N")),
         ("speed", _with_unit(wave.speed, "m/s")),
         ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
+        ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
         ("cost", _cost(result)),
     ]
     _print_facts(console, facts)
+    _print_remarks(console, *result.warnings)
 
 
 def print_prediction(console: Console, prediction: Prediction) -> None:
@@ -106,7 +108,11 @@ def print_prediction(console: Console, prediction: Prediction) -> None:
             )
         _print_facts(console, _predicted_facts(prediction))
     _print_constants(console, prediction)
-    for remark in (prediction.missing, prediction.note):
+    _print_remarks(console, prediction.missing, prediction.note, *prediction.warnings)
+
+
+def _print_remarks(console: Console, *remarks: str | None) -> None:
+    for remark in remarks:
         if remark:
             console.print(f"\n{remark[0].upper()}{remark[1:]}.")
 
@@ -197,6 +203,7 @@ def print_comparison(console: Console, comparison: Comparison) -> None:
     for remark in (formulas.applicable, formulas.note):
         if remark:
             console.print(f"Formulas: {remark}.")
+    _print_remarks(console, *native.warnings)
     console.print()
     _print_checks(console, comparison)
 

@@ -16,6 +16,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.history import History
 from hertzchain.scene import Scene
 from hertzchain.transition import SolitaryWave, solitary_wave, transition_granules
+from hertzchain.validity import overlap_ratio, overlap_warning
 
 if TYPE_CHECKING:
     import pandas
@@ -112,6 +113,17 @@ class Result:
         )
 
     @property
+    def overlap_ratio(self) -> float:
+        """The largest overlap over the radius R; Hertz's law is for small ones."""
+        return overlap_ratio(self.scene.chain, float(np.max(self.peak_force)))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on where the model is stretched; none, as a rule."""
+        warning = overlap_warning(self.overlap_ratio)
+        return () if warning is None else (warning,)
+
+    @property
     def contact(self) -> NDArray[np.int_]:
         """The paper's numbers of the contacts, 2 ... N, shape (N - 1,)."""
         return np.arange(2, self.peak_force.size + 2)
@@ -149,6 +161,8 @@ class Result:
                 "speed_m_s": wave.speed,
             },
             "error_estimate": self.error_estimate,
+            "overlap_ratio": self.overlap_ratio,
+            "warnings": list(self.warnings),
             "balance": {
                 "impulse_N_s": self.balance.impulse,
                 "momentum_N_s": self.balance.momentum,

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hertzchain.errors import require
+from hertzchain.errors import TooExpensive
 from hertzchain.shock import Ramp
 
 MOST_STEPS = 1e10
@@ -67,8 +67,8 @@ def lay_steps(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, .
 
     Raises
     ------
-    SceneError
-        If there would be more steps than can be counted.
+    TooExpensive
+        If there would be more steps than any run can take.
     """
     legs: list[Leg] = []
 
@@ -76,11 +76,12 @@ def lay_steps(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, .
         end = min(end, end_time)
         if end > start:
             steps = (end - start) / dt
-            allowed = (
-                f"leaves {steps:.1e} steps in {end - start:.3g} s; must be longer, or end_time"
-                f" shorter, for at most {MOST_STEPS:.0e}"
-            )
-            require(steps <= MOST_STEPS, "dt", dt, allowed)
+            if steps > MOST_STEPS:
+                raise TooExpensive(
+                    f"steps of {dt:.3g} s are {steps:.1e} in {end - start:.3g} s, more than the"
+                    f" {MOST_STEPS:.0e} that a run may take: shorten pulse, chain or end_time, or"
+                    " take a longer dt"
+                )
             # A step that was once the result of this division must give the same number again.
             legs.append(Leg(start, end, max(1, math.ceil(steps * (1 - 2**-52))), ramp))
 

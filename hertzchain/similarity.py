@@ -13,6 +13,10 @@ from dataclasses import dataclass
 
 from hertzchain.chain import Chain
 
+IMPACT = 0.754272
+"""Peak force of two granules of mass 1, one running into the other at rest with velocity 1: the
+energy 1/4 is 2/5 r^(5/2), so (5/8)^(3/5)."""
+
 PAPER_MOMENTUM = 139 / 32
 """The paper's coefficient of L_SW (section 4.1); the exact one is in hertzchain.theory."""
 
@@ -60,6 +64,15 @@ def natural_units(chain: Chain, peak_force: float) -> NaturalUnits:
     """The natural units of a chain under a shock whose largest force is ``peak_force`` [N]."""
     length = math.pow(peak_force / chain.contact_stiffness, 2 / 3)
     return NaturalUnits(peak_force, length, math.sqrt(chain.granule_mass * length / peak_force))
+
+
+def force_scale(momentum_ratio: float) -> float:
+    """How hard a shock presses contacts, roughly, over F0.
+
+    Long pulses press with about F0. A short one only leaves its impulse I in the first granule,
+    which presses the second with 0.754 I^1.2.
+    """
+    return min(1.0, IMPACT * math.pow(MOMENTUM_IN_NATURAL_UNITS * momentum_ratio, 1.2))
 
 
 def unit_ratio_momentum(chain: Chain, peak_force: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -47,14 +48,14 @@ def error(legs: Sequence[Leg], weights: Sequence[float]) -> float:
 def test_companion_has_two_thirds_of_the_steps_or_thrice_as_many(
     steps: tuple[int, ...], other: tuple[int, ...], factor: float
 ) -> None:
-    found = companion(legs_of(*steps))
+    found = companion(legs_of(*steps), math.inf)
     assert tuple(leg.steps for leg in found.legs) == other
     assert found.factor == pytest.approx(factor, rel=1e-15, abs=0)
 
 
 def test_companion_keeps_times_and_force() -> None:
     legs = paper_scene("cosine", 0.5, 2.0).schedule(1e-6)
-    for leg, twin in zip(legs, companion(legs).legs, strict=True):
+    for leg, twin in zip(legs, companion(legs, math.inf).legs, strict=True):
         assert (leg.start, leg.end, leg.ramp) == (twin.start, twin.end, twin.ramp)
 
 
@@ -62,7 +63,7 @@ def test_companion_keeps_times_and_force() -> None:
 def test_factor_gives_the_very_error_of_one_leg(steps: int) -> None:
     """P(h) = P + C h^2, measured at two steps."""
     legs = legs_of(steps)
-    other = companion(legs)
+    other = companion(legs, math.inf)
     difference = abs(error(other.legs, [0.7]) - error(legs, [0.7]))
     assert other.factor * difference == pytest.approx(error(legs, [0.7]), rel=ROUND_OFF, abs=0)
 
@@ -72,7 +73,7 @@ def test_factor_gives_the_very_error_where_every_step_changes_alike(
     steps: tuple[int, ...],
 ) -> None:
     legs, weights = legs_of(*steps), [0.7, 0.2, 1.3][: len(steps)]
-    other = companion(legs)
+    other = companion(legs, math.inf)
     difference = abs(error(other.legs, weights) - error(legs, weights))
     assert other.factor * difference == pytest.approx(error(legs, weights), rel=ROUND_OFF, abs=0)
 
@@ -81,7 +82,7 @@ def test_factor_gives_the_very_error_where_every_step_changes_alike(
 def test_factor_bounds_the_error_of_many_legs(legs: list[tuple[int, float]]) -> None:
     """Whichever leg makes it, as long as the legs do not cancel each other."""
     fine, weights = legs_of(*(steps for steps, _ in legs)), [c for _, c in legs]
-    other = companion(fine)
+    other = companion(fine, math.inf)
     difference = abs(error(other.legs, weights) - error(fine, weights))
     assert other.factor * difference >= error(fine, weights) * (1 - ROUND_OFF)
 
@@ -90,7 +91,7 @@ def test_factor_bounds_the_error_of_many_legs(legs: list[tuple[int, float]]) -> 
 @pytest.mark.parametrize("steps", [1, 2, 3, 7, 8])
 def test_factor_bounds_errors_of_higher_order(order: int, steps: int) -> None:
     legs = legs_of(steps)
-    other = companion(legs)
+    other = companion(legs, math.inf)
     difference = abs(other.legs[0].dt ** order - legs[0].dt ** order)
     assert other.factor * difference > legs[0].dt ** order
 

@@ -402,6 +402,8 @@ RUN_KEYS: dict[str, type] = {
     "transition_granules": int,
     "solitary_wave": dict,
     "error_estimate": float,
+    "overlap_ratio": float,
+    "warnings": list,
     "wall_time_s": float,
     "provenance": dict,
     # What scripts may like to have besides.
@@ -764,6 +766,8 @@ PREDICT_KEYS: dict[str, type] = {
     "outside_range": type(None),
     "rise_time_s": float,
     "momentum_ratio": float,
+    "overlap_ratio": float,
+    "warnings": list,
     "rows": list,
     "transition_granules": int,
     "transition_candidates": list,
@@ -776,6 +780,7 @@ PREDICT_KEYS: dict[str, type] = {
     "provenance": dict,
 }
 NOTHING_KEYS = PREDICT_KEYS | {
+    "overlap_ratio": type(None),
     "missing": str,
     **dict.fromkeys(
         ("transition_granules", "eq3_transition_granules", "speed_m_s", "momentum_N_s"), type(None)

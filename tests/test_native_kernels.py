@@ -12,6 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain import hermite
+from hertzchain.cost import Deadline
 from hertzchain.history import Recorder
 from hertzchain.native import kernels, simulate, simulate_in_numpy
 from hertzchain.native.choice import plan
@@ -215,7 +216,7 @@ def test_an_interrupt_stops_a_run() -> None:
             calls, lambda: original(self, timeout)
         )()
         with pytest.raises(KeyboardInterrupt):
-            stoppable(work, control)
+            stoppable(work, control, Deadline(60.0))
     finally:
         threading.Thread.join = original  # type: ignore[method-assign]
     assert stopped.is_set()
@@ -226,7 +227,7 @@ def test_a_failure_in_a_long_run_is_not_lost() -> None:
         raise MemoryError("none left")
 
     with pytest.raises(MemoryError, match="none left"):
-        stoppable(work, np.zeros(2))
+        stoppable(work, np.zeros(2), Deadline(60.0))
 
 
 def test_a_stopped_run_says_so() -> None:

@@ -110,6 +110,8 @@ def test_json_has_all_that_is_promised(demo_reference: hc.Result) -> None:
         "transition_granules",
         "solitary_wave",
         "error_estimate",
+        "overlap_ratio",
+        "warnings",
         "wall_time_s",
         "provenance",
     }

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hertzchain as hc
-from hertzchain.errors import SceneError
+from hertzchain.errors import TooExpensive
 from hertzchain.schedule import Leg, lay_steps
 from hertzchain.shock import Ramp
 
@@ -84,7 +84,7 @@ def test_a_run_that_ends_before_the_table_starts_is_free(end_time: float) -> Non
 
 
 def test_a_step_too_small_to_be_counted_is_an_error() -> None:
-    with pytest.raises(SceneError, match="dt"):
+    with pytest.raises(TooExpensive, match="longer dt"):
         lay_steps(PULSE, 10.0, 5e-324)
 
 

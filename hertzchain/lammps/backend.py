@@ -14,9 +14,12 @@ from numpy.typing import ArrayLike
 
 from hertzchain.accuracy import (
     companion,
+    diverged,
     refuse_meaningless,
+    refuse_unstable,
     second_order_safety,
     second_order_step,
+    stable_step,
 )
 from hertzchain.arrays import FloatArray
 from hertzchain.chain import POSITIVE, is_positive
@@ -29,6 +32,7 @@ from hertzchain.result import Balance, Result
 from hertzchain.samples import Samples
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
+from hertzchain.validity import refuse_deep_overlap, refuse_hopeless_overlap
 from hertzchain.work import work_done
 
 _READING_INTERVAL = 0.3
@@ -51,6 +55,10 @@ _TRIES = 3
 
 _HALVINGS = 6
 """Of the steps, at most, until an extrapolation is as good as wanted."""
+
+_STABLE = 2.0
+"""Product of step and frequency up to which velocity Verlet is stable: see
+``accuracy.stable_step``."""
 
 _BLOCK = 256
 """Readings handed on at a time."""
@@ -127,10 +135,15 @@ class Lammps:
         ------
         BackendMissing
             If LAMMPS is not there.
+        StepUnstable
+            If the step asked for is so long that the motion diverges.
+        OverlapTooLarge
+            If granules would be pressed into one another by more than a radius.
         RunFailed
-            If LAMMPS stops with an error, or the motion diverges.
+            If LAMMPS stops with an error.
         """
         begin = time.perf_counter()
+        refuse_hopeless_overlap(scene)
         _refuse_deep_overlaps(scene)
         times = None if record is None else wanted_times(record, scene.end_time)
         answer = (
@@ -142,7 +155,8 @@ class Lammps:
                 "LAMMPS cannot resolve the overlaps of this scene beside its coordinates: take a"
                 " larger force, a shorter chain or a softer material"
             )
-        refuse_meaningless("LAMMPS", answer.error)
+        refuse_meaningless("LAMMPS", answer.error, too_long=self.dt is not None)
+        refuse_deep_overlap(scene.chain, float(np.max(answer.peak_force)))
         history = None
         if run.recorder is not None and times is not None:
             history = run.recorder.history(times)
@@ -272,6 +286,7 @@ class Lammps:
         recorder = None if times is None else Recorder(times, scene.chain.granules)
         work = 0.0
         clock = _Clock()
+        refuse_unstable(scene, legs, _STABLE, "velocity-verlet")
         with engine() as lammps:
             command(lammps, deck.set_up(scene, self.pair_style) + _READING)
             at_rest = reading.granules(lammps)
@@ -324,7 +339,7 @@ class Lammps:
 
     def _step_error(self, scene: Scene, legs: Sequence[Leg], peak_force: FloatArray) -> float:
         """Bound of what the steps cost the peaks, as a fraction."""
-        other = companion(legs)
+        other = companion(legs, stable_step(scene, _STABLE))
         difference = largest_difference(self._rough_peaks(scene, other.legs), peak_force)
         longest = max(leg.dt for leg in legs) / scene.units.time
         return second_order_safety(longest) * other.factor * difference
@@ -402,7 +417,7 @@ def _read(
             reading.read(lammps, arrays[k])
         clock.stops += len(block) - 1
         if not np.all(np.isfinite(arrays[: len(block)])):
-            refuse_meaningless("LAMMPS", math.inf)
+            raise diverged("LAMMPS")
         yield times[first : first + len(block)], arrays[: len(block)]
         arrays[0] = arrays[len(block) - 1]
 

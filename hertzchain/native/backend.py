@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import functools
+import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from hertzchain.accuracy import companion, refuse_meaningless, second_order_safety
+from hertzchain.accuracy import (
+    companion,
+    refuse_meaningless,
+    refuse_unstable,
+    second_order_safety,
+    stable_step,
+)
 from hertzchain.chain import POSITIVE, is_positive
+from hertzchain.cost import TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.errors import require
 from hertzchain.history import Recorder, wanted_times
 from hertzchain.native import choice
@@ -28,9 +37,13 @@ from hertzchain.peaks import largest_difference
 from hertzchain.result import Balance, Result
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
+from hertzchain.validity import refuse_deep_overlap, refuse_hopeless_overlap
 
 RTOL = 1e-6
 """Where nothing else is asked for: whether p is 9 or 10 can hang on 2e-5."""
+
+_SHORT = 0.1
+"""Natural time units; with shorter steps every method has digits, where there are any to be had."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +56,10 @@ class Method:
         Takes the steps.
     step
         The step taken where none is asked for, in natural units.
+    interval
+        Up to which product of step and frequency oscillations do not grow, by more than one per
+        cent in a step; see ``accuracy.stable_step``. From the tables of coefficients; motions of
+        random scenes diverge from steps a tenth (velocity Verlet, RK4) to a half longer on.
     floor
         Part of the error that does not depend on the step: what refinement leaves, 4e-12 at most
         in the paper's scenes.
@@ -50,16 +67,17 @@ class Method:
 
     walker: Walker
     step: float
+    interval: float
     floor: float = 0.0
 
 
 METHODS = {
-    "reference": Method(Refined(SRKN_11B, tolerance=1e-10), step=0.05, floor=1e-11),
-    "srkn-11b": Method(Fixed(SRKN_11B), step=0.2),
-    "srkn-6b": Method(Fixed(SRKN_6B), step=0.1),
-    "dprkn-6": Method(Fixed(DPRKN_6), step=0.1),
-    "rk4": Method(Fixed(RUNGE_KUTTA_4), step=0.0125),
-    "velocity-verlet": Method(Fixed(VELOCITY_VERLET), step=0.002),
+    "reference": Method(Refined(SRKN_11B, tolerance=1e-10), step=0.05, interval=9.07, floor=1e-11),
+    "srkn-11b": Method(Fixed(SRKN_11B), step=0.2, interval=9.07),
+    "srkn-6b": Method(Fixed(SRKN_6B), step=0.1, interval=5.02),
+    "dprkn-6": Method(Fixed(DPRKN_6), step=0.1, interval=3.12),
+    "rk4": Method(Fixed(RUNGE_KUTTA_4), step=0.0125, interval=2.83),
+    "velocity-verlet": Method(Fixed(VELOCITY_VERLET), step=0.002, interval=2.0),
 }
 """reference: SRKN_11^b with refined steps. The others take steps as asked: two symplectic
 Runge-Kutta-Nystrom methods of Blanes and Moan, one of Dormand, El-Mikkawy and Prince, the paper's
@@ -79,10 +97,13 @@ class Native:
         (reference), 1e-8 (rk4), 1e-6 (velocity-verlet).
     rtol
         Wanted relative accuracy of the peaks, from 1e-10 to 0.01; 1e-6 where neither method nor dt
-        is given either, and not to be given together with one of them.
+        is given either, and not to be given together with one of them. Where the motion multiplies
+        rounding errors by more than that, ``error_estimate`` of the result says how good it is.
     peaks_only
         Whether only the peaks are wanted. Under one of the three pulses granules that cannot change
         any are left behind then, so that there is no displacement and velocity at the end: NaN.
+    time_limit
+        How long a run may take [s].
 
     Raises
     ------
@@ -94,6 +115,7 @@ class Native:
     dt: float | None = None
     rtol: float | None = None
     peaks_only: bool = False
+    time_limit: float = TIME_LIMIT
 
     def __post_init__(self) -> None:
         if self.method is not None:
@@ -105,6 +127,7 @@ class Native:
             alone = self.method is None and self.dt is None
             require(alone, "rtol", self.rtol, "chooses method and step: must not stand with them")
             choice.check(self.rtol)
+        check_time_limit(self.time_limit)
 
     def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
         """Simulate a scene.
@@ -119,10 +142,17 @@ class Native:
 
         Raises
         ------
-        RunFailed
-            If the step is so large that the motion diverges, or the wanted accuracy cannot be had.
+        StepUnstable
+            If the step asked for is so long that the motion diverges.
+        Unpredictable
+            If the motion multiplies rounding errors until no digit is left.
+        OverlapTooLarge
+            If granules would be pressed into one another by more than a radius.
+        TooExpensive
+            If it would take, or has taken, longer than the time limit.
         """
-        begin = time.perf_counter()
+        begin, deadline = time.perf_counter(), Deadline(self.time_limit)
+        refuse_hopeless_overlap(scene)
         recorder = times = None
         if record is not None:
             allowed = "must not be given with peaks_only, which leaves granules behind"
@@ -130,11 +160,11 @@ class Native:
             times = wanted_times(record, scene.end_time)
             recorder = Recorder(times / scene.units.time, scene.chain.granules)
         if self.method is None and self.dt is None:
-            method, legs, run, error = self._accurate_enough(scene, recorder)
+            method, legs, run, error = self._accurate_enough(scene, recorder, deadline)
         else:
-            method, legs, run, error = self._as_asked(scene, recorder)
-        refuse_meaningless("native", error)
+            method, legs, run, error = self._as_asked(scene, recorder, deadline)
         units = scene.units
+        refuse_deep_overlap(scene.chain, float(np.max(run.peaks.force)) * units.force)
         history = None
         if recorder is not None and times is not None:
             history = recorder.history(times, units.length, units.velocity, units.force)
@@ -158,18 +188,23 @@ class Native:
         )
 
     def _as_asked(
-        self, scene: Scene, recorder: Recorder | None
+        self, scene: Scene, recorder: Recorder | None, deadline: Deadline
     ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
         """Method, legs, run and its error with the method and the step asked for."""
         name = self.method or "reference"
         method = METHODS[name]
         dt = self.dt if self.dt is not None else method.step * scene.units.time
         legs = scene.schedule(dt)
-        run = simulate(scene, legs, method.walker, recorder, leave_behind=self.peaks_only)
-        return name, legs, run, _error_bound(scene, legs, method, run)
+        refuse_unstable(scene, legs, method.interval, name)
+        run = simulate(
+            scene, legs, method.walker, recorder, leave_behind=self.peaks_only, deadline=deadline
+        )
+        error = _error_bound(scene, legs, method, run, deadline)
+        refuse_meaningless("native", error, max(leg.dt for leg in legs) > _SHORT * scene.units.time)
+        return name, legs, run, error
 
     def _accurate_enough(
-        self, scene: Scene, recorder: Recorder | None
+        self, scene: Scene, recorder: Recorder | None, deadline: Deadline
     ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
         """Method, legs, run and its error with the cheapest method and step that suffice."""
         rtol = RTOL if self.rtol is None else self.rtol
@@ -177,34 +212,45 @@ class Native:
             choice.is_hard(scene.momentum_ratio, scene.chain.granules)
         )
         plan = choice.plan(rtol, hard=hard)
+        before = math.inf
         for _ in range(choice.TRIES):
             legs = scene.schedule(plan.step * scene.units.time)
-            run = simulate(scene, legs, plan.walker, recorder, leave_behind=self.peaks_only)
-            error = _estimate(scene, legs, plan, run)
-            if error <= rtol:
-                return plan.method, legs, run, error
-            plan = plan.closer(rtol, error)
-        raise choice.not_to_be_had(rtol, error)
+            run = simulate(
+                scene, legs, plan.walker, recorder, leave_behind=self.peaks_only, deadline=deadline
+            )
+            error = _estimate(scene, legs, plan, run, deadline)
+            cost = run.evaluations * scene.chain.granules
+            if error <= rtol or plan.hopeless(error, before, cost):
+                break
+            plan, before = plan.closer(rtol, error), error
+        refuse_meaningless("native", error, too_long=False)
+        return plan.method, legs, run, error
 
 
-def _estimate(scene: Scene, legs: Sequence[Leg], plan: choice.Plan, run: Simulation) -> float:
+def _estimate(
+    scene: Scene, legs: Sequence[Leg], plan: choice.Plan, run: Simulation, deadline: Deadline
+) -> float:
     """Upper bound of the error of the peaks, from a second run with other steps."""
     steps = choice.other_steps([leg.steps for leg in legs]).tolist()
     other = [replace(leg, steps=count) for leg, count in zip(legs, steps, strict=True)]
-    coarse = simulate(scene, other, plan.coarser, leave_behind=True)
+    coarse = simulate(scene, other, plan.coarser, leave_behind=True, deadline=deadline)
     difference = largest_difference(coarse.peaks.force, run.peaks.force)
     return float(plan.estimate(difference, run.evaluations))
 
 
-def _error_bound(scene: Scene, legs: Sequence[Leg], method: Method, run: Simulation) -> float:
-    other = companion(legs)
-    peaks = simulate(scene, other.legs, method.walker, leave_behind=True).peaks.force
+def _error_bound(
+    scene: Scene, legs: Sequence[Leg], method: Method, run: Simulation, deadline: Deadline
+) -> float:
+    # Errors of steps of 0.6 natural time units and more say little of those of longer ones.
+    other = companion(legs, min(stable_step(scene, method.interval), scene.units.time))
+    peaks = simulate(
+        scene, other.legs, method.walker, leave_behind=True, deadline=deadline
+    ).peaks.force
     difference = largest_difference(peaks, run.peaks.force)
     # Of a method of higher order more than the whole difference: an opening contact leaves errors
     # that are erratic from step to step.
     longest = max(leg.dt for leg in legs) / scene.units.time
-    higher = 3.0 if longest <= 0.6 else 30.0  # 6 was needed at 1.5 natural time units
-    safety = second_order_safety(longest) if method.walker.stepper.order == 2 else higher
+    safety = second_order_safety(longest) if method.walker.stepper.order == 2 else 3.0
     lost = choice.round_off(run.evaluations)
     return float(safety * other.factor * difference + method.floor + lost)
 

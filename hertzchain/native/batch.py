@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.chain import MOST_GRANULES, POSITIVE
+from hertzchain.cost import TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.errors import SceneError, require
 from hertzchain.native import choice
 from hertzchain.native.refinement import Refined
@@ -25,6 +26,7 @@ from hertzchain.peaks import largest_differences
 from hertzchain.scene import Scene, watched_time
 from hertzchain.shock import PROFILES, Pulse
 from hertzchain.similarity import MOMENTUM_IN_NATURAL_UNITS
+from hertzchain.validity import refuse_deep_overlap
 
 if TYPE_CHECKING:
     import pandas
@@ -43,7 +45,9 @@ class Batch:
         Of contacts 2 ... N, shape (scenes, N - 1): [N] and [s], or natural units where the scenes
         were given as numbers. The time is NaN where a contact was never pressed.
     error_estimate
-        Upper bound of the relative error of the peaks of each scene, shape (scenes,).
+        Upper bound of the relative error of the peaks of each scene, shape (scenes,). Where it is
+        above the wanted accuracy, the motion multiplies rounding errors; from 1 on no digit of the
+        peaks is sure.
     """
 
     peak_force: FloatArray
@@ -65,7 +69,9 @@ class Batch:
         )
 
 
-def peak_forces(scenes: Sequence[Scene], rtol: float = 1e-6) -> Batch:
+def peak_forces(
+    scenes: Sequence[Scene], rtol: float = 1e-6, time_limit: float = TIME_LIMIT
+) -> Batch:
     """Peak forces of scenes whose chains have the same number of granules.
 
     Parameters
@@ -74,6 +80,8 @@ def peak_forces(scenes: Sequence[Scene], rtol: float = 1e-6) -> Batch:
         At least one.
     rtol
         Wanted relative accuracy of the peaks, from 1e-10 to 0.01.
+    time_limit
+        How long all of them may take [s].
 
     Returns
     -------
@@ -83,8 +91,10 @@ def peak_forces(scenes: Sequence[Scene], rtol: float = 1e-6) -> Batch:
     ------
     SceneError
         For no scenes, chains of different lengths, or an accuracy that cannot be.
-    RunFailed
-        If the peaks of a scene cannot be had to that accuracy.
+    OverlapTooLarge
+        If granules of a scene would be pressed into one another by more than a radius.
+    TooExpensive
+        If they have taken longer than the time limit.
     """
     scenes = list(scenes)
     require(len(scenes) > 0, "scenes", len(scenes), "must be at least one")
@@ -104,9 +114,11 @@ def peak_forces(scenes: Sequence[Scene], rtol: float = 1e-6) -> Batch:
 
     known = np.array([_is_known(scene) for scene in scenes])
     single = all(can_leave_behind(scene) for scene in scenes)
-    found = _accurate_enough(legs, known, lengths[0], rtol, single)
+    found = _accurate_enough(legs, known, lengths[0], rtol, single, time_limit)
     force = np.array([scene.units.force for scene in scenes])[:, None]
     time = np.array([scene.units.time for scene in scenes])[:, None]
+    for k, (scene, largest) in enumerate(zip(scenes, found.peak_force.max(axis=1), strict=True)):
+        refuse_deep_overlap(scene.chain, float(largest) * scene.units.force, f"scene {k}: ")
     return Batch(found.peak_force * force, found.peak_time * time, found.error_estimate)
 
 
@@ -116,6 +128,7 @@ def similar_peak_forces(
     duration_ratio: ArrayLike,
     granules: int,
     rtol: float = 1e-6,
+    time_limit: float = TIME_LIMIT,
 ) -> Batch:
     """Peak forces over F0 of uniform chains of any material, from what similarity leaves of them.
 
@@ -129,6 +142,8 @@ def similar_peak_forces(
         N, the same for all.
     rtol
         Wanted relative accuracy of the peaks, from 1e-10 to 0.01.
+    time_limit
+        How long all of them may take [s].
 
     Returns
     -------
@@ -138,8 +153,8 @@ def similar_peak_forces(
     ------
     SceneError
         For a value that is not possible.
-    RunFailed
-        If the peaks of a scene cannot be had to that accuracy.
+    TooExpensive
+        If they have taken longer than the time limit.
     """
     require(profile in PROFILES, "profile", profile, f"must be one of {', '.join(PROFILES)}")
     allowed = f"must be an integer from 2 to {MOST_GRANULES}"
@@ -175,7 +190,7 @@ def similar_peak_forces(
         return rows
 
     known = choice.is_known(ratio, n, granules)
-    return _accurate_enough(legs, known, granules, rtol, leave_behind=True)
+    return _accurate_enough(legs, known, granules, rtol, True, time_limit)
 
 
 def _is_known(scene: Scene) -> bool:
@@ -191,13 +206,16 @@ def _accurate_enough(
     granules: int,
     rtol: float,
     leave_behind: bool,
+    time_limit: float,
 ) -> Batch:
     """Peaks of all scenes in natural units.
 
     Known scenes run once, as it is known how far off they are at most; the others get a second run
-    that tells, and further ones until that is enough.
+    that tells, and further ones until that is enough or no further one helps.
     """
     choice.check(rtol)
+    check_time_limit(time_limit)
+    deadline = Deadline(time_limit)
     scenes = known.size
     force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
     error = np.ones(scenes)
@@ -205,24 +223,28 @@ def _accurate_enough(
     if wanted.size:
         plan = choice.plan(rtol, checked=False)
         force[wanted], time[wanted], evaluations = _march(
-            legs(plan, wanted), plan.walker, granules, leave_behind, plan.dtype
+            legs(plan, wanted), plan.walker, granules, leave_behind, deadline, plan.dtype
         )
         error[wanted] = plan.estimate(0.0, evaluations)
     plan, wanted = choice.plan(rtol, hard=True), np.nonzero(~(error <= rtol))[0]
-    if not wanted.size:
-        return Batch(force, time, error)
+    before = np.full(scenes, np.inf)
     for _ in range(choice.TRIES):
-        rows = legs(plan, wanted)
-        force[wanted], time[wanted], evaluations = _march(rows, plan.walker, granules, leave_behind)
-        rows[:, :, 2] = choice.other_steps(rows[:, :, 2])
-        others, _, _ = _march(rows, plan.coarser, granules, leave_behind)
-        error[wanted] = plan.estimate(largest_differences(others, force[wanted]), evaluations)
-        wanted = np.nonzero(~(error <= rtol))[0]
         if not wanted.size:
-            return Batch(force, time, error)
-        plan = plan.closer(rtol, float(np.max(error[wanted])))
-    worst = int(np.argmax(error))
-    raise choice.not_to_be_had(rtol, float(error[worst]), f" in scene {worst}")
+            break
+        rows = legs(plan, wanted)
+        force[wanted], time[wanted], evaluations = _march(
+            rows, plan.walker, granules, leave_behind, deadline
+        )
+        rows[:, :, 2] = choice.other_steps(rows[:, :, 2])
+        others, _, _ = _march(rows, plan.coarser, granules, leave_behind, deadline)
+        error[wanted] = plan.estimate(largest_differences(others, force[wanted]), evaluations)
+        cost = np.zeros(scenes)
+        cost[wanted] = granules * evaluations
+        hopeless = plan.hopeless(error, before, cost)
+        wanted, before = np.nonzero((error > rtol) & ~hopeless)[0], error.copy()
+        if wanted.size:
+            plan = plan.closer(rtol, float(np.max(error[wanted])))
+    return Batch(force, time, error)
 
 
 def _march(
@@ -230,6 +252,7 @@ def _march(
     walker: Refined,
     granules: int,
     leave_behind: bool,
+    deadline: Deadline,
     dtype: type[np.floating[Any]] = np.float64,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Peak forces and times, shape (scenes, contacts), and force evaluations, shape (scenes,)."""
@@ -252,7 +275,11 @@ def _march(
 
     with ThreadPoolExecutor(cores) as pool:
         try:
-            list(pool.map(part, range(0, scenes, size)))
+            list(pool.map(part, range(0, scenes, size), timeout=max(0.0, deadline.left)))
+        except TimeoutError:
+            control[0] = 1
+            pool.shutdown(cancel_futures=True)
+            raise deadline.passed() from None
         except BaseException:
             control[0] = 1
             pool.shutdown(cancel_futures=True)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.chain import is_finite
-from hertzchain.errors import RunFailed, require
+from hertzchain.errors import require
 from hertzchain.native.methods import SRKN_6B, SRKN_11B
 from hertzchain.native.refinement import Refined
 
@@ -45,6 +45,14 @@ A difference can be small by chance, so the error is never said to be less.
 
 TRIES = 5
 """Plans until one is close enough; one in fifty random scenes needs a second."""
+
+_HOPELESS = 0.8
+"""Error of a plan over that of the one before, above which a further one is not worth much: the
+motion multiplies rounding errors, and shorter steps only make more of them. Where they help, they
+halve the error at least, as a rule."""
+
+_CHEAP = 1e8
+"""Granules times force evaluations, some tenths of a second: below, all plans are tried."""
 
 _LOOSE, _LOOSE_CHECKED = 1e-3, 3e-5
 """From here on SRKN_6^b is cheaper than SRKN_11^b, without and with a second run."""
@@ -105,6 +113,19 @@ class Plan:
         step = self.step * factor ** (1 / (self.walker.stepper.order + 1))
         walker = replace(self.walker, tolerance=self.walker.tolerance * factor)
         return replace(self, step=step, walker=walker)
+
+    def hopeless(self, error: Any, before: Any, evaluations: Any) -> Any:
+        """Whether this plan cost much and its error is hardly below that of the one before.
+
+        Parameters
+        ----------
+        error, before
+            Estimates; that part of both which an estimate always has does not count.
+        evaluations
+            Of the force, times granules. All may be arrays.
+        """
+        hardly = error - self.error > _HOPELESS * (before - self.error)
+        return hardly & (evaluations > _CHEAP)
 
     def estimate(self, difference: Any, evaluations: Any) -> Any:
         """Upper bound of the error, from the difference to a run with other steps, and round-off.
@@ -211,11 +232,3 @@ def check(rtol: float) -> None:
     """
     allowed = f"must be a number from {TIGHTEST:g} to {LOOSEST:g}"
     require(is_finite(rtol) and TIGHTEST <= rtol <= LOOSEST, "rtol", rtol, allowed)
-
-
-def not_to_be_had(rtol: float, error: float, where: str = "") -> RunFailed:
-    """What to say where no plan was close enough."""
-    return RunFailed(
-        f"peaks of accuracy {rtol:g} are not to be had{where}: contacts open and close and multiply"
-        f" small errors to {error:.1g}; see what the method reference says of them"
-    )

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from hertzchain.accuracy import refuse_meaningless
+from hertzchain.accuracy import diverged
 from hertzchain.arrays import Array, Scalar
 from hertzchain.native.equations import acceleration, contact_force, net_force, overlap
 from hertzchain.native.methods import State
@@ -46,8 +45,8 @@ def integrate(
 
     Raises
     ------
-    RunFailed
-        If the motion diverges: the step is too large for the method.
+    StepUnstable
+        If the motion diverges: the step is too long for the method.
     """
     dtype = displacement.dtype.type
     rest = np.zeros_like(displacement)
@@ -79,7 +78,7 @@ def _samples(block: Sequence[tuple[Scalar, State]], ramp: Ramp | None, order: in
     displacement = np.array([state.displacement for _, state in block])
     velocity = np.array([state.velocity for _, state in block])
     if not np.all(np.isfinite(velocity[-1])):
-        refuse_meaningless("native", math.inf)
+        raise diverged("native")
     pressed = overlap(displacement)
     rate = ramp.force_rate(time) if ramp else 0.0
     jerk = _jerk(pressed, overlap(velocity), rate)

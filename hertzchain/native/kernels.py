@@ -41,6 +41,13 @@ _AHEAD = 8
 _CHECK = 4.0
 """Natural time units between two looks at whether to go on and what to leave behind."""
 
+_LOOK = 1_000_000
+"""Granules times steps between two looks at whether the run is to be stopped: some 10 ms."""
+
+_DIVERGED_ENERGY = 10.0
+"""Energy over the work done by the applied force in a run that has diverged. Where steps are
+stable, but so long that the work of a short pulse is wrong, 2 was seen."""
+
 _QUIET_GRANULES = 8
 _QUIET = 1e4
 """Overlap and velocity of a quiet stretch, in rounding errors of those of the leading wave."""
@@ -644,9 +651,11 @@ def _advance(
     margin = _AHEAD * (stages + 2)
     grows = base + size <= granules
     last = min(granules - base, size - 1)
+    if control[0] != 0:
+        return _STOPPED
     lo, hi, kept = count[_LO], count[_HI], count[_KEPT]
     whole, part, level = count[_WHOLE], count[_PART], count[_LEVEL]
-    steps, cost = 0, 0
+    steps, cost, next_look = 0, 0, _LOOK
     time, next_check = total[_TIME], total[_NEXT_CHECK]
     number = int(leg[STEPS])
     full = (leg[END] - leg[START]) / leg[STEPS]
@@ -676,6 +685,11 @@ def _advance(
                 u0[i] = u[i] if i == last and base + last == granules else zero
                 v0[i] = zero
         cost += hi - lo
+        if cost >= next_look:
+            next_look = cost + _LOOK
+            if control[0] != 0:
+                reason = _STOPPED
+                break
         if tolerance > 0:
             turns, fastest, speed = _scan(u0, v0, u, v, h, begin < starting, zero, lo, hi)
         else:
@@ -714,11 +728,9 @@ def _advance(
         if time >= next_check:
             next_check = time + _CHECK
             control[1] = time
-            if not abs(_momentum(v, lo, hi)) < 1e100:
+            energy = total[_ENERGY] + _energy(u, v, lo, hi)
+            if not energy <= _DIVERGED_ENERGY * total[_WORK]:
                 reason = _DIVERGED
-                break
-            if control[0] != 0:
-                reason = _STOPPED
                 break
             if leave_behind and over:
                 cut = _left_behind(u, v, f, peak_force, base, lo, hi)
@@ -848,7 +860,7 @@ def march(
             peak_force[base + i] = force
             peak_time[base + i] = total[_TIME]
     status = DONE
-    if reason == _DIVERGED or not abs(momentum) < 1e100:
+    if reason == _DIVERGED or not energy <= _DIVERGED_ENERGY * total[_WORK]:
         status = DIVERGED
     elif reason == _STOPPED:
         status = STOPPED

@@ -19,6 +19,7 @@ from hertzchain.similarity import PAPER_MOMENTUM
 from hertzchain.theory import paper, peak_map
 from hertzchain.theory import solitary_wave as exact
 from hertzchain.transition import STEADY, transition_granules
+from hertzchain.validity import overlap_ratio, overlap_warning, refuse_deep_overlap
 
 FREE_END = 0.97597
 """Peak of contact N over that of the same contact in a longer chain, once the wave has formed."""
@@ -122,6 +123,20 @@ class Prediction:
     far_field_force: float | None = None
 
     @property
+    def overlap_ratio(self) -> float | None:
+        """The largest overlap over the radius R; Hertz's law is for small ones."""
+        if np.isnan(self.peak_force).any():
+            return None
+        return overlap_ratio(self.scene.chain, float(np.max(self.peak_force)))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on where the model is stretched; none, as a rule."""
+        ratio = self.overlap_ratio
+        warning = None if ratio is None else overlap_warning(ratio)
+        return () if warning is None else (warning,)
+
+    @property
     def wave_force(self) -> float | None:
         """F_SW, the peak of contact p + 1 [N]."""
         p = self.transition_granules
@@ -196,6 +211,8 @@ class Prediction:
             "outside_range": self.note,
             "rise_time_s": self.scene.rise_time,
             "momentum_ratio": self.scene.momentum_ratio,
+            "overlap_ratio": self.overlap_ratio,
+            "warnings": list(self.warnings),
             "rows": self.rows,
             "transition_granules": self.transition_granules,
             "transition_candidates": list(self.candidates),
@@ -229,6 +246,11 @@ def predict(scene: Scene) -> Prediction:
     ----------
     scene
         A uniform chain under any shock; of a pulse table and outside of the map nothing is said.
+
+    Raises
+    ------
+    OverlapTooLarge
+        If granules would be pressed into one another by more than a radius.
     """
     chain, pulse = scene.chain, scene.shock
     nothing = np.full(min(chain.granules, peak_map.LAST_CONTACT) - 1, np.nan)
@@ -244,6 +266,7 @@ def predict(scene: Scene) -> Prediction:
     peak_force = pulse.peak_force * mapped.peak_force[: nothing.size]
     if chain.granules <= peak_map.LAST_CONTACT:
         peak_force[-1] *= FREE_END
+    refuse_deep_overlap(chain, float(np.max(peak_force)))
     p, candidates = _transition(peak_force, mapped.change_error)
     if p is None:
         reason = "the transition does not end within this chain: no p, no F_SW"
