@@ -27,7 +27,7 @@ from hertzchain.lammps.engine import command, engine, run, version_of
 from hertzchain.peaks import SIGNIFICANT, PeakWatch, largest_difference
 from hertzchain.result import Balance, Result
 from hertzchain.samples import Samples
-from hertzchain.scene import Scene
+from hertzchain.scene import Scene, require_scene
 from hertzchain.schedule import Leg
 from hertzchain.work import work_done
 
@@ -125,11 +125,14 @@ class Lammps:
 
         Raises
         ------
+        SceneError
+            For what is no scene, or times that cannot be.
         BackendMissing
             If LAMMPS is not there.
         RunFailed
             If LAMMPS stops with an error, or the motion diverges.
         """
+        require_scene(scene)
         begin = time.perf_counter()
         _refuse_deep_overlaps(scene)
         times = None if record is None else wanted_times(record, scene.end_time)

@@ -26,7 +26,7 @@ from hertzchain.native.refinement import Fixed, Refined, Walker
 from hertzchain.native.simulation import Simulation, can_leave_behind, simulate
 from hertzchain.peaks import largest_difference
 from hertzchain.result import Balance, Result
-from hertzchain.scene import Scene
+from hertzchain.scene import Scene, require_scene
 from hertzchain.schedule import Leg
 
 RTOL = 1e-6
@@ -119,9 +119,12 @@ class Native:
 
         Raises
         ------
+        SceneError
+            For what is no scene, or times that cannot be.
         RunFailed
             If the step is so large that the motion diverges, or the wanted accuracy cannot be had.
         """
+        require_scene(scene)
         begin = time.perf_counter()
         recorder = times = None
         if record is not None:
