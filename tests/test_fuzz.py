@@ -201,10 +201,10 @@ def fuzz(folder: Path, count: int, seed: int) -> tuple[int, int]:
         content = generator(rng, valid)
         try:
             if kind == "table":
-                table.write_bytes(content)
+                _written(table, content)
                 said = outcome(lambda: read_pulse_table(table))
             else:
-                path.write_bytes(content)
+                _written(path, content)
                 said = outcome(lambda: there_and_back(path))
         except BaseException as problem:
             problem.add_note(f"{kind}, {generator.__name__}, seed {number}: {content[:300]!r}")
@@ -222,6 +222,7 @@ def there_and_back(path: Path) -> None:
 
 
 def _written(path: Path, content: bytes) -> Path:
+    path.unlink(missing_ok=True)  # some file systems are slow to empty a file
     path.write_bytes(content)
     return path
 
