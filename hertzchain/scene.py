@@ -233,25 +233,19 @@ class Scene:
 def _is_representable(scene: Scene) -> bool:
     """Whether what follows from a scene is normal: below the smallest such number digits are lost.
 
-    In an order in which nothing divides by what has not been looked at.
+    So are the numbers on the way to it. Nothing divides here by what has not been looked at.
     """
+    chain, force = scene.chain, scene.shock.peak_force
+    mass, stiffness = chain.granule_mass, chain.contact_stiffness
+    of_chain = (chain.radius**3, mass, chain.young_modulus / 3, stiffness, force)
+    if not all(map(_is_normal, of_chain)) or not _is_normal(force / stiffness):
+        return False
     units = scene.units
-    for value in (
-        scene.chain.granule_mass,
-        scene.chain.contact_stiffness,
-        units.force,
-        units.length,
-        units.time,
-        units.velocity,
-        units.momentum,
-        units.energy,
-    ):
-        if not _is_normal(value):
-            return False
-    return (
-        _is_normal(scene.momentum_ratio)
-        and _is_normal(scene.ramps[0].end)
-        and _is_normal(scene.end_time)
+    of_units = (units.length, mass * units.length, units.time**2, units.velocity)
+    if not all(map(_is_normal, (*of_units, units.momentum, units.energy))):
+        return False
+    return _is_normal(scene.momentum_ratio) and all(
+        map(_is_normal, (scene.ramps[0].end, scene.end_time))
     )
 
 

@@ -422,4 +422,4 @@ def test_property(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PROPERTIES)
 def test_property_of_many_scenes(name: str) -> None:
-    check_property(name, 1_000)
+    check_property(name, 300)

@@ -247,10 +247,12 @@ def test_numbers_that_leave_floating_point_together_are_refused(
         ({"young_modulus": 1e-308}, 1e-300),  # a stiffness of 3e-310 N m^(-3/2)
         ({}, 1e-310),  # the force itself
         ({}, 1e-187),  # an energy of 1e-319 J
-        ({"density": 1e-300, "young_modulus": 1e300}, 1e-80),  # a momentum of 1e-310 N s
-        ({"young_modulus": 1e300}, 1e-165),  # a length of 1e-310 m
+        ({"radius": 1e-105, "density": 1e20}, 1.0),  # a cube of the radius of 1e-315 m^3
+        ({"young_modulus": 1e300}, 1e-20),  # a force over stiffness of 3e-319 m^(3/2)
+        ({"density": 1e-290, "young_modulus": 1e-10}, 1e-30),  # mass times length of 2e-309 kg m
+        ({"density": 1e-250}, 1e140),  # a square of the time of 3e-310 s^2
     ],
-    ids=["mass", "stiffness", "force", "energy", "momentum", "length"],
+    ids=["mass", "stiffness", "force", "energy", "cube", "overlap", "mass times length", "time"],
 )
 def test_numbers_that_would_lose_digits_are_refused(change: dict[str, float], force: float) -> None:
     chain = hc.Chain(60, **(STEEL | change))
