@@ -83,7 +83,8 @@ class Scene:
     Raises
     ------
     SceneError
-        If the numbers, each possible in itself, together leave the range of floating point.
+        If a part is of another type, or the numbers, each possible in itself, together leave the
+        range of floating point or lose digits there.
     """
 
     chain: Chain
