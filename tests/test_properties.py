@@ -78,7 +78,7 @@ def tabled(draw: st.DrawFn, granules: st.SearchStrategy[int] = lengths) -> hc.Sc
     apart = draw(st.lists(powers_of_ten(-3, 0), min_size=1, max_size=7))
     start, length = draw(st.sampled_from([0.0, 0.1])), draw(powers_of_ten(-2, 2))
     time = (start + np.cumsum([0.0, *apart]) / sum(apart)) * length * unit
-    heights = st.one_of(st.sampled_from([0.0, 1.0]), st.floats(0.0, 1.0))
+    heights = st.one_of(st.sampled_from([0.0, 1.0]), st.floats(1e-9, 1.0))
     height = draw(st.lists(heights, min_size=time.size, max_size=time.size))
     height[draw(st.integers(0, time.size - 1))] = 1.0
     return hc.Scene(chain, hc.PulseTable(tuple(time), tuple(force * part for part in height)))
