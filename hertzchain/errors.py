@@ -28,8 +28,8 @@ class SceneError(HertzchainError, ValueError):
         self, key: str, value: object, allowed: str, file: Path | str | None = None
     ) -> None:
         self.key, self.value, self.allowed, self.file = key, value, allowed, file
-        where = f"{file}: " if file is not None else ""
-        key = key if key.isprintable() else repr(key)  # a key of TOML may hold a line's end
+        where = f"{_printable(str(file))}: " if file is not None else ""
+        key = _shortened(_printable(key))
         shown = "" if value is None else f" = {_short(value)}"
         named = f"{key}{shown}: " if key else ""
         super().__init__(f"{where}{named}{allowed}")
@@ -74,4 +74,15 @@ def _short(value: object) -> str:
         text = repr(value) if isinstance(value, str) else str(value)
     except ValueError:  # Python does not print integers of more than 4300 digits
         return "a number of thousands of digits"
+    except RecursionError:
+        return "a value nested too deeply to be shown"
+    return _shortened(_printable(text))  # an array is shown on many lines
+
+
+def _shortened(text: str) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _printable(text: str) -> str:
+    """Text on one line: keys of TOML, and names of files, may hold a line's end."""
+    return text if text.isprintable() else repr(text)

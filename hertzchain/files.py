@@ -1,13 +1,54 @@
-"""Files appear whole or not at all."""
+"""Files are read within bounds, and appear whole or not at all."""
 
 from __future__ import annotations
 
+import errno
 import os
+import select
+import stat
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 from hertzchain.errors import OutputError
+
+_PATIENCE = 5.0
+"""Seconds to wait for somebody to write to a pipe or to type."""
+
+
+def read_bytes(path: Path, most: int) -> bytes:
+    """The whole of a file, which may be a pipe, but neither endless nor silent for ever.
+
+    Parameters
+    ----------
+    path
+        The file.
+    most
+        Bytes that it may have.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read, is larger, or a pipe that nobody writes to.
+    ValueError
+        If the name is none.
+    """
+    content = b""
+    with open(path, "rb", buffering=0, opener=_open_at_once) as stream:
+        comes_later = not stat.S_ISREG(os.fstat(stream.fileno()).st_mode) and os.name == "posix"
+        while len(content) <= most:
+            if comes_later and not select.select([stream], [], [], _PATIENCE)[0]:
+                raise OSError(errno.ETIMEDOUT, f"nothing came out of it for {_PATIENCE:g} s")
+            piece = stream.read(most + 1 - len(content))
+            if not piece:
+                return content
+            content += piece
+    raise OSError(errno.EFBIG, f"larger than {most / 1e6:g} MB")
+
+
+def _open_at_once(name: str, flags: int) -> int:
+    """Open a file; one that is a pipe without waiting for who writes to it."""
+    return os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def write_text(path: Path | str, text: str) -> None:
@@ -46,7 +87,7 @@ def write_with(path: Path | str, write: Callable[[Path], object]) -> None:
             part = Path(folder) / path.name
             write(part)
             part.replace(path.resolve())  # where a link points to
-    except OSError as problem:
+    except (OSError, UnicodeError) as problem:  # UnicodeError: text that UTF-8 has no bytes for
         raise _unwritable(path, problem) from None
 
 

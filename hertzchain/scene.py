@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import sys
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
@@ -14,6 +15,7 @@ import numpy as np
 
 from hertzchain.chain import POSITIVE, Chain, is_positive, to_plain_numbers
 from hertzchain.errors import SceneError, require
+from hertzchain.files import read_bytes, write_text
 from hertzchain.schedule import Leg, lay_steps
 from hertzchain.shock import Pulse, PulseTable, Ramp, read_pulse_table
 from hertzchain.similarity import NaturalUnits, natural_units, unit_ratio_momentum
@@ -34,6 +36,10 @@ _UNITS = {
     "end_time": "s",
 }
 _OPTIONAL = {"momentum_ratio", "rise_time", "end_time"}
+_MOST_BYTES = 100_000
+"""Of a scene file; that of `make demo` has 500."""
+_MOST_DOTS = 200
+"""In a line: a dotted key costs tomllib the square of its dots, 35 s where it has 32,000."""
 _WAVE_SPEED = 0.9055
 """Granules per natural time unit of a wave of height 1; it only decides how long to watch."""
 
@@ -77,7 +83,8 @@ class Scene:
     Raises
     ------
     SceneError
-        If the numbers, each possible in itself, together leave the range of floating point.
+        If a part is of another type, or the numbers, each possible in itself, together leave the
+        range of floating point or lose digits there.
     """
 
     chain: Chain
@@ -85,16 +92,12 @@ class Scene:
     run: Run = Run()
 
     def __post_init__(self) -> None:
+        require(isinstance(self.chain, Chain), "chain", self.chain, "must be a Chain")
+        allowed = "must be a Pulse or a PulseTable"
+        require(isinstance(self.shock, Pulse | PulseTable), "shock", self.shock, allowed)
+        require(isinstance(self.run, Run), "run", self.run, "must be a Run")
         try:
-            derived = (
-                self.chain.granule_mass,
-                self.units.length,
-                self.units.time,
-                self.ramps[0].end,
-                self.end_time,
-                1.0 / self.units.length,
-            )
-            representable = all(math.isfinite(value) and value > 0 for value in derived)
+            representable = _is_representable(self)
         except (OverflowError, ZeroDivisionError):
             representable = False
         if not representable:
@@ -144,8 +147,6 @@ class Scene:
             If a file cannot be written.
         """
         import tomli_w
-
-        from hertzchain.files import write_text
 
         path = Path(path)
         shock: dict[str, object] = {}
@@ -210,10 +211,11 @@ class Scene:
     @property
     def applied_impulse(self) -> float:
         """Integral of the applied force up to the end of the run [N s]."""
+        end = self.end_time  # of all ramps of a table, so not to be asked for each
         return math.fsum(
-            ramp.impulse if ramp.end <= self.end_time else ramp.impulse_until(self.end_time)
+            ramp.impulse if ramp.end <= end else ramp.impulse_until(end)
             for ramp in self.ramps
-            if ramp.start < self.end_time
+            if ramp.start < end
         )
 
     @property
@@ -227,6 +229,41 @@ class Scene:
     def schedule(self, dt: float) -> tuple[Leg, ...]:
         """The steps of a run with steps of at most ``dt`` [s], ending at the pulse's corners."""
         return lay_steps(self.ramps, self.end_time, dt)
+
+
+def _is_representable(scene: Scene) -> bool:
+    """Whether what follows from a scene is normal: below the smallest such number digits are lost.
+
+    So are the numbers on the way to it. Nothing divides here by what has not been looked at.
+    """
+    chain, force = scene.chain, scene.shock.peak_force
+    mass, stiffness = chain.granule_mass, chain.contact_stiffness
+    of_chain = (chain.radius**3, mass, chain.young_modulus / 3, stiffness, force)
+    if not all(map(_is_normal, of_chain)) or not _is_normal(force / stiffness):
+        return False
+    units = scene.units
+    of_units = (units.length, mass * units.length, units.time**2, units.velocity)
+    if not all(map(_is_normal, (*of_units, units.momentum, units.energy))):
+        return False
+    return _is_normal(scene.momentum_ratio) and all(
+        map(_is_normal, (scene.ramps[0].end, scene.end_time))
+    )
+
+
+def _is_normal(value: float) -> bool:
+    return sys.float_info.min <= value < math.inf
+
+
+def require_scene(scene: object) -> None:
+    """Refuse what is no scene, such as the name of its file.
+
+    Raises
+    ------
+    SceneError
+        If it is none.
+    """
+    allowed = "must be a Scene, as Scene.from_toml reads it"
+    require(isinstance(scene, Scene), "scene", scene, allowed)
 
 
 def watched_time(granules: int, momentum_ratio: Any) -> Any:
@@ -245,7 +282,7 @@ def watched_time(granules: int, momentum_ratio: Any) -> Any:
 
 def _load(path: Path) -> dict[str, Any]:
     try:
-        content = path.read_bytes()
+        content = read_bytes(path, _MOST_BYTES)
     except IsADirectoryError:
         raise SceneError("", None, "is a directory, must be a TOML file", path) from None
     except (OSError, ValueError) as problem:  # ValueError: a null in the name
@@ -254,10 +291,13 @@ def _load(path: Path) -> dict[str, Any]:
             "", None, f"cannot be read ({reason}), must be a TOML file", path
         ) from None
     try:
-        return tomllib.loads(content.decode())
+        text = content.decode()
+        if any(line.count(".") > _MOST_DOTS for line in text.split("\n")):
+            raise ValueError(f"a line with more than {_MOST_DOTS} dots")  # noqa: TRY301
+        return tomllib.loads(text)
     except (ValueError, RecursionError) as problem:  # not UTF-8, not TOML, or not to be counted
         hint = '; a value with a unit stands in quotes, "103 GPa"'
-        raise SceneError("", None, f"is not TOML: {problem}{hint}", path) from None
+        raise SceneError("", None, f"is not TOML: {problem!s:.200}{hint}", path) from None
 
 
 def _scene(document: Mapping[str, Any], folder: Path) -> Scene:

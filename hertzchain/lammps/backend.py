@@ -30,7 +30,7 @@ from hertzchain.lammps.engine import command, engine, run, version_of
 from hertzchain.peaks import SIGNIFICANT, PeakWatch, largest_difference
 from hertzchain.result import Balance, Result
 from hertzchain.samples import Samples
-from hertzchain.scene import Scene
+from hertzchain.scene import Scene, require_scene
 from hertzchain.schedule import Leg
 from hertzchain.validity import refuse_deep_overlap, refuse_hopeless_overlap
 from hertzchain.work import work_done
@@ -133,6 +133,8 @@ class Lammps:
 
         Raises
         ------
+        SceneError
+            For what is no scene, or times that cannot be.
         BackendMissing
             If LAMMPS is not there.
         StepUnstable
@@ -142,6 +144,7 @@ class Lammps:
         RunFailed
             If LAMMPS stops with an error.
         """
+        require_scene(scene)
         begin = time.perf_counter()
         refuse_hopeless_overlap(scene)
         _refuse_deep_overlaps(scene)

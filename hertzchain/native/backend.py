@@ -35,7 +35,7 @@ from hertzchain.native.refinement import Fixed, Refined, Walker
 from hertzchain.native.simulation import Simulation, can_leave_behind, simulate
 from hertzchain.peaks import largest_difference
 from hertzchain.result import Balance, Result
-from hertzchain.scene import Scene
+from hertzchain.scene import Scene, require_scene
 from hertzchain.schedule import Leg
 from hertzchain.validity import refuse_deep_overlap, refuse_hopeless_overlap
 
@@ -142,6 +142,8 @@ class Native:
 
         Raises
         ------
+        SceneError
+            For what is no scene, or times that cannot be.
         StepUnstable
             If the step asked for is so long that the motion diverges.
         Unpredictable
@@ -151,6 +153,7 @@ class Native:
         TooExpensive
             If it would take, or has taken, longer than the time limit.
         """
+        require_scene(scene)
         begin, deadline = time.perf_counter(), Deadline(self.time_limit)
         refuse_hopeless_overlap(scene)
         recorder = times = None

@@ -1,0 +1,355 @@
+"""Readers under nonsense: a scene, or one printable line that names the file, within a second."""
+
+from __future__ import annotations
+
+import os
+import random
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain import files
+from hertzchain.errors import OutputError, SceneError
+from hertzchain.shock import read_pulse_table
+from tests.conftest import STEEL
+
+SCENE = """\
+[chain]
+granules = 60
+radius = "4.75 mm"            # bare numbers are SI, strings carry units
+young_modulus = "193 GPa"
+poisson_ratio = 0.3
+density = "7958 kg/m^3"
+
+[shock]
+profile = "cosine-triangular"
+peak_force = "100 N"
+duration_ratio = 2
+momentum_ratio = 2.0
+
+[run]
+end_time = "1.2 ms"
+"""
+TABLE_SCENE = SCENE.partition("[shock]")[0] + '[shock]\nprofile = "table"\nfile = "pulse.csv"\n'
+TABLE = "time_s,force_N\n0,0\n1e-5,100\n2e-5,40.5\n3e-5,0\n"
+
+LONGEST = 1000
+"""Characters of a message, without the name of the file."""
+SLOWEST = 1.0
+"""Seconds of work for a file: a thousand times what one of a few kilobytes takes."""
+
+NUMBERS = [
+    "0", "-0.0", "1", "-1", "2", "60", "1e3", "1e-3", "1e308", "1e-308", "5e-324", "1e999", "inf",
+    "-inf", "nan", "0x10", "0b11", "1_000", "9223372036854775808", "4.75", "0.5", "1" * 400,
+    "1" * 5000, "0x" + "f" * 5000, "1979-05-27", "1979-05-27T07:32:00Z", "07:32:00", "0000-00-00",
+    "true", "false", "1.", ".5", "1e", "+",
+]  # fmt: skip
+UNITS = [
+    "mm", "m", "km", "GPa", "N", "kg/m^3", "g/cm**3", "s", "µs", "us", "degC", "degF", "delta_degC",
+    "%", "percent", "dB", "dBm", "decade", "pH", "rad", "m m m**99", "m**-99 * m**99", "m^99",
+    "m**99**99", "m/m", "N / m^2", "kg m / s^2", "1/s", "m**0.5", "mm mm^-1 mm", "Å", "Ω",
+    "furlong",
+    "c", "hbar", "planck_length", "quettameter", "ymol", "count", "", " ", "lambda: 0", "m #", "π",
+    "a_b", "__class__", "m\\u0000", "\\u202e", "m" * 70, "m " * 30, "Ym^99", "ym^99 * Ym^99", "ozf",
+]  # fmt: skip
+WORDS = [
+    "", "a", "cosine", "triangular", "cosine-triangular", "table", "pulse.csv", ".", "..", "/",
+    "missing.csv", "/dev/null", "pulse.csv/x", "a\\u0000b", "a\\nb", "\\U0001F600", "é", "x" * 300,
+    "x" * 5000, "\\t", "%s%n{0}", "~", "nested.toml",
+]  # fmt: skip
+KEYS = [
+    "granules", "radius", "young_modulus", "poisson_ratio", "density", "profile", "peak_force",
+    "duration_ratio", "momentum_ratio", "rise_time", "end_time", "file", "chain", "shock", "run",
+    '""', '"a\\nb"', '"\\u202e"', "k" * 3000, ".".join("a" * 150), ".".join("a" * 3000), "é",
+]  # fmt: skip
+SCRAPS = [
+    b"\x00", b"\xff", b"\xef\xbb\xbf", b"\r\n", b"\r", b"\n", b'"', b"'", b"[", b"]", b"{", b"}",
+    b"=", b".", b",", b"#", b"\\", b'"""', b"'''", b"[[chain]]", b"\xe2\x80\xae",
+    b"\xf0\x9f\x98\x80",
+    b"\xc2\x85", b"\xe2\x80\xa8", b"nan", b"1e999", b"\x1b[31m", b"[" * 500, b"{a=" * 500,
+    b"a." * 500,
+]  # fmt: skip
+
+
+def random_bytes(rng: random.Random, _: str) -> bytes:
+    """Anything, or anything that can be printed."""
+    count = rng.choice([0, 1, 2, 5, 20, 100, 1000])
+    return (
+        rng.randbytes(count) if rng.random() < 0.5 else bytes(rng.choices(range(9, 127), k=count))
+    )
+
+
+def mutated(rng: random.Random, valid: str) -> bytes:
+    """A valid file with a few bytes, pieces or lines changed, lost, doubled or swapped."""
+    content = bytearray(valid.encode())
+    for _ in range(rng.choice([1, 1, 1, 2, 3, 8])):
+        at = rng.randrange(len(content) + 1)
+        upto = min(len(content), at + rng.choice([1, 1, 2, 5, 30]))
+        match rng.randrange(8):
+            case 0 if at < len(content):
+                content[at] ^= 1 << rng.randrange(8)
+            case 1:
+                del content[at:upto]
+            case 2:
+                content[at:at] = content[at:upto] * rng.choice([1, 2, 50])
+            case 3:
+                content[at:at] = rng.choice(SCRAPS)
+            case 4:
+                content[at:upto] = rng.choice(NUMBERS + UNITS).encode()
+            case 5:
+                lines = content.split(b"\n")
+                one, other = rng.randrange(len(lines)), rng.randrange(len(lines))
+                lines[one], lines[other] = lines[other], lines[one]
+                content = bytearray(b"\n".join(lines))
+            case 6:
+                content = content.replace(b"\n", rng.choice([b"\r\n", b"\r", b"\n\n", b"\x0b"]))
+            case _:
+                numbers = [i for i, c in enumerate(content) if chr(c).isdigit()]
+                if numbers:
+                    place = rng.choice(numbers)
+                    content[place : place + 1] = rng.choice(NUMBERS).encode()
+    return bytes(content)
+
+
+def a_value(rng: random.Random, depth: int = 0) -> str:
+    """A TOML value of any type, most of them strings with odd units."""
+    inside = [a_value(rng, depth + 1) for _ in range(rng.randrange(3))] if depth < 3 else []
+    pairs = [f"{rng.choice(KEYS)} = {value}" for value in inside]
+    values = [
+        rng.choice(NUMBERS),
+        f'"{rng.choice(NUMBERS)}{rng.choice([" ", "", "  "])}{rng.choice(UNITS)}"',
+        f'"{rng.choice(WORDS)}"',
+        f"[{', '.join(inside)}]",
+        f"{{{', '.join(pairs)}}}",
+        "[" * 400 + "]" * 400,
+    ]
+    return rng.choices(values, [30, 30, 20, 9, 9, 2])[0]
+
+
+def written_scene(rng: random.Random, valid: str) -> bytes:
+    """A scene file whose grammar is mostly right, with odd keys and values in it."""
+    lines = valid.splitlines()
+    for _ in range(rng.choice([1, 1, 2, 4])):
+        at = rng.randrange(len(lines))
+        if "=" in lines[at] and rng.random() < 0.7:
+            lines[at] = f"{lines[at].partition('=')[0]}= {a_value(rng)}"
+        else:
+            header = rng.choice(["[{}]", "[[{}]]", "[chain.{}]"]).format(rng.choice(KEYS))
+            line = f"{rng.choice(KEYS)} = {a_value(rng)}"
+            lines.insert(at, rng.choice([header, line, line]))
+    return "\n".join(lines).encode()
+
+
+def written_table(rng: random.Random, _: str) -> bytes:
+    """A pulse table whose grammar is mostly right, with odd numbers in it."""
+    names = ["time_s,force_N", " time_s , force_N ", '"time_s",force_N', "t,f", "", "time_s"]
+    rows = [rng.choice(names) if rng.random() < 0.2 else names[0]]
+    for k in range(rng.choice([0, 1, 2, 3, 50, 2000])):
+        time = rng.choice(NUMBERS) if rng.random() < 0.05 else f"{k}e-6"
+        force = (
+            rng.choice([*NUMBERS, "", '"1', "1,2", "\u0661"]) if rng.random() < 0.05 else f"{k % 7}"
+        )
+        rows.append(f"{time},{force}")
+    return rng.choice(["\n", "\r\n", "\r"]).join(rows).encode()
+
+
+Generator = Callable[[random.Random, str], bytes]
+
+
+def outcome(read: Callable[[], object]) -> str:
+    """What came of reading: "" for a scene, else what was said; anything else fails."""
+    begin = time.process_time()
+    refusal = None
+    try:
+        read()
+    except SceneError as problem:
+        refusal = problem
+    took = time.process_time() - begin
+    said = str(refusal or "")
+    assert took < SLOWEST, f"{took:.2g} s: {said}"
+    assert said.isprintable(), said  # so that it is one line
+    if refusal is not None:
+        file = str(refusal.file)
+        assert said.startswith((file, repr(file))), said
+        assert len(said) - len(file) < LONGEST, said
+    return said
+
+
+def fuzzed(count: int, seed: int) -> Iterator[tuple[str, Generator, int]]:
+    """What to read, what to write for it, and a seed, so often in all."""
+    scenes: list[Generator] = [random_bytes, mutated, written_scene, written_scene]
+    tables: list[Generator] = [random_bytes, mutated, written_table]
+    for k in range(count):
+        kind = ("scene", "table scene", "scene", "table")[k % 4]
+        generators = tables if kind == "table" else scenes
+        yield kind, generators[k // 4 % len(generators)], seed + k
+
+
+def fuzz(folder: Path, count: int, seed: int) -> tuple[int, int]:
+    """Read so many files; returns how many were taken for scenes or tables, and how many not."""
+    (folder / "pulse.csv").write_text(TABLE)
+    path, table = folder / "fuzzed.toml", folder / "fuzzed.csv"
+    taken = 0
+    for kind, generator, number in fuzzed(count, seed):
+        rng = random.Random(number)  # noqa: S311 - nothing secret
+        valid = {"scene": SCENE, "table scene": TABLE_SCENE, "table": TABLE}[kind]
+        content = generator(rng, valid)
+        try:
+            if kind == "table":
+                _written(table, content)
+                said = outcome(lambda: read_pulse_table(table))
+            else:
+                _written(path, content)
+                said = outcome(lambda: there_and_back(path))
+        except BaseException as problem:
+            problem.add_note(f"{kind}, {generator.__name__}, seed {number}: {content[:300]!r}")
+            raise
+        taken += not said
+    return taken, count - taken
+
+
+def there_and_back(path: Path) -> None:
+    """Read a scene; one that can be read is written and read to be the same."""
+    scene = hc.Scene.from_toml(path)
+    again = path.with_name("again.toml")
+    scene.to_toml(again)
+    assert hc.Scene.from_toml(again) == scene
+
+
+def _written(path: Path, content: bytes) -> Path:
+    path.unlink(missing_ok=True)  # some file systems are slow to empty a file
+    path.write_bytes(content)
+    return path
+
+
+@pytest.fixture(autouse=True)
+def _units_loaded(tmp_path: Path) -> None:
+    """Pint loads before the clock runs: it takes half a second, once."""
+    path = _written(tmp_path / "units.toml", SCENE.replace("4.75 mm", "1e-4 furlong").encode())
+    hc.Scene.from_toml(path)
+
+
+def test_nonsense_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    taken, refused = fuzz(tmp_path, 2_000, seed=1)
+    assert taken > 100  # mutations that matter to nothing, such as in a comment
+    assert refused > 1_000
+
+
+@pytest.mark.slow
+def test_much_nonsense_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    taken, refused = fuzz(tmp_path, 100_000, seed=1_000_000)
+    assert taken > 5_000
+    assert refused > 50_000
+
+
+# What made a reader fail, and files that are none
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        ".".join("a" * 190) + " = 1",  # deep enough for repr to fail, further down the stack
+        f"[{'.'.join('a' * 190)}]\n{'.'.join('b' * 190)} = {'{a = ' * 150}1{'}' * 150}",
+        ".".join("a" * 32_000) + " = 1",  # 35 s in tomllib
+        f"[{'.'.join('a' * 10_000)}]",
+        f"{'k' * 10_000} = 1",
+        f"[{'k' * 10_000}]\n[{'k' * 10_000}]",
+        "#" + "x" * 200_000,
+    ],
+    ids=["dots", "nested", "many dots", "deep section", "long key", "long section", "large"],
+)
+def test_deep_and_long_scenes_are_refused(tmp_path: Path, text: str) -> None:
+    path = _written(tmp_path / "scene.toml", text.encode())
+    assert outcome(lambda: hc.Scene.from_toml(path))
+
+
+@pytest.mark.parametrize("name", ["two\nlines.toml", "\x1b[31mred.toml", "not\udcffutf8.toml"])
+@pytest.mark.parametrize("text", ["", "a = 1", SCENE.replace("60", "0"), TABLE_SCENE])
+def test_names_of_files_are_shown_on_one_line(tmp_path: Path, name: str, text: str) -> None:
+    path = _written(tmp_path / name, text.encode())
+    assert repr(str(path)) in outcome(lambda: hc.Scene.from_toml(path))
+
+
+def test_a_table_whose_name_is_not_utf_8_cannot_be_written(tmp_path: Path) -> None:
+    scene = hc.Scene(hc.Chain(3, **STEEL), hc.PulseTable((0.0, 1e-5), (1.0, 1.0)))
+    with pytest.raises(OutputError, match="cannot be written"):  # TOML is UTF-8
+        scene.to_toml(tmp_path / "not\udcffutf8.toml")
+
+
+def test_an_array_is_shown_on_one_line(demo: hc.Scene) -> None:
+    with pytest.raises(SceneError) as caught:
+        hc.Native().run(demo, record=np.zeros((2, 2)))
+    assert str(caught.value).isprintable()
+
+
+READERS: list[Callable[[Path], object]] = [hc.Scene.from_toml, read_pulse_table]
+
+posix = pytest.mark.skipif(os.name != "posix", reason="has other pipes and devices")
+
+
+@pytest.mark.parametrize("read", READERS)
+def test_a_large_file_is_refused_at_once(tmp_path: Path, read: Callable[[Path], object]) -> None:
+    path = _written(tmp_path / "large", TABLE.encode() + b"1,1\n" * 12_500_000)
+    assert path.stat().st_size > 50e6
+    assert "cannot be read (larger than" in outcome(lambda: read(path))
+
+
+@posix
+@pytest.mark.parametrize("read", READERS)
+@pytest.mark.parametrize("name", ["/dev/zero", "/dev/urandom"])
+def test_an_endless_file_is_refused(name: str, read: Callable[[Path], object]) -> None:
+    assert "cannot be read (larger than" in outcome(lambda: read(Path(name)))
+
+
+@posix
+@pytest.mark.parametrize("read", READERS)
+def test_a_pipe_that_nobody_writes_to_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[[Path], object]
+) -> None:
+    monkeypatch.setattr(files, "_PATIENCE", 0.1)
+    os.mkfifo(tmp_path / "pipe")
+    said = outcome(lambda: read(tmp_path / "pipe"))
+    assert "cannot be read (nothing came out of it for 0.1 s)" in said
+
+
+@posix
+@pytest.mark.parametrize("read", READERS)
+def test_a_pipe_that_falls_silent_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[[Path], object]
+) -> None:
+    monkeypatch.setattr(files, "_PATIENCE", 0.1)
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    silent = os.open(pipe, os.O_RDWR)
+    os.write(silent, b"[chain]\n")
+    assert "cannot be read (nothing came out of it" in outcome(lambda: read(pipe))
+    os.close(silent)
+
+
+@posix
+def test_a_scene_may_come_through_a_pipe(tmp_path: Path, demo: hc.Scene) -> None:
+    """As from ``hertzchain run <(sed ... demo.toml)``, later than the reader looks for it."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    text = SCENE.partition("[run]")[0]
+    late = threading.Timer(0.2, pipe.write_text, [text])
+    late.start()
+    read = hc.Scene.from_toml(pipe)
+    late.join()
+    assert read == hc.Scene.from_toml(_written(tmp_path / "scene.toml", text.encode()))
+    assert read.shock == demo.shock
+
+
+@posix
+def test_a_file_without_permission_is_refused(tmp_path: Path) -> None:
+    path = _written(tmp_path / "secret.toml", SCENE.encode())
+    path.chmod(0)
+    if os.access(path, os.R_OK):  # root may read everything: then it is a scene
+        assert hc.Scene.from_toml(path).chain.granules == 60
+    else:
+        assert "Permission denied" in outcome(lambda: hc.Scene.from_toml(path))
