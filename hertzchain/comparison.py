@@ -18,7 +18,7 @@ import numpy as np
 from hertzchain import theory
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.errors import BackendMissing, RunFailed, require
-from hertzchain.lammps import Lammps, round_off
+from hertzchain.lammps import Lammps
 from hertzchain.native import METHODS, Native, Simulation, simulate, simulate_in_numpy
 from hertzchain.peaks import largest_difference
 from hertzchain.result import Result
@@ -244,7 +244,7 @@ def same_steps_checks(lammps: Result) -> list[Check]:
     legs = scene.schedule(lammps.dt)
     twin = simulate(scene, legs, VELOCITY_VERLET)
     growth = max(1.0, 0.01 * units.time / lammps.dt)
-    lost = round_off(scene, lammps.steps, lammps.peak_force)
+    lost = lammps.lost_digits.bound if lammps.lost_digits is not None else 0.0
     state, peaks = SAME_STEPS_STATE * growth + 10 * lost, SAME_STEPS_PEAKS * growth + lost
     pairs = {
         "displacement": (lammps.displacement / units.length, twin.state.displacement),
