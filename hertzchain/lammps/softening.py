@@ -31,6 +31,10 @@ _DEEPEST = 0.8
 """Of a radius, the deepest overlap expected: where neighbouring overlaps add up to two, second
 neighbours touch."""
 
+_FARTHEST = 8
+"""Lengths of the chain that a similar one flies at most, as expected: 2 or more lose half as much
+again as the flight alone."""
+
 _SOFTEST = 100
 """Largest k: overlaps grow by 1e60, and no number leaves the range of floating point."""
 
@@ -94,7 +98,8 @@ def softening(scene: Scene, steps: int) -> Softening:
     """The similar scene to be computed: the true one where that loses little.
 
     Otherwise overlaps become as deep as they may, but no deeper than is useful: where the chain
-    flies as far as it is long, coordinates grow with the overlaps.
+    flies farther than it is long, coordinates grow with the overlaps, and only the box of LAMMPS
+    would become larger.
 
     Parameters
     ----------
@@ -107,7 +112,7 @@ def softening(scene: Scene, steps: int) -> Softening:
     deepest = _DEEPEST * radius / _overlap(_highest_peak(scene))
     if length <= deepest and predicted_loss(scene, steps) <= TOLERABLE:
         return NONE
-    useful = 2 * radius * scene.chain.granules / _flight(scene)
+    useful = _FARTHEST * 2 * radius * scene.chain.granules / _flight(scene)
     wanted = math.log(min(deepest, useful)) - math.log(length)
     return Softening(min(math.floor(wanted / math.log(4)), _SOFTEST))
 
