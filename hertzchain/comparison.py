@@ -329,7 +329,11 @@ def balance_checks(result: Result) -> list[Check]:
     if "velocity-verlet" in result.method:
         energy += _work_error(result)
     ends_inside = result.scene.end_time < result.scene.ramps[-1].end
-    momentum = MOMENTUM + MOMENTUM_OF_A_STEP * result.steps + (result.error_estimate if ends_inside else 0.0)
+    momentum = (
+        MOMENTUM
+        + MOMENTUM_OF_A_STEP * result.steps
+        + (result.error_estimate if ends_inside else 0.0)
+    )
     return [
         _within(
             f"{result.backend}: momentum [N s]",

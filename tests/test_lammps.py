@@ -11,7 +11,6 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.errors import RunFailed, SceneError
-
 from hertzchain.lammps.deck import PAIR_STYLES, set_up
 from hertzchain.lammps.engine import command, engine
 from hertzchain.lammps.reading import ARRAYS, Granules, contact_forces, granules, read, samples

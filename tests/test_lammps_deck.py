@@ -146,8 +146,7 @@ def test_a_chain_has_as_many_granules_as_it_should(granules: int) -> None:
 def test_the_deck_says_what_its_coordinates_cost() -> None:
     chain = hc.Chain(60, **STEEL)
     weak, hard = (
-        hc.Scene(chain, hc.Pulse("cosine", force, 2.0, momentum_ratio=1.0))
-        for force in (1e-6, 1e4)
+        hc.Scene(chain, hc.Pulse("cosine", force, 2.0, momentum_ratio=1.0)) for force in (1e-6, 1e4)
     )
     text = deck(weak, 0.01 * weak.units.time)
     softer = re.search(r"E = (\S+) Pa, its\n# times all (\d+) fold", text)

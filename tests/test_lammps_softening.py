@@ -91,8 +91,15 @@ def test_legs_and_samples_come_back_to_the_last_digit(power: int) -> None:
         assert there.steps == leg.steps
         assert Softening(-power).leg(there) == leg
     values = np.random.default_rng(0).uniform(-1, 1, (8, 5, 4))
-    samples = Samples(values[0, :, 0], *values[1:5], values[5, :, 1:], values[6, :, 1:])
-    samples = replace(samples, jerk=values[7])
+    samples = Samples(
+        time=values[0, :, 0],
+        displacement=values[1],
+        velocity=values[2],
+        acceleration=values[3],
+        jerk=values[4],
+        overlap=values[5, :, 1:],
+        contact_force=values[6, :, 1:],
+    )
     # Of u(t): u' = du/dt and so on, each power of time is 2^k and each length 4^k.
     true = made.true(samples)
     assert np.array_equal(true.time * 2.0**power, samples.time)
@@ -123,19 +130,17 @@ def test_overlaps_become_as_deep_as_they_may(
         assert made == NONE
     # A stiffer chain has smaller overlaps; where the chain flies far that costs a little.
     assert after <= before * (8 if made.power < 0 else 1.0)
-    # Bins of the box, as long as a radius: no more than some of each granule.
-    bins = 2 * granules + scene.end_time / scene.units.time * length
-    if momentum_ratio <= 1:
-        assert bins < 1e6
 
 
+@pytest.mark.lammps
 def test_nothing_moves_before_a_table_starts() -> None:
     table = hc.PulseTable((1.0, 2.0), (0.0, 1e-9))
-    scene = hc.Scene(hc.Chain(3, **STEEL), table, hc.Run(0.5))
+    scene = hc.Scene(hc.Chain(3, **STEEL), table, hc.Run(0.01))
     assert math.isfinite(predicted_loss(scene, 100))
-    result = hc.Lammps(0.1).run(scene)
+    result = hc.Lammps(0.05 * scene.units.time).run(scene)
     assert not np.any(result.peak_force)
-    assert result.error_estimate == 0.0
+    assert result.lost_digits is not None
+    assert result.lost_digits.bound == 0.0
 
 
 # What it is worth
@@ -169,7 +174,7 @@ def test_weak_shocks_lose_no_digits(depth: float, granules: int, dt: float) -> N
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("depth", [1e-16, 1e-8, 1e-3, 0.6, 1.0])
+@pytest.mark.parametrize("depth", [1e-16, 1e-8, 1e-5, 0.6, 1.0])
 def test_everything_comes_back_in_the_units_of_the_true_scene(depth: float) -> None:
     scene = scene_of(depth, 12)
     dt = 0.01 * scene.units.time
@@ -284,7 +289,7 @@ def test_the_loss_is_predicted_and_bounded(
 def test_the_loss_is_bounded_where_nothing_is_done_about_it(
     granules: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(backend, "softening", lambda scene, steps: NONE)
+    monkeypatch.setattr(backend, "softening", lambda *_: NONE)
     scene = scene_of(1e-9, granules)
     dt = 0.02 * scene.units.time
     result = hc.Lammps(dt).run(scene)
@@ -322,7 +327,7 @@ def test_granules_that_touch_the_next_but_one_are_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     # Expected peaks can be wrong, under tables of many pushes; nothing is to be made of that.
-    monkeypatch.setattr(backend, "softening", lambda scene, steps: Softening(6))
+    monkeypatch.setattr(backend, "softening", lambda *_: Softening(6))
     scene = scene_of(1e-3, 5)
     with pytest.raises(OverlapTooLarge, match="through one another"):
         hc.Lammps(0.02 * scene.units.time).run(scene)
@@ -331,8 +336,8 @@ def test_granules_that_touch_the_next_but_one_are_refused(
 # Whatever the scene
 
 
-def random_scene(rng: np.random.Generator) -> hc.Scene:
-    """LM_ratio 1e-4 to 1e4, n 1.001 to 1e4, N 2 to 500, and what makes less than 1e5 steps."""
+def random_scene(rng: np.random.Generator, most: float) -> hc.Scene:
+    """LM_ratio 1e-4 to 1e4, n 1.001 to 1e4, N 2 to 500, where so much is done in seconds."""
     while True:
         granules = round(_spread(rng, 2, 500))
         chain = hc.Chain(
@@ -348,7 +353,8 @@ def random_scene(rng: np.random.Generator) -> hc.Scene:
             str(rng.choice(PROFILES)), force, n, momentum_ratio=_spread(rng, 1e-4, 1e4)
         )
         scene = hc.Scene(chain, pulse)
-        if 1e-15 <= force <= 1e15 and steps_of(scene, own_step(scene)) * (40 + granules) < 2e7:
+        work = steps_of(scene, own_step(scene)) * (40 + granules)
+        if 1e-15 <= force <= 1e15 and work < most:
             return scene
 
 
@@ -359,17 +365,20 @@ def _spread(rng: np.random.Generator, low: float, high: float) -> float:
 def own_step(scene: hc.Scene) -> float:
     """A tenth of the time unit of the wave that the pulse makes, natural units."""
     impulse = scene.impulse / scene.units.momentum
-    return 0.1 * min(1.0, 0.64 * impulse**1.2) ** (-1 / 6)
+    return 0.1 * math.pow(min(1.0, 0.64 * impulse**1.2), -1 / 6)
 
 
 @pytest.mark.lammps
 @pytest.mark.parametrize(
-    ("first", "number"), [(0, 15), pytest.param(100, 300, marks=pytest.mark.slow)]
+    ("first", "number", "most"),
+    [(0, 12, 5e5), pytest.param(100, 300, 1e7, marks=pytest.mark.slow)],
 )
-def test_random_scenes_run_and_are_as_good_as_they_say(first: int, number: int) -> None:
+def test_random_scenes_run_and_are_as_good_as_they_say(
+    first: int, number: int, most: float
+) -> None:
     wrong: list[object] = []
     for seed in range(first, first + number):
-        scene = random_scene(np.random.default_rng(seed))
+        scene = random_scene(np.random.default_rng(seed), most)
         result = hc.Lammps(own_step(scene) * scene.units.time).run(scene)
         wrong += [(seed, *check) for check in failed(same_steps_checks(result))]
         wrong += [(seed, *check) for check in failed(balance_checks(result))]

@@ -347,9 +347,9 @@ def _refuse_second_neighbours(samples: Samples, at_rest: reading.Granules) -> No
 
     The similar scene is made so that they are not; what it rests on are the peaks expected.
     """
-    deepest = np.max(samples.overlap[:, :-1] + samples.overlap[:, 1:], initial=0.0)
-    deepest = max(deepest, np.max(samples.overlap))
-    if deepest >= np.min(at_rest.diameter):
+    alone = np.max(samples.overlap)
+    together = np.max(samples.overlap[:, :-1] + samples.overlap[:, 1:], initial=0.0)
+    if max(alone, together) >= np.min(at_rest.diameter):
         raise OverlapTooLarge(
             "LAMMPS would push granules through one another: take a smaller force, a stiffer"
             " material or the native backend"

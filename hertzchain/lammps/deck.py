@@ -70,7 +70,7 @@ def set_up(scene: Scene, pair_style: str = "granular") -> str:
         "lattice sc $(2*v_radius)",
         "region chain block -0.5 $(v_granules-0.5) -0.5 0.5 -0.5 0.5",
         "create_box 1 chain",
-        "# Not in the box: LAMMPS makes that longer by 1e-4 at both ends, in long chains by granules.",
+        "# In the region: the box is longer by 1e-4 at both ends, which may hold more granules.",
         "create_atoms 1 region chain",
         "# The diameter first: the density needs it to make a mass.",
         "set group all diameter $(2*v_radius)",
