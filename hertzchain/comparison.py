@@ -47,6 +47,9 @@ LONG_STEPS_PEAKS = 0.1
 """Of the peaks, times dt^4 in natural units: velocity Verlet's velocities are not the slopes of
 its displacements, between which both interpolate."""
 
+_ONE_OF_MANY = 3.0
+"""Times what late collisions make of one small difference at the start, as another makes more."""
+
 _ROUND_OFF = 1e-12
 """Of the states: what is left where coordinates cost nothing."""
 
@@ -264,8 +267,8 @@ def same_steps_checks(lammps: Result) -> list[Check]:
     if lost > 0 and not (max(measured[:2]) <= state and measured[2] <= peaks):
         grown = _grown(scene, legs, twin, lost)
         if max(grown) > lost:
-            state = max(state, SAME_STEPS_STATE * max(grown[:2]))
-            peaks = max(peaks, between + SAME_STEPS_STATE * grown[2])
+            state = max(state, _ONE_OF_MANY * max(grown[:2]))
+            peaks = max(peaks, between + _ONE_OF_MANY * grown[2])
             reason += f"; late collisions multiply any difference by {max(grown) / lost:.0f}"
     names = ("displacement", "velocity", "peaks")
     tolerances = (state, state, peaks)

@@ -333,6 +333,20 @@ def test_granules_that_touch_the_next_but_one_are_refused(
         hc.Lammps(0.02 * scene.units.time).run(scene)
 
 
+@pytest.mark.lammps
+def test_late_collisions_make_much_of_little() -> None:
+    scene = scene_of(1e-6, 5, 316.0, 565.0)
+    result = hc.Lammps(0.1 * scene.units.time).run(scene)
+    assert result.lost_digits is not None
+    assert result.lost_digits.bound < 1e-8
+    checks = same_steps_checks(result)
+    assert failed(checks) == []
+    # 8e-4 of the velocity measured: a million times what coordinates cost.
+    assert "late collisions" in checks[1].reason
+    assert checks[1].tolerance is not None
+    assert 1e-5 < checks[1].tolerance < 0.02
+
+
 # Whatever the scene
 
 

@@ -351,8 +351,8 @@ def _refuse_second_neighbours(samples: Samples, at_rest: reading.Granules) -> No
     together = np.max(samples.overlap[:, :-1] + samples.overlap[:, 1:], initial=0.0)
     if max(alone, together) >= np.min(at_rest.diameter):
         raise OverlapTooLarge(
-            "LAMMPS would push granules through one another: take a smaller force, a stiffer"
-            " material or the native backend"
+            "LAMMPS would push granules through one another: choose a smaller dt, or else a smaller"
+            " force or a stiffer material"
         )
 
 
