@@ -68,6 +68,8 @@ def print_run(console: Console, result: Result) -> None:
         ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
         ("cost", _cost(result)),
     ]
+    if (similar := _similar_scene(result)) is not None:
+        facts.append(("computed as", similar))
     _print_facts(console, facts)
     _print_remarks(console, *result.warnings)
 
@@ -203,6 +205,8 @@ def print_comparison(console: Console, comparison: Comparison) -> None:
     for remark in (formulas.applicable, formulas.note):
         if remark:
             console.print(f"Formulas: {remark}.")
+    if lammps is not None and (similar := _similar_scene(lammps)) is not None:
+        console.print(f"LAMMPS computed {similar}.")
     _print_remarks(console, *native.warnings)
     console.print()
     _print_checks(console, comparison)
@@ -595,6 +599,17 @@ def _cost(result: Result) -> str:
     return (
         f"{result.wall_time:.2f} s, {result.steps:,} steps of at most {result.dt:.3g} s"
         f" ({result.backend}, {result.method})"
+    )
+
+
+def _similar_scene(result: Result) -> str | None:
+    """What LAMMPS was given instead of the scene, so that coordinates cost few digits."""
+    lost = result.lost_digits
+    if lost is None or lost.young_modulus == result.scene.chain.young_modulus:
+        return None
+    return (
+        f"a similar chain of E = {lost.young_modulus:.3g} Pa, as absolute coordinates would cost"
+        f" the peaks some {lost.predicted:.0e}; now {lost.bound:.0e} at most"
     )
 
 

@@ -44,6 +44,27 @@ class Balance:
     energy: float
 
 
+@dataclass(frozen=True)
+class LostDigits:
+    """What absolute coordinates cost LAMMPS, and the Young's modulus that it was given for that.
+
+    Parameters
+    ----------
+    young_modulus
+        Given to LAMMPS [Pa]: the scene's own, or that of a similar scene which loses less; its
+        results are those of the true scene again.
+    predicted
+        Loss of the peaks with the scene's own modulus, as a fraction, estimated before the run.
+    bound
+        Loss of the peaks with the modulus given, at most, as a fraction; part of the error
+        estimate.
+    """
+
+    young_modulus: float
+    predicted: float
+    bound: float
+
+
 @dataclass(frozen=True, eq=False)
 class Result:
     """What one backend found for one scene.
@@ -79,6 +100,8 @@ class Result:
     watching_share
         Time spent on stopping to read and on what was read, as a fraction of that spent on steps;
         None where stepping and reading are one.
+    lost_digits
+        What absolute coordinates cost; None where there are none.
     """
 
     scene: Scene
@@ -98,6 +121,7 @@ class Result:
     wall_time: float
     versions: Mapping[str, str]
     watching_share: float | None = None
+    lost_digits: LostDigits | None = None
 
     @cached_property
     def transition_granules(self) -> int | None:
@@ -171,6 +195,12 @@ class Result:
             },
             "wall_time_s": self.wall_time,
             "watching_share": self.watching_share,
+            "lost_digits": self.lost_digits
+            and {
+                "young_modulus_Pa": self.lost_digits.young_modulus,
+                "predicted": self.lost_digits.predicted,
+                "bound": self.lost_digits.bound,
+            },
             "provenance": {
                 "hertzchain": version("hertzchain"),
                 **self.versions,

@@ -414,8 +414,16 @@ RUN_KEYS: dict[str, type] = {
 
 
 def has_the_keys_of_a_run(document: dict[str, Any]) -> None:
-    told = {"watching_share": float if document["backend"] == "lammps" else type(None)}
+    of_lammps = document["backend"] == "lammps"
+    told = {
+        "watching_share": float if of_lammps else type(None),
+        "lost_digits": dict if of_lammps else type(None),
+    }
     assert {key: type(value) for key, value in document.items()} == RUN_KEYS | told
+    if of_lammps:
+        lost = document["lost_digits"]
+        assert set(lost) == {"young_modulus_Pa", "predicted", "bound"}
+        assert 0 < lost["bound"] <= document["error_estimate"]
     for key in ("peak_force_N", "peak_time_s"):
         assert [type(value) for value in document[key]] == [float] * CONTACTS
     wave = document["solitary_wave"]

@@ -82,8 +82,8 @@ def test_tolerance_at_the_same_steps_grows_below_a_hundredth(both: hc.Comparison
     steps = SCENE.units.time * 0.01 / both.lammps.dt
     assert steps > 2  # LAMMPS takes small steps by default
     tolerance = {check.name: check.tolerance for check in both.checks}
-    # 1e-8 at a hundredth; what coordinates lose in this short chain adds a few per cent.
-    assert tolerance["lammps: peaks, same steps"] == pytest.approx(1e-8 * steps, rel=0.1, abs=0)
+    # 7e-9 at a hundredth; what the steps and the coordinates cost besides adds a few per cent.
+    assert tolerance["lammps: peaks, same steps"] == pytest.approx(7e-9 * steps, rel=0.1, abs=0)
 
 
 def test_native_alone_has_no_checks_of_lammps(native_only: hc.Comparison) -> None:
@@ -119,10 +119,9 @@ def test_native_velocity_verlet_passes_as_lammps(dt: float) -> None:
     assert all(check.measured is not None and check.measured < 1e-15 for check in checks)
     assert failed(checks) == set()
     tolerances = [check.tolerance for check in checks]
-    growth = max(1.0, 0.01 / dt)
-    # Steps are cut to fit the legs, up to 7 % shorter, and coordinates lose a little more.
-    expected = [2e-8 * growth, 2e-8 * growth, 1e-8 * growth]
-    assert tolerances == pytest.approx(expected, rel=0.1, abs=0)
+    # Steps are cut to fit the legs, up to 7 % shorter, which dt^4 makes 25 %.
+    expected = [1e-12, 1e-12, 7e-9 * max(1.0, 0.01 / dt) + 0.1 * dt**4]
+    assert tolerances == pytest.approx(expected, rel=0.3, abs=0)
 
 
 # Results that were tampered with

@@ -11,7 +11,6 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.errors import RunFailed, SceneError
-from hertzchain.lammps import round_off
 from hertzchain.lammps.deck import PAIR_STYLES, set_up
 from hertzchain.lammps.engine import command, engine
 from hertzchain.lammps.reading import ARRAYS, Granules, contact_forces, granules, read, samples
@@ -70,15 +69,15 @@ def twin_of(scene: hc.Scene, legs: Sequence[Leg]) -> tuple[State, FloatArray]:
 @pytest.mark.parametrize("pair_style", PAIR_STYLES)
 @pytest.mark.parametrize("name", scenes.NAMES)
 def test_same_scheme_same_steps(name: str, pair_style: str) -> None:
-    # Round-off from absolute coordinates is all that may differ, and for the peaks what lies
-    # between two readings: measured 3e-9 and 9e-9.
+    # Round-off from absolute coordinates is all that may differ, 1.4e-11 measured, and for the
+    # peaks what lies between two readings, 1.6e-9.
     scene = scenes.load(name)
     units, dt = scene.units, 0.01 * scene.units.time
     state, peak_force = twin_of(scene, scene.schedule(dt))
     result = hc.Lammps(dt, pair_style).run(scene)
-    assert largest(result.displacement / units.length, state.displacement) < 2e-8
-    assert largest(result.velocity / units.velocity, state.velocity) < 2e-8
-    assert largest_difference(result.peak_force, peak_force) < 1e-8
+    assert largest(result.displacement / units.length, state.displacement) < 2e-11
+    assert largest(result.velocity / units.velocity, state.velocity) < 2e-11
+    assert largest_difference(result.peak_force, peak_force) < 2e-9
 
 
 def test_peaks_are_second_order(demo: hc.Scene, demo_reference: hc.Result) -> None:
@@ -243,8 +242,9 @@ def test_a_pulse_table_with_jumps_against_native() -> None:
     dt = 0.01 * scene.units.time
     state, peak_force = twin_of(scene, scene.schedule(dt))
     result = hc.Lammps(dt).run(scene)
-    assert largest_difference(result.peak_force, peak_force) < 1e-8
-    assert largest(result.velocity / scene.units.velocity, state.velocity) < 2e-8
+    assert largest_difference(result.peak_force, peak_force) < 2e-9
+    # So short a chain is computed as it stands, at a predicted loss below 1e-9: 2.8e-11 measured.
+    assert largest(result.velocity / scene.units.velocity, state.velocity) < 5e-11
     assert result.balance.momentum == pytest.approx(scene.impulse, rel=1e-12, abs=0)
 
 
@@ -256,7 +256,7 @@ def test_granules_thrown_far_are_not_lost() -> None:
     result = hc.Lammps(dt=0.05 * scene.units.time).run(scene)
     assert result.displacement[-1] > 6 * scene.chain.radius
     twin = simulate(scene, scene.schedule(result.dt), VERLET)
-    assert largest(result.velocity / scene.units.velocity, twin.state.velocity) < 2e-8
+    assert largest(result.velocity / scene.units.velocity, twin.state.velocity) < 1e-11
 
 
 def test_a_step_that_is_too_large_is_said() -> None:
@@ -298,23 +298,6 @@ def test_a_reading_too_seldom_is_in_the_error_estimate() -> None:
     error = largest_difference(result.peak_force, hc.Native("reference").run(scene).peak_force)
     # 1e-4 h^8 = 1.7e-5 from 0.8 time units between readings; the steps cost 1e-6.
     assert 4e-6 < error < result.error_estimate < 1e-4
-
-
-def test_the_digits_lost_by_a_weak_shock_are_in_the_error_estimate() -> None:
-    pulse = hc.Pulse("cosine-triangular", 1e-6, 2.0, momentum_ratio=2.0)
-    scene = hc.Scene(hc.Chain(60, **STEEL), pulse)
-    dt = 0.02 * scene.units.time
-    result = hc.Lammps(dt).run(scene)
-    twin = simulate(scene, scene.schedule(dt), VERLET).peaks.force
-    lost = largest_difference(result.peak_force / 1e-6, twin)
-    # Measured 3e-5; a bound, but not one without meaning.
-    assert lost < round_off(scene, result.steps, result.peak_force) < 100 * lost
-
-
-def test_an_overlap_of_half_a_radius_is_refused() -> None:
-    pulse = hc.Pulse("cosine", 1e6, 2.0, momentum_ratio=1.0)
-    with pytest.raises(RunFailed, match="half a radius"):
-        hc.Lammps().run(hc.Scene(hc.Chain(5, **STEEL), pulse))
 
 
 # The wanted error
@@ -420,10 +403,7 @@ def test_the_peaks_alone_are_those_of_a_run(extrapolated: bool) -> None:
         assert steps == whole.steps
 
 
-def test_the_peaks_alone_need_a_step_and_overlaps_that_lammps_can_have() -> None:
+def test_the_peaks_alone_need_a_step() -> None:
     scene = paper_scene("triangular", 1.5, 3.0, granules=8)
     with pytest.raises(SceneError, match="dt: missing"):
         hc.Lammps().peaks_alone(scene)
-    deep = replace(scene, shock=hc.Pulse("triangular", 1e9, 3.0, momentum_ratio=1.5))
-    with pytest.raises(RunFailed, match="half a radius"):
-        hc.Lammps(dt=1e-8).peaks_alone(deep)

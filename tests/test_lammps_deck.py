@@ -130,6 +130,37 @@ def test_every_line_of_the_deck_is_needed(
     assert idle == []
 
 
+@pytest.mark.lammps
+@pytest.mark.parametrize("granules", [2, 10_000])
+def test_a_chain_has_as_many_granules_as_it_should(granules: int) -> None:
+    # A box that is shrunk to its atoms is 1e-4 longer at first, at each end: a granule in 5,000.
+    pulse = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
+    scene = hc.Scene(hc.Chain(granules, **STEEL), pulse)
+    with engine() as lammps:
+        command(lammps, set_up(scene))
+        position = np.array(lammps.numpy.extract_atom("x"))[:, 0]
+    sites = 2 * scene.chain.radius * np.arange(granules)
+    assert position == pytest.approx(sites, rel=1e-15, abs=0)
+
+
+def test_the_deck_says_what_its_coordinates_cost() -> None:
+    chain = hc.Chain(60, **STEEL)
+    weak, hard = (
+        hc.Scene(chain, hc.Pulse("cosine", force, 2.0, momentum_ratio=1.0)) for force in (1e-6, 1e4)
+    )
+    text = deck(weak, 0.01 * weak.units.time)
+    softer = re.search(r"E = (\S+) Pa, its\n# times all (\d+) fold", text)
+    assert "Absolute coordinates cost the peaks some 5e-04." in text
+    assert softer is not None
+    modulus, times = map(float, softer.groups())
+    # To the four digits that are written.
+    assert modulus * times**3 == pytest.approx(193e9, rel=1e-3, abs=0)
+    assert f"young_modulus index {193e9!r}" in text
+    text = deck(hard, 0.01 * hard.units.time)
+    assert "Absolute coordinates cost the peaks some" in text
+    assert "fold" not in text
+
+
 def test_a_step_is_given_once() -> None:
     # The two ramps of the demo scene are equally long.
     assert deck(scenes.load("demo"), 1e-7).count("timestep") == 2

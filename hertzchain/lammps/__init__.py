@@ -1,5 +1,5 @@
 """Oracle 2: a LAMMPS deck of the same scene, run through LAMMPS's own Python module."""
 
-from hertzchain.lammps.backend import Lammps, round_off
+from hertzchain.lammps.backend import Lammps
 
-__all__ = ["Lammps", "round_off"]
+__all__ = ["Lammps"]

@@ -23,12 +23,13 @@ from hertzchain.accuracy import (
 )
 from hertzchain.arrays import FloatArray
 from hertzchain.chain import POSITIVE, is_positive
-from hertzchain.errors import RunFailed, SceneError, require
+from hertzchain.errors import OverlapTooLarge, RunFailed, SceneError, require
 from hertzchain.history import Recorder, wanted_times
 from hertzchain.lammps import deck, reading
 from hertzchain.lammps.engine import command, engine, run, version_of
-from hertzchain.peaks import SIGNIFICANT, PeakWatch, largest_difference
-from hertzchain.result import Balance, Result
+from hertzchain.lammps.softening import Softening, predicted_loss, round_off, softening
+from hertzchain.peaks import PeakWatch, largest_difference
+from hertzchain.result import Balance, LostDigits, Result
 from hertzchain.samples import Samples
 from hertzchain.scene import Scene, require_scene
 from hertzchain.schedule import Leg
@@ -147,7 +148,6 @@ class Lammps:
         require_scene(scene)
         begin = time.perf_counter()
         refuse_hopeless_overlap(scene)
-        _refuse_deep_overlaps(scene)
         times = None if record is None else wanted_times(record, scene.end_time)
         answer = (
             self._extrapolated(scene, times) if self.extrapolated else self._plain(scene, times)
@@ -155,8 +155,8 @@ class Lammps:
         run = answer.run
         if not answer.round_off < 1:
             raise RunFailed(
-                "LAMMPS cannot resolve the overlaps of this scene beside its coordinates: take a"
-                " larger force, a shorter chain or a softer material"
+                "LAMMPS cannot resolve the overlaps of this scene beside its coordinates: take"
+                " a shorter chain or a shorter pulse"
             )
         refuse_meaningless("LAMMPS", answer.error, too_long=self.dt is not None)
         refuse_deep_overlap(scene.chain, float(np.max(answer.peak_force)))
@@ -183,6 +183,11 @@ class Lammps:
             wall_time=time.perf_counter() - begin,
             versions={"lammps": run.version},
             watching_share=run.watching_share,
+            lost_digits=LostDigits(
+                run.made.scene(scene).chain.young_modulus,
+                predicted_loss(scene, run.steps),
+                answer.round_off,
+            ),
         )
 
     def peaks_alone(self, scene: Scene) -> tuple[FloatArray, int]:
@@ -211,7 +216,6 @@ class Lammps:
         """
         if self.dt is None:
             raise SceneError("dt", None, "missing, a run without estimates needs it")
-        _refuse_deep_overlaps(scene)
         legs = scene.schedule(2 * self.dt if self.extrapolated else self.dt)
         strides = [self._stride(scene, leg, recording=False) for leg in legs]
         run = self._simulate(scene, legs, strides)
@@ -233,7 +237,7 @@ class Lammps:
             legs = scene.schedule(dt)
             strides = [self._stride(scene, leg, times is not None) for leg in legs]
             run = self._simulate(scene, legs, strides, times)
-            lost = round_off(scene, run.steps, run.peaks.force)
+            lost = run.round_off(scene)
             by_steps = self._step_error(scene, legs, run.peaks.force)
             error = by_steps + _interpolation_error(scene, legs, strides) + lost
             if self._is_enough(by_steps, error, lost):
@@ -261,8 +265,7 @@ class Lammps:
             before, after = (_extrapolate(*pair) for pair in itertools.pairwise(runs))
             difference = largest_difference(before[0], after[0])
             by_steps = _extrapolation_error(scene, finer, difference)
-            # Extrapolating multiplies what the runs lose by 4/3 and 1/3.
-            lost = 5 / 3 * round_off(scene, runs[2].steps, after[0])
+            lost = (4 * runs[2].round_off(scene) + runs[1].round_off(scene)) / 3
             error = by_steps + _interpolation_error(scene, finer, apart) + lost
             if self._is_enough(by_steps, error, lost):
                 break
@@ -284,30 +287,39 @@ class Lammps:
         strides: Sequence[int],
         times: FloatArray | None = None,
     ) -> _Simulation:
-        """Run the deck of a scene once, reading it every so many steps of each leg."""
+        """Run the deck of a scene once, reading it every so many steps of each leg.
+
+        Where coordinates would cost too many digits, LAMMPS gets a similar scene; what is read is
+        at once that of the true one again.
+        """
+        made = softening(scene, sum(leg.steps for leg in legs))
         peaks = PeakWatch(scene.chain.granules - 1)
         recorder = None if times is None else Recorder(times, scene.chain.granules)
         work = 0.0
         clock = _Clock()
         refuse_unstable(scene, legs, _STABLE, "velocity-verlet")
         with engine() as lammps:
-            command(lammps, deck.set_up(scene, self.pair_style) + _READING)
+            command(lammps, deck.set_up(made.scene(scene), self.pair_style) + _READING)
             at_rest = reading.granules(lammps)
             before = None
             for leg, stride in zip(legs, strides, strict=True):
-                command(lammps, "\n".join([*deck.leg_commands(leg, before), "run 0 post no"]))
-                before = leg
+                given = made.leg(leg)
+                command(lammps, "\n".join([*deck.leg_commands(given, before), "run 0 post no"]))
+                before = given
                 begin = time.perf_counter()
-                for reached, arrays in _read(lammps, leg, stride, scene.chain.granules, clock):
-                    samples = reading.samples(reached, arrays, at_rest, leg)
+                for reached, arrays in _read(lammps, given, stride, scene.chain.granules, clock):
+                    seen = reading.samples(reached, arrays, at_rest, given)
+                    _refuse_second_neighbours(seen, at_rest)
+                    samples = made.true(seen)
                     peaks.show(samples)
                     if leg.ramp is not None:
                         work += float(work_done(samples, leg.ramp))
                     if recorder is not None:
                         recorder.show(samples)
                 clock.whole += time.perf_counter() - begin
-            velocity = arrays[-1, 1, :, 0].copy()
+            velocity = arrays[-1, 1, :, 0] / made.time
             return _Simulation(
+                made,
                 tuple(legs),
                 peaks,
                 samples.displacement[-1],
@@ -348,12 +360,17 @@ class Lammps:
         return second_order_safety(longest) * other.factor * difference
 
 
-def _refuse_deep_overlaps(scene: Scene) -> None:
-    if scene.units.length > scene.chain.radius / 2:
-        raise RunFailed(
-            f"the overlap under {scene.units.force:.3g} N, {scene.units.length:.3g} m, is more"
-            " than half a radius: LAMMPS would push granules through one another; take a"
-            " smaller force or a stiffer material"
+def _refuse_second_neighbours(samples: Samples, at_rest: reading.Granules) -> None:
+    """Refuse overlaps so deep that granules would touch the next but one, or pass each other.
+
+    The similar scene is made so that they are not; what it rests on are the peaks expected.
+    """
+    alone = np.max(samples.overlap)
+    together = np.max(samples.overlap[:, :-1] + samples.overlap[:, 1:], initial=0.0)
+    if max(alone, together) >= np.min(at_rest.diameter):
+        raise OverlapTooLarge(
+            "LAMMPS would push granules through one another: choose a smaller dt, or else a smaller"
+            " force or a stiffer material"
         )
 
 
@@ -449,34 +466,11 @@ def _cost_of_a_stop(lammps: Any) -> float:
     return min(costs)
 
 
-def round_off(scene: Scene, steps: int, peak_force: FloatArray) -> float:
-    """Bound of what absolute coordinates cost the peaks, as a fraction.
-
-    LAMMPS forms the overlap from positions up to 2 R N, so it loses that many digits of it, and
-    rounds again at each step. Measured against native velocity Verlet at the same steps, F0 from
-    1e-6 to 1e4 N, N from 10 to 800: at most a third of this.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    steps
-        Number of steps.
-    peak_force
-        Of all contacts [N], shape (contacts,); the smallest that is judged loses most.
-    """
-    judged = peak_force[peak_force >= SIGNIFICANT * np.max(peak_force)]
-    overlap = (np.min(judged) / scene.chain.contact_stiffness) ** (2 / 3)
-    if overlap == 0:
-        return 0.0 if not np.any(peak_force) else math.inf
-    reach = 2 * scene.chain.radius * scene.chain.granules
-    return float(np.finfo(np.float64).eps * reach / overlap * math.sqrt(steps))
-
-
 @dataclass(frozen=True, eq=False)
 class _Simulation:
     """What one run of LAMMPS found, in SI units."""
 
+    made: Softening
     legs: tuple[Leg, ...]
     peaks: PeakWatch
     displacement: FloatArray
@@ -490,6 +484,10 @@ class _Simulation:
     def steps(self) -> int:
         """On all legs."""
         return sum(leg.steps for leg in self.legs)
+
+    def round_off(self, scene: Scene) -> float:
+        """Bound of what absolute coordinates have cost the peaks, as a fraction."""
+        return round_off(scene, self.made, self.steps, self.peaks.force, self.displacement)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 
 from hertzchain.errors import require
+from hertzchain.lammps.softening import NONE, predicted_loss, softening
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
 from hertzchain.shock import Ramp
@@ -69,7 +70,8 @@ def set_up(scene: Scene, pair_style: str = "granular") -> str:
         "lattice sc $(2*v_radius)",
         "region chain block -0.5 $(v_granules-0.5) -0.5 0.5 -0.5 0.5",
         "create_box 1 chain",
-        "create_atoms 1 box",
+        "# In the region: the box is longer by 1e-4 at both ends, which may hold more granules.",
+        "create_atoms 1 region chain",
         "# The diameter first: the density needs it to make a mass.",
         "set group all diameter $(2*v_radius)",
         "set group all density ${density}",
@@ -149,9 +151,23 @@ def deck(scene: Scene, dt: float, pair_style: str = "granular", title: str = "a 
 # Run it with: lmp -in THIS_FILE
 # {steps} steps of at most {max(leg.dt for leg in legs):.4g} s, ending at the corners of the pulse.
 # The final state goes to chain.final: id, x [m], vx [m/s], fx [N].
+{_digits(scene, steps)}
 
 """
     return header + set_up(scene, pair_style) + _runs(legs) + _ENDING
+
+
+def _digits(scene: Scene, steps: int) -> str:
+    """What absolute coordinates cost the peaks, and which scene would be spared that."""
+    line = f"# Absolute coordinates cost the peaks some {predicted_loss(scene, steps):.0e}."
+    made = softening(scene, steps)
+    if made == NONE:
+        return line
+    modulus = made.scene(scene).chain.young_modulus
+    return (
+        f"{line} A chain of E = {modulus:.4g} Pa, its\n# times all {made.time:g} fold,"
+        f" has the same F / F0 and loses some {predicted_loss(scene, steps, made):.0e}."
+    )
 
 
 _ENDING = """
