@@ -1,5 +1,6 @@
 """Oracle 2: a LAMMPS deck of the same scene, run through LAMMPS's own Python module."""
 
 from hertzchain.lammps.backend import Lammps, round_off
+from hertzchain.lammps.isolation import run_many
 
-__all__ = ["Lammps", "round_off"]
+__all__ = ["Lammps", "round_off", "run_many"]

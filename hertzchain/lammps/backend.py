@@ -6,7 +6,7 @@ import itertools
 import math
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,8 @@ from hertzchain.chain import POSITIVE, is_positive
 from hertzchain.errors import RunFailed, SceneError, require
 from hertzchain.history import Recorder, wanted_times
 from hertzchain.lammps import deck, reading
-from hertzchain.lammps.engine import command, engine, run, version_of
+from hertzchain.lammps.engine import command, engine, run, took_too_long, version_of
+from hertzchain.lammps.isolation import Child, run_in
 from hertzchain.peaks import SIGNIFICANT, PeakWatch, largest_difference
 from hertzchain.result import Balance, Result
 from hertzchain.samples import Samples
@@ -87,12 +88,19 @@ class Lammps:
         other (Richardson): right to 1e-6 in an eighth of the steps. Everything else in the result,
         from displacement to balance and history, is that of the finer run, whose step is ``dt``;
         its error is that of velocity Verlet at this step, some 0.1 dt^2 in natural units.
+    isolated
+        Whether LAMMPS runs in a process of its own: where it crashes, hangs or runs out of memory
+        that is an error like any other. It costs a second for each run; many runs share one
+        process in ``run_many``.
+    time_limit
+        How long a run may take [s], all that finds its step and its error included. Looked at
+        whenever the state is read; an isolated run is ended at once.
 
     Raises
     ------
     SceneError
-        For a pair style that does not exist, a step that is not a finite number above 0, readings
-        less than one step apart, or an error that is not between 0 and 1.
+        For a pair style that does not exist, a step or a time limit that is not a finite number
+        above 0, readings less than one step apart, or an error that is not between 0 and 1.
     """
 
     dt: float | None = None
@@ -100,6 +108,10 @@ class Lammps:
     read_every: int | None = None
     rtol: float = 1e-6
     extrapolated: bool = False
+    isolated: bool = False
+    time_limit: float = 3600.0
+    _deadline: float = field(default=math.inf, repr=False, compare=False)
+    """When a run has to end, on the clock of ``time.perf_counter`` [s]."""
 
     def __post_init__(self) -> None:
         names = ", ".join(deck.PAIR_STYLES)
@@ -111,6 +123,8 @@ class Lammps:
             require(self.read_every >= 1, "read_every", self.read_every, "must be at least 1")
         allowed = "must be a number above 0 and below 1"
         require(is_positive(self.rtol) and self.rtol < 1, "rtol", self.rtol, allowed)
+        limit = self.time_limit
+        require(is_positive(limit), "time_limit", limit, f"{POSITIVE} [s]")
 
     def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
         """Simulate a scene.
@@ -128,14 +142,19 @@ class Lammps:
         BackendMissing
             If LAMMPS is not there.
         RunFailed
-            If LAMMPS stops with an error, or the motion diverges.
+            If LAMMPS stops with an error or, isolated, crashes, or the motion diverges.
+        TooExpensive
+            If it takes longer than the time limit.
         """
+        if self.isolated:
+            with Child() as child:
+                return run_in(child, self, scene, record)
         begin = time.perf_counter()
         _refuse_deep_overlaps(scene)
         times = None if record is None else wanted_times(record, scene.end_time)
-        answer = (
-            self._extrapolated(scene, times) if self.extrapolated else self._plain(scene, times)
-        )
+        limited = replace(self, _deadline=begin + self.time_limit)
+        simulate = limited._extrapolated if self.extrapolated else limited._plain
+        answer = simulate(scene, times)
         run = answer.run
         if not answer.round_off < 1:
             raise RunFailed(
@@ -190,18 +209,28 @@ class Lammps:
         BackendMissing
             If LAMMPS is not there.
         RunFailed
-            If LAMMPS stops with an error, or the motion diverges.
+            If LAMMPS stops with an error or, isolated, crashes, or the motion diverges.
+        TooExpensive
+            If it takes longer than the time limit.
         """
         if self.dt is None:
             raise SceneError("dt", None, "missing, a run without estimates needs it")
+        if self.isolated:
+            within = replace(self, isolated=False).peaks_alone
+            with Child() as child:
+                found: tuple[FloatArray, int] = child.call(
+                    within, scene, time_limit=self.time_limit
+                )
+                return found
+        limited = replace(self, _deadline=time.perf_counter() + self.time_limit)
         _refuse_deep_overlaps(scene)
         legs = scene.schedule(2 * self.dt if self.extrapolated else self.dt)
         strides = [self._stride(scene, leg, recording=False) for leg in legs]
-        run = self._simulate(scene, legs, strides)
+        run = limited._simulate(scene, legs, strides)
         if not self.extrapolated:
             return run.peaks.force, run.steps
         halved = tuple(replace(leg, steps=2 * leg.steps) for leg in legs)
-        finer = self._simulate(scene, halved, [2 * stride for stride in strides])
+        finer = limited._simulate(scene, halved, [2 * stride for stride in strides])
         return _extrapolate(run, finer)[0], run.steps + finer.steps
 
     def _plain(self, scene: Scene, times: FloatArray | None) -> _Answer:
@@ -271,7 +300,7 @@ class Lammps:
         peaks = PeakWatch(scene.chain.granules - 1)
         recorder = None if times is None else Recorder(times, scene.chain.granules)
         work = 0.0
-        clock = _Clock()
+        clock = _Clock(self.time_limit, self._deadline)
         with engine() as lammps:
             command(lammps, deck.set_up(scene, self.pair_style) + _READING)
             at_rest = reading.granules(lammps)
@@ -398,7 +427,7 @@ def _read(
         for k, (done, stop) in enumerate(itertools.pairwise(block), start=1):
             begin = time.perf_counter()
             run(lammps, stop - done)
-            clock.running += time.perf_counter() - begin
+            clock.add_running(begin)
             reading.read(lammps, arrays[k])
         clock.stops += len(block) - 1
         if not np.all(np.isfinite(arrays[: len(block)])):
@@ -411,9 +440,18 @@ def _read(
 class _Clock:
     """Where the time of a run goes [s]: all of it, that within LAMMPS, and the number of stops."""
 
+    limit: float
+    deadline: float
     whole: float = 0.0
     running: float = 0.0
     stops: int = 0
+
+    def add_running(self, begin: float) -> None:
+        """Count what LAMMPS has run since then, unless the time is up."""
+        now = time.perf_counter()
+        if now > self.deadline:
+            raise took_too_long(self.limit)
+        self.running += now - begin
 
     def watching_share(self, stop: float) -> float:
         """Time spent on watching over that spent on steps, if each stop costs LAMMPS so much."""
