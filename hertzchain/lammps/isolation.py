@@ -7,7 +7,6 @@ scripts need no ``if __name__ == "__main__"``.
 from __future__ import annotations
 
 import contextlib
-import math
 import os
 import pickle
 import queue
@@ -52,7 +51,7 @@ def run_many(
 ) -> Iterator[Result | HertzchainError]:
     """Run scenes with LAMMPS, one after another, in a process of its own.
 
-    Where LAMMPS crashes, hangs or is killed, that scene has an error and the next one a new process.
+    Where LAMMPS crashes, hangs or is killed, that scene has an error, and the next a new process.
 
     Parameters
     ----------
@@ -77,9 +76,7 @@ def run_many(
             yield found
 
 
-def run_in(
-    child: Child, lammps: Lammps, scene: Scene, record: ArrayLike | None = None
-) -> Result:
+def run_in(child: Child, lammps: Lammps, scene: Scene, record: ArrayLike | None = None) -> Result:
     """Run a scene in a process; its wall time is that of the whole call."""
     begin = time.perf_counter()
     within = replace(lammps, isolated=False)
@@ -164,13 +161,11 @@ class _Process:
 
     def __init__(self) -> None:
         # In a group of its own Ctrl-C does not reach it, but this process, which then kills it.
-        own_group: dict[str, Any] = (
-            {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
-            if sys.platform == "win32"
-            else {"start_new_session": True}
-        )
+        own_group: dict[str, Any] = {"start_new_session": True}
+        if sys.platform == "win32":
+            own_group = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
         try:
-            self.popen = subprocess.Popen(
+            self.popen = subprocess.Popen(  # noqa: S603 - this interpreter, this package
                 [sys.executable, "-c", _PROGRAM, *sys.path],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
