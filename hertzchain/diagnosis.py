@@ -39,7 +39,23 @@ def diagnose() -> list[Finding]:
             findings.append(Finding(package, True, importlib.metadata.version(package)))
         except importlib.metadata.PackageNotFoundError:
             findings.append(Finding(package, False, f"missing; pip install {package}"))
-    return [*findings, _lammps()]
+    return [*findings, _kernels(), _lammps()]
+
+
+def _kernels() -> Finding:
+    """Where compiled code is kept from one run to the next."""
+    try:
+        from hertzchain.native import kernels
+    except ImportError as problem:
+        return Finding("kernels", False, f"{problem}; pip install numba")
+    folder = kernels.march.stats.cache_path
+    if folder is None:
+        text = (
+            "compiled anew in every process, for half a minute, as no folder to keep them can be"
+            " written; name one in the environment variable NUMBA_CACHE_DIR"
+        )
+        return Finding("kernels", True, text)
+    return Finding("kernels", True, f"compiled once, kept in {folder}")
 
 
 def _lammps() -> Finding:

@@ -151,11 +151,15 @@ def test_the_tradeoff_in_its_quick_form(
     assert "12 of 12 rows pass" in capsys.readouterr().out
 
 
+def without_lammps(scene: hc.Scene, enough: float) -> Tradeoff:  # noqa: ARG001
+    """What a tradeoff says where LAMMPS is missing; called in another process."""
+    return Tradeoff(scene, (), 1e-12, True, ("LAMMPS is not available",))
+
+
 def test_a_tradeoff_without_lammps_is_refused(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    missing = Tradeoff(scenes.load("demo"), (), 1e-12, True, ("LAMMPS is not available",))
-    monkeypatch.setattr(tradeoff, "tradeoff", lambda *_, **__: missing)
+    monkeypatch.setattr(tradeoff, "tradeoff", without_lammps)
     with pytest.raises(BackendMissing, match="LAMMPS is not available"):
         tradeoff.measure(quick=True)
     assert tradeoff.run(["--quick"]) == 2
