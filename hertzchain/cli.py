@@ -5,9 +5,12 @@ from __future__ import annotations
 import json
 import math
 import os
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -58,6 +61,15 @@ class MethodName(StrEnum):
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+Isolate = Annotated[
+    bool,
+    typer.Option(
+        "--isolate", help="Run LAMMPS in a process of its own: a crash of it is an error, no more."
+    ),
+]
+TimeLimit = Annotated[
+    str, typer.Option(help='How long LAMMPS may take, seconds or with a unit ("10 min").')
+]
 
 
 def _version(wanted: bool) -> None:
@@ -102,6 +114,8 @@ def run(
             "--extrapolated", help="With LAMMPS: extrapolate from two steps, an eighth of the cost."
         ),
     ] = False,
+    isolate: Isolate = False,
+    time_limit: TimeLimit = "1 h",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Write the peaks of all contacts (CSV).")
     ] = None,
@@ -114,13 +128,15 @@ def run(
 
     loaded = _load(scene)
     step = None if dt is None else to_si("--dt", dt, "s")
+    limit = _time_limit(time_limit)
     if output is not None:
         check_writable(output)
     with _progress() as tell:
         tell(
             f"{backend.value}: running (the first native run on a machine compiles, half a minute)"
         )
-        result = _simulation(backend, method, step, rtol, extrapolated).run(loaded)
+        simulation = _simulation(backend, method, step, rtol, extrapolated, isolate, limit)
+        result = simulation.run(loaded)
     if output is not None:
         write_text(output, result.to_frame().to_csv(index=False))
     if as_json:
@@ -128,11 +144,13 @@ def run(
     else:
         print_run(_console(), result)
     if rtol is not None and result.error_estimate > rtol:
-        typer.echo(
-            f"hertzchain: wanted {rtol:g}, reached {result.error_estimate:.1g}: LAMMPS loses digits"
-            " in absolute coordinates; --backend native does not",
-            err=True,
+        why = (
+            "LAMMPS loses digits in absolute coordinates; --backend native does not"
+            if backend is Backend.LAMMPS
+            else "granules knock against one another for long, which multiplies rounding errors"
         )
+        reached = f"wanted {rtol:g}, reached {result.error_estimate:.1g}"
+        typer.echo(f"hertzchain: {reached}: {why}", err=True)
         raise typer.Exit(OUT_OF_TOLERANCE)
 
 
@@ -142,6 +160,8 @@ def _simulation(
     dt: float | None,
     rtol: float | None,
     extrapolated: bool,
+    isolate: bool,
+    time_limit: float,
 ) -> Native | Lammps:
     from hertzchain.lammps import Lammps
     from hertzchain.native import Native
@@ -149,16 +169,29 @@ def _simulation(
     if backend is Backend.NATIVE:
         if extrapolated:
             raise HertzchainError("--extrapolated is for --backend lammps; leave the option out")
-        return Native(None if method is None else method.value, dt, rtol, peaks_only=True)
+        if isolate:
+            raise HertzchainError("--isolate is for --backend lammps; leave the option out")
+        name = None if method is None else method.value
+        return Native(name, dt, rtol, peaks_only=True, time_limit=time_limit)
     if method not in (None, MethodName.VELOCITY_VERLET):
         raise HertzchainError(
             f"--method {method}: LAMMPS has only velocity-verlet; leave the option out"
         )
-    if rtol is None:
-        return Lammps(dt, extrapolated=extrapolated)
-    if dt is not None:
+    if rtol is not None and dt is not None:
         raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
-    return Lammps(rtol=rtol, extrapolated=extrapolated)
+    lammps = Lammps(dt, extrapolated=extrapolated, isolated=isolate, time_limit=time_limit)
+    return lammps if rtol is None else replace(lammps, rtol=rtol)
+
+
+def _time_limit(given: str) -> float:
+    """The time limit [s]."""
+    from hertzchain.chain import POSITIVE, is_positive
+    from hertzchain.errors import require
+    from hertzchain.units import to_si
+
+    limit = to_si("--time-limit", given, "s")
+    require(is_positive(limit), "--time-limit", given, f"{POSITIVE} [s]")
+    return limit
 
 
 @app.command()
@@ -168,6 +201,8 @@ def compare(
         list[Backend] | None,
         typer.Option(help="What to compare with the native reference; repeatable. Default: all."),
     ] = None,
+    isolate: Isolate = False,
+    time_limit: TimeLimit = "1 h",
     as_json: AsJson = False,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the comparison (png, pdf, svg).")
@@ -176,14 +211,16 @@ def compare(
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
     from hertzchain import comparison, report
     from hertzchain.files import check_writable
+    from hertzchain.lammps import Lammps
 
     loaded = _load(scene)
+    lammps = Lammps(isolated=isolate, time_limit=_time_limit(time_limit))
     if plot is not None:
         check_writable(plot)
         report.check_plot_format(plot)
     names = comparison.BACKENDS if not backend else [name.value for name in backend]
     with _progress() as tell:
-        compared = comparison.compare(loaded, names, progress=tell)
+        compared = comparison.compare(loaded, names, lammps, progress=tell)
         if plot is not None:
             tell("drawing")
             report.plot_comparison(compared, plot)
@@ -341,10 +378,39 @@ def _progress() -> Iterator[Callable[[str], None]]:
         yield tell
 
 
+class _Stopped(BaseException):
+    """By Ctrl-C or SIGTERM; no Exception, as KeyboardInterrupt is none, which Typer keeps."""
+
+
+@contextmanager
+def _stoppable() -> Iterator[None]:
+    """Let both raise, so that what is begun is cleaned up: at SIGTERM Python would end at once."""
+
+    def stop(number: int, _: object) -> None:
+        raise _Stopped(number)
+
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGINT, signal.SIGTERM):
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                before[number] = signal.signal(number, stop)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
 def main() -> None:
     """Run the command line; a user's mistake is one sentence and status 2."""
     try:
-        app()
+        with _stoppable():
+            app()
+    except _Stopped as stop:
+        number = stop.args[0]
+        how = "interrupted" if number == signal.SIGINT else "terminated"
+        typer.echo(f"hertzchain: {how}", err=True)
+        sys.exit(128 + number)  # as shells have it
     except HertzchainError as problem:
         typer.echo(f"hertzchain: {problem}", err=True)
         sys.exit(UNUSABLE)

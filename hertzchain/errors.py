@@ -34,6 +34,10 @@ class SceneError(HertzchainError, ValueError):
         named = f"{key}{shown}: " if key else ""
         super().__init__(f"{where}{named}{allowed}")
 
+    def __reduce__(self) -> tuple[type[SceneError], tuple[object, ...]]:
+        """How it goes from one process to another."""
+        return type(self), (self.key, self.value, self.allowed, self.file)
+
 
 class BackendMissing(HertzchainError):
     """A backend was asked for that cannot run here."""

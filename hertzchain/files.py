@@ -5,10 +5,14 @@ from __future__ import annotations
 import errno
 import os
 import select
+import shutil
+import signal
 import stat
 import tempfile
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any, Self
 
 from hertzchain.errors import OutputError
 
@@ -59,7 +63,27 @@ def write_text(path: Path | str, text: str) -> None:
     OutputError
         If it cannot be written.
     """
-    write_with(path, lambda part: part.write_text(text, encoding="utf-8", newline="\n"))
+    write_texts({Path(path): text})
+
+
+def write_texts(texts: Mapping[Path, str]) -> None:
+    """Write text files that belong together: all of them, whole, or none.
+
+    Parameters
+    ----------
+    texts
+        What to write, by where to.
+
+    Raises
+    ------
+    OutputError
+        If one of them cannot be written.
+    """
+
+    def writer(text: str) -> Callable[[Path], object]:
+        return lambda part: part.write_text(text, encoding="utf-8", newline="\n")
+
+    _write({path: writer(text) for path, text in texts.items()})
 
 
 def write_with(path: Path | str, write: Callable[[Path], object]) -> None:
@@ -77,18 +101,73 @@ def write_with(path: Path | str, write: Callable[[Path], object]) -> None:
     OutputError
         If it cannot be written; nothing is left behind then.
     """
-    path = Path(path)
-    check_writable(path)
+    _write({Path(path): write})
+
+
+def _write(writers: Mapping[Path, Callable[[Path], object]]) -> None:
+    """Write files next to their places, then move all of them there."""
+    for path in writers:
+        check_writable(path)
+    folders: list[str] = []
+    moves: list[tuple[Path, Path]] = []
+    path = Path()
     try:
-        if path.exists() and not path.is_file():  # a pipe or a device cannot be replaced
-            write(path)
-            return
-        with tempfile.TemporaryDirectory(prefix=".hertzchain-", dir=path.parent) as folder:
-            part = Path(folder) / path.name
-            write(part)
-            part.replace(path.resolve())  # where a link points to
+        with _Undisturbed() as signals:
+            try:
+                for path, write in writers.items():
+                    target = part = path
+                    if not path.exists() or path.is_file():  # a pipe or a device stays what it is
+                        target = path.resolve()  # where a link points to
+                        folders.append(tempfile.mkdtemp(prefix=".hertzchain-", dir=target.parent))
+                        part = Path(folders[-1]) / path.name
+                        moves.append((part, target))
+                    try:
+                        signals.let_through()
+                        write(part)
+                    finally:
+                        signals.let_wait()
+                for part, path in moves:
+                    part.replace(path)
+            finally:
+                for folder in folders:
+                    shutil.rmtree(folder, ignore_errors=True)
     except (OSError, UnicodeError) as problem:  # UnicodeError: text that UTF-8 has no bytes for
         raise _unwritable(path, problem) from None
+
+
+class _Undisturbed:
+    """A context in which Ctrl-C and SIGTERM wait, so that no temporary file outlives them."""
+
+    def __init__(self) -> None:
+        self._waiting: list[int] = []
+        self._handlers: dict[signal.Signals, Any] = {}
+        if threading.current_thread() is threading.main_thread():  # where handlers run
+            # SIGTERM first: it is the end of the program, so that no more than that gets lost.
+            found = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)}
+            self._handlers = {number: how for number, how in found.items() if how is not None}
+
+    def __enter__(self) -> Self:
+        try:
+            self.let_wait()
+        except BaseException:
+            self.let_through()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.let_through()
+
+    def let_wait(self) -> None:
+        """From now on they wait."""
+        for number in self._handlers:
+            signal.signal(number, lambda number, _: self._waiting.append(number))
+
+    def let_through(self) -> None:
+        """From now on, and if they are waiting, they do what they did."""
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
+        while self._waiting:
+            signal.raise_signal(self._waiting.pop())
 
 
 def check_writable(path: Path | str) -> None:
@@ -108,10 +187,11 @@ def check_writable(path: Path | str) -> None:
         raise _unwritable(path, problem) from None
     if path.is_dir():
         raise OutputError(f"{path}: is a directory, must be the name of a file")
-    if not path.parent.is_dir():
-        reason = "is not a folder" if path.parent.exists() else "does not exist, create it first"
-        raise OutputError(f"{path}: {path.parent} {reason}")
-    target = path if path.exists() and not path.is_file() else path.parent
+    folder = path.resolve().parent if path.is_symlink() else path.parent
+    if not folder.is_dir():
+        reason = "is not a folder" if folder.exists() else "does not exist, create it first"
+        raise OutputError(f"{path}: {folder} {reason}")
+    target = path if path.exists() and not path.is_file() else folder
     if not os.access(target, os.W_OK) or (path.is_file() and not os.access(path, os.W_OK)):
         raise OutputError(f"{path}: no permission to write here, choose another place")
 

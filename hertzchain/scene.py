@@ -15,7 +15,7 @@ import numpy as np
 
 from hertzchain.chain import POSITIVE, Chain, is_positive, to_plain_numbers
 from hertzchain.errors import SceneError, require
-from hertzchain.files import read_bytes, write_text
+from hertzchain.files import read_bytes
 from hertzchain.schedule import Leg, lay_steps
 from hertzchain.shock import Pulse, PulseTable, Ramp, read_pulse_table
 from hertzchain.similarity import NaturalUnits, natural_units, unit_ratio_momentum
@@ -144,11 +144,14 @@ class Scene:
         Raises
         ------
         OutputError
-            If a file cannot be written.
+            If a file cannot be written; neither is then.
         """
         import tomli_w
 
+        from hertzchain.files import write_texts
+
         path = Path(path)
+        texts: dict[Path, str] = {}
         shock: dict[str, object] = {}
         if isinstance(self.shock, PulseTable):
             table = path.with_suffix(".csv")
@@ -156,14 +159,14 @@ class Scene:
             require(table != path, "path", str(path), allowed)
             rows = zip(self.shock.time, self.shock.force, strict=True)
             lines = ["time_s,force_N", *(f"{time!r},{force!r}" for time, force in rows)]
-            write_text(table, "\n".join(lines) + "\n")
+            texts[table] = "\n".join(lines) + "\n"
             shock = {"profile": "table", "file": table.name}
         else:
             shock = _given(self.shock)
         document: dict[str, object] = {"chain": _given(self.chain), "shock": shock}
         if self.run.end_time is not None:
             document["run"] = {"end_time": self.run.end_time}
-        write_text(path, tomli_w.dumps(document))
+        write_texts({**texts, path: tomli_w.dumps(document)})
 
     @functools.cached_property
     def units(self) -> NaturalUnits:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -32,6 +35,25 @@ def demo() -> hc.Scene:
 def demo_reference(demo: hc.Scene) -> hc.Result:
     """The demo scene by the reference method."""
     return hc.Native("reference").run(demo)
+
+
+@pytest.fixture
+def full_disk(tmp_path: Path) -> Iterator[Path]:
+    """A folder on a file system of its own that has room for names, but for no text."""
+    there = tmp_path / "disk"
+    there.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=4k", "tmpfs", str(there)]
+    try:
+        done = subprocess.run(mount, capture_output=True, text=True, check=False)
+    except FileNotFoundError:
+        pytest.skip("needs mount")
+    if done.returncode != 0:
+        pytest.skip(f"needs the right to mount a file system: {done.stderr.strip()}")
+    try:
+        (there / "filler").write_bytes(bytes(4096))
+        yield there
+    finally:
+        subprocess.run(["umount", str(there)], check=True)  # noqa: S607
 
 
 @pytest.fixture(autouse=True)

@@ -111,8 +111,8 @@ def hertzchain(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str
 
 
 MAIN = "from hertzchain.cli import main; main()"
-NO_LAMMPS = "import sys; sys.modules['lammps'] = None; " + MAIN
-"""As if there were none: `import lammps` then raises an ImportError."""
+NO_LAMMPS = f"import sys; sys.path.insert(0, {str(Path(__file__).parent / 'no_lammps')!r}); {MAIN}"
+"""As if there were none: `import lammps` then raises an ImportError, in its own process too."""
 
 
 def process(*arguments: object, code: str = MAIN, **options: Any) -> Outcome:

@@ -6,12 +6,17 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import hertzchain as hc
 from hertzchain.errors import OutputError
-from hertzchain.files import check_writable, write_text, write_with
+from hertzchain.files import check_writable, write_text, write_texts, write_with
+from tests.conftest import STEEL
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="needs files that only Linux has")
 
@@ -195,3 +200,148 @@ def test_a_device_is_written_to_and_not_replaced() -> None:
 def test_checking_writes_nothing(tmp_path: Path) -> None:
     check_writable(tmp_path / "a.txt")
     assert names(tmp_path) == []
+
+
+# Faults
+
+
+def test_a_full_disk_leaves_nothing(full_disk: Path) -> None:
+    with pytest.raises(OutputError, match=r"a\.txt: cannot be written \(No space left"):
+        write_text(full_disk / "a.txt", "a")
+    assert names(full_disk) == ["filler"]
+
+
+LIMITED = """
+import resource, sys
+resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
+import hertzchain as hc
+from hertzchain.errors import OutputError
+from hertzchain.files import write_text
+
+scene = hc.Scene.from_toml("scene.toml")
+try:
+    scene.to_toml("copy.toml") if len(sys.argv) > 1 else write_text("a.txt", "a" * 20_000)
+except OutputError as problem:
+    print(problem)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a limit of the system")
+def test_a_file_that_must_not_grow_leaves_nothing(tmp_path: Path) -> None:
+    # The table of the scene is too long: the scene must not be without it, nor with an old one.
+    times = np.linspace(0, 1e-4, 1000).tolist()
+    table = hc.PulseTable(tuple(times), tuple(1 + time for time in times))
+    hc.Scene(hc.Chain(5, **STEEL), table).to_toml(tmp_path / "scene.toml")
+    for name in ("copy.toml", "copy.csv"):
+        (tmp_path / name).write_text("old")
+    for arguments, file in (([], "a.txt"), (["scene"], "copy.csv")):
+        done = subprocess.run(
+            [sys.executable, "-c", LIMITED, *arguments],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+        assert (done.stdout, done.stderr) == (f"{file}: cannot be written (File too large)\n", "")
+    assert names(tmp_path) == ["copy.csv", "copy.toml", "scene.csv", "scene.toml"]
+    assert (tmp_path / "copy.toml").read_text() == (tmp_path / "copy.csv").read_text() == "old"
+
+
+def test_of_files_that_belong_together_none_is_written_without_the_others(tmp_path: Path) -> None:
+    (tmp_path / "b.txt").mkdir()
+    with pytest.raises(OutputError, match=r"b\.txt: is a directory"):
+        write_texts({tmp_path / "a.txt": "a", tmp_path / "b.txt": "b"})
+    assert names(tmp_path) == ["b.txt"]
+    write_texts({tmp_path / "a.txt": "a", tmp_path / "c.txt": "c"})
+    assert names(tmp_path) == ["a.txt", "b.txt", "c.txt"]
+    assert (tmp_path / "c.txt").read_text() == "c"
+
+
+def test_a_link_to_another_file_system_is_followed(tmp_path: Path, full_disk: Path) -> None:
+    (full_disk / "filler").unlink()
+    (tmp_path / "link.txt").symlink_to(full_disk / "a.txt")
+    write_text(tmp_path / "link.txt", "new")
+    assert (full_disk / "a.txt").read_text() == "new"
+    assert (tmp_path / "link.txt").is_symlink()
+    assert names(full_disk) == ["a.txt"]
+    assert names(tmp_path) == ["disk", "link.txt"]
+    (tmp_path / "lost.txt").symlink_to(tmp_path / "no" / "a.txt")
+    with pytest.raises(OutputError, match="does not exist, create it first"):
+        check_writable(tmp_path / "lost.txt")
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from hertzchain.files import write_text
+
+for _ in range(200):
+    write_text(Path("a.txt"), sys.argv[1] * 100_000)
+"""
+
+
+def test_of_two_that_write_to_one_place_one_is_whole(tmp_path: Path) -> None:
+    writers = [
+        subprocess.Popen([sys.executable, "-c", WRITER, letter], cwd=tmp_path) for letter in "ab"
+    ]
+    seen = set()
+    while any(writer.poll() is None for writer in writers):
+        if (tmp_path / "a.txt").exists():
+            seen.add((tmp_path / "a.txt").read_text())
+    assert [writer.returncode for writer in writers] == [0, 0]
+    seen.add((tmp_path / "a.txt").read_text())
+    assert seen <= {letter * 100_000 for letter in "ab"}
+    assert names(tmp_path) == ["a.txt"]
+
+
+class _Stopped(BaseException):
+    """What a handler of SIGTERM raises here."""
+
+
+# Python closes a file late whose opening it has interrupted, and says so.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.skipif(os.name != "posix", reason="needs signals")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_at_any_moment_leaves_nothing(tmp_path: Path, number: signal.Signals) -> None:
+    def stop(*_: object) -> None:
+        raise _Stopped
+
+    path, old, new = tmp_path / "a.txt", "old" * 1000, "new" * 1000
+    before = signal.signal(number, stop)
+    rung: list[int] = []
+
+    def ring(*_: object) -> None:
+        rung.append(1)
+        signal.raise_signal(number)
+
+    signal.signal(signal.SIGALRM, ring)
+    stopped = 0
+    try:
+        begin = time.perf_counter()
+        write_text(path, old)
+        longest = 2 * (time.perf_counter() - begin)
+        for moment in np.random.default_rng(0).uniform(1e-6, longest, 500):
+            rung.clear()
+            try:
+                signal.setitimer(signal.ITIMER_REAL, moment)
+                write_text(path, new)
+                while not rung:
+                    time.sleep(1e-4)
+            except _Stopped:
+                stopped += 1
+            assert signal.getsignal(number) is stop
+            assert names(tmp_path) == ["a.txt"]
+            assert path.read_text() in (old, new)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(number, before)
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    assert stopped == 500  # none is lost
+
+
+def test_a_file_can_be_written_in_a_thread(tmp_path: Path) -> None:
+    thread = threading.Thread(target=write_text, args=(tmp_path / "a.txt", "a"))
+    thread.start()
+    thread.join()
+    assert names(tmp_path) == ["a.txt"]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -12,7 +14,7 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-from hertzchain.errors import BackendMissing
+from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.tradeoff import ENGINES, Tradeoff
 from tests import scenes
 from validation import rows, run_all, table2, table3, table4, tradeoff
@@ -54,6 +56,22 @@ def test_a_wrong_simulation_fails(script: ModuleType, monkeypatch: pytest.Monkey
     home = script if hasattr(script, "simulate") else sys.modules["validation.peak_forces"]
     monkeypatch.setattr(home, "simulate", doctored)
     assert any(not entry.passed for entry in script.compare(quick=True))
+
+
+@pytest.mark.parametrize("script", [table2, table3], ids=lambda script: script.__name__)
+def test_a_scene_that_kills_lammps_fails_alone(
+    script: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run_many(scenes: Iterable[hc.Scene]) -> Iterator[hc.Result | hc.HertzchainError]:
+        by_native = [hc.Native("reference").run(scene) for scene in scenes]
+        yield RunFailed("LAMMPS crashed (SIGSEGV)")
+        yield from (replace(result, backend="lammps") for result in by_native[1:])
+
+    monkeypatch.setattr(rows, "run_many", run_many)
+    measured = script.compare(quick=True)
+    (failed,) = [entry for entry in measured if not entry.passed]
+    assert failed.what.endswith(": LAMMPS crashed (SIGSEGV)")
+    assert {entry.backend for entry in measured if entry.passed} == {"native", "lammps"}
 
 
 @pytest.mark.parametrize(("passed", "status"), [(True, 0), (False, 1)])
@@ -151,15 +169,35 @@ def test_the_tradeoff_in_its_quick_form(
     assert "12 of 12 rows pass" in capsys.readouterr().out
 
 
+def without_lammps(scene: hc.Scene, enough: float) -> Tradeoff:  # noqa: ARG001
+    """What a tradeoff says where LAMMPS is missing; called in another process."""
+    return Tradeoff(scene, (), 1e-12, True, ("LAMMPS is not available",))
+
+
 def test_a_tradeoff_without_lammps_is_refused(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    missing = Tradeoff(scenes.load("demo"), (), 1e-12, True, ("LAMMPS is not available",))
-    monkeypatch.setattr(tradeoff, "tradeoff", lambda *_, **__: missing)
+    monkeypatch.setattr(tradeoff, "tradeoff", without_lammps)
     with pytest.raises(BackendMissing, match="LAMMPS is not available"):
         tradeoff.measure(quick=True)
     assert tradeoff.run(["--quick"]) == 2
     assert capsys.readouterr().err == "tradeoff.py: LAMMPS is not available\n"
+
+
+def crash(scene: hc.Scene, enough: float) -> Tradeoff:  # noqa: ARG001
+    """What LAMMPS can do; called in another process."""
+    os.abort()
+
+
+def test_a_tradeoff_that_crashes_is_a_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(tradeoff, "tradeoff", crash)
+    assert tradeoff.run(["--quick", "-o", str(tmp_path)]) == 1
+    out = capsys.readouterr().out
+    assert f"{scenes.NAMES[0]}: LAMMPS crashed (SIGABRT)" in out
+    assert "0 of 1 rows pass" in out
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_tradeoff_that_cannot_be_written_is_refused(

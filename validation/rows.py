@@ -15,7 +15,9 @@ from rich.progress import track
 from rich.table import Table
 
 import hertzchain as hc
+from hertzchain.errors import BackendMissing
 from hertzchain.files import check_writable, write_text
+from hertzchain.lammps import run_many
 
 HERE = Path(__file__).parent
 
@@ -66,23 +68,48 @@ def scene_name(entry: dict[str, str]) -> str:
     return f"{entry['profile']}_LM{entry['momentum_ratio']}_n{entry['duration_ratio']}"
 
 
-def simulate(names: Iterable[str], label: str) -> dict[tuple[str, str], hc.Result]:
-    """Run scenes with both backends at their default accuracy.
+RAN = "every scene has to run"
+
+
+def did_not_run(what: str, backend: str, problem: hc.HertzchainError) -> Row:
+    """A row that fails in place of those of a scene that could not be simulated."""
+    nan = float("nan")
+    return Row(f"{what}: {problem}", backend, nan, nan, 0.0, False, RAN)
+
+
+def simulate(
+    names: Iterable[str], label: str
+) -> dict[tuple[str, str], hc.Result | hc.HertzchainError]:
+    """Run scenes with both backends at their default accuracy, LAMMPS in a process of its own.
 
     Returns
     -------
-    A result for each (name of the scene, backend).
+    A result, or why there is none, for each (name of the scene, backend).
+
+    Raises
+    ------
+    BackendMissing
+        If LAMMPS is not there.
     """
-    backends: tuple[hc.Native | hc.Lammps, ...] = (hc.Native("reference"), hc.Lammps())
     scenes = {name: hc.Scene.from_toml(HERE / "scenes" / f"{name}.toml") for name in names}
     console = Console(stderr=True)
-    work = [(name, backend) for name in scenes for backend in backends]
-    results = {}
-    for name, backend in track(
-        work, label, console=console, transient=True, disable=not console.is_terminal
+    results: dict[tuple[str, str], hc.Result | hc.HertzchainError] = {}
+    by_lammps = zip(scenes, run_many(scenes.values()), strict=True)
+    for name, found in track(
+        by_lammps,
+        label,
+        len(scenes),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
     ):
-        result = backend.run(scenes[name])
-        results[name, result.backend] = result
+        if isinstance(found, BackendMissing):
+            raise found
+        results[name, "lammps"] = found
+        try:
+            results[name, "native"] = hc.Native("reference").run(scenes[name])
+        except hc.HertzchainError as problem:
+            results[name, "native"] = problem
     return results
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hertzchain as hc
 from hertzchain import theory
-from validation.rows import Row, paper_table, row, run_script, scene_name, simulate
+from validation.rows import Row, did_not_run, paper_table, row, run_script, scene_name, simulate
 
 TITLE = "Table 2: granules in the transition, p"
 
@@ -28,6 +28,9 @@ def compare(quick: bool = False) -> list[Row]:
         name = scene_name(entry)
         for backend in ("native", "lammps"):
             result = results[name, backend]
+            if isinstance(result, hc.HertzchainError):
+                rows.append(did_not_run(name, backend, result))
+                continue
             p = result.transition_granules
             measured = float("nan") if p is None else float(p)
             expected = float(entry["p_numerical"])

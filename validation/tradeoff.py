@@ -8,6 +8,7 @@ To measure anew what is kept in ``validation/results``, on a machine that does n
 from __future__ import annotations
 
 import argparse
+import functools
 import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime
@@ -20,9 +21,10 @@ from rich.progress import track
 import hertzchain as hc
 from hertzchain.errors import BackendMissing
 from hertzchain.files import check_writable, write_text
+from hertzchain.lammps.isolation import Child
 from hertzchain.report import plot_tradeoff, print_tradeoff
 from hertzchain.tradeoff import Tradeoff, provenance, tradeoff
-from validation.rows import HERE, Row, paper_table, print_rows, row, scene_name
+from validation.rows import HERE, Row, did_not_run, paper_table, print_rows, row, scene_name
 
 TITLE = "Error against cost"
 
@@ -35,13 +37,21 @@ OTHER = "asked for 1e-12, but nothing tells it where contacts open: 4e-10 is see
 KNOWN = "ten times what is claimed of the paper's scenes"
 
 
-def measure(quick: bool = False) -> dict[str, Tradeoff]:
-    """Every contender on every scene; scenes by their names.
+LONGEST = 3600.0
+"""Seconds for one scene, which takes half a minute."""
+
+
+def measure(quick: bool = False) -> dict[str, Tradeoff | hc.HertzchainError]:
+    """Every contender on every scene, in another process, which LAMMPS may crash.
 
     Parameters
     ----------
     quick
         One scene, and no run repeated for the sake of its time.
+
+    Returns
+    -------
+    What was measured, or why nothing was, by the names of the scenes.
 
     Raises
     ------
@@ -51,18 +61,25 @@ def measure(quick: bool = False) -> dict[str, Tradeoff]:
     entries = [entry for number in (2, 3, 4) for entry in paper_table(number)]
     names = sorted({scene_name(entry) for entry in entries})
     console = Console(stderr=True)
-    found = {}
-    for name in track(
-        names[:1] if quick else names,
-        TITLE,
-        console=console,
-        transient=True,
-        disable=not console.is_terminal,
-    ):
-        scene = hc.Scene.from_toml(HERE / "scenes" / f"{name}.toml")
-        found[name] = tradeoff(scene, enough=0.0 if quick else ENOUGH)
-        if found[name].missing:
-            raise BackendMissing("; ".join(found[name].remarks))
+    found: dict[str, Tradeoff | hc.HertzchainError] = {}
+    with Child() as child:
+        for name in track(
+            names[:1] if quick else names,
+            TITLE,
+            console=console,
+            transient=True,
+            disable=not console.is_terminal,
+        ):
+            scene = hc.Scene.from_toml(HERE / "scenes" / f"{name}.toml")
+            how = functools.partial(tradeoff, scene, enough=0.0 if quick else ENOUGH)
+            try:
+                one: Tradeoff = child.call(how, time_limit=LONGEST)
+            except hc.HertzchainError as problem:
+                found[name] = problem
+                continue
+            if one.missing:
+                raise BackendMissing("; ".join(one.remarks))
+            found[name] = one
     return found
 
 
@@ -135,15 +152,24 @@ def run(arguments: Sequence[str]) -> int:
         if chosen.output is not None:
             for name in ("tradeoff.csv", "tradeoff.png"):
                 check_writable(chosen.output / name)
-        tradeoffs = measure(chosen.quick)
-        rows = promises(table_of(tradeoffs))
+        measured = measure(chosen.quick)
+        tradeoffs = {name: one for name, one in measured.items() if isinstance(one, Tradeoff)}
+        rows = [
+            did_not_run(name, "all", one)
+            for name, one in measured.items()
+            if not isinstance(one, Tradeoff)
+        ]
+        whole = not rows
+        if tradeoffs:
+            rows += promises(table_of(tradeoffs))
         console = Console(highlight=False, markup=False)
         if not console.is_terminal:  # a pipe has no width to fit a table into
             console.width = max(console.width, 120)
-        print_tradeoff(console, list(tradeoffs.values()))
+        if tradeoffs:
+            print_tradeoff(console, list(tradeoffs.values()))
         print()
         print_rows(f"{TITLE}: what has to hold", rows)
-        if chosen.output is not None:
+        if chosen.output is not None and whole:
             write(chosen.output, tradeoffs)
     except hc.HertzchainError as problem:
         print(f"tradeoff.py: {problem}", file=sys.stderr)

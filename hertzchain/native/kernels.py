@@ -18,10 +18,12 @@ Arrays hold a window of the chain: entry i is granule ``base + i``, and granules
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.core.caching import FunctionCache
 from numba.core.options import DefaultOptions
 
 from hertzchain.arrays import Array, FloatArray
@@ -140,9 +142,37 @@ def _compiled_with_arrays(function: Any) -> Any:
     return njit(**_HOW)(function)
 
 
+class _Kept(FunctionCache):
+    """Compiled code on disk; whatever is wrong with that, it is compiled anew.
+
+    Numba itself lets every problem through: a disk that is full, an index that was cut off. And
+    of two processes that keep different versions at the same moment, one can get the other's.
+    """
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """What is kept for types of arguments, or None."""
+        try:
+            found = super().load_overload(sig, target_context)
+            if found is None or tuple(found.signature.args) == tuple(sig):
+                return found
+        except Exception:  # noqa: S110 - what was damaged can raise anything
+            pass
+        with suppress(Exception):
+            self.flush()  # what cannot be read could not be replaced either
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep code, if that can be done."""
+        with suppress(Exception):
+            super().save_overload(sig, data)
+
+
 def _compiled_and_kept(function: Any) -> Any:
-    # On disk, with all that it calls.
-    return njit(**_HOW, cache=True)(function)
+    # On disk, with all that it calls; njit(cache=True) fails where there is no place to keep it.
+    compiled = njit(**_HOW)(function)
+    with suppress(RuntimeError, OSError):  # no folder can be written
+        compiled._cache = _Kept(function)
+    return compiled
 
 
 def _compiled_without_nan(function: Any) -> Any:
