@@ -79,6 +79,7 @@ def peaks_by_scipy(pieces: Sequence[Piece], granules: int, velocity: float = 0.0
             pushed, (start, end), state, "DOP853", dense_output=True, rtol=1e-13, atol=1e-16
         )
         state = found.y[:, -1]
+        assert found.sol is not None
         times = np.linspace(start, end, max(50, math.ceil((end - start) / 0.02)))
         overlaps = -np.diff(found.sol(times)[:granules], axis=0)
         for contact, k in enumerate(np.argmax(overlaps, axis=1)):
@@ -140,16 +141,15 @@ def _decay(time: float) -> float:
 def two_granules(time: float) -> float:
     """F(t) of two granules under a constant force 1, up to the time when they part.
 
-    r'^2 = 2 (r - 4/5 r^(5/2)), the energy of r'' = 1 - 2 r^(3/2); with r = s^2 the time to get
-    there is an integral without a singularity but at the turning point, s^3 = 5/4.
+    r'^2 = 2 (r - 4/5 r^(5/2)), the energy of r'' = 1 - 2 r^(3/2), so that r'= 0 at r^(3/2) = 5/4.
+    With r^(1/2) = (5/4)^(1/3) sin a the integral of dr / r' has no singularity.
     """
-    turn = 1.25 ** (1 / 3)
+    turn = math.cbrt(1.25)
 
-    def until(angle: float) -> float:  # s = turn sin(angle)
+    def until(angle: float) -> float:
         def integrand(a: float) -> float:
             s = math.sin(a)
-            # (1 - s^3) / cos^2 a, without the division by 0
-            return math.sqrt(2.0) * turn / math.sqrt((1 + s + s * s) / (1 + s))
+            return float(turn * math.sqrt(2 * (1 + s) / (1 + s + s * s)))
 
         return float(quad(integrand, 0, angle, epsabs=1e-14, epsrel=1e-13)[0])
 
@@ -236,7 +236,7 @@ def _far_field(scene: hc.Scene) -> FloatArray:
 def _impulse_limit(scene: hc.Scene) -> FloatArray:
     impulse = scene.impulse / scene.units.momentum
     # Without a push, force scales with the velocity V of the first granule as V^(6/5).
-    return impulse_peaks(scene.chain.granules) * impulse**1.2
+    return np.asarray(impulse_peaks(scene.chain.granules) * impulse**1.2)
 
 
 def _quasi_static(scene: hc.Scene) -> FloatArray:
@@ -257,8 +257,8 @@ class Limit:
     ----------
     name, parameter
         What they are called.
-    values
-        Of the parameter, falling towards 0.
+    sequence
+        Values of the parameter, falling towards 0.
     scene
         The scene of a value.
     expected
@@ -279,7 +279,7 @@ class Limit:
 
     name: str
     parameter: str
-    values: tuple[float, ...]
+    sequence: tuple[float, ...]
     scene: Callable[[float], hc.Scene]
     expected: Callable[[hc.Scene], FloatArray]
     rate: float
@@ -449,7 +449,7 @@ def measure(quick: bool = False, with_lammps: bool = True) -> pandas.DataFrame:
     for limit in track(
         LIMITS, TITLE, console=console, transient=True, disable=not console.is_terminal
     ):
-        values = limit.values[:-1] if quick else limit.values
+        values = limit.sequence[:-1] if quick else limit.sequence
         work = [(value, limit.scene(value), limit.step(value)) for value in values]
         if limit.name in THEMSELVES:
             work.append((0.0, table_scene(*THEMSELVES[limit.name]), 0.01))
@@ -492,11 +492,10 @@ def promises(table: pandas.DataFrame) -> list[Row]:
             rows.append(row(what, "lammps", off, 0.0, limit.agreement, limit.why_agreement))
     for name in THEMSELVES:
         for backend in backends:
-            ((off,),) = table.loc[
-                (table["limit"] == name) & (table["value"] == 0), [backend]
-            ].values
+            itself = table[(table["limit"] == name) & (table["value"] == 0)]
             allowed, reason = _ITSELF[backend]
-            rows.append(row(f"{name}: itself", backend, float(off), 0.0, allowed, reason))
+            off = float(itself[backend].iloc[0])
+            rows.append(row(f"{name}: itself", backend, off, 0.0, allowed, reason))
     return rows
 
 
