@@ -247,4 +247,4 @@ def write_table(path: Path, table: pandas.DataFrame) -> None:
     """
     facts = [f"{name} {value}" for name, value in provenance().items()]
     head = f"# {datetime.now(UTC):%Y-%m-%d}; {'; '.join(facts)}\n"
-    write_text(path, head + table.to_csv(index=False, float_format="%.6g"))
+    write_text(path, head + table.to_csv(index=False))
