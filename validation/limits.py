@@ -101,14 +101,14 @@ def _right_hand_side(
 def _maximum(curve: Any, contact: int, granules: int, near: tuple[float, float, float]) -> float:
     """The largest overlap of a contact between the outer two of three times."""
 
-    def closing(time: float, first: int = granules + contact) -> float:
+    def between(time: float, first: int) -> float:
         state = curve(time)
         return float(state[first] - state[first + 1])
 
     before, time, after = near
     if before < time < after:  # else the largest is at an end
-        time = brentq(closing, before, after, xtol=1e-13)
-    return closing(time, contact)
+        time = brentq(between, before, after, args=(granules + contact,), xtol=1e-13)
+    return between(time, contact)
 
 
 @functools.cache
