@@ -301,8 +301,8 @@ _WALK = (
 )
 _FITTED = (
     "symplectic: none; but the step fits a whole number of times into each run, up to 1e-4 shorter"
-    " in one to 1,000 granules, which has another constant error, and an erratic one of the contacts"
-    " that open at the start"
+    " in one to 1,000 granules, which has another constant error, and an erratic one where contacts"
+    " open at the start"
 )
 _SYMPLECTIC = (
     "symplectic: none but round-off, 3e-13; velocity Verlet's peaks beat with its steps by 3.7e-6,"
