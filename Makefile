@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all validate tradeoff bench lint format lock clean help
+.PHONY: demo test test-all validate limits long-run tradeoff bench lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -18,8 +18,15 @@ test: $(STAMP) ## the test suite, without the slow ones
 test-all: $(STAMP) ## the whole test suite
 	$(BIN)/pytest -m "slow or not slow"
 
-validate: $(STAMP) ## the paper's tables with both backends
+validate: $(STAMP) ## the paper's tables and the known limits with both backends
 	$(BIN)/python validation/run_all.py
+
+limits: $(STAMP) ## known limits, approached by scenes, with a figure
+	$(BIN)/python validation/limits.py -o limits.csv --plot limits.png
+
+long-run: $(STAMP) ## a wave down 90,000 granules: what drifts; two minutes
+	$(BIN)/python validation/long_run.py -o validation/results/long_run.csv \
+	    --plot validation/results/long_run.png
 
 bench: $(STAMP) ## what accuracy costs, as ratios; on an idle machine
 	$(BIN)/python validation/benchmarks.py
@@ -44,7 +51,7 @@ lock: $(STAMP) ## write requirements.lock anew
 	    --quiet --output-file requirements.lock
 
 clean: ## remove .venv and what runs leave behind
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache demo.png in.chain peaks.csv table2.csv tradeoff.png tradeoff.csv
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache demo.png in.chain peaks.csv table2.csv limits.csv limits.png tradeoff.png tradeoff.csv
 
 # Installed as locked, the project itself without a download and without dependencies of its own.
 $(STAMP): requirements.lock pyproject.toml

@@ -7,6 +7,7 @@ import csv
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pandas
@@ -18,8 +19,13 @@ import hertzchain as hc
 from hertzchain.errors import BackendMissing
 from hertzchain.files import check_writable, write_text
 from hertzchain.lammps import run_many
+from hertzchain.lammps.engine import engine
+from hertzchain.tradeoff import provenance
 
 HERE = Path(__file__).parent
+
+STEEL = {"radius": 4.75e-3, "young_modulus": 193e9, "poisson_ratio": 0.3, "density": 7958.0}
+"""The paper's granules (section 5.2), where a script makes its own scenes."""
 
 
 @dataclass(frozen=True)
@@ -168,3 +174,103 @@ def run_script(title: str, compare: Callable[[bool], list[Row]]) -> None:
         print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
         sys.exit(2)
     sys.exit(0 if all(entry.passed for entry in rows) else 1)
+
+
+def why_no_lammps() -> str | None:
+    """What is wrong with LAMMPS here, as a sentence; None where it runs."""
+    try:
+        with engine():
+            return None
+    except BackendMissing as problem:
+        return str(problem)
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A script that measures a table, judges it and draws it.
+
+    Parameters
+    ----------
+    title
+        What it is.
+    measure
+        Takes whether to be quick, and whether LAMMPS is there; hands back the table.
+    promises
+        What has to hold of such a table.
+    show
+        Prints it.
+    plot
+        Draws it into a file.
+    """
+
+    title: str
+    measure: Callable[[bool, bool], pandas.DataFrame]
+    promises: Callable[[pandas.DataFrame], list[Row]]
+    show: Callable[[Console, pandas.DataFrame], None]
+    plot: Callable[[pandas.DataFrame, Path], None]
+
+    def compare(self, quick: bool) -> list[Row]:
+        """The rows, with both backends.
+
+        Raises
+        ------
+        BackendMissing
+            If LAMMPS is not there.
+        """
+        problem = why_no_lammps()
+        if problem is not None:
+            raise BackendMissing(problem)
+        return self.promises(self.measure(quick, True))
+
+    def run(self, arguments: Sequence[str]) -> int:
+        """The command line: measure, print, write if asked.
+
+        Returns
+        -------
+        The exit status: 1 when a row fails, 2 where LAMMPS is missing (the rest is measured) or
+        something cannot be written.
+        """
+        parser = argparse.ArgumentParser(description=self.title)
+        parser.add_argument("--quick", action="store_true", help="less of it, in some seconds")
+        parser.add_argument("-o", "--output", type=Path, help="write the table as CSV")
+        parser.add_argument("--plot", type=Path, help="write a figure; the suffix says the format")
+        chosen = parser.parse_args(arguments)
+        missing = why_no_lammps()
+        try:
+            for path in (chosen.output, chosen.plot):
+                if path is not None:
+                    check_writable(path)
+            if missing:
+                print(f"{missing}; everything else is measured", file=sys.stderr)
+            table = self.measure(chosen.quick, missing is None)
+            rows = self.promises(table)
+            console = Console(highlight=False, markup=False)
+            if not console.is_terminal:  # a pipe has no width to fit a table into
+                console.width = max(console.width, 120)
+            self.show(console, table)
+            print_rows(f"{self.title}: what has to hold", rows)
+            if chosen.output is not None:
+                write_table(chosen.output, table)
+            if chosen.plot is not None:
+                self.plot(table, chosen.plot)
+        except hc.HertzchainError as problem:
+            print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
+            return 2
+        if not all(entry.passed for entry in rows):
+            return 1
+        return 2 if missing else 0
+
+
+def write_table(path: Path, table: pandas.DataFrame) -> None:
+    """Write a table as CSV whose first line says when, with what and on what it was measured.
+
+    Read it with ``pandas.read_csv(path, comment="#")``.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    facts = [f"{name} {value}" for name, value in provenance().items()]
+    head = f"# {datetime.now(UTC):%Y-%m-%d}; {'; '.join(facts)}\n"
+    write_text(path, head + table.to_csv(index=False))

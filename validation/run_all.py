@@ -1,16 +1,18 @@
-"""Every validation script of the paper's tables in one go, with one summary.
+"""The paper's tables and the known limits in one go, with one summary.
 
-``validation/tradeoff.py``, which measures times and takes minutes, is run by itself.
+``validation/tradeoff.py`` and ``validation/long_run.py``, which take minutes, are run by
+themselves.
 """
 
 from __future__ import annotations
 
+import validation.limits
 import validation.table2
 import validation.table3
 import validation.table4
 from validation.rows import Row, print_rows, row, run_script
 
-SCRIPTS = (validation.table2, validation.table3, validation.table4)
+SCRIPTS = (validation.table2, validation.table3, validation.table4, validation.limits)
 TITLE = "Every script: rows that pass"
 ALL = "every row of a script has to pass"
 ENTRIES = "each of the paper's 92 entries within 0.2 percentage points"

@@ -1,0 +1,595 @@
+"""Known limits, approached by scenes: both backends get there, at the rate that theory says.
+
+For each limit a sequence of scenes, the distance of their peaks from the limit with native and with
+LAMMPS, and the exponent with which it falls. What lies in the limit is known without either: in
+closed form, by quadrature, or from SciPy's DOP853, which can start a granule with a velocity::
+
+    .venv/bin/python validation/limits.py --plot limits.png -o limits.csv
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.files import write_with
+from hertzchain.scene import Run
+from hertzchain.similarity import MOMENTUM_IN_NATURAL_UNITS, natural_units
+from validation.rows import STEEL, Measurement, Row, row
+
+TITLE = "Limits, approached by scenes"
+
+IMPULSE_COEFFICIENT = 0.6395542321
+"""F_SW / F0 = this (I / (F0 time unit))^1.2 far from an impulse I: see ``impulse_coefficient``."""
+
+_DEPTH = 0.1
+"""(F0 / A)^(2/3) in radii: so deep that LAMMPS loses few digits to its absolute coordinates."""
+
+_DURATION = 2 * MOMENTUM_IN_NATURAL_UNITS
+"""Of every pulse at LM_ratio = 1, natural time units: the area of all three is half of this."""
+
+_TIMES = np.linspace(0.5, 3.75, 14)
+"""When F(t) of two granules is looked at, natural time units; they part at 4.27."""
+
+
+# What lies in the limits
+
+
+Piece = tuple[Callable[[float], float], float, float]
+"""A smooth piece of a force on the first granule, its start and its end."""
+
+
+def peaks_by_scipy(pieces: Sequence[Piece], granules: int, velocity: float = 0.0) -> FloatArray:
+    """Peak forces of Eq. 1 by SciPy's DOP853, in natural units, to some 1e-10.
+
+    Parameters
+    ----------
+    pieces
+        The force on the first granule.
+    granules
+        N.
+    velocity
+        Of the first granule at the start.
+
+    Returns
+    -------
+    Shape (granules - 1,).
+    """
+    state = np.zeros(2 * granules)
+    state[granules] = velocity
+    deepest = np.zeros(granules - 1)
+    for force, start, end in pieces:
+        pushed = functools.partial(_right_hand_side, force, granules)
+        found = solve_ivp(
+            pushed, (start, end), state, "DOP853", dense_output=True, rtol=1e-13, atol=1e-16
+        )
+        state = found.y[:, -1]
+        assert found.sol is not None
+        times = np.linspace(start, end, max(50, math.ceil((end - start) / 0.02)))
+        overlaps = -np.diff(found.sol(times)[:granules], axis=0)
+        for contact, k in enumerate(np.argmax(overlaps, axis=1)):
+            near = times[max(k - 1, 0)], times[k], times[min(k + 1, times.size - 1)]
+            highest = _maximum(found.sol, contact, granules, near)
+            deepest[contact] = max(deepest[contact], highest)
+    return np.asarray(deepest**1.5)
+
+
+def _right_hand_side(
+    force: Callable[[float], float], granules: int, time: float, state: FloatArray
+) -> FloatArray:
+    passed_on = np.zeros(granules + 1)
+    passed_on[0] = force(time)
+    passed_on[1:-1] = np.maximum(-np.diff(state[:granules]), 0) ** 1.5
+    return np.concatenate([state[granules:], passed_on[:-1] - passed_on[1:]])
+
+
+def _maximum(curve: Any, contact: int, granules: int, near: tuple[float, float, float]) -> float:
+    """The largest overlap of a contact between the outer two of three times."""
+
+    def between(time: float, first: int) -> float:
+        state = curve(time)
+        return float(state[first] - state[first + 1])
+
+    before, time, after = near
+    if before < time < after:  # else the largest is at an end
+        time = brentq(between, before, after, args=(granules + contact,), xtol=1e-13)
+    return between(time, contact)
+
+
+@functools.cache
+def impulse_peaks(granules: int) -> FloatArray:
+    """Peaks of a chain whose first granule is given the velocity 1, in natural units."""
+    return peaks_by_scipy([(_none, 0, 1.2 * granules + 5)], granules, velocity=1.0)
+
+
+def impulse_coefficient() -> float:
+    """Far-field force of a chain whose first granule is given the velocity 1."""
+    return float(np.median(impulse_peaks(60)[30:50]))
+
+
+def _none(_: float) -> float:
+    return 0.0
+
+
+def _whole(_: float) -> float:
+    return 1.0
+
+
+def _rise(time: float) -> float:
+    return time / _DURATION
+
+
+def _decay(time: float) -> float:
+    return 1 - time / _DURATION
+
+
+def two_granules(time: float) -> float:
+    """F(t) of two granules under a constant force 1, up to the time when they part.
+
+    r'^2 = 2 (r - 4/5 r^(5/2)), the energy of r'' = 1 - 2 r^(3/2), so that r'= 0 at r^(3/2) = 5/4.
+    With r^(1/2) = (5/4)^(1/3) sin a the integral of dr / r' has no singularity.
+    """
+    turn = math.cbrt(1.25)
+
+    def until(angle: float) -> float:
+        def integrand(a: float) -> float:
+            s = math.sin(a)
+            return float(turn * math.sqrt(2 * (1 + s) / (1 + s + s * s)))
+
+        return float(quad(integrand, 0, angle, epsabs=1e-14, epsrel=1e-13)[0])
+
+    half = until(math.pi / 2)
+    rising = time if time <= half else 2 * half - time
+    angle = brentq(lambda a: until(a) - rising, 0.0, math.pi / 2, xtol=1e-14)
+    return float((turn * math.sin(angle)) ** 3)
+
+
+# Scenes
+
+
+def _scene(
+    granules: int,
+    profile: str,
+    duration_ratio: float,
+    rise_time: float,
+    end_time: float | None = None,
+) -> hc.Scene:
+    """A scene from times in natural units."""
+    chain = hc.Chain(granules, **STEEL)
+    force = chain.contact_stiffness * (_DEPTH * chain.radius) ** 1.5
+    unit = natural_units(chain, force).time
+    pulse = hc.Pulse(profile, force, duration_ratio, rise_time=rise_time * unit)
+    return hc.Scene(chain, pulse, Run(None if end_time is None else end_time * unit))
+
+
+def impulse_scene(momentum_ratio: float, granules: int = 12) -> hc.Scene:
+    """A short pulse."""
+    return _scene(granules, "cosine", 2.0, momentum_ratio * _DURATION / 2)
+
+
+def slow_scene(profile: str, granules: int, slowness: float) -> hc.Scene:
+    """A slow pulse, LM_ratio = 1 / slowness, watched until it has begun to fall."""
+    rise_time = _DURATION / 2 / slowness
+    return _scene(granules, profile, 2.0, rise_time, 1.2 * rise_time)
+
+
+def step_scene(granules: int, rise_time: float) -> hc.Scene:
+    """A fast rise and a slow fall, by t0^2 / 200 in each natural time unit."""
+    duration_ratio = 1 + 200 * rise_time**-3
+    return _scene(granules, "triangular", duration_ratio, rise_time, 3.0 * granules)
+
+
+def release_scene(excess: float) -> hc.Scene:
+    """A slow rise and a fast fall, n = 1 + excess, LM_ratio = 1."""
+    return _scene(10, "triangular", 1 + excess, _DURATION / (1 + excess))
+
+
+def start_scene(profile: str, share: float) -> hc.Scene:
+    """A fast rise and a slow linear fall, n = 1 / share, LM_ratio = 1."""
+    return _scene(10, profile, 1 / share, _DURATION * share)
+
+
+def table_scene(granules: int, pieces: Sequence[Piece]) -> hc.Scene:
+    """A pulse table with the jumps of the limit itself, watched as long as its pieces say."""
+    force, start, end = pieces[0]
+    like = _scene(granules, "triangular", 2.0, 1.0)
+    units = like.units
+    times = (start * units.time, end * units.time)
+    table = hc.PulseTable(times, (force(start) * units.force, force(end) * units.force))
+    return hc.Scene(like.chain, table, Run(pieces[-1][2] * units.time))
+
+
+# What happens in the limits
+
+
+CONSTANT: tuple[Piece, ...] = ((_whole, 0.0, 30.0),)
+RELEASE: tuple[Piece, ...] = ((_rise, 0.0, _DURATION), (_none, _DURATION, _DURATION + 20))
+START: tuple[Piece, ...] = ((_decay, 0.0, _DURATION), (_none, _DURATION, _DURATION + 20))
+"""Pushes whose force jumps: at the start, at the end, at the start."""
+
+
+@functools.cache
+def pushed(pieces: tuple[Piece, ...], granules: int) -> FloatArray:
+    """Peaks under one of them."""
+    return peaks_by_scipy(pieces, granules)
+
+
+def _far_field(scene: hc.Scene) -> FloatArray:
+    return np.array([IMPULSE_COEFFICIENT * (scene.impulse / scene.units.momentum) ** 1.2])
+
+
+def _impulse_limit(scene: hc.Scene) -> FloatArray:
+    impulse = scene.impulse / scene.units.momentum
+    # Without a push, force scales with the velocity V of the first granule as V^(6/5).
+    return np.asarray(impulse_peaks(scene.chain.granules) * impulse**1.2)
+
+
+def _quasi_static(scene: hc.Scene) -> FloatArray:
+    """Of N granules pushed as one, N - i + 1 lie ahead of contact i."""
+    granules = scene.chain.granules
+    return 1 - np.arange(1, granules) / granules
+
+
+def _pushed(pieces: tuple[Piece, ...]) -> Callable[[hc.Scene], FloatArray]:
+    return lambda scene: pushed(pieces, scene.chain.granules)
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit, and the scenes that go there.
+
+    Parameters
+    ----------
+    name, parameter
+        What they are called.
+    sequence
+        Values of the parameter, falling towards 0.
+    scene
+        The scene of a value.
+    expected
+        What is found in the limit, in natural units: the peak forces of a scene, or F(t).
+    rate, why
+        Exponent with which the distance falls, and the reason.
+    tolerance, why_tolerance
+        How far the measured exponent may be off, and the reason.
+    step
+        The step of LAMMPS at a value, natural time units.
+    agreement, why_agreement
+        How far the two distances of a scene may differ, as a fraction, and the reason.
+    contact
+        The place of the only contact that is looked at; None for all.
+    history
+        Whether F(t) is looked at instead of peaks.
+    """
+
+    name: str
+    parameter: str
+    sequence: tuple[float, ...]
+    scene: Callable[[float], hc.Scene]
+    expected: Callable[[hc.Scene], FloatArray]
+    rate: float
+    why: str
+    tolerance: float
+    why_tolerance: str
+    step: Callable[[float], float]
+    agreement: float
+    why_agreement: str
+    contact: int | None = None
+    history: bool = False
+
+
+_IMPULSE = (
+    "in a time t the first contact passes on t^(5/2) of momentum that a granule with a velocity"
+    " would pass on differently; in times of that contact, ~ I^(-1/5), t ~ LM^(6/5)"
+)
+_START_UP = (
+    "contacts are not stiff at first: a force a t^k sets them swinging by a^(6/(6+k)); as it grows"
+    " to F0, slowly, the action of the swing stays, and with it 3/4 of the exponent; a ~ LM^(-k)"
+)
+_SHIFT = (
+    "a rise in t0 is a jump at t0/2 but for a displacement of t0^2/24; the slow fall is made to"
+    " cost t0^2 too"
+)
+_AREA = "the impulse being fixed, forces beside the corner change by the parameter"
+_NEXT = "the next term is smaller by about the parameter, and bends the sequence by less than this"
+_CORNER = (
+    "the crest of the swing nearest to the corner of the force misses it by half a period at most;"
+    " of 42 scenes between LM 10 and 2000 all lie between 0.61 and 0.95 LM^(-9/14)"
+)
+_TOP = (
+    "the crest of the swing nearest to the top of the force misses it by half a period at most;"
+    " of 41 scenes between LM 20 and 2000 all lie between 1.34 and 1.49 LM^(-9/8)"
+)
+_MODES = (
+    "the crests of four swings fall together more or less; of 27 scenes between LM 60 and 2000 all"
+    " lie between 8.6 and 12.7 LM^(-9/8)"
+)
+_STEPS = "the steps of LAMMPS are chosen to cost a distance so much at most"
+_FAINT = "0.01 in overlap, where LAMMPS loses digits to coordinates up to 100 radii"
+_SWINGS = "the steps of LAMMPS shift the last of a thousand swings by up to a tenth of a radian"
+
+
+def _fine(value: float) -> float:
+    return min(0.01, value * _DURATION / 4)
+
+
+LIMITS = (
+    Limit(
+        "impulse, N 12", "LM_ratio", (0.1, 0.05, 0.02, 0.01, 0.005),
+        impulse_scene, _impulse_limit, 3.0, _IMPULSE,
+        0.001, _NEXT, lambda value: value * _DURATION / 20, 5e-4, _STEPS,
+    ),
+    Limit(
+        "impulse, far field", "LM_ratio", (0.1, 0.05, 0.02, 0.01),
+        functools.partial(impulse_scene, granules=50), _far_field, 3.0, _IMPULSE,
+        0.001, _NEXT, lambda value: value * _DURATION / 20, 2e-3, _FAINT, contact=40,
+    ),
+    Limit(
+        "quasi-static, triangular, N 2", "1/LM_ratio", (0.1, 0.03, 0.01, 0.003, 0.001),
+        functools.partial(slow_scene, "triangular", 2), _quasi_static, 9 / 14, _START_UP,
+        0.1, _CORNER, lambda _: 0.02, 2e-3, _SWINGS,
+    ),
+    Limit(
+        "quasi-static, cosine, N 2", "1/LM_ratio", (0.03, 0.01, 0.003, 0.001),
+        functools.partial(slow_scene, "cosine", 2), _quasi_static, 9 / 8, _START_UP,
+        0.035, _TOP, lambda _: 0.02, 2e-3, _SWINGS,
+    ),
+    Limit(
+        "quasi-static, cosine, N 5", "1/LM_ratio", (0.03, 0.01, 0.003, 0.001),
+        functools.partial(slow_scene, "cosine", 5), _quasi_static, 9 / 8, _START_UP,
+        0.13, _MODES, lambda _: 0.02, 2e-3, _SWINGS,
+    ),
+    Limit(
+        "constant force, N 2, 5/4 F0", "t0", (0.2, 0.1, 0.05, 0.02),
+        functools.partial(step_scene, 2), lambda _: np.array([1.25]), 2.0, _SHIFT,
+        0.01, _NEXT, lambda value: value / 10, 5e-4, _STEPS,
+    ),
+    Limit(
+        "constant force, N 2, F(t)", "t0", (0.2, 0.1, 0.05, 0.02),
+        functools.partial(step_scene, 2), lambda _: np.array([two_granules(t) for t in _TIMES]),
+        2.0, _SHIFT, 0.01, _NEXT, lambda value: value / 40, 5e-3, _STEPS, history=True,
+    ),
+    Limit(
+        "constant force, N 10", "t0", (0.2, 0.1, 0.05, 0.02),
+        functools.partial(step_scene, 10), _pushed(CONSTANT), 2.0, _SHIFT,
+        0.01, _NEXT, lambda value: value / 10, 5e-4, _STEPS,
+    ),
+    Limit(
+        "sudden release", "n - 1", (0.01, 0.003, 0.001, 0.0003),
+        release_scene, _pushed(RELEASE), 1.0, _AREA, 0.01, _NEXT, _fine, 5e-4, _STEPS,
+    ),
+    Limit(
+        "sudden start, triangular", "1/n", (0.01, 0.003, 0.001, 0.0003),
+        functools.partial(start_scene, "triangular"), _pushed(START), 1.0, _AREA,
+        0.01, _NEXT, _fine, 5e-4, _STEPS,
+    ),
+    Limit(
+        "sudden start, cosine-triangular", "1/n", (0.01, 0.003, 0.001, 0.0003),
+        functools.partial(start_scene, "cosine-triangular"), _pushed(START), 1.0, _AREA,
+        0.01, _NEXT, _fine, 5e-4, _STEPS,
+    ),
+)  # fmt: skip
+
+THEMSELVES = {
+    "constant force, N 2, 5/4 F0": (2, CONSTANT),
+    "constant force, N 10": (10, CONSTANT),
+    "sudden release": (10, RELEASE),
+    "sudden start, triangular": (10, START),
+}
+"""Limits that are scenes: granules and push."""
+
+
+def distance(found: FloatArray, expected: FloatArray) -> float:
+    """The largest relative difference."""
+    return float(np.max(np.abs(found / expected - 1)))
+
+
+def by_native(limit: Limit, scene: hc.Scene) -> FloatArray:
+    """Peaks or F(t) of a scene, natural units."""
+    native = hc.Native("reference")
+    if not limit.history:
+        return _looked_at(limit, native.run(scene).peak_force / scene.units.force)
+    return _history(native.run(scene, record=_when(scene)))
+
+
+def by_lammps(limit: Limit, scene: hc.Scene, step: float) -> FloatArray:
+    """Peaks or F(t) of a scene, natural units; peaks are extrapolated."""
+    lammps = hc.Lammps(step * scene.units.time, extrapolated=not limit.history)
+    if not limit.history:
+        return _looked_at(limit, lammps.peaks_alone(scene)[0] / scene.units.force)
+    return _history(lammps.run(scene, record=_when(scene)))
+
+
+def _looked_at(limit: Limit, peak_force: FloatArray) -> FloatArray:
+    return peak_force if limit.contact is None else peak_force[[limit.contact]]
+
+
+def _when(scene: hc.Scene) -> FloatArray:
+    """When to look at F(t): its clock starts where the force would have jumped."""
+    assert scene.rise_time is not None
+    return np.asarray(_TIMES * scene.units.time + scene.rise_time / 2)
+
+
+def _history(result: hc.Result) -> FloatArray:
+    assert result.history is not None
+    return np.asarray(result.history.contact_force[:, 0] / result.scene.units.force)
+
+
+def measure(quick: bool = False, with_lammps: bool = True) -> pandas.DataFrame:
+    """Distances from every limit; a value of 0 is the limit itself, as a scene.
+
+    Parameters
+    ----------
+    quick
+        Leave the last scene of each sequence out.
+    with_lammps
+        Whether to run LAMMPS; its distances are NaN otherwise.
+
+    Returns
+    -------
+    Columns limit, parameter, value, native, lammps.
+    """
+    console = Console(stderr=True)
+    rows = []
+    for limit in track(
+        LIMITS, TITLE, console=console, transient=True, disable=not console.is_terminal
+    ):
+        values = limit.sequence[:-1] if quick else limit.sequence
+        work = [(value, limit.scene(value), limit.step(value)) for value in values]
+        if limit.name in THEMSELVES:
+            work.append((0.0, table_scene(*THEMSELVES[limit.name]), 0.01))
+        for value, scene, step in work:
+            expected = limit.expected(scene)
+            native = distance(by_native(limit, scene), expected)
+            lammps = math.nan
+            if with_lammps:
+                lammps = distance(by_lammps(limit, scene, step), expected)
+            rows.append((limit.name, limit.parameter, value, native, lammps))
+    return pandas.DataFrame(rows, columns=["limit", "parameter", "value", "native", "lammps"])
+
+
+def rate(table: pandas.DataFrame, limit: Limit, backend: str) -> float:
+    """The exponent with which the distance falls: a line through the logarithms."""
+    own = table[(table["limit"] == limit.name) & (table["value"] > 0)]
+    return float(np.polyfit(np.log(own["value"]), np.log(own[backend]), 1)[0])
+
+
+def promises(table: pandas.DataFrame) -> list[Row]:
+    """What has to hold: rates, distances that agree, and limits that are scenes themselves.
+
+    Parameters
+    ----------
+    table
+        As from ``measure``, or read from its file.
+    """
+    backends = [name for name in ("native", "lammps") if table[name].notna().any()]
+    rows = []
+    for limit in LIMITS:
+        reason = f"{limit.why}; off by no more than that, as {limit.why_tolerance}"
+        for backend in backends:
+            measured = rate(table, limit, backend)
+            what = f"{limit.name}: rate in {limit.parameter}"
+            rows.append(row(what, backend, measured, limit.rate, limit.tolerance, reason))
+        if "lammps" in backends:
+            own = table[(table["limit"] == limit.name) & (table["value"] > 0)]
+            off = float((own["lammps"] / own["native"] - 1).abs().max())
+            what = f"{limit.name}: distance / native's - 1"
+            rows.append(row(what, "lammps", off, 0.0, limit.agreement, limit.why_agreement))
+    for name in THEMSELVES:
+        for backend in backends:
+            itself = table[(table["limit"] == name) & (table["value"] == 0)]
+            allowed, reason = _ITSELF[backend]
+            off = float(itself[backend].iloc[0])
+            rows.append(row(f"{name}: itself", backend, off, 0.0, allowed, reason))
+    return rows
+
+
+_ITSELF = {
+    "native": (1e-11, "the limit as a pulse table that jumps: what the reference promises"),
+    "lammps": (2e-8, "the limit as a pulse table that jumps: 0.01 natural units, extrapolated"),
+}
+
+
+def show(console: Console, table: pandas.DataFrame) -> None:
+    """Print the distances, and the exponent between each two scenes."""
+    printed = Table(title=TITLE, title_justify="left", box=None)
+    printed.add_column("limit", no_wrap=True)
+    for column in ("", "distance, native", "LAMMPS", "rate, native", "LAMMPS", "expected"):
+        printed.add_column(column, justify="right")
+    for limit in LIMITS:
+        own = table[table["limit"] == limit.name]
+        value = own["value"].to_numpy(np.float64)
+        distances = own[["native", "lammps"]].to_numpy(np.float64)
+        for k in range(value.size):
+            rates = ["", ""]
+            if k > 0 and value[k] > 0:
+                slopes = np.log(distances[k] / distances[k - 1]) / np.log(value[k] / value[k - 1])
+                rates = [f"{slope:.3f}" for slope in slopes]
+            printed.add_row(
+                "" if k else limit.name,
+                f"{limit.parameter} {value[k]:g}",
+                *(f"{distance:.3e}" for distance in distances[k]),
+                *rates,
+                "" if k else f"{limit.rate:.3f}",
+            )
+    console.print(printed)
+
+
+def plot(table: pandas.DataFrame, path: Path) -> None:
+    """Draw distance over parameter, a panel for each limit.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import NullFormatter, NullLocator
+
+    figure = Figure(figsize=(13, 9), layout="constrained", dpi=100)
+    panels = figure.subplots(3, 4).flat
+    for axes, limit in zip(panels, LIMITS, strict=False):
+        own = table[(table["limit"] == limit.name) & (table["value"] > 0)]
+        value = own["value"].to_numpy()
+        law = own["native"].iloc[-1] * (value / value[-1]) ** limit.rate
+        axes.loglog(value, law, "-", color="0.7", linewidth=3, label="theory's exponent")
+        axes.loglog(value, own["native"], "o-", color="#000000", label="native", markersize=4)
+        axes.loglog(
+            value, own["lammps"], "s", color="#0072B2", label="LAMMPS", fillstyle="none",
+            markersize=9,
+        )  # fmt: skip
+        axes.set_title(f"{limit.name}\nexponent {limit.rate:.4g}", fontsize="medium")
+        axes.set_xlabel(limit.parameter)
+        axes.set_xticks(value, labels=[f"{number:g}" for number in value])
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.yaxis.set_minor_formatter(NullFormatter())
+        axes.grid(alpha=0.3)
+    for axes in figure.axes[::4]:
+        axes.set_ylabel("largest relative distance")
+    last = figure.axes[len(LIMITS)]
+    last.axis("off")
+    last.legend(*figure.axes[0].get_legend_handles_labels(), loc="center", frameon=False)
+    write_with(path, figure.savefig)
+
+
+SCRIPT = Measurement(TITLE, measure, promises, show, plot)
+
+
+def compare(quick: bool = False) -> list[Row]:
+    """Rates and distances of every limit, with both backends.
+
+    Parameters
+    ----------
+    quick
+        Leave the most expensive scenes out.
+
+    Raises
+    ------
+    BackendMissing
+        If LAMMPS is not there.
+    """
+    return SCRIPT.compare(quick)
+
+
+def main() -> None:
+    """Print distances and what has to hold; exit 1 when a row is off."""
+    sys.exit(SCRIPT.run(sys.argv[1:]))
+
+
+if __name__ == "__main__":
+    main()
