@@ -55,9 +55,6 @@ _HALVINGS = 6
 _BLOCK = 256
 """Readings handed on at a time."""
 
-_READING = "atom_modify sort 0 0\nthermo_style custom step\ntimer off\nrun 0 post no\n"
-"""What only reading needs: granules in the order of their ids, and stops that cost little."""
-
 _PILOT_STEP = 0.04
 """Natural time units; the first of the runs that find the step for a wanted error."""
 
@@ -273,7 +270,7 @@ class Lammps:
         work = 0.0
         clock = _Clock()
         with engine() as lammps:
-            command(lammps, deck.set_up(scene, self.pair_style) + _READING)
+            command(lammps, deck.set_up(scene, self.pair_style) + reading.COMMANDS)
             at_rest = reading.granules(lammps)
             before = None
             for leg, stride in zip(legs, strides, strict=True):
