@@ -58,6 +58,9 @@ from 1e-8 to 1e3 m and up to 10,000 granules. A thousandth in any of them stands
 above.
 """
 
+YARDSTICK = 1e-6
+"""Of the reference's own estimate; 1e-11 to 6e-10 measured, for LM_ratio from 1e-4 to 100."""
+
 
 @dataclass(frozen=True)
 class Check:
@@ -226,7 +229,7 @@ def compare(
     tell = progress or (lambda _: None)
     tell("native: the reference method")
     native = Native("reference").run(scene)
-    checks = balance_checks(native)
+    checks = [*balance_checks(native), yardstick_check(native)]
     result, missing = None, False
     if "lammps" in backends:
         chosen, refused = lammps or Lammps(), False
@@ -485,6 +488,17 @@ def reference_check(result: Result, reference: Result) -> Check:
         result.error_estimate + reference.error_estimate,
         "its own error estimate plus that of the reference; largest at contact"
         f" {_farthest_peak(result.peak_force, reference.peak_force)}",
+    )
+
+
+def yardstick_check(reference: Result) -> Check:
+    """Whether the reference is good enough to judge by: a wide error would let anything pass."""
+    return _within(
+        "native: error of the reference",
+        reference.error_estimate,
+        0.0,
+        YARDSTICK,
+        "what is asked of LAMMPS, 1e-6; a reference that says more of its own error judges nothing",
     )
 
 

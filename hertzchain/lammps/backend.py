@@ -272,6 +272,7 @@ class Lammps:
         with engine() as lammps:
             command(lammps, deck.set_up(scene, self.pair_style) + reading.COMMANDS)
             at_rest = reading.granules(lammps)
+            _refuse_another_chain(scene, at_rest)
             before = None
             for leg, stride in zip(legs, strides, strict=True):
                 command(lammps, "\n".join([*deck.leg_commands(leg, before), "run 0 post no"]))
@@ -333,6 +334,15 @@ def _refuse_deep_overlaps(scene: Scene) -> None:
             f"the overlap under {scene.units.force:.3g} N, {scene.units.length:.3g} m, is more"
             " than half a radius: LAMMPS would push granules through one another; take a"
             " smaller force or a stiffer material"
+        )
+
+
+def _refuse_another_chain(scene: Scene, at_rest: reading.Granules) -> None:
+    """Readings have a fixed size: another number of granules must not get as far as there."""
+    made, wanted = at_rest.mass.size, scene.chain.granules
+    if made != wanted:
+        raise RunFailed(
+            f"LAMMPS made {made} granules of a chain of {wanted}: do not trust this version with it"
         )
 
 

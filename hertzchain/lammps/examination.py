@@ -157,7 +157,8 @@ def _spin(lammps: Any, scene: Scene) -> FloatArray:
     run(lammps, 2)
     sideways = np.max(np.abs(_array(lammps, "f")[:, 1:]), axis=1)
     torque = np.max(np.abs(_array(lammps, "torque")), axis=1)
-    return np.maximum(sideways, torque / radius)
+    larger: FloatArray = np.maximum(sideways, torque / radius)
+    return larger
 
 
 def _contact_time_and_speed(scene: Scene) -> tuple[float, float]:
