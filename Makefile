@@ -18,7 +18,7 @@ test: $(STAMP) ## the test suite, without the slow ones
 test-all: $(STAMP) ## the whole test suite
 	$(BIN)/pytest -m "slow or not slow"
 
-validate: $(STAMP) ## the paper's tables with both backends
+validate: $(STAMP) ## the paper's tables with both backends, and planted mistakes
 	$(BIN)/python validation/run_all.py
 
 bench: $(STAMP) ## what accuracy costs, as ratios; on an idle machine
