@@ -18,7 +18,7 @@ test: $(STAMP) ## the test suite, without the slow ones
 test-all: $(STAMP) ## the whole test suite
 	$(BIN)/pytest -m "slow or not slow"
 
-validate: $(STAMP) ## the paper's tables and the known limits with both backends
+validate: $(STAMP) ## the paper's tables, known limits and planted mistakes, both backends
 	$(BIN)/python validation/run_all.py
 
 limits: $(STAMP) ## known limits, approached by scenes, with a figure

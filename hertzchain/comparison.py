@@ -1,9 +1,10 @@
 """The comparison: numbers of every oracle in, rows, checks and a verdict out.
 
-Two kinds of disagreement are kept apart. LAMMPS against native velocity Verlet at the same steps
-may differ by round-off only: that says whether the deck means Eq. 1. Each simulation against the
-reference differs by its discretisation error: that says what its answer is worth. The formulas
-never decide.
+Three kinds of disagreement are kept apart. What LAMMPS makes of the deck, number by number, may
+differ from the scene by round-off only: that names what is wrong. LAMMPS against native velocity
+Verlet at the same steps may differ by round-off only: that says whether the deck means Eq. 1. Each
+simulation against the reference differs by its discretisation error: that says what its answer is
+worth. The formulas never decide.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ import numpy as np
 
 from hertzchain import theory
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.errors import BackendMissing, RunFailed, require
-from hertzchain.lammps import Lammps
+from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, TooExpensive, require
+from hertzchain.lammps import Examination, Lammps
 from hertzchain.native import METHODS, Native, Simulation, simulate, simulate_in_numpy
-from hertzchain.peaks import largest_difference
+from hertzchain.peaks import SIGNIFICANT, largest_difference
 from hertzchain.result import Result
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
@@ -59,6 +60,16 @@ MOMENTUM = 1e-12
 MOMENTUM_OF_A_STEP = 2e-17
 """Relative, times the number of steps: LAMMPS adds up the time, and so the force, from one reading
 to the next (5e-18 to 1e-17 measured)."""
+EXAMINED = 1e-12
+"""Relative, of every number that LAMMPS is asked for by itself.
+
+Its own digits and those of the deck are lost once, not at every step: 3e-15 measured, for radii
+from 1e-8 to 1e3 m and up to 10,000 granules. A thousandth in any of them stands a billion times
+above.
+"""
+
+YARDSTICK = 1e-6
+"""Of the reference's own estimate; 1e-11 to 6e-10 measured, for LM_ratio from 1e-4 to 100."""
 
 
 @dataclass(frozen=True)
@@ -214,7 +225,8 @@ def compare(
     backends
         Which simulations to compare; the native reference always runs.
     lammps
-        How LAMMPS runs; by default with steps small enough for 1e-6.
+        How LAMMPS runs; by default with steps small enough for 1e-6. Its time limit is that of the
+        reference, too.
     progress
         Is called with a line of text before each part of the work.
 
@@ -227,18 +239,24 @@ def compare(
         require(name in BACKENDS, "backend", name, f"must be one of {', '.join(BACKENDS)}")
     tell = progress or (lambda _: None)
     tell("native: the reference method")
-    native = Native("reference").run(scene)
-    checks = balance_checks(native)
+    chosen = lammps or Lammps()
+    native = Native("reference", time_limit=chosen.time_limit).run(scene)
+    checks = [*balance_checks(native), yardstick_check(native)]
     result, missing = None, False
     if "lammps" in backends:
+        refused = False
         try:
             tell("LAMMPS: the generated deck")
-            result = (lammps or Lammps()).run(scene)
+            result = chosen.run(scene)
         except BackendMissing as problem:
             missing = True
             checks.append(Check("lammps: not run", None, None, None, False, str(problem)))
         except RunFailed as problem:
+            refused = isinstance(problem, OverlapTooLarge | TooExpensive)
             checks.append(Check("lammps: failed", None, None, None, False, str(problem)))
+        if not missing and not refused:
+            tell("LAMMPS: what it makes of the deck")
+            checks += examined(scene, chosen)
     if result is not None:
         tell("native: velocity Verlet at the steps of LAMMPS")
         checks += [
@@ -247,6 +265,161 @@ def compare(
             *balance_checks(result),
         ]
     return Comparison(scene, native, result, formulas(native), tuple(checks), missing)
+
+
+def examined(scene: Scene, lammps: Lammps) -> list[Check]:
+    """What LAMMPS makes of the deck of a scene, each number by itself."""
+    try:
+        return examination_checks(scene, lammps.examine(scene))
+    except RunFailed as problem:
+        return [Check("lammps: not examined", None, None, None, False, str(problem))]
+
+
+def examination_checks(scene: Scene, found: Examination) -> list[Check]:
+    """What LAMMPS makes of the deck against the scene: only round-off may differ."""
+    granules = scene.chain.granules
+    count = _within(
+        "lammps: granules",
+        float(found.mass.size),
+        float(granules),
+        0.0,
+        "one more or less is another chain",
+    )
+    if not count.passed:
+        return [count]
+    return [
+        count,
+        *_granule_checks(scene, found),
+        *_contact_checks(scene, found),
+        _applied_force_check(scene, found),
+    ]
+
+
+def _granule_checks(scene: Scene, found: Examination) -> list[Check]:
+    chain = scene.chain
+    sites = 2 * chain.radius * np.arange(chain.granules)
+    site, granule = _farthest(found.position, sites), _farthest(found.mass, chain.granule_mass)
+    return [
+        _within(
+            "lammps: position at rest [m]",
+            float(found.position[site]),
+            float(sites[site]),
+            EXAMINED * 2 * chain.radius * chain.granules,
+            "granules touch, the first is at 0: only round-off may differ, as a fraction of the"
+            f" chain; largest at granule {site + 1}",
+        ),
+        _within(
+            "lammps: granule mass [kg]",
+            float(found.mass[granule]),
+            chain.granule_mass,
+            EXAMINED * chain.granule_mass,
+            "LAMMPS makes it from diameter and density, 4/3 pi R^3 rho: only round-off may differ;"
+            f" largest at granule {granule + 1}",
+        ),
+    ]
+
+
+def _contact_checks(scene: Scene, found: Examination) -> list[Check]:
+    stiffness = scene.chain.contact_stiffness
+    force, larger = found.contact_force, found.contact_force[1]
+    measured = (force / found.overlap**1.5).ravel()
+    stiff = _farthest(measured, stiffness)
+    # Contacts that are missing are named by their stiffness, 0, and have no exponent.
+    there = np.all(np.abs(force) > 1e-6 * stiffness * found.overlap**1.5, axis=0)
+    growth = np.where(there, np.abs(force[1] / np.where(there, force[0], 1.0)), np.nan)
+    exponent = np.log(growth) / np.log(found.overlap[1] / found.overlap[0])
+    bent = _farthest(np.where(there, exponent, 1.5), 1.5)
+    unit = stiffness * found.overlap[1] ** 1.5
+    change = (found.damped_force - larger) / unit
+    damped = _farthest(change.ravel(), 0.0)
+    spun = _farthest(found.tangential_force, 0.0)
+    return [
+        _within(
+            "lammps: contact stiffness [N m^(-3/2)]",
+            float(measured[stiff]),
+            stiffness,
+            EXAMINED * stiffness,
+            "contact force over overlap^(3/2) is A at two known overlaps: only round-off may"
+            f" differ; {_missing(there) or f'largest at contact {stiff % there.size + 2}'}",
+        ),
+        _within(
+            "lammps: contact exponent",
+            float(exponent[bent]),
+            1.5,
+            EXAMINED,
+            "the contact force goes as overlap^(3/2): only round-off may differ;"
+            f" {_missing(there) or f'largest at contact {bent + 2}'}",
+        ),
+        _within(
+            "lammps: damping",
+            float(change.ravel()[damped]),
+            0.0,
+            EXAMINED,
+            "change of a contact force, as a fraction, when its granules approach or part: none;"
+            f" largest at contact {damped % there.size + 2}",
+        ),
+        _within(
+            "lammps: tangential force",
+            float(found.tangential_force[spun] / np.min(unit)),
+            0.0,
+            EXAMINED,
+            "sideways force and torque over radius, as a fraction of the contact force, when the"
+            f" granules spin: none; largest at granule {spun + 1}",
+        ),
+    ]
+
+
+def _missing(there: Array) -> str:
+    """The contacts without a force, by the paper's numbers; empty where there are none."""
+    missing = [str(contact) for contact in np.flatnonzero(np.logical_not(there)) + 2]
+    if not missing:
+        return ""
+    shown = ", ".join(missing[:5]) + (" and more" if len(missing) > 5 else "")
+    return f"no force in contact {shown}"
+
+
+def _applied_force_check(scene: Scene, found: Examination) -> Check:
+    """The force that LAMMPS applies against F(t) of the scene, at the corners from both sides."""
+    expected = _applied_force(scene, found.time)
+    leg, step = divmod(_farthest(found.applied_force, expected), expected.shape[1])
+    # LAMMPS adds up the time leg by leg; a steep ramp makes more of what that loses.
+    late = len(expected) * math.ulp(scene.ramps[-1].end)
+    steepest = max(
+        math.pi / 2 * abs(ramp.end_force - ramp.start_force) / (ramp.end - ramp.start)
+        for ramp in scene.ramps
+    )
+    return _within(
+        "lammps: applied force [N]",
+        float(found.applied_force[leg, step]),
+        float(expected[leg, step]),
+        EXAMINED * scene.units.force + late * steepest,
+        "the sum of all net forces is F(t), at the corners from both sides, and 0 after the"
+        f" pulse: only round-off may differ; largest at {found.time[leg, step]:.6g} s",
+    )
+
+
+def _applied_force(scene: Scene, time: FloatArray) -> FloatArray:
+    """F(t) of a scene [N], from Table 1 or the pulse table and not from the ramps of the schedule.
+
+    Parameters
+    ----------
+    time
+        As examined [s], shape (legs, readings).
+    """
+    if isinstance(scene.shock, Pulse):
+        assert scene.rise_time is not None
+        return theory.applied_force(time, scene.shock, scene.rise_time)
+    table = scene.shock
+    force = np.interp(time, table.time, table.force, left=0.0, right=0.0)
+    # It may jump at its first and last row: legs end before a jump and start after it.
+    force[:, 1:][time[:, 1:] <= table.time[0]] = 0.0
+    force[:, 0][time[:, 0] >= table.time[-1]] = 0.0
+    return force
+
+
+def _farthest(measured: Array, expected: Array | float) -> int:
+    """Where the difference is largest, or there is no number."""
+    return int(np.argmax(np.abs(measured - expected)))
 
 
 def same_steps_checks(lammps: Result) -> list[Check]:
@@ -270,12 +443,31 @@ def same_steps_checks(lammps: Result) -> list[Check]:
             state = max(state, _ONE_OF_MANY * max(grown[:2]))
             peaks = max(peaks, between + _ONE_OF_MANY * grown[2])
             reason += f"; late collisions multiply any difference by {max(grown) / lost:.0f}"
+    places = (
+        f"granule {_farthest(lammps.displacement / units.length, twin.state.displacement) + 1}",
+        f"granule {_farthest(lammps.velocity / units.velocity, twin.state.velocity) + 1}",
+        f"contact {_farthest_peak(lammps.peak_force / units.force, twin.peaks.force)}",
+    )
     names = ("displacement", "velocity", "peaks")
     tolerances = (state, state, peaks)
     return [
-        _within(f"lammps: {name}, same steps", difference, 0.0, tolerance, reason)
-        for name, difference, tolerance in zip(names, measured, tolerances, strict=True)
+        _within(
+            f"lammps: {name}, same steps",
+            difference,
+            0.0,
+            tolerance,
+            f"{reason}; largest at {place}",
+        )
+        for name, difference, tolerance, place in zip(
+            names, measured, tolerances, places, strict=True
+        )
     ]
+
+
+def _farthest_peak(peak_force: FloatArray, expected: FloatArray) -> int:
+    """The contact, by the paper's number, whose peak differs most of those that are judged."""
+    judged = (expected > 0) & (expected >= SIGNIFICANT * np.max(expected))
+    return _farthest(peak_force / np.where(judged, expected, np.inf), 1.0 * judged) + 2
 
 
 def _grown(
@@ -321,7 +513,19 @@ def reference_check(result: Result, reference: Result) -> Check:
         largest_difference(result.peak_force, reference.peak_force),
         0.0,
         result.error_estimate + reference.error_estimate,
-        "its own error estimate plus that of the reference",
+        "its own error estimate plus that of the reference; largest at contact"
+        f" {_farthest_peak(result.peak_force, reference.peak_force)}",
+    )
+
+
+def yardstick_check(reference: Result) -> Check:
+    """Whether the reference is good enough to judge by: a wide error would let anything pass."""
+    return _within(
+        "native: error of the reference",
+        reference.error_estimate,
+        0.0,
+        YARDSTICK,
+        "what is asked of LAMMPS, 1e-6; a reference that says more of its own error judges nothing",
     )
 
 
@@ -402,7 +606,9 @@ def formulas(reference: Result) -> Formulas:
 
 def _within(name: str, measured: float, expected: float, tolerance: float, reason: str) -> Check:
     passed = bool(abs(measured - expected) <= tolerance)
-    return Check(name, measured, expected, tolerance, passed, reason)
+    # JSON has no word for what is not a number.
+    known = measured if math.isfinite(measured) else None
+    return Check(name, known, expected, tolerance, passed, reason)
 
 
 def _or_none(values: FloatArray) -> list[float | None]:

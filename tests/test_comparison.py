@@ -60,6 +60,15 @@ def test_both_backends_pass(both: hc.Comparison) -> None:
     assert {check.name for check in both.checks} == {
         "native: momentum [N s]",
         "native: energy [J]",
+        "native: error of the reference",
+        "lammps: granules",
+        "lammps: position at rest [m]",
+        "lammps: granule mass [kg]",
+        "lammps: contact stiffness [N m^(-3/2)]",
+        "lammps: contact exponent",
+        "lammps: damping",
+        "lammps: tangential force",
+        "lammps: applied force [N]",
         "lammps: displacement, same steps",
         "lammps: velocity, same steps",
         "lammps: peaks, same steps",
@@ -90,6 +99,7 @@ def test_native_alone_has_no_checks_of_lammps(native_only: hc.Comparison) -> Non
     assert {check.name for check in native_only.checks} == {
         "native: momentum [N s]",
         "native: energy [J]",
+        "native: error of the reference",
     }
     assert native_only.verdict == "pass"
     assert native_only.lammps is None

@@ -120,14 +120,17 @@ def simulate(
 
 
 def print_rows(title: str, rows: Sequence[Row]) -> None:
-    """Print a table that a person can read, and how many rows passed."""
+    """Print a table that a person can read, and how many rows passed.
+
+    Its column "times" has the differences in units of the tolerance.
+    """
     console = Console(highlight=False, markup=False)
     if not console.is_terminal:  # a pipe has no width to fit a table into
-        console.width = max(console.width, 120)
+        console.width = max(console.width, 150)
     table = Table(title=title, title_justify="left", box=None)
     table.add_column("", no_wrap=True)
     table.add_column("backend")
-    for column in ("measured", "expected", "difference", "tolerance"):
+    for column in ("measured", "expected", "difference", "tolerance", "times"):
         table.add_column(column, justify="right")
     table.add_column("")
     for entry in rows:
@@ -137,6 +140,7 @@ def print_rows(title: str, rows: Sequence[Row]) -> None:
             entry.backend,
             *(f"{number:.4g}" for number in numbers),
             f"{entry.tolerance:.2g}",
+            _times(entry),
             "pass" if entry.passed else "FAIL",
         )
     console.print(table)
@@ -144,6 +148,12 @@ def print_rows(title: str, rows: Sequence[Row]) -> None:
         console.print(f"Tolerance: {reason}.")
     passed = sum(entry.passed for entry in rows)
     console.print(f"{passed} of {len(rows)} rows pass\n")
+
+
+def _times(entry: Row) -> str:
+    if entry.tolerance == 0:
+        return ""
+    return f"{abs(entry.measured - entry.expected) / entry.tolerance:.2g}"
 
 
 def write_rows(path: Path, rows: Sequence[Row]) -> None:

@@ -1,4 +1,4 @@
-"""The paper's tables and the known limits in one go, with one summary.
+"""The paper's tables, the known limits and planted mistakes in one go, with one summary.
 
 ``validation/tradeoff.py`` and ``validation/long_run.py``, which take minutes, are run by
 themselves.
@@ -7,12 +7,19 @@ themselves.
 from __future__ import annotations
 
 import validation.limits
+import validation.mistakes
 import validation.table2
 import validation.table3
 import validation.table4
 from validation.rows import Row, print_rows, row, run_script
 
-SCRIPTS = (validation.table2, validation.table3, validation.table4, validation.limits)
+SCRIPTS = (
+    validation.table2,
+    validation.table3,
+    validation.table4,
+    validation.limits,
+    validation.mistakes,
+)
 TITLE = "Every script: rows that pass"
 ALL = "every row of a script has to pass"
 ENTRIES = "each of the paper's 92 entries within 0.2 percentage points"

