@@ -145,7 +145,7 @@ def run(
         print_run(_console(), result)
     if rtol is not None and result.error_estimate > rtol:
         why = (
-            "LAMMPS loses digits in absolute coordinates; --backend native does not"
+            "LAMMPS gets no closer with steps that can be waited for; --backend native does"
             if backend is Backend.LAMMPS
             else "granules knock against one another for long, which multiplies rounding errors"
         )

@@ -25,7 +25,14 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.cli import main
-from hertzchain.errors import BackendMissing, RunFailed, SceneError, StepUnstable, TooExpensive
+from hertzchain.errors import (
+    BackendMissing,
+    OverlapTooLarge,
+    RunFailed,
+    SceneError,
+    StepUnstable,
+    TooExpensive,
+)
 from hertzchain.lammps import run_many
 from hertzchain.lammps.engine import command, engine
 from hertzchain.lammps.isolation import Child
@@ -42,11 +49,11 @@ MAIN = "from hertzchain.cli import main; main()"
 SHARED = Path("/dev/shm")  # noqa: S108
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=5)
-LONG = replace(paper_scene("cosine", 1.0, 2.0, granules=400), run=hc.Run(1.0))
-"""A minute of LAMMPS."""
+LONG = replace(paper_scene("cosine", 1.0, 2.0, granules=400), run=hc.Run(0.1))
+"""Ten seconds of LAMMPS."""
 
 
-def wait_for(what: Callable[[], Any], seconds: float = 30.0) -> Any:
+def wait_for(what: Callable[[], Any], seconds: float = 150.0) -> Any:
     """What a function returns, as soon as that is something."""
     end = time.monotonic() + seconds
     while not (found := what()):
@@ -271,9 +278,8 @@ def test_scenes_are_unharmed_by_one_that_kills_lammps_and_one_that_hangs() -> No
 
     found = list(run_many(scenes(), hc.Lammps(dt=1e-7, time_limit=4.0)))
     assert [type(one) for one in found] == [
-        *(hc.Result, RunFailed, RunFailed, TooExpensive, hc.Result)
+        *(hc.Result, OverlapTooLarge, RunFailed, TooExpensive, hc.Result)
     ]
-    assert "half a radius" in str(found[1])
     assert "SIGSEGV" in str(found[2])
     alone = hc.Lammps(dt=1e-7).run(SHORT)
     for one in (found[0], found[-1]):
@@ -296,11 +302,19 @@ def test_a_batch_that_is_left_early_leaves_no_process() -> None:
 @pytest.mark.parametrize("isolated", [False, True])
 def test_a_run_ends_at_its_time_limit(isolated: bool) -> None:
     lammps = hc.Lammps(dt=1e-7, isolated=isolated, time_limit=0.7)
+    long = replace(LONG, run=hc.Run(0.019))  # two seconds, which cannot be told before
     begin = time.monotonic()
     for run in (lammps.run, lammps.peaks_alone):
-        with pytest.raises(TooExpensive, match=r"time limit of 0\.7 s"):
-            run(LONG)
-    assert time.monotonic() - begin < 10  # a minute each without a limit
+        with pytest.raises(TooExpensive, match=r"stopped at the time limit of 0\.7 s"):
+            run(long)
+    assert time.monotonic() - begin < 10
+
+
+@pytest.mark.parametrize("isolated", [False, True])
+def test_a_run_that_would_take_too_long_is_not_started(isolated: bool) -> None:
+    lammps = hc.Lammps(dt=1e-7, isolated=isolated, time_limit=0.7)
+    with pytest.raises(TooExpensive, match=r"at least 3\.\d* s, the time limit is 0\.7 s"):
+        lammps.run(LONG)
 
 
 @pytest.mark.parametrize("limit", [0.0, -1.0, float("nan"), float("inf")])

@@ -195,7 +195,7 @@ def test_a_fixed_width_would_be_wrong() -> None:
 
 
 def test_an_interrupt_stops_a_run() -> None:
-    control = np.zeros(2)
+    control = np.zeros(3)
     stopped = threading.Event()
 
     def work() -> None:
@@ -231,7 +231,7 @@ def test_a_failure_in_a_long_run_is_not_lost() -> None:
 
 
 def test_a_stopped_run_says_so() -> None:
-    control = np.array([1.0, 0.0])
+    control = np.array([-1.0, 0.0, 0.0])
     scene = paper_scene("cosine", 1.0, 2.0, 100)
     rows = leg_rows(scene.schedule(0.1 * scene.units.time), Fixed(SRKN_11B), scene.units)
     nothing = np.zeros((0, 0))

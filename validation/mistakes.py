@@ -115,7 +115,7 @@ def peaks_of_samples_everywhere() -> Iterator[None]:
     """The same in every simulation: those that are compiled follow the shared watch."""
 
     def in_numpy(*arguments: Any, **options: Any) -> simulation.Simulation:
-        for option in ("leave_behind", "window"):
+        for option in ("leave_behind", "window", "deadline"):
             options.pop(option, None)
         return simulate_in_numpy(*arguments, **options)
 

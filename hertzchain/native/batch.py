@@ -260,7 +260,7 @@ def _march(
 
     scenes = len(rows)
     force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
-    evaluations, control = np.zeros(scenes), np.zeros(2)
+    evaluations, control = np.zeros(scenes), np.zeros(3)
     coefficients, precision = table(walker.stepper), np.zeros(0, dtype)
     cores = usable_cores()
     size = max(1, -(-scenes // (cores * _PARTS_PER_CORE)))
@@ -277,11 +277,11 @@ def _march(
         try:
             list(pool.map(part, range(0, scenes, size), timeout=max(0.0, deadline.left)))
         except TimeoutError:
-            control[0] = 1
+            control[0] = -1
             pool.shutdown(cancel_futures=True)
             raise deadline.passed() from None
         except BaseException:
-            control[0] = 1
+            control[0] = -1
             pool.shutdown(cancel_futures=True)
             raise
     return force, time, evaluations

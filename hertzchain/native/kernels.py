@@ -653,6 +653,11 @@ def _energy(u: Any, v: Any, lo: int, hi: int) -> float:
     return total
 
 
+@_compiled
+def _is_stopped(control: Any) -> bool:
+    return control[0] < 0 or 0 < control[0] <= control[2]
+
+
 # What _advance keeps between two calls, by place in two arrays.
 _LO, _HI, _WHOLE, _PART, _LEVEL, _KEPT, _STEPS, _EVALUATIONS, _GRANULE_EVALUATIONS = range(9)
 _TIME, _NEXT_CHECK, _WORK, _MOMENTUM, _ENERGY = range(5)
@@ -681,7 +686,7 @@ def _advance(
     margin = _AHEAD * (stages + 2)
     grows = base + size <= granules
     last = min(granules - base, size - 1)
-    if control[0] != 0:
+    if _is_stopped(control):
         return _STOPPED
     lo, hi, kept = count[_LO], count[_HI], count[_KEPT]
     whole, part, level = count[_WHOLE], count[_PART], count[_LEVEL]
@@ -717,7 +722,8 @@ def _advance(
         cost += hi - lo
         if cost >= next_look:
             next_look = cost + _LOOK
-            if control[0] != 0:
+            control[2] += 1
+            if _is_stopped(control):
                 reason = _STOPPED
                 break
         if tolerance > 0:
@@ -823,7 +829,9 @@ def march(
     record
         Filled in at its times, increasing; zero at the start. None with ``leave_behind``.
     control
-        Set to non-zero at [0] from outside, it stops the run; at [1] the time reached is found.
+        Set to -1 at [0] from outside, it stops the run; a number there is that of looks at this
+        array, one every million steps of a granule, until it stops by itself. At [1] the time
+        reached is found, at [2] the number of looks so far.
 
     Returns
     -------

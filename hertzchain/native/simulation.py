@@ -40,6 +40,9 @@ _MOVING = 8
 _LONG_RUN = 1e7
 """Granules times force evaluations: about a hundredth of a second."""
 
+_LOOKS = 10.0
+"""Million steps of a granule, after which a run that seemed short is a long one."""
+
 _FASTEST = 0.5e-9
 """Time of a granule and force evaluation on a fast machine [s]; 1.1e-9 to 2e-9 measured."""
 
@@ -142,7 +145,7 @@ def simulate(
         np.zeros((times.size, granules)),
         np.zeros((times.size, granules - 1)),
     )
-    control = np.zeros(2)
+    control = np.zeros(3)
 
     def run() -> Any:
         return kernels.march(
@@ -152,9 +155,15 @@ def simulate(
         )  # fmt: skip
 
     work = float(np.sum(rows[:, 2])) * walker.stepper.stages * granules
-    outcome, displacement, velocity = (
-        run() if work < _LONG_RUN else stoppable(run, control, deadline)
-    )
+    is_long = work >= _LONG_RUN
+    if not is_long:
+        control[0] = _LOOKS
+        outcome, displacement, velocity = run()
+        # Steps may be halved so often that a short run becomes a long one.
+        is_long = outcome.status == kernels.STOPPED
+    if is_long:
+        control[:], force[:], time[:] = 0.0, 0.0, np.nan
+        outcome, displacement, velocity = stoppable(run, control, deadline)
     if outcome.status == kernels.DIVERGED:
         raise diverged("native")
     if recorder is not None:
@@ -211,7 +220,7 @@ def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -
     run
         Does the work and lets go of the interpreter meanwhile.
     control
-        Its first entry, set to 1, ends the work.
+        Its first entry, set to -1, ends the work.
     deadline
         When to give up.
 
@@ -237,7 +246,7 @@ def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -
             if deadline.left <= 0 and thread.is_alive():
                 raise deadline.passed()  # noqa: TRY301 - the thread is stopped below
     except BaseException:
-        control[0] = 1
+        control[0] = -1
         thread.join()
         raise
     if failed:

@@ -1,0 +1,404 @@
+"""Every scene that can be typed is answered rightly or refused with a reason.
+
+Scenes are drawn at random over ranges that reach far beyond what is physical (see RANGES), and run
+with both backends; every method is run with steps from a thousandth of the stable one to three
+times that, and batches in single precision. Each run must be one of:
+
+- right: its peaks differ from those of a converged run by no more than what both say of their own
+  error;
+- refused, with a reason from a closed list (REASONS).
+
+Anything else is wrong.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+import hertzchain as hc
+from hertzchain.accuracy import stable_step
+from hertzchain.errors import (
+    HertzchainError,
+    OverlapTooLarge,
+    SceneError,
+    StepUnstable,
+    TooExpensive,
+    Unpredictable,
+)
+from hertzchain.files import write_with
+from hertzchain.lammps.isolation import Child, run_in
+from hertzchain.native import METHODS
+from hertzchain.native.batch import usable_cores
+from hertzchain.peaks import largest_difference
+from hertzchain.shock import PROFILES
+from validation.rows import STEEL, Measurement, Row, row
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+RANGES = {
+    "young_modulus": (1e3, 1e13),
+    "radius": (1e-9, 1e2),
+    "density": (1.0, 1e5),
+    "peak_force": (1e-15, 1e15),
+    "momentum_ratio": (1e-4, 1e4),
+    "duration_ratio": (1e-3, 1e4),  # of n - 1
+    "granules": (2, 1e5),
+}
+"""Drawn with equal chance in each decade [Pa, m, kg/m^3, N, -, -, -]."""
+
+REASONS: dict[type[HertzchainError], str] = {
+    OverlapTooLarge: "overlap too large",
+    StepUnstable: "requested step unstable",
+    TooExpensive: "cost above the limit",
+    SceneError: "impossible value",
+    Unpredictable: "no digit left by chaotic motion",
+}
+"""Why a run may be refused."""
+
+RIGHT = "right"
+
+NATIVE_LIMIT, LAMMPS_LIMIT = 0.5, 3.0
+"""What a run may cost here [s]; the default is an hour."""
+
+LAMMPS_SHARE = 10
+"""Every so many scenes are run with LAMMPS, too."""
+
+SCENES, ANSWERED = 10_000, 5_000
+"""So many scenes at least, and so many of them answered by the native backend."""
+
+CHUNK = 50
+"""Scenes that a thread takes at a time; those with LAMMPS share a process of its own."""
+
+STEPS = (1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 0.95, 1.05, 1.5, 3.0)
+"""Of the longest stable step."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One run.
+
+    Parameters
+    ----------
+    scene
+        Number of the scene.
+    profile, momentum_ratio, duration_ratio, granules, overlap_ratio
+        The scene; of the overlap only its scale under F0, over R.
+    run
+        Which backend or method.
+    step
+        Asked for, over the longest stable one; NaN where an accuracy was asked for.
+    outcome
+        ``right``, a reason, or what went wrong.
+    stated, measured
+        What the run says of its error; difference to the converged run. NaN where refused.
+    bound
+        Largest difference allowed: what both runs say of their errors.
+    seconds
+        Wall time.
+    """
+
+    scene: int
+    profile: str
+    momentum_ratio: float
+    duration_ratio: float
+    granules: int
+    overlap_ratio: float
+    run: str
+    step: float
+    outcome: str
+    stated: float = math.nan
+    measured: float = math.nan
+    bound: float = math.nan
+    seconds: float = math.nan
+
+
+def random_scene(rng: np.random.Generator) -> hc.Scene:
+    """A scene from RANGES."""
+    drawn = {name: float(10 ** rng.uniform(*np.log10(ends))) for name, ends in RANGES.items()}
+    chain = hc.Chain(
+        granules=round(drawn["granules"]),
+        radius=drawn["radius"],
+        young_modulus=drawn["young_modulus"],
+        poisson_ratio=float(rng.uniform(-0.99, 0.5)),
+        density=drawn["density"],
+    )
+    pulse = hc.Pulse(
+        str(rng.choice(list(PROFILES))),
+        drawn["peak_force"],
+        1 + drawn["duration_ratio"],
+        momentum_ratio=drawn["momentum_ratio"],
+    )
+    return hc.Scene(chain, pulse)
+
+
+class Judge:
+    """Runs a scene in several ways and says what became of each.
+
+    Parameters
+    ----------
+    number
+        Of the scene.
+    scene
+        The scene.
+    child
+        The process that LAMMPS runs in.
+    """
+
+    def __init__(self, number: int, scene: hc.Scene, child: Child) -> None:
+        self.scene, self.child = scene, child
+        assert isinstance(scene.shock, hc.Pulse)
+        self.facts: dict[str, Any] = {
+            "scene": number,
+            "profile": scene.shock.profile,
+            "momentum_ratio": scene.momentum_ratio,
+            "duration_ratio": scene.shock.duration_ratio,
+            "granules": scene.chain.granules,
+            "overlap_ratio": scene.units.length / scene.chain.radius,
+        }
+        self._converged: hc.Result | None = None
+
+    def converged(self) -> hc.Result:
+        """A run that is much closer than the others."""
+        if self._converged is None:
+            backend = hc.Native(rtol=1e-9, peaks_only=True, time_limit=40 * NATIVE_LIMIT)
+            self._converged = backend.run(self.scene)
+        return self._converged
+
+    def native(self, name: str, backend: hc.Native, step: float = math.nan) -> Outcome:
+        """Run the native backend and compare with the converged run."""
+        return self._judge(name, lambda: backend.run(self.scene), step)
+
+    def lammps(self, backend: hc.Lammps, step: float = math.nan) -> Outcome:
+        """Run LAMMPS, in its own process, and compare with the converged run."""
+        return self._judge("lammps", lambda: run_in(self.child, backend, self.scene), step)
+
+    def batch(self, rtol: float) -> Outcome:
+        """Run a batch, which is in single precision from 1e-4 on, and compare."""
+        found = hc.peak_forces([self.scene], rtol)
+        expected = self.converged()
+        measured = largest_difference(found.peak_force[0], expected.peak_force)
+        stated = float(found.error_estimate[0])
+        bound = stated + expected.error_estimate
+        return Outcome(
+            **self.facts,
+            run=f"batch {rtol:g}",
+            step=math.nan,
+            outcome=RIGHT if measured <= bound else "wrong",
+            stated=stated,
+            measured=measured,
+            bound=bound,
+        )
+
+    def _judge(self, name: str, run: Callable[[], hc.Result], step: float) -> Outcome:
+        begin = time.perf_counter()
+        try:
+            result = run()
+        except HertzchainError as problem:
+            seconds = time.perf_counter() - begin
+            reason = REASONS.get(type(problem), f"{type(problem).__name__}: {problem}")
+            return Outcome(**self.facts, run=name, step=step, outcome=reason, seconds=seconds)
+        except Exception:
+            last = traceback.format_exc().strip().splitlines()[-1]
+            return Outcome(**self.facts, run=name, step=step, outcome=f"traceback: {last}")
+        seconds = time.perf_counter() - begin
+        json.dumps(result.to_dict(), allow_nan=False)
+        try:
+            expected = self.converged()
+        except HertzchainError as problem:
+            outcome = f"not judged: {problem}"
+            return Outcome(**self.facts, run=name, step=step, outcome=outcome, seconds=seconds)
+        measured = largest_difference(result.peak_force, expected.peak_force)
+        bound = result.error_estimate + expected.error_estimate
+        finite = bool(np.all(np.isfinite(result.peak_force)))
+        return Outcome(
+            **self.facts,
+            run=name,
+            step=step,
+            outcome=RIGHT if finite and measured <= bound else "wrong",
+            stated=result.error_estimate,
+            measured=measured,
+            bound=bound,
+            seconds=seconds,
+        )
+
+
+def random_outcomes(first: int, with_lammps: bool) -> list[Outcome]:
+    """The runs of CHUNK random scenes."""
+    found = []
+    with Child() as child:
+        for number in range(first, first + CHUNK):
+            try:
+                judge = Judge(number, random_scene(np.random.default_rng([4, number])), child)
+            except SceneError:
+                nothing = (math.nan, math.nan, 0, math.nan)
+                reason = REASONS[SceneError]
+                found.append(Outcome(number, "", *nothing, "native", math.nan, reason))
+                continue
+            native = hc.Native(peaks_only=True, time_limit=NATIVE_LIMIT)
+            found.append(judge.native("native", native))
+            if with_lammps and number % LAMMPS_SHARE == 0:
+                found.append(judge.lammps(hc.Lammps(rtol=1e-5, time_limit=LAMMPS_LIMIT)))
+    return found
+
+
+def step_outcomes(number: int, with_lammps: bool) -> list[Outcome]:
+    """Every method with every step, and batches, on one scene of moderate length."""
+    rng = np.random.default_rng([5, number])
+    n, ratio = 1 + 10 ** rng.uniform(-1, 2), 10 ** rng.uniform(-2, 1)
+    pulse = hc.Pulse(str(rng.choice(list(PROFILES))), 100.0, n, momentum_ratio=ratio)
+    scene = hc.Scene(hc.Chain(round(10 ** rng.uniform(0.3, 1.8)), **STEEL), pulse)
+    found = []
+    with Child() as child:
+        judge = Judge(number, scene, child)
+        for name, method in METHODS.items():
+            for step in STEPS:
+                dt = step * stable_step(scene, method.interval)
+                native = hc.Native(name, dt, peaks_only=True, time_limit=NATIVE_LIMIT)
+                found.append(judge.native(name, native, step))
+        if with_lammps:
+            for step in STEPS:
+                dt = step * stable_step(scene, METHODS["velocity-verlet"].interval)
+                found.append(judge.lammps(hc.Lammps(dt, time_limit=LAMMPS_LIMIT), step))
+        found += [judge.batch(rtol) for rtol in (1e-2, 1e-3, 1e-4)]
+    return found
+
+
+def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
+    """Run everything: one row per run, with the fields of Outcome."""
+    found: list[Outcome] = []
+    console = Console(stderr=True)
+    with (
+        ThreadPoolExecutor(usable_cores()) as pool,
+        Progress(console=console, transient=True, disable=not console.is_terminal) as bar,
+    ):
+
+        def collect(label: str, task: Callable[[int], list[Outcome]], numbers: range) -> None:
+            for outcomes in bar.track(pool.map(task, numbers), len(numbers), description=label):
+                found.extend(outcomes)
+
+        collect("steps", lambda k: step_outcomes(k, with_lammps), range(1 if quick else 20))
+        drawn, wanted = 0, CHUNK if quick else SCENES
+        while drawn < wanted or (not quick and _answered(found) < ANSWERED):
+            block = range(drawn, max(wanted, drawn + CHUNK), CHUNK)
+            collect("random scenes", lambda first: random_outcomes(first, with_lammps), block)
+            drawn = block.stop
+    return pandas.DataFrame([asdict(outcome) for outcome in found])
+
+
+def _answered(found: list[Outcome]) -> int:
+    return sum(outcome.run == "native" and outcome.outcome == RIGHT for outcome in found)
+
+
+def promises(table: pandas.DataFrame) -> list[Row]:
+    """What has to hold of every run."""
+    allowed = {RIGHT, *REASONS.values()}
+    rows = []
+    for run, group in table.groupby("run", sort=False):
+        bad = group[~group["outcome"].isin(allowed)]
+        for outcome in bad["outcome"].unique()[:3]:
+            print(f"{run}: {outcome}", file=sys.stderr)
+        reason = "each run is right within what it says of its error, or refused with a reason"
+        rows.append(row(f"{run}: {len(group)} runs, neither", str(run), len(bad), 0, 0, reason))
+        limit = LAMMPS_LIMIT if run == "lammps" else NATIVE_LIMIT
+        slowest = float(group["seconds"].max())
+        if not math.isnan(slowest):
+            reason = "a run is stopped at its time limit; two seconds for the start of a process"
+            rows.append(row(f"{run}: slowest [s]", str(run), slowest, 0, limit + 2, reason))
+    return rows
+
+
+def show(console: Console, table: pandas.DataFrame) -> None:
+    """Print the share of each outcome, and the largest error over what was stated."""
+    shown = Table(title="Share of each outcome", title_justify="left", box=None)
+    outcomes = [RIGHT, *REASONS.values()]
+    for column in ("run", "runs", *outcomes, "error / stated"):
+        shown.add_column(column, justify="left" if column == "run" else "right")
+    for run, group in table.groupby("run", sort=False):
+        shares = (float((group["outcome"] == outcome).mean()) for outcome in outcomes)
+        shown.add_row(
+            str(run),
+            str(len(group)),
+            *(f"{share:.1%}" if share else "" for share in shares),
+            f"{(group['measured'] / group['bound']).max():.2f}",
+        )
+    console.print(shown)
+
+
+COLOURS = dict(
+    zip(
+        [RIGHT, *REASONS.values()],
+        ("tab:green", "tab:red", "tab:purple", "tab:orange", "black", "tab:blue"),
+        strict=True,
+    )
+)
+
+
+def plot(table: pandas.DataFrame, path: Path) -> None:
+    """Draw outcomes over the ranges, errors against what was stated, and errors over the step."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(12, 9), layout="constrained")
+    axes = figure.subplots(2, 2)
+    random = table[table["step"].isna() & table["run"].isin(["native", "lammps"])]
+    _plot_outcomes(axes[0, 0], random, "momentum_ratio", "LM_ratio")
+    _plot_outcomes(axes[0, 1], random, "overlap_ratio", "overlap under F0 / R")
+    right = random[random["outcome"] == RIGHT]
+    for run, group in right.groupby("run", sort=False):
+        measured = np.maximum(group["measured"], 1e-16)
+        axes[1, 0].loglog(group["bound"], measured, ".", ms=3, label=str(run))
+    ends = [1e-8, 1]
+    axes[1, 0].plot(ends, ends, "k-", lw=0.8)
+    axes[1, 0].set(xlabel="stated error", ylabel="error", title="Random scenes")
+    axes[1, 0].legend()
+    steps = table[table["step"].notna()]
+    for run, group in steps.groupby("run", sort=False):
+        answered = group[group["outcome"] == RIGHT].groupby("step")
+        (line,) = axes[1, 1].loglog(answered["measured"].max(), "o-", ms=3, label=str(run))
+        axes[1, 1].loglog(answered["stated"].max(), "--", lw=0.8, color=line.get_color())
+    axes[1, 1].axvline(1.0, color="k", lw=0.8)
+    axes[1, 1].set(
+        xlabel="step / longest stable step",
+        ylabel="largest error; dashed: stated",
+        title="Every method; refused right of the line",
+    )
+    axes[1, 1].legend(fontsize="small")
+    write_with(path, lambda part: figure.savefig(part, dpi=120))
+
+
+def _plot_outcomes(axes: Axes, table: pandas.DataFrame, column: str, label: str) -> None:
+    for outcome, colour in COLOURS.items():
+        some = table[(table["outcome"] == outcome) & (table["run"] == "native")]
+        axes.loglog(some[column], some["granules"], ".", ms=2, color=colour, label=outcome)
+        some = table[(table["outcome"] == outcome) & (table["run"] == "lammps")]
+        axes.loglog(some[column], some["granules"], "o", ms=4, mfc="none", mew=0.6, color=colour)
+    axes.set(xlabel=label, ylabel="N", title="Native (dots), LAMMPS (circles)")
+    axes.legend(fontsize="x-small", markerscale=4)
+
+
+SCRIPT = Measurement("Scenes at the extremes", measure, promises, show, plot)
+compare = SCRIPT.compare
+
+
+def main() -> None:
+    """Print the shares and what has to hold; exit 1 when a run is neither right nor refused."""
+    sys.exit(SCRIPT.run(sys.argv[1:]))
+
+
+if __name__ == "__main__":
+    main()
