@@ -158,10 +158,12 @@ class Judge:
         The scene.
     child
         The process that LAMMPS runs in.
+    rtol
+        How close the converged run is to be.
     """
 
-    def __init__(self, number: int, scene: hc.Scene, child: Child) -> None:
-        self.scene, self.child = scene, child
+    def __init__(self, number: int, scene: hc.Scene, child: Child, rtol: float) -> None:
+        self.scene, self.child, self.rtol = scene, child, rtol
         assert isinstance(scene.shock, hc.Pulse)
         self.facts: dict[str, Any] = {
             "scene": number,
@@ -176,7 +178,8 @@ class Judge:
     def converged(self) -> hc.Result:
         """A run that is much closer than the others."""
         if self._converged is None:
-            backend = hc.Native(rtol=1e-9, peaks_only=True, time_limit=40 * NATIVE_LIMIT)
+            limit = 40 * NATIVE_LIMIT
+            backend = hc.Native(rtol=self.rtol, peaks_only=True, time_limit=limit)
             self._converged = backend.run(self.scene)
         return self._converged
 
@@ -244,12 +247,13 @@ def random_outcomes(first: int, with_lammps: bool) -> list[Outcome]:
     with Child() as child:
         for number in range(first, first + CHUNK):
             try:
-                judge = Judge(number, random_scene(np.random.default_rng([4, number])), child)
+                scene = random_scene(np.random.default_rng([4, number]))
             except SceneError:
                 nothing = (math.nan, math.nan, 0, math.nan)
                 reason = REASONS[SceneError]
                 found.append(Outcome(number, "", *nothing, "native", math.nan, reason))
                 continue
+            judge = Judge(number, scene, child, rtol=1e-9)
             native = hc.Native(peaks_only=True, time_limit=NATIVE_LIMIT)
             found.append(judge.native("native", native))
             if with_lammps and number % LAMMPS_SHARE == 0:
@@ -265,7 +269,7 @@ def step_outcomes(number: int, with_lammps: bool) -> list[Outcome]:
     scene = hc.Scene(hc.Chain(round(10 ** rng.uniform(0.3, 1.8)), **STEEL), pulse)
     found = []
     with Child() as child:
-        judge = Judge(number, scene, child)
+        judge = Judge(number, scene, child, rtol=1e-10)
         for name, method in METHODS.items():
             for step in STEPS:
                 dt = step * stable_step(scene, method.interval)

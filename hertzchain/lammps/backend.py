@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.accuracy import (
+    another_companion,
     companion,
     diverged,
     refuse_meaningless,
@@ -66,6 +67,9 @@ _STABLE = 2.0
 
 _FASTEST_STEP, _FASTEST_GRANULE = 0.3e-6, 8e-9
 """Time of a step, and of each granule in it, on a fast machine [s]; 0.5e-6 and 2e-8 measured."""
+
+_ERRATIC_STEP = 0.05
+"""Natural time units; above, opening contacts may make the difference of two runs too small."""
 
 _BLOCK = 256
 """Readings handed on at a time."""
@@ -406,10 +410,15 @@ class Lammps:
 
     def _step_error(self, scene: Scene, legs: Sequence[Leg], peak_force: FloatArray) -> float:
         """Bound of what the steps cost the peaks, as a fraction."""
-        other = companion(legs, stable_step(scene, _STABLE))
-        difference = largest_difference(self._rough_peaks(scene, other.legs), peak_force)
+        others = [companion(legs, stable_step(scene, _STABLE))]
         longest = max(leg.dt for leg in legs) / scene.units.time
-        return second_order_safety(longest) * other.factor * difference
+        if longest > _ERRATIC_STEP:
+            others.append(another_companion(legs))
+        error = max(
+            other.factor * largest_difference(self._rough_peaks(scene, other.legs), peak_force)
+            for other in others
+        )
+        return second_order_safety(longest) * error
 
 
 def _refuse_second_neighbours(samples: Samples, at_rest: reading.Granules) -> None:
