@@ -1,0 +1,207 @@
+"""What is refused or stopped: unstable steps, runs above a time limit, motion without digits."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.accuracy import stable_step
+from hertzchain.cost import Deadline, in_words, refuse_memory
+from hertzchain.errors import StepUnstable, TooExpensive, Unpredictable
+from hertzchain.native import METHODS, simulate
+from hertzchain.native.methods import RungeKuttaNystrom, SymplecticNystrom
+from hertzchain.native.refinement import Fixed
+from hertzchain.peaks import largest_difference
+from tests.conftest import STEEL, paper_scene
+
+FIXED = [name for name in METHODS if name != "reference"]
+
+
+def growth(name: str, z: float) -> float:
+    """How much a step of a method makes u'' = -u grow, with the step z; from its own ``step``."""
+    stepper = METHODS[name].walker.stepper
+    columns = []
+    for displacement, velocity in ((1.0, 0.0), (0.0, 1.0)):
+        u, v = displacement, velocity
+        if isinstance(stepper, SymplecticNystrom):
+            for kick, drift in zip(stepper.kicks, (*stepper.drifts, 0.0), strict=True):
+                v -= kick * z * u
+                u += drift * z * v
+        else:
+            assert isinstance(stepper, RungeKuttaNystrom)
+            known = [-u]
+            for c, row in zip(stepper.nodes[1:], stepper.position, strict=True):
+                pushed = sum(a * k for a, k in zip(row, known, strict=False))
+                known.append(-(u + c * z * v + z * z * pushed))
+            u += z * v + z * z * float(np.dot(stepper.position_weights, known))
+            v += z * float(np.dot(stepper.velocity_weights, known)) - z * stepper.last_weight * u
+        columns.append((u, v))
+    return float(np.max(np.abs(np.linalg.eigvals(np.array(columns).T))))
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_the_interval_is_that_of_the_table(name: str) -> None:
+    """Up to it oscillations grow by less than one per cent a step, just above by more."""
+    interval = METHODS[name].interval
+    inside = [growth(name, z) for z in np.linspace(0.01, interval, 2000)]
+    assert max(inside) < 1.01
+    assert growth(name, interval + 0.02) > 1.01
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_steps_above_the_limit_are_refused_before_the_run(name: str) -> None:
+    scene = paper_scene("cosine-triangular", 2.0, 2.0)
+    limit = stable_step(scene, METHODS[name].interval)
+    with pytest.raises(StepUnstable, match=f"{name} diverges above .* choose a smaller dt"):
+        hc.Native(name, 1.2 * limit).run(scene)
+
+
+@pytest.mark.parametrize("name", ["velocity-verlet", "rk4", "srkn-6b"])
+def test_the_motion_diverges_above_the_limit(name: str) -> None:
+    """Contacts pressed by F0 under a long pulse; DPRKN and SRKN_11^b hold out a little longer."""
+    scene = paper_scene("cosine", 30.0, 6.0, granules=100)
+    walker = Fixed(METHODS[name].walker.stepper)
+    step = 1.4 * stable_step(scene, METHODS[name].interval)
+    with pytest.raises(StepUnstable, match="diverged"):
+        simulate(scene, scene.schedule(step), walker)
+
+
+@pytest.mark.parametrize("name", FIXED)
+def test_steps_below_the_limit_are_answered_with_an_honest_error(name: str) -> None:
+    scene = paper_scene("cosine-triangular", 2.0, 2.0)
+    true = hc.Native("reference").run(scene).peak_force
+    dt = 0.3 * stable_step(scene, METHODS[name].interval)
+    result = hc.Native(name, dt, peaks_only=True).run(scene)
+    assert 0 < largest_difference(result.peak_force, true) <= result.error_estimate < 1
+
+
+def test_weak_shocks_allow_longer_steps() -> None:
+    """Softer contacts: F to the power 1/6 in the frequency."""
+    weak, strong = paper_scene("cosine", 1e-3, 2.0), paper_scene("cosine", 2.0, 2.0)
+    longer = stable_step(weak, 2.0) / weak.units.time
+    assert longer > 3 * stable_step(strong, 2.0) / strong.units.time
+    result = hc.Native("velocity-verlet", 0.1 * longer * weak.units.time).run(weak)
+    assert result.error_estimate < 0.3
+
+
+def test_a_run_that_diverges_is_stopped_early() -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, granules=20_000)
+    walker = METHODS["velocity-verlet"].walker
+    begin = time.perf_counter()
+    with pytest.raises(StepUnstable, match="diverged"):
+        simulate(scene, scene.schedule(1.5 * scene.units.time), walker)
+    assert time.perf_counter() - begin < 1.0  # some 20 s to its end
+
+
+# Time limits
+
+
+def test_a_run_above_the_limit_is_refused_before_it_starts() -> None:
+    scene = hc.Scene(
+        hc.Chain(60, **STEEL), hc.Pulse("cosine-triangular", 100.0, 2.0, rise_time=7e4)
+    )
+    begin = time.perf_counter()
+    with pytest.raises(TooExpensive, match=r"takes at least .* the time limit is 60 min|1e\+10"):
+        hc.Native().run(scene)
+    assert time.perf_counter() - begin < 1.0
+
+
+def test_a_run_is_stopped_at_the_limit() -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, granules=3000)
+    begin = time.perf_counter()
+    with pytest.raises(TooExpensive, match=r"stopped at the time limit of 1 s"):
+        hc.Native("velocity-verlet", time_limit=1.0).run(scene)
+    assert time.perf_counter() - begin < 1.5
+
+
+def test_a_batch_is_stopped_at_the_limit() -> None:
+    ratios = np.geomspace(0.1, 10, 3000)
+    hc.similar_peak_forces("cosine", [1.0], 2.0, granules=60)  # kernels
+    begin = time.perf_counter()
+    with pytest.raises(TooExpensive, match=r"stopped at the time limit of 0\.2 s"):
+        hc.similar_peak_forces("cosine", ratios, 2.0, granules=500, time_limit=0.2)
+    assert time.perf_counter() - begin < 2.0
+
+
+def test_short_runs_that_become_long_obey_the_limit() -> None:
+    """Steps halved again and again make a run of twenty thousand steps one of seconds."""
+    scene = paper_scene("cosine", 1489.669505, 3038.215335, granules=3)
+    begin = time.perf_counter()
+    try:
+        result = hc.Native(peaks_only=True, time_limit=0.4).run(scene)
+        assert result.error_estimate < 1
+    except (TooExpensive, Unpredictable):
+        pass
+    assert time.perf_counter() - begin < 1.5
+
+
+def test_what_is_refused_for_its_cost_costs_that() -> None:
+    """The lower bound of the time is one."""
+    for ratio, granules in ((0.01, 60), (1.0, 2000), (100.0, 400)):
+        scene = paper_scene("cosine", ratio, 2.0, granules=granules)
+        hc.Native(peaks_only=True).run(scene)
+        begin = time.perf_counter()
+        hc.Native("srkn-11b", peaks_only=True).run(scene)
+        took = time.perf_counter() - begin
+        with pytest.raises(TooExpensive):
+            hc.Native("srkn-11b", peaks_only=True, time_limit=took / 1e6).run(scene)
+        hc.Native("srkn-11b", peaks_only=True, time_limit=60).run(scene)
+
+
+@pytest.mark.parametrize("limit", [0.0, -1.0, math.nan, math.inf])
+def test_an_impossible_limit_is_refused(limit: float) -> None:
+    with pytest.raises(hc.HertzchainError, match="time_limit"):
+        hc.Native(time_limit=limit)
+    with pytest.raises(hc.HertzchainError, match="time_limit"):
+        hc.peak_forces([paper_scene("cosine", 1.0, 2.0)], time_limit=limit)
+
+
+def test_memory_that_is_not_there_is_not_asked_for() -> None:
+    refuse_memory(1e6)
+    with pytest.raises(TooExpensive, match="GB of memory"):
+        refuse_memory(1e18)
+
+
+def test_times_in_words() -> None:
+    assert [in_words(s) for s in (0.3, 100.0, 3600.0, 1e5, 1e6, 1e9)] == [
+        *("0.3 s", "100 s", "60 min", "27.8 hours", "11.6 days", "31.7 years")
+    ]
+
+
+def test_a_deadline() -> None:
+    deadline = Deadline(5.0)
+    assert 4.9 < deadline.left <= 5.0
+    deadline.refuse(4.9)
+    with pytest.raises(TooExpensive, match=r"at least 5\.1 s"):
+        deadline.refuse(5.1)
+
+
+# Motion without digits
+
+
+def test_motion_that_multiplies_rounding_errors_says_how_far() -> None:
+    """Granules knock against one another so long that 1e-6 is out of reach, but not all digits."""
+    scene = paper_scene("triangular", 7934.41, 1.6949, granules=9)
+    result = hc.Native(peaks_only=True).run(scene)
+    finer = hc.Native("reference", 0.02 * scene.units.time, peaks_only=True).run(scene)
+    assert 1e-6 < result.error_estimate < 1e-3
+    error = largest_difference(result.peak_force, finer.peak_force)
+    assert error <= result.error_estimate + finer.error_estimate
+
+
+@pytest.mark.slow
+def test_motion_that_leaves_no_digit_is_refused() -> None:
+    scene = paper_scene("triangular", 868.089, 27.6039, granules=116)
+    with pytest.raises(Unpredictable, match="a shorter end_time or pulse helps"):
+        hc.Native(peaks_only=True).run(scene)
+
+
+def test_one_such_scene_leaves_the_others_of_a_batch_alone() -> None:
+    chaotic = paper_scene("cosine", 776.726, 1367.97, granules=21)
+    batch = hc.peak_forces([chaotic, paper_scene("cosine", 1.0, 2.0, granules=21)])
+    assert batch.error_estimate[0] > 1e-3
+    assert batch.error_estimate[1] <= 1e-6
