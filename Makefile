@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all validate limits long-run tradeoff bench lint format lock clean help
+.PHONY: demo test test-all validate limits extremes long-run tradeoff bench lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -23,6 +23,9 @@ validate: $(STAMP) ## the paper's tables, known limits and planted mistakes, bot
 
 limits: $(STAMP) ## known limits, approached by scenes, with a figure
 	$(BIN)/python validation/limits.py -o limits.csv --plot limits.png
+
+extremes: $(STAMP) ## 12,000 random scenes at the extremes, each answered or refused; half an hour
+	$(BIN)/python validation/extremes.py -o extremes.csv --plot validation/results/extremes.png
 
 long-run: $(STAMP) ## a wave down 90,000 granules: what drifts; two minutes
 	$(BIN)/python validation/long_run.py -o validation/results/long_run.csv \
@@ -51,7 +54,7 @@ lock: $(STAMP) ## write requirements.lock anew
 	    --quiet --output-file requirements.lock
 
 clean: ## remove .venv and what runs leave behind
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache demo.png in.chain peaks.csv table2.csv limits.csv limits.png tradeoff.png tradeoff.csv
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache demo.png in.chain peaks.csv table2.csv limits.csv limits.png extremes.csv tradeoff.png tradeoff.csv
 
 # Installed as locked, the project itself without a download and without dependencies of its own.
 $(STAMP): requirements.lock pyproject.toml

@@ -36,8 +36,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     help="How hard each contact of a shocked chain of spheres is pressed, and how sure that is.",
-    epilog="Exit status: 0 done and within tolerance, 1 out of tolerance, 2 unusable input or a"
-    " missing backend.",
+    epilog="Exit status: 0 done and within tolerance, 1 out of tolerance, 2 unusable input, a"
+    " refusal or a missing backend, 130 interrupted, 143 terminated.",
 )
 
 

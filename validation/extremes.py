@@ -286,6 +286,9 @@ def step_outcomes(number: int, with_lammps: bool) -> list[Outcome]:
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     """Run everything: one row per run, with the fields of Outcome."""
     found: list[Outcome] = []
+    # What is timed does not hold the loading, or compiling, of kernels.
+    small = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 1.0, 2.0, momentum_ratio=1.0))
+    hc.Native().run(small)
     console = Console(stderr=True)
     with (
         ThreadPoolExecutor(usable_cores()) as pool,

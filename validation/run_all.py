@@ -1,7 +1,7 @@
 """The paper's tables, the known limits and planted mistakes in one go, with one summary.
 
-``validation/tradeoff.py`` and ``validation/long_run.py``, which take minutes, are run by
-themselves.
+``validation/tradeoff.py``, ``validation/long_run.py`` and ``validation/extremes.py``, which take
+minutes, are run by themselves.
 """
 
 from __future__ import annotations
