@@ -187,14 +187,15 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
     """What a run takes at least [s]: granules that must be moving, times steps and stages.
 
     While the force acts nothing is left behind, and the front is some way down the chain; it was
-    never seen slower than half the speed of a wave as strong as the shock.
+    never seen slower than half the speed of a wave as strong as the shock. Under a pulse table,
+    which may push late and little, only the first granule moves for sure.
     """
-    granules = scene.chain.granules
+    granules, single = scene.chain.granules, isinstance(scene.shock, Pulse)
     speed = 0.4 * math.pow(force_scale(scene.momentum_ratio), 1 / 6)
     evaluations = 0.0
     for row in rows:
         start, end, steps, shape = row[:4]
-        moving = min(float(granules), speed * (start + end) / 2)
+        moving = min(float(granules), speed * (start + end) / 2) if single else 1.0
         if shape == 0 and leave_behind:
             # The run goes on only until the front has met the end.
             steps *= max(0.0, min(1.0, (granules / _FASTEST_FRONT - start) / (end - start)))
