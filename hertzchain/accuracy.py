@@ -84,8 +84,9 @@ def another_companion(legs: Sequence[Leg]) -> Companion:
 def stable_step(scene: Scene, interval: float) -> float:
     """The longest step with which a method is stable [s].
 
-    Contacts pressed by F0 have the stiffness k = 3/2 in natural units, and neighbours swing against
-    each other with the frequency 2 sqrt(k), the highest there is. Weak shocks make softer contacts.
+    Contacts pressed by F0 have the stiffness k = 3/2 in natural units, and in a chain of N granules
+    neighbours swing against each other with the frequency 2 sqrt(k) cos(pi / 2N), the highest there
+    is. Weak shocks make softer contacts.
 
     Parameters
     ----------
@@ -95,7 +96,8 @@ def stable_step(scene: Scene, interval: float) -> float:
         Up to which product of step and frequency the method follows an oscillation without making
         it grow: 2 for velocity Verlet.
     """
-    frequency = math.sqrt(6.0) * math.pow(force_scale(scene.momentum_ratio), 1 / 6)
+    bound = math.cos(math.pi / (2 * scene.chain.granules))
+    frequency = math.sqrt(6.0) * bound * math.pow(force_scale(scene.momentum_ratio), 1 / 6)
     return interval / frequency * scene.units.time
 
 
@@ -110,7 +112,7 @@ def refuse_unstable(scene: Scene, legs: Sequence[Leg], interval: float, method: 
     longest, limit = max(leg.dt for leg in legs), stable_step(scene, interval)
     if longest > limit:
         raise StepUnstable(
-            f"the step of {longest:.3g} s is unstable: {method} diverges above {limit:.3g} s"
+            f"the step of {longest:.3g} s is unstable: {method} is stable up to {limit:.3g} s"
             f" ({limit / scene.units.time:.3g} natural time units) in this scene, choose a smaller"
             " dt"
         )

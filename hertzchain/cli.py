@@ -68,7 +68,7 @@ Isolate = Annotated[
     ),
 ]
 TimeLimit = Annotated[
-    str, typer.Option(help='How long LAMMPS may take, seconds or with a unit ("10 min").')
+    str, typer.Option(help='How long each simulation may take, seconds or with a unit ("10 min").')
 ]
 
 

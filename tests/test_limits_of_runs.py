@@ -11,7 +11,8 @@ import pytest
 import hertzchain as hc
 from hertzchain.accuracy import stable_step
 from hertzchain.cost import Deadline, in_words, refuse_memory
-from hertzchain.errors import StepUnstable, TooExpensive, Unpredictable
+from hertzchain.errors import RunFailed, StepUnstable, TooExpensive, Unpredictable
+from hertzchain.lammps import backend
 from hertzchain.native import METHODS, simulate
 from hertzchain.native.methods import RungeKuttaNystrom, SymplecticNystrom
 from hertzchain.native.refinement import Fixed
@@ -19,6 +20,14 @@ from hertzchain.peaks import largest_difference
 from tests.conftest import STEEL, paper_scene
 
 FIXED = [name for name in METHODS if name != "reference"]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def kernels() -> None:
+    """Loaded, or compiled, before anything is timed."""
+    scene = paper_scene("cosine", 1.0, 2.0, granules=5)
+    hc.Native(peaks_only=True).run(scene)
+    hc.peak_forces([scene])
 
 
 def growth(name: str, z: float) -> float:
@@ -56,7 +65,7 @@ def test_the_interval_is_that_of_the_table(name: str) -> None:
 def test_steps_above_the_limit_are_refused_before_the_run(name: str) -> None:
     scene = paper_scene("cosine-triangular", 2.0, 2.0)
     limit = stable_step(scene, METHODS[name].interval)
-    with pytest.raises(StepUnstable, match=f"{name} diverges above .* choose a smaller dt"):
+    with pytest.raises(StepUnstable, match=f"{name} is stable up to .* choose a smaller dt"):
         hc.Native(name, 1.2 * limit).run(scene)
 
 
@@ -120,7 +129,6 @@ def test_a_run_is_stopped_at_the_limit() -> None:
 
 def test_a_batch_is_stopped_at_the_limit() -> None:
     ratios = np.geomspace(0.1, 10, 3000)
-    hc.similar_peak_forces("cosine", [1.0], 2.0, granules=60)  # kernels
     begin = time.perf_counter()
     with pytest.raises(TooExpensive, match=r"stopped at the time limit of 0\.2 s"):
         hc.similar_peak_forces("cosine", ratios, 2.0, granules=500, time_limit=0.2)
@@ -214,3 +222,49 @@ def test_one_such_scene_leaves_the_others_of_a_batch_alone() -> None:
     batch = hc.peak_forces([chaotic, paper_scene("cosine", 1.0, 2.0, granules=21)])
     assert batch.error_estimate[0] > 1e-3
     assert batch.error_estimate[1] <= 1e-6
+
+
+# Errors that are small by chance
+
+
+def one_difference_too_small() -> hc.Scene:
+    """A pulse table whose peaks, at one step, agree with those at longer steps by chance."""
+    chain = hc.Chain(3, 0.04292841912821261, 44446822.359361835, 0.3, 2978.816503003124)
+    time = (0.02866473413465362, 0.02931204434757437, 0.03042185303109649, 0.030756235855268474)
+    return hc.Scene(chain, hc.PulseTable(time, (0.0, 0.10308817299957271, 0.0, 0.9409053777567418)))
+
+
+@pytest.mark.parametrize("dt", [9.76e-5, 9.9e-5, 5e-5])
+@pytest.mark.parametrize("name", ["native", pytest.param("lammps", marks=pytest.mark.lammps)])
+def test_a_difference_that_is_small_by_chance_is_not_believed(name: str, dt: float) -> None:
+    scene = one_difference_too_small()
+    true = hc.Native("reference").run(scene).peak_force
+    run = hc.Native("velocity-verlet", dt).run if name == "native" else hc.Lammps(dt).run
+    result = run(scene)
+    assert largest_difference(result.peak_force, true) <= result.error_estimate
+
+
+@pytest.mark.lammps
+def test_lammps_that_diverges_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps that pass for stable, but are not: no granule is faster than all the impulse in one."""
+    monkeypatch.setattr(backend, "refuse_unstable", lambda *_: None)
+    scene = paper_scene("cosine", 30.0, 6.0, granules=60)
+    with pytest.raises(RunFailed, match=r"diverged|too long|smaller dt"):
+        hc.Lammps(1.3 * scene.units.time).run(scene)
+
+
+def test_limits_of_any_size() -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, granules=5)
+    assert hc.peak_forces([scene], time_limit=1e12).error_estimate[0] <= 1e-6
+    assert hc.Native(time_limit=1e300).run(scene).error_estimate <= 1e-6
+    with pytest.raises(TooExpensive, match="GB of memory"):
+        hc.similar_peak_forces("cosine", np.ones(200_000), 2.0, granules=1_000_000)
+
+
+def test_many_short_steps_obey_the_limit() -> None:
+    """Three granules: what a step costs is not its granules."""
+    scene = paper_scene("cosine-triangular", 1044.4449956748701, 1.001, granules=3)
+    begin = time.perf_counter()
+    with pytest.raises(TooExpensive, match="stopped at the time limit"):
+        hc.Native("velocity-verlet", 2e-3 * scene.units.time, time_limit=0.5).run(scene)
+    assert time.perf_counter() - begin < 1.0

@@ -90,7 +90,7 @@ def test_what_counts_is_the_peak_and_not_f0() -> None:
         hc.Native(peaks_only=True).run(scene)
 
 
-@pytest.mark.parametrize("momentum_ratio", [1e-4, 1e-2, 0.3, 1.0, 3.0, 100.0])
+@pytest.mark.parametrize("momentum_ratio", [1e-4, 1e-2, 0.3, 1.0, 1.971, 3.0, 100.0])
 @pytest.mark.parametrize("granules", [2, 3, 40])
 def test_nothing_is_refused_before_a_run_that_the_run_would_answer(
     momentum_ratio: float, granules: int

@@ -6,6 +6,7 @@ In natural units a scene is its profile, LM_ratio, n and N, so a batch is arrays
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.chain import MOST_GRANULES, POSITIVE
-from hertzchain.cost import TIME_LIMIT, Deadline, check_time_limit
+from hertzchain.cost import TIME_LIMIT, Deadline, check_time_limit, refuse_memory
 from hertzchain.errors import SceneError, require
 from hertzchain.native import choice
 from hertzchain.native.refinement import Refined
@@ -217,6 +218,7 @@ def _accurate_enough(
     check_time_limit(time_limit)
     deadline = Deadline(time_limit)
     scenes = known.size
+    refuse_memory(8.0 * 3 * scenes * granules)
     force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
     error = np.ones(scenes)
     wanted = np.nonzero(known)[0]
@@ -237,7 +239,8 @@ def _accurate_enough(
         )
         rows[:, :, 2] = choice.other_steps(rows[:, :, 2])
         others, _, _ = _march(rows, plan.coarser, granules, leave_behind, deadline)
-        error[wanted] = plan.estimate(largest_differences(others, force[wanted]), evaluations)
+        found = plan.estimate(largest_differences(others, force[wanted]), evaluations)
+        error[wanted] = np.where(np.isnan(found), np.inf, found)  # NaN: the motion diverged
         cost = np.zeros(scenes)
         cost[wanted] = granules * evaluations
         hopeless = plan.hopeless(error, before, cost)
@@ -275,7 +278,13 @@ def _march(
 
     with ThreadPoolExecutor(cores) as pool:
         try:
-            list(pool.map(part, range(0, scenes, size), timeout=max(0.0, deadline.left)))
+            list(
+                pool.map(
+                    part,
+                    range(0, scenes, size),
+                    timeout=min(max(0.0, deadline.left), threading.TIMEOUT_MAX),
+                )
+            )
         except TimeoutError:
             control[0] = -1
             pool.shutdown(cancel_futures=True)

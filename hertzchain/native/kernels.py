@@ -46,6 +46,9 @@ _CHECK = 4.0
 _LOOK = 1_000_000
 """Granules times steps between two looks at whether the run is to be stopped: some 10 ms."""
 
+_STEP_IN_GRANULES = 50
+"""What a step costs besides its granules, in granules."""
+
 _DIVERGED_ENERGY = 10.0
 """Energy over the work done by the applied force in a run that has diverged. Where steps are
 stable, but so long that the work of a short pulse is wrong, 2 was seen."""
@@ -690,7 +693,7 @@ def _advance(
         return _STOPPED
     lo, hi, kept = count[_LO], count[_HI], count[_KEPT]
     whole, part, level = count[_WHOLE], count[_PART], count[_LEVEL]
-    steps, cost, next_look = 0, 0, _LOOK
+    steps, cost, spent = 0, 0, 0
     time, next_check = total[_TIME], total[_NEXT_CHECK]
     number = int(leg[STEPS])
     full = (leg[END] - leg[START]) / leg[STEPS]
@@ -720,8 +723,9 @@ def _advance(
                 u0[i] = u[i] if i == last and base + last == granules else zero
                 v0[i] = zero
         cost += hi - lo
-        if cost >= next_look:
-            next_look = cost + _LOOK
+        spent += hi - lo + _STEP_IN_GRANULES
+        if spent >= _LOOK:
+            spent = 0
             control[2] += 1
             if _is_stopped(control):
                 reason = _STOPPED

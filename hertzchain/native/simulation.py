@@ -40,8 +40,11 @@ _MOVING = 8
 _LONG_RUN = 1e7
 """Granules times force evaluations: about a hundredth of a second."""
 
+_STEP_IN_EVALUATIONS = 500
+"""What a step costs besides, in force evaluations of a granule."""
+
 _LOOKS = 10.0
-"""Million steps of a granule, after which a run that seemed short is a long one."""
+"""Million steps of a granule, after which a run that seemed short is a long one: 0.1 s."""
 
 _FASTEST = 0.5e-9
 """Time of a granule and force evaluation on a fast machine [s]; 1.1e-9 to 2e-9 measured."""
@@ -134,6 +137,8 @@ def simulate(
     deadline = deadline or Deadline(TIME_LIMIT)
     rows = leg_rows(legs, walker, scene.units)
     deadline.refuse(_least_time(scene, rows, walker.stepper.stages, leave_behind))
+    if deadline.left <= 0:
+        raise deadline.passed()
     arrays = 2 if leave_behind else 8 + (0 if recorder is None else 3 * recorder.time.size)
     refuse_memory(8.0 * arrays * granules)
     force = np.zeros(granules - 1)
@@ -154,7 +159,7 @@ def simulate(
             leave_behind, force, time, record, control,
         )  # fmt: skip
 
-    work = float(np.sum(rows[:, 2])) * walker.stepper.stages * granules
+    work = float(np.sum(rows[:, 2])) * (walker.stepper.stages * granules + _STEP_IN_EVALUATIONS)
     is_long = work >= _LONG_RUN
     if not is_long:
         control[0] = _LOOKS
