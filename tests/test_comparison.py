@@ -348,3 +348,11 @@ def test_scenes_hard_for_lammps_pass(peak_force: float, momentum_ratio: float, n
     pulse = hc.Pulse("cosine-triangular", peak_force, n, momentum_ratio=momentum_ratio)
     scene = hc.Scene(hc.Chain(4, **STEEL), pulse)
     assert failed(hc.compare(scene).checks) == set()
+
+
+@pytest.mark.lammps
+def test_a_run_that_ends_before_the_push_passes() -> None:
+    """Nothing moves: what is left are rounding errors of nothing."""
+    table = hc.PulseTable((1e-5, 2e-5, 3e-5), (0.0, 100.0, 0.0))
+    scene = hc.Scene(hc.Chain(5, **STEEL), table, hc.Run(1e-6))
+    assert hc.compare(scene).verdict == "pass"
