@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     import pandas
 
 
+ROUGH = 0.01
+"""Error of the peaks above which p, which hangs on changes of one per cent, means nothing."""
+
+
 @dataclass(frozen=True)
 class Balance:
     """What the shock gave and what the chain has at the end of a run.
@@ -143,9 +147,14 @@ class Result:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on where the model is stretched; none, as a rule."""
-        warning = overlap_warning(self.overlap_ratio)
-        return () if warning is None else (warning,)
+        """Sentences on what is not to be trusted; none, as a rule."""
+        found = [] if (warning := overlap_warning(self.overlap_ratio)) is None else [warning]
+        if self.error_estimate > ROUGH:
+            found.append(
+                f"the peaks may be off by {self.error_estimate:.0%}, and p and all that follows"
+                " from them may be wrong: take a smaller dt, or rtol instead"
+            )
+        return tuple(found)
 
     @property
     def contact(self) -> NDArray[np.int_]:

@@ -546,7 +546,9 @@ def is_json_or_refused(outcome: Outcome) -> None:
     """Either strict JSON or one sentence; what cannot be said in JSON is no reason to crash."""
     if outcome.status != 2:
         outcome.json()
-        assert outcome.err == ""
+        missed = outcome.status == 1
+        assert outcome.err.startswith("hertzchain: wanted 1e-06, reached ") == missed
+        assert outcome.err.count("\n") == missed
     else:
         is_refused(outcome)
 

@@ -104,3 +104,11 @@ def test_nothing_is_refused_before_a_run_that_the_run_would_answer(
             chain = replace(scene.chain, young_modulus=scene.chain.young_modulus * softer)
             assert overlap_ratio(chain, peak) == pytest.approx(0.99 ** (2 / 3), rel=1e-9, abs=0)
             refuse_hopeless_overlap(replace(scene, chain=chain))
+
+
+def test_a_rough_run_warns() -> None:
+    scene = scene_of_depth(1e-3)
+    rough = hc.Native("rk4", 0.5 * scene.units.time, peaks_only=True).run(scene)
+    assert rough.error_estimate > 0.01
+    assert "take a smaller dt" in rough.warnings[0]
+    assert hc.Native("rk4", 0.05 * scene.units.time, peaks_only=True).run(scene).warnings == ()
