@@ -76,6 +76,9 @@ RIGHT = "right"
 NATIVE_LIMIT, LAMMPS_LIMIT = 0.5, 3.0
 """What a run may cost here [s]; the default is an hour."""
 
+JUDGE_LIMIT = 300.0
+"""What the converged run may cost that judges the others [s]."""
+
 LAMMPS_SHARE = 10
 """Every so many scenes are run with LAMMPS, too."""
 
@@ -178,8 +181,7 @@ class Judge:
     def converged(self) -> hc.Result:
         """A run that is much closer than the others."""
         if self._converged is None:
-            limit = 40 * NATIVE_LIMIT
-            backend = hc.Native(rtol=self.rtol, peaks_only=True, time_limit=limit)
+            backend = hc.Native(rtol=self.rtol, peaks_only=True, time_limit=JUDGE_LIMIT)
             self._converged = backend.run(self.scene)
         return self._converged
 
