@@ -52,7 +52,7 @@ its displacements, between which both interpolate."""
 _ONE_OF_MANY = 3.0
 """Times what late collisions make of one small difference at the start, as another makes more."""
 
-MOST_GROWN = 1e-3
+MOST_GROWN = 0.01
 """To what late collisions may widen a tolerance; where they make more of round-off, nothing can be
 judged."""
 

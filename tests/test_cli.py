@@ -110,7 +110,11 @@ def hertzchain(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str
     return call
 
 
-MAIN = "from hertzchain.cli import main; main()"
+MAIN = (
+    # Where the tests run in the background, Ctrl-C is ignored, and children inherit that.
+    "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"
+    "from hertzchain.cli import main; main()"
+)
 NO_LAMMPS = f"import sys; sys.path.insert(0, {str(Path(__file__).parent / 'no_lammps')!r}); {MAIN}"
 """As if there were none: `import lammps` then raises an ImportError, in its own process too."""
 

@@ -44,7 +44,11 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
 LIMIT = 60.0
 """Seconds; no test waits for it."""
 
-MAIN = "from hertzchain.cli import main; main()"
+MAIN = (
+    # Where the tests run in the background, Ctrl-C is ignored, and children inherit that.
+    "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"
+    "from hertzchain.cli import main; main()"
+)
 
 SHARED = Path("/dev/shm")  # noqa: S108
 
@@ -214,7 +218,8 @@ def test_a_process_that_cannot_be_started_is_an_error(monkeypatch: pytest.Monkey
 
 
 PARENT = """
-import os, time
+import os, signal, time
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from hertzchain.lammps.isolation import Child
 
 with Child() as child:
@@ -412,13 +417,13 @@ def test_a_crash_of_lammps_is_one_line(folder: Path, name: str) -> None:
 @pytest.mark.lammps
 def test_a_comparison_goes_on_without_a_lammps_that_hangs(folder: Path) -> None:
     SHORT.to_toml("scene.toml")
-    running = start("compare", "scene.toml", "--isolate", "--time-limit", "2 s")
+    running = start("compare", "scene.toml", "--isolate", "--time-limit", "15 s")
     for pid in wait_for(lambda: children(running.pid)):
         os.kill(pid, signal.SIGSTOP)
     status, out, err = ended(running)
     assert (status, err) == (1, "")
     assert "lammps: failed" in out
-    assert "time limit of 2 s" in " ".join(out.split())
+    assert "time limit of 15 s" in " ".join(out.split())
     assert "native: energy" in out
     assert not runs(pid)
     assert names(folder) == ["scene.toml"]
