@@ -54,7 +54,7 @@ _ONE_OF_MANY = 3.0
 
 MOST_GROWN = 0.01
 """To what late collisions may widen a tolerance; where they make more of round-off, nothing can be
-judged."""
+judged. 2.4e-3 was seen in a velocity (5 granules, LM_ratio 316, n 565) of a deck that is right."""
 
 _IN_NUMPY = 2e-8
 """Time of a granule and step in NumPy, twice, at least [s]."""
