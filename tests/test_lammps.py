@@ -13,7 +13,7 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.errors import RunFailed, SceneError
 from hertzchain.lammps.deck import PAIR_STYLES, set_up
 from hertzchain.lammps.engine import command, engine
-from hertzchain.lammps.reading import ARRAYS, Granules, contact_forces, granules, read, samples
+from hertzchain.lammps.reading import ARRAYS, granules, read
 from hertzchain.native import METHODS, simulate
 from hertzchain.native.integration import integrate
 from hertzchain.native.methods import State
@@ -21,6 +21,7 @@ from hertzchain.peaks import PeakWatch, largest_difference
 from hertzchain.samples import Samples
 from hertzchain.schedule import Leg
 from hertzchain.theory import solitary_wave as exact
+from hertzchain.verlet.readings import Granules, contact_forces, samples
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
 from tests.test_native import constant_force, slope
@@ -167,7 +168,7 @@ def test_granules_that_only_touch_are_no_contact() -> None:
     arrays[:, 0, :, 0] = position
     arrays[:, 2, :, 0] = [-5.0, 4.0, 1.0]
     at_rest = Granules(sites, np.ones(3), np.ones(3))
-    seen = samples(np.array([0.0, 1.0]), arrays, at_rest, Leg(0.0, 1.0, 1, None))
+    seen = samples(np.array([0.0, 1.0]), arrays[..., 0], at_rest, Leg(0.0, 1.0, 1, None))
     assert 0 < seen.overlap[0, 1] <= np.finfo(np.float64).eps * 2
     assert seen.contact_force.tolist() == [[5.0, 0.0]] * 2
 

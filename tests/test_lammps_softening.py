@@ -13,7 +13,10 @@ import hertzchain as hc
 from hertzchain.comparison import Check, balance_checks, same_steps_checks
 from hertzchain.errors import OverlapTooLarge, RunFailed
 from hertzchain.lammps import backend
-from hertzchain.lammps.softening import (
+from hertzchain.native import METHODS, simulate
+from hertzchain.peaks import largest_difference
+from hertzchain.samples import Samples
+from hertzchain.verlet.softening import (
     NONE,
     TOLERABLE,
     Softening,
@@ -21,9 +24,6 @@ from hertzchain.lammps.softening import (
     round_off,
     softening,
 )
-from hertzchain.native import METHODS, simulate
-from hertzchain.peaks import largest_difference
-from hertzchain.samples import Samples
 from tests.conftest import STEEL
 from tests.test_lammps import largest
 

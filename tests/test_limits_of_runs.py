@@ -12,11 +12,11 @@ import hertzchain as hc
 from hertzchain.accuracy import stable_step
 from hertzchain.cost import Deadline, in_words, refuse_memory
 from hertzchain.errors import RunFailed, StepUnstable, TooExpensive, Unpredictable
-from hertzchain.lammps import backend
 from hertzchain.native import METHODS, simulate
 from hertzchain.native.methods import RungeKuttaNystrom, SymplecticNystrom
 from hertzchain.native.refinement import Fixed
 from hertzchain.peaks import largest_difference
+from hertzchain.verlet import backend
 from tests.conftest import STEEL, paper_scene
 
 FIXED = [name for name in METHODS if name != "reference"]

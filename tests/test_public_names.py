@@ -171,3 +171,9 @@ def test_what_stands_above_the_oracles_is_not_known_to_them(name: str) -> None:
         module for module in FILES if module.split(".")[1:2] in ([oracle] for oracle in ORACLES)
     }
     assert f"hertzchain.{name}" not in reachable(below)
+
+
+def test_what_codes_share_knows_none_of_them() -> None:
+    shared = {name for name in FILES if name.startswith("hertzchain.verlet")}
+    assert len(shared) > 3
+    assert {name.split(".")[1] for name in reachable(shared)} & set(ORACLES) == set()

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from importlib.metadata import version
 
 from hertzchain.errors import require
-from hertzchain.lammps.softening import NONE, predicted_loss, softening
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
 from hertzchain.shock import Ramp
+from hertzchain.verlet.softening import NONE, predicted_loss, softening
 
 # Both are Hertz's law without damping and without tangential force. The second takes
 # Kn = 2E / (3 (1 - nu^2)) with F = Kn sqrt(R*) overlap^(3/2), R* = R/2.

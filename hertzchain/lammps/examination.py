@@ -18,6 +18,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.lammps import deck, reading
 from hertzchain.lammps.engine import command, engine, run
 from hertzchain.scene import Scene
+from hertzchain.verlet.readings import contact_forces
 
 OVERLAPS = (0.01, 0.02)
 """Radii; two, so that the exponent of the contact law shows too.
@@ -169,7 +170,7 @@ def _contact_time_and_speed(scene: Scene) -> tuple[float, float]:
 
 
 def _contact_forces(lammps: Any) -> FloatArray:
-    return reading.contact_forces(_array(lammps, "f")[:, 0])
+    return contact_forces(_array(lammps, "f")[:, 0])
 
 
 def _array(lammps: Any, name: str) -> FloatArray:

@@ -1,13 +1,13 @@
-"""The similar scene that LAMMPS computes without losing digits: a softer chain, nothing else.
+"""The similar scene that loses no digits to absolute coordinates: a softer chain, nothing else.
 
-LAMMPS forms an overlap from absolute coordinates, up to 2 R N plus how far the chain flies. Beside
-them the overlaps of a weak shock, or of a hard material, have few digits. With s E for E, and R,
-rho, nu and all forces unchanged, Hertz's law makes overlaps and displacements larger by s^(-2/3)
-and times longer by s^(-1/3); everything else stays. With s = 8^(-k) these factors are 4^k and 2^k:
-steps, pulse and results go there and back without a rounding.
+LAMMPS, and codes like it, form an overlap from coordinates, up to 2 R N plus how far the chain
+flies. Beside them the overlaps of a weak shock, or of a hard material, have few digits. With s E
+for E, and R, rho, nu and all forces unchanged, Hertz's law makes overlaps and displacements larger
+by s^(-2/3) and times longer by s^(-1/3); everything else stays. With s = 8^(-k) these factors are
+4^k and 2^k: steps, pulse and results go there and back without a rounding.
 
 Only these factors are used, never the contact stiffness or the mass computed here, so that a
-mistake in either still shows when the two backends are compared.
+mistake in either still shows when backends are compared.
 """
 
 from __future__ import annotations

@@ -1,0 +1,71 @@
+"""Other programs: found, run, timed out, killed."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from hertzchain.cost import Deadline
+from hertzchain.errors import BackendMissing, RunFailed, TooExpensive
+from hertzchain.programs import find_program, run_program
+
+
+def python(code: str, folder: Path, limit: float = 60.0) -> str:
+    return run_program([sys.executable, "-c", code], folder, Deadline(limit), "the code")
+
+
+def test_what_it_says_is_returned(tmp_path: Path) -> None:
+    code = "import os, sys; print(os.getcwd()); print('two', file=sys.stderr)"
+    assert python(code, tmp_path).split() == [str(tmp_path.resolve()), "two"]
+
+
+def test_a_status_is_an_error_with_the_line_that_names_it(tmp_path: Path) -> None:
+    code = "print('ERROR: no such pair style'); print('goodbye'); raise SystemExit(3)"
+    with pytest.raises(
+        RunFailed, match=r"^the code ended with status 3: ERROR: no such pair style$"
+    ):
+        python(code, tmp_path)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
+def test_a_crash_is_named(tmp_path: Path) -> None:
+    code = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
+    with pytest.raises(RunFailed, match="the code was ended by SIGSEGV"):
+        python(code, tmp_path)
+
+
+def test_at_the_deadline_all_that_it_started_is_gone(tmp_path: Path) -> None:
+    code = (
+        "import subprocess, sys\n"
+        "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)'])\n"
+        "open('pid', 'w').write(str(child.pid))\n"
+        "child.wait()"
+    )
+    begin = time.monotonic()
+    with pytest.raises(TooExpensive, match="stopped at the time limit of 2 s"):
+        python(code, tmp_path, 2.0)
+    assert time.monotonic() - begin < 10
+    if sys.platform == "win32":
+        return
+    pid = int((tmp_path / "pid").read_text())
+    for _ in range(100):
+        try:
+            os.kill(pid, 0)
+        except ProcessLookupError:
+            return
+        if Path(f"/proc/{pid}/stat").read_text().split()[2] == "Z":  # nobody's child, not reaped
+            return
+        time.sleep(0.05)
+    pytest.fail(f"process {pid} still runs")
+
+
+def test_programs_that_are_not_there(tmp_path: Path) -> None:
+    with pytest.raises(BackendMissing, match=r"^no-such-program is not here.*: install it$"):
+        find_program("no-such-program", "install it")
+    assert Path(find_program(sys.executable, "install it")).is_absolute()
+    with pytest.raises(BackendMissing, match="the code cannot be started"):
+        run_program([str(tmp_path / "nothing")], tmp_path, Deadline(1), "the code")
