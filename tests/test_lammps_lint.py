@@ -200,6 +200,12 @@ TRAPS = {
     "step*dt": Trap("force-clock", "error", "time/1e-4", "step*dt/1e-4", "peaks", 0.3),
     "dt*step": Trap("force-clock", "error", "time/1e-4", "dt*step/1e-4", "peaks", 0.3),
     "elapsed": Trap("force-clock", "error", "time/1e-4", "elapsed*dt/1e-4", "peaks", 0.3),
+    "elapsed in a formula of its run": Trap(
+        "force-clock",
+        "note",
+        "time/1e-4|run 500",
+        "elapsed*dt/1e-4|variable push equal 50*(1-cos(2*PI*(elapsed*dt+5e-5)/1e-4))\nrun 500",
+    ),
     "step*dt, one step": Trap(
         "force-clock", "note", "time/1e-4|timestep 1e-7\nrun 500\n", "step*dt/1e-4|run 1000\n"
     ),

@@ -668,6 +668,12 @@ def _clock(deck: Deck) -> Found:
                     " by 32 %); write time instead"
                 )
                 found = run.command, "error", text
+            elif found is None and "elapsed" in names and run is not deck.runs[0]:
+                text = (
+                    "the force follows elapsed, which counts from the start of this run, not of"
+                    " the simulation; time does not start anew"
+                )
+                found = run.command, "note", text
             elif found is None and {"step", "dt"} <= names:
                 changed = len(deck.named("timestep")) > 1
                 text = (
