@@ -363,6 +363,36 @@ def lint(
     raise typer.Exit(OUT_OF_TOLERANCE if {"error", "warning"} & set(severities) else DONE)
 
 
+@app.command("unit-test")
+def unit_test(
+    scene: SceneFile,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Where to; standard output by default.")
+    ] = None,
+) -> None:
+    """Write a test for LAMMPS's own suite: a scene's wave, with the motion that Eq. 1 gives it.
+
+    The file is of the form of unittest/granular/tests/dem02-*.yaml in the sources of LAMMPS.
+    """
+    import time
+
+    from hertzchain.files import check_writable, write_text
+    from hertzchain.lammps.unit_test import unit_test as test_text
+    from hertzchain.unit_test import known_motion
+
+    loaded = _load(scene)
+    if output is not None:
+        check_writable(output)
+    with _progress() as tell:
+        tell("native: looking for the wave")
+        motion = known_motion(loaded)
+    text = test_text(motion, f"A wave in a chain of spheres, scene {scene.stem!r}", time.ctime())
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        write_text(output, text)
+
+
 @app.command()
 def doctor() -> None:
     """Say what is installed, what works, and what to do about the rest."""
