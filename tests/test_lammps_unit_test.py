@@ -103,7 +103,8 @@ NAMES = ("demo", *scenes.NAMES[::5])
 @pytest.mark.parametrize("name", NAMES)
 def test_lammps_passes(name: str, newton: str) -> None:
     text = text_of(name)
-    assert drive(text, newton) <= float(read(text)["epsilon"])
+    # Half of it is left for machines that round otherwise.
+    assert drive(text, newton) <= 0.5 * float(read(text)["epsilon"])
 
 
 @pytest.mark.lammps
@@ -126,8 +127,8 @@ def test_another_law_fails(right: str, wrong: str) -> None:
 
 
 def test_the_tolerance_is_far_below_what_a_test_should_find() -> None:
-    # 1e-6 is refused; what these scenes have, ten times the rounding, is a hundred times less.
-    assert max(float(read(text_of(name))["epsilon"]) for name in NAMES) <= 1e-8
+    # Overlaps of 6 um in coordinates of 30 mm have 11 digits; a velocity that is small, fewer.
+    assert max(float(read(text_of(name))["epsilon"]) for name in NAMES) <= 1e-7
 
 
 def test_the_file_has_the_keys_of_the_drivers() -> None:

@@ -105,7 +105,7 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
         "# Neither forces nor motion are LAMMPS's own: F = A overlap^(3/2) where spheres touch,",
         "# A = sqrt(2R) E / (3 (1 - nu^2)), nothing where they are apart, by velocity Verlet in",
         "# displacements. To record them anew with -u would take that away.",
-        "# epsilon: ten times what rounding makes of the same steps in absolute coordinates.",
+        "# epsilon: at least thirty times what rounding makes of these steps in coordinates.",
         "# init_forces (run 0) and run_forces (the end) are read but not compared by test_dem_NN.",
         f"lammps_version: none, by hertzchain {version('hertzchain')}",
         "tags: granular",
