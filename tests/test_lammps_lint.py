@@ -154,6 +154,12 @@ TRAPS = {
         "peaks",
         0.01,
     ),
+    "numbers in another order": Trap(
+        "poisson-ratio", "warning", "193e9 0.0 0.3", "193e9 0.3 0.0", "peaks", 1e-3
+    ),
+    "a Poisson's ratio that cannot be": Trap(
+        "poisson-ratio", "error", "193e9 0.0 0.3", "193e9 0.0 0.9", "peaks", 0.01
+    ),
     "no tangential law": Trap(
         "tangential", "error", " &\n    tangential linear_nohistory 0.0 0.0", "", "stops"
     ),
