@@ -458,6 +458,11 @@ def test_included_files_are_not_guessed_at() -> None:
     assert [(finding.line, finding.rule) for finding in found] == [(1, "elsewhere")]
 
 
+def test_a_deck_of_liggghts_is_known_as_one() -> None:
+    text = CLEAN.replace(STYLE, "pair_style gran model hertz tangential off\npair_coeff * *")
+    assert [(f.rule, f.severity) for f in lint(text)] == [("elsewhere", "note")]
+
+
 def test_a_chain_made_in_a_loop_is_a_chain() -> None:
     made = """\
 variable i loop 30

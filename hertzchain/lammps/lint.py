@@ -153,9 +153,13 @@ class Deck:
     @cached_property
     def is_granular(self) -> bool:
         """Whether its pair style is one of granules."""
-        return self.pair_style is not None and bool(
-            {"granular", "gran"} & {re.split("/", word)[0] for word in self.pair_style.words[1:]}
-        )
+        words = () if self.pair_style is None else self.pair_style.words[1:]
+        return any(word.split("/")[0] in ("granular", "gran") for word in words if word != "gran")
+
+    @cached_property
+    def is_of_liggghts(self) -> bool:
+        """Whether it is a deck of LIGGGHTS, which is like LAMMPS but for the contact laws."""
+        return self.pair_style is not None and self.pair_style.words[1] == "gran"
 
     @cached_property
     def laws(self) -> list[_Law]:
@@ -902,7 +906,7 @@ def _not_hertz(deck: Deck) -> Found:
             yield deck.first_run, "error", text
         return
     names = [word for word in style.words[1:] if re.match("[a-z]", word)]
-    if names[:1] in (["hybrid"], ["hybrid/overlay"], ["hybrid/scaled"]):
+    if deck.is_of_liggghts or names[:1] in (["hybrid"], ["hybrid/overlay"], ["hybrid/scaled"]):
         return
     if not deck.is_granular:
         text = (
@@ -1042,6 +1046,9 @@ def _elsewhere(deck: Deck) -> Found:
     for command in deck.named("include", "read_restart"):
         text = f"what {command.name} brings is not looked at: missing commands are not reported"
         yield command, "note", text
+    if deck.is_of_liggghts:
+        text = "pair_style gran is of LIGGGHTS, whose contact laws are not looked at"
+        yield deck.pair_style, "note", text
 
 
 def _no_deck(deck: Deck) -> Found:
