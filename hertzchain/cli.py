@@ -334,6 +334,66 @@ def deck_step(scene: Scene) -> float:
 
 
 @app.command()
+def lint(
+    decks: Annotated[list[Path], typer.Argument(metavar="DECK...", help="LAMMPS input files.")],
+    as_json: AsJson = False,
+) -> None:
+    """Look for known traps in anybody's LAMMPS deck of a chain; status 1 where there is one.
+
+    Notes, which cost time only or may be meant, leave the status at 0.
+    """
+    from dataclasses import asdict
+
+    from hertzchain.lammps.lint import lint_file
+
+    found = {str(path): lint_file(path) for path in decks}
+    if as_json:
+        files = [
+            {"file": file, "findings": [asdict(finding) for finding in findings]}
+            for file, findings in found.items()
+        ]
+        _print_json({"decks": files})
+    for file, findings in found.items():
+        for finding in () if as_json else findings:
+            where = f"{file}:{finding.line}: {finding.severity}"
+            typer.echo(f"{where}: {finding.text} [{finding.rule}]")
+    severities = [finding.severity for findings in found.values() for finding in findings]
+    counts = [f"{severities.count(kind)} {kind}s" for kind in ("error", "warning", "note")]
+    typer.echo(f"hertzchain: {', '.join(counts)}", err=True)
+    raise typer.Exit(OUT_OF_TOLERANCE if {"error", "warning"} & set(severities) else DONE)
+
+
+@app.command("unit-test")
+def unit_test(
+    scene: SceneFile,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Where to; standard output by default.")
+    ] = None,
+) -> None:
+    """Write a test for LAMMPS's own suite: a scene's wave, with the motion that Eq. 1 gives it.
+
+    The file is of the form of unittest/granular/tests/dem02-*.yaml in the sources of LAMMPS.
+    """
+    import time
+
+    from hertzchain.files import check_writable, write_text
+    from hertzchain.lammps.unit_test import unit_test as test_text
+    from hertzchain.unit_test import known_motion
+
+    loaded = _load(scene)
+    if output is not None:
+        check_writable(output)
+    with _progress() as tell:
+        tell("native: looking for the wave")
+        motion = known_motion(loaded)
+    text = test_text(motion, f"A wave in a chain of spheres, scene {scene.stem!r}", time.ctime())
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        write_text(output, text)
+
+
+@app.command()
 def doctor() -> None:
     """Say what is installed, what works, and what to do about the rest."""
     from hertzchain.diagnosis import diagnose

@@ -259,6 +259,7 @@ EVERY_COMMAND = [
     ("compare",),
     ("tradeoff",),
     ("deck",),
+    ("unit-test",),
     ("predict",),
 ]
 
@@ -314,6 +315,7 @@ UNWRITABLE = ["no/there.png", "folder.png", "scene.toml/there.png", "x" * 300 + 
     "command",
     [
         *(("run", "-o"), ("deck", "-o"), ("tradeoff", "-o"), ("tradeoff", "--plot")),
+        ("unit-test", "-o"),
         ("compare", "--backend", "native", "--plot"),
     ],
     ids=" ".join,
@@ -981,7 +983,10 @@ def test_the_command_is_installed() -> None:
     assert command.load() is main
 
 
-@pytest.mark.parametrize("command", ["run", "compare", "predict", "tradeoff", "deck", "doctor"])
+@pytest.mark.parametrize(
+    "command",
+    ["run", "compare", "predict", "tradeoff", "deck", "lint", "unit-test", "doctor"],
+)
 def test_every_command_has_help(hertzchain: Command, command: str) -> None:
     outcome = hertzchain(command, "--help")
     assert (outcome.status, outcome.err) == (0, "")
