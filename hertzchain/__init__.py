@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from hertzchain.chain import Chain
     from hertzchain.comparison import Comparison, compare
     from hertzchain.errors import HertzchainError
+    from hertzchain.judgement import Judgement, judge
     from hertzchain.lammps import Lammps
     from hertzchain.native import Batch, Native, peak_forces, similar_peak_forces
     from hertzchain.result import Result
@@ -21,6 +22,7 @@ _HOME = {
     "Chain": "hertzchain.chain",
     "Comparison": "hertzchain.comparison",
     "HertzchainError": "hertzchain.errors",
+    "Judgement": "hertzchain.judgement",
     "Lammps": "hertzchain.lammps",
     "Native": "hertzchain.native",
     "Pulse": "hertzchain.shock",
@@ -29,6 +31,7 @@ _HOME = {
     "Run": "hertzchain.scene",
     "Scene": "hertzchain.scene",
     "compare": "hertzchain.comparison",
+    "judge": "hertzchain.judgement",
     "peak_forces": "hertzchain.native",
     "similar_peak_forces": "hertzchain.native",
 }
@@ -38,6 +41,7 @@ __all__ = [
     "Chain",
     "Comparison",
     "HertzchainError",
+    "Judgement",
     "Lammps",
     "Native",
     "Pulse",
@@ -46,6 +50,7 @@ __all__ = [
     "Run",
     "Scene",
     "compare",
+    "judge",
     "peak_forces",
     "similar_peak_forces",
     "theory",

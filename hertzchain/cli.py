@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -211,12 +211,38 @@ def compare(
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the comparison (png, pdf, svg).")
     ] = None,
+    results: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Judge peaks from any code instead: CSV with the columns contact, peak_force_N.",
+        ),
+    ] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(help="With --results: the largest relative difference. Default: 1e-3."),
+    ] = None,
+    dt: Annotated[
+        str | None,
+        typer.Option(help='With --results: the step they took, seconds or with a unit ("20 ns").'),
+    ] = None,
 ) -> None:
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
     from hertzchain import comparison, report
     from hertzchain.files import check_writable
     from hertzchain.lammps import Lammps
 
+    if results is not None:
+        for option, given in (("--backend", backend), ("--isolate", isolate), ("--plot", plot)):
+            if given:
+                raise HertzchainError(
+                    f"{option} does not go with --results, which compares with native alone; leave"
+                    " one of them out"
+                )
+        _judge(scene, results, tolerance, dt, time_limit, as_json)
+    for option, value in (("--tolerance", tolerance), ("--dt", dt)):
+        if value is not None:
+            raise HertzchainError(f"{option} goes with --results FILE; leave the option out")
     loaded = _load(scene)
     lammps = Lammps(isolated=isolate, time_limit=_time_limit(time_limit))
     if plot is not None:
@@ -237,6 +263,37 @@ def compare(
     if compared.missing:
         raise typer.Exit(UNUSABLE)
     raise typer.Exit(DONE if compared.verdict == "pass" else OUT_OF_TOLERANCE)
+
+
+def _judge(
+    scene: Path,
+    results: Path,
+    tolerance: float | None,
+    dt: str | None,
+    time_limit: str,
+    as_json: bool,
+) -> NoReturn:
+    """Judge peaks from a file; the status says whether they pass."""
+    from hertzchain import judgement, report
+    from hertzchain.units import to_si
+
+    loaded = _load(scene)
+    step = None if dt is None else to_si("--dt", dt, "s")
+    limit = _time_limit(time_limit)
+    with _progress() as tell:
+        judged = judgement.judge(
+            loaded,
+            results,
+            tolerance=judgement.TOLERANCE if tolerance is None else tolerance,
+            dt=step,
+            time_limit=limit,
+            progress=tell,
+        )
+    if as_json:
+        _print_json(judged.to_dict())
+    else:
+        report.print_judgement(_console(), judged)
+    raise typer.Exit(DONE if judged.verdict == "pass" else OUT_OF_TOLERANCE)
 
 
 @app.command()
