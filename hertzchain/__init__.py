@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from hertzchain.result import Result
     from hertzchain.scene import Run, Scene
     from hertzchain.shock import Pulse, PulseTable
+    from hertzchain.trajectory import write_trajectory
 
 _HOME = {
     "Batch": "hertzchain.native",
@@ -34,6 +35,7 @@ _HOME = {
     "judge": "hertzchain.judgement",
     "peak_forces": "hertzchain.native",
     "similar_peak_forces": "hertzchain.native",
+    "write_trajectory": "hertzchain.trajectory",
 }
 
 __all__ = [
@@ -54,6 +56,7 @@ __all__ = [
     "peak_forces",
     "similar_peak_forces",
     "theory",
+    "write_trajectory",
 ]
 
 

@@ -21,7 +21,7 @@ from hertzchain.cost import Deadline
 from hertzchain.errors import RunFailed, SceneError, TooExpensive
 from hertzchain.history import Recorder
 from hertzchain.native import METHODS, Native, simulate
-from hertzchain.other_laws import HERTZ, Law, applied_force, peaks
+from hertzchain.other_laws import HERTZ, Law, peaks
 from hertzchain.result import Result
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
@@ -89,6 +89,11 @@ class Case:
     def differences(self) -> FloatArray:
         """Relative differences from the truth, of the judged contacts."""
         return self.given[self.judged] / self.reference.peak_force[self.judged] - 1.0
+
+    @property
+    def size(self) -> float:
+        """How large the differences are: what the truth leaves of them."""
+        return self.residual(self.reference.peak_force) if self.judged.any() else 0.0
 
     def residual(self, peak_force: FloatArray) -> float:
         """What other peaks [N], shape (N - 1,), leave of the differences.
@@ -161,7 +166,7 @@ def likely_cause(
     The cause, None where no known mistake leaves a tenth or less; and a remark, None where
     everything was tried.
     """
-    size = case.residual(case.reference.peak_force) if case.judged.any() else 0.0
+    size = case.size
     if size < max(_FLOOR, 10 * case.reference.error_estimate):
         return None, None
     if np.count_nonzero(case.judged) < FEWEST:
@@ -314,27 +319,20 @@ def other_contacts(case: Case) -> Iterator[Cause]:
         ("contact force that goes as overlap^(5/4)", Law(exponent=1.25)),
         ("contact force that goes as overlap^2", Law(exponent=2.0)),
     ):
-        found, _ = peaks(case.scene, law, np.zeros_like(logs), np.exp(logs), case.deadline)
-        log, left = case.fit(_between(logs, found * case.scene.units.force), list(logs))
-        yield Cause(f"{text}, with {math.exp(log) ** 2:.3g} times the stiffness at F0", left)
+
+        def peaks_at(logs: FloatArray, law: Law = law) -> FloatArray:
+            found, _ = peaks(case.scene, law, 0 * logs, np.exp(logs), case.deadline)
+            return found * case.scene.units.force
+
+        log, left = _fit_many(case, logs, peaks_at)
+        yield Cause(
+            f"{text}, with {math.exp(2 * law.exponent * log):.3g} times the stiffness at F0", left
+        )
     beside, pulling = (
         peaks(case.scene, law, one, one + 1, case.deadline)[0][0]
         for law in (HERTZ, Law(pulls=True))
     )
     yield Cause("contacts that pull", case.residual(_against(case, pulling, beside)))
-
-
-def _between(at: FloatArray, found: FloatArray) -> Callable[[float], FloatArray]:
-    """Peaks for any parameter from those at some, shape (parameters, contacts)."""
-    from scipy.interpolate import Akima1DInterpolator
-
-    there = np.all(np.isfinite(found) & (found > 0), axis=1)
-    if np.count_nonzero(there) < 4:
-        nothing = np.full(found.shape[1], np.nan)
-        return lambda _: nothing
-    # Local: where waves die out, or arrive after the end, must not matter elsewhere.
-    curve = Akima1DInterpolator(at[there], np.log(found[there]), method="makima")
-    return lambda x: np.asarray(np.exp(curve(x)))
 
 
 def _against(case: Case, found: FloatArray, beside: FloatArray) -> FloatArray:
@@ -371,20 +369,14 @@ def damping(case: Case) -> Iterator[Cause]:
         ),
         ("damping on, a drag on each granule", Law(damped_by="drag"), "N s/m"),
     ):
-        both_ways = law.damping_exponent == 0.5
-        forward = _OF_DRAG * _FORWARD if law.damped_by == "drag" else _FORWARD
-        given = np.concatenate([_BACKWARD, forward]) if both_ways else forward
-        here = int(np.searchsorted(given, 0.0))
-        elastic, whole = peaks(case.scene, law, given, np.ones_like(given), case.deadline)
-        beside = elastic[here]
         scale = units.force * units.time / units.length ** (1 + law.damping_exponent)
-        family = _between(given, _against(case, whole, beside))
-        x, left = case.fit(family, list(forward))
+        forward = _OF_DRAG * _FORWARD if law.damped_by == "drag" else _FORWARD
+        x, left = _fit_damping(case, law, forward, whole=True)
         yield Cause(f"{text}, coefficient {x * scale:.3g} {unit}", left)
-        if both_ways:
+        if law.damping_exponent == 0.5:
             # F(t - dt) = F - 3/2 dt overlap^(1/2) overlap': damping that gives energy.
-            family = _between(given, _against(case, elastic, beside))
-            x, left = case.fit(family, list(given))
+            both_ways = np.concatenate([_BACKWARD, forward])
+            x, left = _fit_damping(case, law, both_ways, whole=False)
             late = -x / 1.5 * units.time
             yield Cause(
                 f"contact forces {late:.3g} s late, a step: explicit Euler, or forces from"
@@ -394,6 +386,52 @@ def damping(case: Case) -> Iterator[Cause]:
                 " viscoelastic spheres that the peaks leave out",
                 left,
             )
+
+
+def _fit_damping(case: Case, law: Law, trials: FloatArray, whole: bool) -> tuple[float, float]:
+    """The coefficient that leaves the least, natural units, and what it leaves.
+
+    Parameters
+    ----------
+    case, law
+        Peaks to be explained, and by what.
+    trials
+        Increasing coefficients.
+    whole
+        Whether peaks are those of the whole force, or of its elastic part.
+    """
+
+    def peaks_at(damping: FloatArray) -> FloatArray:
+        tried = np.append(damping, 0.0)
+        elastic, all_of_it = peaks(case.scene, law, tried, np.ones_like(tried), case.deadline)
+        found = all_of_it if whole else elastic
+        return _against(case, found[:-1], found[-1])
+
+    return _fit_many(case, trials, peaks_at)
+
+
+def _fit_many(
+    case: Case, trials: FloatArray, peaks_at: Callable[[FloatArray], FloatArray]
+) -> tuple[float, float]:
+    """``Case.fit`` where many parameters cost little more than one; and once more, close to it."""
+    from scipy.interpolate import Akima1DInterpolator
+
+    best, least = 0.0, math.inf
+    for _ in range(2):
+        found = peaks_at(trials)
+        there = np.all(np.isfinite(found) & (found > 0), axis=1)
+        if np.count_nonzero(there) < 4:
+            break
+        # Local: where waves die out, or arrive after the end, must not matter elsewhere.
+        curve = Akima1DInterpolator(trials[there], np.log(found[there]), method="makima")
+        x, left = case.fit(lambda x, curve=curve: np.exp(curve(x)), trials[there].tolist())  # type: ignore[misc]
+        if left < least:
+            best, least = x, left
+        if least > 3 * EXPLAINED * case.size:
+            break
+        k = min(max(int(np.searchsorted(trials, best)), 1), trials.size - 1)
+        trials = best + 0.3 * (trials[k] - trials[k - 1]) * np.linspace(-1, 1, 7)
+    return best, least
 
 
 @dataclass(frozen=True, eq=False)
@@ -474,7 +512,7 @@ def known_step(case: Case) -> Iterator[Cause]:
         return
     nodes = np.asarray(dt * np.arange(in_pulse + 1), np.float64)
     after = max(0, math.ceil(scene.end_time / dt) - in_pulse)
-    legs = steps_with_force(nodes, applied_force(scene, nodes), after)
+    legs = steps_with_force(nodes, scene.applied_force(nodes), after)
     passing = velocity_verlet(scene, legs, case.deadline)
     step += ", past the corners of the pulse"
     yield Cause(f"what {step} has", case.residual(passing.interpolated))

@@ -7,7 +7,7 @@ import io
 import math
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,8 +73,8 @@ class Judgement:
     tolerance
         Largest relative difference that passes.
     cause
-        What has probably gone wrong, as a sentence; None where no known mistake explains the
-        differences, or there are none.
+        What has probably gone wrong where contacts failed, as a sentence; None where none did, or
+        no known mistake explains the differences.
     remarks
         Sentences on what could not be done; none, as a rule.
     expected
@@ -223,7 +223,6 @@ def judge(
     require(tolerance >= 10 * known, "tolerance", tolerance, allowed)
     judged = judged_contacts(reference, given)
     expected = like = None
-    remarks = []
     if dt is not None:
         tell("native: velocity Verlet at that step")
         expected = _accuracy(reference, dt, time_limit)
@@ -231,11 +230,12 @@ def judge(
         tell("native: velocity Verlet")
         difference = np.max(np.abs(given[judged] / reference.peak_force[judged] - 1.0))
         like = _like_steps(reference, float(difference), time_limit)
+    found = Judgement(reference, given, float(tolerance), None, (), expected, like)
+    if np.array_equal(found.passed, judged):
+        return found  # nothing is wrong by this tolerance
     deadline = Deadline(min(PATIENCE, time_limit))
     cause, remark = likely_cause(Case(scene, reference, given, judged, dt, deadline), tell)
-    if remark is not None:
-        remarks.append(remark)
-    return Judgement(reference, given, float(tolerance), cause, tuple(remarks), expected, like)
+    return replace(found, cause=cause, remarks=() if remark is None else (remark,))
 
 
 def judged_contacts(reference: Result, given: FloatArray) -> NDArray[np.bool_]:

@@ -13,7 +13,6 @@ import numpy as np
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.cost import Deadline
 from hertzchain.scene import Scene, watched_time
-from hertzchain.shock import Pulse
 
 _STEP = 0.1
 """Natural time units. RK4 and a parabola through the highest samples leave some 1e-5 of the peaks,
@@ -92,7 +91,7 @@ def peaks(
     steps = int(np.ceil(end / _STEP))
     h = end / steps
     half = np.arange(2 * steps + 1)[:, np.newaxis] * h / 2
-    applied = applied_force(scene, half * unit / stretched) / scene.units.force
+    applied = scene.applied_force(half * unit / stretched) / scene.units.force
     damping = damping[:, np.newaxis]
     drag = damping if law.damped_by == "drag" else 0.0
 
@@ -142,18 +141,6 @@ class _Highest:
         turns = (now >= before) & (now > after)
         self.highest = np.maximum(self.highest, np.where(turns, top, after))
         self._before, self._now = now, after
-
-
-def applied_force(scene: Scene, time: FloatArray) -> FloatArray:
-    """F(t) of a scene [N] at any times [s], before and after the pulse too."""
-    if isinstance(scene.shock, Pulse):
-        force = np.zeros_like(time)
-        for ramp in scene.ramps:
-            inside = (time >= ramp.start) & (time < ramp.end)
-            force = np.where(inside, ramp.force(time), force)
-        return force
-    table = scene.shock
-    return np.interp(time, table.time, table.force, left=0.0, right=0.0)
 
 
 def _power(value: Array, exponent: float) -> Array:
