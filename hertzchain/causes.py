@@ -183,6 +183,8 @@ def likely_cause(
         except TooExpensive:
             remark = f"not everything was tried for the cause, it takes too long: {name}"
             break
+        except RunFailed:  # this mistake cannot be made in this scene
+            continue
     found = sorted((one for one in found if one.residual <= EXPLAINED * size), key=_residual)
     if not found:
         return None, remark

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hertzchain.accuracy import stable_step
+from hertzchain.accuracy import refuse_unstable, stable_step
 from hertzchain.arrays import FloatArray
 from hertzchain.causes import Case, likely_cause, velocity_verlet
 from hertzchain.chain import POSITIVE, is_finite, is_positive
@@ -330,7 +330,9 @@ def _given(scene: Scene, given: Path | str | Mapping[int, float] | ArrayLike) ->
 def _accuracy(reference: Result, dt: float, time_limit: float) -> Accuracy:
     """How far off velocity Verlet is at a step, which ends at the corners of the pulse."""
     scene = reference.scene
-    found = velocity_verlet(scene, scene.schedule(dt), Deadline(time_limit))
+    legs = scene.schedule(dt)
+    refuse_unstable(scene, legs, METHODS["velocity-verlet"].interval, "velocity-verlet")
+    found = velocity_verlet(scene, legs, Deadline(time_limit))
     return Accuracy(
         dt,
         largest_difference(found.interpolated, reference.peak_force),
