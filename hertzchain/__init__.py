@@ -10,17 +10,20 @@ if TYPE_CHECKING:
     from hertzchain.chain import Chain
     from hertzchain.comparison import Comparison, compare
     from hertzchain.errors import HertzchainError
+    from hertzchain.judgement import Judgement, judge
     from hertzchain.lammps import Lammps
     from hertzchain.native import Batch, Native, peak_forces, similar_peak_forces
     from hertzchain.result import Result
     from hertzchain.scene import Run, Scene
     from hertzchain.shock import Pulse, PulseTable
+    from hertzchain.trajectory import write_trajectory
 
 _HOME = {
     "Batch": "hertzchain.native",
     "Chain": "hertzchain.chain",
     "Comparison": "hertzchain.comparison",
     "HertzchainError": "hertzchain.errors",
+    "Judgement": "hertzchain.judgement",
     "Lammps": "hertzchain.lammps",
     "Native": "hertzchain.native",
     "Pulse": "hertzchain.shock",
@@ -29,8 +32,10 @@ _HOME = {
     "Run": "hertzchain.scene",
     "Scene": "hertzchain.scene",
     "compare": "hertzchain.comparison",
+    "judge": "hertzchain.judgement",
     "peak_forces": "hertzchain.native",
     "similar_peak_forces": "hertzchain.native",
+    "write_trajectory": "hertzchain.trajectory",
 }
 
 __all__ = [
@@ -38,6 +43,7 @@ __all__ = [
     "Chain",
     "Comparison",
     "HertzchainError",
+    "Judgement",
     "Lammps",
     "Native",
     "Pulse",
@@ -46,9 +52,11 @@ __all__ = [
     "Run",
     "Scene",
     "compare",
+    "judge",
     "peak_forces",
     "similar_peak_forces",
     "theory",
+    "write_trajectory",
 ]
 
 

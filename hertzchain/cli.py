@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -31,6 +31,9 @@ DONE, OUT_OF_TOLERANCE, UNUSABLE = 0, 1, 2
 
 DEFAULT_RTOL = 1e-6
 """What both backends aim at where nothing is asked for."""
+
+DEFAULT_FRAMES = 100
+"""Of a trajectory: four seconds in a viewer."""
 
 app = typer.Typer(
     name="hertzchain",
@@ -120,28 +123,58 @@ def run(
     isolate: Isolate = False,
     time_limit: TimeLimit = "1 h",
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Write the peaks of all contacts (CSV).")
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Write the peaks of all contacts (.csv, .parquet) or all that is known (.json).",
+        ),
+    ] = None,
+    trajectory: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write the motion for viewers (.xyz or .extxyz: extended XYZ)."
+        ),
+    ] = None,
+    frames: Annotated[
+        int | None,
+        typer.Option(
+            min=2, help="With --trajectory: how many times, equally spaced. Default: 100."
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Simulate a scene with one backend: peaks, p, F_SW, speed, error, cost."""
-    from hertzchain.files import check_writable, write_text
+    from hertzchain.files import check_writable
     from hertzchain.report import print_run
+    from hertzchain.tables import check_result_format, write_result
+    from hertzchain.trajectory import check_trajectory_format, frame_times, write_trajectory
     from hertzchain.units import to_si
 
     loaded = _load(scene)
     step = None if dt is None else to_si("--dt", dt, "s")
     limit = _time_limit(time_limit)
+    if frames is not None and trajectory is None:
+        raise HertzchainError("--frames goes with --trajectory FILE; leave the option out")
     if output is not None:
+        check_result_format(output)
         check_writable(output)
+    if trajectory is not None:
+        check_trajectory_format(trajectory)
+        check_writable(trajectory)
     with _progress() as tell:
         tell(
             f"{backend.value}: running (the first native run on a machine compiles, half a minute)"
         )
-        simulation = _simulation(backend, method, step, rtol, extrapolated, isolate, limit)
-        result = simulation.run(loaded)
+        simulation = _simulation(
+            backend, method, step, rtol, extrapolated, isolate, limit, trajectory is None
+        )
+        record = None if trajectory is None else frame_times(loaded, frames or DEFAULT_FRAMES)
+        result = simulation.run(loaded, record)
     if output is not None:
-        write_text(output, result.to_frame().to_csv(index=False))
+        write_result(result, output)
+    if trajectory is not None:
+        write_trajectory(result, trajectory)
     if as_json:
         _print_json(result.to_dict())
     else:
@@ -166,6 +199,7 @@ def _simulation(
     extrapolated: bool,
     isolate: bool,
     time_limit: float,
+    peaks_only: bool,
 ) -> Native | Lammps:
     from hertzchain.lammps import Lammps
     from hertzchain.native import Native
@@ -176,7 +210,7 @@ def _simulation(
         if isolate:
             raise HertzchainError("--isolate is for --backend lammps; leave the option out")
         name = None if method is None else method.value
-        return Native(name, dt, rtol, peaks_only=True, time_limit=time_limit)
+        return Native(name, dt, rtol, peaks_only, time_limit)
     if method not in (None, MethodName.VELOCITY_VERLET):
         raise HertzchainError(
             f"--method {method}: LAMMPS has only velocity-verlet; leave the option out"
@@ -211,12 +245,38 @@ def compare(
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the comparison (png, pdf, svg).")
     ] = None,
+    results: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Judge peaks from any code instead: CSV with the columns contact, peak_force_N.",
+        ),
+    ] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(help="With --results: the largest relative difference. Default: 1e-3."),
+    ] = None,
+    dt: Annotated[
+        str | None,
+        typer.Option(help='With --results: the step they took, seconds or with a unit ("20 ns").'),
+    ] = None,
 ) -> None:
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
     from hertzchain import comparison, report
     from hertzchain.files import check_writable
     from hertzchain.lammps import Lammps
 
+    if results is not None:
+        for option, given in (("--backend", backend), ("--isolate", isolate), ("--plot", plot)):
+            if given:
+                raise HertzchainError(
+                    f"{option} does not go with --results, which compares with native alone; leave"
+                    " one of them out"
+                )
+        _judge(scene, results, tolerance, dt, time_limit, as_json)
+    for option, value in (("--tolerance", tolerance), ("--dt", dt)):
+        if value is not None:
+            raise HertzchainError(f"{option} goes with --results FILE; leave the option out")
     loaded = _load(scene)
     lammps = Lammps(isolated=isolate, time_limit=_time_limit(time_limit))
     if plot is not None:
@@ -237,6 +297,37 @@ def compare(
     if compared.missing:
         raise typer.Exit(UNUSABLE)
     raise typer.Exit(DONE if compared.verdict == "pass" else OUT_OF_TOLERANCE)
+
+
+def _judge(
+    scene: Path,
+    results: Path,
+    tolerance: float | None,
+    dt: str | None,
+    time_limit: str,
+    as_json: bool,
+) -> NoReturn:
+    """Judge peaks from a file; the status says whether they pass."""
+    from hertzchain import judgement, report
+    from hertzchain.units import to_si
+
+    loaded = _load(scene)
+    step = None if dt is None else to_si("--dt", dt, "s")
+    limit = _time_limit(time_limit)
+    with _progress() as tell:
+        judged = judgement.judge(
+            loaded,
+            results,
+            tolerance=judgement.TOLERANCE if tolerance is None else tolerance,
+            dt=step,
+            time_limit=limit,
+            progress=tell,
+        )
+    if as_json:
+        _print_json(judged.to_dict())
+    else:
+        report.print_judgement(_console(), judged)
+    raise typer.Exit(DONE if judged.verdict == "pass" else OUT_OF_TOLERANCE)
 
 
 @app.command()

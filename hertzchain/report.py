@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from hertzchain.comparison import Check, Comparison
+    from hertzchain.judgement import Judgement
     from hertzchain.tradeoff import Row, Tradeoff
 
 # Okabe and Ito's colours, told apart by the colour-blind too.
@@ -210,6 +211,84 @@ def print_comparison(console: Console, comparison: Comparison) -> None:
     _print_remarks(console, *native.warnings)
     console.print()
     _print_checks(console, comparison)
+
+
+def print_judgement(console: Console, judgement: Judgement) -> None:
+    """Print the contacts of the transition and those that failed, the cause and the verdict.
+
+    Parameters
+    ----------
+    console
+        Where to.
+    judgement
+        What to print.
+    """
+    reference = judgement.reference
+    console.print(describe(reference.scene), style="bold", end="\n\n")
+    console.print("Peak force of each contact [N]: as given, and the truth")
+    table = Table(box=None, header_style="bold")
+    for column in ("contact", "given", "native", "difference", ""):
+        table.add_column(column, justify="right")
+    transition = _shown_contacts(reference)
+    failed = [row["contact"] for row in judgement.rows if row["passed"] is False]
+    shown = {*transition, *failed[:_MOST_FAILED]}
+    for row in judgement.rows:
+        if row["contact"] not in shown:
+            continue
+        given, difference = row["given_N"], row["difference"]
+        known = given is not None
+        table.add_row(
+            str(row["contact"]),
+            _number(given, 9),
+            _number(row["reference_N"], 9),
+            f"{difference:+.1e}" if known and difference is not None else "",
+            _mark(row["passed"]) if known else Text("not given", "dim"),
+        )
+    console.print(table)
+    left = reference.contact.size - len(shown)
+    if left:
+        console.print(f"({left} more contacts, to {reference.contact[-1]}, in --json)", style="dim")
+    judged = int(np.count_nonzero(judgement.judged))
+    weak = reference.contact.size - judgement.missing - judged
+    counts = [f"{judged} judged", f"{len(failed)} failed", f"{judgement.missing} not given"]
+    if weak:
+        counts.append(f"{weak} below a thousandth of the largest, not judged")
+    largest = judgement.largest_difference
+    facts = [
+        ("contacts", ", ".join(counts)),
+        ("largest difference", "" if largest is None else f"{largest:.1e}"),
+        ("tolerance", f"{judgement.tolerance:.1e}"),
+        ("error of native, at most", f"{reference.error_estimate:.1e}"),
+    ]
+    if judgement.expected is not None:
+        expected = judgement.expected
+        off = (
+            f"{expected.interpolated:.1e} off; {expected.sampled:.1e} if only samples are looked at"
+        )
+        facts.append((f"velocity Verlet, steps of {expected.dt:.3g} s", off))
+    if judgement.like_steps is not None:
+        interpolated, sampled = judgement.like_steps
+        steps = f"with steps of {interpolated:.2g} s; {sampled:.2g} s if only samples are looked at"
+        facts.append(("as far off: velocity Verlet", steps))
+    console.print()
+    _print_facts(console, facts)
+    if judgement.cause is not None:
+        console.print(f"\nLikely cause: {judgement.cause}.")
+    elif failed:
+        console.print("\nLikely cause: no known pattern.")
+    _print_remarks(console, *judgement.remarks, *reference.warnings)
+    colour = "green" if judgement.verdict == "pass" else "red"
+    console.print("\nVerdict:", Text(judgement.verdict, f"bold {colour}"))
+
+
+def _mark(passed: object) -> Text:
+    if passed is None:
+        return Text("not judged", "dim")
+    return Text("pass", "green") if passed else Text("FAIL", "red")
+
+
+_MOST_FAILED = 10
+"""Contacts outside the transition that are shown because they failed."""
 
 
 def _summary(comparison: Comparison) -> Table:

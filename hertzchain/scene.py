@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from hertzchain.arrays import FloatArray
 from hertzchain.chain import POSITIVE, Chain, is_positive, to_plain_numbers
 from hertzchain.errors import SceneError, require
 from hertzchain.files import read_bytes
@@ -228,6 +229,16 @@ class Scene:
             return self.run.end_time
         watched = watched_time(self.chain.granules, self.momentum_ratio)
         return self.ramps[-1].end + float(watched) * self.units.time
+
+    def applied_force(self, time: FloatArray) -> FloatArray:
+        """F(t) [N] at any times [s], before and after the pulse too, of the shape of ``time``."""
+        if isinstance(self.shock, PulseTable):
+            return np.interp(time, self.shock.time, self.shock.force, left=0.0, right=0.0)
+        force = np.zeros_like(time, np.float64)
+        for ramp in self.ramps:
+            inside = (time >= ramp.start) & (time < ramp.end)
+            force = np.where(inside, ramp.force(time), force)
+        return force
 
     def schedule(self, dt: float) -> tuple[Leg, ...]:
         """The steps of a run with steps of at most ``dt`` [s], ending at the pulse's corners."""

@@ -599,6 +599,102 @@ def test_a_short_run_is_no_crash(hertzchain: Command, command: list[str], change
     assert hertzchain(*command, "scene.toml").status in (0, 1, 2)
 
 
+def test_the_format_is_that_of_the_name(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    assert hertzchain("run", "scene.toml", "-o", "peaks.json").status == 0
+    document, known = json.loads(Path("peaks.json").read_text()), native.json()
+    for one in (document, known):
+        assert one.pop("wall_time_s") > 0
+    assert document == known
+    is_refused(hertzchain("run", "scene.toml", "-o", "peaks.xls"), "peaks.xls", ".csv", ".parquet")
+    assert names() == ["peaks.json", "scene.toml"]
+
+
+def test_parquet_vs_json(hertzchain: Command, native: Outcome) -> None:
+    pytest.importorskip("pyarrow")
+    scene_file()
+    assert hertzchain("run", "scene.toml", "-o", "peaks.parquet").status == 0
+    peaks = pd.read_parquet("peaks.parquet")
+    assert peaks["peak_force_N"].tolist() == native.json()["peak_force_N"]
+
+
+def test_a_trajectory_has_as_many_frames_as_wanted(hertzchain: Command, native: Outcome) -> None:
+    read = pytest.importorskip("ase.io").read
+    scene_file()
+    options = ("--trajectory", "motion.xyz", "--frames", "7", "--json")
+    outcome = hertzchain("run", "scene.toml", *options)
+    assert outcome.json()["peak_force_N"] == native.json()["peak_force_N"]
+    frames = read("motion.xyz", index=":", format="extxyz")
+    assert [len(frame) for frame in frames] == [12] * 7
+    assert frames[-1].info["time_s"] == outcome.json()["end_time_s"]
+
+
+def test_a_trajectory_of_another_format_is_refused(hertzchain: Command) -> None:
+    scene_file()
+    outcome = hertzchain("run", "scene.toml", "--trajectory", "motion.dump")
+    is_refused(outcome, "motion.dump", ".xyz", ".extxyz")
+    is_refused(hertzchain("run", "scene.toml", "--frames", "7"), "--frames", "--trajectory")
+    assert names() == ["scene.toml"]
+
+
+# compare --results
+
+
+def peaks_file(native: Outcome, factor: float = 1.0) -> None:
+    rows = enumerate(native.json()["peak_force_N"], start=2)
+    lines = ["contact,peak_force_N", *(f"{contact},{factor * force!r}" for contact, force in rows)]
+    Path("peaks.csv").write_text("\n".join(lines) + "\n")
+
+
+def test_peaks_from_a_file_are_judged(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    peaks_file(native)
+    outcome = hertzchain("compare", "scene.toml", "--results", "peaks.csv")
+    assert (outcome.status, outcome.err) == (0, "")
+    assert [row[0] for row in rows_of(outcome.out)] == ["2", "3", "4", "5", "6"]
+    assert "11 judged, 0 failed, 0 not given" in outcome.out
+    assert "cause" not in outcome.out
+    assert outcome.out.endswith("Verdict: pass\n")
+
+
+def test_wrong_peaks_are_status_1_with_a_cause(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    peaks_file(native, 1e-3)
+    command = ("compare", "scene.toml", "--results", "peaks.csv")
+    outcome = hertzchain(*command, "--dt", "20 ns")
+    assert outcome.status == 1
+    assert "Likely cause: every peak 0.001 times too large: in units of kN" in " ".join(
+        outcome.out.split()
+    )
+    assert "velocity Verlet, steps of 2e-08 s" in outcome.out
+    assert outcome.out.endswith("Verdict: fail\n")
+    outcome = hertzchain(*command, "--json", "--tolerance", "0.5")
+    assert outcome.status == 1
+    document = outcome.json()
+    assert document["verdict"] == "fail"
+    assert document["tolerance"] == 0.5
+    assert "in units of kN" in document["cause"]
+    assert [row["contact"] for row in document["rows"]] == list(range(2, 2 + CONTACTS))
+    keys = ["contact", "given_N", "reference_N", "difference", "passed"]
+    assert [list(row) for row in document["rows"]] == [keys] * CONTACTS
+
+
+def test_options_of_results_stand_with_results(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    peaks_file(native)
+    for option in (("--tolerance", "1e-3"), ("--dt", "20 ns")):
+        is_refused(hertzchain("compare", "scene.toml", *option), option[0], "--results")
+    judged = ("compare", "scene.toml", "--results", "peaks.csv")
+    for more in (("--backend", "native"), ("--isolate",), ("--plot", "plot.png")):
+        is_refused(hertzchain(*judged, *more), more[0], "--results")
+    is_refused(hertzchain(*judged, "--tolerance", "0"), "tolerance")
+    is_refused(hertzchain(*judged, "--dt", "1 m"), "--dt")
+    is_refused(hertzchain(*judged, "--dt", "1 s"), "unstable")
+    is_refused(hertzchain(*judged[:-1], "none.csv"), "none.csv", "cannot be read")
+    is_refused(hertzchain("compare", "none.toml", *judged[2:]), "none.toml")
+    assert names() == ["peaks.csv", "scene.toml"]
+
+
 # compare
 
 ROW_KEYS = ["contact", "native_N", "lammps_N", "eq6_N", "eq9_N"]
@@ -1000,10 +1096,8 @@ def test_every_command_has_help(hertzchain: Command, command: str) -> None:
         ["compare", "scene.toml", "--rtol", "1e-6"],
         ["tradeoff", "scene.toml", "--backend", "native"],
         ["predict", "scene.toml", "--rtol", "1e-6"],
-        ["compare", "scene.toml", "--results", "peaks.csv"],
         ["compare", "scene.toml", "--report", "report.html"],
         ["compare", "scene.toml", "--junit", "junit.xml"],
-        ["compare", "scene.toml", "--tolerance", "1e-3"],
         *(["run"], ["run", "scene.toml", "--backend", "dem"], ["run", "scene.toml", "extra"]),
         *(["run", "scene.toml", "--method", "euler"], ["run", "scene.toml", "--dt"]),
     ],
