@@ -611,7 +611,6 @@ def test_the_format_is_that_of_the_name(hertzchain: Command, native: Outcome) ->
 
 
 def test_parquet_vs_json(hertzchain: Command, native: Outcome) -> None:
-    pytest.importorskip("pyarrow")
     scene_file()
     assert hertzchain("run", "scene.toml", "-o", "peaks.parquet").status == 0
     peaks = pd.read_parquet("peaks.parquet")
@@ -619,7 +618,8 @@ def test_parquet_vs_json(hertzchain: Command, native: Outcome) -> None:
 
 
 def test_a_trajectory_has_as_many_frames_as_wanted(hertzchain: Command, native: Outcome) -> None:
-    read = pytest.importorskip("ase.io").read
+    from ase.io import read
+
     scene_file()
     options = ("--trajectory", "motion.xyz", "--frames", "7", "--json")
     outcome = hertzchain("run", "scene.toml", *options)

@@ -31,7 +31,8 @@ def recorded(backend: str, scene: hc.Scene, frames: int) -> hc.Result:
 
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_a_trajectory_read_back_vs_the_history(tmp_path: Path, backend: str) -> None:
-    read = pytest.importorskip("ase.io").read
+    from ase.io import read
+
     scene = paper_scene("cosine", 1.0, 2.0, granules=12)
     result = recorded(backend, scene, 400)
     hc.write_trajectory(result, tmp_path / "motion.xyz")
@@ -74,7 +75,8 @@ def test_a_trajectory_read_back_vs_the_history(tmp_path: Path, backend: str) -> 
 
 
 def test_small_scenes_keep_their_digits(tmp_path: Path) -> None:
-    read = pytest.importorskip("ase.io").read
+    from ase.io import read
+
     chain = hc.Chain(4, 1e-8, 193e9, 0.3, 7958.0)
     scene = hc.Scene(chain, hc.Pulse("cosine", 1e-15, 2.0, momentum_ratio=1.0))
     result = recorded("native", scene, 20)
@@ -106,7 +108,6 @@ def test_results_in_three_formats(tmp_path: Path, demo_reference: hc.Result) -> 
     pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "peaks.csv"), expected, rtol=1e-15)
     text = (tmp_path / "peaks.json").read_text()
     assert json.loads(text) == demo_reference.to_dict()
-    pytest.importorskip("pyarrow")
     write_result(demo_reference, tmp_path / "peaks.parquet")
     pd.testing.assert_frame_equal(
         pd.read_parquet(tmp_path / "peaks.parquet"), expected, check_exact=True
@@ -125,7 +126,6 @@ def test_parquet_without_pyarrow_is_refused_before_any_work(
 
 
 def test_a_failure_leaves_no_trajectory(tmp_path: Path) -> None:
-    pytest.importorskip("ase")
     result = recorded("native", paper_scene("cosine", 1.0, 2.0, granules=4), 3)
     assert result.history is not None
     broken = replace(result.history, velocity=result.history.velocity[:2])
