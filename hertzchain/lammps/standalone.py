@@ -346,8 +346,8 @@ def _consequences(scene: Scene, made: Softening) -> list[str]:
         "variable unit_length equal (v_peak_force/v_stiffness)^(2/3)",
         "variable unit_time equal sqrt(v_mass*v_unit_length/v_peak_force)",
         "# Momentum of a solitary wave of height F0 (section 4.1) [N s]",
-        "variable wave_momentum equal 139/32*v_peak_force^(5/6)* &",
-        f"    ((1-v_poisson_ratio^2)*v_radius^4*v_density^1.5/{modulus})^(1/3)",
+        'variable wave_momentum equal "139/32*v_peak_force^(5/6)* &',
+        f'    ((1-v_poisson_ratio^2)*v_radius^4*v_density^1.5/{modulus})^(1/3)"',
     ]
     if isinstance(shock, PulseTable):
         impulse = math.fsum(ramp.impulse for ramp in scene.ramps)
@@ -398,8 +398,8 @@ def _law(layout: Layout, made: Softening) -> list[str]:
         "variable heavier equal $(mass(all)/(v_granules*v_mass)-1:%.17g)",
         "# Positions up to 2R have so many digits, overlaps as much fewer as they are smaller.",
         "variable digits equal 1e-11+1e-14*v_radius/v_unit_length",
-        "variable law equal (abs(v_pressed)<v_digits)*(abs(v_pressed_less)<v_digits)* &",
-        "    (abs(v_heavier)<1e-11)",
+        'variable law equal "(abs(v_pressed)<v_digits)*(abs(v_pressed_less)<v_digits)* &',
+        '    (abs(v_heavier)<1e-11)"',
     ]
 
 
@@ -563,10 +563,12 @@ def _verdict(
         "variable found atom c_found/$(v_peak_force:%.17g)",
         "variable off atom (c_true>0)*abs(v_found/(c_true+(c_true==0))-1)",
         "compute worst all reduce max v_off",
-        "variable where atom v_contact*(c_true>0)*(v_off>=c_worst)",
-        "compute where all reduce max v_where",
-        "variable expected atom c_true*(v_contact==c_where)",
-        "variable there atom v_found*(v_contact==c_where)",
+        "variable worst equal c_worst",
+        "variable at atom v_contact*(c_true>0)*(v_off>=v_worst)",
+        "compute where all reduce max v_at",
+        "variable where equal c_where",
+        "variable expected atom c_true*(v_contact==v_where)",
+        "variable there atom v_found*(v_contact==v_where)",
         "compute expected all reduce max v_expected",
         "compute there all reduce max v_there",
         "variable good atom (c_true>0)*(v_off<=$(v_tolerance:%.17g))",
@@ -580,10 +582,10 @@ def _verdict(
     "print FAIL" "quit 1" &
 elif "$(v_same) == 0" &
     "print 'NOT CHECKED: ${{why}}'" quit''',
-        'print "Peak forces over F0, contact $(c_where:%.0f), the farthest off:"',
+        'print "Peak forces over F0, contact $(v_where:%.0f), the farthest off:"',
         'print "  expected    $(c_expected:%.10f)"',
         'print "  found       $(c_there:%.10f)"',
-        'print "  difference  $(c_worst:%.1e)"',
+        'print "  difference  $(v_worst:%.1e)"',
         'print "  tolerance   $(v_tolerance:%.1e)"',
         f'if "$(c_good) == {int(np.sum(judged))}" then "print PASS" else "print FAIL" "quit 1"',
     ]
