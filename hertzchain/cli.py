@@ -340,8 +340,8 @@ def deck(
 ) -> None:
     """Write a LAMMPS deck of a scene that finds its peaks by itself and checks them."""
     from hertzchain.files import check_writable, write_texts
-    from hertzchain.known_answer import RTOL, deck_step, known_answer, looking_interval
-    from hertzchain.lammps.standalone import Layout, data_file, standalone
+    from hertzchain.known_answer import RTOL, known_answer, lay_out
+    from hertzchain.lammps.standalone import data_file, standalone
     from hertzchain.units import to_si
 
     loaded = _load(scene)
@@ -356,19 +356,20 @@ def deck(
     longest = None if dt is None else to_si("--dt", dt, "s")
     with _progress() as tell:
         tell("native velocity Verlet: looking for the step")
-        step = deck_step(loaded, longest, RTOL if rtol is None else rtol)
-        layout = Layout(
-            step,
-            looking_interval(step) if watch_every is None else watch_every,
-            pair_style.value,
-            atoms.value,
-            "chain.data" if data is None else data.name,
-            dump_every,
-            scene.stem,
-            "THIS_FILE" if output is None else output.name,
+        layout = lay_out(
+            loaded,
+            longest,
+            RTOL if rtol is None else rtol,
+            watch_every,
+            pair_style=pair_style.value,
+            atoms=atoms.value,
+            data_file="" if data is None else data.name,
+            dump_every=dump_every,
+            title=scene.stem,
+            name="THIS_FILE" if output is None else output.name,
         )
         tell("native reference: the peaks that the deck has to find")
-        text = standalone(loaded, layout, known_answer(loaded, step, layout.watch_every))
+        text = standalone(loaded, layout, known_answer(loaded, layout))
     if output is None:
         typer.echo(text, nl=False)
     elif data is None or atoms is not Atoms.DATA:

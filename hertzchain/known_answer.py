@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.chain import POSITIVE, is_positive
 from hertzchain.errors import SceneError, require
 from hertzchain.history import Recorder
-from hertzchain.lammps.standalone import KnownAnswer, whole_step
+from hertzchain.lammps.standalone import KnownAnswer, Layout, whole_step
 from hertzchain.native import METHODS, Native, simulate
 from hertzchain.peaks import largest_difference
 from hertzchain.scene import Scene
@@ -67,41 +68,57 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> floa
     return whole_step(scene, float(f"{math.floor(natural / digit) * digit:.2g}"))
 
 
-def looking_interval(step: float) -> int:
-    """Steps between two looks of a deck, where nothing is asked for.
+def lay_out(
+    scene: Scene,
+    dt: float | None = None,
+    rtol: float = RTOL,
+    watch_every: int | None = None,
+    **how: Any,
+) -> Layout:
+    """The layout of a deck whose step and interval suit a scene.
 
     Parameters
     ----------
-    step
-        The step, natural time units.
+    scene, dt, rtol
+        As for ``deck_step``.
+    watch_every
+        Steps between two looks, 0: none; by default so many that 0.005 natural time units pass.
+    how
+        Everything else in a ``Layout``.
+
+    Raises
+    ------
+    HertzchainError
+        As for ``deck_step``, and for a layout that cannot be.
     """
-    return max(1, math.floor(_LOOKING_INTERVAL / step))
+    step = deck_step(scene, dt, rtol)
+    if watch_every is None:
+        watch_every = max(1, math.floor(_LOOKING_INTERVAL / step))
+    return Layout(step, watch_every, **how)
 
 
-def known_answer(scene: Scene, step: float, watch_every: int) -> KnownAnswer | None:
-    """The true peaks of a scene, and what a step and an interval cost them.
+def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
+    """The true peaks of a scene, and what step and interval of a deck cost them.
 
     Parameters
     ----------
     scene
         What to simulate.
-    step
-        The largest step, natural time units.
-    watch_every
-        Steps between two looks; where it is 0 nothing has to be found: None.
+    layout
+        Of the deck; where it does not watch, nothing has to be found: None.
 
     Raises
     ------
     HertzchainError
         If the scene cannot be simulated, or no digit of its peaks is sure, or nothing is pressed.
     """
-    if watch_every == 0:
+    if layout.watch_every == 0:
         return None
     truth = Native("reference", peaks_only=True).run(scene)
     if not np.any(truth.peak_force):
         allowed = "must be later: no contact is pressed before it"
         raise SceneError("run.end_time", scene.end_time, allowed)
-    peaks, least = looked_at(scene, step, watch_every)
+    peaks, least = looked_at(scene, layout.step, layout.watch_every)
     ratio = truth.peak_force / scene.units.force
     error = max(largest_difference(peaks, ratio), largest_difference(least, ratio))
     return KnownAnswer(ratio, error + truth.error_estimate)
@@ -115,8 +132,12 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
 
     Parameters
     ----------
-    scene, step, watch_every
-        As for ``known_answer``.
+    scene
+        What to simulate.
+    step
+        The largest step, natural time units.
+    watch_every
+        Steps between two looks.
 
     Returns
     -------
