@@ -58,7 +58,7 @@ GALLERY = (
     Entry("triangular_LM1.8_n6"),
     Entry("cosine-triangular_LM0.8_n8"),
     Entry("cosine-triangular_LM2.0_n2"),
-    Entry("long_chain", rtol=1e-4, watch_every=4),
+    Entry("long_chain", rtol=1e-4, watch_every=2),
     Entry("pulse_table"),
     Entry("weak_shock"),
 )
