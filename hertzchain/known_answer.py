@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.accuracy import second_order_step
+from hertzchain.accuracy import refuse_unstable, second_order_step
 from hertzchain.arrays import FloatArray
 from hertzchain.chain import POSITIVE, is_positive
 from hertzchain.errors import SceneError, require
@@ -56,6 +56,8 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> floa
     unit = scene.units.time
     if dt is not None:
         require(is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
+        legs, interval = scene.schedule(dt), METHODS["velocity-verlet"].interval
+        refuse_unstable(scene, legs, interval, "velocity-verlet")
         return whole_step(scene, dt / unit)
     allowed = "must be a number above 0 and below 1"
     require(is_positive(rtol) and rtol < 1, "rtol", rtol, allowed)

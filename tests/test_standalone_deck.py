@@ -86,12 +86,32 @@ def test_nothing_else_is_in_the_gallery() -> None:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("ranks", [1, 2])
 @ENTRIES
-def test_the_gallery_passes(entry: Entry, ranks: int, tmp_path: Path) -> None:
-    status, screen = run(FOLDER / entry.name, tmp_path, ranks=ranks)
+def test_the_gallery_passes(entry: Entry, tmp_path: Path) -> None:
+    status, screen = run(FOLDER / entry.name, tmp_path)
     assert (status, verdict(screen)) == (0, "PASS"), screen
     assert "WARNING" not in screen
+
+
+# Two processors wait for one another at every step: on cores that other tests use, too, for long.
+@pytest.mark.slow
+@pytest.mark.lammps
+@ENTRIES
+def test_the_gallery_passes_on_two_processors(entry: Entry, tmp_path: Path) -> None:
+    status, screen = run(FOLDER / entry.name, tmp_path, ranks=2)
+    assert (status, verdict(screen)) == (0, "PASS"), screen
+
+
+@pytest.mark.lammps
+def test_two_processors_find_the_same_peaks(tmp_path: Path) -> None:
+    path = written(small(), tmp_path, rtol=1e-3, watch_every=1)
+    found = []
+    for ranks in (1, 2):
+        status, screen = run(path, tmp_path, ranks=ranks)
+        assert (status, verdict(screen)) == (0, "PASS"), screen
+        assert f"{ranks} by 1 by 1 MPI processor grid" in screen
+        found.append(peaks(tmp_path))
+    assert found[1] == pytest.approx(found[0], rel=1e-10, abs=0)
 
 
 @pytest.mark.lammps
@@ -201,7 +221,7 @@ MISTAKES = {
     "stiffness": ("hertz/material ${young_modulus}", "hertz/material $(1.001*v_young_modulus)"),
     "exponent": ("hertz/material ${young_modulus} 0.0 ${poisson_ratio}", "hooke 1e7 0.0"),
     "density before diameter": (DIAMETER + DENSITY, DENSITY + DIAMETER),
-    "damping": ("${young_modulus} 0.0", "${young_modulus} 1e3"),
+    "damping": ("${young_modulus} 0.0", "${young_modulus} 1e6"),
     "step": ("variable longest equal v_step", "variable longest equal 10*v_step"),
     "no decay of the force": ("*(1-(1-cos", "*(1+0*(1-cos"),
     "overlap": ("(2*$(v_radius:%.17g)+x", "(2.00000001*$(v_radius:%.17g)+x"),
@@ -224,8 +244,8 @@ def test_a_mistake_in_a_deck_fails(mistake: str, tmp_path: Path) -> None:
 
 @pytest.mark.lammps
 def test_a_failure_on_two_processors_has_a_status(tmp_path: Path) -> None:
-    path = written(small(), tmp_path)
-    path.write_text(path.read_text().replace("longest equal v_step", "longest equal 10*v_step"))
+    path = written(small(), tmp_path, rtol=1e-3, watch_every=1)
+    path.write_text(path.read_text().replace("longest equal v_step", "longest equal 4*v_step"))
     status, screen = run(path, tmp_path, ranks=2)
     assert verdict(screen) == "FAIL"
     assert status == 1
@@ -235,7 +255,7 @@ def test_a_failure_on_two_processors_has_a_status(tmp_path: Path) -> None:
 def test_the_lean_deck_does_not_watch(tmp_path: Path) -> None:
     path = written(small(), tmp_path, watch_every=0)
     text = path.read_text()
-    for word in ("watch", "compute", "true", "PASS"):
+    for word in ("looks", "compute", "d_true", "PASS"):
         assert word not in text
     status, screen = run(path, tmp_path)
     assert status == 0, screen

@@ -151,7 +151,7 @@ def whole_step(scene: Scene, step: float) -> float:
         If there would be more steps than any run can take.
     """
     while any(
-        abs(steps - round(steps)) <= _BORDER * max(steps, 1.0)
+        round(steps) > 0 and abs(steps - round(steps)) <= max(_BORDER, 1e-14 * steps)
         for steps in (
             (leg.end - leg.start) / (step * scene.units.time)
             for leg in scene.schedule(step * scene.units.time)
