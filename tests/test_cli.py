@@ -996,7 +996,7 @@ def test_the_options_of_a_deck_are_in_it(hertzchain: Command) -> None:
         (("--watch-every", "-1"), ("watch_every = -1",)),
         (("--dump-every", "-1"), ("dump_every = -1",)),
     ],
-    ids=lambda value: " ".join(value),
+    ids=" ".join,
 )
 def test_a_deck_that_cannot_be_is_refused(
     hertzchain: Command, options: tuple[str, ...], words: tuple[str, ...]

@@ -226,7 +226,10 @@ MISTAKES = {
     "no decay of the force": ("*(1-(1-cos", "*(1+0*(1-cos"),
     "overlap": ("(2*$(v_radius:%.17g)+x", "(2.00000001*$(v_radius:%.17g)+x"),
     "a true peak": ("set atom 4 d_true 1.", "set atom 4 d_true 1.1"),
-    "stale positions": ("fix look all ave/time ${watch}", "fix look all ave/time 100"),
+    "stale positions": (
+        "fix look all ave/time ${watch} 1 ${watch}",
+        "fix look all ave/time 100 1 100",
+    ),
 }
 
 
