@@ -982,7 +982,8 @@ def test_the_options_of_a_deck_are_in_it(hertzchain: Command) -> None:
     for words in ("pair_style gran/hertz/history", "watch index 7 ", "dump_every index 300 "):
         assert words in text
     lean = hertzchain("deck", "scene.toml", "--rtol", "1e-3", "--watch-every", "0").out
-    assert "watch" not in lean
+    assert "watch index" not in lean
+    assert "d_true" not in lean
 
 
 @pytest.mark.parametrize(
