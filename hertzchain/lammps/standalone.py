@@ -53,7 +53,7 @@ ROOM = 1.1
 its looks elsewhere."""
 
 ROUNDING = 3
-"""Room for round-off over its estimate, which is no bound; 0.2 of it was measured in the gallery."""
+"""Room for round-off over its estimate, which is no bound; 0.2 of it measured in the gallery."""
 
 _UNCLEAR = 1e-3
 """Room for round-off from which on a comparison says nothing."""
