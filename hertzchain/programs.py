@@ -15,6 +15,9 @@ from typing import Any
 from hertzchain.cost import Deadline
 from hertzchain.errors import BackendMissing, RunFailed
 
+SAID = "said.txt"
+"""Where in its folder a program's standard output and error go, all of it."""
+
 _KEPT = 20_000
 """Characters of what a program says that are kept: its last words."""
 
@@ -83,7 +86,7 @@ def run_program(
     own_group: dict[str, Any] = {"start_new_session": True}
     if sys.platform == "win32":
         own_group = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
-    said = folder / "said.txt"
+    said = folder / SAID
     with said.open("wb") as output:
         try:
             process = subprocess.Popen(  # noqa: S603 - what the user named

@@ -83,9 +83,14 @@ def _failure(problem: Exception) -> RunFailed:
     text = " ".join(str(problem).split())
     if is_out_of_memory(text):
         return not_enough_memory()
-    if any(sign in text for sign in _MOTION_DIVERGED):
+    if motion_diverged(text):
         return StepUnstable(f"LAMMPS stopped: {text}; the step is too long: take a smaller dt")
     return RunFailed(f"LAMMPS stopped: {text}")
+
+
+def motion_diverged(text: str) -> bool:
+    """Whether LAMMPS complains of granules that are nowhere any more."""
+    return any(sign in text for sign in _MOTION_DIVERGED)
 
 
 def is_out_of_memory(text: str) -> bool:
