@@ -415,7 +415,7 @@ def is_lmp(pid: int) -> bool:
 def shared_memory(pid: int) -> set[str]:
     """What MPICH shares there with other ranks, by the names it had."""
     maps = Path(f"/proc/{pid}/maps").read_text()
-    return set(re.findall(r"/dev/shm/mpich_shm_\w+", maps))
+    return set(re.findall(r"/dev/shm/mpich_shm_\w+", maps))  # noqa: S108
 
 
 @linux
