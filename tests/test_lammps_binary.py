@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -323,6 +324,22 @@ def test_a_full_disk_is_one_sentence(
             hc.Lammps(1e-7, lmp=lmp).run(SHORT)
         assert str(full_disk) in str(caught.value)
         assert names(full_disk) == ["filler"]
+
+
+@linux
+@pytest.mark.lammps
+@pytest.mark.parametrize("before", [None, "/some/where"])
+def test_the_module_does_not_change_what_a_binary_is_started_with(before: str | None) -> None:
+    code = (
+        "import os; from hertzchain.lammps.engine import look; look();"
+        "print(os.environ.get('LD_LIBRARY_PATH'))"
+    )
+    known = {name: value for name, value in os.environ.items() if name != "LD_LIBRARY_PATH"}
+    environment = known if before is None else {**known, "LD_LIBRARY_PATH": before}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == f"{before}\n"
 
 
 # Ranks
