@@ -85,6 +85,18 @@ Isolate = Annotated[
         "--isolate", help="Run LAMMPS in a process of its own: a crash of it is an error, no more."
     ),
 ]
+LammpsBinary = Annotated[
+    str | None,
+    typer.Option(
+        "--lmp",
+        metavar="PATH",
+        help="Run this LAMMPS binary, of any version, and not the lammps module."
+        " [env var: HERTZCHAIN_LMP]",
+    ),
+]
+Ranks = Annotated[
+    int | None, typer.Option(help="MPI ranks of the binary, by the mpiexec beside it or on PATH.")
+]
 TimeLimit = Annotated[
     str, typer.Option(help='How long each simulation may take, seconds or with a unit ("10 min").')
 ]
@@ -133,6 +145,8 @@ def run(
         ),
     ] = False,
     isolate: Isolate = False,
+    lmp: LammpsBinary = None,
+    ranks: Ranks = None,
     time_limit: TimeLimit = "1 h",
     output: Annotated[
         Path | None,
@@ -179,7 +193,16 @@ def run(
             f"{backend.value}: running (the first native run on a machine compiles, half a minute)"
         )
         simulation = _simulation(
-            backend, method, step, rtol, extrapolated, isolate, limit, trajectory is None
+            backend,
+            method,
+            step,
+            rtol,
+            extrapolated,
+            isolate,
+            lmp,
+            ranks,
+            limit,
+            trajectory is None,
         )
         record = None if trajectory is None else frame_times(loaded, frames or DEFAULT_FRAMES)
         result = simulation.run(loaded, record)
@@ -210,17 +233,18 @@ def _simulation(
     rtol: float | None,
     extrapolated: bool,
     isolate: bool,
+    lmp: str | None,
+    ranks: int | None,
     time_limit: float,
     peaks_only: bool,
 ) -> Native | Lammps:
-    from hertzchain.lammps import Lammps
     from hertzchain.native import Native
 
     if backend is Backend.NATIVE:
-        if extrapolated:
-            raise HertzchainError("--extrapolated is for --backend lammps; leave the option out")
-        if isolate:
-            raise HertzchainError("--isolate is for --backend lammps; leave the option out")
+        others = {"extrapolated": extrapolated, "isolate": isolate, "lmp": lmp, "ranks": ranks}
+        for option, given in others.items():
+            if given:
+                raise HertzchainError(f"--{option} is for --backend lammps; leave the option out")
         name = None if method is None else method.value
         return Native(name, dt, rtol, peaks_only, time_limit)
     if method not in (None, MethodName.VELOCITY_VERLET):
@@ -229,8 +253,29 @@ def _simulation(
         )
     if rtol is not None and dt is not None:
         raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
-    lammps = Lammps(dt, extrapolated=extrapolated, isolated=isolate, time_limit=time_limit)
+    lammps = replace(_lammps(isolate, lmp, ranks, time_limit), dt=dt, extrapolated=extrapolated)
     return lammps if rtol is None else replace(lammps, rtol=rtol)
+
+
+def _lammps(isolate: bool, lmp: str | None, ranks: int | None, time_limit: float) -> Lammps:
+    """LAMMPS as a module or, where one is named, as a binary."""
+    from hertzchain.errors import require
+    from hertzchain.lammps import Lammps
+
+    named = lmp or os.environ.get("HERTZCHAIN_LMP") or None
+    if ranks is not None:
+        require(ranks >= 1, "--ranks", ranks, "must be at least 1")
+        if named is None:
+            raise HertzchainError(
+                "--ranks needs a LAMMPS binary, as the lammps module runs on one process: name one"
+                " with --lmp or HERTZCHAIN_LMP"
+            )
+    if isolate and named is not None:
+        raise HertzchainError(
+            "--isolate is for the lammps module; what --lmp or HERTZCHAIN_LMP names is a process of"
+            " its own anyway: leave the option out"
+        )
+    return Lammps(isolated=isolate, time_limit=time_limit, lmp=named, ranks=ranks or 1)
 
 
 def _time_limit(given: str) -> float:
@@ -252,6 +297,8 @@ def compare(
         typer.Option(help="What to compare with the native reference; repeatable. Default: all."),
     ] = None,
     isolate: Isolate = False,
+    lmp: LammpsBinary = None,
+    ranks: Ranks = None,
     time_limit: TimeLimit = "1 h",
     as_json: AsJson = False,
     plot: Annotated[
@@ -276,7 +323,6 @@ def compare(
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
     from hertzchain import comparison, report
     from hertzchain.files import check_writable
-    from hertzchain.lammps import Lammps
 
     if results is not None:
         for option, given in (("--backend", backend), ("--isolate", isolate), ("--plot", plot)):
@@ -290,7 +336,7 @@ def compare(
         if value is not None:
             raise HertzchainError(f"{option} goes with --results FILE; leave the option out")
     loaded = _load(scene)
-    lammps = Lammps(isolated=isolate, time_limit=_time_limit(time_limit))
+    lammps = _lammps(isolate, lmp, ranks, _time_limit(time_limit))
     if plot is not None:
         check_writable(plot)
         report.check_plot_format(plot)
@@ -536,8 +582,10 @@ def doctor() -> None:
 
     findings = diagnose()
     for finding in findings:
-        typer.echo(f"{'ok  ' if finding.works else 'FAIL'}  {finding.name}: {finding.text}")
-    raise typer.Exit(DONE if all(finding.works for finding in findings) else UNUSABLE)
+        mark = "ok  " if finding.works else "FAIL" if finding.needed else "--  "
+        typer.echo(f"{mark}  {finding.name}: {finding.text}")
+    usable = all(finding.works for finding in findings if finding.needed)
+    raise typer.Exit(DONE if usable else UNUSABLE)
 
 
 def _load(path: Path) -> Scene:

@@ -15,11 +15,17 @@ from typing import Any
 from hertzchain.cost import Deadline
 from hertzchain.errors import BackendMissing, RunFailed
 
+SAID = "said.txt"
+"""Where in its folder a program's standard output and error go, all of it."""
+
 _KEPT = 20_000
 """Characters of what a program says that are kept: its last words."""
 
 _SLICE = 0.5
 """Seconds of waiting in one go; on Windows Ctrl-C has to wait for their end."""
+
+_GRACE = 2.0
+"""Seconds in which a program that is asked to end has to end."""
 
 
 def find_program(name: str, what_to_do: str) -> str:
@@ -80,7 +86,7 @@ def run_program(
     own_group: dict[str, Any] = {"start_new_session": True}
     if sys.platform == "win32":
         own_group = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
-    said = folder / "said.txt"
+    said = folder / SAID
     with said.open("wb") as output:
         try:
             process = subprocess.Popen(  # noqa: S603 - what the user named
@@ -118,7 +124,22 @@ def _wait(process: subprocess.Popen[bytes], deadline: Deadline) -> None:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End the whole group, whether or not its first process still runs."""
+    """End the whole group, whether or not its first process still runs.
+
+    It is asked before it is killed: the ranks that mpiexec starts may be in groups of their own,
+    which only mpiexec knows.
+    """
+    try:
+        if sys.platform != "win32" and process.poll() is None:
+            os.killpg(process.pid, signal.SIGTERM)
+            process.wait(_GRACE)
+    except (OSError, subprocess.TimeoutExpired):
+        pass
+    finally:
+        _kill_now(process)
+
+
+def _kill_now(process: subprocess.Popen[bytes]) -> None:
     with suppress(OSError):
         if sys.platform == "win32":
             process.kill()

@@ -66,6 +66,12 @@ def _lammps_where_it_is_needed(request: pytest.FixtureRequest) -> None:
     pytest.skip(problem)
 
 
+@pytest.fixture(autouse=True)
+def _no_binary_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tests of the command line are about what it does where the environment says nothing."""
+    monkeypatch.delenv("HERTZCHAIN_LMP", raising=False)
+
+
 _FOUND: list[str] = []
 
 

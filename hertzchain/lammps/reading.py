@@ -46,3 +46,27 @@ def granules(instance: Any) -> Granules:
         np.array(arrays.extract_atom("rmass"), dtype=np.float64),
         2 * np.array(arrays.extract_atom("radius"), dtype=np.float64),
     )
+
+
+_COLUMNS = {
+    **{axis: ("x", k) for k, axis in enumerate("xyz")},
+    **{f"f{axis}": ("f", k) for k, axis in enumerate("xyz")},
+    **{f"tq{axis}": ("torque", k) for k, axis in enumerate("xyz")},
+}
+
+
+def column(instance: Any, name: str) -> FloatArray:
+    """A copy of what LAMMPS holds now, as ``dump custom`` calls it, shape (granules,).
+
+    Parameters
+    ----------
+    instance
+        LAMMPS, on one process.
+    name
+        ``mass`` or a component of position, net force or torque (``x``, ``fx``, ``tqx``).
+    """
+    arrays = instance.numpy
+    if name == "mass":
+        return np.array(arrays.extract_atom("rmass"), dtype=np.float64)
+    array, component = _COLUMNS[name]
+    return np.array(arrays.extract_atom(array)[:, component], dtype=np.float64)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -32,28 +34,64 @@ def read_frames(path: Path, columns: tuple[str, ...]) -> tuple[FloatArray, Float
     RunFailed
         If the file is not there, is no dump, ends early or has other columns.
     """
+    blocks = list(read_blocks(path, columns))
+    return np.concatenate([steps for steps, _ in blocks]), np.concatenate(
+        [values for _, values in blocks]
+    )
+
+
+def read_blocks(
+    path: Path, columns: tuple[str, ...], frames: int = 256
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """The frames of a dump file, so many at a time: memory holds no more of them.
+
+    Parameters
+    ----------
+    path
+        The file; each frame has as many granules as the first.
+    columns
+        Names of the columns wanted; the dump has an ``id`` besides.
+    frames
+        At a time.
+
+    Yields
+    ------
+    Steps, shape (frames,), and values, shape (frames, columns, granules).
+
+    Raises
+    ------
+    RunFailed
+        If the file is not there, is no dump, ends early or has other columns.
+    """
     try:
-        lines = path.read_text(encoding="ascii").splitlines()
+        with path.open(encoding="ascii") as file:
+            head = list(itertools.islice(file, _HEADER))
+            if not head:
+                raise RunFailed(f"{path.name}: the dump of the run is empty")
+            lines = itertools.chain(head, file)
+            length = frames * (_HEADER + int(head[3]))
+            while block := list(itertools.islice(lines, length)):
+                yield _frames(block, columns)
     except (OSError, UnicodeDecodeError) as problem:
         raise RunFailed(f"{path.name}: the run left no dump that can be read ({problem})") from None
-    steps, values = [], []
-    at = 0
-    try:
-        while at < len(lines):
-            step, granules = int(lines[at + 1]), int(lines[at + 3])
-            names = lines[at + 8].split()[2:]
-            rows = lines[at + _HEADER : at + _HEADER + granules]
-            table = np.array([row.split() for row in rows], np.float64)
-            if table.shape != (granules, len(names)):
-                raise ValueError(table.shape)  # noqa: TRY301 - as for numbers that are cut off
-            order = np.argsort(table[:, names.index("id")])
-            steps.append(step)
-            values.append([table[order, names.index(name)] for name in columns])
-            at += _HEADER + granules
     except (ValueError, IndexError):
         raise RunFailed(
             f"{path.name}: the dump of the run is not whole or has other columns: is the disk full?"
         ) from None
-    if not steps:
-        raise RunFailed(f"{path.name}: the dump of the run is empty")
+
+
+def _frames(lines: list[str], columns: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
+    steps, values = [], []
+    at = 0
+    while at < len(lines):
+        step, granules = int(lines[at + 1]), int(lines[at + 3])
+        names = lines[at + 8].split()[2:]
+        rows = lines[at + _HEADER : at + _HEADER + granules]
+        table = np.array([[float(number) for number in row.split()] for row in rows])
+        if table.shape != (granules, len(names)):
+            raise ValueError(table.shape)
+        order = np.argsort(table[:, names.index("id")])
+        steps.append(step)
+        values.append([table[order, names.index(name)] for name in columns])
+        at += _HEADER + granules
     return np.array(steps, np.float64), np.array(values, np.float64)
