@@ -11,10 +11,12 @@ if TYPE_CHECKING:
     from hertzchain.comparison import Comparison, compare
     from hertzchain.errors import HertzchainError
     from hertzchain.lammps import Lammps
+    from hertzchain.liggghts import Liggghts
     from hertzchain.native import Batch, Native, peak_forces, similar_peak_forces
     from hertzchain.result import Result
     from hertzchain.scene import Run, Scene
     from hertzchain.shock import Pulse, PulseTable
+    from hertzchain.yade import Yade
 
 _HOME = {
     "Batch": "hertzchain.native",
@@ -22,12 +24,14 @@ _HOME = {
     "Comparison": "hertzchain.comparison",
     "HertzchainError": "hertzchain.errors",
     "Lammps": "hertzchain.lammps",
+    "Liggghts": "hertzchain.liggghts",
     "Native": "hertzchain.native",
     "Pulse": "hertzchain.shock",
     "PulseTable": "hertzchain.shock",
     "Result": "hertzchain.result",
     "Run": "hertzchain.scene",
     "Scene": "hertzchain.scene",
+    "Yade": "hertzchain.yade",
     "compare": "hertzchain.comparison",
     "peak_forces": "hertzchain.native",
     "similar_peak_forces": "hertzchain.native",
@@ -39,12 +43,14 @@ __all__ = [
     "Comparison",
     "HertzchainError",
     "Lammps",
+    "Liggghts",
     "Native",
     "Pulse",
     "PulseTable",
     "Result",
     "Run",
     "Scene",
+    "Yade",
     "compare",
     "peak_forces",
     "similar_peak_forces",
