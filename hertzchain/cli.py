@@ -10,7 +10,6 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -24,8 +23,10 @@ if TYPE_CHECKING:
 
     from hertzchain.arrays import FloatArray
     from hertzchain.lammps import Lammps
+    from hertzchain.liggghts import Liggghts
     from hertzchain.native import Native
     from hertzchain.scene import Scene
+    from hertzchain.yade import Yade
 
 DONE, OUT_OF_TOLERANCE, UNUSABLE = 0, 1, 2
 
@@ -49,6 +50,8 @@ class Backend(StrEnum):
 
     NATIVE = "native"
     LAMMPS = "lammps"
+    LIGGGHTS = "liggghts"
+    YADE = "yade"
 
 
 class MethodName(StrEnum):
@@ -105,7 +108,7 @@ def run(
     ] = None,
     method: Annotated[
         MethodName | None,
-        typer.Option(help="Instead of --rtol: a native method. LAMMPS has velocity-verlet."),
+        typer.Option(help="Instead of --rtol: a native method. The others have velocity-verlet."),
     ] = None,
     dt: Annotated[
         str | None,
@@ -114,7 +117,8 @@ def run(
     extrapolated: Annotated[
         bool,
         typer.Option(
-            "--extrapolated", help="With LAMMPS: extrapolate from two steps, an eighth of the cost."
+            "--extrapolated",
+            help="Not with native: extrapolate from two steps, an eighth of the cost.",
         ),
     ] = False,
     isolate: Isolate = False,
@@ -148,9 +152,12 @@ def run(
         print_run(_console(), result)
     wanted = (DEFAULT_RTOL if method is None and step is None else None) if rtol is None else rtol
     if wanted is not None and result.error_estimate > wanted:
+        from hertzchain.comparison import CODES
+
         why = (
-            "LAMMPS gets no closer with steps that can be waited for; --backend native does"
-            if backend is Backend.LAMMPS
+            f"{CODES[backend]} gets no closer with steps that can be waited for;"
+            " --backend native does"
+            if backend is not Backend.NATIVE
             else "granules knock against one another for long, which multiplies rounding errors"
         )
         reached = f"wanted {wanted:g}, reached {result.error_estimate:.1g}"
@@ -166,25 +173,35 @@ def _simulation(
     extrapolated: bool,
     isolate: bool,
     time_limit: float,
-) -> Native | Lammps:
+) -> Native | Lammps | Liggghts | Yade:
     from hertzchain.lammps import Lammps
+    from hertzchain.liggghts import Liggghts
     from hertzchain.native import Native
+    from hertzchain.yade import Yade
 
+    if isolate and backend is not Backend.LAMMPS:
+        raise HertzchainError("--isolate is for --backend lammps; leave the option out")
     if backend is Backend.NATIVE:
         if extrapolated:
-            raise HertzchainError("--extrapolated is for --backend lammps; leave the option out")
-        if isolate:
-            raise HertzchainError("--isolate is for --backend lammps; leave the option out")
+            raise HertzchainError("--extrapolated is not for --backend native; leave it out")
         name = None if method is None else method.value
         return Native(name, dt, rtol, peaks_only=True, time_limit=time_limit)
     if method not in (None, MethodName.VELOCITY_VERLET):
+        from hertzchain.comparison import CODES
+
         raise HertzchainError(
-            f"--method {method}: LAMMPS has only velocity-verlet; leave the option out"
+            f"--method {method}: {CODES[backend]} has only velocity-verlet; leave the option out"
         )
     if rtol is not None and dt is not None:
         raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
-    lammps = Lammps(dt, extrapolated=extrapolated, isolated=isolate, time_limit=time_limit)
-    return lammps if rtol is None else replace(lammps, rtol=rtol)
+    wanted = DEFAULT_RTOL if rtol is None else rtol
+    if backend is Backend.LIGGGHTS:
+        return Liggghts(dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit)
+    if backend is Backend.YADE:
+        return Yade(dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit)
+    return Lammps(
+        dt, rtol=wanted, extrapolated=extrapolated, isolated=isolate, time_limit=time_limit
+    )
 
 
 def _time_limit(given: str) -> float:
@@ -203,7 +220,9 @@ def compare(
     scene: SceneFile,
     backend: Annotated[
         list[Backend] | None,
-        typer.Option(help="What to compare with the native reference; repeatable. Default: all."),
+        typer.Option(
+            help="What to compare with the native reference; repeatable. Default: native, lammps."
+        ),
     ] = None,
     isolate: Isolate = False,
     time_limit: TimeLimit = "1 h",
@@ -222,7 +241,7 @@ def compare(
     if plot is not None:
         check_writable(plot)
         report.check_plot_format(plot)
-    names = comparison.BACKENDS if not backend else [name.value for name in backend]
+    names = comparison.DEFAULT_BACKENDS if not backend else [name.value for name in backend]
     with _progress() as tell:
         compared = comparison.compare(loaded, names, lammps, progress=tell)
         if plot is not None:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
+from hertzchain.verlet.softening import predicted_loss
 
 AT_REST, READINGS = "at_rest.dump", "readings.dump"
 """What a run leaves behind: the granules before the shock, and the readings, one after another."""
@@ -35,7 +36,7 @@ def set_up(scene: Scene) -> str:
         What to simulate.
     """
     chain, radius = scene.chain, scene.chain.radius
-    end = radius * (2 * chain.granules - 1)
+    end, across = radius * (2 * chain.granules - 1), f"{-radius!r} {radius!r}"
     sites = [
         f"create_atoms 1 single {2 * radius * k!r} 0.0 0.0 units box" for k in range(chain.granules)
     ]
@@ -51,8 +52,7 @@ def set_up(scene: Scene) -> str:
         "hard_particles yes",
         "soft_particles yes",
         "",
-        f"region chain block {-radius!r} {end!r} {-radius!r} {radius!r} {-radius!r} {radius!r}"
-        " units box",
+        f"region chain block {-radius!r} {end!r} {across} {across} units box",
         "create_box 1 chain",
         "# One diameter apart; granule 1 is at x = 0, where coordinates have most digits.",
         *sites,
@@ -148,3 +148,62 @@ def _write_dump(file: str, columns: Sequence[str]) -> str:
 def _digits(columns: Sequence[str]) -> str:
     """All digits of every number, so that nothing is lost on the way."""
     return f'format "%d{" %.17g" * len(columns)}"'
+
+
+_FRAME = 0.1
+"""Natural time units between two frames that a deck leaves behind."""
+
+
+def deck(scene: Scene, dt: float, velocity: ArrayLike, title: str = "a scene") -> str:
+    """A whole deck that runs with ``liggghts -in FILE`` and says whether it found what it should.
+
+    The language has no way to keep the highest force of each contact, so the deck leaves frames of
+    the motion behind, and what it compares are the velocities at the end.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    dt
+        The largest step [s].
+    velocity
+        At the end, by velocity Verlet at the same steps, from elsewhere [m/s], shape (granules,).
+    title
+        What the deck says it is.
+    """
+    legs = scene.schedule(dt)
+    steps = sum(leg.steps for leg in legs)
+    expected = np.asarray(velocity, np.float64)
+    # As in a comparison at the same steps; the loss is an estimate here, no bound.
+    tolerance = (1e-10 + 30 * predicted_loss(scene, steps)) * float(np.max(np.abs(expected)))
+    granules, longest = scene.chain.granules, max(leg.dt for leg in legs)
+    lines = [
+        f"# {title}: a chain of {granules} elastic spheres in Hertz contact, pushed at one end.",
+        f"# Written by hertzchain {version('hertzchain')}. SI units throughout.",
+        "# Run it with: liggghts -in THIS_FILE",
+        f"# {steps} steps of at most {longest:.4g} s, ending at the corners of the pulse.",
+        "# Frames of the motion go to chain.dump: id, x [m], vx [m/s], fx [N]. The force in a",
+        "# contact is the sum of fx over all granules beyond it.",
+        "# In the end it prints PASS if all velocities are those that velocity Verlet gave",
+        f"# elsewhere (hertzchain's own, Eq. 1), within {tolerance:.1g} m/s, which is rounding.",
+        "",
+        set_up(scene),
+    ]
+    for before, leg in zip((None, *legs[:-1]), legs, strict=True):
+        stride = max(1, min(leg.steps, int(_FRAME * scene.units.time / leg.dt)))
+        until = "the force follows a ramp" if leg.ramp else "no force"
+        lines += [
+            f"# {leg.start:.6g} s to {leg.end:.6g} s: {until}",
+            *leg_commands(leg, before),
+            *_dump("frames", stride, "chain.dump", COLUMNS),
+            f"run {leg.steps}",
+            "undump frames",
+            "",
+        ]
+    lines += ["variable failed equal 0", f"variable tolerance equal {tolerance!r}"]
+    for k, value in enumerate(expected.tolist(), start=1):
+        off = f"$(abs(vx[{k}]-({value!r}))-v_tolerance) > 0"
+        wrong = f"granule {k} is off: $(vx[{k}]) m/s instead of {value!r}"
+        lines.append(f"""if "{off}" then "variable failed equal 1" "print '{wrong}'" """.strip())
+    lines.append('if "${failed} == 0" then "print PASS" else "print FAIL"')
+    return "\n".join(lines) + "\n"

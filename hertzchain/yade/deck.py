@@ -1,4 +1,4 @@
-"""A scene as a Yade script: pure text, nothing is run here.
+"""A scene as a deck for Yade, a script: pure text, nothing is run here.
 
 The script is Python for the interpreter within Yade, which has Yade's names. It gets the raw E, nu,
 R and rho, never the contact stiffness or the mass computed here, so that a mistake in either shows
@@ -13,9 +13,14 @@ begins, with its force. So the motion is that of velocity Verlet, to the last st
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib.metadata import version
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
+from hertzchain.verlet.softening import predicted_loss
 
 AT_REST, READINGS, VERSION = "at_rest.npy", "readings.npy", "version.txt"
 """What a run leaves behind: positions, masses and diameters of the granules before the shock,
@@ -46,9 +51,9 @@ young_modulus = {chain.young_modulus!r}  # Pa
 poisson_ratio = {chain.poisson_ratio!r}
 density = {chain.density!r}  # kg/m^3
 
-# Legs from one corner of the pulse to the next: number of steps, length of a step [s], steps between
-# two readings, and the force [N]: its shape, how much it is at the start and how much it grows over
-# the whole ramp, of which a step is a fraction.
+# Legs from one corner of the pulse to the next: number of steps, length of a step [s], steps
+# between two readings, and the force [N]: its shape, how much it is at the start and how much it
+# grows over the whole ramp, of which a step is a fraction.
 legs = [
 {rows}
 ]
@@ -150,11 +155,11 @@ def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
         The steps, and how many of them lie between two readings on each leg.
     """
     return f"""\
-import numpy as np
 from yade import config
 
 {motion(scene, legs, strides)}
-np.save({AT_REST!r}, [[state.pos[0] for state in states], mass, [2 * b.shape.radius for b in O.bodies]])
+position = [state.pos[0] for state in states]
+np.save({AT_REST!r}, [position, mass, [2 * body.shape.radius for body in O.bodies]])
 with open({VERSION!r}, "w") as file:
     file.write(config.version)
 
@@ -168,3 +173,92 @@ def see(position, velocity, force):
 O.run(sum(row[0] for row in legs) + 1, wait=True)
 np.save({READINGS!r}, readings)
 """
+
+
+_READING_INTERVAL = 0.01
+"""Natural time units between two readings of a script; a parabola through three of them is off by
+0.06 times its third power at most, 6e-8 of a peak."""
+
+
+def deck(
+    scene: Scene, dt: float, peak_force: ArrayLike, tolerance: float, title: str = "a scene"
+) -> str:
+    """A whole script that runs with ``yade -n -x FILE`` and says whether its peaks are right.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    dt
+        The largest step [s].
+    peak_force
+        The true peaks, from elsewhere [N], shape (contacts,).
+    tolerance
+        What may be between them and those of these steps, as a fraction; what absolute coordinates
+        cost comes on top.
+    title
+        What the script says it is.
+    """
+    legs = scene.schedule(dt)
+    steps = sum(leg.steps for leg in legs)
+    strides = [max(1, int(_READING_INTERVAL * scene.units.time / leg.dt)) for leg in legs]
+    lost = predicted_loss(scene, steps)
+    # An estimate, no bound: 10 times that.
+    allowed = tolerance + 10 * lost
+    expected = "".join(f"    {force!r},\n" for force in np.asarray(peak_force, float).tolist())
+    return f'''\
+"""{title}: a chain of {scene.chain.granules} elastic spheres in Hertz contact, pushed at one end.
+
+Written by hertzchain {version("hertzchain")}. SI units throughout.
+Run it with: yade -n -x THIS_FILE
+{steps} steps of at most {max(leg.dt for leg in legs):.4g} s, ending at the corners of the pulse.
+It finds the peak force of each contact, writes peaks.csv, and prints PASS, or FAIL and ends with
+status 1, by comparing them with the true ones, which hertzchain has from Eq. 1 by a method of
+high order. They may differ by {allowed:.1e}: steps {tolerance:.0e}, and ten times what absolute
+coordinates cost, some {lost:.0e}.
+"""
+
+{motion(scene, legs, strides)}
+# True peak force of contacts 2, 3, ... [N]; contact i lies between granules i - 1 and i.
+expected = np.array([
+{expected}])
+tolerance = {allowed!r}
+{_PEAKS}'''
+
+
+_PEAKS = '''
+peaks = np.zeros(granules - 1)
+last = []  # times and contact forces of up to three successive readings
+begin = np.cumsum([0.0] + [row[0] * row[1] for row in legs])
+
+
+def see(position, velocity, force):
+    """Keep the largest force of each contact: the top of the parabola through three readings."""
+    if leg > 0 and done == 0:
+        return  # the end of the leg before
+    # Nothing pushes the granules beyond a contact but that contact.
+    contact = np.cumsum(force[:0:-1])[::-1]
+    np.maximum(peaks, contact, out=peaks)
+    last.append((begin[leg] + done * legs[leg][1], contact))
+    if len(last) == 3:
+        (t, a), (u, b), (w, c) = last
+        rise, fall = (b - a) / (u - t), (c - b) / (w - u)
+        top = (rise >= 0) & (fall < 0)
+        bend = np.where(top, (fall - rise) / (w - t), -1.0)
+        slope = rise + bend * (u - t)
+        np.maximum(peaks, np.where(top, b - slope**2 / (4 * bend), 0.0), out=peaks)
+        last.pop(0)
+
+
+O.run(sum(row[0] for row in legs) + 1, wait=True)
+with open("peaks.csv", "w") as file:
+    file.write("contact,peak_force_N,true_N\\n")
+    for k in range(granules - 1):
+        file.write(f"{k + 2},{peaks[k]!r},{expected[k]!r}\\n")
+judged = (expected > 0) & (expected >= 1e-3 * expected.max())  # others are lost in rounding
+off = np.abs(peaks[judged] / expected[judged] - 1).max()
+right = leg == len(legs) and off <= tolerance
+print(f"{'PASS' if right else 'FAIL'}: peaks differ by {off:.1e} at most, {tolerance:.1e} allowed")
+if not right:
+    raise SystemExit(1)
+'''
