@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all validate limits extremes long-run tradeoff bench lint format lock clean help
+.PHONY: demo test test-all validate limits extremes long-run engines tradeoff bench lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -30,6 +30,9 @@ extremes: $(STAMP) ## 12,000 random scenes at the extremes, each answered or ref
 long-run: $(STAMP) ## a wave down 90,000 granules: what drifts; two minutes
 	$(BIN)/python validation/long_run.py -o validation/results/long_run.csv \
 	    --plot validation/results/long_run.png
+
+engines: $(STAMP) ## LAMMPS, LIGGGHTS and Yade at the same steps; the programs must be here
+	$(BIN)/python validation/engines.py -o validation/results/engines.csv
 
 bench: $(STAMP) ## what accuracy costs, as ratios; on an idle machine
 	$(BIN)/python validation/benchmarks.py

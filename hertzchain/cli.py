@@ -54,6 +54,14 @@ class Backend(StrEnum):
     YADE = "yade"
 
 
+class Engine(StrEnum):
+    """The programs that decks are for."""
+
+    LAMMPS = "lammps"
+    LIGGGHTS = "liggghts"
+    YADE = "yade"
+
+
 class MethodName(StrEnum):
     """The native methods."""
 
@@ -315,24 +323,40 @@ def predict(scene: SceneFile, as_json: AsJson = False) -> None:
 @app.command()
 def deck(
     scene: SceneFile,
+    engine: Annotated[Engine, typer.Option(help="Whose deck.")] = Engine.LAMMPS,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Where to; standard output by default.")
     ] = None,
 ) -> None:
-    """Write a LAMMPS deck of a scene; its peaks are right to 1e-6."""
+    """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade; its peaks are right to 1e-6."""
     from hertzchain.files import check_writable, write_text
-    from hertzchain.lammps.deck import deck as deck_text
 
     loaded = _load(scene)
     if output is not None:
         check_writable(output)
     with _progress() as tell:
         tell("native velocity Verlet: looking for the step")
-        text = deck_text(loaded, deck_step(loaded), title=scene.stem)
+        text = _deck(engine, loaded, deck_step(loaded), scene.stem)
     if output is None:
         typer.echo(text, nl=False)
     else:
         write_text(output, text)
+
+
+def _deck(engine: Engine, scene: Scene, dt: float, title: str) -> str:
+    from hertzchain.lammps.deck import deck as for_lammps
+    from hertzchain.liggghts.deck import deck as for_liggghts
+    from hertzchain.native import Native
+    from hertzchain.yade.deck import deck as for_yade
+
+    if engine is Engine.LIGGGHTS:
+        same_steps = Native("velocity-verlet", dt).run(scene)
+        return for_liggghts(scene, dt, same_steps.velocity, title)
+    if engine is Engine.YADE:
+        peak_force = Native("reference").run(scene).peak_force
+        # The step is for 1e-6, by an estimate from two runs; twice that is beyond it.
+        return for_yade(scene, dt, peak_force, 2e-6, title)
+    return for_lammps(scene, dt, title=title)
 
 
 def deck_step(scene: Scene) -> float:
