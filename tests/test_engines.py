@@ -1,4 +1,4 @@
-"""LIGGGHTS and Yade against native velocity Verlet at the same steps, their decks, and what fails."""
+"""LIGGGHTS and Yade against native velocity Verlet at the same steps; their decks; what fails."""
 
 from __future__ import annotations
 
@@ -261,7 +261,7 @@ def yade_text(wrong: float) -> str:
     ],
 )
 def test_a_deck_judges_itself(engine: str, text: Callable[[float], str], tmp_path: Path) -> None:
-    right, wrong = tmp_path / "right", tmp_path / "wrong"
+    right, wrong = tmp_path / "right.py", tmp_path / "wrong.py"
     right.write_text(text(0.0))
     done = run_deck(engine, right)
     assert done.returncode == 0

@@ -153,9 +153,9 @@ class _Program:
             (folder / "in.chain").write_text(text, encoding="ascii")
             command = [self.program, "-in", "in.chain", "-log", _LOG, "-echo", "none"]
             run_program(command, folder, self.deadline, "LIGGGHTS", OMP_NUM_THREADS="1")
-            version = _version(folder / _LOG)
             _, rest = read_frames(folder / deck.AT_REST, deck.GRANULES)
             _, readings = read_frames(folder / deck.READINGS, deck.COLUMNS)
+            version = _version(folder / _LOG)
         return recorded.observe(
             scene, made, Granules(*rest[0]), readings, legs, strides, times, "LIGGGHTS", version
         )

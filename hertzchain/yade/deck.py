@@ -183,7 +183,7 @@ _READING_INTERVAL = 0.01
 def deck(
     scene: Scene, dt: float, peak_force: ArrayLike, tolerance: float, title: str = "a scene"
 ) -> str:
-    """A whole script that runs with ``yade -n -x FILE`` and says whether its peaks are right.
+    """A whole script that runs with ``yade -n -x FILE.py`` and says whether its peaks are right.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def deck(
 """{title}: a chain of {scene.chain.granules} elastic spheres in Hertz contact, pushed at one end.
 
 Written by hertzchain {version("hertzchain")}. SI units throughout.
-Run it with: yade -n -x THIS_FILE
+Run it with: yade -n -x THIS_FILE (whose name has to end in .py, or Yade takes it for no script)
 {steps} steps of at most {max(leg.dt for leg in legs):.4g} s, ending at the corners of the pulse.
 It finds the peak force of each contact, writes peaks.csv, and prints PASS, or FAIL and ends with
 status 1, by comparing them with the true ones, which hertzchain has from Eq. 1 by a method of
