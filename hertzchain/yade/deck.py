@@ -115,7 +115,8 @@ def push():
         position, half, force = along_the_chain()
         force[0] += applied_force()
         see(position, half + force * dt / (2 * mass), force)
-    O.forces.addF(0, (applied_force(), 0, 0))
+    if legs[leg][3] != "none":
+        O.forces.addF(0, (applied_force(), 0, 0))
     done += 1
 
 
