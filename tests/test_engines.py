@@ -283,6 +283,24 @@ def test_a_deck_judges_itself(engine: str, text: Callable[[float], str], tmp_pat
 # What was recorded
 
 
+@pytest.mark.slow
+@pytest.mark.liggghts
+@pytest.mark.yade
+@pytest.mark.lammps
+def test_what_is_recorded_is_what_the_engines_find(tmp_path: Path) -> None:
+    text, rows = engines.measure(quick=True)
+    assert len(rows) == 9
+    assert all(row.passed for row in rows)
+    path = tmp_path / "engines.csv"
+    path.write_text(text)
+    kept = engines.recorded()
+    for name, (dt, peaks) in engines.recorded(path).items():
+        assert dt == kept[name][0]
+        for who, found in peaks.items():
+            # Other machines round otherwise.
+            assert found == pytest.approx(kept[name][1][who], rel=1e-10, abs=0)
+
+
 def test_the_record_is_of_all_scenes() -> None:
     assert list(engines.recorded()) == NAMES
 
