@@ -20,7 +20,9 @@ from hertzchain.liggghts import deck as liggghts_deck
 from hertzchain.peaks import largest_difference
 from hertzchain.schedule import Leg
 from hertzchain.shock import Ramp
-from hertzchain.verlet.recorded import read_array, stops
+from hertzchain.verlet.readings import Granules
+from hertzchain.verlet.recorded import observe, read_array, stops
+from hertzchain.verlet.softening import NONE
 from hertzchain.yade import deck as yade_deck
 from tests.conftest import STEEL, paper_scene
 from tests.scenes import NAMES, load
@@ -317,6 +319,17 @@ def test_the_record_agrees_with_velocity_verlet_of_today(name: str) -> None:
         assert largest_difference(peaks[engine], native) <= engines.AGREED
         # And with one another as far as round-off goes, some 1e-12 at 24 scenes.
         assert largest_difference(peaks[engine], peaks["lammps"]) <= 1e-10
+
+
+def test_readings_that_are_missing_or_too_many_are_refused() -> None:
+    scene = SCENES["short"]
+    legs = scene.schedule(1e-6)
+    strides = [10] * len(legs)
+    wanted = sum(len(stops(leg, 10)) for leg in legs)
+    rest = Granules(*np.ones((3, 3)))
+    for count in (wanted - 1, wanted + 1):
+        with pytest.raises(RunFailed, match=f"left {count} readings, not the {wanted} it was"):
+            observe(scene, NONE, rest, np.zeros((count, 3, 3)), legs, strides, None, "Yade", "1")
 
 
 def test_arrays_that_are_no_readings_are_refused(tmp_path: Path) -> None:
