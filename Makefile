@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all validate limits extremes long-run tradeoff gallery versions bench lint format lock clean help
+.PHONY: demo test test-all validate limits extremes long-run tradeoff gallery versions engines bench lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -36,6 +36,9 @@ gallery: $(STAMP) ## write the LAMMPS decks of lammps_inputs/ anew
 
 versions: $(STAMP) ## the decks on LAMMPS of 2022 to 2025, alone and on two processors; minutes
 	$(BIN)/python validation/lammps_versions.py
+
+engines: $(STAMP) ## LAMMPS, LIGGGHTS and Yade at the same steps; the programs must be here
+	$(BIN)/python validation/engines.py -o validation/results/engines.csv
 
 bench: $(STAMP) ## what accuracy costs, as ratios; on an idle machine
 	$(BIN)/python validation/benchmarks.py

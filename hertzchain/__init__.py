@@ -12,11 +12,13 @@ if TYPE_CHECKING:
     from hertzchain.errors import HertzchainError
     from hertzchain.judgement import Judgement, judge
     from hertzchain.lammps import Lammps
+    from hertzchain.liggghts import Liggghts
     from hertzchain.native import Batch, Native, peak_forces, similar_peak_forces
     from hertzchain.result import Result
     from hertzchain.scene import Run, Scene
     from hertzchain.shock import Pulse, PulseTable
     from hertzchain.trajectory import write_trajectory
+    from hertzchain.yade import Yade
 
 _HOME = {
     "Batch": "hertzchain.native",
@@ -25,12 +27,14 @@ _HOME = {
     "HertzchainError": "hertzchain.errors",
     "Judgement": "hertzchain.judgement",
     "Lammps": "hertzchain.lammps",
+    "Liggghts": "hertzchain.liggghts",
     "Native": "hertzchain.native",
     "Pulse": "hertzchain.shock",
     "PulseTable": "hertzchain.shock",
     "Result": "hertzchain.result",
     "Run": "hertzchain.scene",
     "Scene": "hertzchain.scene",
+    "Yade": "hertzchain.yade",
     "compare": "hertzchain.comparison",
     "judge": "hertzchain.judgement",
     "peak_forces": "hertzchain.native",
@@ -45,12 +49,14 @@ __all__ = [
     "HertzchainError",
     "Judgement",
     "Lammps",
+    "Liggghts",
     "Native",
     "Pulse",
     "PulseTable",
     "Result",
     "Run",
     "Scene",
+    "Yade",
     "compare",
     "judge",
     "peak_forces",

