@@ -589,7 +589,7 @@ def lint(
             typer.echo(f"{where}: {finding.text} [{finding.rule}]")
     severities = [finding.severity for findings in found.values() for finding in findings]
     counts = [f"{severities.count(kind)} {kind}s" for kind in ("error", "warning", "note")]
-    typer.echo(f"hertzchain: {', '.join(counts)}", err=True)
+    typer.echo(", ".join(counts), err=as_json)
     raise typer.Exit(OUT_OF_TOLERANCE if {"error", "warning"} & set(severities) else DONE)
 
 

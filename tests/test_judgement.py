@@ -22,9 +22,9 @@ from validation.mistakes import in_set_up
 
 SCENES = [
     ("cosine", 0.3, 2.0),
-    ("triangular", 1.0, 4.0),
+    pytest.param(("triangular", 1.0, 4.0), marks=pytest.mark.slow),
     ("cosine-triangular", 2.0, 2.0),
-    ("cosine", 2.5, 6.0),
+    pytest.param(("cosine", 2.5, 6.0), marks=pytest.mark.slow),
 ]
 
 

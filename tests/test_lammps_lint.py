@@ -629,11 +629,11 @@ def test_the_command(tmp_path: Path) -> None:
     good.write_text(CLEAN, encoding="utf-8")
     wrong.write_text(planted(TRAPS["density first"]), encoding="utf-8")
     clean = run_lint(str(good))
-    assert (clean.returncode, clean.stdout) == (0, "")
+    assert (clean.returncode, clean.stdout) == (0, "0 errors, 0 warnings, 0 notes\n")
     found = run_lint(str(good), str(wrong))
     assert found.returncode == 1
     assert found.stdout.startswith(f"{wrong}:15: error: the density is set before the diameter")
-    assert found.stdout.endswith("[density-before-diameter]\n")
+    assert found.stdout.endswith("[density-before-diameter]\n1 errors, 0 warnings, 0 notes\n")
     as_json = run_lint("--json", str(good), str(wrong))
     decks = json.loads(as_json.stdout)["decks"]
     assert [len(one["findings"]) for one in decks] == [0, 1]

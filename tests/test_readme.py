@@ -25,18 +25,29 @@ COMMANDS = re.findall(r"^    \.venv/bin/(\S.*)$", README, re.MULTILINE)
 TARGETS = re.findall(r"^    make (\S+)", README, re.MULTILINE)
 
 
+def run(command: str, folder: Path) -> str:
+    """Run a command of the README in a folder that has what the README finds in the clone."""
+    program, *arguments = shlex.split(command)
+    executable = Path(sys.executable).parent / program
+    done = subprocess.run(
+        [executable, *arguments], cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
 @pytest.mark.lammps
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_command_works(command: str, tmp_path: Path) -> None:
-    program, *arguments = shlex.split(command)
-    # Run in an empty folder that has what the README finds in the clone.
-    (tmp_path / "validation").symlink_to(ROOT / "validation")
-    executable = Path(sys.executable).parent / program
-    done = subprocess.run(
-        [executable, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stdout or list(tmp_path.glob("*.*"))
+    for name in ("validation", "lammps_inputs"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    (tmp_path / ".venv").symlink_to(Path(sys.executable).parent.parent)
+    # What it reads was written by a command above it.
+    for earlier in COMMANDS[: COMMANDS.index(command)]:
+        written = re.search(r" -o (\S+)$", earlier)
+        if written and re.search(rf" {re.escape(written[1])}( |$)", command.partition(" -o ")[0]):
+            run(earlier, tmp_path)
+    assert run(command, tmp_path) or list(tmp_path.glob("*.*"))
 
 
 def test_the_commands_are_found() -> None:
