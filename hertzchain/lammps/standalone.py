@@ -389,6 +389,8 @@ def _law(layout: Layout, made: Softening) -> list[str]:
         *SKIN,
         *MOTION,
         "thermo 0",
+        "# A step is so short that taking the time of its parts would cost a fifth of it.",
+        "timer off",
         "",
         "# Is it? Granule 1, pressed against the next by a unit of length, has to be pushed back",
         "# with F0; by a quarter of it with an eighth of that. And the masses have to be m.",
