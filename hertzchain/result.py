@@ -50,12 +50,12 @@ class Balance:
 
 @dataclass(frozen=True)
 class LostDigits:
-    """What absolute coordinates cost LAMMPS, and the Young's modulus that it was given for that.
+    """What absolute coordinates cost a code, and the Young's modulus that it was given for that.
 
     Parameters
     ----------
     young_modulus
-        Given to LAMMPS [Pa]: the scene's own, or that of a similar scene which loses less; its
+        Given to it [Pa]: the scene's own, or that of a similar scene which loses less; its
         results are those of the true scene again.
     predicted
         Loss of the peaks with the scene's own modulus, as a fraction, estimated before the run.

@@ -41,7 +41,7 @@ _SOFTEST = 100
 
 @dataclass(frozen=True)
 class Softening:
-    """How the scene that LAMMPS gets differs from the true one.
+    """How the scene that a code gets differs from the true one.
 
     Parameters
     ----------
