@@ -74,8 +74,8 @@ MOMENTUM = 1e-12
 """Relative; steps end at the corners, so every method has the whole impulse."""
 
 MOMENTUM_OF_A_STEP = 2e-17
-"""Relative, times the number of steps: LAMMPS, as others, adds up the time, and so the force, from one
-reading to the next (5e-18 to 1e-17 measured)."""
+"""Relative, times the number of steps: LAMMPS, as others, adds up the time, and so the force, from
+one reading to the next (5e-18 to 1e-17 measured)."""
 
 EXAMINED = 1e-12
 """Relative, of every number that LAMMPS is asked for by itself.

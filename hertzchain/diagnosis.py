@@ -62,7 +62,20 @@ def diagnose() -> list[Finding]:
             findings.append(Finding(package, True, importlib.metadata.version(package)))
         except importlib.metadata.PackageNotFoundError:
             findings.append(Finding(package, False, f"missing; pip install {package}"))
-    return [*findings, _kernels(), *_every_lammps()]
+    return [*findings, _kernels(), *_every_lammps(), *_other_codes()]
+
+
+def _other_codes() -> list[Finding]:
+    """LIGGGHTS and Yade, which nothing needs but what asks for them."""
+    found = {name: shutil.which(name.lower()) for name in ("LIGGGHTS", "Yade")}
+    return [
+        Finding(name, True, f"{path}, not tried", needed=False)
+        if path
+        else Finding(
+            name, False, f"only for --backend {name.lower()}; apt install {name.lower()}", False
+        )
+        for name, path in found.items()
+    ]
 
 
 def _every_lammps() -> list[Finding]:
