@@ -63,7 +63,7 @@ lock: $(STAMP) ## write requirements.lock anew
 	    --quiet --output-file requirements.lock
 
 clean: ## remove .venv and what runs leave behind
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache demo.png in.chain peaks.csv table2.csv limits.csv limits.png extremes.csv tradeoff.png tradeoff.csv
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache demo.png in.chain peaks.csv motion.xyz result.json table2.csv limits.csv limits.png extremes.csv tradeoff.png tradeoff.csv
 
 # Installed as locked, the project itself without a download and without dependencies of its own.
 $(STAMP): requirements.lock pyproject.toml

@@ -272,7 +272,10 @@ def other_force(case: Case) -> Iterator[Cause]:
         "lbf": 1 / 4.4482216, "F0": 1 / case.scene.units.force,
     }  # fmt: skip
     names = [f"in units of {unit}" for unit, q in units.items() if abs(factor / q - 1) < _NEAR]
-    text = f"every peak {factor:.6g} times too large: "
+    if not factor > 0:
+        yield Cause("no contact was pressed, or none was read", case.residual(0 * expected))
+        return
+    text = f"every peak {factor:.6g} times the true one: "
     why = " or ".join(names) or "another unit, or another applied force at the same LM_ratio"
     yield Cause(text + why, case.residual(factor * expected))
 

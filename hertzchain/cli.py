@@ -588,7 +588,8 @@ def lint(
             where = f"{file}:{finding.line}: {finding.severity}"
             typer.echo(f"{where}: {finding.text} [{finding.rule}]")
     severities = [finding.severity for findings in found.values() for finding in findings]
-    counts = [f"{severities.count(kind)} {kind}s" for kind in ("error", "warning", "note")]
+    numbers = {kind: severities.count(kind) for kind in ("error", "warning", "note")}
+    counts = [f"{count} {kind}{'s' * (count != 1)}" for kind, count in numbers.items()]
     typer.echo(", ".join(counts), err=as_json)
     raise typer.Exit(OUT_OF_TOLERANCE if {"error", "warning"} & set(severities) else DONE)
 

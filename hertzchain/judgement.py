@@ -215,6 +215,8 @@ def judge(
     require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
     require(dt is None or is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
     given = _given(scene, peak_force)
+    allowed = "must be given for a contact at least"
+    require(not np.all(np.isnan(given)), "peak_force", None, allowed)
     tell = progress or (lambda _: None)
     tell("native: the reference method")
     reference = Native("reference", time_limit=time_limit).run(scene)

@@ -666,7 +666,7 @@ def test_wrong_peaks_are_status_1_with_a_cause(hertzchain: Command, native: Outc
     command = ("compare", "scene.toml", "--results", "peaks.csv")
     outcome = hertzchain(*command, "--dt", "20 ns")
     assert outcome.status == 1
-    assert "Likely cause: every peak 0.001 times too large: in units of kN" in " ".join(
+    assert "Likely cause: every peak 0.001 times the true one: in units of kN" in " ".join(
         outcome.out.split()
     )
     assert "velocity Verlet, steps of 2e-08 s" in outcome.out

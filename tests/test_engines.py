@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -14,8 +15,9 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain import known_answer
 from hertzchain.comparison import Check, balance_checks, same_steps_checks
-from hertzchain.errors import BackendMissing, RunFailed, SceneError, TooExpensive
+from hertzchain.errors import BackendMissing, RunFailed, SceneError, TooExpensive, Unpredictable
 from hertzchain.liggghts import deck as liggghts_deck
 from hertzchain.peaks import largest_difference
 from hertzchain.schedule import Leg
@@ -272,14 +274,24 @@ def test_a_deck_judges_itself(engine: str, text: Callable[[float], str], tmp_pat
     wrong.write_text(text(1e-5))
     done = run_deck(engine, wrong)
     assert any(line.startswith("FAIL") for line in done.stdout.splitlines())
-    # The language of LIGGGHTS has no word for another status.
-    assert done.returncode == (1 if engine == "yade" else 0)
+    assert done.returncode == 1
     if engine == "yade":
         found = np.loadtxt(tmp_path / "peaks.csv", delimiter=",", skiprows=1)
         same = hc.Native("velocity-verlet", 0.002 * DECK_SCENE.units.time).run(DECK_SCENE)
         assert found[:, 0].tolist() == [2, 3, 4, 5]
         # What parabolas through readings 0.01 natural time units apart lose.
         assert found[:, 1] == pytest.approx(same.peak_force, rel=6e-8, abs=0)
+
+
+def test_what_decks_of_yade_and_liggghts_allow(demo: hc.Scene) -> None:
+    # Steps right to 1e-6 at most, parabolas 1e-7, ten times what coordinates cost, 7e-9.
+    text = known_answer.yade_deck(demo, None, 1e-6, "demo")
+    (allowed,) = re.findall(r"^tolerance = (\S+)$", text, re.MULTILINE)
+    assert float(allowed) < 1.5e-6
+    weak = replace(demo, shock=hc.Pulse("cosine", 1e-12, 2.0, momentum_ratio=1.0))
+    for made in (known_answer.yade_deck, known_answer.liggghts_deck):
+        with pytest.raises(Unpredictable, match="coordinates would cost"):
+            made(weak, None, 1e-3, "weak")
 
 
 # What was recorded

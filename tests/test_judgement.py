@@ -67,6 +67,16 @@ def test_noise_has_no_cause(truth: hc.Result, size: float) -> None:
     assert named(truth, truth.peak_force * (1 + size * noise)) == ""
 
 
+def test_where_nothing_was_pressed_that_is_what_is_said(demo_reference: hc.Result) -> None:
+    cause = named(demo_reference, 0 * demo_reference.peak_force)
+    assert cause.startswith("no contact was pressed, or none was read")
+
+
+def test_peaks_of_no_contact_are_refused(demo: hc.Scene) -> None:
+    with pytest.raises(SceneError, match="must be given for a contact at least"):
+        hc.judge(demo, {})
+
+
 def test_the_verdict_is_over_what_was_given(demo_reference: hc.Result) -> None:
     scene, peak = demo_reference.scene, demo_reference.peak_force
     found = hc.judge(scene, {2: peak[0], 4: 1.002 * peak[2]})

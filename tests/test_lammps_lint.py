@@ -390,7 +390,8 @@ def test_nothing_is_said_of_shipped_decks(path: Path) -> None:
 def generated(scene: hc.Scene, watch_every: int, pair_style: str = "granular") -> str:
     """A deck of a scene; what it has to find does not matter here."""
     layout = Layout(0.05, watch_every, pair_style, dump_every=20 * watch_every)
-    known = KnownAnswer(np.ones(scene.chain.granules - 1), 1e-3) if watch_every else None
+    ones = np.ones(scene.chain.granules - 1)
+    known = KnownAnswer(ones, 1e-3 * ones) if watch_every else None
     return standalone(scene, layout, known)
 
 
@@ -633,7 +634,7 @@ def test_the_command(tmp_path: Path) -> None:
     found = run_lint(str(good), str(wrong))
     assert found.returncode == 1
     assert found.stdout.startswith(f"{wrong}:15: error: the density is set before the diameter")
-    assert found.stdout.endswith("[density-before-diameter]\n1 errors, 0 warnings, 0 notes\n")
+    assert found.stdout.endswith("[density-before-diameter]\n1 error, 0 warnings, 0 notes\n")
     as_json = run_lint("--json", str(good), str(wrong))
     decks = json.loads(as_json.stdout)["decks"]
     assert [len(one["findings"]) for one in decks] == [0, 1]

@@ -246,6 +246,52 @@ def test_a_mistake_in_a_deck_fails(mistake: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.lammps
+def test_the_law_is_checked_much_more_closely_than_peaks(tmp_path: Path) -> None:
+    # 1e-7 of the stiffness moves no peak by as much as the tolerance, some 1e-5.
+    path = written(small(), tmp_path)
+    right, _ = MISTAKES["stiffness"]
+    text = path.read_text().replace(right, "hertz/material $((1+1e-7)*v_young_modulus:%.17g)")
+    path.write_text(text)
+    status, screen = run(path, tmp_path)
+    assert (status, verdict(screen)) == (1, "FAIL")
+    assert "off by 1.0e-07, 1.0e-07, " in screen
+
+
+@pytest.mark.lammps
+def test_contacts_that_a_run_leaves_rising_do_not_widen_what_the_others_may_have(
+    tmp_path: Path,
+) -> None:
+    # It ends as the wave comes to contact 24: there an interval misses a tenth of the force.
+    scene = small(40, 4e-4)
+    path = written(scene, tmp_path, rtol=1e-4, watch_every=5)
+    status, screen = run(path, tmp_path)
+    assert (status, verdict(screen)) == (0, "PASS")
+    known = known_answer(scene, lay_out(scene, rtol=1e-4, watch_every=5))
+    assert known is not None
+    assert np.max(known.error[known.force_ratio > 1e-3]) > 0.01
+    text = path.read_text().replace("f_largest^1.5", "1.005*f_largest^1.5")
+    path.write_text(text)
+    status, screen = run(path, tmp_path)
+    assert (status, verdict(screen)) == (1, "FAIL")
+
+
+@pytest.mark.lammps
+def test_granules_pressed_too_deep_are_not_checked(tmp_path: Path) -> None:
+    path = written(small(), tmp_path, rtol=1e-3)
+    _, screen = run(path, tmp_path, "-var", "peak_force", "1e7")
+    assert "NOT CHECKED: F0 presses granules by more than 0.3 R" in screen
+
+
+@ENTRIES
+def test_what_a_shipped_deck_allows_is_little(entry: Entry) -> None:
+    # Steps right to 1e-6, looks 0.005 natural time units apart that miss 5e-6; longer steps in the
+    # long chain, to 1e-4.
+    costs = re.findall(r" d_cost (\S+)", (FOLDER / entry.name).read_text(encoding="utf-8"))
+    assert len(costs) > 20
+    assert max(map(float, costs)) < (3e-4 if "long_chain" in entry.name else 1e-5)
+
+
+@pytest.mark.lammps
 def test_a_failure_on_two_processors_has_a_status(tmp_path: Path) -> None:
     path = written(small(), tmp_path, rtol=1e-3, watch_every=1)
     path.write_text(path.read_text().replace("longest equal v_step", "longest equal 4*v_step"))
