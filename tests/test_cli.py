@@ -1139,7 +1139,8 @@ def test_the_options_of_a_deck_are_in_it(hertzchain: Command) -> None:
     ("options", "words"),
     [
         (("--rtol", "1e-6", "--dt", "1 ns"), ("--rtol chooses the step",)),
-        (("--rtol", "2"), ("rtol = 2", "below 1")),
+        (("--rtol", "2"), ("rtol = 2", "from 1e-09 to 1")),
+        (("--rtol", "1e-15"), ("rtol = 1e-15", "from 1e-09 to 1")),
         (("--dt", "-1 ns"), ("dt = -1e-09", "above 0")),
         (("--dt", "1 m"), ("--dt", "1 m")),
         (("--dt", "1 ms"), ("is unstable", "choose a smaller dt")),

@@ -123,7 +123,7 @@ def _ends(leg: Leg) -> FloatArray:
 @pytest.mark.parametrize("tolerance", [0.0, -1.0, 1.0, np.nan, np.inf, 1e-12])
 def test_an_impossible_tolerance_is_refused(demo: hc.Scene, tolerance: float) -> None:
     with pytest.raises(SceneError, match="tolerance = "):
-        hc.judge(demo, {}, tolerance=tolerance)
+        hc.judge(demo, {2: 100.0}, tolerance=tolerance)
 
 
 @pytest.mark.parametrize(

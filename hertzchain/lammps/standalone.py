@@ -249,7 +249,7 @@ def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int)
     run = f"lmp -in {layout.name}"
     # An example that is checked: of these shocks, times stay as they are.
     times = not isinstance(scene.shock, Pulse) or scene.shock.momentum_ratio is None
-    example = "watch 1            " if times or layout.atoms == "data" else "young_modulus 70e9"
+    example = "watch 1           " if times or layout.atoms == "data" else "young_modulus 70e9"
     changing = "any parameter below is changed"
     if layout.atoms == "data":
         changing = "any but N, R and rho, which stand in the data file, is changed"
