@@ -258,9 +258,7 @@ def _simulation(
     from hertzchain.native import Native
     from hertzchain.yade import Yade
 
-    for option, given in {"isolate": isolate, "lmp": lmp, "ranks": ranks}.items():
-        if given and backend is not Backend.LAMMPS:
-            raise HertzchainError(f"--{option} is for --backend lammps; leave the option out")
+    _refuse_options_of_lammps([backend], isolate, lmp, ranks)
     if backend is Backend.NATIVE:
         if extrapolated:
             raise HertzchainError("--extrapolated is not for --backend native; leave it out")
@@ -281,6 +279,14 @@ def _simulation(
         return Yade(dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit)
     lammps = _lammps(isolate, lmp, ranks, time_limit)
     return replace(lammps, dt=dt, rtol=wanted, extrapolated=extrapolated)
+
+
+def _refuse_options_of_lammps(
+    backends: list[Backend], isolate: bool, lmp: str | None, ranks: int | None
+) -> None:
+    for option, given in {"isolate": isolate, "lmp": lmp, "ranks": ranks}.items():
+        if given and Backend.LAMMPS not in backends:
+            raise HertzchainError(f"--{option} is for --backend lammps; leave the option out")
 
 
 def _lammps(isolate: bool, lmp: str | None, ranks: int | None, time_limit: float) -> Lammps:
@@ -364,6 +370,7 @@ def compare(
         if value is not None:
             raise HertzchainError(f"{option} goes with --results FILE; leave the option out")
     loaded = _load(scene)
+    _refuse_options_of_lammps(backend or [Backend.LAMMPS], isolate, lmp, ranks)
     lammps = _lammps(isolate, lmp, ranks, _time_limit(time_limit))
     if plot is not None:
         check_writable(plot)

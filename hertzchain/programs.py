@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Sequence
-from contextlib import suppress
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +23,41 @@ SAID = "said.txt"
 _KEPT = 20_000
 """Characters of what a program says that are kept: its last words."""
 
+_LEAST = 1e6
+"""Bytes that must be free for temporary files, whatever the run."""
+
 _SLICE = 0.5
 """Seconds of waiting in one go; on Windows Ctrl-C has to wait for their end."""
 
 _GRACE = 2.0
 """Seconds in which a program that is asked to end has to end."""
+
+
+@contextmanager
+def work_folder(code: str) -> Iterator[Path]:
+    """A folder for a run that is gone afterwards; a disk that is full is one sentence.
+
+    Parameters
+    ----------
+    code
+        What runs there, for the error.
+
+    Raises
+    ------
+    RunFailed
+        If there is no room, or files cannot be written.
+    """
+    try:
+        with tempfile.TemporaryDirectory(prefix="hertzchain-") as folder:
+            if shutil.disk_usage(folder).free < _LEAST:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), folder)  # noqa: TRY301
+            yield Path(folder)
+    except OSError as problem:
+        where = problem.filename or tempfile.gettempdir()
+        raise RunFailed(
+            f"{code} needs room for temporary files ({where}: {problem.strerror}): free some, or"
+            " name another folder in the environment variable TMPDIR"
+        ) from None
 
 
 def find_program(name: str, what_to_do: str) -> str:

@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -292,6 +293,16 @@ def test_what_decks_of_yade_and_liggghts_allow(demo: hc.Scene) -> None:
     for made in (known_answer.yade_deck, known_answer.liggghts_deck):
         with pytest.raises(Unpredictable, match="coordinates would cost"):
             made(weak, None, 1e-3, "weak")
+
+
+@pytest.mark.parametrize("engine", BOTH)
+def test_a_full_disk_is_one_sentence(
+    engine: Engine, full_disk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(full_disk))
+    with pytest.raises(RunFailed, match=f"(?i){engine.__name__} needs room.*TMPDIR") as problem:
+        engine(1e-6).run(SCENES["table"])
+    assert "\n" not in str(problem.value)
 
 
 # What was recorded

@@ -521,6 +521,10 @@ def test_the_environment_names_the_binary(
     [
         (("run", "--lmp", "lmp"), "--lmp is for --backend lammps; leave the option out"),
         (("run", "--ranks", "2"), "--ranks is for --backend lammps; leave the option out"),
+        (
+            ("compare", "--backend", "native", "--lmp", "lmp"),
+            "--lmp is for --backend lammps; leave the option out",
+        ),
         (("compare", "--ranks", "2"), "--ranks needs a LAMMPS binary, as the lammps module runs"),
         (("compare", "--ranks", "0"), "--ranks = 0: must be at least 1"),
         (("compare", "--lmp", "lmp", "--isolate"), "--isolate is for the lammps module; what"),

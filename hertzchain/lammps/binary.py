@@ -6,14 +6,10 @@ memory the program writes to dumps, with all digits. So the same version gives t
 
 from __future__ import annotations
 
-import errno
-import os
 import re
 import shutil
 import sys
-import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -26,7 +22,7 @@ from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpens
 from hertzchain.lammps import deck, reading
 from hertzchain.lammps.engine import is_out_of_memory, motion_diverged, not_enough_memory
 from hertzchain.lammps.examination import Look, Stage
-from hertzchain.programs import SAID, find_program, run_program
+from hertzchain.programs import SAID, find_program, run_program, work_folder
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
 from hertzchain.verlet.dumps import read_blocks, read_frames
@@ -66,9 +62,6 @@ done
 MPICH does so only where it is told to finish; when it is killed, a megabyte of memory would be left
 in use each time."""
 
-_LEAST = 1e6
-"""Bytes that must be free for temporary files, whatever the run."""
-
 
 @dataclass(frozen=True)
 class Build:
@@ -107,7 +100,7 @@ def look(lmp: str, deadline: Deadline) -> Build:
         If it says nothing until the deadline.
     """
     program = find_program(lmp, HOW_TO_GET_IT)
-    with _folder() as folder:
+    with work_folder("LAMMPS") as folder:
         try:
             run_program([program, "-h"], folder, deadline, "LAMMPS")
         except TooExpensive:
@@ -252,7 +245,7 @@ class Program:
             lines.append(stage.commands)
             if stage.columns:
                 lines.append(_write(f"{k}.dump", stage.columns))
-        with _folder() as folder:
+        with work_folder("LAMMPS") as folder:
             self.run("\n".join(lines), folder, deadline)
             for k, stage in enumerate(stages):
                 yield _look(folder / f"{k}.dump", stage.columns) if stage.columns else {}
@@ -302,7 +295,7 @@ class Binary:
         self.deadline.refuse(
             steps * (_FASTEST_STEP + granules * _FASTEST_GRANULE / self.program.ranks)
         )
-        with _folder() as folder:
+        with work_folder("LAMMPS") as folder:
             _refuse_dumps(sum(map(_frames, legs, strides)), granules, folder)
             rest = _write(_REST, ("x", "mass", "radius"))
             lines = [deck.set_up(made.scene(scene), self.pair_style) + reading.COMMANDS, rest]
@@ -400,19 +393,3 @@ def _refuse_dumps(frames: int, granules: int, folder: Path) -> None:
 def _all_said(folder: Path) -> str:
     """Standard output and error of a program that has run in a folder."""
     return (folder / SAID).read_text(encoding="utf-8", errors="replace")
-
-
-@contextmanager
-def _folder() -> Iterator[Path]:
-    """A folder that is gone afterwards; a disk that is full is one sentence."""
-    try:
-        with tempfile.TemporaryDirectory(prefix="hertzchain-") as folder:
-            if shutil.disk_usage(folder).free < _LEAST:
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), folder)  # noqa: TRY301
-            yield Path(folder)
-    except OSError as problem:
-        where = problem.filename or tempfile.gettempdir()
-        raise RunFailed(
-            f"LAMMPS needs room for temporary files ({where}: {problem.strerror}): free some, or"
-            " name another folder in the environment variable TMPDIR"
-        ) from None

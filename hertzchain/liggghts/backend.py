@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +15,7 @@ from hertzchain.cost import TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.errors import RunFailed
 from hertzchain.history import wanted_times
 from hertzchain.liggghts import deck
-from hertzchain.programs import find_program, run_program
+from hertzchain.programs import find_program, run_program, work_folder
 from hertzchain.result import Result
 from hertzchain.scene import Scene, require_scene
 from hertzchain.schedule import Leg
@@ -148,8 +147,7 @@ class _Program:
         self.deadline.refuse(steps * (_FASTEST_STEP + granules * _FASTEST_GRANULE))
         recorded.refuse_large(legs, strides, granules)
         text = deck.watched(made.scene(scene), [made.leg(leg) for leg in legs], strides)
-        with tempfile.TemporaryDirectory(prefix="hertzchain-") as name:
-            folder = Path(name)
+        with work_folder("LIGGGHTS") as folder:
             (folder / "in.chain").write_text(text, encoding="ascii")
             command = [self.program, "-in", "in.chain", "-log", _LOG, "-echo", "none"]
             run_program(command, folder, self.deadline, "LIGGGHTS", OMP_NUM_THREADS="1")

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray
 from hertzchain.cost import TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.history import wanted_times
-from hertzchain.programs import find_program, run_program
+from hertzchain.programs import find_program, run_program, work_folder
 from hertzchain.result import Result
 from hertzchain.scene import Scene, require_scene
 from hertzchain.schedule import Leg
@@ -141,8 +139,7 @@ class _Program:
         self.deadline.refuse(steps * (_FASTEST_STEP + granules * _FASTEST_GRANULE))
         recorded.refuse_large(legs, strides, granules)
         text = deck.watched(made.scene(scene), [made.leg(leg) for leg in legs], strides)
-        with tempfile.TemporaryDirectory(prefix="hertzchain-") as name:
-            folder = Path(name)
+        with work_folder("Yade") as folder:
             (folder / "chain.py").write_text(text, encoding="ascii")
             # Modules for this Python are not for that within Yade.
             command = [self.program, "-n", "-x", "-j1", "chain.py"]
