@@ -302,7 +302,7 @@ def test_a_planted_trap_is_found(name: str) -> None:
 
 
 def test_every_rule_has_a_planted_trap() -> None:
-    elsewhere = {"no-deck", "elsewhere"}
+    elsewhere = {"no-deck", "elsewhere", "no-run"}  # tests of their own
     assert {trap.rule for trap in TRAPS.values()} | elsewhere == set(RULES)
 
 
@@ -623,6 +623,11 @@ def run_lint(*arguments: str) -> subprocess.CompletedProcess[str]:
         text=True,
         check=False,
     )
+
+
+def test_a_deck_that_never_runs_is_named() -> None:
+    text = re.sub(r"^run ", "runn ", CLEAN, flags=re.MULTILINE)
+    assert [finding.rule for finding in bad(lint(text))] == ["no-run"]
 
 
 def test_the_command(tmp_path: Path) -> None:

@@ -582,6 +582,14 @@ def _motion(deck: Deck) -> Found:
         seen[fix.words[2]] = fix
 
 
+def _no_run(deck: Deck) -> Found:
+    """A deck with granules that never runs, perhaps as the command is misspelt."""
+    granules = deck.named("create_atoms", "read_data")
+    if granules and deck.pair_style is not None and not deck.runs and not deck.is_partial:
+        text = "there is no run, so nothing happens: write timestep ... and run ..., so spelt"
+        yield granules[-1], "warning", text
+
+
 _MOVER = re.compile(r"(nve|nvt|npt|nph|rigid|move$|brownian|ehex|controller|python|freeze)")
 
 
@@ -699,6 +707,7 @@ RULES: dict[str, Callable[[Deck], Found]] = {
     "several-materials": _several_materials,
     "wall": _wall,
     "motion": _motion,
+    "no-run": _no_run,
     "thermostat": _thermostat,
     "force-clock": _clock,
     "force-frozen": _frozen_force,
