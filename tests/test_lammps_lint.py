@@ -625,6 +625,10 @@ def run_lint(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+def test_text_that_is_no_deck_is_named() -> None:
+    assert [finding.rule for finding in lint("Dear all,\nplease find attached.\n")] == ["no-deck"]
+
+
 def test_a_deck_that_never_runs_is_named() -> None:
     text = re.sub(r"^run ", "runn ", CLEAN, flags=re.MULTILINE)
     assert [finding.rule for finding in bad(lint(text))] == ["no-run"]
