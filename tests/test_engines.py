@@ -238,6 +238,7 @@ def run_deck(engine: str, path: Path) -> subprocess.CompletedProcess[str]:
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
+        errors="replace",  # LIGGGHTS ends what it says of a wrong command with any bytes
         timeout=120,
         check=False,
     )

@@ -100,9 +100,12 @@ def test_a_write_that_the_system_refuses_is_an_error_with_its_reason(tmp_path: P
 
 
 SLOW_WRITER = """
-import sys, time
+import signal, sys, time
 from pathlib import Path
 from hertzchain.files import write_with
+
+# Processes in the background of a shell ignore it, and so would this one.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 def write(part):
     part.write_text("half")

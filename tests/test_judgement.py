@@ -85,7 +85,6 @@ def test_the_verdict_is_over_what_was_given(demo_reference: hc.Result) -> None:
     assert [row["passed"] for row in found.rows[:4]] == [True, None, False, None]
     assert found.remarks == ("the cause is sought where at least 6 contacts are judged",)
     assert hc.judge(scene, {2: peak[0], 4: 1.002 * peak[2]}, tolerance=0.01).verdict == "pass"
-    assert hc.judge(scene, {}).verdict == "fail"
 
 
 def test_weak_contacts_are_not_judged() -> None:
