@@ -201,7 +201,7 @@ def yade_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> str:
     _refuse_lost_digits(scene, legs)
     found = simulate(scene, legs, METHODS["velocity-verlet"].walker, leave_behind=True).peaks
     error = largest_difference(found.force, truth.peak_force / scene.units.force)
-    # Parabolas through three readings miss a tenth of the third power of their distance.
+    # Parabolas through three readings miss 0.06 times the third power of their distance at most.
     between = 0.1 * max(step, READING_INTERVAL) ** 3
     tolerance = 1.1 * (error + truth.error_estimate) + between
     return deck(scene, step * scene.units.time, truth.peak_force, tolerance, title)

@@ -640,7 +640,8 @@ def _conditions(scene: Scene, layout: Layout, made: Softening) -> list[str]:
     shock, chain, unit = scene.shock, scene.chain, scene.units.time
     end = scene.end_time / unit
     unclear = f"{ROUNDING}*v_lost>{_UNCLEAR}"
-    # Deeper than that, second neighbours may touch; a softened chain is made as deep as it may be.
+    # The highest peaks expected, 5 F0, press three times as deep: below R, from where on second
+    # neighbours touch. A softened chain is made as deep as it may be.
     deepest = max(0.3, 1.01 * scene.units.length * made.length / chain.radius)
     changed: list[tuple[str, str, float]] = [
         (unclear, "coordinates may cost more than {} of a peak", _UNCLEAR),
