@@ -38,7 +38,8 @@ _TO_DO = "install it with: apt install liggghts"
 class Liggghts:
     """A generated deck, run by the program ``liggghts``, a fork of LAMMPS.
 
-    Each run starts the program, which takes half a second, most of it in MPI. It knows Poisson's ratios from 0 to 0.5 only.
+    Each run starts the program, which takes half a second. It knows Poisson's ratios from 0 to 0.5
+    only.
 
     Parameters
     ----------
