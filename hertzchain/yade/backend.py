@@ -32,8 +32,9 @@ _TO_DO = "install it with: apt install yade"
 class Yade:
     """A generated script, run by the program ``yade``.
 
-    Each run starts Yade, which takes 1.4 s. A step of 60 granules takes 5e-5 s, about half of it for the
-    function in Python that is called at each step, as it applies the force and reads the state.
+    Each run starts Yade, which takes 1.4 s. A step of 60 granules takes 5e-5 s, about half of it
+    for the function in Python that is called at each step, as it applies the force and reads the
+    state.
     While it runs, Yade listens on a port of this machine, behind a password; it has no option
     against that.
 
