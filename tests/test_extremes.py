@@ -74,5 +74,5 @@ def test_random_scenes_span_the_ranges() -> None:
 
 
 def test_the_figure(table: pd.DataFrame, tmp_path: Path) -> None:
-    extremes.plot(table, tmp_path / "extremes.png")
+    extremes.draw(table).savefig(tmp_path / "extremes.png")
     assert (tmp_path / "extremes.png").stat().st_size > 20_000

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
-from validation import limits, rows
+from validation import limits, script
 from validation.limits import LIMITS, THEMSELVES
 
 
@@ -77,15 +78,15 @@ def test_without_lammps_the_rest_is_measured(
         asked.append((quick, with_lammps))
         return table.assign(lammps=math.nan)
 
-    monkeypatch.setattr(rows, "why_no_lammps", lambda: "LAMMPS is not available")
-    script = rows.Measurement("x", measure, limits.promises, limits.show, limits.plot)
-    assert script.run(["--quick"]) == 2
+    monkeypatch.setattr(script, "why_no_lammps", lambda: "LAMMPS is not available")
+    measured = replace(limits.SCRIPT, measure=measure)
+    assert measured.run(["--quick"]) == 2
     said = capsys.readouterr()
     assert asked == [(True, False)]
     assert said.err == "LAMMPS is not available; everything else is measured\n"
     assert "15 of 15 rows pass" in said.out
     with pytest.raises(hc.errors.BackendMissing, match="LAMMPS is not available"):
-        script.compare(quick=True)
+        measured.compare(quick=True)
 
 
 def test_what_cannot_be_written_is_refused(

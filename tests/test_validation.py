@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator
+import time
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -14,76 +16,138 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
+import validation.script
 from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.tradeoff import ENGINES, Tradeoff
 from tests import scenes
-from validation import rows, run_all, table2, table3, table4, tradeoff
+from validation import peak_forces, rows, run_all, table2, table3, table4, tradeoff
 from validation.rows import paper_table, scene_name
+from validation.script import Script, rows_of, rows_only
 
-SCRIPTS = (table2, table3, table4)
+SCRIPTS = {module.__name__.removeprefix("validation."): module for module in run_all.MODULES}
+TABLES = [table2, table3, table4]
+
+
+def name_of(module: ModuleType) -> str:
+    return module.__name__.removeprefix("validation.")
+
+
+# Every script
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.__name__)
-def test_the_quick_form_passes(script: ModuleType) -> None:
-    measured = script.compare(quick=True)
-    assert {entry.backend for entry in measured} == {"native", "lammps"}
-    assert [entry for entry in measured if not entry.passed] == []
+def test_every_quick_form_passes_in_90_seconds() -> None:
+    begin = time.perf_counter()
+    outcomes = list(run_all.run_scripts(True, True))
+    assert time.perf_counter() - begin < 90
+    assert [outcome.name for outcome in outcomes] == list(SCRIPTS)
+    for outcome in outcomes:
+        assert outcome.rows
+        assert [entry for entry in outcome.rows if not entry.passed] == []
+        assert outcome.table is not None
+        assert len(outcome.script.draw(outcome.table).axes) > 0
 
 
 @pytest.mark.slow
 @pytest.mark.lammps
 def test_every_row_of_every_script_passes() -> None:
-    assert all(entry.passed for entry in run_all.compare(quick=False))
+    for outcome in run_all.run_scripts(False, True):
+        assert [entry for entry in outcome.rows if not entry.passed] == []
     # 92 entries, 18 rows of the tables and a mean for each table and backend.
     assert sum(len(paper_table(number)) for number in (3, 4)) == 92
 
 
-@pytest.mark.lammps
-@pytest.mark.parametrize("script", [table2, table3], ids=lambda script: script.__name__)
+def test_every_script_is_run() -> None:
+    folder = Path(run_all.__file__).parent
+    scripts = {path.stem for path in folder.glob("*.py") if "= Script(" in path.read_text("utf-8")}
+    by_themselves = {"long_run", "extremes"}
+    shared = {"peak_forces"}
+    assert scripts | {"table3", "table4"} == set(SCRIPTS) | by_themselves | shared
+
+
+@pytest.mark.parametrize("script", TABLES, ids=name_of)
 def test_a_wrong_simulation_fails(script: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
-    def doctored(names: list[str], _: str) -> dict[tuple[str, str], hc.Result]:
+    def doctored(wanted: Mapping[str, hc.Scene], *_: object) -> rows.Found:
         # The last contact of each transition 2 % high: p moves, and F_SW with it.
-        results = {}
-        for name in names:
-            result = hc.Native("reference").run(scenes.load(name))
+        found: rows.Found = {}
+        for name, scene in wanted.items():
+            result = hc.Native("reference").run(scene)
             peaks = result.peak_force.copy()
             peaks[4] *= 1.02
-            for backend in ("native", "lammps"):
-                results[name, backend] = replace(result, peak_force=peaks, backend=backend)
-        return results
+            found[name, "native"] = replace(result, peak_force=peaks)
+        return found
 
-    home = script if hasattr(script, "simulate") else sys.modules["validation.peak_forces"]
-    monkeypatch.setattr(home, "simulate", doctored)
-    assert any(not entry.passed for entry in script.compare(quick=True))
+    monkeypatch.setattr(script if script is table2 else peak_forces, "simulate", doctored)
+    measured = script.SCRIPT.promises(script.SCRIPT.measure(True, False))
+    assert any(not entry.passed for entry in measured)
 
 
-@pytest.mark.parametrize("script", [table2, table3], ids=lambda script: script.__name__)
+@pytest.mark.parametrize("script", TABLES, ids=name_of)
 def test_a_scene_that_kills_lammps_fails_alone(
     script: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def run_many(scenes: Iterable[hc.Scene]) -> Iterator[hc.Result | hc.HertzchainError]:
+    def run_many(scenes: Iterable[hc.Scene], _: object) -> Iterator[hc.Result | hc.HertzchainError]:
         by_native = [hc.Native("reference").run(scene) for scene in scenes]
         yield RunFailed("LAMMPS crashed (SIGSEGV)")
         yield from (replace(result, backend="lammps") for result in by_native[1:])
 
     monkeypatch.setattr(rows, "run_many", run_many)
-    measured = script.compare(quick=True)
+    measured = script.SCRIPT.promises(script.SCRIPT.measure(True, True))
     (failed,) = [entry for entry in measured if not entry.passed]
     assert failed.what.endswith(": LAMMPS crashed (SIGSEGV)")
     assert {entry.backend for entry in measured if entry.passed} == {"native", "lammps"}
+
+
+def small_script(passed: bool) -> Script:
+    entry = rows.row("a number", "native", 1.0 if passed else 2.0, 1.0, 0.5, "because")
+    return Script("A title", "Is it?", "nobody", **rows_only(lambda *_: [entry]))
 
 
 @pytest.mark.parametrize(("passed", "status"), [(True, 0), (False, 1)])
 def test_a_script_exits_1_when_a_row_is_off(
     passed: bool, status: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    entry = rows.row("a number", "native", 1.0 if passed else 2.0, 1.0, 0.5, "because")
-    monkeypatch.setattr(sys, "argv", ["script.py"])
-    with pytest.raises(SystemExit) as stop:
-        rows.run_script("A title", lambda _: [entry])
-    assert stop.value.code == status
+    monkeypatch.setattr(validation.script, "why_no_lammps", lambda: None)
+    assert small_script(passed).run([]) == status
     assert ("FAIL" in capsys.readouterr().out) is not passed
+    assert small_script(passed).run(["--json"]) == status
+    (entry,) = json.loads(capsys.readouterr().out)["rows"]
+    assert entry["passed"] is passed
+
+
+def test_a_script_writes_what_it_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(validation.script, "why_no_lammps", lambda: None)
+    csv, figure = tmp_path / "rows.csv", tmp_path / "rows.svg"
+    assert small_script(True).run(["-o", str(csv), "--plot", str(figure)]) == 0
+    first = figure.read_bytes()
+    assert rows_of(pd.read_csv(csv, comment="#")) == small_script(True).compare()
+    assert small_script(True).run(["--plot", str(figure)]) == 0
+    assert figure.read_bytes() == first
+    assert small_script(True).run(["--plot", str(tmp_path / "rows.txt")]) == 2
+
+
+@pytest.mark.parametrize(("passed", "status"), [(True, 0), (False, 1)])
+def test_one_row_that_is_off_fails_them_all(
+    passed: bool, status: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def impossible(*_: object) -> pd.DataFrame:
+        raise RunFailed("it cannot be")
+
+    broken = replace(small_script(True), measure=impossible)
+    modules = [ModuleType("validation.small"), ModuleType("validation.broken")]
+    for module, script in zip(modules, (small_script(passed), broken), strict=True):
+        vars(module)["SCRIPT"] = script
+    monkeypatch.setattr(run_all, "why_no_lammps", lambda: None)
+    monkeypatch.setattr(run_all, "MODULES", modules[:1])
+    assert run_all.run([]) == status
+    assert run_all.run(["--json"]) == status
+    capsys.readouterr()
+    monkeypatch.setattr(run_all, "MODULES", modules)
+    assert run_all.run(["--json"]) == 1
+    scripts = json.loads(capsys.readouterr().out)["scripts"]
+    assert scripts[0]["rows"][0]["passed"] is passed
+    assert scripts[1]["rows"][0]["what"] == "broken: it cannot be"
+    assert scripts[1]["rows"][0]["measured"] is None
 
 
 @pytest.mark.lammps
@@ -93,7 +157,7 @@ def test_a_script_runs_as_a_user_would_run_it(tmp_path: Path) -> None:
     done = subprocess.run(arguments, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "12 of 12 rows pass" in done.stdout
-    assert (tmp_path / "rows.csv").read_text(encoding="utf-8").count("\n") == 13
+    assert len(pd.read_csv(tmp_path / "rows.csv", comment="#")) == 6
 
 
 def test_each_row_of_the_tables_has_its_scene() -> None:

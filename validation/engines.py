@@ -23,7 +23,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.files import check_writable, write_text
 from hertzchain.peaks import largest_difference
-from validation.rows import HERE, Row, print_rows, row
+from validation.rows import HERE, Row, load, print_rows, row
 
 TITLE = "Every engine at the same steps, largest difference of a peak"
 
@@ -49,11 +49,6 @@ ENGINES: Mapping[str, Callable[[float], hc.Lammps | hc.Liggghts | hc.Yade]] = {
 def names() -> list[str]:
     """The 24 scenes of Tables 2, 3 and 4."""
     return sorted(path.stem for path in (HERE / "scenes").glob("*_LM*.toml"))
-
-
-def load(name: str) -> hc.Scene:
-    """One of them."""
-    return hc.Scene.from_toml(HERE / "scenes" / f"{name}.toml")
 
 
 def native_peaks(scene: hc.Scene, dt: float) -> FloatArray:

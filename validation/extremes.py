@@ -21,7 +21,6 @@ import traceback
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,13 +39,16 @@ from hertzchain.errors import (
     TooExpensive,
     Unpredictable,
 )
-from hertzchain.files import write_with
 from hertzchain.lammps.isolation import Child, run_in
 from hertzchain.native import METHODS
 from hertzchain.native.batch import usable_cores
 from hertzchain.peaks import largest_difference
 from hertzchain.shock import PROFILES
-from validation.rows import STEEL, Measurement, Row, row
+from validation.rows import STEEL, Row, row
+from validation.script import Script
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -358,7 +360,7 @@ COLOURS = dict(
 )
 
 
-def plot(table: pandas.DataFrame, path: Path) -> None:
+def draw(table: pandas.DataFrame) -> Figure:
     """Draw outcomes over the ranges, errors against what was stated, and errors over the step."""
     from matplotlib.figure import Figure
 
@@ -387,7 +389,7 @@ def plot(table: pandas.DataFrame, path: Path) -> None:
         title="Every method; refused right of the line",
     )
     axes[1, 1].legend(fontsize="small")
-    write_with(path, lambda part: figure.savefig(part, dpi=120))
+    return figure
 
 
 def _plot_outcomes(axes: Axes, table: pandas.DataFrame, column: str, label: str) -> None:
@@ -400,13 +402,16 @@ def _plot_outcomes(axes: Axes, table: pandas.DataFrame, column: str, label: str)
     axes.legend(fontsize="x-small", markerscale=4)
 
 
-SCRIPT = Measurement("Scenes at the extremes", measure, promises, show, plot)
-compare = SCRIPT.compare
-
-
-def main() -> None:
-    """Print the shares and what has to hold; exit 1 when a run is neither right nor refused."""
-    sys.exit(SCRIPT.run(sys.argv[1:]))
+SCRIPT = Script(
+    "Scenes at the extremes",
+    "Is every scene that can be typed answered, with an error that holds, or refused?",
+    "native, LAMMPS; native to 1e-9",
+    measure,
+    promises,
+    draw,
+    show,
+)
+compare, main = SCRIPT.compare, SCRIPT.main
 
 
 if __name__ == "__main__":

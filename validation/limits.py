@@ -11,11 +11,9 @@ from __future__ import annotations
 
 import functools
 import math
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas
@@ -27,10 +25,13 @@ from scipy.optimize import brentq
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.files import write_with
 from hertzchain.scene import Run
 from hertzchain.similarity import MOMENTUM_IN_NATURAL_UNITS, natural_units
-from validation.rows import STEEL, Measurement, Row, row
+from validation.rows import STEEL, Row, row
+from validation.script import Script
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 TITLE = "Limits, approached by scenes"
 
@@ -530,14 +531,8 @@ def show(console: Console, table: pandas.DataFrame) -> None:
     console.print(printed)
 
 
-def plot(table: pandas.DataFrame, path: Path) -> None:
-    """Draw distance over parameter, a panel for each limit.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
+def draw(table: pandas.DataFrame) -> Figure:
+    """Draw distance over parameter, a panel for each limit."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import NullFormatter, NullLocator
 
@@ -564,31 +559,19 @@ def plot(table: pandas.DataFrame, path: Path) -> None:
     last = figure.axes[len(LIMITS)]
     last.axis("off")
     last.legend(*figure.axes[0].get_legend_handles_labels(), loc="center", frameon=False)
-    write_with(path, figure.savefig)
+    return figure
 
 
-SCRIPT = Measurement(TITLE, measure, promises, show, plot)
-
-
-def compare(quick: bool = False) -> list[Row]:
-    """Rates and distances of every limit, with both backends.
-
-    Parameters
-    ----------
-    quick
-        Leave the most expensive scenes out.
-
-    Raises
-    ------
-    BackendMissing
-        If LAMMPS is not there.
-    """
-    return SCRIPT.compare(quick)
-
-
-def main() -> None:
-    """Print distances and what has to hold; exit 1 when a row is off."""
-    sys.exit(SCRIPT.run(sys.argv[1:]))
+SCRIPT = Script(
+    TITLE,
+    "Do scenes that approach a known limit get there, at the rate that theory says?",
+    "native, LAMMPS; theory, quadrature, SciPy's DOP853",
+    measure,
+    promises,
+    draw,
+    show,
+)
+compare, main = SCRIPT.compare, SCRIPT.main
 
 
 if __name__ == "__main__":

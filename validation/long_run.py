@@ -15,9 +15,8 @@ all steps, 0.1 us for each, and would take some three hours for 90,000.
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import dataclass, replace
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas
@@ -27,12 +26,15 @@ from rich.table import Table
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.files import write_with
 from hertzchain.native import METHODS, simulate
 from hertzchain.native.simulation import Simulation
 from hertzchain.scene import Run
 from hertzchain.theory.solitary_wave import solitary_wave
-from validation.rows import STEEL, Measurement, Row, row
+from validation.rows import STEEL, Row, row
+from validation.script import Script
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 TITLE = "A wave down 90,000 granules"
 
@@ -351,14 +353,8 @@ _STYLES = {
 }
 
 
-def plot(table: pandas.DataFrame, path: Path) -> None:
-    """Draw what drifts over the granule number, a panel for each quantity.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
+def draw(table: pandas.DataFrame) -> Figure:
+    """Draw what drifts over the granule number, a panel for each quantity."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(12, 8), layout="constrained", dpi=100)
@@ -399,31 +395,19 @@ def plot(table: pandas.DataFrame, path: Path) -> None:
         axes.set_ylabel("relative difference")
     panels[1, 2].axis("off")
     panels[1, 2].legend(*panels[0, 2].get_legend_handles_labels(), loc="center", frameon=False)
-    write_with(path, figure.savefig)
+    return figure
 
 
-SCRIPT = Measurement(TITLE, measure, promises, show, plot)
-
-
-def compare(quick: bool = False) -> list[Row]:
-    """What has to hold of every wave, with both backends.
-
-    Parameters
-    ----------
-    quick
-        Some 3,000 granules instead of 90,000.
-
-    Raises
-    ------
-    BackendMissing
-        If LAMMPS is not there.
-    """
-    return SCRIPT.compare(quick)
-
-
-def main() -> None:
-    """Print what drifts and what has to hold; exit 1 when a row is off."""
-    sys.exit(SCRIPT.run(sys.argv[1:]))
+SCRIPT = Script(
+    TITLE,
+    "What drifts in a wave that goes a million steps?",
+    "native methods, LAMMPS; the exact solitary wave",
+    measure,
+    promises,
+    draw,
+    show,
+)
+compare, main = SCRIPT.compare, SCRIPT.main
 
 
 if __name__ == "__main__":

@@ -2,52 +2,90 @@
 
 from __future__ import annotations
 
+import functools
+from typing import TYPE_CHECKING
+
 import numpy as np
+import pandas
 
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from validation.rows import Row, did_not_run, paper_table, row, scene_name, simulate
+from validation.drawing import BACKENDS
+from validation.rows import Row, did_not_run, load, paper_table, row, scene_name, simulate
+from validation.script import Script
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ENTRY = (
     "percentage points; the paper prints one decimal of a difference of forces that it integrated"
     " with an RK4 of unknown step: 0.18 at most is seen"
 )
 LENGTH = "the paper prints one column for each contact of the transition"
+SCENES = 9
+"""Of each table."""
+
+MEAN = "percentage points; rounding to one decimal alone gives 0.025"
 
 
-def compare_table(number: int, quick: bool) -> list[Row]:
-    """Error of Eq. 6 [%] for each entry of Table 3 or 4, with both backends as the exact one.
+def table_script(number: int, title: str) -> Script:
+    """The script of Table 3 or 4.
 
     Parameters
     ----------
     number
         3 (LM_ratio below 1, Eq. 6b) or 4 (above 1, Eq. 6a).
+    title
+        What it is.
+    """
+    return Script(
+        title,
+        "Does Eq. 6 miss each peak force of the transition by as much as the paper says?",
+        f"native, LAMMPS; the paper's Table {number}",
+        functools.partial(measure, number),
+        promises,
+        functools.partial(draw, title),
+    )
+
+
+def measure(number: int, quick: bool, with_lammps: bool) -> pandas.DataFrame:
+    """Error of Eq. 6 at each contact of each scene, with each backend as the exact one.
+
+    Parameters
+    ----------
+    number
+        Of the table.
     quick
         Take one scene of each profile instead of three.
+    with_lammps
+        Whether to run LAMMPS, too.
+
+    Returns
+    -------
+    Columns scene, backend, contact, error_percent and paper_percent, NaN where there is no such
+    entry, problem.
     """
     printed: dict[str, list[float]] = {}
     for entry in paper_table(number):
         printed.setdefault(scene_name(entry), []).append(float(entry["error_percent"]))
     names = list(printed)[::3] if quick else list(printed)
-    results = simulate(names, f"Table {number}")
-    rows = []
-    for backend in ("native", "lammps"):
-        for name in names:
-            result, expected = results[name, backend], printed[name]
-            if isinstance(result, hc.HertzchainError):
-                rows.append(did_not_run(name, backend, result))
-                continue
-            p = result.transition_granules
-            length = float("nan") if p is None else float(p - 1)
-            rows.append(row(f"{name}, entries", backend, length, len(expected), 0.0, LENGTH))
-            if not rows[-1].passed:
-                continue
-            for contact, error, value in zip(
-                result.contact, _errors_percent(result), expected, strict=False
-            ):
-                rows.append(row(f"{name}, F_{contact}", backend, error, value, 0.2, ENTRY))
-    return rows
+    found = simulate({name: load(name) for name in names}, f"Table {number}", with_lammps)
+    tables = []
+    for (name, backend), result in found.items():
+        known = isinstance(result, hc.Result)
+        error = _errors_percent(result) if isinstance(result, hc.Result) else np.zeros(0)
+        entries = pandas.DataFrame(
+            {
+                "error_percent": pandas.Series(error, dtype=np.float64),
+                "paper_percent": pandas.Series(printed[name], dtype=np.float64),
+            }
+        )
+        entries.insert(0, "scene", name)
+        entries.insert(1, "backend", backend)
+        entries.insert(2, "contact", np.arange(2, len(entries) + 2))
+        tables.append(entries.assign(problem="" if known else str(result)))
+    return pandas.concat(tables, ignore_index=True)
 
 
 def _errors_percent(result: hc.Result) -> FloatArray:
@@ -59,9 +97,62 @@ def _errors_percent(result: hc.Result) -> FloatArray:
     )
     assert isinstance(scene.shock, hc.Pulse)
     assert scene.rise_time is not None
-    assert p is not None
-    assert wave_force is not None
+    if p is None or wave_force is None:
+        return np.zeros(0)
     ratio = theory.effective_momentum_ratio(scene.chain, scene.shock, scene.rise_time)
     contact = np.arange(2, p + 1)
     formula = theory.peak_force(contact, p, wave_force, scene.shock.duration_ratio, ratio)
     return 100 * np.abs(formula / result.peak_force[: p - 1] - 1)
+
+
+def promises(table: pandas.DataFrame) -> list[Row]:
+    """Each error against what is printed, and the mean of what is between them."""
+    rows = []
+    table = table.fillna({"problem": ""})
+    for (backend, name), own in table.groupby(["backend", "scene"], sort=False):
+        problem = own["problem"].iloc[0]
+        if problem:
+            rows.append(did_not_run(str(name), str(backend), problem))
+            continue
+        measured, expected = own["error_percent"].count(), own["paper_percent"].count()
+        rows.append(row(f"{name}, entries", str(backend), measured, expected, 0.0, LENGTH))
+        if not rows[-1].passed:
+            continue
+        entries = zip(own["contact"], own["error_percent"], own["paper_percent"], strict=True)
+        rows += [
+            row(f"{name}, F_{contact}", str(backend), error, paper, 0.2, ENTRY)
+            for contact, error, paper in entries
+        ]
+    for backend, own in table.groupby("backend", sort=False):
+        if own["scene"].nunique() < SCENES:  # a few entries may be off by more
+            continue
+        off = (own["error_percent"] - own["paper_percent"]).abs().mean()
+        rows.append(row("all entries, mean difference", str(backend), off, 0.0, 0.05, MEAN))
+    return rows
+
+
+def draw(title: str, table: pandas.DataFrame) -> Figure:
+    """Printed and simulated errors, a panel for each scene."""
+    from matplotlib.figure import Figure
+
+    names = list(dict.fromkeys(table["scene"]))
+    rows = -(-len(names) // 3)
+    figure = Figure(figsize=(9, 0.8 + 2.1 * rows), layout="constrained", dpi=100)
+    panels = figure.subplots(rows, 3, sharey=True, squeeze=False)
+    for axes, name in zip(panels.flat, names, strict=False):
+        own = table[table["scene"] == name]
+        printed = own[own["backend"] == "native"]
+        axes.bar(printed["contact"], printed["paper_percent"], color="0.8", label="paper")
+        for backend, style in BACKENDS.items():
+            some = own[own["backend"] == backend]
+            axes.plot(some["contact"], some["error_percent"], **style)
+        axes.set_title(name.replace("_", ", "), fontsize="small")
+        axes.set_xticks(own["contact"].unique())
+        axes.grid(axis="y", alpha=0.3)
+    for axes in panels[:, 0]:
+        axes.set_ylabel("error of Eq. 6 [%]")
+    for axes in panels[-1]:
+        axes.set_xlabel("contact")
+    panels[0, 0].legend(fontsize="x-small")
+    figure.suptitle(title, fontsize="medium")
+    return figure

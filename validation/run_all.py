@@ -1,19 +1,35 @@
-"""The paper's tables, the known limits and planted mistakes in one go, with one summary.
+"""Every figure, table and claim of the paper, known limits and planted mistakes, with one summary.
 
-``validation/tradeoff.py``, ``validation/long_run.py`` and ``validation/extremes.py``, which take
-minutes, are run by themselves.
+``validation/tradeoff.py``, ``validation/long_run.py``, ``validation/extremes.py`` and
+``validation/engines.py``, which take minutes or need more programs, are run by themselves.
 """
 
 from __future__ import annotations
 
+import argparse
+import json
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+import pandas
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+import hertzchain as hc
 import validation.limits
 import validation.mistakes
 import validation.table2
 import validation.table3
 import validation.table4
-from validation.rows import Row, print_rows, row, run_script
+from validation.rows import Row, did_not_run, print_rows
+from validation.script import Script, as_json, why_no_lammps
 
-SCRIPTS = (
+MODULES: tuple[ModuleType, ...] = (
     validation.table2,
     validation.table3,
     validation.table4,
@@ -21,41 +37,148 @@ SCRIPTS = (
     validation.mistakes,
 )
 TITLE = "Every script: rows that pass"
-ALL = "every row of a script has to pass"
-ENTRIES = "each of the paper's 92 entries within 0.2 percentage points"
-MEAN = "percentage points; rounding to one decimal alone gives 0.025"
 
 
-def compare(quick: bool = False) -> list[Row]:
-    """Print each script's table; one row a script.
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one script.
+
+    Parameters
+    ----------
+    name
+        Of its module.
+    script
+        Itself.
+    table
+        What it measured; None where it could not.
+    rows
+        What had to hold.
+    seconds
+        How long it took.
+    """
+
+    name: str
+    script: Script
+    table: pandas.DataFrame | None
+    rows: tuple[Row, ...]
+    seconds: float
+
+    @property
+    def failed(self) -> int:
+        """Number of rows that are off."""
+        return sum(not entry.passed for entry in self.rows)
+
+
+def run_scripts(quick: bool, with_lammps: bool) -> Iterator[Outcome]:
+    """Run one script after another, with a progress bar.
 
     Parameters
     ----------
     quick
-        Run each script in its quick form.
+        Run each in its quick form.
+    with_lammps
+        Whether LAMMPS is there.
     """
-    summary, entries = [], []
-    for script in SCRIPTS:
-        rows = script.compare(quick)
-        entries += [entry for entry in rows if ", F_" in entry.what]
-        print_rows(script.TITLE, rows)
-        passed = sum(entry.passed for entry in rows)
-        complete = passed == len(rows)
-        name = script.__name__.removeprefix("validation.")
-        summary.append(Row(name, "both", passed, len(rows), 0.0, complete, ALL))
-    if not quick:
-        for backend in ("native", "lammps"):
-            off = [abs(e.measured - e.expected) for e in entries if e.backend == backend]
-            within = sum(difference <= 0.2 for difference in off)
-            summary.append(row("Tables 3 and 4, entries", backend, within, 92, 0.0, ENTRIES))
-            mean = sum(off) / len(off) if off else float("nan")
-            summary.append(row("Tables 3 and 4, mean", backend, mean, 0.0, 0.05, MEAN))
-    return summary
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task("", total=len(MODULES))
+        for module in MODULES:
+            name, script = module.__name__.removeprefix("validation."), module.SCRIPT
+            bar.update(task, description=name)
+            begin, table = time.perf_counter(), None
+            try:
+                table = script.measure(quick, with_lammps)
+                rows = script.promises(table)
+            except hc.HertzchainError as problem:
+                rows = [did_not_run(name, "", problem)]
+            yield Outcome(name, script, table, tuple(rows), time.perf_counter() - begin)
+            bar.advance(task)
+
+
+def print_summary(outcomes: Sequence[Outcome]) -> None:
+    """Print how many rows of each script pass."""
+    console = Console(highlight=False, markup=False)
+    if not console.is_terminal:
+        console.width = max(console.width, 120)
+    table = Table(title=TITLE, title_justify="left", box=None)
+    for column in ("script", "question"):
+        table.add_column(column)
+    for column in ("pass", "of", "time [s]", ""):
+        table.add_column(column, justify="right")
+    for outcome in outcomes:
+        table.add_row(
+            outcome.name,
+            outcome.script.question,
+            str(len(outcome.rows) - outcome.failed),
+            str(len(outcome.rows)),
+            f"{outcome.seconds:.1f}",
+            "FAIL" if outcome.failed else "pass",
+        )
+    console.print(table)
+
+
+def to_dict(outcomes: Sequence[Outcome]) -> dict[str, object]:
+    """All outcomes as JSON knows them."""
+    return {
+        "verdict": "fail" if any(outcome.failed for outcome in outcomes) else "pass",
+        "scripts": [
+            {
+                "name": outcome.name,
+                "title": outcome.script.title,
+                "question": outcome.script.question,
+                "oracles": outcome.script.oracles,
+                "seconds": outcome.seconds,
+                "rows": as_json(outcome.rows),
+            }
+            for outcome in outcomes
+        ],
+    }
+
+
+def run(arguments: Sequence[str]) -> int:
+    """The command line.
+
+    Returns
+    -------
+    The exit status: 1 when a row fails, 2 where LAMMPS is missing (the rest is measured) or
+    something cannot be written.
+    """
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="less of each, in some seconds")
+    parser.add_argument("--json", action="store_true", help="print all rows as JSON")
+    chosen = parser.parse_args(arguments)
+    missing = why_no_lammps()
+    if missing:
+        print(f"{missing}; everything else is measured", file=sys.stderr)
+    outcomes = []
+    try:
+        for outcome in run_scripts(chosen.quick, missing is None):
+            outcomes.append(outcome)
+            if not chosen.json:
+                print_rows(outcome.script.title, outcome.rows)
+    except hc.HertzchainError as problem:
+        print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
+        return 2
+    if chosen.json:
+        print(json.dumps(to_dict(outcomes), indent=2, allow_nan=False))
+    else:
+        print_summary(outcomes)
+    if any(outcome.failed for outcome in outcomes):
+        return 1
+    return 2 if missing else 0
 
 
 def main() -> None:
     """Print every table and the summary; exit 1 when a row is off."""
-    run_script(TITLE, compare)
+    sys.exit(run(sys.argv[1:]))
 
 
 if __name__ == "__main__":

@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas
+
 import hertzchain as hc
 from hertzchain import theory
-from validation.rows import Row, did_not_run, paper_table, row, run_script, scene_name, simulate
+from validation.drawing import BACKENDS
+from validation.rows import Row, did_not_run, load, paper_table, row, scene_name, simulate
+from validation.script import Script
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 TITLE = "Table 2: granules in the transition, p"
 
@@ -12,49 +22,106 @@ EXACT = "p is a whole number"
 PRINTED = "the paper prints one decimal: equal after rounding, or off by at most 0.05"
 
 
-def compare(quick: bool = False) -> list[Row]:
-    """Simulated p and p of Eq. 3 for each scene of Table 2, with both backends.
+def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
+    """Simulated p, and p of Eq. 3 with the simulated F_SW.
 
     Parameters
     ----------
     quick
         Take one scene of each profile instead of two.
+    with_lammps
+        Whether to run LAMMPS, too.
+
+    Returns
+    -------
+    Columns scene, backend, p, eq3, paper_p, paper_eq3, problem.
     """
-    entries = paper_table(2)
-    entries = entries[::2] if quick else entries
-    results = simulate([scene_name(entry) for entry in entries], TITLE)
+    entries = paper_table(2)[:: 2 if quick else 1]
+    names = [scene_name(entry) for entry in entries]
+    found = simulate({name: load(name) for name in names}, TITLE, with_lammps)
     rows = []
-    for entry in entries:
-        name = scene_name(entry)
-        for backend in ("native", "lammps"):
-            result = results[name, backend]
-            if isinstance(result, hc.HertzchainError):
-                rows.append(did_not_run(name, backend, result))
-                continue
-            p = result.transition_granules
-            measured = float("nan") if p is None else float(p)
-            expected = float(entry["p_numerical"])
-            rows.append(row(f"{name}, p simulated", backend, measured, expected, 0.0, EXACT))
-            rows.append(_analytic(name, result, float(entry["p_analytic"])))
-    return rows
+    for (name, backend), result in found.items():
+        entry = entries[names.index(name)]
+        p = eq3 = None
+        if isinstance(result, hc.Result):
+            p, eq3 = result.transition_granules, _eq3(result)
+        rows.append(
+            {
+                "scene": name,
+                "backend": backend,
+                "p": np.nan if p is None else p,
+                "eq3": np.nan if eq3 is None else eq3,
+                "paper_p": float(entry["p_numerical"]),
+                "paper_eq3": float(entry["p_analytic"]),
+                "problem": "" if isinstance(result, hc.Result) else str(result),
+            }
+        )
+    return pandas.DataFrame(rows)
 
 
-def _analytic(name: str, result: hc.Result, printed: float) -> Row:
+def _eq3(result: hc.Result) -> float | None:
     scene, wave_force = result.scene, result.solitary_wave.peak_force
     assert isinstance(scene.shock, hc.Pulse)
     assert scene.rise_time is not None
-    p = (
-        float("nan")
-        if wave_force is None
-        else theory.transition_granules(scene.chain, scene.shock, scene.rise_time, wave_force)
-    )
-    passed = round(p, 1) == printed or abs(p - printed) <= 0.05
-    return Row(f"{name}, p by Eq. 3", result.backend, p, printed, 0.05, passed, PRINTED)
+    if wave_force is None:
+        return None
+    return theory.transition_granules(scene.chain, scene.shock, scene.rise_time, wave_force)
 
 
-def main() -> None:
-    """Print the table; exit 1 when a row is off."""
-    run_script(TITLE, compare)
+def promises(table: pandas.DataFrame) -> list[Row]:
+    """Both p against those that are printed."""
+    rows = []
+    for entry in table.fillna({"problem": ""}).to_dict("records"):
+        name, backend, eq3, printed = (
+            entry[key] for key in ("scene", "backend", "eq3", "paper_eq3")
+        )
+        if entry["problem"]:
+            rows.append(did_not_run(name, backend, entry["problem"]))
+            continue
+        rows.append(row(f"{name}, p simulated", backend, entry["p"], entry["paper_p"], 0.0, EXACT))
+        passed = round(eq3, 1) == printed or abs(eq3 - printed) <= 0.05
+        rows.append(Row(f"{name}, p by Eq. 3", backend, eq3, printed, 0.05, passed, PRINTED))
+    return rows
+
+
+def draw(table: pandas.DataFrame) -> Figure:
+    """Each p as it is printed and as it is found."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8, 4.2), layout="constrained", dpi=100)
+    axes = figure.subplots()
+    names = list(dict.fromkeys(table["scene"]))
+    place = np.arange(len(names))
+    printed = table.drop_duplicates("scene")
+    for shift, column, paper, colour in (
+        (-0.1, "p", "paper, numerical", "#000000"),
+        (0.1, "eq3", "paper, Eq. 3", "#999999"),
+    ):
+        axes.plot(
+            place + shift, printed[f"paper_{column}"], "_", color=colour, markersize=26, label=paper
+        )
+        for backend, style in BACKENDS.items():
+            own = table[table["backend"] == backend]
+            where = np.array([names.index(name) for name in own["scene"]])
+            label = style["label"] if column == "p" else f"Eq. 3 with F_SW of {style['label']}"
+            marker = style["marker"] if column == "p" else {"o": "^", "s": "D"}[style["marker"]]
+            axes.plot(where + shift, own[column], **(style | {"label": label, "marker": marker}))
+    axes.set_xticks(place, labels=[name.replace("_", "\n", 1) for name in names], fontsize="small")
+    axes.set(ylabel="p, granules", title=TITLE)
+    axes.grid(axis="y", alpha=0.3)
+    axes.legend(fontsize="small")
+    return figure
+
+
+SCRIPT = Script(
+    TITLE,
+    "Is the number of granules in the transition what the paper found, simulated and by Eq. 3?",
+    "native, LAMMPS, Eq. 3; the paper's Table 2",
+    measure,
+    promises,
+    draw,
+)
+compare, main = SCRIPT.compare, SCRIPT.main
 
 
 if __name__ == "__main__":

@@ -2,26 +2,10 @@
 
 from __future__ import annotations
 
-from validation.peak_forces import compare_table
-from validation.rows import Row, run_script
+from validation.peak_forces import table_script
 
-TITLE = "Table 3: error of the peak forces in %, LM_ratio below 1, Eq. 6b"
-
-
-def compare(quick: bool = False) -> list[Row]:
-    """Error of Eq. 6 for each entry of Table 3, with both backends.
-
-    Parameters
-    ----------
-    quick
-        Take one scene of each profile instead of three.
-    """
-    return compare_table(3, quick)
-
-
-def main() -> None:
-    """Print the table; exit 1 when a row is off."""
-    run_script(TITLE, compare)
+SCRIPT = table_script(3, "Table 3: error of the peak forces in %, LM_ratio below 1, Eq. 6b")
+compare, main = SCRIPT.compare, SCRIPT.main
 
 
 if __name__ == "__main__":

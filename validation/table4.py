@@ -2,26 +2,10 @@
 
 from __future__ import annotations
 
-from validation.peak_forces import compare_table
-from validation.rows import Row, run_script
+from validation.peak_forces import table_script
 
-TITLE = "Table 4: error of the peak forces in %, LM_ratio above 1, Eq. 6a"
-
-
-def compare(quick: bool = False) -> list[Row]:
-    """Error of Eq. 6 for each entry of Table 4, with both backends.
-
-    Parameters
-    ----------
-    quick
-        Take one scene of each profile instead of three.
-    """
-    return compare_table(4, quick)
-
-
-def main() -> None:
-    """Print the table; exit 1 when a row is off."""
-    run_script(TITLE, compare)
+SCRIPT = table_script(4, "Table 4: error of the peak forces in %, LM_ratio above 1, Eq. 6a")
+compare, main = SCRIPT.compare, SCRIPT.main
 
 
 if __name__ == "__main__":

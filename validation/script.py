@@ -1,0 +1,234 @@
+"""What every validation script is: a table that it measures, judges and draws; its command line."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, fields
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas
+from rich.console import Console
+
+import hertzchain as hc
+from hertzchain.errors import BackendMissing
+from hertzchain.files import check_writable, write_text, write_with
+from hertzchain.lammps.engine import engine
+from hertzchain.report import check_plot_format
+from hertzchain.tradeoff import provenance
+from validation.rows import Row, print_rows
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def why_no_lammps() -> str | None:
+    """What is wrong with LAMMPS here, as a sentence; None where it runs."""
+    try:
+        with engine():
+            return None
+    except BackendMissing as problem:
+        return str(problem)
+
+
+@dataclass(frozen=True)
+class Script:
+    """A script that measures a table, judges it and draws it.
+
+    Parameters
+    ----------
+    title
+        What it is.
+    question
+        What it asks, as a sentence.
+    oracles
+        Who answers, and what the answers are held against.
+    measure
+        Takes whether to be quick, and whether LAMMPS is there; hands back the table.
+    promises
+        What has to hold of such a table, be it measured now or read from its file.
+    draw
+        Draws it.
+    show
+        Prints it; by default only the rows are printed.
+    """
+
+    title: str
+    question: str
+    oracles: str
+    measure: Callable[[bool, bool], pandas.DataFrame]
+    promises: Callable[[pandas.DataFrame], list[Row]]
+    draw: Callable[[pandas.DataFrame], Figure]
+    show: Callable[[Console, pandas.DataFrame], None] | None = None
+
+    def compare(self, quick: bool = False) -> list[Row]:
+        """The rows, with both backends.
+
+        Parameters
+        ----------
+        quick
+            Less of it, in some seconds.
+
+        Raises
+        ------
+        BackendMissing
+            If LAMMPS is not there.
+        """
+        problem = why_no_lammps()
+        if problem is not None:
+            raise BackendMissing(problem)
+        return self.promises(self.measure(quick, True))
+
+    def main(self) -> None:
+        """The command line: exit status as from ``run``."""
+        sys.exit(self.run(sys.argv[1:]))
+
+    def run(self, arguments: Sequence[str]) -> int:
+        """Measure, print, write if asked.
+
+        Returns
+        -------
+        The exit status: 1 when a row fails, 2 where LAMMPS is missing (the rest is measured) or
+        something cannot be written.
+        """
+        parser = argparse.ArgumentParser(description=f"{self.title}. {self.question}")
+        parser.add_argument("--quick", action="store_true", help="less of it, in some seconds")
+        parser.add_argument("-o", "--output", type=Path, help="write the table as CSV")
+        parser.add_argument("--plot", type=Path, help="write a figure; the suffix says the format")
+        parser.add_argument("--json", action="store_true", help="print the rows as JSON")
+        chosen = parser.parse_args(arguments)
+        missing = why_no_lammps()
+        try:
+            for path in (chosen.output, chosen.plot):
+                if path is not None:
+                    check_writable(path)
+            if chosen.plot is not None:
+                check_plot_format(chosen.plot)
+            if missing:
+                print(f"{missing}; everything else is measured", file=sys.stderr)
+            table = self.measure(chosen.quick, missing is None)
+            rows = self.promises(table)
+            if chosen.json:
+                print(json.dumps({"rows": as_json(rows)}, indent=2, allow_nan=False))
+            else:
+                self._print(table, rows)
+            if chosen.output is not None:
+                write_table(chosen.output, table)
+            if chosen.plot is not None:
+                write_figure(chosen.plot, self.draw(table))
+        except hc.HertzchainError as problem:
+            print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
+            return 2
+        if not all(entry.passed for entry in rows):
+            return 1
+        return 2 if missing else 0
+
+    def _print(self, table: pandas.DataFrame, rows: Sequence[Row]) -> None:
+        if self.show is not None:
+            console = Console(highlight=False, markup=False)
+            if not console.is_terminal:  # a pipe has no width to fit a table into
+                console.width = max(console.width, 120)
+            self.show(console, table)
+        print_rows(f"{self.title}: what has to hold", rows)
+
+
+def as_json(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """Rows as JSON knows them; null stands for what could not be measured."""
+    return [
+        {
+            key: None if isinstance(value, float) and not np.isfinite(value) else value
+            for key, value in asdict(entry).items()
+        }
+        for entry in rows
+    ]
+
+
+def write_table(path: Path, table: pandas.DataFrame) -> None:
+    """Write a table as CSV whose first line says when, with what and on what it was measured.
+
+    Read it with ``pandas.read_csv(path, comment="#")``.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    facts = [f"{name} {value}" for name, value in provenance().items()]
+    head = f"# {datetime.now(UTC):%Y-%m-%d}; {'; '.join(facts)}\n"
+    write_text(path, head + table.to_csv(index=False))
+
+
+def write_figure(path: Path, figure: Figure) -> None:
+    """Write a figure; the suffix says the format. Drawn twice, a file is the same.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    from matplotlib import rc_context
+
+    undated: dict[str, Any] = {"metadata": {"Date": None}} if path.suffix == ".svg" else {}
+    with rc_context({"svg.hashsalt": "hertzchain", "svg.fonttype": "none"}):
+        write_with(path, lambda name: figure.savefig(name, **undated))
+
+
+# Scripts that have nothing to tell but rows
+
+
+def rows_only(compare: Callable[[bool, bool], list[Row]]) -> dict[str, Any]:
+    """``measure``, ``promises`` and ``draw`` of a script whose table is its rows.
+
+    Parameters
+    ----------
+    compare
+        Takes whether to be quick, and whether LAMMPS is there.
+    """
+
+    def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
+        columns = [field.name for field in fields(Row)]
+        rows = [asdict(entry) for entry in compare(quick, with_lammps)]
+        return pandas.DataFrame(rows, columns=columns)
+
+    return {"measure": measure, "promises": rows_of, "draw": draw_rows}
+
+
+def rows_of(table: pandas.DataFrame) -> list[Row]:
+    """The rows that a table of rows was made of."""
+    records = table.to_dict("records")
+    return [Row(**{str(key): value for key, value in entry.items()}) for entry in records]
+
+
+def draw_rows(table: pandas.DataFrame) -> Figure:
+    """Each row's difference in units of its tolerance: 1 is the limit.
+
+    Rows without a tolerance have to be met exactly and are left out.
+    """
+    from matplotlib.figure import Figure
+
+    known = table[table["tolerance"] > 0]
+    times = (known["measured"] - known["expected"]).abs() / known["tolerance"]
+    figure = Figure(figsize=(8, 1.2 + 0.16 * len(known)), layout="constrained", dpi=100)
+    axes = figure.subplots()
+    place = np.arange(len(known))
+    for passed, marker, colour, label in (
+        (True, "o", "#0072B2", "passes"),
+        (False, "X", "#D55E00", "fails"),
+    ):
+        some = (known["passed"] == passed).to_numpy()
+        if some.any():
+            seen = np.clip(times.to_numpy()[some], 1e-6, None)
+            axes.semilogx(seen, place[some], marker, color=colour, markersize=4, label=label)
+    axes.axvline(1.0, color="0.4", linewidth=0.8)
+    labels = [f"{what} ({who})" for what, who in zip(known["what"], known["backend"], strict=True)]
+    axes.set_yticks(place, labels=labels, fontsize=6)
+    axes.invert_yaxis()
+    axes.set_xlabel("difference, in units of the tolerance")
+    axes.grid(axis="x", alpha=0.3)
+    axes.legend(fontsize="small")
+    return figure
