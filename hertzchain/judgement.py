@@ -129,7 +129,7 @@ class Judgement:
 
     @property
     def rows(self) -> list[dict[str, float | int | bool | None]]:
-        """One row per contact: contact, given_N, reference_N, difference, passed.
+        """One row per contact, with contact, given_N, reference_N, difference and passed.
 
         None where nothing was given, or where a contact is not judged.
         """
