@@ -144,7 +144,7 @@ class Page:
             self.expect(block.text, before)
         elif block.language == "python":
             # Lines of a traceback are those of the page.
-            code = compile("\n" * block.line + block.text, "page", "exec")
+            code = compile("\n" * block.line + block.text, "page", "exec", dont_inherit=True)
             exec(code, self.names)  # noqa: S102
             self.said = self.capsys.readouterr().out
         elif block.language == "toml":
