@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from importlib.metadata import version as version_of
 
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
+from sphinx.util.inspect import TypeAliasForwardRef
 from typer.main import get_command
 
 from hertzchain.cli import app
@@ -21,8 +23,6 @@ exclude_patterns = ["_build"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 
-smartquotes = False  # --rtol is no dash
-
 html_theme = "furo"
 html_title = "hertzchain"
 html_show_sourcelink = False
@@ -32,6 +32,7 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented_params"
 autodoc_type_aliases = {name: name for name in ("Array", "ArrayLike", "FloatArray")}
+TypeAliasForwardRef.__repr__ = lambda self: self.name  # in unions
 maximum_signature_line_length = 80
 python_use_unqualified_type_names = True
 napoleon_google_docstring = False
@@ -53,7 +54,12 @@ class Commands(SphinxDirective):
             entries = nodes.definition_list()
             for parameter in command.get_params(context):
                 term, meaning = parameter.get_help_record(context)
-                definition = nodes.definition("", nodes.paragraph("", meaning))
+                # As code, or two hyphens become a dash.
+                parts = (
+                    nodes.literal("", part) if part.startswith("-") else nodes.Text(part)
+                    for part in re.split(r"(--[a-z-]+)", meaning)
+                )
+                definition = nodes.definition("", nodes.paragraph("", "", *parts))
                 entries += nodes.definition_list_item(
                     "", nodes.term("", "", nodes.literal("", term)), definition
                 )

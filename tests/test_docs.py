@@ -35,7 +35,11 @@ NUMBER = re.compile(r"[-+]?[\d,]+(?P<decimals>\.\d+)?(?:[eE](?P<exponent>[-+]?\d
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block, and what a comment above it says of it: that it is not run, and why."""
+    """A fenced block, and what a comment above it says of it.
+
+    ``<!-- not run: REASON -->``: it is shown only. ``<!-- from: COMMAND --OPTION -->``: it is run
+    where the command has that option.
+    """
 
     line: int
     language: str
@@ -191,8 +195,8 @@ class Page:
 
 def has_option(command: str, option: str) -> bool:
     """Whether a command has an option."""
-    (parameters,) = (get_command(app).commands[command].params,)  # type: ignore[attr-defined]
-    return any(option in parameter.opts for parameter in parameters)
+    commands = get_command(app).commands  # type: ignore[attr-defined]
+    return any(option in parameter.opts for parameter in commands[command].params)
 
 
 @pytest.mark.lammps
