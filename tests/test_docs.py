@@ -193,6 +193,37 @@ class Page:
         assert agrees(shown, said), f"shown:\n{shown}\nprinted:\n{said}"
 
 
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("```python\nprint(1)\n```\n\n```text\n2\n```", "shown:"),
+        ("```text\n1\n```", "output of nothing"),
+        ("```fortran\nend\n```", "a block of fortran"),
+        ("```\n1\n```", "no language"),
+        ("```toml\n[chain]\n```", "name of its file"),
+        ("```console\n$ rm chain.toml\n```", "is not run here"),
+        ("```console\n$ hertzchain --version\nhertzchain 999.0\n```", "shown:"),
+        ("```console\n$ hertzchain --version\n# status 1\n...\n```", "hertzchain --version"),
+    ],
+)
+def test_a_page_that_is_wrong_fails(
+    text: str, problem: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = Page(tmp_path, capsys)
+    *before, last = blocks(text)
+    for block in before:
+        page.run(block)
+    with pytest.raises(AssertionError, match=problem):
+        page.run(last)
+
+
+def test_a_mark_is_about_the_next_block_alone() -> None:
+    text = (
+        "<!-- not run: slow -->\n```toml\n```\n\n```toml\n```\n<!-- not run: a -->\nb\n```toml\n```"
+    )
+    assert [block.reason for block in blocks(text)] == ["slow", "", ""]
+
+
 def has_option(command: str, option: str) -> bool:
     """Whether a command has an option."""
     commands = get_command(app).commands  # type: ignore[attr-defined]
