@@ -24,7 +24,7 @@ LINKED = [*sorted(DOCS.glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.m
 
 FENCE = re.compile(r"^(?P<ticks>`{3,})(?P<language>\S*)\s*$")
 MARK = re.compile(r"^<!-- (?P<kind>not run|from): (?P<reason>.+) -->$")
-BY_SPHINX = {"{toctree}", "{commands}", "{math}"}
+BY_SPHINX = {"{toctree}", "{commands}"}
 """What is no code: Sphinx makes something of it, or says that it cannot."""
 
 TOKEN = re.compile(
@@ -205,6 +205,7 @@ class Page:
         ("```console\n$ hertzchain --version\nhertzchain 999.0\n```", "shown:"),
         ("```console\n$ hertzchain --version\n# status 1\n...\n```", "hertzchain --version"),
     ],
+    ids=["output", "no output", "language", "none", "file name", "program", "printed", "status"],
 )
 def test_a_page_that_is_wrong_fails(
     text: str, problem: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -311,6 +312,15 @@ def test_docstrings_are_read_as_they_are_meant(built: Path) -> None:
         assert ">Type<" not in html, f"{page.name}: a colon in the first sentence of a property"
         # "n." alone is the first line of a list.
         assert "<ol" not in html, f"{page.name}: a line that starts with a letter and a dot"
+
+
+def test_the_pages_need_no_network(built: Path) -> None:
+    for page in built.rglob("*.html"):
+        loaded = re.findall(
+            r"<(?:script|link|img)[^>]*(?:src|href)=\"(https?:[^\"]+)",
+            page.read_text(encoding="utf-8"),
+        )
+        assert loaded == [], page.name
 
 
 def test_the_pages_have_every_command_and_option(built: Path) -> None:
