@@ -1,4 +1,4 @@
-"""Figure 1: the three shocks of Table 1, as the formulas have them and as each backend applies them.
+"""Figure 1: the three shocks of Table 1, by the formulas and as each backend applies them.
 
 Three say what the force is: Eq. 2 with Table 1 as it is written (``theory.applied_force``), the
 ramps that every simulation is made of (``Scene.applied_force``), and LAMMPS itself, which is asked
@@ -20,7 +20,7 @@ from hertzchain.lammps.isolation import Child, run_in
 from hertzchain.shock import PROFILES
 from validation.drawing import BACKENDS
 from validation.drawing import PROFILES as PROFILE_STYLES
-from validation.rows import STEEL, Row, did_not_run, row
+from validation.rows import STEEL, Row, did_not_run, problems_as_text, row
 from validation.script import Script
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ def _by_lammps(scene: hc.Scene, child: Child) -> pandas.DataFrame:
 def promises(table: pandas.DataFrame) -> list[Row]:
     """Agreement, area, height at t0 and no jump for each profile and source."""
     rows = []
-    table = table.fillna({"problem": ""})
+    table = problems_as_text(table)
     for (profile, source), own in table.groupby(["profile", "source"], sort=False):
         what, backend = str(profile), str(source)
         if own["problem"].iloc[0]:
@@ -188,7 +188,7 @@ def draw(table: pandas.DataFrame) -> Figure:
 
     figure = Figure(figsize=(10, 3.6), layout="constrained", dpi=100)
     panels = figure.subplots(1, 3, sharey=True)
-    time = np.linspace(0, 5, 501)
+    time = np.linspace(0, 6, 601)
     for axes, letter, profile in zip(panels, "abc", PROFILES, strict=True):
         shock = hc.Pulse(profile, 1.0, 4.0, rise_time=1.0)
         axes.plot(time, theory.applied_force(time, shock, 1.0), "0.6", label="Eq. 2, Table 1")
