@@ -371,7 +371,8 @@ def draw(table: pandas.DataFrame) -> Figure:
     peak = float(np.max(exact_profile().velocity(x)))
     wide = exact_profile().width(0.01)
     log.plot([-wide / 2, wide / 2], [0.01 * peak] * 2, "|-", color="0.4")
-    log.annotate(f"{wide:.2f} granules above 1 %", (0, 0.0075 * peak), ha="center", va="top")
+    log.annotate(f"{wide:.2f} granules\nabove 1 %", (0, 0.007 * peak), ha="center", va="top")
+    log.set_title("the same, on a logarithmic scale", fontsize="small")
     log.set(yscale="log", ylim=(1e-6, 3))
     figure.suptitle(
         "Figure 2: velocity of the granules in space (heights chosen)", fontsize="medium"

@@ -128,6 +128,8 @@ def _over_ratios(native: pandas.DataFrame) -> list[Row]:
 
 def _far(native: pandas.DataFrame) -> list[Row]:
     """How constant the peaks are after the transition."""
+    if native.empty:
+        return []
     last = native[native["contact"] == native["contact"].max()]
     change = (last["peak_force_N"] / last["wave_force_N"] - 1).abs().max()
     what = f"peak {last['contact'].iloc[0]:.0f} over F_SW less 1, largest (paper: 0)"

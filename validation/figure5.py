@@ -161,7 +161,9 @@ def draw(table: pandas.DataFrame) -> Figure:
     for label, look in _LOOKS.items():
         panels[1, 0].plot([], [], color="0.2", linestyle="none", label=label, **look)
     panels[1, 0].legend(fontsize="small")
-    figure.suptitle(f"Figure 5: {CHOSEN}, and so is n", fontsize="medium")
+    figure.suptitle(
+        f"Figure 5: {CHOSEN}, and so is n; numbers in the panels: LM_ratio", fontsize="medium"
+    )
     return figure
 
 
