@@ -187,7 +187,7 @@ def _draw_scene(axes: Any, some: pandas.DataFrame, colour: str, label: str) -> N
     for (own, column), look in zip(series, _LOOKS.values(), strict=True):
         axes.plot(own["contact"], own[column], color=colour, linestyle="none", **look)
     axes.plot(native["contact"], native["peak_force_N"], color=colour, linewidth=0.8)
-    end = (native["contact"].max(), native["peak_force_N"].iloc[-1])
+    end = (some["contact"].max(), some["peak_force_N"].iloc[-1])
     axes.annotate(label, end, (9, 0), textcoords="offset points", va="center", color=colour)
 
 
