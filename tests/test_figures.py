@@ -175,7 +175,7 @@ def test_another_p_fails() -> None:
     table.loc[table["momentum_ratio"] == 2.5, "p"] = 8
     assert {
         ("native", "cosine: steps of LM_ratio that do not raise p, above 1 (paper: 0)"),
-        ("native", "triangular, LM_ratio 2.5: Eq. 3, p"),
+        ("native", "triangular, LM_ratio 2.5: p by Eq. 3, beside p simulated"),
     } <= failed("3", table)
 
 

@@ -97,7 +97,7 @@ def promises(table: pandas.DataFrame) -> list[Row]:
         rows.append(row(f"{scene}: p, native's", "lammps", own["p"].iloc[0], p, 0, WHOLE))
     for scene, own in by_scene(table, "native").items():
         eq3, p = own["eq3"].iloc[0], own["p"].iloc[0]
-        rows.append(row(f"{scene}: Eq. 3, p", "native", eq3, p, 1.27, EQ3))
+        rows.append(row(f"{scene}: p by Eq. 3, beside p simulated", "native", eq3, p, 1.27, EQ3))
     return rows + _over_ratios(native[native["contact"] == 2]) + _far(native)
 
 
