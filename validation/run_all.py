@@ -21,6 +21,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 import hertzchain as hc
+import validation.figure1
+import validation.figure2
+import validation.figure3
+import validation.figure4
+import validation.figure5
 import validation.limits
 import validation.mistakes
 import validation.table2
@@ -33,6 +38,11 @@ MODULES: tuple[ModuleType, ...] = (
     validation.table2,
     validation.table3,
     validation.table4,
+    validation.figure1,
+    validation.figure2,
+    validation.figure3,
+    validation.figure4,
+    validation.figure5,
     validation.limits,
     validation.mistakes,
 )
