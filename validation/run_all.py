@@ -21,6 +21,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 import hertzchain as hc
+import validation.claims
+import validation.constants
+import validation.corrections
 import validation.limits
 import validation.mistakes
 import validation.table2
@@ -33,6 +36,9 @@ MODULES: tuple[ModuleType, ...] = (
     validation.table2,
     validation.table3,
     validation.table4,
+    validation.constants,
+    validation.claims,
+    validation.corrections,
     validation.limits,
     validation.mistakes,
 )
