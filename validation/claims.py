@@ -5,6 +5,7 @@ Forces are in units of F0 and momenta in units of L_Applied(t0_hat) unless somet
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,7 +27,17 @@ from hertzchain.transition import FREE_END, STEADY
 from validation.drawing import BACKENDS
 from validation.drawing import PROFILES as PROFILE_STYLES
 from validation.limits import impulse_scene
-from validation.rows import STEEL, Row, did_not_run, load, paper_table, row, scene_name, simulate
+from validation.rows import (
+    STEEL,
+    Found,
+    Row,
+    did_not_run,
+    load,
+    paper_table,
+    row,
+    scene_name,
+    simulate,
+)
 from validation.script import Script
 
 if TYPE_CHECKING:
@@ -152,11 +163,8 @@ def _at_once(quick: bool, with_lammps: bool) -> list[Entry]:
     return entries
 
 
-def _table_scenes(quick: bool, with_lammps: bool) -> list[Entry]:
+def _table_scenes(scenes: Mapping[str, hc.Scene], found: Found) -> list[Entry]:
     """Tables 2 to 4: ejected momentum, share of the primary wave, p and F_SW."""
-    names = list({scene_name(entry): None for k in (2, 3, 4) for entry in paper_table(k)})
-    scenes = {name: load(name) for name in (QUICK if quick else names)}
-    found = simulate(scenes, TITLE, with_lammps, hc.Lammps(extrapolated=True))
     entries = []
     for name, scene in scenes.items():
         pulse, rise_time, ratio = scene.shock, scene.rise_time, scene.momentum_ratio
@@ -213,14 +221,17 @@ def _shares() -> list[Entry]:
     return entries
 
 
-def _impulse(with_lammps: bool) -> list[Entry]:
+IMPULSE = "impulse"
+
+
+def _impulse(scene: hc.Scene, found: Found) -> list[Entry]:
     """Peaks over the far field for a pulse so short that only its impulse counts."""
-    scene = impulse_scene(0.02, granules=40)
-    found = simulate({"impulse": scene}, TITLE, with_lammps, hc.Lammps(extrapolated=True))
-    case: Entry = {"claim": "d", "scene": "impulse", "n": 2.0, "momentum_ratio": 0.02}
+    case: Entry = {"claim": "d", "scene": IMPULSE, "momentum_ratio": scene.momentum_ratio}
     entries = []
     columns: dict[str, FloatArray] = {}
-    for (_, backend), result in found.items():
+    for (name, backend), result in found.items():
+        if name != IMPULSE:
+            continue
         if isinstance(result, hc.Result):
             force = result.peak_force
             columns[backend] = force / far_field(force) - 1
@@ -272,11 +283,16 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     Columns claim (a letter), scene, profile, n, momentum_ratio, contact, what, paper (as claimed),
     quadrature, native, lammps, problem.
     """
+    names = {scene_name(entry): None for k in (2, 3, 4) for entry in paper_table(k)}
+    scenes = {name: load(name) for name in (QUICK if quick else names)}
+    impulse = impulse_scene(0.02, granules=40)
+    lammps = hc.Lammps(extrapolated=True)
+    found = simulate(scenes | {IMPULSE: impulse}, TITLE, with_lammps, lammps)
     entries = [
         *_at_once(quick, with_lammps),
-        *_table_scenes(quick, with_lammps),
+        *_table_scenes(scenes, found),
         *_shares(),
-        *_impulse(with_lammps),
+        *_impulse(impulse, found),
         *_inequalities(),
     ]
     return pandas.DataFrame(entries, columns=list(COLUMNS))
@@ -460,6 +476,8 @@ def _draw_by_backend(axes: Axes, own: pandas.DataFrame, x: str) -> None:
 
 
 def _draw_heights(axes: Axes, table: pandas.DataFrame) -> None:
+    from matplotlib.ticker import NullLocator
+
     own = table[table["what"] == AT_ONCE]
     for profile, some in own.groupby("profile", sort=False):
         style = PROFILE_STYLES[str(profile)]
@@ -468,6 +486,7 @@ def _draw_heights(axes: Axes, table: pandas.DataFrame) -> None:
     axes.axhline(1, color="0.5", linestyle="--", label="paper")
     axes.set_xscale("log")
     axes.set_xticks([2, 4, 10, 50], labels=["2", "4", "10", "50"])
+    axes.xaxis.set_minor_locator(NullLocator())
     axes.set(xlabel="n", ylabel="F_SW / F0", title="a. Height at LM_ratio 1")
     axes.legend(fontsize="x-small")
 
