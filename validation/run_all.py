@@ -21,6 +21,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 import hertzchain as hc
+import validation.claims
+import validation.constants
+import validation.corrections
 import validation.figure1
 import validation.figure2
 import validation.figure3
@@ -43,6 +46,9 @@ MODULES: tuple[ModuleType, ...] = (
     validation.figure3,
     validation.figure4,
     validation.figure5,
+    validation.constants,
+    validation.claims,
+    validation.corrections,
     validation.limits,
     validation.mistakes,
 )
