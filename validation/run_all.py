@@ -21,6 +21,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 import hertzchain as hc
+import validation.ladder
 import validation.limits
 import validation.mistakes
 import validation.table2
@@ -33,6 +34,7 @@ MODULES: tuple[ModuleType, ...] = (
     validation.table2,
     validation.table3,
     validation.table4,
+    validation.ladder,
     validation.limits,
     validation.mistakes,
 )
