@@ -21,6 +21,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 import hertzchain as hc
+import validation.formula_maps
 import validation.ladder
 import validation.limits
 import validation.mistakes
@@ -34,6 +35,7 @@ MODULES: tuple[ModuleType, ...] = (
     validation.table2,
     validation.table3,
     validation.table4,
+    validation.formula_maps,
     validation.ladder,
     validation.limits,
     validation.mistakes,
