@@ -29,6 +29,8 @@ import validation.figure2
 import validation.figure3
 import validation.figure4
 import validation.figure5
+import validation.formula_maps
+import validation.ladder
 import validation.limits
 import validation.mistakes
 import validation.table2
@@ -38,17 +40,19 @@ from validation.rows import Row, did_not_run, print_rows
 from validation.script import Script, as_json, why_no_lammps
 
 MODULES: tuple[ModuleType, ...] = (
-    validation.table2,
-    validation.table3,
-    validation.table4,
     validation.figure1,
     validation.figure2,
     validation.figure3,
     validation.figure4,
     validation.figure5,
+    validation.table2,
+    validation.table3,
+    validation.table4,
     validation.constants,
     validation.claims,
     validation.corrections,
+    validation.formula_maps,
+    validation.ladder,
     validation.limits,
     validation.mistakes,
 )
