@@ -128,6 +128,18 @@ class Judgement:
         return "pass" if judged.any() and bool(np.all(self.passed[judged])) else "fail"
 
     @property
+    def summary(self) -> str:
+        """How many contacts failed, and by how much, in one line."""
+        judged, largest = int(np.count_nonzero(self.judged)), self.largest_difference
+        if largest is None:
+            return "no contact that was given is pressed enough to be judged"
+        failed = judged - int(np.count_nonzero(self.passed))
+        return (
+            f"{failed} of {judged} contacts differ by more than {self.tolerance:.1e} from the"
+            f" reference, the largest difference is {largest:.1e}"
+        )
+
+    @property
     def rows(self) -> list[dict[str, float | int | bool | None]]:
         """One row per contact: contact, given_N, reference_N, difference, passed.
 
