@@ -60,7 +60,9 @@ def judge_peaks(request: pytest.FixtureRequest) -> Callable[..., Judgement]:
         from hertzchain.scene import Scene
 
         try:
-            chosen = Scene.from_toml(folder / scene) if isinstance(scene, str | os.PathLike) else scene
+            chosen = (
+                Scene.from_toml(folder / scene) if isinstance(scene, str | os.PathLike) else scene
+            )
             given = folder / peak_force if isinstance(peak_force, str | os.PathLike) else peak_force
             wanted = judgement.TOLERANCE if tolerance is None else tolerance
             found = judgement.judge(chosen, given, tolerance=wanted, dt=dt)

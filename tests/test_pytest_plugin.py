@@ -10,6 +10,11 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from _pytest.assertion.rewrite import AssertionRewriter
+from rich.console import Console
+
+import hertzchain as hc
+from hertzchain.report import print_judgement
 
 ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "docs" / "pytest.md").read_text(encoding="utf-8")
@@ -34,8 +39,15 @@ TRUE = """
 """
 
 
+@pytest.fixture(scope="module")
+def _all_is_loaded(demo_reference: hc.Result) -> None:
+    """What an inner session loads is gone after it, and NumPy cannot be loaded twice."""
+    wrong = hc.judge(demo_reference.scene, demo_reference.peak_force[::-1])
+    print_judgement(Console(quiet=True), wrong)
+
+
 @pytest.fixture
-def project(pytester: pytest.Pytester) -> pytest.Pytester:
+def project(_all_is_loaded: None, pytester: pytest.Pytester) -> pytest.Pytester:
     """A project with a scene, and a code that is right unless it is told otherwise."""
     (pytester.path / "scene.toml").write_text(SCENE, encoding="utf-8")
     pytester.makepyfile(my_code=TRUE)
@@ -57,8 +69,9 @@ def test_a_failure_is_that_of_the_page(
     result.assert_outcomes(failed=1)
     (shown,) = re.findall(r"```text\n(.*?)```", PAGE, re.DOTALL)
     told = [line.removeprefix("E").strip() for line in result.outlines]
-    for line in shown.splitlines()[2:]:
-        assert line.removeprefix("E").strip() in told
+    unsteady = "error of native"  # its rounding errors are those of the machine
+    for line in shown.splitlines()[1:]:
+        assert line.removeprefix("E").strip() in told or unsteady in line
     text = "\n".join(told)
     assert "Likely cause: contact stiffness 2 times that of the scene" in text
     assert "Verdict: fail" in text
@@ -104,27 +117,27 @@ def test_what_it_takes_and_returns(project: pytest.Pytester) -> None:
         project.runpytest_inprocess(*OPTIONS, str(project.path)).assert_outcomes(passed=2)
 
 
-@pytest.mark.parametrize(
-    ("call", "words"),
-    [
-        ('"no.toml", {2: 1.0}', "*no.toml: cannot be read (No such file or directory)*"),
-        ('"scene.toml", "no.csv"', "*no.csv: cannot be read (No such file or directory)*"),
-        ('"scene.toml", [1.0, 2.0]', "*peak_force = (2,): must be a file, a mapping*"),
-        ('"scene.toml", {1: 1.0}', "*contact = 1: must be a whole number from 2 to 60*"),
-        ('"scene.toml", {2: 1.0}, tolerance=-1', "*tolerance = -1: must be a number above 0*"),
-        ('"scene.toml", {2: 1.0}, dt=1.0', "*velocity-verlet*"),
-        ("None, {2: 1.0}", "*must be*Scene*"),
-    ],
-)
-def test_what_cannot_be_used_is_one_sentence(
-    project: pytest.Pytester, call: str, words: str
-) -> None:
-    project.makepyfile(f"def test_it(judge_peaks):\n    judge_peaks({call})\n")
+UNUSABLE = {
+    '"no.toml", {2: 1.0}': "*no.toml: cannot be read (No such file or directory)*",
+    '"scene.toml", "no.csv"': "*no.csv: cannot be read (No such file or directory)*",
+    '"scene.toml", [1.0, 2.0]': "peak_force = (2,): must be a file, a mapping*",
+    '"scene.toml", {1: 1.0}': "contact = 1: must be a whole number from 2 to 60*",
+    '"scene.toml", {2: 1.0}, tolerance=-1': "tolerance = -1: must be a number above 0*",
+    '"scene.toml", {2: 1.0}, dt=1.0': "*velocity-verlet*",
+    "None, {2: 1.0}": "*must be*Scene*",
+}
+
+
+def test_what_cannot_be_used_is_one_sentence(project: pytest.Pytester) -> None:
+    tests = [
+        f"def test_{k}(judge_peaks):\n    judge_peaks({call})" for k, call in enumerate(UNUSABLE)
+    ]
+    project.makepyfile("\n\n".join(tests))
     result = project.runpytest_inprocess(*OPTIONS, "--color=no")
-    result.assert_outcomes(failed=1)
+    result.assert_outcomes(failed=len(UNUSABLE))
     told = [line for line in result.outlines if line.startswith("E  ")]
-    assert len(told) == 1, told
-    result.stdout.fnmatch_lines([f"E*Failed: hertzchain: {words}"])
+    assert len(told) == len(UNUSABLE), told
+    result.stdout.fnmatch_lines([f"E*Failed: hertzchain: {words}" for words in UNUSABLE.values()])
 
 
 # What it costs those who do not use it
@@ -161,7 +174,4 @@ def test_pytest_finds_it_by_its_entry_point() -> None:
 
 def test_an_installed_package_may_be_imported_before_pytest() -> None:
     """Then pytest, which rewrites the asserts of what it takes for a plugin, warns otherwise."""
-    import hertzchain
-    from _pytest.assertion.rewrite import AssertionRewriter
-
-    assert AssertionRewriter.is_rewrite_disabled(hertzchain.__doc__ or "")
+    assert AssertionRewriter.is_rewrite_disabled(hc.__doc__ or "")
