@@ -417,13 +417,13 @@ def test_a_crash_of_lammps_is_one_line(folder: Path, name: str) -> None:
 @pytest.mark.lammps
 def test_a_comparison_goes_on_without_a_lammps_that_hangs(folder: Path) -> None:
     SHORT.to_toml("scene.toml")
-    running = start("compare", "scene.toml", "--isolate", "--time-limit", "15 s")
+    running = start("compare", "scene.toml", "--isolate", "--time-limit", "6 s")
     for pid in wait_for(lambda: children(running.pid)):
         os.kill(pid, signal.SIGSTOP)
     status, out, err = ended(running)
     assert (status, err) == (1, "")
     assert "lammps: failed" in out
-    assert "time limit of 15 s" in " ".join(out.split())
+    assert "time limit of 6 s" in " ".join(out.split())
     assert "native: energy" in out
     assert not runs(pid)
     assert names(folder) == ["scene.toml"]
