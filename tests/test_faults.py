@@ -578,7 +578,8 @@ def test_a_wrong_mpi_is_said_by_doctor_and_run(folder: Path, what: str) -> None:
     files, words = WRONG_MPI[what]
     (folder / "wrong").mkdir()
     mpich(folder / "wrong", files())
-    environment = before_all(folder / "wrong")
+    # No binaries on the search path: they are tried, too, for seconds, and are not the matter here.
+    environment = before_all(folder / "wrong") | {"PATH": str(folder)}
     if what == "another library":  # by its name, as the loader would look for it
         environment["LD_LIBRARY_PATH"] = str(folder / "wrong")
     status, out, err = ended(start("doctor", env=environment))
@@ -615,7 +616,8 @@ WRONG_LAMMPS = {
 def test_doctor_survives_a_lammps_that(folder: Path, what: str) -> None:
     program, words = WRONG_LAMMPS[what]
     (folder / "lammps.py").write_text(program)
-    status, out, err = ended(start("doctor", env=before_all(folder)))
+    without_binaries = before_all(folder) | {"PATH": str(folder)}
+    status, out, err = ended(start("doctor", env=without_binaries))
     assert (status, err) == (2, "")
     (bad,) = [line for line in out.splitlines() if line.startswith("FAIL")]
     assert bad.startswith(f"FAIL  LAMMPS: {words}")
