@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from types import ModuleType
 
@@ -36,8 +37,10 @@ import validation.mistakes
 import validation.table2
 import validation.table3
 import validation.table4
+from hertzchain.files import check_writable, write_text
+from hertzchain.junit import to_xml
 from validation.rows import Row, did_not_run, print_rows
-from validation.script import Script, as_json, why_no_lammps
+from validation.script import Script, as_json, junit_suite, missing_suites, why_no_lammps
 
 MODULES: tuple[ModuleType, ...] = (
     validation.figure1,
@@ -73,14 +76,15 @@ class Outcome:
         What it measured; None where it could not.
     rows
         What had to hold.
-    seconds
-        How long it took.
+    begun, seconds
+        When it began, and how long it took.
     """
 
     name: str
     script: Script
     table: pandas.DataFrame | None
     rows: tuple[Row, ...]
+    begun: datetime
     seconds: float
 
     @property
@@ -113,13 +117,14 @@ def run_scripts(quick: bool, with_lammps: bool) -> Iterator[Outcome]:
         for module in MODULES:
             name, script = module.__name__.removeprefix("validation."), module.SCRIPT
             bar.update(task, description=name)
-            begin, table = time.perf_counter(), None
+            begun, begin, table = datetime.now(UTC), time.perf_counter(), None
             try:
                 table = script.measure(quick, with_lammps)
                 rows = script.promises(table)
             except hc.HertzchainError as problem:
                 rows = [did_not_run(name, "", problem)]
-            yield Outcome(name, script, table, tuple(rows), time.perf_counter() - begin)
+            seconds = time.perf_counter() - begin
+            yield Outcome(name, script, table, tuple(rows), begun, seconds)
             bar.advance(task)
 
 
@@ -174,16 +179,25 @@ def run(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="less of each, in some seconds")
     parser.add_argument("--json", action="store_true", help="print all rows as JSON")
+    parser.add_argument("--junit", type=Path, help="write each row as a test case")
     chosen = parser.parse_args(arguments)
-    missing = why_no_lammps()
+    begun, missing = datetime.now(UTC), why_no_lammps()
     if missing:
         print(f"{missing}; everything else is measured", file=sys.stderr)
     outcomes = []
     try:
+        if chosen.junit is not None:
+            check_writable(chosen.junit)
         for outcome in run_scripts(chosen.quick, missing is None):
             outcomes.append(outcome)
             if not chosen.json:
                 print_rows(outcome.script.title, outcome.rows)
+        if chosen.junit is not None:
+            suites = [
+                junit_suite(outcome.name, outcome.rows, outcome.begun, outcome.seconds)
+                for outcome in outcomes
+            ]
+            write_text(chosen.junit, to_xml([*suites, *missing_suites(missing, begun)]))
     except hc.HertzchainError as problem:
         print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
         return 2
