@@ -41,24 +41,27 @@ Trace = dict[str, Any]
 
 TEMPLATES = Path(__file__).parent / "templates"
 
-_TIMES = 400
-"""Of a history: five within the width of a wave, where they cover 150 granules."""
+_TIMES = 500
+"""Of a history."""
 
 _READINGS = 4_000_000
 """Times and granules recorded at once: 100 MB for each simulation, displacements and all."""
 
-_EVEN, _DENSE, _BURST = 0.5, 0.4, 0.6
+_EVEN, _DENSE, _BURST = 0.4, 0.25, 0.5
 """Between recorded times [durations of a contact's unit of time]: at most, where they are even;
 where the wave forms in a long chain, and in the bursts after that."""
 
-_OF_A_BURST = 15
-"""Recorded times: the wave passes a contact in some six units of time."""
+_OF_A_BURST = 20
+"""Recorded times: the wave passes a contact in some six units of time, of these ten."""
+
+_OWN, _AROUND = 2.5, 8.0
+"""Contacts' units of time before and after a peak: recorded closely at least; drawn."""
 
 _CURVES = 20
 """Contacts in the plot of contact force over time."""
 
-_POINTS = 600
-"""Contacts in the other plots: more than there are pixels to tell them apart."""
+_POINTS = 150
+"""Contacts of long chains in the other plots: more cannot be told apart."""
 
 _LONG = 200
 """Contacts from which on plots have a logarithmic axis and the table is folded."""
@@ -94,7 +97,7 @@ _WHAT_TO_DO = {
 def record_times(scene: Scene) -> FloatArray:
     """Times at which to record a scene so that its wave can be drawn [s], increasing.
 
-    As many as memory allows, some 400: even where that is close enough to follow the wave all the
+    As many as memory allows, some 500: even where that is close enough to follow the wave all the
     way; else close while it forms, and then in bursts, geometrically apart, in each of which it
     passes a few contacts.
 
@@ -104,8 +107,7 @@ def record_times(scene: Scene) -> FloatArray:
         What will be simulated.
     """
     count = int(np.clip(_READINGS // scene.chain.granules, 2, _TIMES))
-    # A wave of height f passes in a time that goes as f^(-1/6).
-    unit = scene.units.time * force_scale(scene.momentum_ratio) ** (-1 / 6)
+    unit = _contact_time(scene)
     end = scene.end_time
     if end <= _EVEN * unit * (count - 1):
         return np.linspace(0.0, end, count)
@@ -118,7 +120,12 @@ def record_times(scene: Scene) -> FloatArray:
     return np.unique(times[times <= end])
 
 
-def _followed(result: Result, unit: float) -> NDArray[np.int_]:
+def _contact_time(scene: Scene) -> float:
+    """The unit of time of the contacts of a scene [s]: it goes as their force to the power -1/6."""
+    return float(scene.units.time * force_scale(scene.momentum_ratio) ** (-1 / 6))
+
+
+def _followed(result: Result) -> NDArray[np.int_]:
     """Contacts whose peak lies well within what was recorded at close times."""
     assert result.history is not None
     time = result.history.time
@@ -131,7 +138,8 @@ def _followed(result: Result, unit: float) -> NDArray[np.int_]:
     last = np.searchsorted(of_segment, of_segment[before], "right") - 1
     from_start = np.where(time[first] > 0, peak_time - time[first], np.inf)
     to_end = np.where(last < time.size - 1, time[last] - peak_time, np.inf)
-    return np.asarray(contact[same & (np.minimum(from_start, to_end) > 2.5 * unit)])
+    close = np.minimum(from_start, to_end) > _OWN * _contact_time(result.scene)
+    return np.asarray(contact[same & close])
 
 
 def _gaps(time: FloatArray) -> NDArray[np.bool_]:
@@ -144,8 +152,7 @@ def drawn_contacts(result: Result) -> list[int]:
     """The contacts, by the paper's numbers, whose force over time is drawn; close at the shock."""
     if result.history is None or result.history.time.size < 2:
         return []
-    scene = result.scene
-    followed = _followed(result, scene.units.time * force_scale(scene.momentum_ratio) ** (-1 / 6))
+    followed = _followed(result)
     if followed.size <= _CURVES:
         return [int(contact) for contact in followed]
     wanted = np.geomspace(followed[0], followed[-1], _CURVES)
@@ -218,10 +225,10 @@ def _contact_axis(contacts: int) -> dict[str, Any]:
 def _thinned(result: Result, off: Sequence[FloatArray]) -> NDArray[np.intp]:
     """Indices of the contacts that are plotted: all, or the first, then fewer, and the worst."""
     size = result.contact.size
-    if size <= _POINTS:
+    if size <= _LONG:
         return np.arange(size)
-    first = np.arange(_LONG)
-    later = np.geomspace(_LONG, size - 1, _POINTS - _LONG).astype(np.intp)
+    first = np.arange(_POINTS // 3)
+    later = np.geomspace(first[-1], size - 1, _POINTS - first.size).astype(np.intp)
     worst = [np.nanargmax(values) for values in off if np.any(np.isfinite(values))]
     last = np.arange(size - 3, size)
     return np.unique(np.concatenate([first, later, last, np.asarray(worst, np.intp)]))
@@ -388,13 +395,20 @@ def _waterfall(results: Mapping[str, Result], labels: Mapping[str, str]) -> Plot
     if not drawn or history is None:
         return None
     scene = native.scene
-    name, unit = _time_unit(scene.end_time)
+    long = bool(np.any(_gaps(history.time)))
+    # The waves of a long chain are as narrow as lines: each is drawn around its own peak.
+    around = _AROUND * _contact_time(scene) if long else np.inf
+    unit_name, unit = _time_unit(around if long else scene.end_time)
     largest = max(float(np.max(native.peak_force)), scene.shock.peak_force)
     height = 1.6 / largest
-    shock = scene.applied_force(history.time)
+    shock_time = _shock_times(scene)
+    shock = scene.applied_force(shock_time)
+    highest = float(shock_time[np.argmax(shock)])
+    of_shock = _Curve(0, "shock", shock_time, shock, highest)
+    grey = {"color": "#777", "width": 1.5}
     traces = [
-        _curve(0, "shock", (history.time, shock), height, unit, {"color": "#777", "width": 1.5})
-        | {"name": "applied force", "showlegend": True, "legendgroup": "shock"}
+        of_shock.trace(around, unit, height, "applied force", unit_name)
+        | {"line": grey, "legendgroup": "shock"}
     ]
     for key, result in results.items():
         if result.history is None:
@@ -403,36 +417,39 @@ def _waterfall(results: Mapping[str, Result], labels: Mapping[str, str]) -> Plot
         if key != "native":
             style |= {"dash": _DASHES[key], "width": 2.5}
         for place, contact in enumerate(drawn, start=1):
-            trace = _curve(
-                place, f"contact {contact}", _with_peak(result, contact), height, unit, style
-            )
-            more = {"name": labels[key], "legendgroup": key, "showlegend": place == 1}
-            traces.append(trace | more)
-    for trace in traces:
-        trace["hovertemplate"] = (
-            "%{customdata[0]}, " + trace["name"] + f"<br>%{{x:.6g}} {name}"
-            "<br>%{customdata[1]:.6g} N<extra></extra>"
-        )
-    y = axis("contact", tickvals=list(range(len(drawn) + 1)), showgrid=True)
+            time, force = _with_peak(result, contact)
+            peak_time = float(native.peak_time[contact - 2])
+            curve = _Curve(place, f"contact {contact}", time, force, peak_time)
+            more = {"line": style, "legendgroup": key, "showlegend": place == 1}
+            traces.append(curve.trace(around, unit, height, labels[key], unit_name) | more)
+    y = axis("contact", tickvals=list(range(len(drawn) + 1)))
     y |= {"ticktext": ["shock", *map(str, drawn)], "range": [-0.4, len(drawn) + 1.9]}
-    x = axis(f"time [{name}]", range=[0, scene.end_time / unit])
-    gaps = bool(np.any(_gaps(history.time)))
+    if long:
+        x = axis(f"time before and after its peak [{unit_name}]")
+        x["range"] = [-around / unit, around / unit]
+    else:
+        x = axis(f"time [{unit_name}]", range=[0, scene.end_time / unit])
+    own = " The chain is long: each line has its own zero of time, its peak." if long else ""
     return Plot(
         "waterfall",
         f"Contact force over time of {len(drawn)} contacts, one above the other: the wave runs from"
         " the shocked end to the free end.",
         f"Contact force over time: a line for each of {len(drawn)} contacts, by their numbers, and"
         f" the applied force below them; {largest:.4g} N are {height * largest:.1f} lines high."
-        " Each line has its exact peak."
-        + (
-            " The chain is long: forces were recorded while the wave forms, and then now and then;"
-            " nothing is drawn between."
-            if gaps
-            else ""
-        ),
+        f" Each line has its exact peak.{own}",
         traces,
         layout(x, y, 260 + 22 * len(drawn)),
     )
+
+
+def _shock_times(scene: Scene) -> FloatArray:
+    """Times at which the applied force is drawn [s]: its corners, between them, and the end."""
+    corners = [ramp.start for ramp in scene.ramps] + [scene.ramps[-1].end]
+    even = np.linspace(corners[0], corners[-1], 200)
+    if len(corners) > even.size:  # a table may have thousands of rows
+        corners = [corners[0], corners[-1]]
+    time = np.unique(np.concatenate([[0.0, scene.end_time], even, corners]))
+    return time[time <= scene.end_time]
 
 
 def _with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
@@ -446,43 +463,60 @@ def _with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
     return np.insert(time, at, peak_time), np.insert(force, at, result.peak_force[contact - 2])
 
 
-def _curve(
-    place: int,
-    what: str,
-    recorded: tuple[FloatArray, FloatArray],
-    height: float,
-    unit: float,
-    line: dict[str, Any],
-) -> Trace:
-    """A line of a waterfall; without the points that only say that it is straight."""
-    time, force = recorded
-    zero = force == 0
-    inside = np.zeros(force.size, bool)
-    inside[1:-1] = zero[:-2] & zero[1:-1] & zero[2:]
-    kept = np.flatnonzero(~inside)
-    steps = np.diff(time)
-    # The peak that was put in makes steps shorter, never longer.
-    apart = np.concatenate([[False], steps > 3 * np.median(steps)])
-    x: list[float | None] = []
-    y: list[float | None] = []
-    told: list[list[Any]] = []
-    for k in kept:
-        if apart[k] and not (zero[k] and zero[k - 1]):
-            x.append(None)
-            y.append(None)
-            told.append([what, None])
-        x.append(_rounded(time[k] / unit))
-        y.append(_rounded(place + height * force[k]))
-        told.append([what, _rounded(force[k], 9)])
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "x": x,
-        "y": y,
-        "customdata": told,
-        "line": line,
-        "connectgaps": False,
-    }
+@dataclass(frozen=True, eq=False)
+class _Curve:
+    """A line of a waterfall.
+
+    Parameters
+    ----------
+    place
+        Which line, from below.
+    what
+        Whose force it is.
+    time, force
+        [s], [N], shape (times,).
+    peak_time
+        When it is highest [s].
+    """
+
+    place: int
+    what: str
+    time: FloatArray
+    force: FloatArray
+    peak_time: float
+
+    def trace(self, around: float, unit: float, height: float, name: str, unit_name: str) -> Trace:
+        """As Plotly takes it.
+
+        Parameters
+        ----------
+        around
+            How long before and after its peak it is drawn [s]; infinite: always, and from time 0.
+        unit
+            Of the time [s].
+        height
+            Of a Newton, in lines.
+        name, unit_name
+            In the legend; of the unit.
+        """
+        inside = np.abs(self.time - self.peak_time) <= around
+        time, force = self.time[inside], self.force[inside]
+        still = np.zeros(force.size, bool)  # points that only say that a line is straight
+        still[1:-1] = (force[:-2] == 0) & (force[1:-1] == 0) & (force[2:] == 0)
+        time, force = time[~still], force[~still]
+        zero = self.peak_time if np.isfinite(around) else 0.0
+        return {
+            "type": "scatter",
+            "mode": "lines",
+            "name": name,
+            "x": [_rounded((t - zero) / unit) for t in time],
+            "y": [_rounded(self.place + height * f) for f in force],
+            "customdata": [
+                [_rounded(f, 9), _rounded(t / unit, 9)] for t, f in zip(time, force, strict=True)
+            ],
+            "hovertemplate": f"{self.what}, {name}<br>%{{customdata[1]:.6g}} {unit_name}"
+            "<br>%{customdata[0]:.6g} N<extra></extra>",
+        }
 
 
 def _rounded(value: float, digits: int = 7) -> float:
