@@ -26,6 +26,7 @@ import validation.mistakes
 import validation.table2
 import validation.table3
 import validation.table4
+from validation.page import make_folder, write_report
 from validation.rows import Row, did_not_run, print_rows
 from validation.script import Script, as_json, why_no_lammps
 
@@ -154,16 +155,24 @@ def run(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="less of each, in some seconds")
     parser.add_argument("--json", action="store_true", help="print all rows as JSON")
+    parser.add_argument(
+        "--report", type=Path, metavar="DIR", help="write a page to read, with tables and figures"
+    )
     chosen = parser.parse_args(arguments)
     missing = why_no_lammps()
     if missing:
         print(f"{missing}; everything else is measured", file=sys.stderr)
     outcomes = []
     try:
+        if chosen.report is not None:
+            make_folder(chosen.report)
         for outcome in run_scripts(chosen.quick, missing is None):
             outcomes.append(outcome)
             if not chosen.json:
                 print_rows(outcome.script.title, outcome.rows)
+        if chosen.report is not None:
+            write_report(chosen.report, outcomes, to_dict(outcomes))
+            print(f"Report written to {chosen.report / 'index.html'}", file=sys.stderr)
     except hc.HertzchainError as problem:
         print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
         return 2
