@@ -363,7 +363,7 @@ def compare(
     ] = None,
 ) -> None:
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
-    from hertzchain import comparison, page, report
+    from hertzchain import comparison, page, page_plots, report
 
     _check_outputs(plot, report_file)
     if results is not None:
@@ -382,7 +382,7 @@ def compare(
     lammps = _lammps(isolate, lmp, ranks, _time_limit(time_limit))
     names = comparison.DEFAULT_BACKENDS if not backend else [name.value for name in backend]
     with _progress() as tell:
-        record = None if report_file is None else page.record_times(loaded)
+        record = None if report_file is None else page_plots.record_times(loaded)
         compared = comparison.compare(loaded, names, lammps, progress=tell, record=record)
         if plot is not None:
             tell("drawing")

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 import hertzchain as hc
 from hertzchain.errors import OutputError
 from hertzchain.files import check_writable, write_text
-from hertzchain.page import CheckRow, Failure, Plot, Verdict, axis, layout, render
+from hertzchain.page import CheckRow, Failure, Verdict, render
+from hertzchain.page_plots import Plot, axis, layout
 from hertzchain.tradeoff import provenance
 from validation.rows import Row
 from validation.script import write_figure, write_table
@@ -214,11 +215,10 @@ def _overview(outcomes: Sequence[Outcome]) -> Plot:
                 "marker": {"symbol": symbol, "color": colour, "size": 8, "line": {"width": 1.3}},
             }
         )
-    title = "difference, in units of the tolerance"
-    x = axis(title, type="log", exponentformat="power", dtick=1)
+    x = axis("difference / tolerance", type="log", exponentformat="power", tickangle=0)
     y = axis("", tickvals=list(range(len(names))), ticktext=names)
     y["range"] = [len(names) - 0.4, -0.6]
-    drawn = layout(x, y, 130 + 34 * len(names))
+    drawn = layout(x, y, 130 + 34 * len(names), showlegend=True)
     line = {"color": "#555", "width": 1}
     drawn["shapes"] = [
         {"type": "line", "x0": 1, "x1": 1, "y0": 0, "y1": 1, "yref": "paper", "line": line}
@@ -228,9 +228,9 @@ def _overview(outcomes: Sequence[Outcome]) -> Plot:
         "The difference of every row in units of its tolerance, script by script; the numbers are"
         " in the tables below.",
         "Every row of every script: its difference in units of its tolerance, of which 1 (the line)"
-        f" is the limit. Differences below {_LEAST:g}, among them those of numbers that have to be"
-        f" met exactly, are drawn at {_LEAST:g}; rows without a number, and what is off by more, at"
-        f" {_MOST:g}.",
+        " is the limit, except for planted mistakes, which have to be off. Differences below"
+        f" {_LEAST:g}, among them those of numbers that have to be met exactly, are drawn at"
+        f" {_LEAST:g}; rows without a number, and what is off by more, at {_MOST:g}.",
         traces,
         drawn,
     )
