@@ -168,6 +168,7 @@ def layout(x: dict[str, Any], y: dict[str, Any], height: int, **more: Any) -> di
         "paper_bgcolor": "#fff",
         "plot_bgcolor": "#fff",
         "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.02, "yanchor": "bottom"},
+        "showlegend": True,
         "hovermode": "closest",
         "hoverlabel": {"font": {"family": "system-ui, sans-serif"}},
         **more,

@@ -481,10 +481,10 @@ def test_a_point_tells_its_values_under_the_mouse(
     opened: tuple[Page, list[str]], compared: hc.Comparison
 ) -> None:
     page, wrong = opened
-    for name, words in (
+    for name, at, words in (
         # LAMMPS's marker lies on the line of native.
-        ("peaks", ("contact 12", f"{compared.results['lammps'].peak_force[-1]:.9g} N")),
-        ("waterfall", ("contact 2", "µs", " N")),
+        ("peaks", 1, ("contact 12", f"{compared.results['lammps'].peak_force[-1]:.9g} N")),
+        ("waterfall", 11, ("contact 12", "µs", " N")),
     ):
         page.locator(f"#{name}").scroll_into_view_if_needed()
         box = page.evaluate(
@@ -495,7 +495,7 @@ def test_a_point_tells_its_values_under_the_mouse(
               const x = l._size.l + l.xaxis.d2p(t.x[k]), y = l._size.t + l.yaxis.d2p(t.y[k]);
               return [r.left + x, r.top + y];
             }""",
-            [name, 1],
+            [name, at],
         )
         page.mouse.move(box[0] + 3, box[1] + 3)
         page.mouse.move(*box)

@@ -218,7 +218,7 @@ def _overview(outcomes: Sequence[Outcome]) -> Plot:
     x = axis("difference / tolerance", type="log", exponentformat="power", tickangle=0)
     y = axis("", tickvals=list(range(len(names))), ticktext=names)
     y["range"] = [len(names) - 0.4, -0.6]
-    drawn = layout(x, y, 130 + 34 * len(names), showlegend=True)
+    drawn = layout(x, y, 130 + 34 * len(names))
     line = {"color": "#555", "width": 1}
     drawn["shapes"] = [
         {"type": "line", "x0": 1, "x1": 1, "y0": 0, "y1": 1, "yref": "paper", "line": line}
