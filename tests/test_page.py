@@ -28,6 +28,7 @@ from hertzchain.page import (
 )
 from hertzchain.page_plots import drawn_contacts, record_times
 from tests.conftest import chromium, paper_scene
+from tests.test_public_names import modules_after
 from validation.rows import row
 from validation.run_all import Outcome, run, to_dict
 from validation.script import Script, rows_only
@@ -323,6 +324,11 @@ def test_recorded_results_are_the_same(compared: hc.Comparison) -> None:
     alone = hc.compare(compared.scene, ["native"])
     assert alone.native.history is None
     assert alone.native.peak_force.tolist() == compared.native.peak_force.tolist()
+
+
+def test_what_makes_pages_is_loaded_for_a_page_only() -> None:
+    code = "import hertzchain.page, hertzchain.comparison, hertzchain.report"
+    assert modules_after(code) & {"plotly", "jinja2"} == set()
 
 
 @pytest.mark.parametrize("name", ["report", "report.pdf", "html"])
