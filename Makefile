@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all validate limits extremes long-run tradeoff gallery decks versions engines bench lint format lock clean help
+.PHONY: demo test test-all validate limits extremes long-run tradeoff gallery decks versions engines bench docs lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -49,6 +49,9 @@ bench: $(STAMP) ## what accuracy costs, as ratios; on an idle machine
 tradeoff: $(STAMP) ## error against cost on 24 scenes, ten minutes; on a machine that rests
 	$(BIN)/python validation/tradeoff.py -o validation/results
 
+docs: $(STAMP) ## the pages of docs/ as HTML, in docs/_build
+	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build
+
 lint: $(STAMP) ## ruff and mypy
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -66,7 +69,7 @@ lock: $(STAMP) ## write requirements.lock anew
 	    --quiet --output-file requirements.lock
 
 clean: ## remove .venv and what runs leave behind
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache demo.png in.chain peaks.csv motion.xyz result.json table2.csv limits.csv limits.png extremes.csv tradeoff.png tradeoff.csv
+	rm -rf $(VENV) docs/_build .pytest_cache .mypy_cache .ruff_cache demo.png in.chain peaks.csv motion.xyz result.json table2.csv limits.csv limits.png extremes.csv tradeoff.png tradeoff.csv
 
 # Installed as locked, the project itself without a download and without dependencies of its own.
 $(STAMP): requirements.lock pyproject.toml

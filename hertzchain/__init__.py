@@ -1,4 +1,7 @@
-"""How hard each contact of a shocked chain of spheres is pressed, and how sure that is."""
+"""How hard each contact of a shocked chain of spheres is pressed, and how sure that is.
+
+PYTEST_DONT_REWRITE, as pytest else warns where this was imported before it started.
+"""
 
 from __future__ import annotations
 

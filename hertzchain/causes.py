@@ -577,7 +577,7 @@ def samples(case: Case) -> Iterator[Cause]:
                 model = model + shape[k] * away**power
             return np.asarray(np.mean((model - lower) ** 2, axis=1))
 
-        pieces = np.array_split(trials, max(1, trials.size // 10_000))
+        pieces = np.array_split(trials, max(1, trials.size // 500))  # what a cache holds
         values = np.concatenate([left(piece) for piece in pieces])
         apart = trials[1] - trials[0]
         near = trials[np.argsort(values)[:20], np.newaxis] + apart * np.linspace(-1, 1, 401)

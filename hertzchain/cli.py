@@ -7,9 +7,11 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -21,6 +23,7 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from hertzchain.junit import Suite
     from hertzchain.lammps import Lammps
     from hertzchain.liggghts import Liggghts
     from hertzchain.native import Native
@@ -361,11 +364,19 @@ def compare(
         str | None,
         typer.Option(help='With --results: the step they took, seconds or with a unit ("20 ns").'),
     ] = None,
+    junit: Annotated[
+        Path | None,
+        typer.Option(
+            "--junit", metavar="FILE", help="Write each check as a test case that CI systems read."
+        ),
+    ] = None,
 ) -> None:
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
     from hertzchain import comparison, page, page_plots, report
+    from hertzchain.junit import of_comparison
 
-    _check_outputs(plot, report_file)
+    begun, begin = datetime.now(UTC), time.perf_counter()
+    _check_outputs(plot, report_file, junit)
     if results is not None:
         for option, given in (("--backend", backend), ("--isolate", isolate), ("--plot", plot)):
             if given:
@@ -373,7 +384,7 @@ def compare(
                     f"{option} does not go with --results, which compares with native alone; leave"
                     " one of them out"
                 )
-        _judge(scene, results, tolerance, dt, time_limit, as_json, report_file)
+        _judge(scene, results, tolerance, dt, time_limit, as_json, report_file, junit)
     for option, value in (("--tolerance", tolerance), ("--dt", dt)):
         if value is not None:
             raise HertzchainError(f"{option} goes with --results FILE; leave the option out")
@@ -390,6 +401,7 @@ def compare(
         if report_file is not None:
             tell("writing the report")
             page.write_comparison(compared, report_file, scene.name)
+    _write_junit(junit, of_comparison(compared, scene.stem, begun, time.perf_counter() - begin))
     if as_json:
         _print_json(compared.to_dict())
     else:
@@ -402,16 +414,14 @@ def compare(
     raise typer.Exit(DONE if compared.verdict == "pass" else OUT_OF_TOLERANCE)
 
 
-def _check_outputs(plot: Path | None, report_file: Path | None) -> None:
+def _check_outputs(plot: Path | None, report_file: Path | None, junit: Path | None) -> None:
     """Refuse, before any work is done, what could not be written."""
     from hertzchain import page, report
-    from hertzchain.files import check_writable
 
+    _check_writable(plot, report_file, junit)
     if plot is not None:
-        check_writable(plot)
         report.check_plot_format(plot)
     if report_file is not None:
-        check_writable(report_file)
         page.check_page_format(report_file)
 
 
@@ -423,11 +433,14 @@ def _judge(
     time_limit: str,
     as_json: bool,
     report_file: Path | None,
+    junit: Path | None,
 ) -> NoReturn:
     """Judge peaks from a file; the status says whether they pass."""
     from hertzchain import judgement, page, report
+    from hertzchain.junit import of_judgement
     from hertzchain.units import to_si
 
+    begun, begin = datetime.now(UTC), time.perf_counter()
     loaded = _load(scene)
     step = None if dt is None else to_si("--dt", dt, "s")
     limit = _time_limit(time_limit)
@@ -443,6 +456,7 @@ def _judge(
         if report_file is not None:
             tell("writing the report")
             page.write_judgement(judged, report_file, scene.name, results.name)
+    _write_junit(junit, of_judgement(judged, scene.stem, begun, time.perf_counter() - begin))
     if as_json:
         _print_json(judged.to_dict())
     else:
@@ -450,6 +464,24 @@ def _judge(
     if report_file is not None:
         typer.echo(f"Report written to {report_file}", err=True)
     raise typer.Exit(DONE if judged.verdict == "pass" else OUT_OF_TOLERANCE)
+
+
+def _check_writable(*paths: Path | None) -> None:
+    """Refuse, before any work is done, files that are wanted and cannot be written."""
+    from hertzchain.files import check_writable
+
+    for path in paths:
+        if path is not None:
+            check_writable(path)
+
+
+def _write_junit(path: Path | None, suite: Suite) -> None:
+    """Write a suite where one is wanted."""
+    from hertzchain.files import write_text
+    from hertzchain.junit import to_xml
+
+    if path is not None:
+        write_text(path, to_xml([suite]))
 
 
 @app.command()

@@ -33,7 +33,7 @@ TOLERANCE = 1e-3
 """Where nothing else is asked for: a tenth of the one per cent that p hangs on."""
 
 PATIENCE = 60.0
-"""How long to look for the cause [s]; 60 granules take some 5 s."""
+"""How long to look for the cause [s]; 60 granules take about 1 s."""
 
 _MOST_BYTES = 5_000_000
 """Of a table of peaks: some 100,000 contacts."""
@@ -128,8 +128,20 @@ class Judgement:
         return "pass" if judged.any() and bool(np.all(self.passed[judged])) else "fail"
 
     @property
+    def summary(self) -> str:
+        """How many contacts failed, and by how much, in one line."""
+        judged, largest = int(np.count_nonzero(self.judged)), self.largest_difference
+        if largest is None:
+            return "no contact that was given is pressed enough to be judged"
+        failed = judged - int(np.count_nonzero(self.passed))
+        return (
+            f"{failed} of {judged} contacts differ by more than {self.tolerance:.1e} from the"
+            f" reference, the largest difference is {largest:.1e}"
+        )
+
+    @property
     def rows(self) -> list[dict[str, float | int | bool | None]]:
-        """One row per contact: contact, given_N, reference_N, difference, passed.
+        """One row per contact, with contact, given_N, reference_N, difference and passed.
 
         None where nothing was given, or where a contact is not judged.
         """

@@ -225,7 +225,7 @@ def print_comparison(console: Console, comparison: Comparison) -> None:
     _print_checks(console, comparison)
 
 
-def print_judgement(console: Console, judgement: Judgement) -> None:
+def print_judgement(console: Console, judgement: Judgement, others: str = "in --json") -> None:
     """Print the contacts of the transition and those that failed, the cause and the verdict.
 
     Parameters
@@ -234,6 +234,8 @@ def print_judgement(console: Console, judgement: Judgement) -> None:
         Where to.
     judgement
         What to print.
+    others
+        Where the other contacts are.
     """
     reference = judgement.reference
     console.print(describe(reference.scene), style="bold", end="\n\n")
@@ -259,7 +261,8 @@ def print_judgement(console: Console, judgement: Judgement) -> None:
     console.print(table)
     left = reference.contact.size - len(shown)
     if left:
-        console.print(f"({left} more contacts, to {reference.contact[-1]}, in --json)", style="dim")
+        last = reference.contact[-1]
+        console.print(f"({left} more contacts, to {last}, {others})", style="dim")
     console.print()
     _print_facts(console, judgement_facts(judgement))
     if judgement.cause is not None:

@@ -190,7 +190,7 @@ class Scene:
 
     @property
     def momentum_ratio(self) -> float:
-        """LM_ratio: impulse over L_SW(F0), always with the paper's 139/32."""
+        """LM_ratio, the impulse over L_SW(F0), always with the paper's 139/32."""
         if isinstance(self.shock, PulseTable):
             return self.impulse / unit_ratio_momentum(self.chain, self.shock.peak_force)
         if self.shock.momentum_ratio is not None:
@@ -228,7 +228,7 @@ class Scene:
 
     @property
     def end_time(self) -> float:
-        """End of the run [s]: as given, or long enough for the wave to pass every contact."""
+        """End of the run [s], as given, or long enough for the wave to pass every contact."""
         if self.run.end_time is not None:
             return self.run.end_time
         watched = watched_time(self.chain.granules, self.momentum_ratio)

@@ -14,6 +14,8 @@ import hertzchain as hc
 from hertzchain.errors import BackendMissing
 from hertzchain.lammps.engine import engine
 
+pytest_plugins = ["pytester"]
+
 STEEL = {"radius": 4.75e-3, "young_modulus": 193e9, "poisson_ratio": 0.3, "density": 7958.0}
 """The paper's granules (section 5.2)."""
 

@@ -1242,7 +1242,7 @@ def test_every_command_has_help(hertzchain: Command, command: str) -> None:
         ["tradeoff", "scene.toml", "--backend", "native"],
         ["predict", "scene.toml", "--rtol", "1e-6"],
         ["predict", "scene.toml", "--report", "report.html"],
-        ["compare", "scene.toml", "--junit", "junit.xml"],
+        ["compare", "scene.toml", "--junit"],
         *(["run"], ["run", "scene.toml", "--backend", "dem"], ["run", "scene.toml", "extra"]),
         *(["run", "scene.toml", "--method", "euler"], ["run", "scene.toml", "--dt"]),
     ],

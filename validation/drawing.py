@@ -22,3 +22,14 @@ PROFILES: dict[str, dict[str, Any]] = {
     },
 }
 """The three of Table 1."""
+
+RATIO_COLOURS: dict[float, str] = {
+    0.3: "#440154",
+    0.5: "#443983",
+    0.7: "#31688e",
+    1.0: "#21918c",
+    1.4: "#2a9d54",
+    2.0: "#6ba81f",
+    2.5: "#b08a00",
+}
+"""Of the LM_ratio of Figures 3 to 5: from dark to light, as viridis, whose end is darkened."""

@@ -20,7 +20,7 @@ import hertzchain as hc
 import validation.table3
 import validation.table4
 from hertzchain import comparison, schedule, theory
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.lammps import deck
 from hertzchain.native import backend as native_backend
 from hertzchain.native import simulate_in_numpy, simulation
@@ -196,13 +196,16 @@ def of_the_chain(name: str, factor: float) -> Plant:
     return planted
 
 
-def printed_formula() -> AbstractContextManager[Any]:
+def printed_peak_force(
+    contact: FloatArray, p: float, wave: float, n: float, ratio: float
+) -> FloatArray:
     """Eqs. 6a and 6b with the exponent as it is printed: 15 (i - p) / (8 sqrt(n p))."""
+    return np.asarray(wave * ratio ** (15 * (contact - p) / (8 * math.sqrt(n * p))))
 
-    def printed(contact: Array, p: int, wave: float, n: float, ratio: float) -> Array:
-        return wave * ratio ** (15 * (contact - p) / (8 * math.sqrt(n * p)))
 
-    return patch.object(theory, "peak_force", printed)
+def printed_formula() -> AbstractContextManager[Any]:
+    """The printed exponent in place of the one that is used."""
+    return patch.object(theory, "peak_force", printed_peak_force)
 
 
 _HERTZ = "hertz/material ${young_modulus} 0.0 ${poisson_ratio}"

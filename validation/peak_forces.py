@@ -12,7 +12,16 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from validation.drawing import BACKENDS
-from validation.rows import Row, did_not_run, load, paper_table, row, scene_name, simulate
+from validation.rows import (
+    Row,
+    did_not_run,
+    load,
+    paper_table,
+    problems_as_text,
+    row,
+    scene_name,
+    simulate,
+)
 from validation.script import Script
 
 if TYPE_CHECKING:
@@ -108,7 +117,7 @@ def _errors_percent(result: hc.Result) -> FloatArray:
 def promises(table: pandas.DataFrame) -> list[Row]:
     """Each error against what is printed, and the mean of what is between them."""
     rows = []
-    table = table.fillna({"problem": ""})
+    table = problems_as_text(table)
     for (backend, name), own in table.groupby(["backend", "scene"], sort=False):
         problem = own["problem"].iloc[0]
         if problem:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import pandas
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
@@ -74,6 +75,11 @@ def did_not_run(what: str, backend: str, problem: hc.HertzchainError | str) -> R
     """A row that fails in place of those of a scene that could not be simulated."""
     nan = float("nan")
     return Row(f"{what}: {problem}", backend, nan, nan, 0.0, False, RAN)
+
+
+def problems_as_text(table: pandas.DataFrame) -> pandas.DataFrame:
+    """A table whose column ``problem`` is text, also where it was read from a file without any."""
+    return table.assign(problem=table["problem"].astype(object).fillna(""))
 
 
 Found = dict[tuple[str, str], hc.Result | hc.HertzchainError]

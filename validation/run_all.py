@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from types import ModuleType
 
@@ -21,19 +22,41 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 import hertzchain as hc
+import validation.claims
+import validation.constants
+import validation.corrections
+import validation.figure1
+import validation.figure2
+import validation.figure3
+import validation.figure4
+import validation.figure5
+import validation.formula_maps
+import validation.ladder
 import validation.limits
 import validation.mistakes
 import validation.table2
 import validation.table3
 import validation.table4
+from hertzchain.files import check_writable, write_text
+from hertzchain.junit import to_xml
 from validation.page import make_folder, write_report
 from validation.rows import Row, did_not_run, print_rows
-from validation.script import Script, as_json, why_no_lammps
+from validation.script import Script, as_json, junit_suite, missing_suites, why_no_lammps
 
 MODULES: tuple[ModuleType, ...] = (
+    validation.figure1,
+    validation.figure2,
+    validation.figure3,
+    validation.figure4,
+    validation.figure5,
     validation.table2,
     validation.table3,
     validation.table4,
+    validation.constants,
+    validation.claims,
+    validation.corrections,
+    validation.formula_maps,
+    validation.ladder,
     validation.limits,
     validation.mistakes,
 )
@@ -54,14 +77,15 @@ class Outcome:
         What it measured; None where it could not.
     rows
         What had to hold.
-    seconds
-        How long it took.
+    begun, seconds
+        When it began, and how long it took.
     """
 
     name: str
     script: Script
     table: pandas.DataFrame | None
     rows: tuple[Row, ...]
+    begun: datetime
     seconds: float
 
     @property
@@ -94,13 +118,14 @@ def run_scripts(quick: bool, with_lammps: bool) -> Iterator[Outcome]:
         for module in MODULES:
             name, script = module.__name__.removeprefix("validation."), module.SCRIPT
             bar.update(task, description=name)
-            begin, table = time.perf_counter(), None
+            begun, begin, table = datetime.now(UTC), time.perf_counter(), None
             try:
                 table = script.measure(quick, with_lammps)
                 rows = script.promises(table)
             except hc.HertzchainError as problem:
                 rows = [did_not_run(name, "", problem)]
-            yield Outcome(name, script, table, tuple(rows), time.perf_counter() - begin)
+            seconds = time.perf_counter() - begin
+            yield Outcome(name, script, table, tuple(rows), begun, seconds)
             bar.advance(task)
 
 
@@ -158,14 +183,17 @@ def run(arguments: Sequence[str]) -> int:
     parser.add_argument(
         "--report", type=Path, metavar="DIR", help="write a page to read, with tables and figures"
     )
+    parser.add_argument("--junit", type=Path, help="write each row as a test case")
     chosen = parser.parse_args(arguments)
-    missing = why_no_lammps()
+    begun, missing = datetime.now(UTC), why_no_lammps()
     if missing:
         print(f"{missing}; everything else is measured", file=sys.stderr)
     outcomes = []
     try:
         if chosen.report is not None:
             make_folder(chosen.report)
+        if chosen.junit is not None:
+            check_writable(chosen.junit)
         for outcome in run_scripts(chosen.quick, missing is None):
             outcomes.append(outcome)
             if not chosen.json:
@@ -173,6 +201,12 @@ def run(arguments: Sequence[str]) -> int:
         if chosen.report is not None:
             write_report(chosen.report, outcomes, to_dict(outcomes))
             print(f"Report written to {chosen.report / 'index.html'}", file=sys.stderr)
+        if chosen.junit is not None:
+            suites = [
+                junit_suite(outcome.name, outcome.rows, outcome.begun, outcome.seconds)
+                for outcome in outcomes
+            ]
+            write_text(chosen.junit, to_xml([*suites, *missing_suites(missing, begun)]))
     except hc.HertzchainError as problem:
         print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
         return 2

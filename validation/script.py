@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields
 from datetime import UTC, datetime
@@ -18,6 +19,7 @@ from rich.console import Console
 import hertzchain as hc
 from hertzchain.errors import BackendMissing
 from hertzchain.files import check_writable, write_text, write_with
+from hertzchain.junit import ERROR, Case, Suite, case, to_xml
 from hertzchain.lammps.engine import engine
 from hertzchain.report import check_plot_format
 from hertzchain.tradeoff import provenance
@@ -101,10 +103,12 @@ class Script:
         parser.add_argument("-o", "--output", type=Path, help="write the table as CSV")
         parser.add_argument("--plot", type=Path, help="write a figure; the suffix says the format")
         parser.add_argument("--json", action="store_true", help="print the rows as JSON")
+        parser.add_argument("--junit", type=Path, help="write each row as a test case")
         chosen = parser.parse_args(arguments)
+        begun, begin = datetime.now(UTC), time.perf_counter()
         missing = why_no_lammps()
         try:
-            for path in (chosen.output, chosen.plot):
+            for path in (chosen.output, chosen.plot, chosen.junit):
                 if path is not None:
                     check_writable(path)
             if chosen.plot is not None:
@@ -113,6 +117,10 @@ class Script:
                 print(f"{missing}; everything else is measured", file=sys.stderr)
             table = self.measure(chosen.quick, missing is None)
             rows = self.promises(table)
+            if chosen.junit is not None:
+                seconds = time.perf_counter() - begin
+                suite = junit_suite(Path(sys.argv[0]).stem, rows, begun, seconds)
+                write_text(chosen.junit, to_xml([suite, *missing_suites(missing, begun)]))
             if chosen.json:
                 print(json.dumps({"rows": as_json(rows)}, indent=2, allow_nan=False))
             else:
@@ -146,6 +154,39 @@ def as_json(rows: Sequence[Row]) -> list[dict[str, Any]]:
         }
         for entry in rows
     ]
+
+
+def junit_suite(name: str, rows: Sequence[Row], begun: datetime, seconds: float) -> Suite:
+    """Rows as cases.
+
+    Parameters
+    ----------
+    name
+        Of the script.
+    rows
+        What had to hold.
+    begun, seconds
+        When it ran, and for how long.
+    """
+    cases = tuple(
+        case(
+            f"{entry.what} ({entry.backend})" if entry.backend else entry.what,
+            entry.measured,
+            entry.expected,
+            entry.tolerance,
+            entry.passed,
+            entry.reason,
+        )
+        for entry in rows
+    )
+    return Suite(f"validation.{name}", cases, begun, seconds)
+
+
+def missing_suites(missing: str | None, begun: datetime) -> list[Suite]:
+    """What stands for all the rows that are not there because LAMMPS is not: an error."""
+    if missing is None:
+        return []
+    return [Suite("validation.lammps", (Case("LAMMPS runs", ERROR, missing, missing),), begun, 0.0)]
 
 
 def write_table(path: Path, table: pandas.DataFrame) -> None:

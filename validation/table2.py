@@ -10,7 +10,16 @@ import pandas
 import hertzchain as hc
 from hertzchain import theory
 from validation.drawing import BACKENDS
-from validation.rows import Row, did_not_run, load, paper_table, row, scene_name, simulate
+from validation.rows import (
+    Row,
+    did_not_run,
+    load,
+    paper_table,
+    problems_as_text,
+    row,
+    scene_name,
+    simulate,
+)
 from validation.script import Script
 
 if TYPE_CHECKING:
@@ -71,7 +80,7 @@ def _eq3(result: hc.Result) -> float | None:
 def promises(table: pandas.DataFrame) -> list[Row]:
     """Both p against those that are printed."""
     rows = []
-    for entry in table.fillna({"problem": ""}).to_dict("records"):
+    for entry in problems_as_text(table).to_dict("records"):
         name, backend, eq3, printed = (
             entry[key] for key in ("scene", "backend", "eq3", "paper_eq3")
         )

@@ -184,7 +184,8 @@ class Lammps:
 
         Returns
         -------
-        Peak forces [N], shape (contacts,), and the number of steps taken.
+        tuple
+            Peak forces [N], shape (contacts,), and the number of steps taken.
 
         Raises
         ------

@@ -63,7 +63,8 @@ def run_many(
 
     Yields
     ------
-    For each scene its result, or the error that it ended with.
+    Result or HertzchainError
+        For each scene its result, or the error that it ended with.
     """
     from hertzchain.lammps.backend import Lammps
 

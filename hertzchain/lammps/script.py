@@ -6,6 +6,7 @@ has no value: None.
 
 from __future__ import annotations
 
+import functools
 import math
 import operator
 import re
@@ -336,12 +337,17 @@ _OPERATORS: tuple[dict[str, Callable[[float, float], float]], ...] = (
 )
 """From the weakest to the strongest, all from left to right, as LAMMPS has them."""
 
+_JOINS = {
+    sign: (rank, join) for rank, alike in enumerate(_OPERATORS) for sign, join in alike.items()
+}
+
 
 class _Unknown(Exception):
     """A formula, or a part of it, has no value that can be known."""
 
 
-def _tokens(text: str) -> list[str]:
+@functools.lru_cache  # the force of a deck is asked for at hundreds of times
+def _tokens(text: str) -> tuple[str, ...]:
     found: list[str] = []
     at = 0
     text = text.rstrip()
@@ -353,7 +359,7 @@ def _tokens(text: str) -> list[str]:
             raise _Unknown
         found.append(match[1])
         at = match.end()
-    return found
+    return tuple(found)
 
 
 def _value(
@@ -384,23 +390,24 @@ class _Reader:
 
     def __init__(
         self,
-        tokens: list[str],
+        tokens: tuple[str, ...],
         look_up: _Lookup,
         place: int,
         known: Mapping[str, float],
         depth: int,
     ) -> None:
-        self.left = tokens[::-1]
+        self.left = list(reversed(tokens))
         self.look_up, self.place, self.known, self.depth = look_up, place, known, depth
 
     def level(self, rank: int, parentheses: int) -> float:
         """What operators of a rank, and stronger ones, join."""
-        if rank == len(_OPERATORS):
-            return self.factor(parentheses)
-        value = self.level(rank + 1, parentheses)
-        while self.left and self.left[-1] in _OPERATORS[rank]:
-            join = _OPERATORS[rank][self.left.pop()]
-            value = join(value, self.level(rank + 1, parentheses))
+        value = self.factor(parentheses)
+        while self.left and self.left[-1] in _JOINS:
+            of_join, join = _JOINS[self.left[-1]]
+            if of_join < rank:
+                break
+            self.left.pop()
+            value = join(value, self.level(of_join + 1, parentheses))
         return value
 
     def factor(self, parentheses: int) -> float:

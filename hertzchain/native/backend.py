@@ -98,7 +98,8 @@ class Native:
     Parameters
     ----------
     method
-        One of METHODS; by default the cheapest that gives peaks of accuracy ``rtol``.
+        ``reference``, ``srkn-11b``, ``srkn-6b``, ``dprkn-6``, ``rk4`` or ``velocity-verlet``; by
+        default the cheapest that gives peaks of accuracy ``rtol``.
     dt
         The largest step [s]; by default one that suits the method: peaks right to about 1e-12
         (reference), 1e-8 (rk4), 1e-6 (velocity-verlet).

@@ -86,7 +86,8 @@ def peak_forces(
 
     Returns
     -------
-    Peaks in SI units.
+    Batch
+        Peaks in SI units.
 
     Raises
     ------
@@ -148,7 +149,8 @@ def similar_peak_forces(
 
     Returns
     -------
-    Peaks in natural units: forces over F0.
+    Batch
+        Peaks in natural units: forces over F0.
 
     Raises
     ------

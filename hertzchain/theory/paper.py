@@ -196,7 +196,7 @@ def peak_shift(
     p
         Granules in the transition.
     duration_ratio
-        n.
+        The ratio n of Table 1.
     ratio
         LM_ratio.
     """
@@ -236,7 +236,7 @@ def peak_force(
     wave_force
         F_SW.
     duration_ratio
-        n.
+        The ratio n of Table 1.
     effective_ratio
         LM_ratio (Eq. 6a), or LM_ratio + Delta L / L_Applied(t0_hat) where LM_ratio < 1 (Eq. 6b):
         see effective_momentum_ratio.
@@ -278,7 +278,7 @@ def peak_force_cubic(
     Parameters
     ----------
     contact
-        i.
+        Its number i.
     p
         Granules in the transition.
     second_force

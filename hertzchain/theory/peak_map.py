@@ -30,8 +30,10 @@ from hertzchain.shock import PROFILES
 FILE = Path(__file__).with_name("peak_map.npz")
 
 MOMENTUM_RATIOS = (0.1, 10.0)
+"""The smallest and the largest LM_ratio of the map."""
+
 DURATION_RATIOS = (2.0, 50.0)
-"""The smallest and the largest LM_ratio and n of the map."""
+"""The smallest and the largest n of the map."""
 
 LAST_CONTACT = 80
 """The map has contacts 2 to this one. p is 47 at most, and changes beyond contact 60 are below

@@ -69,7 +69,7 @@ class Estimate:
 
     @property
     def closer(self) -> str:
-        """``paper`` or ``exact``: whose constant, at F_SW, is closer to the far field.
+        """Whose constant, at F_SW, is closer to the far field, ``paper`` or ``exact``.
 
         F_SW is below the far field after long pulses, and a constant that is too large makes up for
         it there.
@@ -195,7 +195,7 @@ class Prediction:
 
     @property
     def rows(self) -> list[dict[str, float | int | None]]:
-        """One row per contact: contact, map_N, eq6_N, eq9_N; None where undefined."""
+        """One row per contact, with contact, map_N, eq6_N and eq9_N; None where undefined."""
         size = self.peak_force.size
         columns = (
             range(2, size + 2),

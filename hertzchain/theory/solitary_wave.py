@@ -50,7 +50,7 @@ class SolitaryWave:
 
     @property
     def momentum(self) -> float:
-        """Integral of the force over time: the momentum of the wave."""
+        """Momentum of the wave, the integral of its force over time."""
         return self.force_integral / self.speed
 
 

@@ -1,0 +1,91 @@
+"""A fixture for the tests of other projects: their peaks, judged by the native reference.
+
+pytest loads this module in every project that has hertzchain installed, so nothing is imported here
+that pytest has not loaded anyway.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import ArrayLike
+
+    from hertzchain.judgement import Judgement
+    from hertzchain.scene import Scene
+
+
+@pytest.fixture
+def judge_peaks(request: pytest.FixtureRequest) -> Callable[..., Judgement]:
+    """Fail the test unless peaks from any code are those of a scene; see ``hertzchain.judge``.
+
+    judge_peaks(scene, peak_force, *, tolerance=1e-3, dt=None)
+
+    Parameters
+    ----------
+    scene
+        A scene, or the path of its file. Paths are relative to the folder of the test's file.
+    peak_force
+        Peak forces [N] of contacts 2 ... N: the path of a CSV file with the columns contact and
+        peak_force_N, a mapping from contacts, or an array of shape (N - 1,) with NaN where there is
+        none.
+    tolerance
+        Largest relative difference that passes.
+    dt
+        The step they were computed with [s], if it is known.
+
+    Returns
+    -------
+    A function that returns the ``hertzchain.Judgement`` where the peaks pass.
+    """
+    folder = request.path.parent
+
+    def judge_peaks(
+        scene: Scene | Path | str,
+        peak_force: Path | str | Mapping[int, float] | ArrayLike,
+        *,
+        tolerance: float | None = None,
+        dt: float | None = None,
+    ) -> Judgement:
+        __tracebackhide__ = True
+        from hertzchain import judgement
+        from hertzchain.errors import HertzchainError
+        from hertzchain.scene import Scene
+
+        try:
+            chosen = (
+                Scene.from_toml(folder / scene) if isinstance(scene, str | os.PathLike) else scene
+            )
+            given = folder / peak_force if isinstance(peak_force, str | os.PathLike) else peak_force
+            wanted = judgement.TOLERANCE if tolerance is None else tolerance
+            found = judgement.judge(chosen, given, tolerance=wanted, dt=dt)
+        except HertzchainError as unusable:
+            problem = f"hertzchain: {unusable}"
+        else:
+            if found.verdict == "pass":
+                return found
+            problem = f"hertzchain: {found.summary}\n\n{_printed(found)}"
+        pytest.fail(problem)
+
+    return judge_peaks
+
+
+def _printed(judgement: Judgement) -> str:
+    """What the command line prints of a judgement, without colours."""
+    from io import StringIO
+
+    from rich.console import Console
+
+    from hertzchain.report import print_judgement
+
+    text = StringIO()
+    console = Console(file=text, width=100, color_system=None, highlight=False, markup=False)
+    print_judgement(console, judgement, others="not shown")
+    return "\n".join(line.rstrip() for line in text.getvalue().splitlines())

@@ -1,0 +1,218 @@
+"""Figure 1: the three shocks of Table 1, by the formulas and as each backend applies them.
+
+Three say what the force is: Eq. 2 with Table 1 as it is written (``theory.applied_force``), the
+ramps that every simulation is made of (``Scene.applied_force``), and LAMMPS itself, which is asked
+for the force on a chain that it holds at rest. What reaches the granules is told by their momentum
+when the pulse is over. The paper does not say which n its figure has; here it is 4, as in Figure 3.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas
+
+import hertzchain as hc
+from hertzchain import theory
+from hertzchain.lammps.examination import examine
+from hertzchain.lammps.isolation import Child, run_in
+from hertzchain.shock import PROFILES
+from validation.drawing import BACKENDS
+from validation.drawing import PROFILES as PROFILE_STYLES
+from validation.rows import STEEL, Row, did_not_run, problems_as_text, row
+from validation.script import Script
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TITLE = "Figure 1: the three shocks of Table 1"
+
+_READINGS = 8
+"""Intervals in which the formulas are looked at on each ramp. LAMMPS is read at 4."""
+
+ROUND_OFF = "in F0: round-off of the argument of the cosine, which pi multiplies"
+AREA = (
+    "in F0 t0: round-off; the trapezoidal rule is exact for a line and, as its upper half is its"
+    " lower half turned around, for half a period of 1 - cos"
+)
+CORNER = "in F0: Table 1 has exactly this at the corner; round-off"
+MOMENTUM = (
+    "as a fraction: round-off of some thousand kicks; contacts only hand momentum on, and the steps"
+    " end at the corners, so that both sum each ramp without error"
+)
+
+
+def scene_of(profile: str) -> hc.Scene:
+    """A chain of 5 of the paper's granules under a shock of n = 4 and LM_ratio 1."""
+    pulse = hc.Pulse(profile, 100.0, 4.0, momentum_ratio=1.0)
+    return hc.Scene(hc.Chain(granules=5, **STEEL), pulse)
+
+
+def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:  # noqa: ARG001 - all of it is quick
+    """The force over the rise, the decay and a time after, from each source.
+
+    Parameters
+    ----------
+    quick
+        Makes no difference: it takes two seconds.
+    with_lammps
+        Whether to ask LAMMPS, too.
+
+    Returns
+    -------
+    Columns profile, source (paper, native, lammps), ramp (0 rise, 1 decay, 2 after), time (t / t0),
+    force (F / F0), paper (Eq. 2 then), momentum (of the chain at the end of a run over F0 t0; NaN
+    for the paper), problem. Each ramp is seen from inside at both of its corners.
+    """
+    tables = []
+    with Child() as child:
+        for profile in PROFILES:
+            scene = scene_of(profile)
+            tables += [_by_paper(scene), _by_native(scene)]
+            if with_lammps:
+                tables.append(_by_lammps(scene, child))
+    return pandas.concat(tables, ignore_index=True)
+
+
+def _table(
+    scene: hc.Scene,
+    source: str,
+    ramp: np.ndarray,
+    time: np.ndarray,
+    force: np.ndarray,
+    momentum: float,
+) -> pandas.DataFrame:
+    """What one source says [s, N, N s]."""
+    assert isinstance(scene.shock, hc.Pulse)
+    t0, scale = scene.rise_time, scene.shock.peak_force
+    assert t0 is not None
+    return pandas.DataFrame(
+        {
+            "profile": scene.shock.profile,
+            "source": source,
+            "ramp": ramp,
+            "time": time / t0,
+            "force": force / scale,
+            "paper": theory.applied_force(time, scene.shock, t0) / scale,
+            "momentum": momentum / (scale * t0),
+            "problem": "",
+        }
+    )
+
+
+def _ramp_times(scene: hc.Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Ramp and time [s] of each reading of a formula, each ramp from corner to corner."""
+    rise, decay = scene.ramps
+    times = [np.linspace(ramp.start, ramp.end, _READINGS + 1) for ramp in (rise, decay)]
+    after = decay.end * np.array([1 + 1e-12, 1.25, 1.5])
+    return np.repeat([0, 1, 2], [*map(len, times), after.size]), np.concatenate([*times, after])
+
+
+def _by_paper(scene: hc.Scene) -> pandas.DataFrame:
+    assert isinstance(scene.shock, hc.Pulse)
+    assert scene.rise_time is not None
+    ramp, time = _ramp_times(scene)
+    force = theory.applied_force(time, scene.shock, scene.rise_time)
+    return _table(scene, "paper", ramp, time, force, np.nan)
+
+
+def _by_native(scene: hc.Scene) -> pandas.DataFrame:
+    ramp, time = _ramp_times(scene)
+    momentum = hc.Native("reference").run(scene).balance.momentum
+    return _table(scene, "native", ramp, time, scene.applied_force(time), momentum)
+
+
+def _by_lammps(scene: hc.Scene, child: Child) -> pandas.DataFrame:
+    assert isinstance(scene.shock, hc.Pulse)
+    lammps = hc.Lammps(extrapolated=True)
+    try:
+        seen = child.call(examine, scene, time_limit=lammps.time_limit)
+        momentum = run_in(child, lammps, scene).balance.momentum
+    except hc.HertzchainError as problem:
+        names = {"profile": scene.shock.profile, "source": "lammps", "problem": str(problem)}
+        return pandas.DataFrame([names])
+    ramp = np.repeat(np.arange(len(seen.time)), seen.time.shape[1])
+    # After the pulse every reading says the same; those close to it are shown.
+    time = np.where(seen.time <= 1.5 * scene.ramps[-1].end, seen.time, np.nan).ravel()
+    known = np.isfinite(time)
+    force = seen.applied_force.ravel()[known]
+    return _table(scene, "lammps", ramp[known], time[known], force, momentum)
+
+
+def promises(table: pandas.DataFrame) -> list[Row]:
+    """Agreement, area, height at t0 and no jump for each profile and source."""
+    rows = []
+    table = problems_as_text(table)
+    for (profile, source), own in table.groupby(["profile", "source"], sort=False):
+        what, backend = str(profile), str(source)
+        if own["problem"].iloc[0]:
+            rows.append(did_not_run(what, backend, own["problem"].iloc[0]))
+            continue
+        n = scene_of(what).ramps[-1].end / scene_of(what).ramps[0].end
+        rise, decay, after = (
+            own[own["ramp"] == k].sort_values("time", kind="stable") for k in (0, 1, 2)
+        )
+        if backend != "paper":
+            off = (own["force"] - own["paper"]).abs().max()
+            rows.append(row(f"{what}: F(t) less Eq. 2, largest", backend, off, 0, 1e-15, ROUND_OFF))
+        area = sum(np.trapezoid(ramp["force"], ramp["time"]) for ramp in (rise, decay))
+        rows.append(row(f"{what}: area, n / 2", backend, area, n / 2, 2e-15, AREA))
+        top = rise["force"].iloc[-1]
+        rows.append(row(f"{what}: F(t0)", backend, top, 1, 1e-15, CORNER))
+        jumps = [
+            rise["force"].iloc[0],
+            decay["force"].iloc[0] - top,
+            after["force"].iloc[0] - decay["force"].iloc[-1],
+        ]
+        jump = max(map(abs, jumps))
+        rows.append(row(f"{what}: largest jump at a corner", backend, jump, 0, 1e-15, CORNER))
+        if backend != "paper":
+            gained = own["momentum"].iloc[0] / (n / 2)
+            rows.append(
+                row(
+                    f"{what}: momentum that the chain has gained, over F0 n t0 / 2",
+                    backend,
+                    gained,
+                    1,
+                    1e-13,
+                    MOMENTUM,
+                )
+            )
+    return rows
+
+
+def draw(table: pandas.DataFrame) -> Figure:
+    """The paper's three panels."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10, 3.6), layout="constrained", dpi=100)
+    panels = figure.subplots(1, 3, sharey=True)
+    time = np.linspace(0, 6, 601)
+    for axes, letter, profile in zip(panels, "abc", PROFILES, strict=True):
+        shock = hc.Pulse(profile, 1.0, 4.0, rise_time=1.0)
+        axes.plot(time, theory.applied_force(time, shock, 1.0), "0.6", label="Eq. 2, Table 1")
+        for backend, style in BACKENDS.items():
+            own = table[(table["profile"] == profile) & (table["source"] == backend)]
+            axes.plot(own["time"], own["force"], **style)
+        axes.set(xlabel="t / t0", title=f"({letter}) {PROFILE_STYLES[profile]['label']}")
+        axes.grid(alpha=0.3)
+    panels[0].set_ylabel("F / F0")
+    panels[0].legend(fontsize="small")
+    figure.suptitle("Figure 1: shocks, n = 4 (chosen)", fontsize="medium")
+    return figure
+
+
+SCRIPT = Script(
+    TITLE,
+    "Do the simulations apply the force that Eq. 2 and Table 1 say?",
+    "Eq. 2 as written, the ramps of native, LAMMPS asked for its force; area and corners",
+    measure,
+    promises,
+    draw,
+)
+compare, main = SCRIPT.compare, SCRIPT.main
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,206 @@
+"""Figure 5: peaks of the transition, simulated, by Eq. 6 as corrected, and by Eq. 9.
+
+(a) LM_ratio < 1, (b) LM_ratio > 1, with F0 = 100 N and n = 4. LM_ratio and n are chosen: those of
+the paper's figure are not in the text that we have. Both formulas take p and F_SW from the
+simulation, as the paper does; Eq. 9 takes F_2 from Eq. 6. With F_2 from the simulation it is
+judged once more, which tells what of its error is inherited.
+
+The paper says that both can be used successfully, without a number. Its own Tables 3 and 4 have
+errors of Eq. 6 of 3.9 % at most: that is what is held against them here.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas
+
+import hertzchain as hc
+from hertzchain import theory
+from hertzchain.shock import PROFILES
+from validation.drawing import BACKENDS, RATIO_COLOURS
+from validation.drawing import PROFILES as PROFILE_STYLES
+from validation.rows import Row, row
+from validation.script import Script
+from validation.transition_scenes import (
+    CHOSEN,
+    DURATION_RATIO,
+    by_scene,
+    found_by_both,
+    scene_of,
+    separated,
+    transitions,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TITLE = "Figure 5: peaks by Eqs. 6 and 9"
+
+FORMULAS = {"eq6_N": "Eq. 6", "eq9_N": "Eq. 9", "eq9_simulated_N": "Eq. 9 with F_2 simulated"}
+"""Columns, and what they are."""
+
+PAPER_PERCENT = 3.9
+"""The largest error of Eq. 6 in Tables 3 and 4 [%]."""
+
+FOUND_PERCENT = {
+    "eq6_N": {0.3: 17.1, 0.5: 5.5, 0.7: 2.3, 1.4: 2.9, 2.0: 3.6, 2.5: 5.7},
+    "eq9_N": {0.3: 17.1, 0.5: 5.5, 0.7: 2.3, 1.4: 2.9, 2.0: 1.3, 2.5: 3.5},
+    "eq9_simulated_N": {0.3: 1.8, 0.5: 1.5, 0.7: 0.7, 1.4: 0.3, 2.0: 0.5, 2.5: 0.6},
+}
+"""The largest error of the three profiles, rounded up to a tenth [%]."""
+
+BEYOND = {"eq6_N": 8, "eq9_N": 6, "eq9_simulated_N": 0}
+"""Scenes of 18 in which the largest error is above the paper's."""
+
+BOUND = (
+    "per cent; the largest of three profiles, as found. Below 1 Eq. 6b is at its best with n = 2"
+    " (Table 3: 3.6 % at LM_ratio 0.3), where Delta L is 0.44 of L_Applied(t0_hat), and with long"
+    " pulses; near n = 4 Delta L has all but gone, and the power with sqrt(n) is still steep"
+)
+COUNTED = "a count of native's scenes; found"
+SAME = (
+    "percentage points; three times both error estimates: the peak, F_SW and F_2 are each off by"
+    " as much"
+)
+
+
+def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
+    """Peaks of contacts 2 to p, simulated and by the formulas.
+
+    Parameters
+    ----------
+    quick
+        Run LAMMPS on three scenes only.
+    with_lammps
+        Whether to run LAMMPS, too.
+
+    Returns
+    -------
+    Of what ``transitions`` gives the contacts of the transition, without LM_ratio = 1, and
+    eq6_N, eq9_N (F_2 from Eq. 6), eq9_simulated_N (F_2 from the simulation).
+    """
+    table = transitions(quick, with_lammps, TITLE)
+    table = table[table["momentum_ratio"] != 1]
+    inside = (table["contact"] <= table["p"]) | (table["problem"] != "")
+    groups = table[inside].groupby(["profile", "momentum_ratio", "backend"], sort=False)
+    return pandas.concat([_with_formulas(own) for _, own in groups], ignore_index=True)
+
+
+def _with_formulas(own: pandas.DataFrame) -> pandas.DataFrame:
+    first = own.iloc[0]
+    if first["problem"]:
+        return own
+    scene = scene_of(first["profile"], first["momentum_ratio"])
+    assert isinstance(scene.shock, hc.Pulse)
+    assert scene.rise_time is not None
+    ratio = theory.effective_momentum_ratio(scene.chain, scene.shock, scene.rise_time)
+    contact, p, wave = own["contact"].to_numpy().astype(int), int(first["p"]), first["wave_force_N"]
+    eq6 = theory.peak_force(contact, p, wave, DURATION_RATIO, ratio)
+    return own.assign(
+        eq6_N=eq6,
+        eq9_N=theory.peak_force_cubic(contact, p, float(eq6[0]), wave),
+        eq9_simulated_N=theory.peak_force_cubic(contact, p, first["peak_force_N"], wave),
+    )
+
+
+def promises(table: pandas.DataFrame) -> list[Row]:
+    """The largest error of each formula in each scene; LAMMPS's errors against native's."""
+    table, rows = separated(table)
+    scenes = by_scene(table, "native")
+    worst = {scene: errors(own).abs().max() for scene, own in scenes.items()}
+    for column, formula in FORMULAS.items():
+        for scene, own in scenes.items():
+            bound = FOUND_PERCENT[column][own["momentum_ratio"].iloc[0]]
+            said = f" (paper's tables: {PAPER_PERCENT} at most)" if bound > PAPER_PERCENT else ""
+            what = f"{scene}: {formula}, largest error [%]{said}"
+            rows.append(row(what, "native", worst[scene][column], 0, bound, BOUND))
+    for column, formula in FORMULAS.items():
+        beyond = sum(error[column] > PAPER_PERCENT for error in worst.values())
+        what = f"scenes of 18 with an error of {formula} above {PAPER_PERCENT} % (paper: 0)"
+        rows.append(row(what, "native", beyond, BEYOND[column], 0, COUNTED))
+    for scene, native, own in found_by_both(table):
+        # Where only one has a contact in the transition it is NaN, which fails.
+        off = (errors(own) - errors(native)).abs().to_numpy()
+        bound = 300 * (own["error_estimate"].iloc[0] + native["error_estimate"].iloc[0])
+        what = f"{scene}: errors of Eqs. 6 and 9 less native's, largest"
+        rows.append(row(what, "lammps", np.max(off), 0, bound, SAME))
+    return rows
+
+
+def errors(own: pandas.DataFrame) -> pandas.DataFrame:
+    """Error of each formula [%], columns as FORMULAS, over the contact, of one scene."""
+    at = own.set_index("contact")
+    return pandas.DataFrame(
+        {column: 100 * (at[column] / at["peak_force_N"] - 1) for column in FORMULAS}
+    )
+
+
+def draw(table: pandas.DataFrame) -> Figure:
+    """The paper's two panels, one row each, with a panel for each profile."""
+    from matplotlib.figure import Figure
+
+    table, _ = separated(table)
+    figure = Figure(figsize=(10, 7.5), layout="constrained", dpi=100)
+    panels = figure.subplots(2, 3, sharex="row", sharey="row")
+    for letter, below, line in zip("ab", (True, False), panels, strict=True):
+        for axes, profile in zip(line, PROFILES, strict=True):
+            own = table[(table["profile"] == profile) & ((table["momentum_ratio"] < 1) == below)]
+            for ratio in own["momentum_ratio"].unique():
+                some = own[own["momentum_ratio"] == ratio]
+                _draw_scene(axes, some, RATIO_COLOURS[ratio], f"{ratio:g}")
+            axes.set(xlabel="contact i", xticks=range(2, 6 if below else 11))
+            side = "LM_ratio < 1" if below else "LM_ratio > 1"
+            axes.set_title(
+                f"({letter}) {side}, {PROFILE_STYLES[profile]['label']}", fontsize="small"
+            )
+            axes.grid(alpha=0.3)
+            axes.margins(x=0.18)
+        line[0].set_ylabel("peak force [N]")
+    for label, look in _LOOKS.items():
+        panels[1, 0].plot([], [], color="0.2", linestyle="none", label=label, **look)
+    panels[1, 0].legend(fontsize="small")
+    figure.suptitle(
+        f"Figure 5: {CHOSEN}, and so is n; numbers in the panels: LM_ratio", fontsize="medium"
+    )
+    return figure
+
+
+_LOOKS: dict[str, dict[str, Any]] = {
+    "native": {"marker": ".", "markersize": 7},
+    "LAMMPS": {"marker": "s", "markersize": 9, "fillstyle": "none"},
+    "Eq. 6": {"marker": "o", "markersize": 6, "fillstyle": "none"},
+    "Eq. 9": {"marker": "x", "markersize": 6},
+}
+
+
+def _draw_scene(axes: Any, some: pandas.DataFrame, colour: str, label: str) -> None:
+    """One scene: what was simulated, on a line, and both formulas."""
+    native, lammps = (some[some["backend"] == backend] for backend in BACKENDS)
+    series = (
+        (native, "peak_force_N"),
+        (lammps, "peak_force_N"),
+        (native, "eq6_N"),
+        (native, "eq9_N"),
+    )
+    for (own, column), look in zip(series, _LOOKS.values(), strict=True):
+        axes.plot(own["contact"], own[column], color=colour, linestyle="none", **look)
+    axes.plot(native["contact"], native["peak_force_N"], color=colour, linewidth=0.8)
+    end = (some["contact"].max(), some["peak_force_N"].iloc[-1])
+    axes.annotate(label, end, (9, 0), textcoords="offset points", va="center", color=colour)
+
+
+SCRIPT = Script(
+    TITLE,
+    "How far are Eqs. 6 and 9 from the peaks of the transition?",
+    "native, LAMMPS, Eq. 6 as corrected, Eq. 9",
+    measure,
+    promises,
+    draw,
+)
+compare, main = SCRIPT.compare, SCRIPT.main
+
+
+if __name__ == "__main__":
+    main()
