@@ -341,6 +341,14 @@ def compare(
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the comparison (png, pdf, svg).")
     ] = None,
+    report_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--report",
+            metavar="FILE",
+            help="Write a page to read and to send (html): verdict, plots, tables, all numbers.",
+        ),
+    ] = None,
     results: Annotated[
         Path | None,
         typer.Option(
@@ -364,11 +372,11 @@ def compare(
     ] = None,
 ) -> None:
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
-    from hertzchain import comparison, report
+    from hertzchain import comparison, page, page_plots, report
     from hertzchain.junit import of_comparison
 
     begun, begin = datetime.now(UTC), time.perf_counter()
-    _check_writable(plot, junit)
+    _check_outputs(plot, report_file, junit)
     if results is not None:
         for option, given in (("--backend", backend), ("--isolate", isolate), ("--plot", plot)):
             if given:
@@ -376,31 +384,45 @@ def compare(
                     f"{option} does not go with --results, which compares with native alone; leave"
                     " one of them out"
                 )
-        _judge(scene, results, tolerance, dt, time_limit, as_json, junit)
+        _judge(scene, results, tolerance, dt, time_limit, as_json, report_file, junit)
     for option, value in (("--tolerance", tolerance), ("--dt", dt)):
         if value is not None:
             raise HertzchainError(f"{option} goes with --results FILE; leave the option out")
     loaded = _load(scene)
     _refuse_options_of_lammps(backend or [Backend.LAMMPS], isolate, lmp, ranks)
     lammps = _lammps(isolate, lmp, ranks, _time_limit(time_limit))
-    if plot is not None:
-        report.check_plot_format(plot)
     names = comparison.DEFAULT_BACKENDS if not backend else [name.value for name in backend]
     with _progress() as tell:
-        compared = comparison.compare(loaded, names, lammps, progress=tell)
+        record = None if report_file is None else page_plots.record_times(loaded)
+        compared = comparison.compare(loaded, names, lammps, progress=tell, record=record)
         if plot is not None:
             tell("drawing")
             report.plot_comparison(compared, plot)
+        if report_file is not None:
+            tell("writing the report")
+            page.write_comparison(compared, report_file, scene.name)
     _write_junit(junit, of_comparison(compared, scene.stem, begun, time.perf_counter() - begin))
     if as_json:
         _print_json(compared.to_dict())
     else:
         report.print_comparison(_console(), compared)
-    if plot is not None:
-        typer.echo(f"Plot written to {plot}", err=True)
+    for what, path in (("Plot", plot), ("Report", report_file)):
+        if path is not None:
+            typer.echo(f"{what} written to {path}", err=True)
     if compared.missing:
         raise typer.Exit(UNUSABLE)
     raise typer.Exit(DONE if compared.verdict == "pass" else OUT_OF_TOLERANCE)
+
+
+def _check_outputs(plot: Path | None, report_file: Path | None, junit: Path | None) -> None:
+    """Refuse, before any work is done, what could not be written."""
+    from hertzchain import page, report
+
+    _check_writable(plot, report_file, junit)
+    if plot is not None:
+        report.check_plot_format(plot)
+    if report_file is not None:
+        page.check_page_format(report_file)
 
 
 def _judge(
@@ -410,10 +432,11 @@ def _judge(
     dt: str | None,
     time_limit: str,
     as_json: bool,
+    report_file: Path | None,
     junit: Path | None,
 ) -> NoReturn:
     """Judge peaks from a file; the status says whether they pass."""
-    from hertzchain import judgement, report
+    from hertzchain import judgement, page, report
     from hertzchain.junit import of_judgement
     from hertzchain.units import to_si
 
@@ -430,11 +453,16 @@ def _judge(
             time_limit=limit,
             progress=tell,
         )
+        if report_file is not None:
+            tell("writing the report")
+            page.write_judgement(judged, report_file, scene.name, results.name)
     _write_junit(junit, of_judgement(judged, scene.stem, begun, time.perf_counter() - begin))
     if as_json:
         _print_json(judged.to_dict())
     else:
         report.print_judgement(_console(), judged)
+    if report_file is not None:
+        typer.echo(f"Report written to {report_file}", err=True)
     raise typer.Exit(DONE if judged.verdict == "pass" else OUT_OF_TOLERANCE)
 
 

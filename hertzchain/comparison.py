@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hertzchain import theory
 from hertzchain.arrays import Array, FloatArray
@@ -249,6 +250,7 @@ def compare(
     progress: Callable[[str], object] | None = None,
     liggghts: Liggghts | None = None,
     yade: Yade | None = None,
+    record: ArrayLike | None = None,
 ) -> Comparison:
     """Run every oracle on a scene and judge.
 
@@ -266,11 +268,14 @@ def compare(
         Is called with a line of text before each part of the work.
     liggghts, yade
         How these run; by default with steps small enough for 1e-6 and the time limit of LAMMPS.
+    record
+        Increasing times [s] within the run at which each of them keeps displacement, velocity and
+        contact force; nothing is kept by default.
 
     Raises
     ------
     SceneError
-        For a backend that does not exist.
+        For a backend that does not exist, or times that cannot be.
     """
     for name in backends:
         require(name in BACKENDS, "backend", name, f"must be one of {', '.join(BACKENDS)}")
@@ -282,7 +287,7 @@ def compare(
         "liggghts": liggghts or Liggghts(time_limit=chosen.time_limit),
         "yade": yade or Yade(time_limit=chosen.time_limit),
     }
-    native = Native("reference", time_limit=chosen.time_limit).run(scene)
+    native = Native("reference", time_limit=chosen.time_limit).run(scene, record)
     checks = [*balance_checks(native), yardstick_check(native)]
     results, missing = {"native": native}, False
     for name, code in codes.items():
@@ -290,7 +295,7 @@ def compare(
             continue
         try:
             tell(f"{CODES[name]}: the generated deck")
-            results[name] = code.run(scene)
+            results[name] = code.run(scene, record)
         except BackendMissing as problem:
             missing = True
             checks.append(Check(f"{name}: not run", None, None, None, False, str(problem)))

@@ -22,7 +22,7 @@ _LONGEST = 60.0
 
 PACKAGES = (
     *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase"),
-    *("numba", "pint", "rich", "tomli-w", "typer"),
+    *("jinja2", "numba", "pint", "plotly", "rich", "tomli-w", "typer"),
 )
 
 TRIAL_PEAKS = (1.0373, 1.0088)

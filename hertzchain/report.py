@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from hertzchain.judgement import Judgement
     from hertzchain.tradeoff import Row, Tradeoff
 
-# Okabe and Ito's colours, told apart by the colour-blind too.
-_COLOURS = {
+COLOURS = {
     "native": "#000000",
     "lammps": "#0072B2",
     "liggghts": "#CC79A7",
@@ -38,8 +37,10 @@ _COLOURS = {
     "eq6": "#D55E00",
     "eq9": "#009E73",
 }
+"""Okabe and Ito's, told apart by the colour-blind too."""
 
-_MARKERS = {"lammps": "o", "liggghts": "x", "yade": "+", "eq6": "s", "eq9": "^"}
+MARKERS = {"lammps": "o", "liggghts": "x", "yade": "+", "eq6": "s", "eq9": "^"}
+"""As Matplotlib names them."""
 
 
 def print_run(console: Console, result: Result) -> None:
@@ -56,10 +57,10 @@ def print_run(console: Console, result: Result) -> None:
     table = Table(box=None, header_style="bold")
     for column in ("contact", "peak force [N]", "peak time [s]", ""):
         table.add_column(column, justify="right")
-    shown = _shown_contacts(result)
+    shown = shown_contacts(result)
     for contact in shown:
         k = contact - 2
-        force, time = _number(result.peak_force[k], 9), _number(result.peak_time[k], 6)
+        force, time = number(result.peak_force[k], 9), number(result.peak_time[k], 6)
         table.add_row(str(contact), force, time, "" if result.peak_passed[k] else "not peaked yet")
     console.print(table)
     _print_left_out(console, result, shown)
@@ -78,7 +79,7 @@ def print_run(console: Console, result: Result) -> None:
         ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
         ("cost", _cost(result)),
     ]
-    if (similar := _similar_scene(result)) is not None:
+    if (similar := similar_scene(result)) is not None:
         facts.append(("computed as", similar))
     _print_facts(console, facts)
     _print_remarks(console, *result.warnings)
@@ -108,8 +109,8 @@ def print_prediction(console: Console, prediction: Prediction) -> None:
             assert peak is not None
             table.add_row(
                 str(row["contact"]),
-                _number(peak, 5),
-                *(_number(value, 5) for value in others),
+                number(peak, 5),
+                *(number(value, 5) for value in others),
                 *("" if value is None else f"{value / peak - 1:+.1%}" for value in others),
             )
         console.print(table)
@@ -147,7 +148,7 @@ def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
         return facts
     facts[1:1] = [
         ("p of Eq. 3", f"{prediction.eq3:.2f}"),
-        ("solitary wave, F_SW", _number(prediction.wave_force, 5) + " N"),
+        ("solitary wave, F_SW", number(prediction.wave_force, 5) + " N"),
     ]
     for label, unit, estimate in (
         ("speed, V_SW", "m/s", prediction.speed),
@@ -193,7 +194,7 @@ def print_comparison(console: Console, comparison: Comparison) -> None:
     labels = [CODES[name] for name in codes]
     for column in ("contact", "native", *labels, "Eq. 6", "Eq. 9", *labels, "Eq. 6", "Eq. 9"):
         table.add_column(column, justify="right")
-    shown = _shown_contacts(native)
+    shown = shown_contacts(native)
     found = [comparison.results.get(name) for name in codes]
     for contact in shown:
         k = contact - 2
@@ -203,9 +204,9 @@ def print_comparison(console: Console, comparison: Comparison) -> None:
         differences = [value / peak - 1 if peak > 0 else np.nan for value in (*others, *equations)]
         table.add_row(
             str(contact),
-            _number(peak, 9),
-            *(_number(value, 9) for value in others),
-            *(_number(value, 6) for value in equations),
+            number(peak, 9),
+            *(number(value, 9) for value in others),
+            *(number(value, 6) for value in equations),
             *("" if np.isnan(value) else f"{value:+.1e}" for value in differences[: len(codes)]),
             *("" if np.isnan(value) else f"{value:+.2%}" for value in differences[len(codes) :]),
         )
@@ -217,7 +218,7 @@ def print_comparison(console: Console, comparison: Comparison) -> None:
         if remark:
             console.print(f"Formulas: {remark}.")
     for label, result in zip(labels, found, strict=True):
-        if result is not None and (similar := _similar_scene(result)) is not None:
+        if result is not None and (similar := similar_scene(result)) is not None:
             console.print(f"{label} computed {similar}.")
     _print_remarks(console, *native.warnings)
     console.print()
@@ -242,7 +243,7 @@ def print_judgement(console: Console, judgement: Judgement, others: str = "in --
     table = Table(box=None, header_style="bold")
     for column in ("contact", "given", "native", "difference", ""):
         table.add_column(column, justify="right")
-    transition = _shown_contacts(reference)
+    transition = shown_contacts(reference)
     failed = [row["contact"] for row in judgement.rows if row["passed"] is False]
     shown = {*transition, *failed[:_MOST_FAILED]}
     for row in judgement.rows:
@@ -252,8 +253,8 @@ def print_judgement(console: Console, judgement: Judgement, others: str = "in --
         known = given is not None
         table.add_row(
             str(row["contact"]),
-            _number(given, 9),
-            _number(row["reference_N"], 9),
+            number(given, 9),
+            number(row["reference_N"], 9),
             f"{difference:+.1e}" if known and difference is not None else "",
             _mark(row["passed"]) if known else Text("not given", "dim"),
         )
@@ -262,9 +263,24 @@ def print_judgement(console: Console, judgement: Judgement, others: str = "in --
     if left:
         last = reference.contact[-1]
         console.print(f"({left} more contacts, to {last}, {others})", style="dim")
+    console.print()
+    _print_facts(console, judgement_facts(judgement))
+    if judgement.cause is not None:
+        console.print(f"\nLikely cause: {judgement.cause}.")
+    elif failed:
+        console.print("\nLikely cause: no known pattern.")
+    _print_remarks(console, *judgement.remarks, *reference.warnings)
+    colour = "green" if judgement.verdict == "pass" else "red"
+    console.print("\nVerdict:", Text(judgement.verdict, f"bold {colour}"))
+
+
+def judgement_facts(judgement: Judgement) -> list[tuple[str, str]]:
+    """Label and value of what a judgement says of all contacts together."""
+    reference = judgement.reference
+    failed = int(np.count_nonzero(judgement.judged & ~judgement.passed))
     judged = int(np.count_nonzero(judgement.judged))
     weak = reference.contact.size - judgement.missing - judged
-    counts = [f"{judged} judged", f"{len(failed)} failed", f"{judgement.missing} not given"]
+    counts = [f"{judged} judged", f"{failed} failed", f"{judgement.missing} not given"]
     if weak:
         counts.append(f"{weak} below a thousandth of the largest, not judged")
     largest = judgement.largest_difference
@@ -284,15 +300,7 @@ def print_judgement(console: Console, judgement: Judgement, others: str = "in --
         interpolated, sampled = judgement.like_steps
         steps = f"with steps of {interpolated:.2g} s; {sampled:.2g} s if only samples are looked at"
         facts.append(("as far off: velocity Verlet", steps))
-    console.print()
-    _print_facts(console, facts)
-    if judgement.cause is not None:
-        console.print(f"\nLikely cause: {judgement.cause}.")
-    elif failed:
-        console.print("\nLikely cause: no known pattern.")
-    _print_remarks(console, *judgement.remarks, *reference.warnings)
-    colour = "green" if judgement.verdict == "pass" else "red"
-    console.print("\nVerdict:", Text(judgement.verdict, f"bold {colour}"))
+    return facts
 
 
 def _mark(passed: object) -> Text:
@@ -305,34 +313,55 @@ _MOST_FAILED = 10
 """Contacts outside the transition that are shown because they failed."""
 
 
-def _summary(comparison: Comparison) -> Table:
-    from hertzchain.comparison import CODES
+def answers(comparison: Comparison) -> list[tuple[str, list[str]]]:
+    """What each oracle says of the transition and the wave that leaves it.
 
+    Returns
+    -------
+    Label and values, by the names in ``comparison.wanted`` and then of the formulas; empty where
+    there is none.
+    """
     formulas = comparison.formulas
     simulated = [comparison.results.get(name) for name in comparison.wanted]
-    table = Table(box=None, header_style="bold")
-    names = [CODES.get(name, name) for name in comparison.wanted]
-    for column in ("", *names, "formulas"):
-        table.add_column(column, justify="left" if not column else "right")
 
-    def row(label: str, shown: Callable[[Result], str], of_formulas: str = "") -> None:
+    def row(
+        label: str, shown: Callable[[Result], str], of_formulas: str = ""
+    ) -> tuple[str, list[str]]:
         cells = ["" if result is None else shown(result) for result in simulated]
-        table.add_row(label, *cells, of_formulas)
+        return label, [*cells, of_formulas]
 
     def granules(result: Result) -> str:
         p = result.transition_granules
         return "none" if p is None else str(p)
 
     eq3 = formulas.transition_granules
-    row("p, granules", granules, "" if eq3 is None else f"{eq3:.2f}")
-    row("F_SW [N]", lambda result: _number(result.solitary_wave.peak_force, 8))
-    row("far-field force [N]", lambda result: _number(result.solitary_wave.far_field_force, 8))
     speed = f"{formulas.speed:.2f}, exact {formulas.exact_speed:.2f}" if formulas.speed else ""
-    row(
-        "speed [m/s]",
-        lambda result: _number(result.solitary_wave.speed, 7),
-        speed and f"{speed} at F_SW",
-    )
+    return [
+        row("p, granules", granules, "" if eq3 is None else f"{eq3:.2f}"),
+        row("F_SW [N]", lambda result: number(result.solitary_wave.peak_force, 8)),
+        row("far-field force [N]", lambda result: number(result.solitary_wave.far_field_force, 8)),
+        row(
+            "speed [m/s]",
+            lambda result: number(result.solitary_wave.speed, 7),
+            speed and f"{speed} at F_SW",
+        ),
+    ]
+
+
+def _summary(comparison: Comparison) -> Table:
+    from hertzchain.comparison import CODES
+
+    simulated = [comparison.results.get(name) for name in comparison.wanted]
+    table = Table(box=None, header_style="bold")
+    names = [CODES.get(name, name) for name in comparison.wanted]
+    for column in ("", *names, "formulas"):
+        table.add_column(column, justify="left" if not column else "right")
+    for label, cells in answers(comparison):
+        table.add_row(label, *cells)
+
+    def row(label: str, shown: Callable[[Result], str]) -> None:
+        table.add_row(label, *("" if result is None else shown(result) for result in simulated))
+
     row("error, at most", lambda result: f"{result.error_estimate:.1e}")
     row("method", lambda result: result.method)
     row("steps", lambda result: f"{result.steps:,}")
@@ -346,7 +375,7 @@ def _print_checks(console: Console, comparison: Comparison) -> None:
         table.add_column(column, justify="right" if column in _NUMERIC else "left")
     for check in comparison.checks:
         mark = Text("pass", "green") if check.passed else Text("FAIL", "red")
-        table.add_row(check.name, *_difference(check), mark)
+        table.add_row(check.name, *difference(check), mark)
     console.print(table)
     for check in comparison.checks:
         if not check.passed:
@@ -383,14 +412,14 @@ def plot_comparison(comparison: Comparison, path: Path | str) -> None:
     native, formulas = comparison.native, comparison.formulas
     codes = {name: result for name, result in comparison.results.items() if name in CODES}
     contact = native.contact
-    above.plot(contact, native.peak_force, "-", color=_COLOURS["native"], label="native, reference")
+    above.plot(contact, native.peak_force, "-", color=COLOURS["native"], label="native, reference")
     others: list[tuple[str, str, FloatArray]] = [
         (name, CODES[name], result.peak_force) for name, result in codes.items()
     ]
     if formulas.applicable is None:
         others += [("eq6", "Eq. 6", formulas.eq6), ("eq9", "Eq. 9", formulas.eq9)]
     for name, label, values in others:
-        style: dict[str, Any] = {"color": _COLOURS[name], "marker": _MARKERS[name]}
+        style: dict[str, Any] = {"color": COLOURS[name], "marker": MARKERS[name]}
         style |= {"markersize": 4.5, "linestyle": "none"}
         above.plot(contact, values, fillstyle="none", label=label, **style)
         pressed = np.where(native.peak_force > 0, native.peak_force, np.nan)
@@ -399,14 +428,14 @@ def plot_comparison(comparison: Comparison, path: Path | str) -> None:
     for name, result in codes.items():
         below.axhline(
             result.error_estimate,
-            color=_COLOURS[name],
+            color=COLOURS[name],
             linewidth=0.8,
             linestyle="--",
             label=f"{CODES[name]}, error estimate",
         )
     below.axhline(
         native.error_estimate,
-        color=_COLOURS["native"],
+        color=COLOURS["native"],
         linewidth=0.8,
         linestyle=":",
         label="reference, error estimate",
@@ -677,7 +706,7 @@ def describe(scene: Scene) -> str:
     )
 
 
-def _shown_contacts(result: Result) -> list[int]:
+def shown_contacts(result: Result) -> list[int]:
     """The transition up to contact p + 1; without p the first few contacts."""
     p = result.transition_granules
     last = 11 if p is None else p + 1
@@ -704,7 +733,7 @@ def _cost(result: Result) -> str:
     )
 
 
-def _similar_scene(result: Result) -> str | None:
+def similar_scene(result: Result) -> str | None:
     """What a code was given instead of the scene, so that coordinates cost few digits."""
     lost = result.lost_digits
     if lost is None or lost.young_modulus == result.scene.chain.young_modulus:
@@ -715,7 +744,8 @@ def _similar_scene(result: Result) -> str | None:
     )
 
 
-def _number(value: float | None, digits: int) -> str:
+def number(value: float | None, digits: int) -> str:
+    """A number with so many significant digits; empty where there is none."""
     return "" if value is None or np.isnan(value) else f"{value:#.{digits}g}"
 
 
@@ -723,7 +753,8 @@ def _with_unit(value: float | None, unit: str) -> str:
     return "unknown: the chain or the run is too short" if value is None else f"{value:.7g} {unit}"
 
 
-def _difference(check: Check) -> tuple[str, str]:
+def difference(check: Check) -> tuple[str, str]:
+    """How far off a check is, and its tolerance; empty where nothing was measured."""
     if check.measured is None or check.expected is None or check.tolerance is None:
         return "", ""
     return f"{abs(check.measured - check.expected):.1e}", f"{check.tolerance:.1e}"

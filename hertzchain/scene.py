@@ -147,9 +147,13 @@ class Scene:
         OutputError
             If a file cannot be written; neither is then.
         """
-        import tomli_w
-
         from hertzchain.files import write_texts
+
+        write_texts(self.to_texts(path))
+
+    def to_texts(self, path: Path | str) -> dict[Path, str]:
+        """What ``to_toml`` writes, by where to: the pulse table, if there is one, then the TOML."""
+        import tomli_w
 
         path = Path(path)
         texts: dict[Path, str] = {}
@@ -167,7 +171,7 @@ class Scene:
         document: dict[str, object] = {"chain": _given(self.chain), "shock": shock}
         if self.run.end_time is not None:
             document["run"] = {"end_time": self.run.end_time}
-        write_texts({**texts, path: tomli_w.dumps(document)})
+        return {**texts, path: tomli_w.dumps(document)}
 
     @functools.cached_property
     def units(self) -> NaturalUnits:

@@ -90,6 +90,25 @@ def _engines_where_they_are_needed(request: pytest.FixtureRequest) -> None:
         pytest.skip(problem)
 
 
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Tests marked ``chromium`` fail without it where CI_BROWSER is set, and are skipped elsewhere.
+
+    Asked before there are fixtures: the browser itself is one, of a whole module.
+    """
+    if item.get_closest_marker("chromium") is None or chromium():
+        return
+    problem = "needs Chromium: apt install chromium"
+    if os.environ.get("CI_BROWSER"):
+        pytest.fail(problem)
+    pytest.skip(problem)
+
+
+def chromium() -> str | None:
+    """Where a Chromium is, if there is one."""
+    names = ("chromium", "chromium-browser", "google-chrome")
+    return next(filter(None, map(shutil.which, names)), None)
+
+
 _FOUND: list[str] = []
 
 

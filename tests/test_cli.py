@@ -320,6 +320,7 @@ UNWRITABLE = ["no/there.png", "folder.png", "scene.toml/there.png", "x" * 300 + 
         *(("run", "-o"), ("deck", "-o"), ("tradeoff", "-o"), ("tradeoff", "--plot")),
         ("unit-test", "-o"),
         ("compare", "--backend", "native", "--plot"),
+        ("compare", "--backend", "native", "--report"),
     ],
     ids=" ".join,
 )
@@ -682,6 +683,18 @@ def test_wrong_peaks_are_status_1_with_a_cause(hertzchain: Command, native: Outc
     assert [list(row) for row in document["rows"]] == [keys] * CONTACTS
 
 
+def test_a_judgement_with_a_report(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    peaks_file(native, 1.01)
+    command = ("compare", "scene.toml", "--results", "peaks.csv", "--report", "report.html")
+    outcome = hertzchain(*command, "--json")
+    assert (outcome.status, outcome.err) == (1, "Report written to report.html\n")
+    page = Path("report.html").read_text("utf-8")
+    assert embedded(page) == outcome.json()
+    assert "scene.toml</b> and <b>peaks.csv" in page
+    assert names() == ["peaks.csv", "report.html", "scene.toml"]
+
+
 def test_options_of_results_stand_with_results(hertzchain: Command, native: Outcome) -> None:
     scene_file()
     peaks_file(native)
@@ -739,6 +752,32 @@ def test_compare_with_native_alone(hertzchain: Command, native: Outcome) -> None
     peaks = [row["native_N"] for row in document["rows"]]
     error = native.json()["error_estimate"]
     assert native.json()["peak_force_N"] == pytest.approx(peaks, rel=error, abs=0)
+
+
+def embedded(page: str) -> Any:
+    """All numbers of a report."""
+    found = re.search(r'id="numbers">(.*?)</script>', page)
+    assert found is not None
+    return json.loads(found[1])
+
+
+def test_compare_with_a_report(hertzchain: Command) -> None:
+    scene_file()
+    command = ("compare", "scene.toml", "--backend", "native", "--json")
+    outcome = hertzchain(*command, "--report", "report.HTML", "--plot", "plot.svg")
+    assert outcome.status == 0
+    assert outcome.err == "Plot written to plot.svg\nReport written to report.HTML\n"
+    assert embedded(Path("report.HTML").read_text("utf-8")) == outcome.json()
+    assert names() == ["plot.svg", "report.HTML", "scene.toml"]
+
+
+@pytest.mark.usefixtures("hasty")
+def test_a_report_that_is_no_page_is_refused(hertzchain: Command) -> None:
+    scene_file()
+    for more in ((), ("--results", "peaks.csv")):
+        outcome = hertzchain("compare", "scene.toml", *more, "--report", "report.pdf")
+        is_refused(outcome, "report.pdf", ".html or .htm")
+    assert names() == ["scene.toml"]
 
 
 @pytest.mark.lammps
@@ -1202,7 +1241,7 @@ def test_every_command_has_help(hertzchain: Command, command: str) -> None:
         ["compare", "scene.toml", "--rtol", "1e-6"],
         ["tradeoff", "scene.toml", "--backend", "native"],
         ["predict", "scene.toml", "--rtol", "1e-6"],
-        ["compare", "scene.toml", "--report", "report.html"],
+        ["predict", "scene.toml", "--report", "report.html"],
         ["compare", "scene.toml", "--junit"],
         *(["run"], ["run", "scene.toml", "--backend", "dem"], ["run", "scene.toml", "extra"]),
         *(["run", "scene.toml", "--method", "euler"], ["run", "scene.toml", "--dt"]),

@@ -17,6 +17,8 @@ import hertzchain as hc
 PACKAGE = Path(hc.__file__).parent
 HEAVY = {
     "ase",
+    "jinja2",
+    "plotly",
     "pyarrow",
     "numpy",
     "scipy",

@@ -39,6 +39,7 @@ import validation.table3
 import validation.table4
 from hertzchain.files import check_writable, write_text
 from hertzchain.junit import to_xml
+from validation.page import make_folder, write_report
 from validation.rows import Row, did_not_run, print_rows
 from validation.script import Script, as_json, junit_suite, missing_suites, why_no_lammps
 
@@ -179,6 +180,9 @@ def run(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="less of each, in some seconds")
     parser.add_argument("--json", action="store_true", help="print all rows as JSON")
+    parser.add_argument(
+        "--report", type=Path, metavar="DIR", help="write a page to read, with tables and figures"
+    )
     parser.add_argument("--junit", type=Path, help="write each row as a test case")
     chosen = parser.parse_args(arguments)
     begun, missing = datetime.now(UTC), why_no_lammps()
@@ -186,12 +190,17 @@ def run(arguments: Sequence[str]) -> int:
         print(f"{missing}; everything else is measured", file=sys.stderr)
     outcomes = []
     try:
+        if chosen.report is not None:
+            make_folder(chosen.report)
         if chosen.junit is not None:
             check_writable(chosen.junit)
         for outcome in run_scripts(chosen.quick, missing is None):
             outcomes.append(outcome)
             if not chosen.json:
                 print_rows(outcome.script.title, outcome.rows)
+        if chosen.report is not None:
+            write_report(chosen.report, outcomes, to_dict(outcomes))
+            print(f"Report written to {chosen.report / 'index.html'}", file=sys.stderr)
         if chosen.junit is not None:
             suites = [
                 junit_suite(outcome.name, outcome.rows, outcome.begun, outcome.seconds)

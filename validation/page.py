@@ -1,0 +1,248 @@
+"""The report of every validation script: a page, and beside it a table and a figure of each."""
+
+from __future__ import annotations
+
+import base64
+import html
+import math
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import hertzchain as hc
+from hertzchain.errors import OutputError
+from hertzchain.files import check_writable, write_text
+from hertzchain.page import CheckRow, Failure, Verdict, render
+from hertzchain.page_plots import Plot, axis, layout
+from hertzchain.tradeoff import provenance
+from validation.rows import Row
+from validation.script import write_figure, write_table
+
+if TYPE_CHECKING:
+    from validation.run_all import Outcome
+
+HERE = Path(__file__).parent
+
+_LEAST, _MOST = 1e-6, 1e3
+"""What differences are drawn at that are smaller, or larger or none at all [tolerances]."""
+
+_FEW = 12
+"""Rows that are shown unfolded."""
+
+_NAMED = 10
+"""Rows that failed, named at the top of the page."""
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder of a report, before any work is done.
+
+    Raises
+    ------
+    OutputError
+        If it is a file, or cannot be made or written to.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise OutputError(f"{folder}: is a file, must be the name of a folder")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or problem
+        raise OutputError(f"{folder}: cannot be made ({reason}), choose another place") from None
+    check_writable(folder / "index.html")
+
+
+@dataclass(frozen=True)
+class Section:
+    """One script in the page.
+
+    Parameters
+    ----------
+    outcome
+        What became of it.
+    drawing
+        Its figure as a data URI; empty where there is none.
+    missing
+        Why there is no figure.
+    """
+
+    outcome: Outcome
+    drawing: str
+    missing: str
+
+    @property
+    def passed(self) -> int:
+        """Number of rows that pass."""
+        return len(self.outcome.rows) - self.outcome.failed
+
+    @property
+    def failures(self) -> list[CheckRow]:
+        """Rows that failed."""
+        return [_cells(entry) for entry in self.outcome.rows if not entry.passed]
+
+    @property
+    def others(self) -> list[CheckRow]:
+        """Rows that pass."""
+        return [_cells(entry) for entry in self.outcome.rows if entry.passed]
+
+
+def write_report(folder: Path, outcomes: Sequence[Outcome], document: dict[str, Any]) -> None:
+    """Write index.html and, for each script, its table (CSV) and its figure (SVG).
+
+    Parameters
+    ----------
+    folder
+        Where to; files of the same names are replaced.
+    outcomes
+        Of all scripts.
+    document
+        The same as JSON, to be saved from the page.
+
+    Raises
+    ------
+    OutputError
+        If something cannot be written.
+    """
+    sections = [_section(folder, outcome) for outcome in outcomes]
+    rows = [entry for outcome in outcomes for entry in outcome.rows]
+    failed = [(o.name, entry) for o in outcomes for entry in o.rows if not entry.passed]
+    named = [
+        Failure(f"{name}: {entry.what} ({entry.backend})", _found(entry), entry.reason)
+        for name, entry in failed[:_NAMED]
+    ]
+    more = [f"{len(failed) - _NAMED} more rows failed, see below"] if len(failed) > _NAMED else []
+    passing = sum(not outcome.failed for outcome in outcomes)
+    sentence = (
+        f"{len(rows) - len(failed)} of {len(rows)} rows pass; {passing} of {len(outcomes)} scripts"
+        " have no row that fails."
+    )
+    content = {
+        "kind": "Validation",
+        "title": "Every validation script",
+        "file": "",
+        "verdict": Verdict(not failed, sentence, named, more),
+        "sections": sections,
+        "overview": _overview(outcomes),
+        "few": _FEW,
+        "versions": list(provenance().items()),
+        "numbers": document,
+        "numbers_name": "validation.json",
+    }
+    write_text(folder / "index.html", render("run_all.html.jinja", content, [HERE]))
+
+
+def _section(folder: Path, outcome: Outcome) -> Section:
+    if outcome.table is None:
+        return Section(outcome, "", "it could not be measured")
+    write_table(folder / f"{outcome.name}.csv", outcome.table)
+    path = folder / f"{outcome.name}.svg"
+    try:
+        figure = outcome.script.draw(outcome.table)
+    except hc.HertzchainError as problem:
+        return Section(outcome, "", str(problem))
+    write_figure(path, figure)
+    # As an image: ids of several figures within one page would clash.
+    encoded = base64.b64encode(path.read_bytes()).decode()
+    return Section(outcome, f"data:image/svg+xml;base64,{encoded}", "")
+
+
+def _found(entry: Row) -> str:
+    if not math.isfinite(entry.measured):
+        return "no number"
+    return f"{entry.measured:.6g}, expected {entry.expected:.6g} to {entry.tolerance:.2g}"
+
+
+def _cells(entry: Row) -> CheckRow:
+    numbers = [entry.measured, entry.expected]
+    shown = [f"{value:.6g}" if math.isfinite(value) else "" for value in numbers]
+    off = abs(entry.measured - entry.expected)
+    times = _times(entry)
+    cells = [
+        *shown,
+        f"{off:.2g}" if math.isfinite(off) else "",
+        f"{entry.tolerance:.2g}",
+        "" if times is None else f"{times:.2g}",
+    ]
+    return CheckRow(entry.passed, f"{entry.what} ({entry.backend})", entry.reason, cells)
+
+
+def _times(entry: Row) -> float | None:
+    """The difference in units of the tolerance; None where that is no number."""
+    off = abs(entry.measured - entry.expected)
+    if not math.isfinite(off) or not entry.tolerance > 0:
+        return None
+    return off / entry.tolerance
+
+
+def _overview(outcomes: Sequence[Outcome]) -> Plot:
+    """Every row: how far off it is, in tolerances, script by script."""
+    names = [outcome.name for outcome in outcomes]
+    kinds = (
+        (True, "passes", "circle-open", "#0072B2"),
+        (False, "fails", "x", "#D55E00"),
+    )
+    traces = []
+    for passed, label, symbol, colour in kinds:
+        points = [
+            (line, place, entry)
+            for line, outcome in enumerate(outcomes)
+            for place, entry in enumerate(outcome.rows)
+            if entry.passed == passed
+        ]
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "name": label,
+                "x": [_drawn_at(entry) for _, _, entry in points],
+                # Neighbours lie on seven heights, so that they do not cover one another.
+                "y": [line + 0.1 * (place % 7 - 3) for line, place, _ in points],
+                "customdata": [
+                    [
+                        names[line],
+                        _broken(f"{entry.what} ({entry.backend})"),
+                        f"{entry.measured:.6g}",
+                        f"{entry.expected:.6g}",
+                        f"{entry.tolerance:.2g}",
+                        _broken(entry.reason),
+                    ]
+                    for line, _, entry in points
+                ],
+                "hovertemplate": "<b>%{customdata[0]}</b>: %{customdata[1]}<br>measured"
+                " %{customdata[2]}, expected %{customdata[3]}, tolerance %{customdata[4]}"
+                "<br>%{customdata[5]}<extra></extra>",
+                "marker": {"symbol": symbol, "color": colour, "size": 8, "line": {"width": 1.3}},
+            }
+        )
+    x = axis("difference / tolerance", type="log", exponentformat="power", tickangle=0)
+    y = axis("", tickvals=list(range(len(names))), ticktext=names)
+    y["range"] = [len(names) - 0.4, -0.6]
+    drawn = layout(x, y, 130 + 34 * len(names))
+    line = {"color": "#555", "width": 1}
+    drawn["shapes"] = [
+        {"type": "line", "x0": 1, "x1": 1, "y0": 0, "y1": 1, "yref": "paper", "line": line}
+    ]
+    return Plot(
+        "overview",
+        "The difference of every row in units of its tolerance, script by script; the numbers are"
+        " in the tables below.",
+        "Every row of every script: its difference in units of its tolerance, of which 1 (the line)"
+        " is the limit, except for planted mistakes, which have to be off. Differences below"
+        f" {_LEAST:g}, among them those of numbers that have to be met exactly, are drawn at"
+        f" {_LEAST:g}; rows without a number, and what is off by more, at {_MOST:g}.",
+        traces,
+        drawn,
+    )
+
+
+def _drawn_at(entry: Row) -> float:
+    times = _times(entry)
+    if times is None:
+        return _LEAST if entry.passed else _MOST
+    return min(max(times, _LEAST), _MOST)
+
+
+def _broken(text: str, width: int = 70) -> str:
+    """Text for a hover box, on lines; its own marks are none of HTML."""
+    return "<br>".join(html.escape(line, quote=False) for line in textwrap.wrap(text, width))
