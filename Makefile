@@ -4,13 +4,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all validate limits extremes long-run tradeoff gallery decks versions engines bench docs lint format lock clean help
+.PHONY: demo test test-all validate figures extremes long-run tradeoff gallery decks versions engines bench docs lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
 demo: $(STAMP) ## one scene through Eq. 1, LAMMPS and the paper's formulas, side by side
-	$(BIN)/hertzchain compare validation/scenes/demo.toml --plot demo.png
+	$(BIN)/hertzchain compare validation/scenes/demo.toml --plot demo.png --report demo.html
 
 test: $(STAMP) ## the test suite, without the slow ones
 	$(BIN)/pytest
@@ -18,11 +18,14 @@ test: $(STAMP) ## the test suite, without the slow ones
 test-all: $(STAMP) ## the whole test suite
 	$(BIN)/pytest -m "slow or not slow"
 
-validate: $(STAMP) ## the paper's tables, known limits and planted mistakes, both backends
-	$(BIN)/python validation/run_all.py
+validate: $(STAMP) ## every figure, table and claim of the paper, both backends; a page in report/
+	$(BIN)/python validation/run_all.py --report report
 
-limits: $(STAMP) ## known limits, approached by scenes, with a figure
-	$(BIN)/python validation/limits.py -o limits.csv --plot limits.png
+# The page and the largest table are left out: they are as quickly made anew.
+figures: $(STAMP) ## write the figures and tables of validation/results/ anew; two minutes
+	$(BIN)/python validation/run_all.py --report report
+	cp report/*.svg report/*.csv validation/results/
+	rm validation/results/formula_maps.csv
 
 extremes: $(STAMP) ## 12,000 random scenes at the extremes, each answered or refused; half an hour
 	$(BIN)/python validation/extremes.py -o extremes.csv --plot validation/results/extremes.png
@@ -69,7 +72,7 @@ lock: $(STAMP) ## write requirements.lock anew
 	    --quiet --output-file requirements.lock
 
 clean: ## remove .venv and what runs leave behind
-	rm -rf $(VENV) docs/_build .pytest_cache .mypy_cache .ruff_cache demo.png in.chain peaks.csv motion.xyz result.json table2.csv limits.csv limits.png extremes.csv tradeoff.png tradeoff.csv
+	rm -rf $(VENV) report demo.html docs/_build .pytest_cache .mypy_cache .ruff_cache demo.png in.chain peaks.csv motion.xyz result.json table2.csv limits.csv limits.png extremes.csv tradeoff.png tradeoff.csv
 
 # Installed as locked, the project itself without a download and without dependencies of its own.
 $(STAMP): requirements.lock pyproject.toml

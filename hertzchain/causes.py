@@ -127,23 +127,38 @@ class Case:
         family
             Peak forces [N] for a parameter.
         trials
-            Increasing; the best is looked for between the neighbours of the best of them.
+            Increasing; looked for is the best between the neighbours of each that is better than
+            they are, as the best of them need not lie in the deepest valley.
         """
         from scipy.optimize import minimize_scalar
 
         left = [self.residual(family(x)) for x in trials]
         k = int(np.argmin(left))
-        if not math.isfinite(left[k]):
-            return trials[k], math.inf
-        bounds = trials[max(k - 1, 0)], trials[min(k + 1, len(trials) - 1)]
-        square = minimize_scalar(
-            lambda x: min(self.residual(family(x)), 1e100) ** 2,
-            bounds=bounds,
-            method="bounded",
-            options={"xatol": 1e-9 * (bounds[1] - bounds[0])},
-        )
-        found = self.residual(family(float(square.x)))
-        return (float(square.x), found) if found < left[k] else (trials[k], left[k])
+        best, least = trials[k], left[k]
+        if not math.isfinite(least):
+            return best, math.inf
+        for k in _valleys(left):
+            bounds = trials[max(k - 1, 0)], trials[min(k + 1, len(trials) - 1)]
+            square = minimize_scalar(
+                lambda x: min(self.residual(family(x)), 1e100) ** 2,
+                bounds=bounds,
+                method="bounded",
+                options={"xatol": 1e-9 * (bounds[1] - bounds[0])},
+            )
+            found = self.residual(family(float(square.x)))
+            if found < least:
+                best, least = float(square.x), found
+        return best, least
+
+
+def _valleys(values: Sequence[float]) -> list[int]:
+    """Where values are finite and no higher than their neighbours."""
+    walled = [math.inf, *values, math.inf]
+    return [
+        k
+        for k, value in enumerate(values)
+        if math.isfinite(value) and value <= min(walled[k], walled[k + 2])
+    ]
 
 
 Finder = Callable[[Case], Iterator[Cause]]

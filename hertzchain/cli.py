@@ -770,7 +770,7 @@ def main() -> None:
     """Run the command line; a user's mistake is one sentence and status 2."""
     try:
         with _stoppable():
-            app()
+            app(prog_name="hertzchain")
     except _Stopped as stop:
         number = stop.args[0]
         how = "interrupted" if number == signal.SIGINT else "terminated"

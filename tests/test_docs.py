@@ -23,7 +23,7 @@ PAGES = sorted(path.name for path in DOCS.glob("*.md"))
 LINKED = [*sorted(DOCS.glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
 
 FENCE = re.compile(r"^(?P<ticks>`{3,})(?P<language>\S*)\s*$")
-MARK = re.compile(r"^<!-- (?P<kind>not run|from): (?P<reason>.+) -->$")
+MARK = re.compile(r"^<!-- not run: (?P<reason>.+) -->$")
 BY_SPHINX = {"{toctree}", "{commands}"}
 """What is no code: Sphinx makes something of it, or says that it cannot."""
 
@@ -37,15 +37,13 @@ NUMBER = re.compile(r"[-+]?[\d,]+(?P<decimals>\.\d+)?(?:[eE](?P<exponent>[-+]?\d
 class Block:
     """A fenced block, and what a comment above it says of it.
 
-    ``<!-- not run: REASON -->``: it is shown only. ``<!-- from: COMMAND --OPTION -->``: it is run
-    where the command has that option.
+    ``<!-- not run: REASON -->``: it is shown only.
     """
 
     line: int
     language: str
     text: str
-    kind: str | None
-    reason: str
+    not_run: str | None
 
 
 def blocks(text: str) -> Iterator[Block]:
@@ -56,9 +54,8 @@ def blocks(text: str) -> Iterator[Block]:
     while at < len(lines):
         if fence := FENCE.match(lines[at]):
             end = lines.index(fence["ticks"], at + 1)
-            kind, reason = (mark["kind"], mark["reason"]) if mark else (None, "")
             body = "".join(f"{line}\n" for line in lines[at + 1 : end])
-            yield Block(at + 1, fence["language"], body, kind, reason)
+            yield Block(at + 1, fence["language"], body, mark["reason"] if mark else None)
             at, mark = end, None
         elif lines[at].strip():
             mark = MARK.match(lines[at])
@@ -222,13 +219,7 @@ def test_a_mark_is_about_the_next_block_alone() -> None:
     text = (
         "<!-- not run: slow -->\n```toml\n```\n\n```toml\n```\n<!-- not run: a -->\nb\n```toml\n```"
     )
-    assert [block.reason for block in blocks(text)] == ["slow", "", ""]
-
-
-def has_option(command: str, option: str) -> bool:
-    """Whether a command has an option."""
-    commands = get_command(app).commands  # type: ignore[attr-defined]
-    return any(option in parameter.opts for parameter in commands[command].params)
+    assert [block.not_run for block in blocks(text)] == ["slow", None, None]
 
 
 @pytest.mark.lammps
@@ -242,20 +233,15 @@ def test_a_page_does_what_it_says(
     for linked in ("validation", "lammps_inputs"):
         (tmp_path / linked).symlink_to(ROOT / linked)
     monkeypatch.chdir(tmp_path)
-    page, left_out = Page(tmp_path, capsys), []
+    page = Page(tmp_path, capsys)
     for block in blocks((DOCS / name).read_text(encoding="utf-8")):
-        if block.language in BY_SPHINX or block.kind == "not run":
-            continue
-        if block.kind == "from" and not has_option(*block.reason.split()):
-            left_out.append(f"line {block.line}: there is no {block.reason} yet")
+        if block.language in BY_SPHINX or block.not_run:
             continue
         try:
             page.run(block)
         except Exception as problem:
             problem.add_note(f"docs/{name}, block in line {block.line}")
             raise
-    if left_out:
-        pytest.skip("; ".join(left_out))
 
 
 @pytest.mark.parametrize("path", LINKED, ids=lambda path: path.name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 import time
 from collections.abc import Callable
@@ -374,3 +375,12 @@ def test_hostile_tables_give_peaks_or_one_sentence(tmp_path: Path, seed: int) ->
             assert not np.any(found < 0)
             assert not np.any(np.isinf(found))
         assert time.perf_counter() - begin < 1.0
+
+
+def test_the_best_factor_is_found_in_a_valley_that_is_not_the_deepest_trial() -> None:
+    chain = hc.Chain(20, 4.75e-3, 193e9, 0.3, 7958.0)
+    scene = hc.Scene(chain, hc.Pulse("cosine", 200.0, 2.0, rise_time=20e-6))
+    wrong = replace(scene, chain=replace(chain, young_modulus=math.sqrt(2) * 193e9))
+    judged = hc.judge(scene, hc.Native("reference").run(wrong).peak_force)
+    assert judged.cause is not None
+    assert judged.cause.startswith("contact stiffness 1.41421 times that of the scene")
