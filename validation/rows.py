@@ -7,7 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pandas
+from numpy.typing import ArrayLike
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
@@ -66,6 +68,15 @@ def paper_table(number: int) -> list[dict[str, str]]:
 def scene_name(entry: dict[str, str]) -> str:
     """The scene file of a row of a table, without its suffix."""
     return f"{entry['profile']}_LM{entry['momentum_ratio']}_n{entry['duration_ratio']}"
+
+
+def largest(values: ArrayLike) -> float:
+    """The largest of some values, without their signs; NaN, which no row passes, where one is.
+
+    Pandas' own ``max`` leaves out what could not be measured. NaN of no values, too.
+    """
+    known = np.abs(np.asarray(values, np.float64))
+    return float(np.max(known)) if known.size else float("nan")
 
 
 RAN = "every scene has to run"
