@@ -23,6 +23,7 @@ validate: $(STAMP) ## every figure, table and claim of the paper, both backends;
 
 # The page and the largest table are left out: they are as quickly made anew.
 figures: $(STAMP) ## write the figures and tables of validation/results/ anew; two minutes
+	rm -rf report
 	$(BIN)/python validation/run_all.py --report report
 	cp report/*.svg report/*.csv validation/results/
 	rm validation/results/formula_maps.csv

@@ -23,7 +23,6 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from hertzchain.junit import Suite
     from hertzchain.lammps import Lammps
     from hertzchain.liggghts import Liggghts
     from hertzchain.native import Native
@@ -34,6 +33,10 @@ DONE, OUT_OF_TOLERANCE, UNUSABLE = 0, 1, 2
 
 DEFAULT_RTOL = 1e-6
 """What both backends aim at where nothing is asked for."""
+
+_ODD_RATIO = 1e4
+"""LM_ratio of pulses a thousand times longer than a wave takes to form: a unit was forgotten, or
+else the chain is pressed as if at rest."""
 
 DEFAULT_FRAMES = 100
 """Of a trajectory: four seconds in a viewer."""
@@ -187,7 +190,7 @@ def run(
     as_json: AsJson = False,
 ) -> None:
     """Simulate a scene with one backend: peaks, p, F_SW, speed, error, cost."""
-    from hertzchain.files import check_writable
+    from hertzchain.files import check_outputs
     from hertzchain.report import print_run
     from hertzchain.tables import check_result_format, write_result
     from hertzchain.trajectory import check_trajectory_format, frame_times, write_trajectory
@@ -198,12 +201,11 @@ def run(
     limit = _time_limit(time_limit)
     if frames is not None and trajectory is None:
         raise HertzchainError("--frames goes with --trajectory FILE; leave the option out")
+    check_outputs([scene], [output, trajectory])
     if output is not None:
         check_result_format(output)
-        check_writable(output)
     if trajectory is not None:
         check_trajectory_format(trajectory)
-        check_writable(trajectory)
     with _progress() as tell:
         tell(
             f"{backend.value}: running (the first native run on a machine compiles, half a minute)"
@@ -373,10 +375,11 @@ def compare(
 ) -> None:
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
     from hertzchain import comparison, page, page_plots, report
-    from hertzchain.junit import of_comparison
+    from hertzchain.files import write_text
+    from hertzchain.junit import of_comparison, to_xml
 
     begun, begin = datetime.now(UTC), time.perf_counter()
-    _check_outputs(plot, report_file, junit)
+    _check_outputs([scene, results], plot, report_file, junit)
     if results is not None:
         for option, given in (("--backend", backend), ("--isolate", isolate), ("--plot", plot)):
             if given:
@@ -395,34 +398,44 @@ def compare(
     with _progress() as tell:
         record = None if report_file is None else page_plots.record_times(loaded)
         compared = comparison.compare(loaded, names, lammps, progress=tell, record=record)
-        if plot is not None:
-            tell("drawing")
-            report.plot_comparison(compared, plot)
-        if report_file is not None:
-            tell("writing the report")
-            page.write_comparison(compared, report_file, scene.name)
-    _write_junit(junit, of_comparison(compared, scene.stem, begun, time.perf_counter() - begin))
+    suite = of_comparison(compared, scene.stem, begun, time.perf_counter() - begin)
     if as_json:
         _print_json(compared.to_dict())
     else:
         report.print_comparison(_console(), compared)
-    for what, path in (("Plot", plot), ("Report", report_file)):
-        if path is not None:
-            typer.echo(f"{what} written to {path}", err=True)
+    _write("Plot", plot, lambda path: report.plot_comparison(compared, path))
+    _write("Report", report_file, lambda path: page.write_comparison(compared, path, scene.name))
+    _write("JUnit XML", junit, lambda path: write_text(path, to_xml([suite])))
     if compared.missing:
         raise typer.Exit(UNUSABLE)
     raise typer.Exit(DONE if compared.verdict == "pass" else OUT_OF_TOLERANCE)
 
 
-def _check_outputs(plot: Path | None, report_file: Path | None, junit: Path | None) -> None:
+def _check_outputs(
+    inputs: list[Path | None], plot: Path | None, report_file: Path | None, junit: Path | None
+) -> None:
     """Refuse, before any work is done, what could not be written."""
     from hertzchain import page, report
+    from hertzchain.files import check_outputs
 
-    _check_writable(plot, report_file, junit)
+    check_outputs(inputs, [plot, report_file, junit])
     if plot is not None:
         report.check_plot_format(plot)
     if report_file is not None:
         page.check_page_format(report_file)
+
+
+def _write(what: str, path: Path | None, write: Callable[[Path], object]) -> None:
+    """Write a file where one is wanted.
+
+    After the results are printed: a disk that is full takes no number with it.
+    """
+    if path is None:
+        return
+    with _progress() as tell:
+        tell(f"writing {path}")
+        write(path)
+    typer.echo(f"{what} written to {path}", err=True)
 
 
 def _judge(
@@ -437,7 +450,8 @@ def _judge(
 ) -> NoReturn:
     """Judge peaks from a file; the status says whether they pass."""
     from hertzchain import judgement, page, report
-    from hertzchain.junit import of_judgement
+    from hertzchain.files import write_text
+    from hertzchain.junit import of_judgement, to_xml
     from hertzchain.units import to_si
 
     begun, begin = datetime.now(UTC), time.perf_counter()
@@ -453,35 +467,15 @@ def _judge(
             time_limit=limit,
             progress=tell,
         )
-        if report_file is not None:
-            tell("writing the report")
-            page.write_judgement(judged, report_file, scene.name, results.name)
-    _write_junit(junit, of_judgement(judged, scene.stem, begun, time.perf_counter() - begin))
+    suite = of_judgement(judged, scene.stem, begun, time.perf_counter() - begin)
     if as_json:
         _print_json(judged.to_dict())
     else:
         report.print_judgement(_console(), judged)
-    if report_file is not None:
-        typer.echo(f"Report written to {report_file}", err=True)
+    names = scene.name, results.name
+    _write("Report", report_file, lambda path: page.write_judgement(judged, path, *names))
+    _write("JUnit XML", junit, lambda path: write_text(path, to_xml([suite])))
     raise typer.Exit(DONE if judged.verdict == "pass" else OUT_OF_TOLERANCE)
-
-
-def _check_writable(*paths: Path | None) -> None:
-    """Refuse, before any work is done, files that are wanted and cannot be written."""
-    from hertzchain.files import check_writable
-
-    for path in paths:
-        if path is not None:
-            check_writable(path)
-
-
-def _write_junit(path: Path | None, suite: Suite) -> None:
-    """Write a suite where one is wanted."""
-    from hertzchain.files import write_text
-    from hertzchain.junit import to_xml
-
-    if path is not None:
-        write_text(path, to_xml([suite]))
 
 
 @app.command()
@@ -497,30 +491,23 @@ def tradeoff(
 ) -> None:
     """Measure error against cost of every method on a scene; half a minute for 60 granules."""
     from hertzchain import report
-    from hertzchain.files import check_writable, write_text
+    from hertzchain.files import check_outputs, write_text
     from hertzchain.tradeoff import tradeoff as measure
 
     loaded = _load(scene)
-    for path in (plot, output):
-        if path is not None:
-            check_writable(path)
+    check_outputs([scene], [plot, output])
     if plot is not None:
         report.check_plot_format(plot)
     with _progress() as tell:
         measured = measure(loaded, progress=tell)
-        if plot is not None:
-            tell("drawing")
-            report.plot_tradeoff([measured], plot)
-    if output is not None:
-        write_text(output, measured.to_frame().to_csv(index=False))
     if as_json:
         _print_json(measured.to_dict())
     else:
         report.print_tradeoff(_console(), [measured])
     for remark in measured.remarks:
         typer.echo(f"hertzchain: {remark}", err=True)
-    if plot is not None:
-        typer.echo(f"Plot written to {plot}", err=True)
+    _write("Plot", plot, lambda path: report.plot_tradeoff([measured], path))
+    _write("Table", output, lambda path: write_text(path, measured.to_frame().to_csv(index=False)))
     if measured.missing:
         raise typer.Exit(UNUSABLE)
 
@@ -578,7 +565,7 @@ def deck(
     LIGGGHTS it compares the motion at the end.
     """
     from hertzchain import known_answer
-    from hertzchain.files import check_writable, write_texts
+    from hertzchain.files import check_outputs, write_texts
     from hertzchain.lammps.standalone import data_file, standalone
     from hertzchain.units import to_si
 
@@ -599,9 +586,7 @@ def deck(
     data = None
     if output is not None and atoms is Atoms.DATA:
         data = output.with_name(output.name + ".data")
-    for path in (output, data):
-        if path is not None:
-            check_writable(path)
+    check_outputs([scene], [output, data])
     longest = None if dt is None else to_si("--dt", dt, "s")
     wanted = known_answer.RTOL if rtol is None else rtol
     with _progress() as tell:
@@ -675,13 +660,12 @@ def unit_test(
     """
     import time
 
-    from hertzchain.files import check_writable, write_text
+    from hertzchain.files import check_outputs, write_text
     from hertzchain.lammps.unit_test import unit_test as test_text
     from hertzchain.unit_test import known_motion
 
     loaded = _load(scene)
-    if output is not None:
-        check_writable(output)
+    check_outputs([scene], [output])
     with _progress() as tell:
         tell("native: looking for the wave")
         motion = known_motion(loaded)
@@ -706,9 +690,17 @@ def doctor() -> None:
 
 
 def _load(path: Path) -> Scene:
+    """Read a scene; say so where it looks as if a unit had been forgotten."""
     from hertzchain.scene import Scene
 
-    return Scene.from_toml(path)
+    scene = Scene.from_toml(path)
+    if scene.momentum_ratio > _ODD_RATIO:
+        typer.echo(
+            f"hertzchain: LM_ratio is {scene.momentum_ratio:.3g}, so this may take long: the pulse"
+            f" lasts {scene.ramps[-1].end:.3g} s, is that meant?",
+            err=True,
+        )
+    return scene
 
 
 def _print_json(document: object) -> None:

@@ -10,7 +10,7 @@ import signal
 import stat
 import tempfile
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -194,6 +194,36 @@ def check_writable(path: Path | str) -> None:
     target = path if path.exists() and not path.is_file() else folder
     if not os.access(target, os.W_OK) or (path.is_file() and not os.access(path, os.W_OK)):
         raise OutputError(f"{path}: no permission to write here, choose another place")
+
+
+def check_outputs(inputs: Sequence[Path | None], outputs: Sequence[Path | None]) -> None:
+    """Raise an OutputError, before any work is done, for what cannot be written, or not safely.
+
+    Parameters
+    ----------
+    inputs
+        Files that are read; None for those that are not there.
+    outputs
+        Files that are wanted; None for those that are not.
+
+    Raises
+    ------
+    OutputError
+        If one cannot be written, is an input, or is wanted for two things.
+    """
+    read = {path.resolve() for path in inputs if path is not None}
+    taken: set[Path] = set()
+    for path in outputs:
+        if path is None:
+            continue
+        check_writable(path)
+        if not path.exists() or path.is_file():  # what is a device is not replaced
+            where = path.resolve()
+            if where in read:
+                raise OutputError(f"{path}: is read, and must not be written over; name another")
+            if where in taken:
+                raise OutputError(f"{path}: is wanted for two things, name one file for each")
+            taken.add(where)
 
 
 def _unwritable(path: Path, problem: OSError | ValueError) -> OutputError:

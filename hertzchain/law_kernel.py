@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.native.kernels import _compiled, _compiled_and_kept
+from hertzchain.native.kernels import compiled, compiled_and_kept
 
-NOTHING, CONTACT, DRAG = range(3)
+DAMPED_BY = ("nothing", "contact", "drag")
+_, CONTACT, DRAG = range(len(DAMPED_BY))
 """What the motion is damped by."""
 
 DISPLACEMENT, VELOCITY, ELASTIC, WHOLE = 0, 1, 2, 5
@@ -19,7 +20,7 @@ two samples of it. Row WHOLE and those after it are kept only where contacts are
 ROWS = 8
 
 
-@_compiled
+@compiled
 def _power(value: float, quarters: int) -> float:
     """A power that is a multiple of 1/4, by roots, which take a tenth of the time."""
     found = 1.0
@@ -35,7 +36,7 @@ def _power(value: float, quarters: int) -> float:
     return found
 
 
-@_compiled
+@compiled
 def _acceleration(
     u: Any, v: Any, applied: float, quarters: int, pulls: bool, damped_by: int,
     damping_quarters: int, damping: float, a: Any, elastic: Any, whole: Any,
@@ -61,7 +62,7 @@ def _acceleration(
             a[i] -= damping * v[i]
 
 
-@_compiled
+@compiled
 def _show(highest: Any, before: Any, now: Any, after: Any) -> None:
     """Take note of the next samples: a peak is that of the parabola through three of them."""
     for i in range(after.size):
@@ -77,7 +78,7 @@ def _show(highest: Any, before: Any, now: Any, after: Any) -> None:
         now[i] = after[i]
 
 
-@_compiled_and_kept
+@compiled_and_kept
 def advance(
     state: FloatArray,
     applied: FloatArray,

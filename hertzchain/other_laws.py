@@ -44,9 +44,6 @@ class Law:
 
 HERTZ = Law()
 
-_DAMPED_BY = {"nothing": 0, "contact": 1, "drag": 2}
-"""As the kernel is told."""
-
 _LOOK = 1_000_000
 """Granules times steps between two looks at the clock: some 20 ms."""
 
@@ -89,7 +86,7 @@ def peaks(
     h = end / steps
     half = np.arange(2 * steps + 1)[:, np.newaxis] * h / 2
     applied = scene.applied_force(half * unit / stretched) / scene.units.force
-    damped_by = _DAMPED_BY[law.damped_by]
+    damped_by = law_kernel.DAMPED_BY.index(law.damped_by)
     damping_quarters = round(4 * law.damping_exponent)
     state = np.zeros((stretched.size, law_kernel.ROWS, granules))
     piece = max(1, _LOOK // granules)

@@ -225,7 +225,7 @@ class Verdict:
     Parameters
     ----------
     passed
-        Whether all is well.
+        Whether all is well; None where that could not be said.
     sentence
         What that means.
     failures
@@ -234,15 +234,15 @@ class Verdict:
         Warnings, and what could not be said.
     """
 
-    passed: bool
+    passed: bool | None
     sentence: str
     failures: Sequence[Failure] = ()
     remarks: Sequence[str] = ()
 
     @property
     def word(self) -> str:
-        """``PASS`` or ``FAIL``."""
-        return "PASS" if self.passed else "FAIL"
+        """``PASS``, ``FAIL`` or ``UNDECIDED``."""
+        return "UNDECIDED" if self.passed is None else "PASS" if self.passed else "FAIL"
 
 
 def _verdict(comparison: Comparison, labels: Mapping[str, str], codes: Sequence[str]) -> Verdict:
@@ -266,7 +266,7 @@ def _verdict(comparison: Comparison, labels: Mapping[str, str], codes: Sequence[
         )
     elif only_absent:
         sentence = (
-            f"Undecided: not everything that was asked for could be compared. The {len(made)}"
+            f"Not everything that was asked for could be compared. The {len(made)}"
             " checks that could be made passed."
         )
     else:
@@ -287,7 +287,8 @@ def _verdict(comparison: Comparison, labels: Mapping[str, str], codes: Sequence[
         for name in comparison.wanted
         if name not in comparison.results and name not in asked
     ]
-    return Verdict(not failed, sentence, [_failure(check) for check in failed], remarks)
+    passed = None if only_absent else not failed
+    return Verdict(passed, sentence, [_failure(check) for check in failed], remarks)
 
 
 # Pages
@@ -394,7 +395,7 @@ def judgement_page(judgement: Judgement, file: str = "scene.toml", peaks: str = 
     failed = int(np.count_nonzero(judgement.judged & ~judgement.passed))
     judged = int(np.count_nonzero(judgement.judged))
     if judged == 0:
-        sentence = "Undecided: no contact could be judged."
+        sentence = "No contact could be judged."
     elif failed == 0:
         sentence = f"All {judged} judged contacts are within {tolerance:.1e} of the reference."
     else:
@@ -427,7 +428,7 @@ def judgement_page(judgement: Judgement, file: str = "scene.toml", peaks: str = 
             "file": file,
             "given": peaks,
             "verdict": Verdict(
-                judgement.verdict == "pass",
+                None if judged == 0 else judgement.verdict == "pass",
                 sentence,
                 failures,
                 [*judgement.remarks, *native.warnings],

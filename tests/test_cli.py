@@ -12,7 +12,7 @@ import sys
 import time
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import entry_points, version
 from pathlib import Path
 from typing import Any
@@ -330,8 +330,35 @@ def test_an_output_that_cannot_be_written_is_refused(
     Path("folder.png").mkdir()
     scene_file({"chain.granules": "6"})
     *start, option = command
-    is_refused(hertzchain(*start, "scene.toml", option, name), name)
+    outcome = hertzchain(*start, "scene.toml", option, name)
+    late = ("-o", "--plot") if start[0] in ("compare", "tradeoff") else ()
+    if name.startswith("/proc") and option in late:
+        # Nobody knows before the work is done; what was found is not lost with the file.
+        assert "6 granules" in outcome.out
+        outcome = replace(outcome, out="", err=outcome.err.splitlines(True)[-1])
+    is_refused(outcome, name)
     assert names() == ["folder.png", "scene.toml"]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("compare", "scene.toml", "--backend", "native", "--junit", "scene.toml"),
+        ("compare", "scene.toml", "--results", "peaks.csv", "--junit", "./peaks.csv"),
+        ("deck", "scene.toml", "-o", "scene.toml"),
+        ("unit-test", "scene.toml", "-o", "scene.toml"),
+        ("run", "scene.toml", "-o", "a.csv", "--trajectory", "a.csv"),
+        ("compare", "scene.toml", "--report", "a.html", "--junit", "a.html"),
+        ("tradeoff", "scene.toml", "--plot", "a.png", "-o", "a.png"),
+    ],
+    ids=" ".join,
+)
+def test_no_file_is_written_over_another(hertzchain: Command, command: list[str]) -> None:
+    scene_file({"chain.granules": "6"})
+    Path("peaks.csv").write_text("contact,peak_force_N\n2,100\n", encoding="utf-8")
+    before = {name: Path(name).read_bytes() for name in names()}
+    is_refused(hertzchain(*command), "name")
+    assert {name: Path(name).read_bytes() for name in names()} == before
 
 
 def test_a_plot_in_no_known_format_is_refused(hertzchain: Command) -> None:
@@ -883,7 +910,10 @@ def has_the_keys_of_a_tradeoff(document: dict[str, Any]) -> None:
 def test_tradeoff_measures_plots_and_writes(hertzchain: Command) -> None:
     scene_file()
     outcome = hertzchain("tradeoff", "scene.toml", "--json", "--plot", "plot.png", "-o", "rows.csv")
-    assert (outcome.status, outcome.err) == (0, "Plot written to plot.png\n")
+    assert (outcome.status, outcome.err) == (
+        0,
+        "Plot written to plot.png\nTable written to rows.csv\n",
+    )
     document = outcome.json()
     has_the_keys_of_a_tradeoff(document)
     assert {row["engine"] for row in document["rows"]} == {"formulas", "compiled", "LAMMPS"}

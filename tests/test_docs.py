@@ -140,6 +140,8 @@ class Page:
     def run(self, block: Block) -> None:
         """Run a block, or compare what the one before it has printed."""
         before, self.said = self.said, None
+        if block.language not in ("text", "output"):
+            assert not before, f"prints what is not shown: {before}"
         if block.language in ("text", "output"):
             assert before is not None, "shows the output of nothing: no python block before it"
             self.expect(block.text, before)
@@ -195,6 +197,7 @@ class Page:
     [
         ("```python\nprint(1)\n```\n\n```text\n2\n```", "shown:"),
         ("```text\n1\n```", "output of nothing"),
+        ("```python\nprint(1)\n```\n\n```toml\n# a.toml\n```", "not shown"),
         ("```fortran\nend\n```", "a block of fortran"),
         ("```\n1\n```", "no language"),
         ("```toml\n[chain]\n```", "name of its file"),
@@ -202,7 +205,17 @@ class Page:
         ("```console\n$ hertzchain --version\nhertzchain 999.0\n```", "shown:"),
         ("```console\n$ hertzchain --version\n# status 1\n...\n```", "hertzchain --version"),
     ],
-    ids=["output", "no output", "language", "none", "file name", "program", "printed", "status"],
+    ids=[
+        "output",
+        "no output",
+        "not shown",
+        "language",
+        "none",
+        "file name",
+        "program",
+        "printed",
+        "status",
+    ],
 )
 def test_a_page_that_is_wrong_fails(
     text: str, problem: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -242,6 +255,7 @@ def test_a_page_does_what_it_says(
         except Exception as problem:
             problem.add_note(f"docs/{name}, block in line {block.line}")
             raise
+    assert not page.said, f"prints what is not shown: {page.said}"
 
 
 @pytest.mark.parametrize("path", LINKED, ids=lambda path: path.name)

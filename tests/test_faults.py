@@ -631,9 +631,9 @@ def test_lammps_that_is_missing_is_missing_in_every_scene(monkeypatch: pytest.Mo
 # Kernels on disk
 
 SMALL = """
-from hertzchain.native.kernels import _compiled_and_kept
+from hertzchain.native.kernels import compiled_and_kept
 
-@_compiled_and_kept
+@compiled_and_kept
 def half(values):
     return values / 2
 """

@@ -88,7 +88,7 @@ def test_momentum_that_is_lost_fails() -> None:
     table = table_of("1")
     table.loc[table["source"] == "native", "momentum"] *= 1 - 1e-9
     assert {what.split(": ")[1] for _, what in failed("1", table)} == {
-        "momentum that the chain has gained, over F0 n t0 / 2"
+        "momentum that the chain has gained, over F0 n t0 / 2, less 1"
     }
 
 
@@ -175,7 +175,7 @@ def test_another_p_fails() -> None:
     table.loc[table["momentum_ratio"] == 2.5, "p"] = 8
     assert {
         ("native", "cosine: steps of LM_ratio that do not raise p, above 1 (paper: 0)"),
-        ("native", "triangular, LM_ratio 2.5: p by Eq. 3, beside p simulated"),
+        ("native", "triangular, LM_ratio 2.5: p by Eq. 3 less p simulated (paper: 0)"),
     } <= failed("3", table)
 
 

@@ -408,3 +408,15 @@ def test_the_peaks_alone_need_a_step() -> None:
     scene = paper_scene("triangular", 1.5, 3.0, granules=8)
     with pytest.raises(SceneError, match="dt: missing"):
         hc.Lammps().peaks_alone(scene)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("extrapolated", [False, True])
+def test_a_record_changes_nothing(extrapolated: bool) -> None:
+    scene = scenes.load("cosine-triangular_LM0.5_n8")
+    lammps = hc.Lammps(rtol=1e-4, extrapolated=extrapolated)
+    alone, recorded = lammps.run(scene), lammps.run(scene, np.linspace(0, scene.end_time, 20))
+    assert recorded.history is not None
+    for name in ("peak_force", "peak_time", "displacement", "velocity"):
+        assert np.array_equal(getattr(alone, name), getattr(recorded, name)), name
+    assert (alone.error_estimate, alone.steps) == (recorded.error_estimate, recorded.steps)

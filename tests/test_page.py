@@ -244,7 +244,7 @@ def test_a_missing_backend_is_said_plainly(compared: hc.Comparison) -> None:
     checks = (*compared.checks, ABSENT)
     read = Reader(comparison_page(replace(compared, results=native, checks=checks, missing=True)))
     assert "✗ FAIL" in read.text
-    assert "Undecided" in read.text
+    assert "UNDECIDED" in read.text
     assert ABSENT.reason in read.text
     assert "LAMMPS: not run" in read.text
     assert {cells[0]: cells[1] for cells in read.table("What each answer cost")}[
@@ -382,7 +382,8 @@ def test_a_report_of_all_scripts(passed: bool, tmp_path: Path) -> None:
     found = outcomes(passed)
     folder = tmp_path / "there" / "report"
     validation.page.make_folder(folder)
-    validation.page.write_report(folder, found, to_dict(found))
+    sections = [validation.page.write_outcome(folder, outcome) for outcome in found]
+    validation.page.write_report(folder, sections, to_dict(found))
     assert {path.name for path in folder.iterdir()} == {"index.html", "well.csv", "well.svg"}
     table = pandas.read_csv(folder / "well.csv", comment="#")
     assert len(table) == len(found[0].rows)
@@ -560,7 +561,8 @@ def test_without_scripts_tables_and_verdict_are_there(
 @pytest.mark.chromium
 def test_a_browser_draws_the_report_of_all_scripts(browser: Browser, tmp_path: Path) -> None:
     found = outcomes(passed=False)
-    validation.page.write_report(tmp_path, found, to_dict(found))
+    sections = [validation.page.write_outcome(tmp_path, outcome) for outcome in found]
+    validation.page.write_report(tmp_path, sections, to_dict(found))
     context = browser.new_context(viewport={"width": 360, "height": 740}, offline=True)
     wrong: list[str] = []
     page = context.new_page()

@@ -49,6 +49,11 @@ def test_a_command_works(command: str, tmp_path: Path) -> None:
     assert run(command, tmp_path) or list(tmp_path.glob("*.*"))
 
 
+def test_nothing_is_left_to_be_filled_in() -> None:
+    for page in (ROOT / "README.md", *(ROOT / "docs").glob("*.md")):
+        assert "@@" not in page.read_text(encoding="utf-8"), page
+
+
 def test_the_commands_are_found() -> None:
     assert len(COMMANDS) >= 4
     assert len(COPIES) == 1

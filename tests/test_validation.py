@@ -29,6 +29,23 @@ TABLES = [table2, table3, table4]
 TOO_LARGE = {"formula_maps"}
 """5 MB: its table is not kept, its figure is."""
 
+KEPT_ROWS = {
+    "figure1": 39,
+    "figure2": 41,
+    "figure3": 79,
+    "figure4": 31,
+    "figure5": 75,
+    "table2": 24,
+    "table3": 92,
+    "table4": 132,
+    "constants": 69,
+    "claims": 62,
+    "corrections": 53,
+    "ladder": 60,
+    "limits": 41,
+    "mistakes": 31,
+}
+
 PAGE = Path(run_all.__file__).parents[1] / "docs" / "validation.md"
 
 
@@ -81,7 +98,8 @@ def test_what_is_kept_of_a_script_keeps_its_promises(name: str) -> None:
     assert kept_table.exists() == (name not in TOO_LARGE)
     if name not in TOO_LARGE:
         found = SCRIPTS[name].SCRIPT.promises(pd.read_csv(kept_table, comment="#"))
-        assert found
+        # What the whole form judges, with LAMMPS: a table made with less of it has fewer rows.
+        assert len(found) == KEPT_ROWS[name]
         assert [entry for entry in found if not entry.passed] == []
 
 
@@ -176,8 +194,8 @@ def test_a_script_runs_as_a_user_would_run_it(tmp_path: Path) -> None:
     arguments = [sys.executable, str(script), "--quick", "-o", str(tmp_path / "rows.csv")]
     done = subprocess.run(arguments, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "12 of 12 rows pass" in done.stdout
-    assert len(pd.read_csv(tmp_path / "rows.csv", comment="#")) == 6
+    assert "18 of 18 rows pass" in done.stdout
+    assert len(pd.read_csv(tmp_path / "rows.csv", comment="#")) == 9
 
 
 def test_each_row_of_the_tables_has_its_scene() -> None:

@@ -444,7 +444,8 @@ RUNGS = (
         ),
     ),
     Rung(
-        2, "two-granule collision", "time integration of one contact", two_granule_collision,
+        2, "two-granule collision", "one contact in time, under a constant force",
+        two_granule_collision,
         (
             Promise(PEAK, _both(1e-11, 5e-6), f"{_REFERENCE}; {_VERLET}0.045 of it, 0.05 allowed"),
             Promise(HISTORY, _both(1e-11, 3e-5), f"{_REFERENCE}; {_VERLET}0.26 of it, 0.3 allowed"),
@@ -468,7 +469,7 @@ RUNGS = (
         ),
     ),
     Rung(
-        4, "same steps", "the deck and the forcing", same_steps,
+        4, "same steps", "the chain of the deck, and a force that changes", same_steps,
         (
             Promise(APPLIED, {"lammps": 1e-14}, "Table 1, so only some roundings may differ"),
             Promise(

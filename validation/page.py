@@ -87,14 +87,43 @@ class Section:
         return [_cells(entry) for entry in self.outcome.rows if entry.passed]
 
 
-def write_report(folder: Path, outcomes: Sequence[Outcome], document: dict[str, Any]) -> None:
-    """Write index.html and, for each script, its table (CSV) and its figure (SVG).
+def write_outcome(folder: Path, outcome: Outcome) -> Section:
+    """Write the table (CSV) and the figure (SVG) of a script, and hand back its section.
 
     Parameters
     ----------
     folder
         Where to; files of the same names are replaced.
-    outcomes
+    outcome
+        What became of the script.
+
+    Raises
+    ------
+    OutputError
+        If something cannot be written.
+    """
+    if outcome.table is None:
+        return Section(outcome, "", "it could not be measured")
+    write_table(folder / f"{outcome.name}.csv", outcome.table)
+    path = folder / f"{outcome.name}.svg"
+    try:
+        figure = outcome.script.draw(outcome.table)
+    except hc.HertzchainError as problem:
+        return Section(outcome, "", str(problem))
+    write_figure(path, figure)
+    # As an image: ids of several figures within one page would clash.
+    encoded = base64.b64encode(path.read_bytes()).decode()
+    return Section(outcome, f"data:image/svg+xml;base64,{encoded}", "")
+
+
+def write_report(folder: Path, sections: Sequence[Section], document: dict[str, Any]) -> None:
+    """Write index.html.
+
+    Parameters
+    ----------
+    folder
+        Where to; a file of the same name is replaced.
+    sections
         Of all scripts.
     document
         The same as JSON, to be saved from the page.
@@ -104,7 +133,7 @@ def write_report(folder: Path, outcomes: Sequence[Outcome], document: dict[str, 
     OutputError
         If something cannot be written.
     """
-    sections = [_section(folder, outcome) for outcome in outcomes]
+    outcomes = [section.outcome for section in sections]
     rows = [entry for outcome in outcomes for entry in outcome.rows]
     failed = [(o.name, entry) for o in outcomes for entry in o.rows if not entry.passed]
     named = [
@@ -130,21 +159,6 @@ def write_report(folder: Path, outcomes: Sequence[Outcome], document: dict[str, 
         "numbers_name": "validation.json",
     }
     write_text(folder / "index.html", render("run_all.html.jinja", content, [HERE]))
-
-
-def _section(folder: Path, outcome: Outcome) -> Section:
-    if outcome.table is None:
-        return Section(outcome, "", "it could not be measured")
-    write_table(folder / f"{outcome.name}.csv", outcome.table)
-    path = folder / f"{outcome.name}.svg"
-    try:
-        figure = outcome.script.draw(outcome.table)
-    except hc.HertzchainError as problem:
-        return Section(outcome, "", str(problem))
-    write_figure(path, figure)
-    # As an image: ids of several figures within one page would clash.
-    encoded = base64.b64encode(path.read_bytes()).decode()
-    return Section(outcome, f"data:image/svg+xml;base64,{encoded}", "")
 
 
 def _found(entry: Row) -> str:

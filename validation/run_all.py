@@ -39,7 +39,7 @@ import validation.table3
 import validation.table4
 from hertzchain.files import check_writable, write_text
 from hertzchain.junit import to_xml
-from validation.page import make_folder, write_report
+from validation.page import make_folder, write_outcome, write_report
 from validation.rows import Row, did_not_run, print_rows
 from validation.script import Script, as_json, junit_suite, missing_suites, why_no_lammps
 
@@ -188,7 +188,7 @@ def run(arguments: Sequence[str]) -> int:
     begun, missing = datetime.now(UTC), why_no_lammps()
     if missing:
         print(f"{missing}; everything else is measured", file=sys.stderr)
-    outcomes = []
+    outcomes, sections = [], []
     try:
         if chosen.report is not None:
             make_folder(chosen.report)
@@ -198,8 +198,10 @@ def run(arguments: Sequence[str]) -> int:
             outcomes.append(outcome)
             if not chosen.json:
                 print_rows(outcome.script.title, outcome.rows)
+            if chosen.report is not None:
+                sections.append(write_outcome(chosen.report, outcome))
         if chosen.report is not None:
-            write_report(chosen.report, outcomes, to_dict(outcomes))
+            write_report(chosen.report, sections, to_dict(outcomes))
             print(f"Report written to {chosen.report / 'index.html'}", file=sys.stderr)
         if chosen.junit is not None:
             suites = [

@@ -18,7 +18,7 @@ from rich.console import Console
 
 import hertzchain as hc
 from hertzchain.errors import BackendMissing
-from hertzchain.files import check_writable, write_text, write_with
+from hertzchain.files import check_outputs, write_text, write_with
 from hertzchain.junit import ERROR, Case, Suite, case, to_xml
 from hertzchain.lammps.engine import engine
 from hertzchain.report import check_plot_format
@@ -108,9 +108,7 @@ class Script:
         begun, begin = datetime.now(UTC), time.perf_counter()
         missing = why_no_lammps()
         try:
-            for path in (chosen.output, chosen.plot, chosen.junit):
-                if path is not None:
-                    check_writable(path)
+            check_outputs([], [chosen.output, chosen.plot, chosen.junit])
             if chosen.plot is not None:
                 check_plot_format(chosen.plot)
             if missing:

@@ -37,7 +37,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     Parameters
     ----------
     quick
-        Take one scene of each profile instead of two.
+        Run LAMMPS on three scenes only, one of each profile, two of them with p above 5.
     with_lammps
         Whether to run LAMMPS, too.
 
@@ -45,9 +45,13 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     -------
     Columns scene, backend, p, eq3, paper_p, paper_eq3, problem.
     """
-    entries = paper_table(2)[:: 2 if quick else 1]
+    entries = paper_table(2)
     names = [scene_name(entry) for entry in entries]
-    found = simulate({name: load(name) for name in names}, TITLE, with_lammps)
+    scenes = {name: load(name) for name in names}
+    found = simulate(scenes, TITLE, with_lammps and not quick)
+    if quick:
+        some = {names[k]: scenes[names[k]] for k in (1, 2, 5)}
+        found |= simulate(some, TITLE, with_lammps)
     rows = []
     for (name, backend), result in found.items():
         entry = entries[names.index(name)]

@@ -137,7 +137,8 @@ _HOW: dict[str, Any] = {
 _UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
 
 
-def _compiled(function: Any) -> Any:
+def compiled(function: Any) -> Any:
+    """A function that kernels call, compiled; of numbers alone."""
     return njit(**_HOW, **_UNCOUNTED)(function)
 
 
@@ -170,12 +171,13 @@ class _Kept(FunctionCache):
             super().save_overload(sig, data)
 
 
-def _compiled_and_kept(function: Any) -> Any:
-    # On disk, with all that it calls; njit(cache=True) fails where there is no place to keep it.
-    compiled = njit(**_HOW)(function)
+def compiled_and_kept(function: Any) -> Any:
+    """A kernel, called from Python: compiled once, and kept on disk with all that it calls."""
+    kernel = njit(**_HOW)(function)
+    # njit(cache=True) fails where there is no place to keep it.
     with suppress(RuntimeError, OSError):  # no folder can be written
-        compiled._cache = _Kept(function)
-    return compiled
+        kernel._cache = _Kept(function)
+    return kernel
 
 
 def _compiled_without_nan(function: Any) -> Any:
@@ -183,7 +185,7 @@ def _compiled_without_nan(function: Any) -> Any:
     return njit(**{**_HOW, "fastmath": {"contract", "nnan", "nsz"}}, **_UNCOUNTED)(function)
 
 
-@_compiled
+@compiled
 def _applied_force(leg: Any, time: float) -> float:
     if leg[SHAPE] == 0:
         return 0.0
@@ -193,7 +195,7 @@ def _applied_force(leg: Any, time: float) -> float:
     return leg[FORCE_START] + (leg[FORCE_END] - leg[FORCE_START]) * growth
 
 
-@_compiled
+@compiled
 def _applied_force_rate(leg: Any, time: float) -> float:
     if leg[SHAPE] == 0:
         return 0.0
@@ -209,7 +211,7 @@ def _applied_force_rate(leg: Any, time: float) -> float:
 # short loop.
 
 
-@_compiled
+@compiled
 def _first_kick(u: Any, v: Any, f: Any, kick: Any, drift: Any, lo: int, hi: int) -> None:
     """Kick by the known forces f, f[i] left of granule i, and drift."""
     for i in range(np.uint64(lo), np.uint64(hi)):
@@ -217,7 +219,7 @@ def _first_kick(u: Any, v: Any, f: Any, kick: Any, drift: Any, lo: int, hi: int)
         u[i] += drift * v[i]
 
 
-@_compiled
+@compiled
 def _kick_and_drift(
     u: Any, v: Any, left: Any, kick: Any, drift: Any, least: Any, lo: int, hi: int
 ) -> Any:
@@ -232,7 +234,7 @@ def _kick_and_drift(
     return left
 
 
-@_compiled
+@compiled
 def _last_kick(u: Any, v: Any, f: Any, kick: Any, least: Any, lo: int, hi: int) -> Any:
     """Force and kick in one pass; forces are kept, that ahead of the last granule returned."""
     left = f[lo]
@@ -246,7 +248,7 @@ def _last_kick(u: Any, v: Any, f: Any, kick: Any, least: Any, lo: int, hi: int) 
     return left
 
 
-@_compiled
+@compiled
 def _accelerations(u: Any, a: Any, s: int, left: Any, least: Any, lo: int, hi: int) -> Any:
     """Right-hand side of Eq. 1 into row s; the force ahead of the last granule is returned."""
     for i in range(np.uint64(lo), np.uint64(hi)):
@@ -258,25 +260,25 @@ def _accelerations(u: Any, a: Any, s: int, left: Any, least: Any, lo: int, hi: i
     return left
 
 
-@_compiled
+@compiled
 def _copy(what: Any, to: Any, lo: int, hi: int) -> None:
     for i in range(np.uint64(lo), np.uint64(hi)):
         to[i] = what[i]
 
 
-@_compiled
+@compiled
 def _drift_from(u: Any, u0: Any, v0: Any, h: Any, lo: int, hi: int) -> None:
     for i in range(np.uint64(lo), np.uint64(hi)):
         u[i] = u0[i] + h * v0[i]
 
 
-@_compiled
+@compiled
 def _add(total: Any, weight: Any, a: Any, s: int, lo: int, hi: int) -> None:
     for i in range(np.uint64(lo), np.uint64(hi)):
         total[i] += weight * a[s, i]
 
 
-@_compiled
+@compiled
 def _symplectic_step(
     u: Any, v: Any, f: Any, kicks: Any, drifts: Any, fractions: Any, leg: Any, begin: float,
     h: float, least: Any, lo: int, hi: int, last: int,
@@ -298,7 +300,7 @@ def _symplectic_step(
     return min(hi + _AHEAD, last) if ahead > 0 else hi
 
 
-@_compiled
+@compiled
 def _nystrom_step(
     u: Any, v: Any, f: Any, u0: Any, v0: Any, a: Any, nodes: Any, fractions: Any, position: Any,
     velocity_weights: Any, position_weights: Any, kicks: Any, drifts: Any, leg: Any,
@@ -347,7 +349,7 @@ def _like(table: Any, precision: Any) -> Table:
     )
 
 
-@_compiled
+@compiled
 def _scale(
     table: Any, h: float, kicks: Any, drifts: Any, nodes: Any, position: Any,
     velocity_weights: Any, position_weights: Any,
@@ -387,7 +389,7 @@ def _scan(
     return turns, fastest, max(speed, abs(v[hi - 1]))
 
 
-@_compiled
+@compiled
 def _turns(v0: Any, v: Any, zero: Any, lo: int, hi: int) -> int:
     """How many contacts are past their peak."""
     turns = 0
@@ -397,17 +399,17 @@ def _turns(v0: Any, v: Any, zero: Any, lo: int, hi: int) -> int:
     return turns
 
 
-@_compiled
+@compiled
 def _force(r: float) -> float:
     return r * math.sqrt(r) if r > 0 else 0.0
 
 
-@_compiled
+@compiled
 def _force_rate(r: float, rate: float) -> float:
     return 1.5 * math.sqrt(r) * rate if r > 0 else 0.0
 
 
-@_compiled
+@compiled
 def _granule(u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float) -> Any:
     """Displacement of a granule, its rate, acceleration and jerk (Eq. 1 and its derivative).
 
@@ -425,7 +427,7 @@ def _granule(u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float)
     return float(u[i]), float(v[i]) - off * jerk, pushed - passed_on, jerk
 
 
-@_compiled
+@compiled
 def _contact(u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float) -> Any:
     """Overlap of granules i and i + 1, and its first three derivatives; see ``_granule``."""
     overlap, rate = float(u[i] - u[i + 1]), float(v[i] - v[i + 1])
@@ -443,7 +445,7 @@ def _contact(u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float)
     return overlap, rate - off * jerk, acceleration, jerk
 
 
-@_compiled
+@compiled
 def _hermite(start: Any, end: Any, h: float) -> Any:
     """Coefficients in s = (t - t_start) / h of the polynomial of degree 7 that meets both ends."""
     x, p, q, c = start[0], start[1] * h, start[2] * h * h / 2, start[3] * h**3 / 6
@@ -461,28 +463,28 @@ def _hermite(start: Any, end: Any, h: float) -> Any:
     )  # fmt: skip
 
 
-@_compiled
+@compiled
 def _value(c: Any, s: float) -> float:
     return c[0] + s * (
         c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * (c[5] + s * (c[6] + s * c[7])))))
     )
 
 
-@_compiled
+@compiled
 def _slope(c: Any, s: float) -> float:
     return c[1] + s * (
         2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * (5 * c[5] + s * (6 * c[6] + s * 7 * c[7]))))
     )
 
 
-@_compiled
+@compiled
 def _curvature(c: Any, s: float) -> float:
     return 2 * c[2] + s * (
         6 * c[3] + s * (12 * c[4] + s * (20 * c[5] + s * (30 * c[6] + s * 42 * c[7])))
     )
 
 
-@_compiled
+@compiled
 def _maximum(c: Any) -> float:
     """Where in [0, 1] a polynomial that rises at 0 and falls at 1 has its maximum."""
     low, high = 0.0, 1.0
@@ -502,7 +504,7 @@ def _maximum(c: Any) -> float:
     return s
 
 
-@_compiled
+@compiled
 def _keep_peaks(
     peak_force: Any, peak_time: Any, base: int, u0: Any, v0: Any, u: Any, v: Any,
     lo: int, hi: int, leg: Any, begin: float, h: float, off: float,
@@ -524,7 +526,7 @@ def _keep_peaks(
             peak_time[base + i] = begin + s * h
 
 
-@_compiled
+@compiled
 def _work(
     u0: Any, v0: Any, u: Any, v: Any, lo: int, leg: Any, begin: float, h: float, off: float
 ) -> float:
@@ -540,7 +542,7 @@ def _work(
     return total
 
 
-@_compiled
+@compiled
 def _keep_history(
     record: Any, kept: int, u0: Any, v0: Any, u: Any, v: Any, lo: int, hi: int,
     leg: Any, begin: float, end: float, off: float, last: int,
@@ -562,7 +564,7 @@ def _keep_history(
     return kept
 
 
-@_compiled
+@compiled
 def _strength(force: float, velocity: float) -> float:
     """How hard contacts can come to be pressed, after one pulse, by what has these largest values.
 
@@ -572,7 +574,7 @@ def _strength(force: float, velocity: float) -> float:
     return max(force, _IMPACT * max(velocity, 0.0) ** 1.2)
 
 
-@_compiled
+@compiled
 def _left_behind(u: Any, v: Any, f: Any, peak_force: Any, base: int, lo: int, hi: int) -> int:
     """How far the window can be closed from behind once the pulse is over.
 
@@ -614,7 +616,7 @@ def _left_behind(u: Any, v: Any, f: Any, peak_force: Any, base: int, lo: int, hi
     return cut
 
 
-@_compiled
+@compiled
 def _settled(u: Any, v: Any, f: Any, peak_force: Any, base: int, lo: int, hi: int) -> bool:
     """Whether no peak can change any more, once the pulse is over and all granules were reached.
 
@@ -638,7 +640,7 @@ def _settled(u: Any, v: Any, f: Any, peak_force: Any, base: int, lo: int, hi: in
     return True
 
 
-@_compiled
+@compiled
 def _momentum(v: Any, lo: int, hi: int) -> float:
     total = 0.0
     for i in range(np.uint64(lo), np.uint64(hi)):
@@ -646,7 +648,7 @@ def _momentum(v: Any, lo: int, hi: int) -> float:
     return total
 
 
-@_compiled
+@compiled
 def _energy(u: Any, v: Any, lo: int, hi: int) -> float:
     """Of granules lo ... hi - 1 and of the contact ahead of each."""
     total = 0.0
@@ -656,7 +658,7 @@ def _energy(u: Any, v: Any, lo: int, hi: int) -> float:
     return total
 
 
-@_compiled
+@compiled
 def _is_stopped(control: Any) -> bool:
     return control[0] < 0 or 0 < control[0] <= control[2]
 
@@ -669,7 +671,7 @@ _LEG_DONE, _NO_ROOM, _SETTLED, _DIVERGED, _STOPPED = range(5)
 """Why _advance returns."""
 
 
-@_compiled
+@compiled
 def _advance(
     u: Any, v: Any, f: Any, u0: Any, v0: Any, a: Any, constants: Any,
     table: Any, kicks: Any, drifts: Any, nodes: Any, position: Any, velocity_weights: Any,
@@ -791,7 +793,7 @@ def _advance(
     return reason
 
 
-@_compiled_and_kept
+@compiled_and_kept
 def march(
     legs: FloatArray,
     table: Table,
@@ -919,7 +921,7 @@ def march(
     return outcome, u[:granules], v[:granules]
 
 
-@_compiled_and_kept
+@compiled_and_kept
 def march_many(
     legs: FloatArray,
     table: Table,

@@ -25,6 +25,7 @@ from hertzchain.accuracy import (
 from hertzchain.arrays import FloatArray
 from hertzchain.chain import POSITIVE, is_positive
 from hertzchain.errors import RunFailed, require
+from hertzchain.history import History
 from hertzchain.peaks import largest_difference
 from hertzchain.result import LostDigits, Result
 from hertzchain.scene import Scene
@@ -147,7 +148,8 @@ def run(
     """
     begin = time.perf_counter()
     refuse_hopeless_overlap(scene)
-    answer = _Runner(scene, simulate, steps).answer(times)
+    runner = _Runner(scene, simulate, steps)
+    answer = runner.answer()
     found = answer.run
     if not answer.round_off < 1:
         raise RunFailed(
@@ -156,9 +158,7 @@ def run(
         )
     refuse_meaningless(code, answer.error, too_long=steps.dt is not None)
     refuse_deep_overlap(scene.chain, float(np.max(answer.peak_force)))
-    history = None
-    if found.recorder is not None and times is not None:
-        history = found.recorder.history(times)
+    history = None if times is None else runner.history(found.legs, times)
     return Result(
         scene=scene,
         backend=code.lower(),
@@ -228,8 +228,19 @@ class _Runner:
     once: Simulate
     steps: Steps
 
-    def answer(self, times: FloatArray | None) -> _Answer:
-        return self._extrapolated(times) if self.steps.extrapolated else self._plain(times)
+    def answer(self) -> _Answer:
+        return self._extrapolated() if self.steps.extrapolated else self._plain()
+
+    def history(self, legs: Sequence[Leg], times: FloatArray) -> History:
+        """Record in one more run with the same steps.
+
+        Histories need closer readings than peaks do, which would make the peaks others: a record
+        must not change them.
+        """
+        strides = [self.stride(leg, recording=True) for leg in legs]
+        recorder = self.simulate(legs, strides, times).recorder
+        assert recorder is not None
+        return recorder.history(times)
 
     def simulate(
         self, legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None = None
@@ -237,7 +248,7 @@ class _Runner:
         refuse_unstable(self.scene, legs, STABLE, "velocity-verlet")
         return self.once(legs, strides, times)
 
-    def _plain(self, times: FloatArray | None) -> _Answer:
+    def _plain(self) -> _Answer:
         """Run with the step asked for, or with one whose error is as small as wanted."""
 
         def peaks_at(dt: float) -> FloatArray:
@@ -247,8 +258,8 @@ class _Runner:
         dt = self.steps.dt or second_order_step(peaks_at, _PILOT_STEP * unit, self.steps.rtol)
         for _ in range(_TRIES):
             legs = self.scene.schedule(dt)
-            strides = [self.stride(leg, times is not None) for leg in legs]
-            run = self.simulate(legs, strides, times)
+            strides = [self.stride(leg, recording=False) for leg in legs]
+            run = self.simulate(legs, strides)
             lost = run.round_off(self.scene)
             by_steps = self._step_error(legs, run.peaks.force)
             error = by_steps + _interpolation_error(self.scene, legs, strides) + lost
@@ -257,7 +268,7 @@ class _Runner:
             dt *= max(0.25, 0.9 * math.sqrt(self.steps.rtol / error))
         return _Answer(run, run.peaks.force, run.peaks.time, run.steps, error, lost)
 
-    def _extrapolated(self, times: FloatArray | None) -> _Answer:
+    def _extrapolated(self) -> _Answer:
         """Extrapolate from two runs; a third, coarser one says how good that is.
 
         All of them are read at the same times, so that what the steps do to the interpolation is
@@ -268,12 +279,12 @@ class _Runner:
         legs = self.scene.schedule(
             wanted * self.scene.units.time if self.steps.dt is None else 4 * self.steps.dt
         )
-        strides = [self.stride(leg, times is not None) for leg in legs]
+        strides = [self.stride(leg, recording=False) for leg in legs]
         runs: list[Simulation] = []
         for k in range(3 + _HALVINGS):
             finer = tuple(replace(leg, steps=2**k * leg.steps) for leg in legs)
             apart = [2**k * stride for stride in strides]
-            runs = [*runs[-2:], self.simulate(finer, apart, times)]
+            runs = [*runs[-2:], self.simulate(finer, apart)]
             if len(runs) < 3:
                 continue
             before, after = (_extrapolate(*pair) for pair in itertools.pairwise(runs))
