@@ -26,7 +26,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import BackendMissing
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
-from hertzchain.transition import FREE_END, SMALLEST, STEADY
+from hertzchain.transition import SMALLEST, STEADY
+from validation.claims import far_field, first_within
 from validation.drawing import BACKENDS
 from validation.mistakes import printed_peak_force
 from validation.rows import Row, did_not_run, load, paper_table, row, scene_name, simulate
@@ -98,7 +99,7 @@ class Simulated:
     @property
     def far(self) -> float:
         """The last peak that the free end does not touch."""
-        return float(self.peak_force[-1 - FREE_END])
+        return far_field(self.peak_force)
 
     def eq3(self, wave_force: float) -> float:
         """Eq. 3, with V_SW of a wave of this height, in F0."""
@@ -153,9 +154,7 @@ def by_far_field(threshold: float = STEADY) -> Criterion:
     """All later peaks are within a threshold of the far field."""
 
     def p(peak_force: FloatArray) -> int:
-        undisturbed = peak_force[:-FREE_END]
-        off = np.nonzero(np.abs(undisturbed / undisturbed[-1] - 1) >= threshold)[0]
-        return max(SMALLEST, int(off[-1]) + 3 if off.size else 2)
+        return max(SMALLEST, first_within(peak_force, threshold))
 
     return p
 
@@ -388,7 +387,7 @@ def plateau_scores() -> Iterator[Score]:
     peaks = hc.similar_peak_forces("cosine", [10.0], 2.0, 200).peak_force[0]
     for what in list(CRITERIA)[:2]:
         after = peaks[CRITERIA[what](peaks) - 1]
-        yield 6, PLATEAU, what, float(abs(after / peaks[-1 - FREE_END] - 1))
+        yield 6, PLATEAU, what, float(abs(after / far_field(peaks) - 1))
 
 
 def _round_equal(cases: Cases, printed: list[Entry], formula: PeakForce) -> list[bool]:
