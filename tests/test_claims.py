@@ -15,7 +15,7 @@ import hertzchain as hc
 from hertzchain import theory
 from tests import scenes
 from validation import claims, constants, corrections, mistakes
-from validation.rows import Row
+from validation.rows import STEEL, Found, Row
 
 # Nesterenko's wave
 
@@ -86,6 +86,19 @@ def test_half_width_scales_with_the_height_of_a_wave() -> None:
     assert claims.half_width(time * 2 ** (-1 / 6), 2 * force) == pytest.approx(one, rel=1e-9, abs=0)
 
 
+def test_momentum_ahead_of_each_contact() -> None:
+    assert list(claims.handed_on(np.array([-1.0, 0.5, 2.0]))) == [2.5, 2.0]
+
+
+def test_integral_until_the_first_minimum() -> None:
+    """Of a pulse that opens the contact, and of one that the next wave overtakes."""
+    time = np.linspace(0, 1.4, 281)
+    alone = np.where(time < 1, np.sin(np.pi * time) ** 2, 0.0)
+    assert claims.until_first_minimum(time, alone) == pytest.approx(0.5, rel=1e-6, abs=0)
+    overtaken = 0.6 - 0.4 * np.cos(2 * np.pi * time)
+    assert claims.until_first_minimum(time, overtaken) == pytest.approx(0.6, rel=1e-9, abs=0)
+
+
 # Corrections
 
 
@@ -151,15 +164,27 @@ Doctor = Callable[[pd.DataFrame], "pd.Series[bool]"]
     ("script", "which", "column", "factor", "named"),
     [
         (constants, lambda t: t["what"] == "V_SW, 7/10", "native", 1 + 1e-8, "V_SW, 7/10"),
+        (constants, lambda t: t["kind"] == "si", "exact", 1 + 1e-8, "speed [m/s]"),
+        (constants, lambda t: t["kind"] == "si", "exact", 1 + 1e-8, "momentum [N s]"),
         (constants, lambda t: t["kind"] == "force", "paper", 1.001, "S, shift 1.077"),
         (constants, lambda t: t["what"] == "Eq. 4b, 1.077", "paper", 1.001, "1.077: off by"),
         (constants, lambda t: t["kind"] == "shift", "native", 1.01, "Eq. 4b, LM_ratio below 1"),
-        (claims, lambda t: t["what"] == claims.AT_ONCE, "native", 1.01, "F_SW / F0, lowest"),
+        (
+            claims,
+            lambda t: t["what"] == claims.AT_ONCE,
+            "native",
+            1.01,
+            "a. LM_ratio 1: far field / F0",
+        ),
         (claims, lambda t: t["what"] == claims.THROWN, "paper", 10.0, "Delta L / momentum"),
         (claims, lambda t: t["what"] == claims.SHARE, "native", 0.99, "c. LM_ratio 1"),
         (claims, lambda t: t["what"] == claims.DISTANCE, "native", 2.0, "d. impulse"),
         (claims, lambda t: t["what"] == claims.DECAY_RISE, "quadrature", 1.01, "e. cosine"),
-        (claims, lambda t: t["what"] == claims.BALANCE, "native", 1e6, "L_SW - L_Applied"),
+        (claims, lambda t: t["what"] == claims.BALANCE, "native", 1e3, "L_SW - L_Applied"),
+        (claims, lambda t: t["what"] == claims.HEIGHT, "native", 1.01, "g. LM_ratio 0.3 to 0.8"),
+        (claims, lambda t: t["what"] == claims.HANDED_ON, "native", 1.1, claims.HANDED_ON),
+        (claims, lambda t: t["what"] == claims.FIRST_PULSE, "native", 1.1, claims.FIRST_PULSE),
+        (claims, lambda t: t["what"] == claims.SHAPE, "native", 1.1, claims.SHAPE),
         (
             corrections,
             lambda t: t["reading"].str.startswith("15 (i - p) / (8 i p", na=False),
@@ -194,6 +219,71 @@ def test_a_scene_that_did_not_run_is_a_row_that_fails(
     table = measured[script].astype({"problem": object})
     table.loc[len(table) - 1, "problem"] = "LAMMPS crashed (SIGSEGV)"
     assert any("SIGSEGV" in entry.what for entry in failing(script, table))
+
+
+COORDINATES = "given: it says which case a number belongs to"
+
+NOT_JUDGED: dict[ModuleType, dict[str, str]] = {
+    claims: {"n": COORDINATES, "momentum_ratio": COORDINATES, "contact": COORDINATES},
+    constants: {"x": COORDINATES},
+    corrections: {"number": COORDINATES, "contact": COORDINATES},
+}
+"""Columns of numbers that no row judges, and why."""
+
+
+def judged(script: ModuleType, table: pd.DataFrame) -> list[tuple[int, str]]:
+    """Cells (index, column) with a number that some row depends on."""
+    if script is corrections:  # entries are drawn: their mean and largest are scores
+        table = table[table["kind"] == "score"]
+    columns = set(table.select_dtypes("number").columns) - set(NOT_JUDGED[script])
+    return [(k, column) for column in sorted(columns) for k in table.index[table[column].notna()]]
+
+
+@pytest.mark.parametrize("script", [constants, claims, corrections])
+def test_a_number_that_is_missing_fails(
+    script: ModuleType, measured: dict[ModuleType, pd.DataFrame]
+) -> None:
+    """One cell is lost: of each kind one, up to 30, and no row may leave it out."""
+    table = measured[script]
+    cells = judged(script, table)
+    shuffled = [cells[k] for k in np.random.default_rng(7).permutation(len(cells))]
+    of_each = {(table["what"][k], column): (k, column) for k, column in shuffled}
+    assert len(of_each) > 10
+    for k, column in list(of_each.values())[:30]:
+        doctored = table.copy()
+        doctored.loc[k, column] = math.nan
+        assert failing(script, doctored), f"{table.loc[k].to_dict()} without {column}"
+
+
+def test_what_lammps_did_not_find_fails(measured: dict[ModuleType, pd.DataFrame]) -> None:
+    """Where LAMMPS is one scene short it is so in each row of LAMMPS."""
+    for script, what in ((claims, claims.HEIGHT), (constants, "cosine_LM0.3_n2")):
+        table = measured[script].assign(lammps=measured[script]["native"])
+        table.loc[table.index[table["what"] == what][0], "lammps"] = math.nan
+        if script is claims:
+            table.loc[table["scene"].str.endswith(claims.LONG), "lammps"] = math.nan
+        failed = [entry for entry in failing(script, table) if entry.backend == "lammps"]
+        assert any("LAMMPS" in entry.what for entry in failed)
+
+
+def test_a_chain_too_short_for_p_is_a_row_that_fails(
+    monkeypatch: pytest.MonkeyPatch, measured: dict[ModuleType, pd.DataFrame]
+) -> None:
+    short = hc.Scene(hc.Chain(6, **STEEL), hc.Pulse("cosine", 100.0, 2.0, 2.0))
+    for script in (constants, claims):
+        with monkeypatch.context() as patch:
+            patch.setattr(script, "load", lambda _: short)
+            patch.setattr(script, "QUICK", ("cosine_LM2.0_n2",))
+            if script is constants:
+                table = pd.DataFrame(constants._shifts(True, False), columns=constants.COLUMNS)
+            else:
+                named = {"cosine_LM2.0_n2": short}
+                found: Found = {("cosine_LM2.0_n2", "native"): hc.Native().run(short)}
+                table = pd.DataFrame(
+                    claims._table_scenes(named, found), columns=list(claims.COLUMNS)
+                )
+        table = pd.concat([measured[script].astype({"problem": object}), table], ignore_index=True)
+        assert any("transition does not end" in entry.what for entry in failing(script, table))
 
 
 def test_the_printed_exponent_is_in_one_place() -> None:

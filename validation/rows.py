@@ -79,6 +79,14 @@ def largest(values: ArrayLike) -> float:
     return float(np.max(known)) if known.size else float("nan")
 
 
+def ends(values: ArrayLike) -> tuple[float, float]:
+    """The lowest and the highest of some values; both NaN where one is, or where there is none."""
+    known = np.asarray(values, np.float64)
+    if not known.size:
+        return float("nan"), float("nan")
+    return float(np.min(known)), float(np.max(known))
+
+
 RAN = "every scene has to run"
 
 
