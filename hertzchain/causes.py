@@ -26,6 +26,7 @@ from hertzchain.result import Result
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
 from hertzchain.shock import Pulse, PulseTable, Ramp
+from hertzchain.transition import FREE_END
 
 EXPLAINED = 0.1
 """Of the differences, root mean square: the most that a mistake which is named may leave."""
@@ -50,6 +51,11 @@ _ALIKE = 3.0
 
 _NEAR = 0.003
 """Relative: how near a fitted factor has to be to a well-known one for that to be named."""
+
+
+_ALONE = 100.0
+"""Times as far off as any other contact: then it is that one. Chosen; of the mistakes that the
+tests make only another length of the chain, which moves the last contact, goes beyond."""
 
 
 @dataclass(frozen=True)
@@ -186,6 +192,8 @@ def likely_cause(
         return None, None
     if np.count_nonzero(case.judged) < FEWEST:
         return None, f"the cause is sought where at least {FEWEST} contacts are judged"
+    if (alone := _one_contact(case)) is not None:
+        return alone, None
     found: list[Cause] = []
     remark = None
     for name, find in FINDERS.items():
@@ -207,6 +215,20 @@ def likely_cause(
     sentences = [one.sentence for one in found if one.residual <= alike]
     left = f"; leaves {max(found[0].residual / size, 1e-6):.1g} of the differences"
     return "; or ".join(dict.fromkeys(sentences)) + left, remark
+
+
+def _one_contact(case: Case) -> str | None:
+    """The contact that alone is off; mistakes do that at the free end only."""
+    off = np.abs(case.differences)
+    *_, next_to, most = np.sort(off)
+    if most < _ALONE * next_to:
+        return None
+    contact = case.reference.contact[case.judged][int(np.argmax(off))]
+    if contact > case.scene.chain.granules - FREE_END:
+        return None
+    return (
+        f"contact {contact} alone, as if a number had slipped: the others are within {next_to:.1g}"
+    )
 
 
 def _residual(cause: Cause) -> float:

@@ -384,3 +384,13 @@ def test_the_best_factor_is_found_in_a_valley_that_is_not_the_deepest_trial() ->
     judged = hc.judge(scene, hc.Native("reference").run(wrong).peak_force)
     assert judged.cause is not None
     assert judged.cause.startswith("contact stiffness 1.41421 times that of the scene")
+
+
+@pytest.mark.parametrize("factor", [0.0, 0.5, 1.1])
+def test_one_contact_that_is_off_is_named(factor: float) -> None:
+    scene = paper_scene("cosine-triangular", 2.0, 2.0, granules=20)
+    peaks = hc.Native(rtol=1e-6).run(scene).peak_force.copy()
+    peaks[3] *= factor
+    judged = hc.judge(scene, peaks)
+    assert judged.cause is not None
+    assert judged.cause.startswith("contact 5 alone")
