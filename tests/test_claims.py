@@ -288,3 +288,16 @@ def test_a_chain_too_short_for_p_is_a_row_that_fails(
 
 def test_the_printed_exponent_is_in_one_place() -> None:
     assert mistakes.printed_peak_force in corrections.EXPONENTS.values()
+
+
+def test_the_constants_of_the_page_are_those_that_are_kept() -> None:
+    root = Path(constants.__file__).parents[1]
+    kept = pd.read_csv(root / "validation" / "results" / "constants.csv", comment="#")
+    lines = (root / "docs" / "validation.md").read_text(encoding="utf-8").splitlines()
+    for entry in kept[kept["kind"] == "constant"].to_dict("records"):
+        (line,) = [line for line in lines if line.startswith(f"| {entry['what']} | ")]
+        _, _, exact, *others, _ = (cell.strip() for cell in line.split("|"))
+        assert exact == f"{entry['exact']:.6f}"
+        for shown, key in zip(others, ("paper", "nesterenko"), strict=True):
+            value, off = entry[key], entry[key] / entry["exact"] - 1
+            assert shown == ("" if math.isnan(value) else f"{value:.6f} ({off:+.2%})")

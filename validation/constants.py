@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas
+from rich.console import Console
+from rich.table import Table
 from scipy.integrate import quad
 from scipy.interpolate import make_interp_spline
 from scipy.optimize import brentq
@@ -582,6 +584,34 @@ def _draw_constants(axes: Axes, constants: pandas.DataFrame) -> None:
     axes.legend(fontsize="small")
 
 
+def show(console: Console, table: pandas.DataFrame) -> None:
+    """Print each constant by everyone who has one, and how far off it is."""
+    own = table[table["kind"] == "constant"]
+    printed = Table(title=TITLE, title_justify="left", box=None)
+    printed.add_column("", no_wrap=True)
+    printed.add_column("exact", justify="right")
+    for name in list(_WHO.values())[1:]:
+        printed.add_column(name, justify="right", no_wrap=True)
+        printed.add_column("off", justify="right", no_wrap=True)
+    for entry in own.to_dict("records"):
+        true, *numbers = (float(entry[key]) for key in _WHO)
+        cells = [f"{true:.6f}"]
+        for value, digits in zip(numbers, ("+.2%", "+.2%", "+.0e", "+.0e"), strict=True):
+            known = not math.isnan(value)
+            cells += [f"{value:.6f}", f"{value / true - 1:{digits}}"] if known else ["", ""]
+        printed.add_row(str(entry["what"]), *cells)
+    console.print(printed)
+
+
+_WHO = {
+    "exact": "exact",
+    "paper": "paper",
+    "nesterenko": "Nesterenko",
+    "native": "native",
+    "lammps": "LAMMPS",
+}
+
+
 SCRIPT = Script(
     TITLE,
     "Which constants of the solitary wave are right, and do Eqs. 4 and 5 agree with one another?",
@@ -589,6 +619,7 @@ SCRIPT = Script(
     measure,
     promises,
     draw,
+    show,
 )
 compare, main = SCRIPT.compare, SCRIPT.main
 
