@@ -23,7 +23,7 @@ from scipy.integrate import quad
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import BackendMissing
+from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
 from hertzchain.transition import SMALLEST, STEADY
@@ -109,9 +109,17 @@ class Simulated:
 
 
 def simulated(result: hc.Result) -> Simulated:
-    """What is needed of a result."""
-    peaks = result.peak_force / result.scene.units.force
-    return Simulated(result.scene, peaks, result.transition_granules or SMALLEST)
+    """What is needed of a result.
+
+    Raises
+    ------
+    RunFailed
+        If its transition does not end.
+    """
+    p = result.transition_granules
+    if p is None:
+        raise RunFailed(f"{result.backend}: no transition ends in a scene of Tables 2 to 4")
+    return Simulated(result.scene, result.peak_force / result.scene.units.force, p)
 
 
 # Criteria for p (not defined in the paper)

@@ -35,7 +35,7 @@ LENGTH = "the paper prints one column for each contact of the transition"
 SCENES = 9
 """Of each table."""
 
-MEAN = "percentage points; rounding to one decimal alone gives 0.025"
+MEAN = "percentage points; rounding to one decimal gives 0.025, the paper's own RK4 as much again"
 
 
 def table_script(number: int, title: str) -> Script:
