@@ -32,19 +32,6 @@ def table() -> pd.DataFrame:
     return pd.concat([law(limit) for limit in LIMITS], ignore_index=True)
 
 
-@pytest.mark.lammps
-def test_the_quick_form_passes_and_is_written(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    csv, figure = tmp_path / "limits.csv", tmp_path / "limits.png"
-    assert limits.SCRIPT.run(["--quick", "-o", str(csv), "--plot", str(figure)]) == 0
-    assert "41 of 41 rows pass" in capsys.readouterr().out
-    written = pd.read_csv(csv, comment="#")
-    assert written["limit"].unique().tolist() == [limit.name for limit in LIMITS]
-    assert all(entry.passed for entry in limits.promises(written))
-    assert figure.read_bytes().startswith(b"\x89PNG")
-
-
 def test_a_table_that_goes_as_theory_says_passes(table: pd.DataFrame) -> None:
     assert all(entry.passed for entry in limits.promises(table))
 
