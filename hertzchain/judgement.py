@@ -33,7 +33,7 @@ TOLERANCE = 1e-3
 """Where nothing else is asked for: a tenth of the one per cent that p hangs on."""
 
 PATIENCE = 60.0
-"""How long to look for the cause [s]; 60 granules take 1 s, or 4 s where nothing explains them."""
+"""How long to look for the cause [s]; 60 granules take about 1 s."""
 
 _MOST_BYTES = 5_000_000
 """Of a table of peaks: some 100,000 contacts."""
