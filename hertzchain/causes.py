@@ -226,9 +226,8 @@ def _one_contact(case: Case) -> str | None:
     contact = case.reference.contact[case.judged][int(np.argmax(off))]
     if contact > case.scene.chain.granules - FREE_END:
         return None
-    return (
-        f"contact {contact} alone, as if a number had slipped: the others are within {next_to:.1g}"
-    )
+    others = f"within {next_to:.1g} of the truth" if next_to else "right"
+    return f"contact {contact} alone, as if a number had slipped: the others are {others}"
 
 
 def _residual(cause: Cause) -> float:

@@ -35,8 +35,8 @@ DEFAULT_RTOL = 1e-6
 """What both backends aim at where nothing is asked for."""
 
 _ODD_RATIO = 1e4
-"""LM_ratio of pulses a thousand times longer than a wave takes to form: a unit was forgotten, or
-else the chain is pressed as if at rest."""
+"""LM_ratio from which on a scene is remarked on. Chosen: the pulse then lasts 33,000 natural time
+units, in which a wave passes as many granules; a unit may have been forgotten."""
 
 DEFAULT_FRAMES = 100
 """Of a trajectory: four seconds in a viewer."""

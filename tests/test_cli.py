@@ -1285,3 +1285,17 @@ def test_what_is_not_there_is_a_usage_error(hertzchain: Command, arguments: list
     assert "Error: " in outcome.err
     assert "Traceback" not in outcome.err
     assert names() == ["scene.toml"]
+
+
+def test_a_unit_that_was_forgotten_is_remarked_on(hertzchain: Command) -> None:
+    scene_file({"chain.granules": "6"})
+    assert hertzchain("predict", "scene.toml").err == ""
+    text = Path("scene.toml").read_text(encoding="utf-8")
+    changed = re.sub(r"momentum_ratio = .*", "rise_time = 15", text)
+    assert changed != text
+    Path("scene.toml").write_text(changed, encoding="utf-8")
+    outcome = hertzchain("predict", "scene.toml")
+    assert outcome.status == 0
+    assert re.fullmatch(
+        r"hertzchain: LM_ratio is \S+, .* lasts 30 s, is that meant\?\n", outcome.err
+    )
