@@ -7,6 +7,8 @@ from dataclasses import dataclass, fields
 from numbers import Integral, Real
 from typing import Any
 
+import numpy as np
+
 from hertzchain.errors import require
 
 POSITIVE = "must be a finite number above 0"
@@ -64,17 +66,29 @@ class Chain:
     @property
     def granule_mass(self) -> float:
         """Mass m = 4/3 pi R^3 rho [kg]."""
-        return 4.0 / 3.0 * math.pi * self.radius**3 * self.density
+        return granule_mass(self.radius, self.density)  # type: ignore[no-any-return]
 
     @property
     def contact_stiffness(self) -> float:
-        """A = sqrt(2R) E / (3 (1 - nu^2)) in F = A overlap^(3/2) [N m^(-3/2)] (Eq. 1, corrected).
+        """A in F = A overlap^(3/2) [N m^(-3/2)]."""
+        return contact_stiffness(  # type: ignore[no-any-return]
+            self.radius, self.young_modulus, self.poisson_ratio
+        )
 
-        The scan of the paper has E under the root; Hertz with E* = E / (2 (1 - nu^2)) and
-        R* = R / 2 gives it outside.
-        """
-        effective = self.young_modulus / (3.0 * (1.0 - self.poisson_ratio**2))
-        return math.sqrt(2.0 * self.radius) * effective
+
+def granule_mass(radius: Any, density: Any) -> Any:
+    """Mass m = 4/3 pi R^3 rho [kg] of granules, numbers or arrays."""
+    return 4.0 / 3.0 * math.pi * radius**3 * density
+
+
+def contact_stiffness(radius: Any, young_modulus: Any, poisson_ratio: Any) -> Any:
+    """A = sqrt(2R) E / (3 (1 - nu^2)) [N m^(-3/2)] (Eq. 1, corrected), of numbers or arrays.
+
+    The scan of the paper has E under the root; Hertz with E* = E / (2 (1 - nu^2)) and R* = R / 2
+    gives it outside.
+    """
+    root = math.sqrt if isinstance(radius, float) else np.sqrt
+    return root(2.0 * radius) * (young_modulus / (3.0 * (1.0 - poisson_ratio**2)))
 
 
 def is_finite(value: object) -> bool:

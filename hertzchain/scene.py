@@ -25,7 +25,7 @@ from hertzchain.units import to_si
 _Kind = TypeVar("_Kind")
 
 # The SI unit of each quantity of the scene file; keys that are not here take no unit.
-_UNITS = {
+UNITS = {
     "radius": "m",
     "young_modulus": "Pa",
     "poisson_ratio": "",
@@ -284,15 +284,13 @@ def require_scene(scene: object) -> None:
     require(isinstance(scene, Scene), "scene", scene, allowed)
 
 
-def watched_time(granules: int, momentum_ratio: Any) -> Any:
+def watched_time(granules: Any, momentum_ratio: Any) -> Any:
     """How long a chain is watched after its pulse, where nothing is said [natural time units].
 
     Parameters
     ----------
-    granules
-        N.
-    momentum_ratio
-        LM_ratio, or an array of it.
+    granules, momentum_ratio
+        N and LM_ratio, numbers or arrays.
     """
     speed = _WAVE_SPEED * np.minimum(1.0, momentum_ratio) ** 0.2
     return 1.2 * (granules + 5) / speed
@@ -356,7 +354,7 @@ def _section(name: str, section: Mapping[str, Any], kind: Callable[..., _Kind]) 
     for key, value in section.items():
         full = f"{name}.{key}"
         require(key in known, full, value, f"unknown key, allowed are {', '.join(known)}")
-        values[key] = to_si(full, value, _UNITS[key]) if key in _UNITS else value
+        values[key] = to_si(full, value, UNITS[key]) if key in UNITS else value
     for key in known:
         require(key in values or key in _OPTIONAL, f"{name}.{key}", None, "missing")
     try:

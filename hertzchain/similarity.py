@@ -10,6 +10,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from hertzchain.chain import Chain
 
@@ -62,8 +65,23 @@ class NaturalUnits:
 
 def natural_units(chain: Chain, peak_force: float) -> NaturalUnits:
     """The natural units of a chain under a shock whose largest force is ``peak_force`` [N]."""
-    length = math.pow(peak_force / chain.contact_stiffness, 2 / 3)
-    return NaturalUnits(peak_force, length, math.sqrt(chain.granule_mass * length / peak_force))
+    return NaturalUnits(
+        peak_force, *length_and_time(chain.contact_stiffness, chain.granule_mass, peak_force)
+    )
+
+
+def length_and_time(contact_stiffness: Any, granule_mass: Any, peak_force: Any) -> tuple[Any, Any]:
+    """The natural units of length [m] and time [s] of a chain, or those of many chains.
+
+    Parameters
+    ----------
+    contact_stiffness, granule_mass, peak_force
+        A [N m^(-3/2)], m [kg] and F0 [N]: numbers, or arrays of one shape.
+    """
+    is_one = isinstance(peak_force, float)
+    power, root = (math.pow, math.sqrt) if is_one else (np.power, np.sqrt)
+    length = power(peak_force / contact_stiffness, 2 / 3)
+    return length, root(granule_mass * length / peak_force)
 
 
 def force_scale(momentum_ratio: float) -> float:

@@ -6,6 +6,7 @@ a chain of N granules are those of contacts 2 to N.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,16 +66,37 @@ def transition_granules(
         Where changes are known only roughly: another limit than 1 %, or one for each change, shape
         (N - 3,).
     """
-    before, after = peak_force[:-2], peak_force[1:-1]  # changes k = 2 ... N - 2
+    return int(transitions(peak_force[None], has_peaked[None], threshold)[0]) or None
+
+
+def transitions(
+    peak_force: FloatArray, has_peaked: NDArray[np.bool_], threshold: float | FloatArray = STEADY
+) -> NDArray[np.intp]:
+    """The p of many chains of one length: see ``transition_granules``.
+
+    Parameters
+    ----------
+    peak_force, has_peaked, threshold
+        As there, shape (scenes, N - 1).
+
+    Returns
+    -------
+    NDArray
+        p, 0 where there is none, shape (scenes,).
+    """
+    scenes, contacts = peak_force.shape
+    last = contacts - 1  # N - 2
+    if last < SMALLEST:
+        return np.zeros(scenes, np.intp)
+    before, after = peak_force[:, :-2], peak_force[:, 1:-1]  # changes k = 2 ... N - 2
     with np.errstate(divide="ignore", invalid="ignore"):
-        steady = np.abs(after - before) / after < threshold
-    unsteady = np.nonzero(~steady)[0]
-    first = int(unsteady[-1]) + 3 if unsteady.size else 2
-    p = max(first, SMALLEST)
-    last = peak_force.size - 1  # N - 2
-    if p > last or not has_peaked[p]:  # index p is contact p + 2
-        return None
-    return p
+        unsteady = ~(np.abs(after - before) / after < threshold)
+    changes = unsteady.shape[1]
+    last_unsteady = changes - 1 - np.argmax(unsteady[:, ::-1], axis=1)
+    p = np.maximum(np.where(unsteady.any(axis=1), last_unsteady + 3, 2), SMALLEST)
+    within = np.minimum(p, last)  # index p is contact p + 2
+    is_over = (p <= last) & has_peaked[np.arange(scenes), within]
+    return np.where(is_over, p, 0)
 
 
 def solitary_wave(
@@ -99,12 +121,51 @@ def solitary_wave(
     """
     if p is None:
         return SolitaryWave(None, None, None)
-    first = p - 1  # index of contact p + 1
+    waves = solitary_waves(
+        peak_force[None], peak_time[None], has_peaked[None], np.array([p]), np.array([diameter])
+    )
+    near, far, speed = (float(values[0]) for values in waves)
+    return SolitaryWave(near, far, None if math.isnan(speed) else speed)
+
+
+def solitary_waves(
+    peak_force: FloatArray,
+    peak_time: FloatArray,
+    has_peaked: NDArray[np.bool_],
+    p: NDArray[np.intp],
+    diameter: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The waves in many chains of one length: see ``solitary_wave``.
+
+    Parameters
+    ----------
+    peak_force, peak_time, has_peaked
+        As there, shape (scenes, N - 1).
+    p
+        As from ``transitions``, shape (scenes,).
+    diameter
+        2R [m], shape (scenes,).
+
+    Returns
+    -------
+    tuple
+        Peak force, far-field force [N] and speed [m/s], NaN where there is none, shape (scenes,).
+    """
+    scenes, contacts = peak_force.shape
+    row, column = np.arange(scenes), np.arange(contacts)
+    first = np.maximum(p - 1, 0)  # index of contact p + 1
+    stops = ~has_peaked & (column >= first[:, None])
+    end = np.where(stops.any(axis=1), np.argmax(stops, axis=1), contacts)
     # Contact N, at the free end, peaks early: with it the speed of short chains is off by 1 %.
-    reached = int(np.sum(np.logical_and.accumulate(has_peaked[first:])))
-    contacts = min(10, peak_force.size - 2 - first, reached - 1)
-    speed = None
-    if contacts >= 2:
-        speed = contacts * diameter / float(peak_time[first + contacts] - peak_time[first])
-    undisturbed = max(peak_force.size - 1 - FREE_END, first)
-    return SolitaryWave(float(peak_force[first]), float(peak_force[undisturbed]), speed)
+    between = np.minimum(10, np.minimum(contacts - 2 - first, end - first - 1))
+    later = first + np.maximum(between, 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        speed = between * diameter / (peak_time[row, later] - peak_time[row, first])
+    undisturbed = np.maximum(contacts - 1 - FREE_END, first)
+    near, far = peak_force[row, first], peak_force[row, undisturbed]
+    has_speed = (p > 0) & (between >= 2)
+    return (
+        np.where(p > 0, near, np.nan),
+        np.where(p > 0, far, np.nan),
+        np.where(has_speed, speed, np.nan),
+    )

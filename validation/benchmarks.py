@@ -209,7 +209,7 @@ def test_e_granule_and_stage_over_square_root(benchmark: Any, demo: hc.Scene) ->
     def batch() -> None:
         kernels.march_many(
             rows, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, 60, False,
-            np.zeros((1000, 59)), np.zeros((1000, 59)), evaluations, np.zeros(2),
+            np.zeros((1000, 59)), np.zeros((1000, 59)), np.zeros(1000), evaluations, np.zeros(2),
         )  # fmt: skip
 
     spent = best(batch, 3)

@@ -31,6 +31,7 @@ from rich.table import Table
 
 import hertzchain as hc
 from hertzchain.accuracy import stable_step
+from hertzchain.cost import usable_cores
 from hertzchain.errors import (
     HertzchainError,
     OverlapTooLarge,
@@ -41,7 +42,6 @@ from hertzchain.errors import (
 )
 from hertzchain.lammps.isolation import Child, run_in
 from hertzchain.native import METHODS
-from hertzchain.native.batch import usable_cores
 from hertzchain.peaks import largest_difference
 from hertzchain.shock import PROFILES
 from validation.rows import STEEL, Row, row

@@ -133,10 +133,11 @@ class Child:
         """
         request = pickle.dumps(pickle.dumps((function, arguments)))
         begin = time.monotonic()
-        if self._process is None:
-            self._process = _Process()
+        process = self._process
+        if process is None:
+            process = self._process = _Process()
         try:
-            answer = self._process.ask(request, begin + time_limit)
+            answer = process.ask(request, begin + time_limit)
         except TimeoutError:
             self.end()
             raise Deadline(time_limit).passed() from None
@@ -144,7 +145,7 @@ class Child:
             self.end()
             raise
         if answer is None:
-            process, self._process = self._process, None
+            self._process = None
             raise _failure(*process.last_words())
         worked, found = answer
         if not worked:
@@ -152,7 +153,7 @@ class Child:
         return found
 
     def end(self) -> None:
-        """Kill the process, if there is one."""
+        """Kill the process, if there is one; from any thread, a call to it fails then."""
         process, self._process = self._process, None
         if process is not None:
             process.end()

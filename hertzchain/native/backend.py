@@ -195,7 +195,7 @@ class Native:
             balance=_balance(scene, run),
             history=history,
             wall_time=time.perf_counter() - begin,
-            versions=_versions(),
+            versions=versions(),
         )
 
     def _as_asked(
@@ -277,5 +277,6 @@ def _balance(scene: Scene, run: Simulation) -> Balance:
 
 
 @functools.cache
-def _versions() -> Mapping[str, str]:
+def versions() -> Mapping[str, str]:
+    """Of what computes here."""
     return {"numpy": version("numpy"), "numba": version("numba")}

@@ -5,11 +5,10 @@ In natural units a scene is its profile, LM_ratio, n and N, so a batch is arrays
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.chain import MOST_GRANULES, POSITIVE
-from hertzchain.cost import TIME_LIMIT, Deadline, check_time_limit, refuse_memory
+from hertzchain.cost import TIME_LIMIT, Deadline, check_time_limit, refuse_memory, usable_cores
 from hertzchain.errors import SceneError, require
 from hertzchain.native import choice
 from hertzchain.native.refinement import Refined
@@ -49,11 +48,17 @@ class Batch:
         Upper bound of the relative error of the peaks of each scene, shape (scenes,). Where it is
         above the wanted accuracy, the motion multiplies rounding errors; from 1 on no digit of the
         peaks is sure.
+    peak_passed
+        Whether a contact let up again before the run ended, shape (scenes, N - 1).
+    force_evaluations
+        Cost of the run itself, without those that estimate its error, shape (scenes,).
     """
 
     peak_force: FloatArray
     peak_time: FloatArray
     error_estimate: FloatArray
+    peak_passed: NDArray[np.bool_]
+    force_evaluations: NDArray[np.int64]
 
     def to_frame(self) -> pandas.DataFrame:
         """One row per scene and contact: scene, contact, peak_force_N, peak_time_s."""
@@ -116,12 +121,12 @@ def peak_forces(
 
     known = np.array([_is_known(scene) for scene in scenes])
     single = all(can_leave_behind(scene) for scene in scenes)
-    found = _accurate_enough(legs, known, lengths[0], rtol, single, time_limit)
+    found = _accurate_enough(legs, known, lengths[0], rtol, single, time_limit, usable_cores())
     force = np.array([scene.units.force for scene in scenes])[:, None]
     time = np.array([scene.units.time for scene in scenes])[:, None]
     for k, (scene, largest) in enumerate(zip(scenes, found.peak_force.max(axis=1), strict=True)):
         refuse_deep_overlap(scene.chain, float(largest) * scene.units.force, f"scene {k}: ")
-    return Batch(found.peak_force * force, found.peak_time * time, found.error_estimate)
+    return replace(found, peak_force=found.peak_force * force, peak_time=found.peak_time * time)
 
 
 def similar_peak_forces(
@@ -131,6 +136,7 @@ def similar_peak_forces(
     granules: int,
     rtol: float = 1e-6,
     time_limit: float = TIME_LIMIT,
+    cores: int | None = None,
 ) -> Batch:
     """Peak forces over F0 of uniform chains of any material, from what similarity leaves of them.
 
@@ -146,6 +152,8 @@ def similar_peak_forces(
         Wanted relative accuracy of the peaks, from 1e-10 to 0.01.
     time_limit
         How long all of them may take [s].
+    cores
+        How many to use; by default all that this process may use.
 
     Returns
     -------
@@ -193,7 +201,7 @@ def similar_peak_forces(
         return rows
 
     known = choice.is_known(ratio, n, granules)
-    return _accurate_enough(legs, known, granules, rtol, True, time_limit)
+    return _accurate_enough(legs, known, granules, rtol, True, time_limit, cores or usable_cores())
 
 
 def _is_known(scene: Scene) -> bool:
@@ -210,6 +218,7 @@ def _accurate_enough(
     rtol: float,
     leave_behind: bool,
     time_limit: float,
+    cores: int,
 ) -> Batch:
     """Peaks of all scenes in natural units.
 
@@ -222,34 +231,34 @@ def _accurate_enough(
     scenes = known.size
     refuse_memory(8.0 * 3 * scenes * granules)
     force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
-    error = np.ones(scenes)
+    error, end, evaluations = np.ones(scenes), np.zeros(scenes), np.zeros(scenes)
     wanted = np.nonzero(known)[0]
     if wanted.size:
         plan = choice.plan(rtol, checked=False)
-        force[wanted], time[wanted], evaluations = _march(
-            legs(plan, wanted), plan.walker, granules, leave_behind, deadline, plan.dtype
+        force[wanted], time[wanted], end[wanted], evaluations[wanted] = _march(
+            legs(plan, wanted), plan.walker, granules, leave_behind, deadline, cores, plan.dtype
         )
-        error[wanted] = plan.estimate(0.0, evaluations)
+        error[wanted] = plan.estimate(0.0, evaluations[wanted])
     plan, wanted = choice.plan(rtol, hard=True), np.nonzero(~(error <= rtol))[0]
     before = np.full(scenes, np.inf)
     for _ in range(choice.TRIES):
         if not wanted.size:
             break
         rows = legs(plan, wanted)
-        force[wanted], time[wanted], evaluations = _march(
-            rows, plan.walker, granules, leave_behind, deadline
+        force[wanted], time[wanted], end[wanted], evaluations[wanted] = _march(
+            rows, plan.walker, granules, leave_behind, deadline, cores
         )
         rows[:, :, 2] = choice.other_steps(rows[:, :, 2])
-        others, _, _ = _march(rows, plan.coarser, granules, leave_behind, deadline)
-        found = plan.estimate(largest_differences(others, force[wanted]), evaluations)
+        others, *_ = _march(rows, plan.coarser, granules, leave_behind, deadline, cores)
+        found = plan.estimate(largest_differences(others, force[wanted]), evaluations[wanted])
         error[wanted] = np.where(np.isnan(found), np.inf, found)  # NaN: the motion diverged
-        cost = np.zeros(scenes)
-        cost[wanted] = granules * evaluations
-        hopeless = plan.hopeless(error, before, cost)
+        hopeless = plan.hopeless(error, before, granules * evaluations)
         wanted, before = np.nonzero((error > rtol) & ~hopeless)[0], error.copy()
         if wanted.size:
             plan = plan.closer(rtol, float(np.max(error[wanted])))
-    return Batch(force, time, error)
+    # The motion of a scene that diverged has no number of evaluations.
+    taken = np.nan_to_num(evaluations).astype(np.int64)
+    return Batch(force, time, error, time < end[:, None], taken)
 
 
 def _march(
@@ -258,23 +267,23 @@ def _march(
     granules: int,
     leave_behind: bool,
     deadline: Deadline,
+    cores: int,
     dtype: type[np.floating[Any]] = np.float64,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Peak forces and times, shape (scenes, contacts), and force evaluations, shape (scenes,)."""
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Peak forces and times, shape (scenes, contacts); time reached, evaluations, (scenes,)."""
     from hertzchain.native import kernels
 
     scenes = len(rows)
     force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
-    evaluations, control = np.zeros(scenes), np.zeros(3)
+    end, evaluations, control = np.zeros(scenes), np.zeros(scenes), np.zeros(3)
     coefficients, precision = table(walker.stepper), np.zeros(0, dtype)
-    cores = usable_cores()
     size = max(1, -(-scenes // (cores * _PARTS_PER_CORE)))
 
     def part(start: int) -> None:
         some = slice(start, start + size)
         kernels.march_many(
             rows[some], coefficients, precision, walker.stepper.order == 2, walker.tolerance,
-            walker.starting, granules, leave_behind, force[some], time[some],
+            walker.starting, granules, leave_behind, force[some], time[some], end[some],
             evaluations[some], control,
         )  # fmt: skip
 
@@ -295,11 +304,4 @@ def _march(
             control[0] = -1
             pool.shutdown(cancel_futures=True)
             raise
-    return force, time, evaluations
-
-
-def usable_cores() -> int:
-    """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return force, time, end, evaluations

@@ -933,6 +933,7 @@ def march_many(
     leave_behind: bool,
     peak_force: FloatArray,
     peak_time: FloatArray,
+    end: FloatArray,
     evaluations: FloatArray,
     control: FloatArray,
 ) -> None:
@@ -946,6 +947,8 @@ def march_many(
         As for ``march``, the same for all.
     peak_force, peak_time
         Filled in; zero and NaN at the start, shape (scenes, N - 1).
+    end
+        Filled in with the time reached by each, shape (scenes,).
     evaluations
         Filled in with the force evaluations of each, NaN where the motion diverged, shape
         (scenes,).
@@ -960,4 +963,5 @@ def march_many(
             taken, table, precision, verlet, tolerance, starting, granules, _AHEAD, leave_behind,
             peak_force[scene], peak_time[scene], record, control,
         )  # fmt: skip
+        end[scene] = outcome.end
         evaluations[scene] = outcome.evaluations if outcome.status != DIVERGED else np.nan

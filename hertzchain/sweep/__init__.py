@@ -1,0 +1,16 @@
+"""Sweeps: what becomes of peaks and p where pulse, material and chain change.
+
+design      which scenes there are
+natural     similarity, of many scenes at once
+parts       who measures, and how a sweep is cut
+table       the rows, filled in as scenes are done
+measuring   a part, measured
+here        parts on this machine
+cluster     parts on the workers of a Dask scheduler
+store       in memory, or in a folder
+sweeping    all of that: sweep, Sweep
+"""
+
+from hertzchain.sweep.sweeping import Counts, Sweep, sweep
+
+__all__ = ["Counts", "Sweep", "sweep"]

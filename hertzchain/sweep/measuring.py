@@ -1,0 +1,201 @@
+"""Scenes of a sweep, measured part by part."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
+from hertzchain.lammps import Lammps
+from hertzchain.native import Native
+from hertzchain.scene import Scene
+from hertzchain.sweep.design import Design
+from hertzchain.sweep.natural import Natural, natural
+from hertzchain.sweep.parts import NAMES, Backend, Formulas, Part, is_batched
+from hertzchain.sweep.table import Rows
+
+if TYPE_CHECKING:
+    import pandas
+
+    from hertzchain.lammps.isolation import Child
+
+_LONG = 1e8
+"""Natural time units times granules, a second or so: a scene that takes longer runs by itself,
+within its time limit."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What a part has become.
+
+    Parameters
+    ----------
+    table
+        One row per scene: see ``table.COLUMNS``.
+    peaks
+        One row per scene and contact; None where they are not wanted.
+    """
+
+    table: pandas.DataFrame
+    peaks: pandas.DataFrame | None
+
+
+def measure(
+    design: Design,
+    part: Part,
+    peaks: bool,
+    cores: int | None = None,
+    child: Child | None = None,
+    tell: Callable[[int], None] = lambda _: None,
+) -> Measured:
+    """Measure the scenes of a part.
+
+    A scene that fails has a row with the reason. The numbers are the same wherever this is called,
+    and however often.
+
+    Parameters
+    ----------
+    design
+        What scenes there are.
+    part
+        Which of them, and by which backend.
+    peaks
+        Whether the peaks of all contacts are wanted.
+    cores
+        How many the compiled batch uses; by default all.
+    child
+        The process that LAMMPS runs in; by default one for this part.
+    tell
+        Is told how many more scenes are done, from time to time.
+
+    Raises
+    ------
+    BackendMissing
+        If the backend is not there.
+    """
+    begin = time.perf_counter()
+    numbers = np.arange(part.start, part.stop)
+    given = design.parameters(numbers)
+    similar = natural(given)
+    shock = {
+        "shock.momentum_ratio": similar.momentum_ratio,
+        "shock.rise_time": similar.rise_time,
+    }
+    rows = Rows(numbers, NAMES[type(part.backend)], {**given, **shock}, peaks)
+    alone = np.ones(numbers.size, np.bool_)
+    if is_batched(design, part.backend):
+        assert isinstance(part.backend, Native)
+        alone = _batches(given, similar, rows, part.backend, cores)
+        tell(int(np.sum(~alone)))
+    with _runner(part.backend, child) as run:
+        for row in np.nonzero(alone)[0].tolist():
+            try:
+                scene = design.scene(given, row)
+                rows.is_scene(row, scene)
+                run(rows, row, scene)
+            except BackendMissing:
+                raise
+            except HertzchainError as problem:
+                rows.fail(row, problem)
+            except MemoryError:
+                rows.fail(row, RunFailed("there is not enough memory for this scene"))
+            tell(1)
+    table, all_peaks = rows.table(), rows.peaks()
+    table.attrs["hertzchain"] = {
+        "wall_time_s": time.perf_counter() - begin,
+        "versions": {"hertzchain": version("hertzchain"), **rows.versions},
+    }
+    return Measured(table, all_peaks)
+
+
+def _batches(
+    given: Mapping[str, NDArray[Any]],
+    similar: Natural,
+    rows: Rows,
+    native: Native,
+    cores: int | None,
+) -> NDArray[np.bool_]:
+    """Measure what the compiled batch takes, one profile and one length of chain after another.
+
+    Returns
+    -------
+    NDArray
+        Which scenes are left, shape (scenes,).
+    """
+    from hertzchain.native import backend, similar_peak_forces
+
+    left = np.ones(similar.length.size, np.bool_)
+    fit = similar.is_plain & (similar.duration * given["chain.granules"] < _LONG)
+    profile, granules = given["shock.profile"], given["chain.granules"]
+    rtol = backend.RTOL if native.rtol is None else native.rtol
+    for one in np.unique(profile):
+        for count in np.unique(granules[profile == one]):
+            some = np.nonzero((profile == one) & (granules == count) & fit)[0]
+            if some.size == 0:
+                continue
+            ratio, n = similar.momentum_ratio[some], given["shock.duration_ratio"][some]
+            limit = native.time_limit * some.size
+            try:
+                batch = similar_peak_forces(str(one), ratio, n, int(count), rtol, limit, cores)
+            except TooExpensive:  # one by one it is told which
+                continue
+            force = given["shock.peak_force"][some]
+            rows.versions = backend.versions()
+            left[some] = rows.add_batch(
+                some, batch, force, similar.length[some], similar.time[some]
+            )
+    return left
+
+
+_Run = Callable[[Rows, int, Scene], None]
+
+
+def _runner(backend: Backend, child: Child | None) -> AbstractContextManager[_Run]:
+    """What measures one scene, for as long as it is needed."""
+    if isinstance(backend, Lammps):
+        return _LammpsRunner(backend, child)
+    return nullcontext(_predict if isinstance(backend, Formulas) else _Alone(backend))
+
+
+@dataclass(frozen=True)
+class _Alone:
+    """Measures a scene by itself."""
+
+    native: Native
+
+    def __call__(self, rows: Rows, row: int, scene: Scene) -> None:
+        rows.add_result(row, replace(self.native, peaks_only=True).run(scene))
+
+
+class _LammpsRunner(AbstractContextManager[_Run]):
+    """Measures a scene with LAMMPS, in a process that may crash and is then another one."""
+
+    def __init__(self, lammps: Lammps, child: Child | None) -> None:
+        from hertzchain.lammps.isolation import Child
+
+        self._lammps, self._own = lammps, None if child is not None else Child()
+        self._child = child or self._own
+
+    def __enter__(self) -> _Run:
+        from hertzchain.lammps.isolation import run_in
+
+        child = self._child
+        assert child is not None
+        return lambda rows, row, scene: rows.add_result(row, run_in(child, self._lammps, scene))
+
+    def __exit__(self, *_: object) -> None:
+        if self._own is not None:
+            self._own.end()
+
+
+def _predict(rows: Rows, row: int, scene: Scene) -> None:
+    from hertzchain import theory
+
+    rows.add_prediction(row, theory.predict(scene), theory.peak_map.PEAK_ERROR)

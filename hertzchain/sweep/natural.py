@@ -1,0 +1,64 @@
+"""Similarity, of many scenes at once: their natural units and both measures of their pulse."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.chain import contact_stiffness, granule_mass
+from hertzchain.scene import watched_time
+from hertzchain.similarity import MOMENTUM_IN_NATURAL_UNITS, length_and_time
+
+_PLAIN = 1e200
+"""Numbers of a scene between this and its inverse are far from the ends of floating point."""
+
+
+@dataclass(frozen=True, eq=False)
+class Natural:
+    """What similarity makes of scenes; arrays of shape (scenes,), NaN for pulse tables.
+
+    Parameters
+    ----------
+    length, time
+        Natural units [m], [s].
+    momentum_ratio, rise_time
+        LM_ratio and t0 [s], whichever was given.
+    duration
+        Of a run that is watched until every contact has peaked, in natural units.
+    is_plain
+        Whether all that follows from a scene is far from the ends of floating point.
+    """
+
+    length: FloatArray
+    time: FloatArray
+    momentum_ratio: FloatArray
+    rise_time: FloatArray
+    duration: FloatArray
+    is_plain: NDArray[np.bool_]
+
+
+def natural(given: Mapping[str, NDArray[Any]]) -> Natural:
+    """Natural units of scenes, from their parameters as ``Design.parameters`` gives them."""
+    radius, force = given["chain.radius"], given["shock.peak_force"]
+    ratio, rise = given["shock.momentum_ratio"], given["shock.rise_time"]
+    n = given["shock.duration_ratio"]
+    with np.errstate(all="ignore"):
+        stiffness = contact_stiffness(
+            radius, given["chain.young_modulus"], given["chain.poisson_ratio"]
+        )
+        mass = granule_mass(radius, given["chain.density"])
+        length, time = length_and_time(stiffness, mass, force)
+        unit = 2 * MOMENTUM_IN_NATURAL_UNITS * time / n  # the rise time at LM_ratio 1
+        by_ratio = np.isnan(rise)
+        ratio, rise = np.where(by_ratio, ratio, rise / unit), np.where(by_ratio, ratio * unit, rise)
+        duration = n * rise / time + watched_time(given["chain.granules"], ratio)
+        derived = (radius**3, stiffness, mass, force, length, time, time**2, mass * length, ratio)
+        is_plain = np.isfinite(duration)
+        for values in (*derived, rise, length / time, force * time, force * length):
+            is_plain &= (values > 1 / _PLAIN) & (values < _PLAIN)
+    return Natural(length, time, ratio, rise, duration, is_plain)

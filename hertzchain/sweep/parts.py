@@ -1,0 +1,130 @@
+"""A sweep cut into parts: what one backend measures in one go, and what is kept at once.
+
+How a sweep is cut follows from what it is and from nothing else, so that it is cut alike when it is
+started again, and on any machine.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from hertzchain.lammps import Lammps
+from hertzchain.native import Native
+from hertzchain.shock import PulseTable
+from hertzchain.sweep.design import Design
+from hertzchain.sweep.natural import natural
+
+MOST_ROWS, MOST_PEAKS = 10_000, 1_000_000
+"""Of a part: scenes, and contacts of all of them; so a part takes some 50 MB at most. Chosen."""
+
+_WORK = 10.0
+"""Of a part, roughly, on one core [s]: what is lost where a sweep is killed. Chosen."""
+
+_LEAST_PARTS = 16
+"""Where cores share parts among them, so that few scenes keep all of them busy. Chosen."""
+
+_LOOKED_AT = 500
+"""Scenes from which the work of all is estimated."""
+
+
+@dataclass(frozen=True)
+class Formulas:
+    """The backend that simulates nothing: ``theory.predict``."""
+
+
+Backend = Native | Lammps | Formulas
+
+NAMES: dict[type, str] = {Native: "native", Lammps: "lammps", Formulas: "formulas"}
+"""Of the backends, in the table."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Scenes of a sweep that one backend measures, and that are kept, together.
+
+    Parameters
+    ----------
+    name
+        The parts of a backend in the order of their names are in that of their scenes.
+    backend
+        Who measures them.
+    start, stop
+        The first scene, and the one behind the last.
+    """
+
+    name: str
+    backend: Backend
+    start: int
+    stop: int
+
+
+def cut(design: Design, backends: Sequence[Backend]) -> Iterator[Part]:
+    """The parts of a sweep, one backend after another."""
+    for backend in backends:
+        size = part_size(design, backend)
+        starts = range(0, design.scenes, size)
+        digits = max(4, len(str(len(starts) - 1)))
+        for number, start in enumerate(starts):
+            name = f"{NAMES[type(backend)]}-{number:0{digits}d}"
+            yield Part(name, backend, start, min(start + size, design.scenes))
+
+
+def is_batched(design: Design, backend: Backend) -> bool:
+    """Whether the compiled batch takes these scenes: single pulses, watched until all is over."""
+    if not isinstance(backend, Native) or backend.method is not None or backend.dt is not None:
+        return False
+    varies = any(axis.name == "run.end_time" for axis in design.axes)
+    is_table = isinstance(design.base.shock, PulseTable)
+    return not is_table and not varies and design.base.run.end_time is None
+
+
+def part_size(design: Design, backend: Backend) -> int:
+    """How many scenes a part has."""
+    numbers = np.unique(np.linspace(0, design.scenes - 1, _LOOKED_AT).astype(np.int64))
+    given = design.parameters(numbers)
+    granules = given["chain.granules"]
+    size = min(MOST_ROWS, MOST_PEAKS // int(np.max(granules)))
+    duration = natural(given).duration
+    known = np.isfinite(duration)
+    duration = np.where(known, duration, np.nanmean(duration) if known.any() else 100.0)
+    work = float(np.mean(_seconds(backend, granules, duration)))
+    size = min(size, math.floor(_WORK / work))
+    if not is_batched(design, backend):
+        size = min(size, math.ceil(design.scenes / _LEAST_PARTS))
+    return max(size, 1)
+
+
+def _seconds(backend: Backend, granules: Any, duration: Any) -> Any:
+    """What a scene takes, roughly, on one core [s].
+
+    Measured on chains of 60 granules; only the size of parts hangs on it.
+
+    Parameters
+    ----------
+    backend
+        Who measures.
+    granules, duration
+        N, and natural time units that pass; arrays of one shape.
+    """
+    if isinstance(backend, Formulas):
+        return np.full(np.shape(granules), 3e-4)
+    rtol = backend.rtol or 1e-6
+    if isinstance(backend, Native):
+        by_accuracy = 2e-8 * (1e-4 / rtol) ** 0.25
+        is_chosen = backend.method is None and backend.dt is None
+        return 1e-4 + duration * granules * (by_accuracy if is_chosen else 1e-5)
+    step = 1.4e-3 * math.sqrt(rtol / 1e-6) * (6 if backend.extrapolated else 1)
+    return 0.1 + 9 * duration / step * (0.5e-6 + 2e-8 * granules)
+
+
+def settings(backend: Backend) -> dict[str, Any]:
+    """What tells a backend from others, as JSON knows it; a time limit changes no number."""
+    of_runs = {"time_limit", "isolated", "peaks_only"}
+    given = {field.name: getattr(backend, field.name) for field in fields(backend)}
+    kept = {name: value for name, value in given.items() if name not in of_runs}
+    return {"name": NAMES[type(backend)], **kept}

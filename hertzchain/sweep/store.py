@@ -1,0 +1,277 @@
+"""Where a sweep is kept: in memory, or in a folder of parts that are there whole or not at all.
+
+    OUT/sweep.json             what the sweep is
+    OUT/scenes/native-0000.parquet, ...   one row per scene and backend
+    OUT/peaks/native-0000.parquet, ...    one row per scene, backend and contact, where wanted
+
+A part is done when its file in ``scenes`` is there; its peaks are written before.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Self
+
+from hertzchain.errors import OutputError
+from hertzchain.files import write_text, write_with
+from hertzchain.sweep.measuring import Measured
+from hertzchain.sweep.parts import Part
+
+if TYPE_CHECKING:
+    import pandas
+
+Format = Literal["parquet", "csv"]
+
+TABLES = ("scenes", "peaks")
+"""What is kept, and the names of their folders."""
+
+MANIFEST = "sweep.json"
+
+
+class Memory(AbstractContextManager["Memory"]):
+    """A sweep that is kept in memory."""
+
+    folder = None
+
+    def __init__(self) -> None:
+        self._parts: dict[str, Measured] = {}
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def has(self, part: Part) -> bool:
+        """Whether a part is done."""
+        return part.name in self._parts
+
+    def keep(self, part: Part, measured: Measured) -> None:
+        """Keep what a part has become."""
+        self._parts[part.name] = measured
+
+    def finish(self) -> None:
+        """Nothing is left to do."""
+
+    def frames(
+        self, table: str, columns: Sequence[str] | None = None
+    ) -> Iterator[pandas.DataFrame]:
+        """A table, part by part."""
+        for _, measured in sorted(self._parts.items()):
+            frame = measured.table if table == "scenes" else measured.peaks
+            if frame is not None:
+                yield frame if columns is None else frame[list(columns)]
+
+
+class Folder(AbstractContextManager["Folder"]):
+    """A sweep that is kept in a folder; as a context it is there for one process alone.
+
+    Parameters
+    ----------
+    folder
+        Where.
+    manifest
+        What the sweep is, as JSON knows it, the format of its files included.
+    """
+
+    def __init__(self, folder: Path, manifest: Mapping[str, Any]) -> None:
+        self.folder, self._manifest = folder, manifest
+        self._format: Format = manifest["format"]
+        self._lock: Any = None
+
+    def __enter__(self) -> Self:
+        _make(self.folder)
+        self._lock = _locked(self.folder)
+        try:
+            self._claim()
+        except BaseException:
+            self._lock.release()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()
+
+    def _claim(self) -> None:
+        """Make sure that the folder is of this sweep, or make it so."""
+        there = _read_manifest(self.folder)
+        if there is None:
+            strangers = [path.name for path in self.folder.iterdir() if path.name[0] != "."]
+            if strangers:
+                raise OutputError(
+                    f"{self.folder}: is no sweep, {strangers[0]} is in it; name a new folder"
+                )
+            write_text(self.folder / MANIFEST, json.dumps(self._manifest, indent=1) + "\n")
+        # Compared as JSON has it: what was a tuple comes back as a list.
+        elif (wanted := json.loads(json.dumps(self._manifest))) != there:
+            raise OutputError(
+                f"{self.folder}: belongs to another sweep, {_difference(there, wanted)}; name"
+                " another folder"
+            )
+        for name in TABLES:
+            _make(self.folder / name)
+        # What a process was writing when it was killed.
+        for left in [*self.folder.glob(".hertzchain-*"), *self.folder.glob("*/.hertzchain-*")]:
+            shutil.rmtree(left, ignore_errors=True)
+
+    def has(self, part: Part) -> bool:
+        """Whether a part is done."""
+        return self._path("scenes", part).exists()
+
+    def keep(self, part: Part, measured: Measured) -> None:
+        """Keep what a part has become.
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written; it is not done then.
+        """
+        if measured.peaks is not None:
+            self._write("peaks", part, measured.peaks)
+        self._write("scenes", part, measured.table)
+
+    def finish(self) -> None:
+        """Put parts in CSV together, as few programs read many files as one table.
+
+        Raises
+        ------
+        OutputError
+            If they cannot be written.
+        """
+        if self._format != "csv":
+            return
+        for table in TABLES:
+            if paths := self._paths(table):
+                write_with(self.folder / f"{table}.csv", lambda whole, p=paths: _join(p, whole))
+
+    def frames(
+        self, table: str, columns: Sequence[str] | None = None
+    ) -> Iterator[pandas.DataFrame]:
+        """A table, part by part."""
+        import pandas
+
+        for path in self._paths(table):
+            wanted = None if columns is None else list(columns)
+            if self._format == "parquet":
+                yield pandas.read_parquet(path, engine="pyarrow", columns=wanted)
+            else:
+                yield _read_csv(path, wanted)
+
+    def _paths(self, table: str) -> list[Path]:
+        return sorted((self.folder / table).glob(f"*.{self._format}"))
+
+    def _path(self, table: str, part: Part) -> Path:
+        return self.folder / table / f"{part.name}.{self._format}"
+
+    def _write(self, table: str, part: Part, frame: pandas.DataFrame) -> None:
+        def write(path: Path) -> None:
+            if self._format == "parquet":
+                frame.to_parquet(path, engine="pyarrow", index=False)
+            else:
+                frame.to_csv(path, index=False)
+            with path.open("rb+") as stream:  # or a machine that dies leaves an empty file
+                os.fsync(stream.fileno())
+
+        write_with(self._path(table, part), write)
+
+
+def check_format(name: Format) -> None:
+    """Raise an OutputError, before any work is done, for a format that cannot be written."""
+    if name == "parquet" and importlib.util.find_spec("pyarrow") is None:
+        raise OutputError(
+            "sweeps are kept as Parquet, which needs pyarrow: pip install 'hertzchain[parquet]', or"
+            " ask for the format csv"
+        )
+
+
+def read_manifest(folder: Path) -> Mapping[str, Any]:
+    """What sweep a folder has.
+
+    Raises
+    ------
+    OutputError
+        If it has none.
+    """
+    there = _read_manifest(folder) if folder.is_dir() else None
+    if there is None:
+        raise OutputError(f"{folder}: is no sweep, must be what hertzchain sweep -o wrote")
+    return there
+
+
+def _read_manifest(folder: Path) -> Mapping[str, Any] | None:
+    path = folder / MANIFEST
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as problem:
+        raise OutputError(f"{path}: cannot be read ({problem})") from None
+    if not isinstance(found, dict) or found.get("format") not in ("parquet", "csv"):
+        raise OutputError(f"{path}: describes no sweep; name another folder")
+    return found
+
+
+def _make(folder: Path) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise OutputError(f"{folder}: is a file, must be a folder")
+    try:
+        folder.mkdir(exist_ok=True)
+    except FileNotFoundError:
+        raise OutputError(f"{folder}: {folder.parent} does not exist, create it first") from None
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or problem
+        raise OutputError(f"{folder}: cannot be made ({reason})") from None
+
+
+def _locked(folder: Path) -> Any:
+    """A lock that no other process holds; it goes with the process, whatever becomes of that."""
+    import filelock
+
+    lock = filelock.FileLock(folder / ".lock", timeout=0)
+    try:
+        # File systems without locks: it is for who starts a sweep to start it once.
+        with contextlib.suppress(NotImplementedError):
+            lock.acquire()
+    except filelock.Timeout:
+        raise OutputError(
+            f"{folder}: another process is at work on this sweep; wait for it, or stop it"
+        ) from None
+    except OSError as problem:
+        raise OutputError(f"{folder}: cannot be written ({problem.strerror})") from None
+    return lock
+
+
+def _difference(there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    """In what one sweep is not the other."""
+    for key in {**there, **wanted}:
+        if there.get(key) != wanted.get(key):
+            before, now = (json.dumps(one.get(key)) for one in (there, wanted))
+            if len(before) + len(now) < 100:
+                return f"{key} is {before} there and {now} here"
+            return f"its {key} is not the same"
+    return "it is not the same"
+
+
+def _join(paths: Sequence[Path], whole: Path) -> None:
+    """Write CSV files of one header one behind the other."""
+    with whole.open("wb") as out:
+        for number, path in enumerate(paths):
+            with path.open("rb") as part:
+                header = part.readline()
+                if number == 0:
+                    out.write(header)
+                shutil.copyfileobj(part, out)
+
+
+def _read_csv(path: Path, columns: Sequence[str] | None) -> pandas.DataFrame:
+    """A part as it was written, to the last digit."""
+    import pandas
+
+    from hertzchain.sweep.table import COUNTS
+
+    types = {**dict.fromkeys(COUNTS, "Int64"), "failure": "string"}
+    return pandas.read_csv(path, usecols=columns, dtype=types, float_precision="round_trip")

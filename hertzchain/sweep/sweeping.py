@@ -1,0 +1,253 @@
+"""A sweep: scenes that differ in some parameters, measured by one backend or several."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hertzchain.errors import OutputError, SceneError, require
+from hertzchain.lammps import Lammps
+from hertzchain.native import Native
+from hertzchain.scene import Scene
+from hertzchain.sweep.design import Value, design
+from hertzchain.sweep.parts import NAMES, Backend, Formulas, cut, part_size, settings
+from hertzchain.sweep.store import Folder, Format, Memory, check_format, read_manifest
+
+if TYPE_CHECKING:
+    import pandas
+
+_LAYOUT = 1
+"""Of the tables; another number for other columns."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """A sweep that is done, or as far as it is done.
+
+    Parameters
+    ----------
+    manifest
+        What it is, as JSON knows it; ``vary`` and ``samples`` say which scenes there are.
+    rows
+        Scenes times backends.
+    """
+
+    manifest: Mapping[str, Any]
+    rows: int
+    _store: Memory | Folder
+
+    @classmethod
+    def load(cls, folder: Path | str) -> Sweep:
+        """Open what ``sweep`` or ``hertzchain sweep`` wrote.
+
+        Raises
+        ------
+        OutputError
+            If there is none.
+        """
+        folder = Path(folder)
+        manifest = read_manifest(folder)
+        return cls(manifest, manifest["rows"], Folder(folder, manifest))
+
+    @property
+    def folder(self) -> Path | None:
+        """Where it is; None in memory."""
+        return self._store.folder
+
+    def to_frame(self, columns: Sequence[str] | None = None) -> pandas.DataFrame:
+        """One row per scene and backend: scene, backend, parameters in SI, and what was found.
+
+        Parameters
+        ----------
+        columns
+            Those that are wanted; by default all.
+        """
+        return _joined(self._store.frames("scenes", columns))
+
+    def peaks_to_frame(self) -> pandas.DataFrame:
+        """One row per scene, backend and contact; no rows where peaks were not asked for."""
+        return _joined(self._store.frames("peaks"))
+
+    def count(self) -> Counts:
+        """How the scenes fared; a part at a time is in memory."""
+        done = failed = missed = 0
+        reason = None
+        aims = {each["name"]: each.get("rtol") or 1e-6 for each in self.manifest["backends"]}
+        for frame in self._store.frames("scenes", ["backend", "error_estimate", "failure"]):
+            failures = frame["failure"].dropna()
+            done, failed = done + len(frame), failed + len(failures)
+            if reason is None and len(failures):
+                reason = str(failures.iloc[0])
+            simulated = frame[frame["backend"] != NAMES[Formulas]]
+            aim = simulated["backend"].map(aims).astype(float)
+            missed += int((simulated["error_estimate"] > aim).sum())
+        return Counts(done, failed, missed, reason)
+
+
+@dataclass(frozen=True)
+class Counts:
+    """How the scenes of a sweep fared.
+
+    Parameters
+    ----------
+    done
+        Rows there are.
+    failed
+        Those without numbers.
+    missed
+        Those whose error is larger than was asked for.
+    reason
+        Why the first of those that failed did; None where none did.
+    """
+
+    done: int
+    failed: int
+    missed: int
+    reason: str | None
+
+
+def sweep(
+    scene: Scene,
+    vary: Mapping[str, str | Iterable[Value]],
+    *,
+    samples: int | None = None,
+    seed: int = 0,
+    backends: Iterable[str | Backend] = ("native",),
+    rtol: float = 1e-6,
+    peaks: bool = False,
+    output: Path | str | None = None,
+    file_format: Format = "parquet",
+    scheduler: str | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Sweep:
+    """Measure scenes that differ in some parameters.
+
+    Parameters
+    ----------
+    scene
+        What all of them have in common.
+    vary, samples, seed
+        What differs; see ``hertzchain.sweep.design``.
+    backends
+        Who measures each scene: ``native``, ``lammps``, ``formulas``, or a ``Native`` or
+        ``Lammps`` with its parameters.
+    rtol
+        Wanted relative accuracy of the peaks, where a backend is given by name.
+    peaks
+        Whether the peaks of all contacts are kept, not only the largest.
+    output
+        Folder that the parts are written to; it is made. If it is there and has some parts of this
+        same sweep, only the others are measured. By default the sweep is kept in memory.
+    file_format
+        ``parquet`` or ``csv``.
+    scheduler
+        Address of a Dask scheduler whose workers are to measure; by default this machine does, on
+        all cores.
+    progress
+        Is called now and then, from any thread, with the number of rows done and of all.
+
+    Returns
+    -------
+    Sweep
+        With ``to_frame()``.
+
+    Raises
+    ------
+    SceneError
+        For what cannot vary so; a scene that is impossible only where values meet has a row.
+    OutputError
+        If the folder is of another sweep, or cannot be written.
+    BackendMissing
+        If a backend is not there.
+    RunFailed
+        If the scheduler cannot be reached, or its workers are lost.
+    """
+    found = design(scene, vary, samples, seed)
+    chosen = _backends(backends, rtol)
+    check_format(file_format)
+    manifest = {
+        "layout": _LAYOUT,
+        "hertzchain": version("hertzchain"),
+        "format": file_format,
+        **found.to_dict(),
+        "backends": [settings(backend) for backend in chosen],
+        "peaks": peaks,
+        "parts": {NAMES[type(backend)]: part_size(found, backend) for backend in chosen},
+        "rows": found.scenes * len(chosen),
+    }
+    store = Memory() if output is None else Folder(Path(output), manifest)
+    counter = _Counter(found.scenes * len(chosen), progress)
+    with store:
+        todo = []
+        for part in cut(found, chosen):
+            if store.has(part):
+                counter.add(part.stop - part.start)
+            else:
+                todo.append(part)
+        if scheduler is None:
+            from hertzchain.sweep.here import measure_here
+
+            measure_here(found, todo, peaks, store.keep, counter.add)
+        else:
+            from hertzchain.sweep.cluster import measure_there
+
+            measure_there(scheduler, found, todo, peaks, store.keep, counter.add)
+        store.finish()
+    return Sweep(manifest, counter.total, store)
+
+
+class _Counter:
+    """Counts rows for all threads, and tells the sum."""
+
+    def __init__(self, total: int, progress: Callable[[int, int], None]) -> None:
+        self.total, self._done, self._progress = total, 0, progress
+        self._lock = threading.Lock()
+
+    def add(self, rows: int) -> None:
+        """So many more are done."""
+        with self._lock:
+            self._done += rows
+            self._progress(self._done, self.total)
+
+
+def _backends(given: Iterable[str | Backend], rtol: float) -> tuple[Backend, ...]:
+    by_name: dict[str, Callable[[], Backend]] = {
+        "native": lambda: Native(rtol=rtol),
+        "lammps": lambda: Lammps(rtol=rtol),
+        "formulas": Formulas,
+    }
+    found: list[Backend] = []
+    for one in given:
+        if isinstance(one, str):
+            allowed = f"must be one of {', '.join(by_name)}"
+            require(one in by_name, "backends", one, allowed)
+            found.append(by_name[one]())
+        else:
+            allowed = "must be Native, Lammps or the name of a backend"
+            require(isinstance(one, Backend), "backends", one, allowed)
+            found.append(one)
+    names = [NAMES[type(backend)] for backend in found]
+    require(len(names) > 0, "backends", None, "must be at least one")
+    require(len(set(names)) == len(names), "backends", names, "must be there once each")
+    for backend in found:
+        if isinstance(backend, Lammps) and backend.lmp is not None:
+            allowed = "is not for sweeps, which run the lammps module in processes of their own"
+            raise SceneError("lmp", str(backend.lmp), allowed)
+    return tuple(found)
+
+
+def _joined(frames: Iterable[pandas.DataFrame]) -> pandas.DataFrame:
+    import pandas
+
+    whole = list(frames)
+    if not whole:
+        raise OutputError(
+            "the sweep has no rows of this kind: it has not come so far, or they were not asked for"
+        )
+    for frame in whole:
+        frame.attrs = {}
+    return pandas.concat(whole, ignore_index=True)
