@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain import cli
 from hertzchain.arrays import FloatArray
+from hertzchain.cli import main
 from hertzchain.errors import HertzchainError
 from hertzchain.lammps.engine import command, engine
 from hertzchain.lammps.lint import lint
@@ -237,7 +237,7 @@ def test_the_command(
     for arguments in ([], ["-o", str(out)]):
         monkeypatch.setattr("sys.argv", ["hertzchain", "unit-test", str(file), *arguments])
         with pytest.raises(SystemExit) as ended:
-            cli.main()
+            main()
         assert ended.value.code in (0, None)
     printed = capsys.readouterr().out
     written = out.read_text(encoding="utf-8")

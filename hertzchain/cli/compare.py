@@ -1,0 +1,174 @@
+"""hertzchain compare: a verdict on the backends or, with --results, on peaks from elsewhere."""
+
+from __future__ import annotations
+
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import typer
+
+from hertzchain.cli.options import (
+    AsJson,
+    Backend,
+    Isolate,
+    LammpsBinary,
+    Ranks,
+    SceneFile,
+    TimeLimit,
+    load_scene,
+    refuse_options_of_lammps,
+    to_lammps,
+    to_step,
+    to_time_limit,
+)
+from hertzchain.cli.output import (
+    DONE,
+    OUT_OF_TOLERANCE,
+    UNUSABLE,
+    console,
+    print_json,
+    progress,
+    write_file,
+)
+from hertzchain.errors import HertzchainError
+
+
+def compare(
+    scene: SceneFile,
+    backend: Annotated[
+        list[Backend] | None,
+        typer.Option(
+            help="What to compare with the native reference; repeatable. Default: native, lammps."
+        ),
+    ] = None,
+    isolate: Isolate = False,
+    lmp: LammpsBinary = None,
+    ranks: Ranks = None,
+    time_limit: TimeLimit = "1 h",
+    as_json: AsJson = False,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the comparison (png, pdf, svg).")
+    ] = None,
+    report_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--report",
+            metavar="FILE",
+            help="Write a page to read and to send (html): verdict, plots, tables, all numbers.",
+        ),
+    ] = None,
+    results: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Judge peaks from any code instead: CSV with the columns contact, peak_force_N.",
+        ),
+    ] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(help="With --results: the largest relative difference. Default: 1e-3."),
+    ] = None,
+    dt: Annotated[
+        str | None,
+        typer.Option(help='With --results: the step they took, seconds or with a unit ("20 ns").'),
+    ] = None,
+    junit: Annotated[
+        Path | None,
+        typer.Option(
+            "--junit", metavar="FILE", help="Write each check as a test case that CI systems read."
+        ),
+    ] = None,
+) -> None:
+    """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
+    from hertzchain import comparison, page, page_plots, report
+    from hertzchain.files import write_text
+    from hertzchain.junit import of_comparison, to_xml
+
+    begun, begin = datetime.now(UTC), time.perf_counter()
+    _check_outputs([scene, results], plot, report_file, junit)
+    if results is not None:
+        for option, given in (("--backend", backend), ("--isolate", isolate), ("--plot", plot)):
+            if given:
+                raise HertzchainError(
+                    f"{option} does not go with --results, which compares with native alone; leave"
+                    " one of them out"
+                )
+        _judge(scene, results, tolerance, dt, time_limit, as_json, report_file, junit)
+    for option, value in (("--tolerance", tolerance), ("--dt", dt)):
+        if value is not None:
+            raise HertzchainError(f"{option} goes with --results FILE; leave the option out")
+    loaded = load_scene(scene)
+    refuse_options_of_lammps(backend or [Backend.LAMMPS], isolate, lmp, ranks)
+    lammps = to_lammps(isolate, lmp, ranks, to_time_limit(time_limit))
+    names = comparison.DEFAULT_BACKENDS if not backend else [name.value for name in backend]
+    with progress() as tell:
+        record = None if report_file is None else page_plots.record_times(loaded)
+        compared = comparison.compare(loaded, names, lammps, progress=tell, record=record)
+    suite = of_comparison(compared, scene.stem, begun, time.perf_counter() - begin)
+    if as_json:
+        print_json(compared.to_dict())
+    else:
+        report.print_comparison(console(), compared)
+    write_file("Plot", plot, lambda path: report.plot_comparison(compared, path))
+    write_file(
+        "Report", report_file, lambda path: page.write_comparison(compared, path, scene.name)
+    )
+    write_file("JUnit XML", junit, lambda path: write_text(path, to_xml([suite])))
+    if compared.missing:
+        raise typer.Exit(UNUSABLE)
+    raise typer.Exit(DONE if compared.verdict == "pass" else OUT_OF_TOLERANCE)
+
+
+def _check_outputs(
+    inputs: list[Path | None], plot: Path | None, report_file: Path | None, junit: Path | None
+) -> None:
+    """Refuse, before any work is done, what could not be written."""
+    from hertzchain import page, report
+    from hertzchain.files import check_outputs
+
+    check_outputs(inputs, [plot, report_file, junit])
+    if plot is not None:
+        report.check_plot_format(plot)
+    if report_file is not None:
+        page.check_page_format(report_file)
+
+
+def _judge(
+    scene: Path,
+    results: Path,
+    tolerance: float | None,
+    dt: str | None,
+    time_limit: str,
+    as_json: bool,
+    report_file: Path | None,
+    junit: Path | None,
+) -> NoReturn:
+    """Judge peaks from a file; the status says whether they pass."""
+    from hertzchain import judgement, page, report
+    from hertzchain.files import write_text
+    from hertzchain.junit import of_judgement, to_xml
+
+    begun, begin = datetime.now(UTC), time.perf_counter()
+    loaded = load_scene(scene)
+    step = to_step(dt)
+    limit = to_time_limit(time_limit)
+    with progress() as tell:
+        judged = judgement.judge(
+            loaded,
+            results,
+            tolerance=judgement.TOLERANCE if tolerance is None else tolerance,
+            dt=step,
+            time_limit=limit,
+            progress=tell,
+        )
+    suite = of_judgement(judged, scene.stem, begun, time.perf_counter() - begin)
+    if as_json:
+        print_json(judged.to_dict())
+    else:
+        report.print_judgement(console(), judged)
+    names = scene.name, results.name
+    write_file("Report", report_file, lambda path: page.write_judgement(judged, path, *names))
+    write_file("JUnit XML", junit, lambda path: write_text(path, to_xml([suite])))
+    raise typer.Exit(DONE if judged.verdict == "pass" else OUT_OF_TOLERANCE)

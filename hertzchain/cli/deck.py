@@ -1,0 +1,176 @@
+"""hertzchain deck, lint and unit-test: input of LAMMPS and its like, written or read."""
+
+from __future__ import annotations
+
+import time
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hertzchain.cli.options import AsJson, LargestStep, SceneFile, load_scene, to_step
+from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json, progress
+from hertzchain.errors import HertzchainError
+
+
+class Engine(StrEnum):
+    """The programs that decks are for."""
+
+    LAMMPS = "lammps"
+    LIGGGHTS = "liggghts"
+    YADE = "yade"
+
+
+class PairStyle(StrEnum):
+    """The styles of LAMMPS that are Hertz's law."""
+
+    GRANULAR = "granular"
+    HERTZ_HISTORY = "gran/hertz/history"
+
+
+class Atoms(StrEnum):
+    """Where the granules of a deck come from."""
+
+    CREATE = "create"
+    DATA = "data"
+
+
+OutputFile = Annotated[
+    Path | None, typer.Option("-o", "--output", help="Where to; standard output by default.")
+]
+
+
+def deck(
+    scene: SceneFile,
+    engine: Annotated[Engine, typer.Option(help="Whose deck.")] = Engine.LAMMPS,
+    output: OutputFile = None,
+    rtol: Annotated[
+        float | None,
+        typer.Option(help="What the step may cost the peaks, as a fraction. Default: 1e-6."),
+    ] = None,
+    dt: LargestStep = None,
+    watch_every: Annotated[
+        int | None,
+        typer.Option(
+            metavar="STEPS",
+            help="Steps between two looks at the overlaps; 0: none, and no verdict. Default: 0.005"
+            " natural time units.",
+        ),
+    ] = None,
+    pair_style: Annotated[
+        PairStyle, typer.Option(help="How LAMMPS is told Hertz's law.")
+    ] = PairStyle.GRANULAR,
+    atoms: Annotated[
+        Atoms,
+        typer.Option(help="Whether the deck makes the granules or reads FILE.data beside it."),
+    ] = Atoms.CREATE,
+    dump_every: Annotated[
+        int, typer.Option(metavar="STEPS", help="Steps between two states for OVITO; 0: none.")
+    ] = 0,
+) -> None:
+    """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade that says whether its answer is right.
+
+    For LAMMPS and Yade it finds the peak forces by itself and compares them with the true ones; for
+    LIGGGHTS it compares the motion at the end.
+    """
+    from hertzchain import known_answer
+    from hertzchain.files import check_outputs, write_texts
+    from hertzchain.lammps.standalone import data_file, standalone
+
+    loaded = load_scene(scene)
+    if rtol is not None and dt is not None:
+        raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
+    options = {
+        "--watch-every": watch_every is not None,
+        "--pair-style": pair_style is not PairStyle.GRANULAR,
+        "--atoms": atoms is not Atoms.CREATE,
+        "--dump-every": dump_every != 0,
+    }
+    for option, is_given in options.items():
+        if is_given and engine is not Engine.LAMMPS:
+            raise HertzchainError(f"{option} is for --engine lammps; leave the option out")
+    if output is None and atoms is Atoms.DATA:
+        raise HertzchainError("--atoms data writes two files: name the deck with -o")
+    data = None
+    if output is not None and atoms is Atoms.DATA:
+        data = output.with_name(output.name + ".data")
+    check_outputs([scene], [output, data])
+    longest = to_step(dt)
+    wanted = known_answer.RTOL if rtol is None else rtol
+    with progress() as tell:
+        tell("native: the step, and what the deck has to find")
+        if engine is not Engine.LAMMPS:
+            make = known_answer.yade_deck if engine is Engine.YADE else known_answer.liggghts_deck
+            text = make(loaded, longest, wanted, scene.stem)
+        else:
+            layout = known_answer.lay_out(
+                loaded,
+                longest,
+                wanted,
+                watch_every,
+                pair_style=pair_style.value,
+                atoms=atoms.value,
+                data_file="" if data is None else data.name,
+                dump_every=dump_every,
+                title=scene.stem,
+                name="THIS_FILE" if output is None else output.name,
+            )
+            text = standalone(loaded, layout, known_answer.known_answer(loaded, layout))
+    if output is None:
+        typer.echo(text, nl=False)
+    elif data is None:
+        write_texts({output: text})
+    else:
+        write_texts({output: text, data: data_file(loaded, scene.stem)})
+
+
+def lint(
+    decks: Annotated[list[Path], typer.Argument(metavar="DECK...", help="LAMMPS input files.")],
+    as_json: AsJson = False,
+) -> None:
+    """Look for known traps in anybody's LAMMPS deck of a chain; status 1 where there is one.
+
+    Notes, which cost time only or may be meant, leave the status at 0.
+    """
+    from dataclasses import asdict
+
+    from hertzchain.lammps.lint import lint_file
+
+    found = {str(path): lint_file(path) for path in decks}
+    if as_json:
+        files = [
+            {"file": file, "findings": [asdict(finding) for finding in findings]}
+            for file, findings in found.items()
+        ]
+        print_json({"decks": files})
+    for file, findings in found.items():
+        for finding in () if as_json else findings:
+            where = f"{file}:{finding.line}: {finding.severity}"
+            typer.echo(f"{where}: {finding.text} [{finding.rule}]")
+    severities = [finding.severity for findings in found.values() for finding in findings]
+    numbers = {kind: severities.count(kind) for kind in ("error", "warning", "note")}
+    counts = [f"{count} {kind}{'s' * (count != 1)}" for kind, count in numbers.items()]
+    typer.echo(", ".join(counts), err=as_json)
+    raise typer.Exit(OUT_OF_TOLERANCE if {"error", "warning"} & set(severities) else DONE)
+
+
+def unit_test(scene: SceneFile, output: OutputFile = None) -> None:
+    """Write a test for LAMMPS's own suite: a scene's wave, with the motion that Eq. 1 gives it.
+
+    The file is of the form of unittest/granular/tests/dem02-*.yaml in the sources of LAMMPS.
+    """
+    from hertzchain.files import check_outputs, write_text
+    from hertzchain.lammps.unit_test import unit_test as test_text
+    from hertzchain.unit_test import known_motion
+
+    loaded = load_scene(scene)
+    check_outputs([scene], [output])
+    with progress() as tell:
+        tell("native: looking for the wave")
+        motion = known_motion(loaded)
+    text = test_text(motion, f"A wave in a chain of spheres, scene {scene.stem!r}", time.ctime())
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        write_text(output, text)

@@ -1,0 +1,120 @@
+"""The options that several commands have, and what becomes of their values."""
+
+from __future__ import annotations
+
+import os
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hertzchain.errors import HertzchainError
+
+if TYPE_CHECKING:
+    from hertzchain.lammps import Lammps
+    from hertzchain.scene import Scene
+
+_ODD_RATIO = 1e4
+"""LM_ratio from which on a scene is remarked on. Chosen: the pulse then lasts 33,000 natural time
+units, in which a wave passes as many granules; a unit may have been forgotten."""
+
+
+class Backend(StrEnum):
+    """The simulations."""
+
+    NATIVE = "native"
+    LAMMPS = "lammps"
+    LIGGGHTS = "liggghts"
+    YADE = "yade"
+
+
+SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+Isolate = Annotated[
+    bool,
+    typer.Option(
+        "--isolate", help="Run LAMMPS in a process of its own: a crash of it is an error, no more."
+    ),
+]
+LammpsBinary = Annotated[
+    str | None,
+    typer.Option(
+        "--lmp",
+        metavar="PATH",
+        help="Run this LAMMPS binary, of any version, and not the lammps module."
+        " [env var: HERTZCHAIN_LMP]",
+    ),
+]
+Ranks = Annotated[
+    int | None, typer.Option(help="MPI ranks of the binary, by the mpiexec beside it or on PATH.")
+]
+TimeLimit = Annotated[
+    str, typer.Option(help='How long each simulation may take, seconds or with a unit ("10 min").')
+]
+LargestStep = Annotated[
+    str | None,
+    typer.Option(help='Instead of --rtol: the largest step, seconds or with a unit ("20 ns").'),
+]
+
+
+def load_scene(path: Path) -> Scene:
+    """Read a scene; say so where it looks as if a unit had been forgotten."""
+    from hertzchain.scene import Scene
+
+    scene = Scene.from_toml(path)
+    if scene.momentum_ratio > _ODD_RATIO:
+        typer.echo(
+            f"hertzchain: LM_ratio is {scene.momentum_ratio:.3g}, so this may take long: the pulse"
+            f" lasts {scene.ramps[-1].end:.3g} s, is that meant?",
+            err=True,
+        )
+    return scene
+
+
+def to_step(dt: str | None) -> float | None:
+    """The step [s] where one is given."""
+    from hertzchain.units import to_si
+
+    return None if dt is None else to_si("--dt", dt, "s")
+
+
+def to_time_limit(given: str) -> float:
+    """The time limit [s]."""
+    from hertzchain.chain import POSITIVE, is_positive
+    from hertzchain.errors import require
+    from hertzchain.units import to_si
+
+    limit = to_si("--time-limit", given, "s")
+    require(is_positive(limit), "--time-limit", given, f"{POSITIVE} [s]")
+    return limit
+
+
+def refuse_options_of_lammps(
+    backends: list[Backend], isolate: bool, lmp: str | None, ranks: int | None
+) -> None:
+    """Refuse what only LAMMPS knows where it does not run."""
+    for option, given in {"isolate": isolate, "lmp": lmp, "ranks": ranks}.items():
+        if given and Backend.LAMMPS not in backends:
+            raise HertzchainError(f"--{option} is for --backend lammps; leave the option out")
+
+
+def to_lammps(isolate: bool, lmp: str | None, ranks: int | None, time_limit: float) -> Lammps:
+    """LAMMPS as a module or, where one is named, as a binary."""
+    from hertzchain.errors import require
+    from hertzchain.lammps import Lammps
+
+    named = lmp or os.environ.get("HERTZCHAIN_LMP") or None
+    if ranks is not None:
+        require(ranks >= 1, "--ranks", ranks, "must be at least 1")
+        if named is None:
+            raise HertzchainError(
+                "--ranks needs a LAMMPS binary, as the lammps module runs on one process: name one"
+                " with --lmp or HERTZCHAIN_LMP"
+            )
+    if isolate and named is not None:
+        raise HertzchainError(
+            "--isolate is for the lammps module; what --lmp or HERTZCHAIN_LMP names is a process of"
+            " its own anyway: leave the option out"
+        )
+    return Lammps(isolated=isolate, time_limit=time_limit, lmp=named, ranks=ranks or 1)

@@ -1,0 +1,61 @@
+"""What the commands print and write, and with which status they end."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+DONE, OUT_OF_TOLERANCE, UNUSABLE = 0, 1, 2
+
+
+def print_json(document: object) -> None:
+    """Print one JSON object; NaN and infinity are no JSON."""
+    typer.echo(json.dumps(document, indent=2, allow_nan=False))
+
+
+def console() -> Console:
+    """Where tables are printed: standard output, at least 120 columns wide if it is a pipe."""
+    from rich.console import Console
+
+    out = Console(highlight=False, markup=False)
+    if not out.is_terminal:  # a pipe has no width to fit a table into
+        out.width = max(out.width, 120)
+    return out
+
+
+@contextmanager
+def progress() -> Iterator[Callable[[str], None]]:
+    """Show what is being done on standard error, with the time it takes; gone when it is done."""
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    err = Console(stderr=True)
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
+        task = bar.add_task("")
+
+        def tell(text: str) -> None:
+            bar.update(task, description=text)
+
+        yield tell
+
+
+def write_file(what: str, path: Path | None, write: Callable[[Path], object]) -> None:
+    """Write a file where one is wanted.
+
+    After the results are printed: a disk that is full takes no number with it.
+    """
+    if path is None:
+        return
+    with progress() as tell:
+        tell(f"writing {path}")
+        write(path)
+    typer.echo(f"{what} written to {path}", err=True)

@@ -1,0 +1,194 @@
+"""hertzchain run: one backend simulates a scene."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hertzchain.cli.options import (
+    AsJson,
+    Backend,
+    Isolate,
+    LammpsBinary,
+    LargestStep,
+    Ranks,
+    SceneFile,
+    TimeLimit,
+    load_scene,
+    refuse_options_of_lammps,
+    to_lammps,
+    to_step,
+    to_time_limit,
+)
+from hertzchain.cli.output import OUT_OF_TOLERANCE, console, print_json, progress
+from hertzchain.errors import HertzchainError
+
+if TYPE_CHECKING:
+    from hertzchain.lammps import Lammps
+    from hertzchain.liggghts import Liggghts
+    from hertzchain.native import Native
+    from hertzchain.yade import Yade
+
+DEFAULT_RTOL = 1e-6
+"""What both backends aim at where nothing is asked for."""
+
+DEFAULT_FRAMES = 100
+"""Of a trajectory: four seconds in a viewer."""
+
+
+class MethodName(StrEnum):
+    """The native methods."""
+
+    VELOCITY_VERLET = "velocity-verlet"
+    RK4 = "rk4"
+    DPRKN_6 = "dprkn-6"
+    SRKN_6B = "srkn-6b"
+    SRKN_11B = "srkn-11b"
+    REFERENCE = "reference"
+
+
+def run(
+    scene: SceneFile,
+    backend: Annotated[Backend, typer.Option(help="Who simulates.")] = Backend.NATIVE,
+    rtol: Annotated[
+        float | None,
+        typer.Option(
+            help="Wanted relative accuracy of the peaks; chooses method and step. Default: 1e-6."
+        ),
+    ] = None,
+    method: Annotated[
+        MethodName | None,
+        typer.Option(help="Instead of --rtol: a native method. The others have velocity-verlet."),
+    ] = None,
+    dt: LargestStep = None,
+    extrapolated: Annotated[
+        bool,
+        typer.Option(
+            "--extrapolated",
+            help="Not with native: extrapolate from two steps, an eighth of the cost.",
+        ),
+    ] = False,
+    isolate: Isolate = False,
+    lmp: LammpsBinary = None,
+    ranks: Ranks = None,
+    time_limit: TimeLimit = "1 h",
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Write the peaks of all contacts (.csv, .parquet) or all that is known (.json).",
+        ),
+    ] = None,
+    trajectory: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write the motion for viewers (.xyz or .extxyz: extended XYZ)."
+        ),
+    ] = None,
+    frames: Annotated[
+        int | None,
+        typer.Option(
+            min=2, help="With --trajectory: how many times, equally spaced. Default: 100."
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Simulate a scene with one backend: peaks, p, F_SW, speed, error, cost."""
+    from hertzchain.files import check_outputs
+    from hertzchain.report import print_run
+    from hertzchain.tables import check_result_format, write_result
+    from hertzchain.trajectory import check_trajectory_format, frame_times, write_trajectory
+
+    loaded = load_scene(scene)
+    step = to_step(dt)
+    limit = to_time_limit(time_limit)
+    if frames is not None and trajectory is None:
+        raise HertzchainError("--frames goes with --trajectory FILE; leave the option out")
+    check_outputs([scene], [output, trajectory])
+    if output is not None:
+        check_result_format(output)
+    if trajectory is not None:
+        check_trajectory_format(trajectory)
+    with progress() as tell:
+        tell(
+            f"{backend.value}: running (the first native run on a machine compiles, half a minute)"
+        )
+        simulation = _simulation(
+            backend,
+            method,
+            step,
+            rtol,
+            extrapolated,
+            isolate,
+            lmp,
+            ranks,
+            limit,
+            trajectory is None,
+        )
+        record = None if trajectory is None else frame_times(loaded, frames or DEFAULT_FRAMES)
+        result = simulation.run(loaded, record)
+    if output is not None:
+        write_result(result, output)
+    if trajectory is not None:
+        write_trajectory(result, trajectory)
+    if as_json:
+        print_json(result.to_dict())
+    else:
+        print_run(console(), result)
+    wanted = (DEFAULT_RTOL if method is None and step is None else None) if rtol is None else rtol
+    if wanted is not None and result.error_estimate > wanted:
+        from hertzchain.comparison import CODES
+
+        why = (
+            f"{CODES[backend]} gets no closer with steps that can be waited for;"
+            " --backend native does"
+            if backend is not Backend.NATIVE
+            else "granules knock against one another for long, which multiplies rounding errors"
+        )
+        reached = f"wanted {wanted:g}, reached {result.error_estimate:.1g}"
+        typer.echo(f"hertzchain: {reached}: {why}", err=True)
+        raise typer.Exit(OUT_OF_TOLERANCE)
+
+
+def _simulation(
+    backend: Backend,
+    method: MethodName | None,
+    dt: float | None,
+    rtol: float | None,
+    extrapolated: bool,
+    isolate: bool,
+    lmp: str | None,
+    ranks: int | None,
+    time_limit: float,
+    peaks_only: bool,
+) -> Native | Lammps | Liggghts | Yade:
+    from hertzchain.liggghts import Liggghts
+    from hertzchain.native import Native
+    from hertzchain.yade import Yade
+
+    refuse_options_of_lammps([backend], isolate, lmp, ranks)
+    if backend is Backend.NATIVE:
+        if extrapolated:
+            raise HertzchainError("--extrapolated is not for --backend native; leave it out")
+        name = None if method is None else method.value
+        return Native(name, dt, rtol, peaks_only, time_limit)
+    if method not in (None, MethodName.VELOCITY_VERLET):
+        from hertzchain.comparison import CODES
+
+        raise HertzchainError(
+            f"--method {method}: {CODES[backend]} has only velocity-verlet; leave the option out"
+        )
+    if rtol is not None and dt is not None:
+        raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
+    wanted = DEFAULT_RTOL if rtol is None else rtol
+    if backend is Backend.LIGGGHTS:
+        return Liggghts(dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit)
+    if backend is Backend.YADE:
+        return Yade(dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit)
+    lammps = to_lammps(isolate, lmp, ranks, time_limit)
+    return replace(lammps, dt=dt, rtol=wanted, extrapolated=extrapolated)

@@ -1,0 +1,46 @@
+"""hertzchain tradeoff: error against cost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hertzchain.cli.options import AsJson, SceneFile, load_scene
+from hertzchain.cli.output import UNUSABLE, console, print_json, progress, write_file
+
+
+def tradeoff(
+    scene: SceneFile,
+    as_json: AsJson = False,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw error against time (png, pdf, svg).")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Write all that was measured (CSV).")
+    ] = None,
+) -> None:
+    """Measure error against cost of every method on a scene; half a minute for 60 granules."""
+    from hertzchain import report
+    from hertzchain.files import check_outputs, write_text
+    from hertzchain.tradeoff import tradeoff as measure
+
+    loaded = load_scene(scene)
+    check_outputs([scene], [plot, output])
+    if plot is not None:
+        report.check_plot_format(plot)
+    with progress() as tell:
+        measured = measure(loaded, progress=tell)
+    if as_json:
+        print_json(measured.to_dict())
+    else:
+        report.print_tradeoff(console(), [measured])
+    for remark in measured.remarks:
+        typer.echo(f"hertzchain: {remark}", err=True)
+    write_file("Plot", plot, lambda path: report.plot_tradeoff([measured], path))
+    write_file(
+        "Table", output, lambda path: write_text(path, measured.to_frame().to_csv(index=False))
+    )
+    if measured.missing:
+        raise typer.Exit(UNUSABLE)
