@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from hertzchain.result import Result
     from hertzchain.scene import Run, Scene
     from hertzchain.shock import Pulse, PulseTable
+    from hertzchain.sweeps import Sweep, sweep
     from hertzchain.trajectory import write_trajectory
     from hertzchain.yade import Yade
 
@@ -37,11 +38,13 @@ _HOME = {
     "Result": "hertzchain.result",
     "Run": "hertzchain.scene",
     "Scene": "hertzchain.scene",
+    "Sweep": "hertzchain.sweeps",
     "Yade": "hertzchain.yade",
     "compare": "hertzchain.comparison",
     "judge": "hertzchain.judgement",
     "peak_forces": "hertzchain.native",
     "similar_peak_forces": "hertzchain.native",
+    "sweep": "hertzchain.sweeps",
     "write_trajectory": "hertzchain.trajectory",
 }
 
@@ -59,11 +62,13 @@ __all__ = [
     "Result",
     "Run",
     "Scene",
+    "Sweep",
     "Yade",
     "compare",
     "judge",
     "peak_forces",
     "similar_peak_forces",
+    "sweep",
     "theory",
     "write_trajectory",
 ]

@@ -21,7 +21,7 @@ _LONGEST = 60.0
 """Seconds until LAMMPS counts as hanging where hardly anything is asked of it but to start."""
 
 PACKAGES = (
-    *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase"),
+    *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase", "filelock"),
     *("jinja2", "numba", "pint", "plotly", "rich", "tomli-w", "typer"),
 )
 

@@ -18,6 +18,7 @@ from hertzchain.cli.doctor import doctor
 from hertzchain.cli.output import UNUSABLE
 from hertzchain.cli.predict import predict
 from hertzchain.cli.run import run
+from hertzchain.cli.sweep import sweep
 from hertzchain.cli.tradeoff import tradeoff
 from hertzchain.errors import HertzchainError
 
@@ -55,6 +56,7 @@ def _options(
 app.command()(run)
 app.command()(compare)
 app.command()(tradeoff)
+app.command()(sweep)
 app.command()(predict)
 app.command()(deck)
 app.command()(lint)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
 from hertzchain.result import Result
-from hertzchain.sweep.design import PARAMETERS
+from hertzchain.sweeps.design import PARAMETERS
 from hertzchain.transition import solitary_waves, transitions
 from hertzchain.validity import IMPOSSIBLE_OVERLAP, overlap_ratio
 

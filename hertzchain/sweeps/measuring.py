@@ -16,10 +16,10 @@ from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExp
 from hertzchain.lammps import Lammps
 from hertzchain.native import Native
 from hertzchain.scene import Scene
-from hertzchain.sweep.design import Design
-from hertzchain.sweep.natural import Natural, natural
-from hertzchain.sweep.parts import NAMES, Backend, Formulas, Part, is_batched
-from hertzchain.sweep.table import Rows
+from hertzchain.sweeps.design import Design
+from hertzchain.sweeps.natural import Natural, natural
+from hertzchain.sweeps.parts import NAMES, Backend, Formulas, Part, is_batched
+from hertzchain.sweeps.table import Rows
 
 if TYPE_CHECKING:
     import pandas

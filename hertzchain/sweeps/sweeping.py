@@ -13,9 +13,9 @@ from hertzchain.errors import OutputError, SceneError, require
 from hertzchain.lammps import Lammps
 from hertzchain.native import Native
 from hertzchain.scene import Scene
-from hertzchain.sweep.design import Value, design
-from hertzchain.sweep.parts import NAMES, Backend, Formulas, cut, part_size, settings
-from hertzchain.sweep.store import Folder, Format, Memory, check_format, read_manifest
+from hertzchain.sweeps.design import Value, design
+from hertzchain.sweeps.parts import NAMES, Backend, Formulas, cut, part_size, settings
+from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_manifest
 
 if TYPE_CHECKING:
     import pandas
@@ -122,7 +122,7 @@ def sweep(
     output: Path | str | None = None,
     file_format: Format = "parquet",
     scheduler: str | None = None,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Sweep:
     """Measure scenes that differ in some parameters.
 
@@ -131,7 +131,7 @@ def sweep(
     scene
         What all of them have in common.
     vary, samples, seed
-        What differs; see ``hertzchain.sweep.design``.
+        What differs; see ``hertzchain.sweeps.design``.
     backends
         Who measures each scene: ``native``, ``lammps``, ``formulas``, or a ``Native`` or
         ``Lammps`` with its parameters.
@@ -189,11 +189,11 @@ def sweep(
             else:
                 todo.append(part)
         if scheduler is None:
-            from hertzchain.sweep.here import measure_here
+            from hertzchain.sweeps.here import measure_here
 
             measure_here(found, todo, peaks, store.keep, counter.add)
         else:
-            from hertzchain.sweep.cluster import measure_there
+            from hertzchain.sweeps.cluster import measure_there
 
             measure_there(scheduler, found, todo, peaks, store.keep, counter.add)
         store.finish()
@@ -203,7 +203,7 @@ def sweep(
 class _Counter:
     """Counts rows for all threads, and tells the sum."""
 
-    def __init__(self, total: int, progress: Callable[[int, int], None]) -> None:
+    def __init__(self, total: int, progress: Callable[[int, int], None] | None) -> None:
         self.total, self._done, self._progress = total, 0, progress
         self._lock = threading.Lock()
 
@@ -211,7 +211,8 @@ class _Counter:
         """So many more are done."""
         with self._lock:
             self._done += rows
-            self._progress(self._done, self.total)
+            if self._progress is not None:
+                self._progress(self._done, self.total)
 
 
 def _backends(given: Iterable[str | Backend], rtol: float) -> tuple[Backend, ...]:
@@ -245,9 +246,7 @@ def _joined(frames: Iterable[pandas.DataFrame]) -> pandas.DataFrame:
 
     whole = list(frames)
     if not whole:
-        raise OutputError(
-            "the sweep has no rows of this kind: it has not come so far, or they were not asked for"
-        )
+        raise OutputError("the sweep has no such rows: it has not come so far, or was not asked to")
     for frame in whole:
         frame.attrs = {}
     return pandas.concat(whole, ignore_index=True)

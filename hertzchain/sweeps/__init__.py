@@ -11,6 +11,6 @@ store       in memory, or in a folder
 sweeping    all of that: sweep, Sweep
 """
 
-from hertzchain.sweep.sweeping import Counts, Sweep, sweep
+from hertzchain.sweeps.sweeping import Counts, Sweep, sweep
 
 __all__ = ["Counts", "Sweep", "sweep"]

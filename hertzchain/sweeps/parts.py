@@ -16,8 +16,8 @@ import numpy as np
 from hertzchain.lammps import Lammps
 from hertzchain.native import Native
 from hertzchain.shock import PulseTable
-from hertzchain.sweep.design import Design
-from hertzchain.sweep.natural import natural
+from hertzchain.sweeps.design import Design
+from hertzchain.sweeps.natural import natural
 
 MOST_ROWS, MOST_PEAKS = 10_000, 1_000_000
 """Of a part: scenes, and contacts of all of them; so a part takes some 50 MB at most. Chosen."""

@@ -13,10 +13,10 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
-from hertzchain.sweep.design import Design
-from hertzchain.sweep.here import Keep, Tell
-from hertzchain.sweep.measuring import Measured, measure
-from hertzchain.sweep.parts import Part
+from hertzchain.sweeps.design import Design
+from hertzchain.sweeps.here import Keep, Tell
+from hertzchain.sweeps.measuring import Measured, measure
+from hertzchain.sweeps.parts import Part
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -52,7 +52,7 @@ def measure_there(
         from distributed import as_completed
 
         waiting = iter(parts)
-        at_work: dict[Future, Part] = {}
+        at_work: dict[Future[Measured], Part] = {}
         done = as_completed(with_results=False)
         for future in _hand_out(client, waiting, design, peaks, at_work):
             done.add(future)
@@ -67,7 +67,11 @@ def measure_there(
 
 
 def _hand_out(
-    client: Client, waiting: Iterator[Part], design: Design, peaks: bool, at_work: dict[Future, Part]
+    client: Client,
+    waiting: Iterator[Part],
+    design: Design,
+    peaks: bool,
+    at_work: dict[Future, Part],
 ) -> Iterator[Future]:
     """Hand out parts until there are enough for all workers that are there by now."""
     threads = sum(client.nthreads().values())
@@ -80,7 +84,7 @@ def _hand_out(
         yield future
 
 
-def _result(future: Future, scheduler: str) -> Measured:
+def _result(future: Future[Measured], scheduler: str) -> Measured:
     from distributed import KilledWorker
     from distributed.client import FutureCancelledError
 

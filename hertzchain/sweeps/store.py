@@ -16,13 +16,14 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 from hertzchain.errors import OutputError
 from hertzchain.files import write_text, write_with
-from hertzchain.sweep.measuring import Measured
-from hertzchain.sweep.parts import Part
+from hertzchain.sweeps.measuring import Measured
+from hertzchain.sweeps.parts import Part
 
 if TYPE_CHECKING:
     import pandas
@@ -112,7 +113,7 @@ class Folder(AbstractContextManager["Folder"]):
                 f"{self.folder}: belongs to another sweep, {_difference(there, wanted)}; name"
                 " another folder"
             )
-        for name in TABLES:
+        for name in TABLES[: 1 + self._manifest["peaks"]]:
             _make(self.folder / name)
         # What a process was writing when it was killed.
         for left in [*self.folder.glob(".hertzchain-*"), *self.folder.glob("*/.hertzchain-*")]:
@@ -146,7 +147,7 @@ class Folder(AbstractContextManager["Folder"]):
             return
         for table in TABLES:
             if paths := self._paths(table):
-                write_with(self.folder / f"{table}.csv", lambda whole, p=paths: _join(p, whole))
+                write_with(self.folder / f"{table}.csv", partial(_join, paths))
 
     def frames(
         self, table: str, columns: Sequence[str] | None = None
@@ -271,7 +272,8 @@ def _read_csv(path: Path, columns: Sequence[str] | None) -> pandas.DataFrame:
     """A part as it was written, to the last digit."""
     import pandas
 
-    from hertzchain.sweep.table import COUNTS
+    from hertzchain.sweeps.table import COUNTS
 
     types = {**dict.fromkeys(COUNTS, "Int64"), "failure": "string"}
-    return pandas.read_csv(path, usecols=columns, dtype=types, float_precision="round_trip")
+    whole = pandas.read_csv(path, dtype=types, float_precision="round_trip")
+    return whole if columns is None else whole[list(columns)]

@@ -9,9 +9,9 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from hertzchain.cost import usable_cores
 from hertzchain.lammps import Lammps
 from hertzchain.lammps.isolation import Child
-from hertzchain.sweep.design import Design
-from hertzchain.sweep.measuring import Measured, measure
-from hertzchain.sweep.parts import Part, is_batched
+from hertzchain.sweeps.design import Design
+from hertzchain.sweeps.measuring import Measured, measure
+from hertzchain.sweeps.parts import Part, is_batched
 
 _MOMENT = 0.05
 """Between two looks at processes that are to end [s]."""

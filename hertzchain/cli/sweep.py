@@ -1,0 +1,245 @@
+"""hertzchain sweep."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hertzchain.cli.options import AsJson, SceneFile, TimeLimit, load_scene, to_time_limit
+from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json
+from hertzchain.errors import HertzchainError
+
+_LINES = 30.0
+"""Between two lines on how far it is, where there is no terminal to draw a bar in [s]."""
+
+
+class Source(StrEnum):
+    """Who measures the scenes of a sweep."""
+
+    NATIVE = "native"
+    LAMMPS = "lammps"
+    FORMULAS = "formulas"
+
+
+class FileFormat(StrEnum):
+    """What a sweep is kept in."""
+
+    PARQUET = "parquet"
+    CSV = "csv"
+
+
+def sweep(
+    scene: SceneFile,
+    vary: Annotated[
+        list[str],
+        typer.Option(
+            metavar="NAME=VALUES",
+            help="What changes, as the scene file names it, and what it takes; repeatable."
+            " A,B,C: a list; LOW:HIGH:COUNT: a grid; LOW:HIGH: drawn, see --samples; :log behind a"
+            " range: by logarithms. With units: chain.radius='1 mm:10 mm:5'. All are crossed.",
+        ),
+    ],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="OUT",
+            help="Folder for the tables; one of this same sweep is gone on with.",
+        ),
+    ],
+    samples: Annotated[
+        int | None,
+        typer.Option(
+            help="How many points to draw (scrambled Halton sequence) from all ranges without a"
+            " count together."
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Other points for another number.")] = 0,
+    backend: Annotated[
+        list[Source] | None,
+        typer.Option(help="Who measures each scene; repeatable. Default: native."),
+    ] = None,
+    rtol: Annotated[float, typer.Option(help="Wanted relative accuracy of the peaks.")] = 1e-6,
+    peaks: Annotated[
+        bool, typer.Option("--peaks", help="Keep the peaks of all contacts, too.")
+    ] = False,
+    file_format: Annotated[
+        FileFormat, typer.Option("--format", help="What the tables are kept in.")
+    ] = FileFormat.PARQUET,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Measure on the workers of this Dask scheduler, not on this machine.",
+        ),
+    ] = None,
+    time_limit: TimeLimit = "1 h",
+    as_json: AsJson = False,
+) -> None:
+    """Measure many scenes: a row for each with its parameters, p, F_SW, speed, largest peak, error.
+
+    Stopped or killed, it goes on where it was when it is started again. A scene that fails is a row
+    with the reason.
+    """
+    from hertzchain.lammps import Lammps
+    from hertzchain.native import Native
+    from hertzchain.sweeps import sweep as measure
+    from hertzchain.sweeps.parts import Backend, Formulas
+
+    limit = to_time_limit(time_limit)
+    loaded = load_scene(scene)
+    varied = _varied(vary)
+    kinds: dict[Source, Callable[[], Backend]] = {
+        Source.NATIVE: lambda: Native(rtol=rtol, time_limit=limit),
+        Source.LAMMPS: lambda: Lammps(rtol=rtol, time_limit=limit),
+        Source.FORMULAS: Formulas,
+    }
+    backends = [kinds[one]() for one in backend or [Source.NATIVE]]
+    begin = time.perf_counter()
+    try:
+        with _counting() as tell:
+            swept = measure(
+                loaded,
+                varied,
+                samples=samples,
+                seed=seed,
+                backends=backends,
+                peaks=peaks,
+                output=output,
+                file_format=file_format.value,
+                scheduler=scheduler,
+                progress=tell,
+            )
+    except HertzchainError:
+        raise
+    except BaseException:
+        if (output / "sweep.json").exists():
+            typer.echo(
+                f"hertzchain: what is done is in {output}; the same command goes on from there",
+                err=True,
+            )
+        raise
+    counts = swept.count()
+    if as_json:
+        print_json(
+            {
+                "folder": str(output),
+                "rows": counts.done,
+                "failed": counts.failed,
+                "missed_accuracy": counts.missed,
+                "first_failure": counts.reason,
+                "wall_time_s": time.perf_counter() - begin,
+            }
+        )
+    else:
+        typer.echo(f"{counts.done:,} rows in {output}, {_how_to_open(output, file_format)}")
+    if counts.failed:
+        typer.echo(
+            f"hertzchain: {counts.failed:,} of {counts.done:,} rows have no numbers, the column"
+            f" failure says why; the first: {counts.reason}",
+            err=True,
+        )
+    if counts.missed:
+        typer.echo(
+            f"hertzchain: wanted {rtol:g}, and {counts.missed:,} of {counts.done:,} rows are less"
+            " accurate: see the column error_estimate",
+            err=True,
+        )
+    raise typer.Exit(OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE)
+
+
+def _varied(given: list[str]) -> dict[str, str]:
+    """What changes, by name."""
+    varied: dict[str, str] = {}
+    for one in given:
+        name, sign, values = one.partition("=")
+        name = name.strip()
+        if not sign or not values.strip():
+            raise HertzchainError(
+                f"--vary {one}: must be NAME=VALUES, such as shock.momentum_ratio=0.1:10:50:log"
+            )
+        if name in varied:
+            raise HertzchainError(f"--vary {name}: is there twice; name all its values in one")
+        varied[name] = values
+    return varied
+
+
+def _how_to_open(output: Path, file_format: FileFormat) -> str:
+    if file_format is FileFormat.CSV:
+        return f"in one piece: {output / 'scenes.csv'}"
+    return f'for pandas: read_parquet("{output / "scenes"}")'
+
+
+@contextmanager
+def _counting() -> Iterator[Callable[[int, int], None]]:
+    """Show how far a sweep is on standard error, how fast it goes, and how long it will take."""
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        SpinnerColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    err = Console(stderr=True)
+    rate = _Rate()
+    if not err.is_terminal:
+        yield rate.tell
+        return
+    columns = (
+        *(SpinnerColumn(), BarColumn(), MofNCompleteColumn()),
+        *(TextColumn("{task.fields[rate]}"), TimeElapsedColumn(), TimeRemainingColumn()),
+    )
+    with Progress(*columns, console=err, transient=True, speed_estimate_period=120) as bar:
+        task = bar.add_task("", total=None, rate="")
+
+        def tell(done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total, rate=rate.of(done))
+
+        yield tell
+
+
+class _Rate:
+    """Rows per second since the start, not counting those that were there before."""
+
+    def __init__(self) -> None:
+        self._begin: float | None = None
+        self._before = 0
+        self._next = time.monotonic() + _LINES
+
+    def of(self, done: int) -> str:
+        """In words."""
+        per_second = self._per_second(done)
+        return f"{per_second:,.3g}/s" if per_second else ""
+
+    def tell(self, done: int, total: int) -> None:
+        """Write a line from time to time."""
+        per_second, now = self._per_second(done), time.monotonic()
+        if per_second and now >= self._next:
+            from hertzchain.cost import in_words
+
+            self._next = now + _LINES
+            left = in_words((total - done) / per_second)
+            print(
+                f"hertzchain: {done:,} of {total:,} rows, {per_second:,.3g}/s, {left} left",
+                file=sys.stderr,
+                flush=True,
+            )
+
+    def _per_second(self, done: int) -> float:
+        now = time.monotonic()
+        if self._begin is None:
+            self._begin, self._before = now, done
+        spent = now - self._begin
+        return (done - self._before) / spent if spent > 0 else 0.0
