@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -231,11 +230,8 @@ class _Rate:
 
             self._next = now + _LINES
             left = in_words((total - done) / per_second)
-            print(
-                f"hertzchain: {done:,} of {total:,} rows, {per_second:,.3g}/s, {left} left",
-                file=sys.stderr,
-                flush=True,
-            )
+            how_far = f"{done:,} of {total:,} rows, {per_second:,.3g}/s, {left} left"
+            typer.echo(f"hertzchain: {how_far}", err=True)
 
     def _per_second(self, done: int) -> float:
         now = time.monotonic()

@@ -9,12 +9,13 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
 from hertzchain.sweeps.design import Design
-from hertzchain.sweeps.here import Keep, Tell
+from hertzchain.sweeps.here import Keep, Measure, Tell
 from hertzchain.sweeps.measuring import Measured, measure
 from hertzchain.sweeps.parts import Part
 
@@ -29,41 +30,66 @@ _AHEAD = 3
 grow with the sweep."""
 
 
-def measure_there(
-    scheduler: str, design: Design, parts: Iterable[Part], peaks: bool, keep: Keep, tell: Tell
-) -> None:
-    """Measure parts of a sweep on a cluster.
+@contextmanager
+def cluster(scheduler: str) -> Iterator[Measure]:
+    """What measures parts of a sweep as ``measure_here`` does, on the workers of a scheduler.
 
     Parameters
     ----------
     scheduler
         Its address (``tcp://host:8786``).
+
+    Raises
+    ------
+    BackendMissing
+        If distributed is not installed.
+    RunFailed
+        If the scheduler cannot be reached.
+    """
+    with _client(scheduler) as client:
+        yield partial(_measure_there, client, scheduler)
+
+
+def _measure_there(
+    client: Client,
+    scheduler: str,
+    design: Design,
+    parts: Iterable[Part],
+    peaks: bool,
+    keep: Keep,
+    tell: Tell,
+) -> None:
+    """Measure parts of a sweep on a cluster.
+
+    Parameters
+    ----------
+    client, scheduler
+        A connection to the scheduler, and its address.
     design, parts, peaks, keep, tell
         As for ``measure_here``.
 
     Raises
     ------
     BackendMissing
-        If distributed is not installed, or a backend is not there on a worker.
+        If a backend is not there on a worker.
     RunFailed
-        If the scheduler cannot be reached or is lost, or hertzchain on a worker is not this one.
+        If the scheduler is lost, or hertzchain on a worker is not this one.
     """
-    with _client(scheduler) as client:
-        from distributed import as_completed
+    from distributed import as_completed
 
-        waiting = iter(parts)
-        at_work: dict[Future[Measured], Part] = {}
-        done = as_completed(with_results=False)
-        for future in _hand_out(client, waiting, design, peaks, at_work):
-            done.add(future)
-        for future in done:
-            part = at_work.pop(future)
-            measured = _result(future, scheduler)
-            future.release()
-            keep(part, measured)
-            tell(part.stop - part.start)
-            for another in _hand_out(client, waiting, design, peaks, at_work):
-                done.add(another)
+    waiting = iter(parts)
+    at_work: dict[Future[Measured], Part] = {}
+    done = as_completed(with_results=False)
+    for future in _hand_out(client, waiting, design, peaks, at_work):
+        done.add(future)
+    for future in done:
+        part = at_work.pop(future)
+        measured = _result(future, scheduler)
+        future.release()
+        keep(part, measured)
+        tell(part.stop - part.start)
+        for another in _hand_out(client, waiting, design, peaks, at_work):
+            done.add(another)
 
 
 def _hand_out(
@@ -71,8 +97,8 @@ def _hand_out(
     waiting: Iterator[Part],
     design: Design,
     peaks: bool,
-    at_work: dict[Future, Part],
-) -> Iterator[Future]:
+    at_work: dict[Future[Measured], Part],
+) -> Iterator[Future[Measured]]:
     """Hand out parts until there are enough for all workers that are there by now."""
     threads = sum(client.nthreads().values())
     while len(at_work) < _AHEAD * max(threads, 1):

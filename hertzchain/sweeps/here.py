@@ -20,6 +20,7 @@ _YEAR = 3e7
 
 Keep = Callable[[Part, Measured], None]
 Tell = Callable[[int], None]
+Measure = Callable[[Design, Iterable[Part], bool, Keep, Tell], None]
 
 
 class _Stopped(Exception):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -14,6 +15,7 @@ from hertzchain.lammps import Lammps
 from hertzchain.native import Native
 from hertzchain.scene import Scene
 from hertzchain.sweeps.design import Value, design
+from hertzchain.sweeps.here import Measure, measure_here
 from hertzchain.sweeps.parts import NAMES, Backend, Formulas, cut, part_size, settings
 from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_manifest
 
@@ -181,23 +183,25 @@ def sweep(
     }
     store = Memory() if output is None else Folder(Path(output), manifest)
     counter = _Counter(found.scenes * len(chosen), progress)
-    with store:
+    with _engine(scheduler) as measure, store:
         todo = []
         for part in cut(found, chosen):
             if store.has(part):
                 counter.add(part.stop - part.start)
             else:
                 todo.append(part)
-        if scheduler is None:
-            from hertzchain.sweeps.here import measure_here
-
-            measure_here(found, todo, peaks, store.keep, counter.add)
-        else:
-            from hertzchain.sweeps.cluster import measure_there
-
-            measure_there(scheduler, found, todo, peaks, store.keep, counter.add)
+        measure(found, todo, peaks, store.keep, counter.add)
         store.finish()
     return Sweep(manifest, counter.total, store)
+
+
+def _engine(scheduler: str | None) -> AbstractContextManager[Measure]:
+    """What measures parts, connected before anything is written."""
+    if scheduler is None:
+        return nullcontext(measure_here)
+    from hertzchain.sweeps.cluster import cluster
+
+    return cluster(scheduler)
 
 
 class _Counter:
