@@ -1,0 +1,294 @@
+"""One chain on several MPI ranks: what a step costs, beside one rank, and whether peaks agree.
+
+It needs a LAMMPS binary with the ``mpiexec`` of its MPI beside it or on the search path, and a
+machine that does nothing else: ranks wait for one another at each step. All of it, in some ten
+minutes::
+
+    .venv/bin/python validation/mpi.py -o mpi.csv
+
+and on a machine with more cores, or on a node of a cluster, with ``--ranks 2 4 8 16``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pandas
+from rich.console import Console
+from rich.progress import track
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.cost import Deadline
+from hertzchain.errors import RunFailed, require
+from hertzchain.files import check_writable, write_text
+from hertzchain.known_answer import known_answer, lay_out
+from hertzchain.lammps.binary import Program
+from hertzchain.lammps.standalone import standalone
+from hertzchain.peaks import largest_difference
+from validation.rows import STEEL, Row, print_rows, row
+
+TITLE = "One chain on several MPI ranks"
+
+STEP = 0.01
+"""Natural time units: what 1e-4 of the peaks takes, which is what a long chain is run with."""
+
+WATCH = 2
+"""Steps between two looks of a deck at its overlaps, as in the long chain of the gallery."""
+
+STEPS: dict[int, int] = {60: 9_000, 1_000: 6_000, 10_000: 900, 100_000: 120, 1_000_000: 30}
+"""Steps after the pulse that are timed, by the number of granules; a full run takes some 150 for
+each granule."""
+
+REPEATS = 6
+"""Of which the shortest counts; of a million granules, which take minutes, a third of them."""
+
+LONGEST = 3600.0
+"""Seconds for one run, which takes half a minute at most."""
+
+SAME = 1e-12
+"""Of a peak."""
+
+REASON = "the same forces are added in the same order, whoever computes them"
+
+NOT_WATCHING = "deck, not watching"
+
+
+@dataclass(frozen=True, eq=False)
+class Timing:
+    """One run.
+
+    Parameters
+    ----------
+    seconds
+        Wall time.
+    processor_seconds
+        Of all its processes; ranks that wait use their processor.
+    peaks
+        Peak forces [N], shape (contacts,); None where a deck does not watch.
+    """
+
+    seconds: float
+    processor_seconds: float
+    peaks: FloatArray | None
+
+
+Way = Callable[[hc.Scene, Program], Timing]
+
+
+def scene_of(granules: int, steps: int) -> hc.Scene:
+    """A short pulse, and so many steps after it."""
+    pulse = hc.Pulse("triangular", 100.0, 2.0, momentum_ratio=0.1)
+    scene = hc.Scene(hc.Chain(granules, **STEEL), pulse)
+    end = scene.ramps[-1].end + (steps - 0.5) * STEP * scene.units.time
+    return replace(scene, run=hc.Run(end))
+
+
+def timed(go: Callable[[], FloatArray | None]) -> Timing:
+    """Time what hands back peaks."""
+    before = os.times()
+    peaks = go()
+    after = os.times()
+    return Timing(after.elapsed - before.elapsed, sum(after[:4]) - sum(before[:4]), peaks)
+
+
+def by_run(scene: hc.Scene, program: Program) -> Timing:
+    """As ``hertzchain run --backend lammps --lmp --ranks`` runs a scene, once."""
+    lmp = program.command[-1]
+    lammps = hc.Lammps(STEP * scene.units.time, lmp=lmp, ranks=program.ranks, time_limit=LONGEST)
+    return timed(lambda: lammps.peaks_alone(scene)[0])
+
+
+@cache
+def _deck(scene: hc.Scene, watch: int) -> str:
+    layout = lay_out(scene, dt=STEP * scene.units.time, watch_every=watch)
+    return standalone(scene, layout, known_answer(scene, layout))
+
+
+def by_deck(watch: int) -> Way:
+    """As a deck of ``hertzchain deck`` runs by itself; one that watches must pass."""
+
+    def run(scene: hc.Scene, program: Program) -> Timing:
+        text = _deck(scene, watch)
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "in.chain").write_text(text, encoding="ascii")
+            found = timed(lambda: _run_deck(program, Path(folder)))
+            if watch == 0:
+                return found
+            peaks = np.loadtxt(Path(folder) / "peaks.csv", delimiter=",", skiprows=1)[:, 1]
+            return replace(found, peaks=peaks)
+
+    return run
+
+
+def _run_deck(program: Program, folder: Path) -> None:
+    command = [*program.command, "-in", "in.chain", "-log", "none"]
+    done = subprocess.run(  # noqa: S603
+        command, cwd=folder, capture_output=True, text=True, check=False
+    )
+    if done.returncode != 0:
+        said = (done.stdout + done.stderr).strip().splitlines()
+        raise RunFailed(f"{' '.join(command)}: {said[-1] if said else 'says nothing'}")
+
+
+WAYS: Mapping[str, Way] = {
+    "run": by_run,
+    "deck": by_deck(WATCH),
+    NOT_WATCHING: by_deck(0),
+}
+
+
+def measure(
+    lmp: str, ranks: Sequence[int], granules: Sequence[int], repeats: int
+) -> tuple[pandas.DataFrame, str]:
+    """Time every way on every number of granules and ranks, one rank first.
+
+    A step is what a longer run takes more than one that ends after the pulse, so that starting
+    LAMMPS and making the chain are left out. Runs to be compared take turns. A processor share,
+    over wall time and ranks, of less than some 0.9 in a deck tells that others were on the machine;
+    in a run, that Python read by itself what the ranks had written.
+
+    Parameters
+    ----------
+    lmp
+        Path or name of the binary.
+    ranks
+        Numbers of ranks; 1 is always there.
+    granules
+        Some of STEPS.
+    repeats
+        How often each run is made.
+
+    Returns
+    -------
+    The table, and which LAMMPS it was.
+
+    Raises
+    ------
+    BackendMissing
+        If there is no such binary, or no mpiexec.
+    RunFailed
+        If a run fails, or a deck does.
+    """
+    programs = [Program.find(lmp, count, Deadline(LONGEST)) for count in sorted({1, *ranks})]
+    build = programs[0].build
+    lines: list[dict[str, float | str]] = []
+    console = Console(stderr=True)
+    todo = [(size, way) for size in granules for way in WAYS]
+    for size, way in track(
+        todo, TITLE, console=console, transient=True, disable=not console.is_terminal
+    ):
+        lines += compared(size, way, programs, max(1, repeats // 3) if size > 100_000 else repeats)
+    return pandas.DataFrame(lines), f"LAMMPS {build.version} with {build.mpi}"
+
+
+def compared(
+    granules: int, way: str, programs: Sequence[Program], repeats: int
+) -> list[dict[str, float | str]]:
+    """One way on one chain, by each program, the first of which has one rank."""
+    few, steps = 10, STEPS[granules]
+    scenes = scene_of(granules, few), scene_of(granules, few + steps)
+    best: dict[tuple[int, int], Timing] = {}
+    for _, k, at in itertools.product(range(repeats), range(len(programs)), (0, 1)):
+        found = WAYS[way](scenes[at], programs[k])
+        if (k, at) not in best or found.seconds < best[k, at].seconds:
+            best[k, at] = found
+    each = [(best[k, 1].seconds - best[k, 0].seconds) / steps for k in range(len(programs))]
+    return [
+        {
+            "granules": granules,
+            "way": way,
+            "ranks": program.ranks,
+            "steps": steps,
+            "seconds_per_step": each[k],
+            "gain": each[0] / each[k],
+            "processor_share": best[k, 1].processor_seconds / best[k, 1].seconds / program.ranks,
+            "peak_difference": _difference(best[k, 1].peaks, best[0, 1].peaks),
+        }
+        for k, program in enumerate(programs)
+    ]
+
+
+def _difference(peaks: FloatArray | None, alone: FloatArray | None) -> float:
+    return float("nan") if peaks is None or alone is None else largest_difference(peaks, alone)
+
+
+def promises(table: pandas.DataFrame) -> list[Row]:
+    """What has to hold, whatever the machine: that peaks are the same, not times.
+
+    Parameters
+    ----------
+    table
+        As from ``measure``, or read from its file.
+    """
+    on_ranks = table[(table["ranks"] > 1) & (table["way"] != NOT_WATCHING)]
+    return [
+        row(
+            f"{entry['way']}, {entry['granules']:,} granules on {entry['ranks']} ranks, peaks",
+            "lammps", entry["peak_difference"], 0.0, SAME, REASON,
+        )
+        for entry in on_ranks.to_dict("records")
+    ]  # fmt: skip
+
+
+def machine() -> str:
+    """The processor and how many of its cores are here; not whose they are."""
+    name = platform.machine()
+    facts = Path("/proc/cpuinfo")
+    if facts.exists():
+        lines = facts.read_text(encoding="utf-8").splitlines()
+        models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+        name = models[0] if models else name
+    return f"{name}, {os.cpu_count()} cores"
+
+
+def default_lmp() -> str:
+    """What HERTZCHAIN_LMP names, or the binary beside this Python."""
+    return os.environ.get("HERTZCHAIN_LMP") or str(Path(sys.executable).parent / "lmp")
+
+
+def main() -> None:
+    """Print the table; exit 1 where peaks differ, 2 without a binary."""
+    parser = argparse.ArgumentParser(description=TITLE)
+    parser.add_argument("--lmp", default=default_lmp(), help="the binary")
+    parser.add_argument("--ranks", type=int, nargs="+", default=[2], help="beside one rank")
+    parser.add_argument(
+        "--granules", type=int, nargs="+", choices=list(STEPS), default=list(STEPS), metavar="N",
+        help=f"some of {', '.join(map(str, STEPS))}; all by default",
+    )  # fmt: skip
+    parser.add_argument("--repeats", type=int, default=REPEATS, help=f"of each run; {REPEATS}")
+    parser.add_argument("-o", "--output", type=Path, help="write the table as CSV")
+    chosen = parser.parse_args()
+    try:
+        require(min(chosen.ranks) >= 1, "ranks", min(chosen.ranks), "must be at least 1")
+        require(chosen.repeats >= 1, "repeats", chosen.repeats, "must be at least 1")
+        if chosen.output is not None:
+            check_writable(chosen.output)
+        table, lammps = measure(chosen.lmp, chosen.ranks, chosen.granules, chosen.repeats)
+        print(table.to_string(index=False, float_format="{:.3g}".format))
+        rows = promises(table)
+        print_rows(TITLE, rows)
+        if chosen.output is not None:
+            facts = f"{machine()}; {lammps}; hertzchain {hc.__version__}"
+            head = f"# {datetime.now(UTC):%Y-%m-%d}; {facts}\n"
+            write_text(chosen.output, head + table.to_csv(index=False, float_format="%.6g"))
+    except hc.HertzchainError as problem:
+        print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
+        sys.exit(2)
+    sys.exit(0 if all(entry.passed for entry in rows) else 1)
+
+
+if __name__ == "__main__":
+    main()
