@@ -57,7 +57,7 @@ def sweep(
     samples: Annotated[
         int | None,
         typer.Option(
-            help="How many points to draw (scrambled Halton sequence) from all ranges without a"
+            help="How many points to draw (scrambled Sobol sequence) from all ranges without a"
             " count together."
         ),
     ] = None,

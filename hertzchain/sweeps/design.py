@@ -7,6 +7,7 @@ its number.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -172,6 +173,18 @@ class Design:
         """How many scenes there are."""
         return math.prod(self.shape)
 
+    def some(self, most: int) -> NDArray[np.int64]:
+        """The numbers of scenes that show what all are like, not many more than so many.
+
+        The first samples of combinations all over the grid: to draw a sample those before it have
+        to be passed.
+        """
+        drawn = self.samples or 1
+        first = np.arange(min(drawn, math.isqrt(most)))
+        combinations = self.scenes // drawn
+        spread = np.linspace(0, combinations - 1, max(1, most // first.size)).astype(np.int64)
+        return (np.unique(spread)[:, None] * drawn + first).ravel()
+
     def parameters(self, scenes: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
         """The parameters of scenes, by name: all of them, NaN or "" where a scene has none.
 
@@ -201,18 +214,22 @@ class Design:
         return found
 
     def _points(self, samples: NDArray[np.int64]) -> FloatArray:
-        """Points of these numbers in the unit cube, shape (some, sampled axes).
-
-        A scrambled Halton sequence: any number of its points fills the cube evenly, and those of
-        one part follow without the ones before.
-        """
+        """Points of these numbers in the unit cube, shape (some, sampled axes)."""
         from scipy.stats import qmc
 
-        first, last = int(samples.min()), int(samples.max())
-        sequence = qmc.Halton(len(self.sampled), scramble=True, seed=self.seed)
-        sequence.fast_forward(first)
-        drawn: FloatArray = sequence.random(last + 1 - first)
-        return drawn[samples - first]
+        sequence = qmc.Sobol(len(self.sampled), scramble=True, seed=self.seed)
+        wanted, place = np.unique(samples, return_inverse=True)
+        drawn = []
+        # A part that ends with one combination's last samples has the next one's first.
+        for run in np.split(wanted, np.nonzero(np.diff(wanted) > 1)[0] + 1):
+            if skipped := int(run[0]) - sequence.num_generated:
+                sequence.fast_forward(skipped)
+            with warnings.catch_warnings():
+                # Only powers of two are balanced to the last point; others are but for a few.
+                warnings.simplefilter("ignore", UserWarning)
+                drawn.append(sequence.random(run.size))
+        points: FloatArray = np.concatenate(drawn)[place]
+        return points
 
     def scene(self, parameters: Mapping[str, NDArray[Any]], k: int) -> Scene:
         """The k-th of the scenes that these parameters are of.
@@ -261,7 +278,7 @@ def design(
         and ``shock.rise_time`` take each other's place.
     samples
         How many points are drawn, for all such ranges together. They are those of a scrambled
-        Halton sequence, and met by every combination of all that does not range.
+        Sobol sequence, and met by every combination of all that does not range.
     seed
         Other points for another number.
 

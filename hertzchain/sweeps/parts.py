@@ -85,8 +85,7 @@ def is_batched(design: Design, backend: Backend) -> bool:
 
 def part_size(design: Design, backend: Backend) -> int:
     """How many scenes a part has."""
-    numbers = np.unique(np.linspace(0, design.scenes - 1, _LOOKED_AT).astype(np.int64))
-    given = design.parameters(numbers)
+    given = design.parameters(design.some(_LOOKED_AT))
     granules = given["chain.granules"]
     size = min(MOST_ROWS, MOST_PEAKS // int(np.max(granules)))
     duration = natural(given).duration
