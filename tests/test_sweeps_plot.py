@@ -152,6 +152,15 @@ def test_too_many_lines_are_refused() -> None:
         draw(swept, RATIO, "largest_peak_force_N")
 
 
+def test_a_pulse_table_has_a_title_and_a_colour() -> None:
+    table = hc.PulseTable((0.0, 1e-5, 3e-5), (0.0, 100.0, 0.0))
+    swept = hc.sweep(hc.Scene(BASE.chain, table), {"chain.density": "1000,8000"})
+    drawn = draw(swept, "chain.density", "largest_peak_force_N", "shock.profile")
+    assert legend(drawn.figure) == ["table"]
+    drawn = draw(swept, "chain.density", "largest_peak_force_N")
+    assert drawn.figure.axes[0].get_title() == "pulse table, 12 granules, native"
+
+
 # Points
 
 
@@ -340,6 +349,8 @@ def test_the_section_may_be_left_out() -> None:
     ("where", "words"),
     [
         ({RATIO: 0.2}, "is not in the sweep; the nearest there: 0.16475 and 0.27144"),
+        ({RATIO: "inf"}, "is not in the sweep"),
+        ({RATIO: "nan"}, "is not in the sweep"),
         ({"shock.profile": "sine"}, "is not in the sweep: cosine, triangular"),
         ({"backend": "lammps"}, "is not in the sweep: native, formulas"),
         ({"chain.radius": "1 mm"}, "does not vary in this sweep; what does: shock.profile"),

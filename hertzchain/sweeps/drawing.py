@@ -86,6 +86,7 @@ _NAMED: dict[str, dict[str, str]] = {
     "cosine": {"color": "#0072B2", "marker": "o"},
     "triangular": {"color": "#D55E00", "marker": "s"},
     "cosine-triangular": {"color": "#009E73", "marker": "^"},
+    "table": {"color": "#CC79A7", "marker": "D"},
     "native": {"color": COLOURS["native"], "marker": "o"},
     "lammps": {"color": COLOURS["lammps"], "marker": "s"},
     "formulas": {"color": COLOURS["eq6"], "marker": "^"},
@@ -282,8 +283,7 @@ def _rows(
     for name, number in fixed_to.items():
         keep &= place[name] == number
     frame, place = frame[keep], {name: found[keep] for name, found in place.items()}
-    values = {name: _column(frame, name) for name in dict.fromkeys(named[3:])}
-    values.setdefault("backend", frame["backend"].to_numpy(object))
+    values = {name: _column(frame, name) for name in dict.fromkeys((*named[3:], "backend"))}
     lacking = {name: np.isnan(found) for name, found in values.items() if name not in _TEXT}
     lost = np.any(list(lacking.values()), axis=0)
     without = " or ".join(name for name, holes in lacking.items() if holes.any())
@@ -333,7 +333,7 @@ def _number(name: str, wanted: Any, axes: Mapping[str, Axis], backends: Sequence
     number = float(to_si(name, given, UNITS.get(name.partition(".")[2], "")))
     off = np.abs(values - number)
     nearest = np.argsort(off, kind="stable")[:2]
-    if not off[nearest[0]] <= _AS_GIVEN * abs(number):
+    if not off[nearest[0]] <= _AS_GIVEN * abs(values[nearest[0]]):
         said = " and ".join(f"{value:.5g}" for value in values[np.sort(nearest)])
         raise SceneError(name, wanted, f"is not in the sweep; the nearest there: {said}")
     return int(nearest[0])
@@ -350,16 +350,17 @@ def _places(
     shape = (*crossed.values(), *([samples["count"]] if samples else []))
     found = np.unravel_index(frame["scene"].to_numpy(np.int64), shape)
     place = {name: at.astype(np.int64) for name, at in zip(crossed, found, strict=False)}
-    names = frame["backend"].to_numpy(object)
     place["backend"] = np.zeros(len(frame), np.int64)
     for number, name in enumerate(backends):
-        place["backend"][names == name] = number
+        place["backend"][(frame["backend"] == name).to_numpy(np.bool_)] = number
     return place
 
 
 def _column(frame: pandas.DataFrame, name: str) -> NDArray[Any]:
-    if name in _TEXT:
-        return frame[name].to_numpy(object)
+    if name in _TEXT:  # each name is kept once, however many rows have it
+        codes, names = frame[name].factorize()
+        found: NDArray[Any] = np.asarray(names, object)[codes]
+        return found
     return frame[name].to_numpy(np.float64, na_value=np.nan)
 
 
