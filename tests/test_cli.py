@@ -1256,7 +1256,10 @@ def test_the_command_is_installed() -> None:
 
 @pytest.mark.parametrize(
     "command",
-    ["run", "compare", "predict", "tradeoff", "deck", "lint", "unit-test", "doctor"],
+    [
+        *("run", "compare", "tradeoff", "sweep", "plot"),
+        *("predict", "deck", "lint", "unit-test", "doctor"),
+    ],
 )
 def test_every_command_has_help(hertzchain: Command, command: str) -> None:
     outcome = hertzchain(command, "--help")

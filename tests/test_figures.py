@@ -5,14 +5,16 @@ from __future__ import annotations
 import functools
 import io
 import math
+from collections.abc import Sequence
 from types import ModuleType
 
 import numpy as np
 import pandas as pd
 import pytest
 
+import hertzchain as hc
 from hertzchain import theory
-from validation import figure1, figure2, figure3, figure4, figure5
+from validation import figure1, figure2, figure3, figure4, figure5, transition_scenes
 from validation.transition_scenes import MOMENTUM_RATIOS
 
 FIGURES = {"1": figure1, "2": figure2, "3": figure3, "4": figure4, "5": figure5}
@@ -226,3 +228,22 @@ def test_all_scenes_are_measured(module: ModuleType) -> None:
     table = measured(module.__name__[-1])
     scenes = table[table["backend"] == "native"].groupby(["profile", "momentum_ratio"]).ngroups
     assert scenes == 3 * (len(MOMENTUM_RATIOS) - (module is not figure3))
+
+
+def test_a_scene_that_fails_in_its_sweep_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    swept = transition_scenes._swept
+
+    def hasty(backend: hc.Native | hc.Lammps, ratios: Sequence[float]) -> pd.DataFrame:
+        if isinstance(backend, hc.Native):
+            return swept(backend, ratios)
+        # Two LM_ratio of which one cannot be done in time, as if LAMMPS had measured both.
+        late = swept(hc.Native("reference", time_limit=1e-9), ratios[:1])
+        return pd.concat([late, swept(hc.Native("reference"), (2.0,))]).assign(backend="lammps")
+
+    monkeypatch.setattr(transition_scenes, "_swept", hasty)
+    for module in (figure3, figure4, figure5):
+        table = module.SCRIPT.measure(True, True)
+        failed = [entry for entry in module.SCRIPT.promises(table) if not entry.passed]
+        assert len(failed) == 3
+        assert all("time limit" in entry.what for entry in failed)
+        assert len(module.SCRIPT.draw(table).axes) >= 2

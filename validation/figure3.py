@@ -1,8 +1,13 @@
-"""Figure 3: peaks over the contacts, and p, for some LM_ratio and the three profiles.
+r"""Figure 3: peaks over the contacts, and p, for some LM_ratio and the three profiles.
 
 (a) peak forces F_i,max, (b) the number p of granules in the transition, simulated and by Eq. 3,
 with n = 4 and F0 = 100 N. The LM_ratio are chosen: those of the paper's figure are not in the text
-that we have.
+that we have. All is drawn from a sweep, and two commands draw (b) without Eq. 3:
+
+    hertzchain sweep validation/scenes/cosine_LM1.6_n4.toml --vary chain.granules=40 \
+        --vary shock.profile=cosine,triangular,cosine-triangular \
+        --vary shock.momentum_ratio=0.3,0.5,0.7,1,1.4,2,2.5 -o figure3
+    hertzchain plot figure3 --x shock.momentum_ratio --y transition_granules --colour shock.profile
 """
 
 from __future__ import annotations
@@ -73,7 +78,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     -------
     What ``transitions`` gives, and eq3: p by Eq. 3 with the simulated F_SW, not rounded.
     """
-    table = transitions(quick, with_lammps, TITLE)
+    table = transitions(quick, with_lammps)
     eq3 = [
         _eq3(profile, ratio, wave_force)
         for profile, ratio, wave_force in zip(

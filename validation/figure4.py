@@ -100,7 +100,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     Of what ``transitions`` gives the contacts of the transition, without LM_ratio = 1, and
     j (Eq. 7a), normalized (Eq. 7b), eq8.
     """
-    table = transitions(quick, with_lammps, TITLE)
+    table = transitions(quick, with_lammps)
     table = table[table["momentum_ratio"] != 1]
     inside = (table["contact"] <= table["p"] + 1) | (table["problem"] != "")
     parts = []

@@ -96,7 +96,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     Of what ``transitions`` gives the contacts of the transition, without LM_ratio = 1, and
     eq6_N, eq9_N (F_2 from Eq. 6), eq9_simulated_N (F_2 from the simulation).
     """
-    table = transitions(quick, with_lammps, TITLE)
+    table = transitions(quick, with_lammps)
     table = table[table["momentum_ratio"] != 1]
     inside = (table["contact"] <= table["p"]) | (table["problem"] != "")
     groups = table[inside].groupby(["profile", "momentum_ratio", "backend"], sort=False)

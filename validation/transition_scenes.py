@@ -7,14 +7,14 @@ of its tables.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 import pandas
 
 import hertzchain as hc
 from hertzchain.shock import PROFILES
-from validation.rows import STEEL, Row, did_not_run, problems_as_text, simulate
+from validation.rows import STEEL, Row, did_not_run, problems_as_text
 
 MOMENTUM_RATIOS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 2.5)
 """Chosen."""
@@ -34,8 +34,21 @@ GRANULES = 40
 CONTACTS = 20
 """The last contact in the table: twice as far as the longest transition."""
 
-_QUICK = (("triangular", 0.5), ("cosine", 1.4), ("cosine-triangular", 2.5))
-"""What LAMMPS simulates in the quick form."""
+_NAMES = {
+    "shock.profile": "profile",
+    "shock.momentum_ratio": "momentum_ratio",
+    "transition_granules": "p",
+    "solitary_wave_force_N": "wave_force_N",
+}
+"""Of columns of a sweep, in the table."""
+
+_COLUMNS = (
+    *("profile", "momentum_ratio", "backend", "contact", "peak_force_N", "error_estimate"),
+    *("p", "wave_force_N", "problem"),
+)
+
+_QUICK = (1.4,)
+"""LM_ratio of what LAMMPS simulates in the quick form."""
 
 
 def scene_of(profile: str, momentum_ratio: float) -> hc.Scene:
@@ -44,8 +57,8 @@ def scene_of(profile: str, momentum_ratio: float) -> hc.Scene:
     return hc.Scene(hc.Chain(granules=GRANULES, **STEEL), pulse)
 
 
-def transitions(quick: bool, with_lammps: bool, label: str) -> pandas.DataFrame:
-    """Peaks and p of all scenes.
+def transitions(quick: bool, with_lammps: bool) -> pandas.DataFrame:
+    """Peaks and p of all scenes, from a sweep of each backend.
 
     Parameters
     ----------
@@ -53,8 +66,6 @@ def transitions(quick: bool, with_lammps: bool, label: str) -> pandas.DataFrame:
         LAMMPS simulates three of them; native, which takes a second for all, all.
     with_lammps
         Whether to run LAMMPS, too: extrapolated from two runs, right to 1e-6 all the same.
-    label
-        What the progress bar says.
 
     Returns
     -------
@@ -62,43 +73,26 @@ def transitions(quick: bool, with_lammps: bool, label: str) -> pandas.DataFrame:
     the peaks, relative), p, wave_force_N (F_SW, of contact p + 1), problem: why there are no peaks,
     or no p, in the one line that stands there instead.
     """
-    keys = [(profile, ratio) for profile in PROFILES for ratio in MOMENTUM_RATIOS]
-    scenes = {f"{profile} {ratio}": scene_of(profile, ratio) for profile, ratio in keys}
-    chosen = [f"{profile} {ratio}" for profile, ratio in (_QUICK if quick else keys)]
-    lammps = hc.Lammps(extrapolated=True)
-    found = simulate({name: scenes[name] for name in chosen}, label, with_lammps, lammps)
-    rest = {name: scene for name, scene in scenes.items() if name not in chosen}
-    found |= simulate(rest, label, False)
-    tables = [
-        _transition(profile, ratio, backend, found[f"{profile} {ratio}", backend])
-        for backend in ("native", "lammps")
-        for profile, ratio in keys
-        if (f"{profile} {ratio}", backend) in found
-    ]
+    tables = [_swept(hc.Native("reference"), MOMENTUM_RATIOS)]
+    if with_lammps:
+        ratios = _QUICK if quick else MOMENTUM_RATIOS
+        tables.append(_swept(hc.Lammps(extrapolated=True), ratios))
     return pandas.concat(tables, ignore_index=True)
 
 
-def _transition(
-    profile: str, ratio: float, backend: str, result: hc.Result | hc.HertzchainError
-) -> pandas.DataFrame:
-    names = {"profile": profile, "momentum_ratio": ratio, "backend": backend}
-    if isinstance(result, hc.HertzchainError):
-        return pandas.DataFrame([names | {"problem": str(result)}])
-    p, wave_force = result.transition_granules, result.solitary_wave.peak_force
-    if p is None or wave_force is None:
-        return pandas.DataFrame([names | {"problem": "the transition does not end"}])
-    contact = np.arange(2, CONTACTS + 1)
-    return pandas.DataFrame(
-        names
-        | {
-            "contact": contact,
-            "peak_force_N": result.peak_force[contact - 2],
-            "error_estimate": result.error_estimate,
-            "p": p,
-            "wave_force_N": wave_force,
-            "problem": "",
-        }
-    )
+def _swept(backend: hc.Native | hc.Lammps, ratios: Sequence[float]) -> pandas.DataFrame:
+    """What a backend finds of all profiles with some LM_ratio."""
+    vary: dict[str, Iterable[str | float]] = {
+        "shock.profile": PROFILES,
+        "shock.momentum_ratio": ratios,
+    }
+    swept = hc.sweep(scene_of("cosine", 1.0), vary, backends=[backend], peaks=True)
+    scenes = swept.to_frame().rename(columns=_NAMES)
+    ends = scenes["wave_force_N"].notna()
+    scenes["problem"] = scenes["failure"].fillna("the transition does not end").where(~ends, "")
+    peaks = swept.peaks_to_frame()
+    seen = (peaks["contact"] <= CONTACTS) & peaks["scene"].isin(scenes["scene"][ends])
+    return scenes.merge(peaks[seen], how="left", on=["scene", "backend"])[[*_COLUMNS]]
 
 
 def separated(table: pandas.DataFrame) -> tuple[pandas.DataFrame, list[Row]]:

@@ -16,6 +16,7 @@ from hertzchain.cli.compare import compare
 from hertzchain.cli.deck import deck, lint, unit_test
 from hertzchain.cli.doctor import doctor
 from hertzchain.cli.output import UNUSABLE
+from hertzchain.cli.plot import plot
 from hertzchain.cli.predict import predict
 from hertzchain.cli.run import run
 from hertzchain.cli.sweep import sweep
@@ -57,6 +58,7 @@ app.command()(run)
 app.command()(compare)
 app.command()(tradeoff)
 app.command()(sweep)
+app.command()(plot)
 app.command()(predict)
 app.command()(deck)
 app.command()(lint)

@@ -9,6 +9,7 @@ here        parts on this machine
 cluster     parts on the workers of a Dask scheduler
 store       in memory, or in a folder
 sweeping    all of that: sweep, Sweep
+drawing     a sweep as a picture
 """
 
 from hertzchain.sweeps.sweeping import Counts, Sweep, sweep

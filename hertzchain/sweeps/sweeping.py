@@ -21,6 +21,7 @@ from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_m
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.figure import Figure
 
 _LAYOUT = 1
 """Of the tables; another number for other columns."""
@@ -73,6 +74,18 @@ class Sweep:
     def peaks_to_frame(self) -> pandas.DataFrame:
         """One row per scene, backend and contact; no rows where peaks were not asked for."""
         return _joined(self._store.frames("peaks"))
+
+    def plot(
+        self,
+        x: str,
+        y: str,
+        colour: str | None = None,
+        where: Mapping[str, Any] | None = None,
+    ) -> Figure:
+        """Draw a column over another, or a map; see ``hertzchain.sweeps.drawing.draw``."""
+        from hertzchain.sweeps.drawing import draw
+
+        return draw(self, x, y, colour, where).figure
 
     def count(self) -> Counts:
         """How the scenes fared; a part at a time is in memory."""

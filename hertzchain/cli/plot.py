@@ -1,0 +1,92 @@
+"""hertzchain plot: a sweep as a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hertzchain.cli.output import progress, write_file
+from hertzchain.errors import HertzchainError
+
+
+def plot(
+    folder: Annotated[
+        Path, typer.Argument(metavar="OUT", help="What hertzchain sweep -o wrote, done or not.")
+    ],
+    x: Annotated[
+        str,
+        typer.Option(
+            "--x",
+            metavar="NAME",
+            help="A column of numbers, such as shock.momentum_ratio; the section may be left out.",
+        ),
+    ],
+    y: Annotated[
+        str,
+        typer.Option(
+            "--y",
+            metavar="NAME",
+            help="Another: a result for lines, or points of what was drawn; a parameter that varies"
+            " for a map.",
+        ),
+    ],
+    colour: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="What colours tell; in a map the result. Default: the backend, if there are"
+            " several.",
+        ),
+    ] = None,
+    where: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE",
+            help="Only rows in which a parameter, or the backend, has this value; repeatable.",
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="Picture (png, pdf, svg). Default: OUT/plot.png."
+        ),
+    ] = None,
+) -> None:
+    """Draw a sweep: a result over a parameter, a line for each value of the others, or a map.
+
+    What is not shown, as it has no numbers or varies, too, is said beneath the picture. Axes are
+    logarithmic where the sweep is, and where values span more than two decades.
+    """
+    from hertzchain.files import check_outputs
+    from hertzchain.report import check_plot_format
+    from hertzchain.sweeps import Sweep
+    from hertzchain.sweeps.drawing import draw
+
+    swept = Sweep.load(folder)
+    target = folder / "plot.png" if output is None else output
+    check_plot_format(target)
+    check_outputs([folder / "sweep.json"], [target])
+    fixed = _fixed(where or [])
+    with progress() as tell:
+        tell(f"drawing {folder}")
+        drawn = draw(swept, x, y, colour, fixed)
+    for remark in drawn.remarks:
+        typer.echo(f"hertzchain: {remark}", err=True)
+    write_file("Plot", target, drawn.figure.savefig)
+
+
+def _fixed(given: list[str]) -> dict[str, str]:
+    """The values that rows are to have, by name."""
+    fixed: dict[str, str] = {}
+    for one in given:
+        name, sign, value = (piece.strip() for piece in one.partition("="))
+        if not sign or not value:
+            raise HertzchainError(
+                f"--where {one}: must be NAME=VALUE, such as shock.profile=cosine"
+            )
+        if name in fixed:
+            raise HertzchainError(f"--where {name}: is there twice; name one value")
+        fixed[name] = value
+    return fixed
