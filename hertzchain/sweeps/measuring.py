@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -12,10 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hertzchain.cost import usable_cores
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
 from hertzchain.lammps import Lammps
 from hertzchain.native import Native
 from hertzchain.scene import Scene
+from hertzchain.shock import PulseTable
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.natural import Natural, natural
 from hertzchain.sweeps.parts import NAMES, Backend, Formulas, Part, is_batched
@@ -25,6 +28,10 @@ if TYPE_CHECKING:
     import pandas
 
     from hertzchain.lammps.isolation import Child
+    from hertzchain.native import Batch
+
+_YEAR = 3e7
+"""[s]."""
 
 _LONG = 1e8
 """Natural time units times granules, a second or so: a scene that takes longer runs by itself,
@@ -98,7 +105,8 @@ def measure(
         for row in np.nonzero(alone)[0].tolist():
             try:
                 scene = design.scene(given, row)
-                rows.is_scene(row, scene)
+                if isinstance(scene.shock, PulseTable):
+                    rows.set_momentum_ratio(row, scene.momentum_ratio)
                 run(rows, row, scene)
             except BackendMissing:
                 raise
@@ -131,26 +139,35 @@ def _batches(
     """
     from hertzchain.native import backend, similar_peak_forces
 
-    left = np.ones(similar.length.size, np.bool_)
-    fit = similar.is_plain & (similar.duration * given["chain.granules"] < _LONG)
-    profile, granules = given["shock.profile"], given["chain.granules"]
     rtol = backend.RTOL if native.rtol is None else native.rtol
-    for one in np.unique(profile):
-        for count in np.unique(granules[profile == one]):
-            some = np.nonzero((profile == one) & (granules == count) & fit)[0]
-            if some.size == 0:
-                continue
-            ratio, n = similar.momentum_ratio[some], given["shock.duration_ratio"][some]
-            limit = native.time_limit * some.size
-            try:
-                batch = similar_peak_forces(str(one), ratio, n, int(count), rtol, limit, cores)
-            except TooExpensive:  # one by one it is told which
-                continue
-            force = given["shock.peak_force"][some]
-            rows.versions = backend.versions()
-            left[some] = rows.add_batch(
-                some, batch, force, similar.length[some], similar.time[some]
-            )
+    profile, granules = given["shock.profile"], given["chain.granules"]
+    fit = similar.is_plain & (similar.duration * granules < _LONG)
+    alike = [
+        np.nonzero((profile == one) & (granules == count) & fit)[0]
+        for one in np.unique(profile)
+        for count in np.unique(granules[(profile == one) & fit])
+    ]
+    cores = cores or usable_cores()
+    # Many small batches keep all cores busy side by side, a few large ones each by itself.
+    at_once = cores if len(alike) >= 2 * cores else 1
+
+    def batch(some: NDArray[np.intp]) -> Batch | None:
+        ratio, n = similar.momentum_ratio[some], given["shock.duration_ratio"][some]
+        one, count = str(profile[some[0]]), int(granules[some[0]])
+        limit = min(native.time_limit * some.size, _YEAR)
+        try:
+            return similar_peak_forces(one, ratio, n, count, rtol, limit, cores // at_once)
+        except TooExpensive:  # one by one it is told which
+            return None
+
+    left = np.ones(fit.size, np.bool_)
+    rows.versions = backend.versions()
+    with ThreadPoolExecutor(at_once) as pool:
+        found = map(batch, alike) if at_once == 1 else pool.map(batch, alike)
+        for some, batched in zip(alike, found, strict=True):
+            if batched is not None:
+                force, length = given["shock.peak_force"][some], similar.length[some]
+                left[some] = rows.add_batch(some, batched, force, length, similar.time[some])
     return left
 
 

@@ -90,11 +90,9 @@ class Rows:
         """Keep the reason why a scene has no numbers."""
         self._failure[row] = str(problem)
 
-    def is_scene(self, row: int, scene: Scene) -> None:
-        """Fill in what a scene says of its pulse."""
-        self._parameters["shock.momentum_ratio"][row] = scene.momentum_ratio
-        rise_time = scene.rise_time
-        self._parameters["shock.rise_time"][row] = np.nan if rise_time is None else rise_time
+    def set_momentum_ratio(self, row: int, momentum_ratio: float) -> None:
+        """Fill in LM_ratio where similarity does not give it."""
+        self._parameters["shock.momentum_ratio"][row] = momentum_ratio
 
     def add_result(self, row: int, result: Result) -> None:
         """Fill in what a simulation found."""
