@@ -240,7 +240,7 @@ async def _knock(scheduler: str) -> None:
         If there is none.
     """
     from distributed import Security
-    from distributed.comm import connect
+    from distributed.comm.core import connect
 
     options = Security().get_connection_args("client")
     there = await asyncio.wait_for(connect(scheduler, timeout=_PATIENCE, **options), _PATIENCE + 1)
