@@ -168,7 +168,8 @@ def main() -> None:
     except hc.HertzchainError as problem:
         print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
         sys.exit(2)
-    table = Table("workers", "scenes", "seconds", "ratio", title=TITLE)
+    print(TITLE)
+    table = Table("workers", "scenes", "seconds", "ratio")
     for workers, scenes, took, ratio in measured:
         table.add_row(str(workers), str(scenes), f"{took:.2f}", f"{ratio:.2f}")
     Console(width=100).print(table)
