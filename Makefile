@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all validate figures extremes long-run tradeoff gallery decks versions engines bench docs lint format lock clean help
+.PHONY: demo test test-all validate figures extremes long-run tradeoff gallery decks versions engines cluster bench docs lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -46,6 +46,9 @@ versions: $(STAMP) ## the decks on LAMMPS of 2022 to 2025, alone and on two proc
 
 engines: $(STAMP) ## LAMMPS, LIGGGHTS and Yade at the same steps; the programs must be here
 	$(BIN)/python validation/engines.py -o validation/results/engines.csv
+
+cluster: $(STAMP) ## how much faster two workers of a Dask cluster sweep than one; on an idle machine
+	$(BIN)/python validation/cluster.py
 
 bench: $(STAMP) ## what accuracy costs, as ratios; on an idle machine
 	$(BIN)/python validation/benchmarks.py

@@ -7,6 +7,7 @@ table       the rows, filled in as scenes are done
 measuring   a part, measured
 here        parts on this machine
 cluster     parts on the workers of a Dask scheduler
+on_worker   what runs there
 store       in memory, or in a folder
 sweeping    all of that: sweep, Sweep
 drawing     a sweep as a picture

@@ -6,24 +6,37 @@ be lost at any time; its parts are measured by another.
 
 from __future__ import annotations
 
+import asyncio
 import logging
+import pickle
+import queue
+import time
+import uuid
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
-from functools import partial
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.here import Keep, Measure, Tell
-from hertzchain.sweeps.measuring import Measured, measure
+from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import Part
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-_PATIENCE = "10s"
-"""With a scheduler that does not answer."""
+_log = logging.getLogger(__name__)
+
+_PATIENCE = 10.0
+"""With a scheduler that does not answer [s]."""
+
+_LOOK = 1.0
+"""Between two looks at which workers there are [s]."""
+
+_FAREWELL = 3.0
+"""With workers that are to stop, and a scheduler that is left [s]."""
 
 _AHEAD = 3
 """Parts that are handed out for each thread of the workers: none of them waits, and memory does not
@@ -42,128 +55,212 @@ def cluster(scheduler: str) -> Iterator[Measure]:
     Raises
     ------
     BackendMissing
-        If distributed is not installed.
+        If distributed is not installed, or hertzchain is not on a worker.
     RunFailed
-        If the scheduler cannot be reached.
+        If the scheduler cannot be reached, or a worker has another version of hertzchain.
     """
-    with _client(scheduler) as client:
-        yield partial(_measure_there, client, scheduler)
+    try:
+        import distributed  # noqa: F401 - what is imported below
+    except ModuleNotFoundError:
+        raise BackendMissing(
+            "sweeps on a cluster need distributed: pip install 'hertzchain[cluster]'"
+        ) from None
+    with _quiet(), _connected(scheduler) as client:
+        _check_versions(client, scheduler)
+        yield _Cluster(client, scheduler).measure
 
 
-def _measure_there(
-    client: Client,
-    scheduler: str,
-    design: Design,
-    parts: Iterable[Part],
-    peaks: bool,
-    keep: Keep,
-    tell: Tell,
-) -> None:
-    """Measure parts of a sweep on a cluster.
+class _Cluster:
+    """A sweep on a cluster, with the parts that are handed out.
 
     Parameters
     ----------
     client, scheduler
         A connection to the scheduler, and its address.
-    design, parts, peaks, keep, tell
-        As for ``measure_here``.
+    """
+
+    def __init__(self, client: Client, scheduler: str) -> None:
+        self._client, self._scheduler = client, scheduler
+        self._name = uuid.uuid4().hex
+        self._handed_out: dict[Future[Measured], Part] = {}
+        self._done: queue.SimpleQueue[Future[Measured]] = queue.SimpleQueue()
+        self._threads = 0
+        self._next_look = 0.0
+        self._waits = False
+
+    def measure(
+        self, design: Design, parts: Iterable[Part], peaks: bool, keep: Keep, tell: Tell
+    ) -> None:
+        """Measure parts of a sweep: ``Measure``.
+
+        Raises
+        ------
+        BackendMissing
+            If hertzchain or a backend is not there on a worker.
+        RunFailed
+            If the scheduler is lost, a part ends worker after worker, or hertzchain on a worker is
+            not this one.
+        """
+        from hertzchain.sweeps.on_worker import end
+
+        waiting = iter(parts)
+        try:
+            while self._hand_out(design, waiting, peaks):
+                try:
+                    future = self._done.get(timeout=_LOOK)
+                except queue.Empty:
+                    continue
+                part = self._handed_out.pop(future)
+                keep(part, self._result(future, part))
+                tell(part.stop - part.start)
+        finally:
+            # Parts that are not done are forgotten when the connection is closed.
+            with suppress(OSError):
+                _ask(self._client, _FAREWELL, "run", end, self._name, on_error="ignore")
+
+    def _hand_out(self, design: Design, waiting: Iterator[Part], peaks: bool) -> bool:
+        """Hand out parts, enough for the workers there are by now; whether any are to be done."""
+        from hertzchain.sweeps.on_worker import Errand
+
+        self._look()
+        while len(self._handed_out) < _AHEAD * max(self._threads, 1):
+            part = next(waiting, None)
+            if part is None:
+                break
+            errand = pickle.dumps(Errand(self._name, design, part, peaks))
+            key = f"{part.name}-{self._name}"
+            future = self._client.submit(pickle.loads, errand, key=key)
+            self._handed_out[future] = part
+            future.add_done_callback(self._done.put)
+        return bool(self._handed_out)
+
+    def _look(self) -> None:
+        """Count the threads of all workers from time to time, and say so where there are none."""
+        if time.monotonic() < self._next_look:
+            return
+        if self._client.status != "running":
+            raise _lost(self._scheduler)
+        with suppress(OSError):  # a scheduler that is slow to answer, or that is lost by now
+            self._threads = sum(_ask(self._client, _PATIENCE, "nthreads").values())
+            if self._threads == 0 and not self._waits:
+                _log.warning(
+                    "hertzchain: %s has no workers: the sweep waits for some", self._scheduler
+                )
+            self._waits = self._threads == 0
+        self._next_look = time.monotonic() + _LOOK
+
+    def _result(self, future: Future[Measured], part: Part) -> Measured:
+        from distributed import CancelledError, KilledWorker
+
+        try:
+            measured: Measured = future.result()
+        except HertzchainError:
+            raise
+        except KilledWorker:
+            raise RunFailed(
+                f"part {part.name} was lost with worker after worker: look into their logs, they"
+                " may be short of memory; the same command goes on with what is left"
+            ) from None
+        except ImportError as problem:  # of a worker that has come later
+            raise BackendMissing(
+                f"a worker of {self._scheduler} cannot import {problem.name or problem}: pip"
+                f" install 'hertzchain=={version('hertzchain')}' there"
+            ) from None
+        except (CancelledError, OSError):
+            raise _lost(self._scheduler) from None
+        return measured
+
+
+def _lost(scheduler: str) -> RunFailed:
+    return RunFailed(
+        f"the scheduler {scheduler} is gone: start it again; the same command goes on with what is"
+        " left"
+    )
+
+
+def _ask(client: Client, time_limit: float, method: str, *arguments: Any, **options: Any) -> Any:
+    """What a method of a client returns.
 
     Raises
     ------
-    BackendMissing
-        If a backend is not there on a worker.
-    RunFailed
-        If the scheduler is lost, or hertzchain on a worker is not this one.
+    OSError
+        If the scheduler is lost, or does not answer within the time limit [s].
     """
-    from distributed import as_completed
+    if client.status != "running":
+        raise ConnectionError
 
-    waiting = iter(parts)
-    at_work: dict[Future[Measured], Part] = {}
-    done = as_completed(with_results=False)
-    for future in _hand_out(client, waiting, design, peaks, at_work):
-        done.add(future)
-    for future in done:
-        part = at_work.pop(future)
-        measured = _result(future, scheduler)
-        future.release()
-        keep(part, measured)
-        tell(part.stop - part.start)
-        for another in _hand_out(client, waiting, design, peaks, at_work):
-            done.add(another)
+    async def ask() -> Any:
+        return await getattr(client, method)(*arguments, **options)
+
+    return client.sync(ask, callback_timeout=time_limit)
 
 
-def _hand_out(
-    client: Client,
-    waiting: Iterator[Part],
-    design: Design,
-    peaks: bool,
-    at_work: dict[Future[Measured], Part],
-) -> Iterator[Future[Measured]]:
-    """Hand out parts until there are enough for all workers that are there by now."""
-    threads = sum(client.nthreads().values())
-    while len(at_work) < _AHEAD * max(threads, 1):
-        part = next(waiting, None)
-        if part is None:
-            return
-        future = client.submit(measure, design, part, peaks, 1, pure=False)
-        at_work[future] = part
-        yield future
-
-
-def _result(future: Future[Measured], scheduler: str) -> Measured:
-    from distributed import KilledWorker
-    from distributed.client import FutureCancelledError
+def _check_versions(client: Client, scheduler: str) -> None:
+    """Refuse another hertzchain than this one, or none, where it can be seen before all work."""
+    from hertzchain.sweeps.on_worker import check_version
 
     try:
-        measured: Measured = future.result()
-    except HertzchainError:
-        raise
-    except KilledWorker:
-        raise RunFailed(
-            "a part of the sweep was lost with worker after worker: look into their logs, they may"
-            " be short of memory; the same command goes on with what is left"
-        ) from None
-    except ModuleNotFoundError as problem:
-        raise BackendMissing(
-            f"the workers of {scheduler} have no {problem.name}: install hertzchain there, too"
-        ) from None
-    except (FutureCancelledError, OSError) as problem:
-        raise RunFailed(
-            f"the scheduler {scheduler} is gone ({problem}): start it again; the same command goes"
-            " on with what is left"
-        ) from None
-    theirs = measured.table.attrs["hertzchain"]["versions"]["hertzchain"]
-    if theirs != (ours := version("hertzchain")):
-        raise RunFailed(
-            f"a worker of {scheduler} has hertzchain {theirs}, here it is {ours}: install the same"
-        )
-    return measured
+        found = _ask(client, _PATIENCE, "get_versions", packages=["hertzchain"])
+    except OSError:
+        raise _lost(scheduler) from None
+    for address, there in found["workers"].items():
+        if there:  # nothing of a worker that is gone
+            theirs = there["packages"]["hertzchain"]
+            check_version(f"the worker {address}", theirs, version("hertzchain"))
 
 
 @contextmanager
-def _client(scheduler: str) -> Iterator[Any]:
+def _connected(scheduler: str) -> Iterator[Client]:
     """A connection to a scheduler."""
+    from distributed import Client
+
     try:
-        from distributed import Client
-    except ModuleNotFoundError:
-        raise BackendMissing(
-            "sweeps on a cluster need distributed: pip install 'hertzchain[cluster]'"
+        with ThreadPoolExecutor(1) as pool:  # not here: a notebook has a loop of its own
+            pool.submit(asyncio.run, _knock(scheduler)).result()
+        client = Client(scheduler, timeout=_PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TypeError, ImportError) as problem:
+        reason = str(problem).partition("\n")[0] or "it does not answer"
+        raise RunFailed(
+            f"the scheduler {scheduler!r} cannot be reached ({reason}): is it running, and is this"
+            " its address, such as tcp://host:8786?"
         ) from None
-    log = logging.getLogger("distributed")
-    before = log.level
-    log.setLevel(logging.CRITICAL)  # what goes wrong is said in one sentence
     try:
-        try:
-            client = Client(scheduler, timeout=_PATIENCE, set_as_default=False)
-        except (OSError, ValueError, TypeError, ImportError) as problem:
-            reason = str(problem).partition("\n")[0]
-            raise RunFailed(
-                f"the scheduler {scheduler} cannot be reached ({reason}): is it running, and is"
-                " this its address, such as tcp://host:8786?"
-            ) from None
-        try:
-            yield client
-        finally:
-            client.close(timeout=2)
+        yield client
     finally:
-        log.setLevel(before)
+        with suppress(OSError):
+            client.close(timeout=_FAREWELL)
+
+
+async def _knock(scheduler: str) -> None:
+    """Connect to a scheduler and leave: a client waits for ever where something else listens.
+
+    Raises
+    ------
+    OSError, ValueError, TypeError
+        If there is none.
+    """
+    from distributed import Security
+    from distributed.comm.core import connect
+
+    options = Security().get_connection_args("client")
+    there = await asyncio.wait_for(connect(scheduler, timeout=_PATIENCE, **options), _PATIENCE + 1)
+    there.abort()
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without what Dask has to say: what goes wrong is said in one sentence."""
+    # It gives some of its loggers a level and a handler of their own.
+    loggers = [
+        logger
+        for name, logger in logging.root.manager.loggerDict.items()
+        if isinstance(logger, logging.Logger) and name.partition(".")[0] == "distributed"
+    ]
+    before = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, before, strict=True):
+            logger.setLevel(level)

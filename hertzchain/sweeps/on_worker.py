@@ -1,0 +1,132 @@
+"""What runs on a worker of a Dask scheduler: parts of a sweep, LAMMPS in processes beside it."""
+
+from __future__ import annotations
+
+import pickle
+import threading
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Any
+
+from distributed import Reschedule, Worker, WorkerPlugin, get_worker
+
+from hertzchain.errors import BackendMissing, RunFailed
+from hertzchain.lammps.isolation import Child
+from hertzchain.sweeps.design import Design
+from hertzchain.sweeps.measuring import Measured, measure
+from hertzchain.sweeps.parts import Part
+
+
+@dataclass(frozen=True)
+class Errand:
+    """A part on its way to a worker: pickled here, it is measured where it is unpickled.
+
+    A worker cannot be sent ``work`` itself: one that has no hertzchain would fail to read what it
+    is sent, and end without a word. What is to be measured is pickled in itself, and not read
+    before it is known that versions are the same.
+
+    Parameters
+    ----------
+    sweep
+        A name that no other sweep has: parts of one share processes.
+    design, part, peaks
+        As for ``measure``.
+    """
+
+    sweep: str
+    design: Design
+    part: Part
+    peaks: bool
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """What pickle.loads calls."""
+        packed = pickle.dumps((self.design, self.part, self.peaks))
+        return work, (self.sweep, version("hertzchain"), packed)
+
+
+def work(sweep: str, wanted: str, packed: bytes) -> Measured:
+    """Measure a part, in a thread of a worker.
+
+    Parameters
+    ----------
+    sweep
+        A name that no other sweep has.
+    wanted
+        Version of hertzchain.
+    packed
+        By ``Errand``.
+
+    Raises
+    ------
+    RunFailed
+        If hertzchain is of another version here.
+    BackendMissing
+        If the backend is not there.
+    Reschedule
+        If the worker ends, or the sweep; for Dask, which gives the part to another, if to any.
+    """
+    worker = get_worker()
+    check_version(f"the worker {worker.address}", version("hertzchain"), wanted)
+    design, part, peaks = pickle.loads(packed)  # noqa: S301 - whoever sends it may run anything here
+    bench = _bench(worker, sweep)
+    bench.tell(0)
+    try:
+        return measure(design, part, peaks, cores=1, child=bench.child(), tell=bench.tell)
+    except BackendMissing as problem:
+        raise BackendMissing(f"on the worker {worker.address}: {problem}") from None
+
+
+def end(sweep: str, dask_worker: Worker) -> None:
+    """End what a sweep has begun on a worker; Dask names it as the second argument."""
+    _bench(dask_worker, sweep).teardown(dask_worker)
+
+
+def check_version(who: str, found: str | None, wanted: str) -> None:
+    """Refuse a version of hertzchain that is not the one of the sweep; None for no hertzchain.
+
+    Raises
+    ------
+    BackendMissing
+        If there is none.
+    RunFailed
+        If it is another.
+    """
+    if found is None:
+        raise BackendMissing(f"{who} has no hertzchain: pip install 'hertzchain=={wanted}' there")
+    if found != wanted:
+        raise RunFailed(f"{who} has hertzchain {found}, this is {wanted}: install the same on both")
+
+
+class _Bench(WorkerPlugin):
+    """What a worker has for a sweep: for each of its threads a process that may crash.
+
+    A plugin, as those are told when the worker ends. Where it ends without a word, or is killed, so
+    do the processes.
+    """
+
+    def __init__(self) -> None:
+        self._children: dict[int, Child] = {}
+        self._ended = False
+
+    def child(self) -> Child:
+        """The process of this thread, which is not started before it is needed."""
+        return self._children.setdefault(threading.get_ident(), Child())
+
+    def tell(self, _: int) -> None:
+        """Called after each scene: stop where nobody waits for the next."""
+        if self._ended:
+            raise Reschedule
+
+    def teardown(self, worker: Any) -> None:  # noqa: ARG002 - Dask's signature
+        """End the processes; a run that is under way in one of them fails."""
+        self._ended = True
+        for child in list(self._children.values()):
+            child.end()
+
+
+def _bench(worker: Worker, sweep: str) -> _Bench:
+    """That of a sweep, made where there is none yet; a sweep that has ended has one that has."""
+    # Not worker.plugin_add: that replaces the one that another thread has just made.
+    bench = worker.plugins.setdefault(f"hertzchain-{sweep}", _Bench())
+    assert isinstance(bench, _Bench)
+    return bench
