@@ -19,8 +19,8 @@ from hertzchain.shock import PulseTable
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.natural import natural
 
-MOST_ROWS, MOST_PEAKS = 10_000, 1_000_000
-"""Of a part: scenes, and contacts of all of them; so a part takes some 50 MB at most. Chosen."""
+MOST_ROWS, MOST_PEAKS = 10_000, 500_000
+"""Of a part: scenes, and contacts of all of them; so a part takes some 30 MB at most. Chosen."""
 
 _WORK = 10.0
 """Of a part, roughly, on one core [s]: what is lost where a sweep is killed. Chosen."""
