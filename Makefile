@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all validate figures extremes long-run tradeoff gallery decks versions engines cluster bench docs lint format lock clean help
+.PHONY: demo test test-all validate figures extremes long-run tradeoff gallery decks versions engines cluster mpi bench docs lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -47,8 +47,11 @@ versions: $(STAMP) ## the decks on LAMMPS of 2022 to 2025, alone and on two proc
 engines: $(STAMP) ## LAMMPS, LIGGGHTS and Yade at the same steps; the programs must be here
 	$(BIN)/python validation/engines.py -o validation/results/engines.csv
 
+mpi: $(STAMP) ## what two MPI ranks gain on one chain; on an idle machine, ten minutes
+	$(BIN)/python validation/mpi.py -o validation/results/mpi.csv
+
 cluster: $(STAMP) ## how much faster two workers of a Dask cluster sweep than one; on an idle machine
-	$(BIN)/python validation/cluster.py
+	$(BIN)/python validation/cluster.py -o validation/results/cluster.csv
 
 bench: $(STAMP) ## what accuracy costs, as ratios; on an idle machine
 	$(BIN)/python validation/benchmarks.py

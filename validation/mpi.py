@@ -18,6 +18,7 @@ import platform
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -98,10 +99,10 @@ def scene_of(granules: int, steps: int) -> hc.Scene:
 
 def timed(go: Callable[[], FloatArray | None]) -> Timing:
     """Time what hands back peaks."""
-    before = os.times()
+    begin, before = time.perf_counter(), os.times()[:4]
     peaks = go()
-    after = os.times()
-    return Timing(after.elapsed - before.elapsed, sum(after[:4]) - sum(before[:4]), peaks)
+    spent, after = time.perf_counter() - begin, os.times()[:4]
+    return Timing(spent, sum(after) - sum(before), peaks)
 
 
 def by_run(scene: hc.Scene, program: Program) -> Timing:
