@@ -64,8 +64,8 @@ def test_accuracy_that_is_missed_is_said_and_makes_the_status_1(
 BAD = {
     "an unknown parameter": (("--vary", "shock.momentumratio=1,2"), "cannot vary; what can is"),
     "an empty range": (("--vary", "shock.momentum_ratio=2:1:5"), "is empty"),
-    "no values": (("--vary", "shock.momentum_ratio="), "must be NAME=VALUES"),
-    "no name": (("--vary", "1,2"), "must be NAME=VALUES"),
+    "no values": (("--vary", "shock.momentum_ratio="), "must be NAME=VALUE, such as"),
+    "no name": (("--vary", "1,2"), "must be NAME=VALUE, such as"),
     "a name twice": ((*GRID, "--vary", "shock.profile=cosine"), "shock.profile: is there twice"),
     "a value that cannot be": (("--vary", "chain.poisson_ratio=0.3,0.7"), "must be a number above"),
     "a grid of 1e12": (
@@ -85,7 +85,7 @@ BAD = {
     ),
     "an option of LAMMPS": ((*GRID, "--extrapolated"), "is for --backend lammps"),
     "a binary for native": ((*GRID, "--lmp", "lmp"), "is for --backend lammps"),
-    "a scheduler that is none": ((*GRID, "--scheduler", "abc"), "the scheduler abc cannot be"),
+    "a scheduler that is none": ((*GRID, "--scheduler", "abc"), "the scheduler 'abc' cannot be"),
 }
 
 
@@ -129,7 +129,7 @@ def closed_port() -> int:
 def test_a_scheduler_that_cannot_be_reached_is_one_sentence(closed_port: int) -> None:
     address = f"tcp://127.0.0.1:{closed_port}"
     done = process("sweep", "scene.toml", *GRID, "-o", "out", "--scheduler", address)
-    is_refused(done, f"the scheduler {address} cannot be reached", "is it running")
+    is_refused(done, f"the scheduler {address!r} cannot be reached", "is it running")
     assert names() == ["scene.toml"]
 
 

@@ -90,6 +90,19 @@ def to_time_limit(given: str) -> float:
     return limit
 
 
+def by_name(option: str, given: list[str], example: str) -> dict[str, str]:
+    """What a repeatable option of the form NAME=VALUE says, by name."""
+    found: dict[str, str] = {}
+    for one in given:
+        name, sign, value = (piece.strip() for piece in one.partition("="))
+        if not sign or not name or not value:
+            raise HertzchainError(f"{option} {one}: must be NAME=VALUE, such as {example}")
+        if name in found:
+            raise HertzchainError(f"{option} {name}: is there twice; name it once")
+        found[name] = value
+    return found
+
+
 def refuse_options_of_lammps(
     backends: list[Backend], isolate: bool, lmp: str | None, ranks: int | None
 ) -> None:

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
+from hertzchain.cli.options import by_name
 from hertzchain.cli.output import progress, write_file
-from hertzchain.errors import HertzchainError
 
 
 def plot(
@@ -68,25 +68,10 @@ def plot(
     target = folder / "plot.png" if output is None else output
     check_plot_format(target)
     check_outputs([folder / "sweep.json"], [target])
-    fixed = _fixed(where or [])
+    fixed = by_name("--where", where or [], "shock.profile=cosine")
     with progress() as tell:
         tell(f"drawing {folder}")
         drawn = draw(swept, x, y, colour, fixed)
     for remark in drawn.remarks:
         typer.echo(f"hertzchain: {remark}", err=True)
     write_file("Plot", target, drawn.figure.savefig)
-
-
-def _fixed(given: list[str]) -> dict[str, str]:
-    """The values that rows are to have, by name."""
-    fixed: dict[str, str] = {}
-    for one in given:
-        name, sign, value = (piece.strip() for piece in one.partition("="))
-        if not sign or not value:
-            raise HertzchainError(
-                f"--where {one}: must be NAME=VALUE, such as shock.profile=cosine"
-            )
-        if name in fixed:
-            raise HertzchainError(f"--where {name}: is there twice; name one value")
-        fixed[name] = value
-    return fixed

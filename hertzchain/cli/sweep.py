@@ -17,6 +17,7 @@ from hertzchain.cli.options import (
     LammpsBinary,
     SceneFile,
     TimeLimit,
+    by_name,
     load_scene,
     to_lammps,
     to_time_limit,
@@ -115,7 +116,7 @@ def sweep(
             raise HertzchainError(f"--{option} is for --backend lammps; leave the option out")
     lammps = replace(to_lammps(False, lmp, None, limit), rtol=rtol, extrapolated=extrapolated)
     loaded = load_scene(scene)
-    varied = _varied(vary)
+    varied = by_name("--vary", vary, "shock.momentum_ratio=0.1:10:50:log")
     kinds: dict[Source, Callable[[], Backend]] = {
         Source.NATIVE: lambda: Native(rtol=rtol, time_limit=limit),
         Source.LAMMPS: lambda: lammps,
@@ -173,22 +174,6 @@ def sweep(
             err=True,
         )
     raise typer.Exit(OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE)
-
-
-def _varied(given: list[str]) -> dict[str, str]:
-    """What changes, by name."""
-    varied: dict[str, str] = {}
-    for one in given:
-        name, sign, values = one.partition("=")
-        name = name.strip()
-        if not sign or not values.strip():
-            raise HertzchainError(
-                f"--vary {one}: must be NAME=VALUES, such as shock.momentum_ratio=0.1:10:50:log"
-            )
-        if name in varied:
-            raise HertzchainError(f"--vary {name}: is there twice; name all its values in one")
-        varied[name] = values
-    return varied
 
 
 def _how_to_open(output: Path, file_format: FileFormat) -> str:
