@@ -410,6 +410,9 @@ def test_accuracy_that_is_missed_is_counted() -> None:
     counts, table = sweep.count(), sweep.to_frame()
     assert counts.missed == (table["error_estimate"] > 1e-9).sum()
     assert table["error_estimate"][0] <= 1e-9
+    steps = hc.sweep(SHORT, knocked, backends=[hc.Native("velocity-verlet")])
+    assert steps.to_frame()["error_estimate"].max() > 1e-6
+    assert steps.count().missed == 0  # nothing was asked for but steps
 
 
 @pytest.mark.parametrize(

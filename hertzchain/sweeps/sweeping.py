@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from hertzchain.errors import OutputError, require
 from hertzchain.lammps import Lammps
 from hertzchain.native import Native
+from hertzchain.native.backend import RTOL
 from hertzchain.scene import Scene
 from hertzchain.sweeps.design import Value, design
 from hertzchain.sweeps.here import Measure, measure_here
@@ -91,7 +93,7 @@ class Sweep:
         """How the scenes fared; a part at a time is in memory."""
         done = failed = missed = 0
         reason = None
-        aims = {each["name"]: each.get("rtol") or 1e-6 for each in self.manifest["backends"]}
+        aims = {each["name"]: _aim(each) for each in self.manifest["backends"]}
         for frame in self._store.frames("scenes", ["backend", "error_estimate", "failure"]):
             failures = frame["failure"].dropna()
             done, failed = done + len(frame), failed + len(failures)
@@ -212,6 +214,13 @@ def _engine(scheduler: str | None) -> AbstractContextManager[Measure]:
     from hertzchain.sweeps.cluster import cluster
 
     return cluster(scheduler)
+
+
+def _aim(settings: Mapping[str, Any]) -> float:
+    """The accuracy that a backend was asked for; infinite where steps were asked for."""
+    if settings.get("dt") is not None or settings.get("method") is not None:
+        return math.inf
+    return float(settings.get("rtol") or RTOL)
 
 
 class _Counter:
