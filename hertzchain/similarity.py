@@ -90,7 +90,8 @@ def force_scale(momentum_ratio: float) -> float:
     Long pulses press with about F0. A short one only leaves its impulse I in the first granule,
     which presses the second with 0.754 I^1.2.
     """
-    return min(1.0, IMPACT * math.pow(MOMENTUM_IN_NATURAL_UNITS * momentum_ratio, 1.2))
+    short = min(1.0, momentum_ratio)  # at 1 the other is larger; no ratio is too large for it
+    return min(1.0, IMPACT * math.pow(MOMENTUM_IN_NATURAL_UNITS * short, 1.2))
 
 
 def unit_ratio_momentum(chain: Chain, peak_force: float) -> float:

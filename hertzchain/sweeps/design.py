@@ -10,6 +10,7 @@ import math
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -121,7 +122,7 @@ class Span:
             share = np.floor(self.low + fraction * (self.high - self.low + 1))
             return np.clip(share, self.low, self.high).astype(np.int64)
         if self.log:
-            inside = self.low * (self.high / self.low) ** fraction
+            inside = self.low ** (1 - fraction) * self.high**fraction
         else:
             inside = self.low + fraction * (self.high - self.low)
         # Both ends to the last digit.
@@ -289,13 +290,14 @@ def design(
         not possible, samples without ranges or ranges without samples, and too many scenes.
     """
     require_scene(scene)
-    require(len(vary) > 0, "vary", None, "must name at least one parameter and what it takes")
+    allowed = "must be a mapping that names at least one parameter and what it takes"
+    require(isinstance(vary, Mapping) and len(vary) > 0, "vary", None, allowed)
     axes = tuple(_axis(name, given) for name, given in vary.items())
-    whole = isinstance(samples, int) and not isinstance(samples, bool) and samples >= 1
-    require(samples is None or whole, "samples", samples, "must be a whole number of at least 1")
-    whole = isinstance(seed, int) and not isinstance(seed, bool) and 0 <= seed < 2**32
-    require(whole, "seed", seed, "must be a whole number from 0 to 4294967295")
-    found = Design(scene, axes, samples, seed)
+    allowed = "must be a whole number of at least 1"
+    require(samples is None or _is_whole(samples, 1), "samples", samples, allowed)
+    within = _is_whole(seed, 0) and seed < 2**32
+    require(within, "seed", seed, "must be a whole number from 0 to 4294967295")
+    found = Design(scene, axes, None if samples is None else int(samples), int(seed))
     if found.sampled and samples is None:
         first = found.sampled[0].name
         allowed = "has no count: give one (LOW:HIGH:COUNT), or say how many samples to draw"
@@ -317,9 +319,12 @@ def design(
 
 def _axis(name: str, given: str | Iterable[Value]) -> Axis:
     allowed = f"cannot vary; what can is {', '.join(PARAMETERS)}"
-    require(name in PARAMETERS, name, None, allowed)
+    require(name in PARAMETERS, str(name), None, allowed)
     if isinstance(given, str) and ":" in given:
         return _range(name, given)
+    several = isinstance(given, Iterable) and not isinstance(given, bytes | Mapping)
+    several = several and getattr(given, "ndim", 1) == 1  # NumPy's numbers look iterable
+    require(several, name, given, f"must be a list of values, or text: {_FORMS}")
     pieces: list[Any] = given.split(",") if isinstance(given, str) else list(given)
     require(0 < len(pieces) <= _MOST_LISTED, name, None, f"must take 1 to {_MOST_LISTED:,} values")
     values = tuple(_value(name, piece) for piece in pieces)
@@ -353,11 +358,16 @@ def _range(name: str, given: str) -> Axis:
     return Listed(name, tuple(dict.fromkeys(whole.tolist())))
 
 
+def _is_whole(value: object, least: int) -> bool:
+    return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= least
+
+
 def _value(name: str, given: Any) -> Value:
     """One value, in SI."""
     key = name.partition(".")[2]
     if key == "profile":
-        return given.strip() if isinstance(given, str) else given
+        require(isinstance(given, str), name, given, "must be the name of a profile")
+        return str(given).strip()
     number = given.item() if isinstance(given, np.generic) else given
     number = to_si(name, number.strip() if isinstance(number, str) else number, UNITS.get(key, ""))
     if key == "granules":
@@ -384,12 +394,17 @@ def _flat(scene: Scene) -> dict[str, Any]:
     chain, shock = scene.chain, scene.shock
     flat: dict[str, Any] = {f"chain.{key}": value for key, value in asdict(chain).items()}
     if isinstance(shock, PulseTable):
-        given: dict[str, Any] = {"profile": "table", "peak_force": shock.peak_force}
+        pulse: dict[str, Any] = {"profile": "table", "peak_force": shock.peak_force}
     else:
-        given = asdict(shock)
-    flat |= {f"shock.{key}": value for key, value in given.items()}
+        pulse = asdict(shock)
+    flat |= {f"shock.{key}": value for key, value in pulse.items()}
     flat["run.end_time"] = scene.run.end_time
-    return {name: np.nan if flat.get(name) is None else flat[name] for name in PARAMETERS}
+    # What is typed as 100 is 100.0: a column has one type, whoever wrote the scene.
+    given = {name: np.nan if flat.get(name) is None else flat[name] for name in PARAMETERS}
+    texts_and_counts = ("shock.profile", "chain.granules")
+    return {
+        name: value if name in texts_and_counts else float(value) for name, value in given.items()
+    }
 
 
 def _with(base: Scene, flat: Mapping[str, Any]) -> Scene:

@@ -74,6 +74,8 @@ def work(sweep: str, wanted: str, packed: bytes) -> Measured:
         return measure(design, part, peaks, cores=1, child=bench.child(), tell=bench.tell)
     except BackendMissing as problem:
         raise BackendMissing(f"on the worker {worker.address}: {problem}") from None
+    finally:
+        bench.end_if_ended()
 
 
 def end(sweep: str, dask_worker: Worker) -> None:
@@ -116,6 +118,11 @@ class _Bench(WorkerPlugin):
         """Called after each scene: stop where nobody waits for the next."""
         if self._ended:
             raise Reschedule
+
+    def end_if_ended(self) -> None:
+        """End processes that were started while all were ended."""
+        if self._ended:
+            self.teardown(None)
 
     def teardown(self, worker: Any) -> None:  # noqa: ARG002 - Dask's signature
         """End the processes; a run that is under way in one of them fails."""

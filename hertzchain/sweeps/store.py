@@ -20,18 +20,21 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-from hertzchain.errors import OutputError
+from hertzchain.errors import OutputError, require
 from hertzchain.files import write_text, write_with
 from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import Part
+from hertzchain.sweeps.table import COLUMNS, COUNTS, PEAK_COLUMNS
 
 if TYPE_CHECKING:
     import pandas
 
 Format = Literal["parquet", "csv"]
 
-TABLES = ("scenes", "peaks")
-"""What is kept, and the names of their folders."""
+HEADERS = {"scenes": COLUMNS, "peaks": PEAK_COLUMNS}
+"""What is kept, by the names of the folders, and the columns of each."""
+
+TABLES = tuple(HEADERS)
 
 MANIFEST = "sweep.json"
 
@@ -86,6 +89,7 @@ class Folder(AbstractContextManager["Folder"]):
 
     def __enter__(self) -> Self:
         _make(self.folder)
+        self._check()
         self._lock = _locked(self.folder)
         try:
             self._claim()
@@ -97,8 +101,13 @@ class Folder(AbstractContextManager["Folder"]):
     def __exit__(self, *_: object) -> None:
         self._lock.release()
 
-    def _claim(self) -> None:
-        """Make sure that the folder is of this sweep, or make it so."""
+    def _check(self) -> bool:
+        """Whether the folder is that of this sweep already; refuse any that is not free."""
+        for above in self.folder.resolve().parents[:2]:
+            if (above / MANIFEST).exists():
+                raise OutputError(
+                    f"{self.folder}: is inside of the sweep {above}; name another place"
+                )
         there = _read_manifest(self.folder)
         if there is None:
             strangers = [path.name for path in self.folder.iterdir() if path.name[0] != "."]
@@ -106,13 +115,20 @@ class Folder(AbstractContextManager["Folder"]):
                 raise OutputError(
                     f"{self.folder}: is no sweep, {strangers[0]} is in it; name a new folder"
                 )
-            write_text(self.folder / MANIFEST, json.dumps(self._manifest, indent=1) + "\n")
+            return False
         # Compared as JSON has it: what was a tuple comes back as a list.
-        elif (wanted := json.loads(json.dumps(self._manifest))) != there:
+        wanted = json.loads(json.dumps(self._manifest))
+        if wanted != there:
             raise OutputError(
                 f"{self.folder}: belongs to another sweep, {_difference(there, wanted)}; name"
                 " another folder"
             )
+        return True
+
+    def _claim(self) -> None:
+        """Make the folder that of this sweep, unless it is."""
+        if not self._check():
+            write_text(self.folder / MANIFEST, json.dumps(self._manifest, indent=1) + "\n")
         for name in TABLES[: 1 + self._manifest["peaks"]]:
             _make(self.folder / name)
         # What a process was writing when it was killed.
@@ -157,10 +173,17 @@ class Folder(AbstractContextManager["Folder"]):
 
         for path in self._paths(table):
             wanted = None if columns is None else list(columns)
-            if self._format == "parquet":
-                yield pandas.read_parquet(path, engine="pyarrow", columns=wanted)
-            else:
-                yield _read_csv(path, wanted)
+            try:
+                if self._format == "parquet":
+                    yield pandas.read_parquet(path, engine="pyarrow", columns=wanted)
+                else:
+                    yield _read_csv(path, wanted or list(HEADERS[table]))
+            except (OSError, ValueError, KeyError) as problem:
+                reason = str(problem).partition("\n")[0]
+                raise OutputError(
+                    f"{path}: cannot be read ({reason}); delete it, and the same sweep measures its"
+                    " scenes anew"
+                ) from None
 
     def _paths(self, table: str) -> list[Path]:
         return sorted((self.folder / table).glob(f"*.{self._format}"))
@@ -181,7 +204,16 @@ class Folder(AbstractContextManager["Folder"]):
 
 
 def check_format(name: Format) -> None:
-    """Raise an OutputError, before any work is done, for a format that cannot be written."""
+    """Raise an error, before any work is done, for a format that cannot be written.
+
+    Raises
+    ------
+    SceneError
+        If there is no such format.
+    OutputError
+        If what writes it is not installed.
+    """
+    require(name in ("parquet", "csv"), "file_format", name, "must be parquet or csv")
     if name == "parquet" and importlib.util.find_spec("pyarrow") is None:
         raise OutputError(
             "sweeps are kept as Parquet, which needs pyarrow: pip install 'hertzchain[parquet]', or"
@@ -211,7 +243,8 @@ def _read_manifest(folder: Path) -> Mapping[str, Any] | None:
         return None
     except (OSError, ValueError) as problem:
         raise OutputError(f"{path}: cannot be read ({problem})") from None
-    if not isinstance(found, dict) or found.get("format") not in ("parquet", "csv"):
+    keys = {"layout", "format", "rows", "scene", "vary", "backends", "peaks"}
+    if not isinstance(found, dict) or not keys <= found.keys():
         raise OutputError(f"{path}: describes no sweep; name another folder")
     return found
 
@@ -268,14 +301,12 @@ def _join(paths: Sequence[Path], whole: Path) -> None:
                 shutil.copyfileobj(part, out)
 
 
-def _read_csv(path: Path, columns: Sequence[str] | None) -> pandas.DataFrame:
+def _read_csv(path: Path, columns: Sequence[str]) -> pandas.DataFrame:
     """A part as it was written, to the last digit."""
     import pandas
-
-    from hertzchain.sweeps.table import COUNTS
 
     types = {**dict.fromkeys(COUNTS, "Int64"), "failure": "string"}
     # From pandas 3 on every number is read to the last digit, and must not be asked to be.
     exact: Any = {} if pandas.__version__[:2] == "3." else {"float_precision": "round_trip"}
     whole: pandas.DataFrame = pandas.read_csv(path, dtype=types, **exact)
-    return whole if columns is None else whole[list(columns)]
+    return whole[list(columns)]

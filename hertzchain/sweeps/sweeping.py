@@ -133,7 +133,7 @@ def sweep(
     *,
     samples: int | None = None,
     seed: int = 0,
-    backends: Iterable[str | Backend] = ("native",),
+    backends: str | Iterable[str | Backend] = ("native",),
     rtol: float = 1e-6,
     peaks: bool = False,
     output: Path | str | None = None,
@@ -238,14 +238,17 @@ class _Counter:
                 self._progress(self._done, self.total)
 
 
-def _backends(given: Iterable[str | Backend], rtol: float) -> tuple[Backend, ...]:
+def _backends(given: str | Iterable[str | Backend], rtol: float) -> tuple[Backend, ...]:
     by_name: dict[str, Callable[[], Backend]] = {
         "native": lambda: Native(rtol=rtol),
         "lammps": lambda: Lammps(rtol=rtol),
         "formulas": Formulas,
     }
     found: list[Backend] = []
-    for one in given:
+    each: Iterable[Any] = given
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        each = (given,)
+    for one in each:
         if isinstance(one, str):
             allowed = f"must be one of {', '.join(by_name)}"
             require(one in by_name, "backends", one, allowed)

@@ -51,6 +51,9 @@ FOUND = (
 COLUMNS = ("scene", "backend", *PARAMETERS, *FOUND)
 """Of the table."""
 
+PEAK_COLUMNS = ("scene", "backend", "contact", "peak_force_N", "peak_time_s")
+"""Of the table of peaks."""
+
 
 class Rows:
     """Rows that are being filled in.
