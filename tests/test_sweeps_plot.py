@@ -90,7 +90,9 @@ def test_backends_are_told_apart_where_nothing_is_asked_for(both: hc.Sweep) -> N
     drawn = draw(both, RATIO, F_SW)
     assert legend(drawn.figure) == ["native", "formulas"]
     assert len(drawn_lines(drawn.figure)) == 6
-    assert drawn.remarks == ("shock.profile varies, too: all values are lines of one colour",)
+    assert drawn.remarks == (
+        "shock.profile varies, too: all values are lines of one colour; --colour tells them apart",
+    )
     assert len({str(line.get_color()) for line in drawn.figure.axes[0].lines}) == 2
     assert drawn.remarks[0] in drawn.figure.get_supxlabel().replace("\n", " ")
 
@@ -402,7 +404,7 @@ def test_the_command_writes_a_picture_beside_the_tables(plot: Command, folder: P
     status, out, err = plot(folder, "--x", "momentum_ratio", "--y", F_SW)
     assert (status, out) == (0, "")
     assert err == (
-        "hertzchain: shock.profile varies, too: all values are lines of one colour\n"
+        "hertzchain: shock.profile varies, too: all values are lines of one colour; --colour tells them apart\n"
         f"Plot written to {folder / 'plot.png'}\n"
     )
     assert (folder / "plot.png").read_bytes().startswith(b"\x89PNG")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -106,9 +106,14 @@ def sweep(
     with the reason.
     """
     from hertzchain.native import Native
+    from hertzchain.sweeps import Sweep
     from hertzchain.sweeps import sweep as measure
     from hertzchain.sweeps.parts import Backend, Formulas
 
+    if output.suffix.lower() in (".csv", ".parquet"):
+        raise HertzchainError(
+            f"-o {output}: is to be a folder; for one file of text in it say --format csv"
+        )
     limit = to_time_limit(time_limit)
     wanted = backend or [Source.NATIVE]
     for option, given in {"extrapolated": extrapolated, "lmp": lmp}.items():
@@ -141,9 +146,11 @@ def sweep(
     except HertzchainError:
         raise
     except BaseException:
-        if (output / "sweep.json").exists():
+        with suppress(HertzchainError):  # it was stopped before there was a sweep
+            counts = Sweep.load(output).count()
             typer.echo(
-                f"hertzchain: what is done is in {output}; the same command goes on from there",
+                f"hertzchain: what is done is in {output}, {counts.done:,} rows; the same command"
+                " goes on from there",
                 err=True,
             )
         raise
@@ -198,6 +205,7 @@ def _counting() -> Iterator[Callable[[int, int], None]]:
         ProgressColumn,
         SpinnerColumn,
         Task,
+        TextColumn,
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
@@ -211,18 +219,25 @@ def _counting() -> Iterator[Callable[[int, int], None]]:
 
     columns = (
         *(SpinnerColumn(), BarColumn(), MofNCompleteColumn(), Rate()),
-        *(TimeElapsedColumn(), TimeRemainingColumn()),
+        *(TimeElapsedColumn(), TimeRemainingColumn(), TextColumn("{task.description}")),
     )
     with Progress(*columns, console=err, transient=True, speed_estimate_period=60) as bar:
-        task = bar.add_task("", total=None)
+        compiling = "(the first native run on a machine compiles, half a minute)"
+        task = bar.add_task(compiling, total=None)
 
         def tell(done: int, total: int) -> None:
             if bar.tasks[0].total is None:  # what was there before counts for no rate
+                _say_what_is_there(done, total)
                 bar.reset(task, completed=done, total=total)
             else:
-                bar.update(task, completed=done)
+                bar.update(task, completed=done, description="")
 
         yield tell
+
+
+def _say_what_is_there(done: int, total: int) -> None:
+    if 0 < done < total:
+        typer.echo(f"hertzchain: {done:,} of {total:,} rows are there, going on", err=True)
 
 
 class _Lines:
@@ -236,6 +251,7 @@ class _Lines:
 
         now = time.monotonic()
         if self._since is None:
+            _say_what_is_there(done, total)
             self._since = now, done
         begin, before = self._since
         if now - begin < _LINES or done == before:

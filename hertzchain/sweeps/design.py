@@ -6,6 +6,7 @@ its number.
 
 from __future__ import annotations
 
+import difflib
 import math
 import warnings
 from collections.abc import Iterable, Mapping
@@ -40,6 +41,9 @@ PARAMETERS = (
 
 MOST_SCENES = 10**8
 """Of a sweep: a day of two cores where a scene takes a millisecond. Chosen."""
+
+MOST_GRANULES = 1_000_000
+"""Of a chain in a sweep: a part may have its peaks in memory several times. Chosen."""
 
 _MOST_LISTED = 100_000
 """Values of one list; they are kept in memory and with the sweep."""
@@ -272,7 +276,8 @@ def design(
     scene
         What all of them have in common.
     vary
-        By the name of a parameter, as ``PARAMETERS`` has them, what it takes: values, as text
+        By the name of a parameter, as ``PARAMETERS`` has them (the section may be left out), what
+        it takes: values, as text
         (``"A,B,C"``) or as numbers and names; a grid of ``"LOW:HIGH:COUNT"`` or
         ``"LOW:HIGH:COUNT:log"``, both ends taken; or ``"LOW:HIGH"`` and ``"LOW:HIGH:log"``, between
         which points are drawn. Text may have units (``"1 mm:10 mm:5"``). ``shock.momentum_ratio``
@@ -292,34 +297,46 @@ def design(
     require_scene(scene)
     allowed = "must be a mapping that names at least one parameter and what it takes"
     require(isinstance(vary, Mapping) and len(vary) > 0, "vary", None, allowed)
-    axes = tuple(_axis(name, given) for name, given in vary.items())
+    axes = tuple(_axis(_full(name), given) for name, given in vary.items())
     allowed = "must be a whole number of at least 1"
     require(samples is None or _is_whole(samples, 1), "samples", samples, allowed)
     within = _is_whole(seed, 0) and seed < 2**32
     require(within, "seed", seed, "must be a whole number from 0 to 4294967295")
     found = Design(scene, axes, None if samples is None else int(samples), int(seed))
     if found.sampled and samples is None:
-        first = found.sampled[0].name
         allowed = "has no count: give one (LOW:HIGH:COUNT), or say how many samples to draw"
-        raise SceneError(first, vary[first], allowed)
+        raise SceneError(found.sampled[0].name, None, allowed)
     if samples is not None and not found.sampled:
         allowed = "are drawn from ranges without a count (LOW:HIGH or LOW:HIGH:log): name one"
         raise SceneError("samples", samples, allowed)
     allowed = f"must be at most {MOST_SCENES:,}: take fewer values, or draw samples"
     require(found.scenes <= MOST_SCENES, "scenes", found.scenes, allowed)
     names = [axis.name for axis in axes]
+    twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
+    require(twice is None, str(twice), None, "is there twice, with its section and without")
     both = "shock.momentum_ratio" in names and "shock.rise_time" in names
     allowed = "takes the place of shock.rise_time: only one of the two can vary"
     require(not both, "shock.momentum_ratio", None, allowed)
+    _check(scene, "chain.granules", scene.chain.granules)
     for axis in axes:
         for value in axis.ends:
             _check(scene, axis.name, value)
     return found
 
 
+def _full(name: object) -> str:
+    """The name of a parameter, whose section may have been left out."""
+    full = [one for one in PARAMETERS if name in (one, one.partition(".")[2])]
+    key = str(name).rpartition(".")[2]
+    meant = [one for one in PARAMETERS if one.partition(".")[2] == key]
+    meant = meant or difflib.get_close_matches(str(name), PARAMETERS, n=1)
+    hint = f"did you mean {meant[0]}? What can is" if meant else "what can is"
+    allowed = f"cannot vary; {hint} {', '.join(PARAMETERS)}"
+    require(len(full) == 1, str(name), None, allowed)
+    return full[0]
+
+
 def _axis(name: str, given: str | Iterable[Value]) -> Axis:
-    allowed = f"cannot vary; what can is {', '.join(PARAMETERS)}"
-    require(name in PARAMETERS, str(name), None, allowed)
     if isinstance(given, str) and ":" in given:
         return _range(name, given)
     several = isinstance(given, Iterable) and not isinstance(given, bytes | Mapping)
@@ -346,16 +363,25 @@ def _range(name: str, given: str) -> Axis:
     if not rest:
         return Span(name, low, high, None, log)
     allowed = "must have at least 2 values, a whole number: LOW:HIGH:COUNT"
-    is_count = rest[0].isdecimal() and len(rest[0]) < 19
-    require(is_count and int(rest[0]) >= 2, name, given, allowed)
-    span = Span(name, low, high, int(rest[0]), log)
+    count = _count(rest[0])
+    require(count >= 2, name, given, allowed)
+    span = Span(name, low, high, count, log)
     if name != "chain.granules":
         return span
     # Whole numbers as near to the grid as there are, each of them once.
-    require(int(rest[0]) <= _MOST_LISTED, name, given, f"must take at most {_MOST_LISTED:,} values")
+    require(count <= _MOST_LISTED, name, given, f"must take at most {_MOST_LISTED:,} values")
     spaced = np.geomspace if log else np.linspace
-    whole = np.rint(spaced(low, high, int(rest[0]))).astype(np.int64)
+    whole = np.rint(spaced(low, high, count)).astype(np.int64)
     return Listed(name, tuple(dict.fromkeys(whole.tolist())))
+
+
+def _count(text: str) -> int:
+    """A whole number, 1e3 too; 0 for what is none."""
+    try:
+        number = float(text)
+    except ValueError:
+        return 0
+    return int(number) if number.is_integer() else 0
 
 
 def _is_whole(value: object, least: int) -> bool:
@@ -382,6 +408,9 @@ def _check(scene: Scene, name: str, value: Value) -> None:
     part: Any = {"chain": scene.chain, "shock": scene.shock, "run": scene.run}[section]
     is_table = section == "shock" and isinstance(part, PulseTable)
     require(not is_table, name, None, "cannot vary: the shock is a pulse table")
+    if key == "granules" and isinstance(value, int):
+        allowed = f"must be at most {MOST_GRANULES:,} in a sweep: run a longer chain by itself"
+        require(value <= MOST_GRANULES, name, value, allowed)
     others = {"momentum_ratio": {"rise_time": None}, "rise_time": {"momentum_ratio": None}}
     try:
         replace(part, **{key: value}, **others.get(key, {}))

@@ -403,7 +403,11 @@ def _draw_lines(axes: Axes, rows: _Rows, x: str, y: str, colour: str | None) -> 
         lines = _lines(rows, along)
         if colour is None or all(len(set(rows.column[colour][line])) == 1 for line in lines):
             _draw_each(axes, rows, lines, along, (x, y, colour))
-            return [f"{hidden}, too: all values are lines of one colour"] if hidden else []
+            return (
+                [f"{hidden}, too: all values are lines of one colour; --colour tells them apart"]
+                if hidden
+                else []
+            )
     if colour is None:
         _draw_points(axes, rows, x, y, {})
     elif looks := _looks(rows.column[colour], colour):

@@ -86,8 +86,10 @@ class Folder(AbstractContextManager["Folder"]):
         self.folder, self._manifest = folder, manifest
         self._format: Format = manifest["format"]
         self._lock: Any = None
+        self._made = False
 
     def __enter__(self) -> Self:
+        self._made = not self.folder.exists()
         _make(self.folder)
         self._check()
         self._lock = _locked(self.folder)
@@ -98,7 +100,9 @@ class Folder(AbstractContextManager["Folder"]):
             raise
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is not None and self._made and not self._paths("scenes"):
+            shutil.rmtree(self.folder, ignore_errors=True)  # it was made for nothing
         self._lock.release()
 
     def _check(self) -> bool:
@@ -286,7 +290,7 @@ def _difference(there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
             before, now = (json.dumps(one.get(key)) for one in (there, wanted))
             if len(before) + len(now) < 100:
                 return f"{key} is {before} there and {now} here"
-            return f"its {key} is not the same"
+            return f"its {key} is {before:.300}" + "..." * (len(before) > 300)
     return "it is not the same"
 
 
