@@ -404,7 +404,8 @@ def test_the_command_writes_a_picture_beside_the_tables(plot: Command, folder: P
     status, out, err = plot(folder, "--x", "momentum_ratio", "--y", F_SW)
     assert (status, out) == (0, "")
     assert err == (
-        "hertzchain: shock.profile varies, too: all values are lines of one colour; --colour tells them apart\n"
+        "hertzchain: shock.profile varies, too: all values are lines of one colour; --colour tells"
+        " them apart\n"
         f"Plot written to {folder / 'plot.png'}\n"
     )
     assert (folder / "plot.png").read_bytes().startswith(b"\x89PNG")
