@@ -83,7 +83,7 @@ def transitions(quick: bool, with_lammps: bool) -> pandas.DataFrame:
 def _swept(backend: hc.Native | hc.Lammps, ratios: Sequence[float]) -> pandas.DataFrame:
     """What a backend finds of all profiles with some LM_ratio."""
     vary: dict[str, Iterable[str | float]] = {
-        "shock.profile": PROFILES,
+        "shock.profile": list(PROFILES),
         "shock.momentum_ratio": ratios,
     }
     swept = hc.sweep(scene_of("cosine", 1.0), vary, backends=[backend], peaks=True)
