@@ -691,6 +691,11 @@ def test_a_damaged_part_is_named(tmp_path: Path) -> None:
         shutil.rmtree(out)
 
 
+def test_in_memory_a_sweep_needs_no_pyarrow(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hertzchain.sweeps.store.importlib.util.find_spec", lambda _: None)
+    assert hc.sweep(SHORT, GRID).count().done == 8
+
+
 def test_a_format_that_is_none_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="file_format = 'feather': must be parquet or csv"):
         hc.sweep(SHORT, GRID, output=tmp_path / "out", file_format="feather")  # type: ignore[arg-type]
@@ -703,6 +708,7 @@ def test_a_sweep_inside_of_another_is_refused(tmp_path: Path) -> None:
     for inside in (out / "x", out / "scenes" / "x"):
         with pytest.raises(OutputError, match="is inside of the sweep"):
             hc.sweep(SHORT, GRID, output=inside)
+        assert not inside.exists()
     assert len(pd.read_parquet(out / "scenes")) == 8
 
 

@@ -89,6 +89,7 @@ class Folder(AbstractContextManager["Folder"]):
         self._made = False
 
     def __enter__(self) -> Self:
+        _refuse_inside(self.folder)
         self._made = not self.folder.exists()
         _make(self.folder)
         self._check()
@@ -107,11 +108,6 @@ class Folder(AbstractContextManager["Folder"]):
 
     def _check(self) -> bool:
         """Whether the folder is that of this sweep already; refuse any that is not free."""
-        for above in self.folder.resolve().parents[:2]:
-            if (above / MANIFEST).exists():
-                raise OutputError(
-                    f"{self.folder}: is inside of the sweep {above}; name another place"
-                )
         there = _read_manifest(self.folder)
         if there is None:
             strangers = [path.name for path in self.folder.iterdir() if path.name[0] != "."]
@@ -251,6 +247,13 @@ def _read_manifest(folder: Path) -> Mapping[str, Any] | None:
     if not isinstance(found, dict) or not keys <= found.keys():
         raise OutputError(f"{path}: describes no sweep; name another folder")
     return found
+
+
+def _refuse_inside(folder: Path) -> None:
+    """Refuse a folder among the tables of another sweep, which would be read as one of them."""
+    for above in folder.resolve().parents[:2]:
+        if (above / MANIFEST).exists():
+            raise OutputError(f"{folder}: is inside of the sweep {above}; name another place")
 
 
 def _make(folder: Path) -> None:

@@ -185,7 +185,8 @@ def sweep(
     """
     found = design(scene, vary, samples, seed)
     chosen = _backends(backends, rtol)
-    check_format(file_format)
+    if output is not None:
+        check_format(file_format)
     manifest = {
         "layout": _LAYOUT,
         "hertzchain": version("hertzchain"),
