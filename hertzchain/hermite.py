@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from math import comb, factorial
+from math import comb, factorial, perm
 from typing import Any
 
 import numpy as np
@@ -38,6 +38,34 @@ def coefficients(start: Sequence[Array], end: Sequence[Array], h: Array) -> Arra
     return curve
 
 
+def increments(start: Sequence[Array], end: Sequence[Array], h: Array) -> Array:
+    """Differences of successive Bernstein coefficients of the interpolant.
+
+    They are those of its slope but for a factor, so the slope has no more zeros within the interval
+    than they have changes of sign (Descartes). Their sums, from the first on, are at least what the
+    interpolant is above its start anywhere.
+
+    Parameters
+    ----------
+    start, end, h
+        As for ``coefficients``.
+
+    Returns
+    -------
+    Shape (2m + 1, ...).
+    """
+    highest = len(start) - 1
+    degree = 2 * highest + 1
+    found = [np.zeros_like(start[0])] * degree
+    for j in range(highest):
+        for k in range(1, j + 2):
+            weight = h**k * (comb(j, k - 1) / perm(degree, k))
+            found[j] = found[j] + weight * start[k]
+            found[-1 - j] = found[-1 - j] + (-1) ** (k - 1) * weight * end[k]
+    found[highest] = end[0] - start[0] - sum(found)
+    return np.stack(found)
+
+
 def evaluate(coefficients: Array, s: Array) -> Array:
     """Value of the interpolant at s, shape (...); s broadcasts against the columns."""
     return np.asarray(polynomial.polyval(s, coefficients, tensor=False))
@@ -46,6 +74,24 @@ def evaluate(coefficients: Array, s: Array) -> Array:
 def derivative(coefficients: Array) -> Array:
     """Coefficients of the derivative with respect to s."""
     return polynomial.polyder(coefficients)
+
+
+def extrema(coefficients: Array) -> Array:
+    """Where between 0 and 1 a polynomial has a maximum or a minimum.
+
+    Parameters
+    ----------
+    coefficients
+        Of one polynomial, shape (degree + 1,).
+
+    Returns
+    -------
+    s, any number of them.
+    """
+    slope = derivative(np.asarray(coefficients, np.float64))
+    zeros = polynomial.polyroots(polynomial.polytrim(slope))
+    real = zeros.real[np.abs(zeros.imag) <= 1e-6]
+    return np.asarray(real[(real > 0) & (real < 1)])
 
 
 def maximum(coefficients: Array) -> Array:

@@ -1,14 +1,17 @@
 """Peaks: the true maximum of each contact force, between the samples too.
 
-The largest sample is only second order in the interval. Where the overlap rate changes sign
-between two samples the overlap is interpolated (quintic from overlap, rate and acceleration; of
-degree seven where the jerk is known) and its maximum taken. The force there is the backend's own
-force at the nearer sample times the overlap ratio to the power 3/2: only the exponent of Hertz's
-law is used, so a wrong stiffness in a backend still shows.
+The largest sample is only second order in the interval. Between two samples the overlap is
+interpolated (quintic from overlap, rate and acceleration; of degree seven where the jerk is known)
+and its largest value taken, wherever it may lie: a contact that is pressed harder at both samples
+can have a maximum and a minimum between them. So a peak that is missed was not above the
+interpolant by more than the error of that. The force there is the backend's own force at the nearer
+sample times the overlap ratio to the power 3/2: only the exponent of Hertz's law is used, so a
+wrong stiffness in a backend still shows.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,6 +23,13 @@ from hertzchain.samples import Samples
 
 SIGNIFICANT = 1e-3
 """Peaks below this fraction of the largest are not judged: error estimates do not cover them."""
+
+_COUNTS = 2e-3
+"""Of the largest overlap: below, a force is less than a ten-thousandth of the largest."""
+
+ESTIMATED = 0.5 * SIGNIFICANT
+"""What two runs are compared from, to estimate an error: a peak that is a little too low in both
+may be above ``SIGNIFICANT`` in truth."""
 
 
 class PeakWatch:
@@ -36,59 +46,127 @@ class PeakWatch:
     def __init__(self, contacts: int, dtype: type[np.floating[Any]] = np.float64) -> None:
         self.force = np.zeros(contacts, dtype)
         self.time = np.full(contacts, np.nan, dtype)
+        self._overlap = np.zeros(contacts, dtype)  # under the largest force
+        self._maxima = np.zeros((2, contacts), dtype)  # of the overlap, the two highest
         self._until = dtype(0)
+
+    @property
+    def rival(self) -> Array:
+        """The second highest maximum of each contact's force, 0 where there is none: (contacts,).
+
+        Of two maxima of nearly the same height, another one may be the highest with other steps.
+        """
+        highest = self._maxima[0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.where(highest > 0, self._maxima[1] / highest, 0.0)
+        return np.asarray(self.force * ratio * np.sqrt(ratio))
 
     @property
     def passed(self) -> NDArray[np.bool_]:
         """Whether each contact was pressed and has let up since, shape (contacts,)."""
         return self.time < self._until  # False for NaN
 
+    @property
+    def any_rising(self) -> bool:
+        """Whether a contact that counts was pressed harder at the end than ever before."""
+        counts = self.force >= ESTIMATED * np.max(self.force)
+        return bool(np.any(counts & ~self.passed & (self.force > 0)))
+
     def show(self, samples: Samples) -> None:
         """Take note of the samples and of the intervals between them."""
         self._until = samples.time[-1]
         largest = np.argmax(samples.contact_force, axis=0)
         columns = np.arange(self.force.size)
-        self._keep(columns, samples.contact_force[largest, columns], samples.time[largest])
-        overlap, rate = samples.overlap_derivatives[:2]
-        turns = (rate[:-1] > 0) & (rate[1:] <= 0) & (np.maximum(overlap[:-1], overlap[1:]) > 0)
-        intervals, contacts = np.nonzero(turns)
-        if intervals.size:
-            self._interpolate(samples, intervals, contacts)
+        self._keep(
+            columns,
+            samples.contact_force[largest, columns],
+            samples.time[largest],
+            samples.overlap[largest, columns],
+        )
+        derivatives = samples.overlap_derivatives
+        start, end = [d[:-1] for d in derivatives], [d[1:] for d in derivatives]
+        h = np.diff(samples.time)[:, np.newaxis]
+        increments = hermite.increments(start, end, h)
+        reached = start[0] + np.cumsum(increments, axis=0).max(axis=0)
+        rises = increments > 0
+        turns = np.count_nonzero(rises[1:] != rises[:-1], axis=0)
+        once = (turns == 1) & rises[0] & (reached > self._maxima[1])
+        # The front of a wave grows by powers of ten in an interval: there seem to be some in it.
+        counts = _COUNTS * np.max(self._overlap)
+        often = (turns > 1) & (reached > np.maximum(self._overlap, counts))
+        for some, search in ((once, hermite.maximum), (often, _highest)):
+            intervals, contacts = np.nonzero(some)
+            if intervals.size:
+                self._interpolate(samples, intervals, contacts, search)
 
     def _interpolate(
-        self, samples: Samples, intervals: NDArray[np.intp], contacts: NDArray[np.intp]
+        self,
+        samples: Samples,
+        intervals: NDArray[np.intp],
+        contacts: NDArray[np.intp],
+        search: Callable[[Array], Array],
     ) -> None:
         derivatives = samples.overlap_derivatives
         start = [values[intervals, contacts] for values in derivatives]
         end = [values[intervals + 1, contacts] for values in derivatives]
         h = samples.time[intervals + 1] - samples.time[intervals]
         curve = hermite.coefficients(start, end, h)
-        s = hermite.maximum(curve)
+        s = search(curve)
         highest = hermite.evaluate(curve, s)
+        for contact, overlap in zip(contacts, highest, strict=True):
+            pair = self._maxima[:, contact]
+            if overlap > pair[0]:
+                pair[:] = overlap, pair[0]
+            elif overlap > pair[1]:
+                pair[1] = overlap
         nearer = intervals + (end[0] > start[0])
-        ratio = highest / samples.overlap[nearer, contacts]
-        force = samples.contact_force[nearer, contacts] * ratio * np.sqrt(ratio)
-        self._keep(contacts, force, samples.time[intervals] + s * h)
+        beside, force = samples.overlap[nearer, contacts], samples.contact_force[nearer, contacts]
+        # Pressed between two samples alone: by what the contact has been at its largest force.
+        beside, force = (
+            np.where(force > 0, now, then)
+            for now, then in ((beside, self._overlap[contacts]), (force, self.force[contacts]))
+        )
+        known = (force > 0) & (highest > 0)
+        ratio = highest[known] / beside[known]
+        force = force[known] * ratio * np.sqrt(ratio)
+        time = samples.time[intervals[known]] + (s * h)[known]
+        self._keep(contacts[known], force, time, highest[known])
 
-    def _keep(self, contacts: NDArray[np.intp], force: Array, time: Array) -> None:
+    def _keep(self, contacts: NDArray[np.intp], force: Array, time: Array, overlap: Array) -> None:
         """Let a later force replace an earlier one that is not larger, contact by contact."""
         order = np.argsort(force, kind="stable")  # of several for one contact the largest is last
-        contacts, force, time = contacts[order], force[order], time[order]
+        contacts, force = contacts[order], force[order]
+        time, overlap = time[order], overlap[order]
         larger = force > self.force[contacts]
         self.force[contacts[larger]] = force[larger]
         self.time[contacts[larger]] = time[larger]
+        self._overlap[contacts[larger]] = overlap[larger]
 
 
-def largest_differences(peak_force: Array, expected: Array) -> FloatArray:
+def _highest(curves: Array) -> Array:
+    """Where in [0, 1] each of some polynomials is highest: shape (degree + 1, n) to shape (n,)."""
+    found: Array = np.empty_like(curves[0])
+    for k, curve in enumerate(curves.T):
+        places = np.concatenate([[0.0, 1.0], hermite.extrema(curve)])
+        heights = hermite.evaluate(curve[:, np.newaxis], places)
+        found[k] = places[np.argmax(heights)]
+    return found
+
+
+def largest_differences(
+    peak_force: Array, expected: Array, significant: float = SIGNIFICANT
+) -> FloatArray:
     """``largest_difference`` of many runs at once: shape (runs, contacts) to shape (runs,)."""
     largest = expected.max(axis=1, keepdims=True)
-    judged = (expected >= SIGNIFICANT * largest) & (largest > 0)
+    judged = (expected >= significant * largest) & (largest > 0)
     difference = np.abs(peak_force / np.where(judged, expected, 1.0) - 1.0)
     wrong = (largest == 0) & (peak_force > 0)
     return np.asarray(np.max(np.where(judged, difference, wrong), axis=1, initial=0.0))
 
 
-def largest_difference(peak_force: Array, expected: Array) -> float:
+def largest_difference(
+    peak_force: Array, expected: Array, significant: float = SIGNIFICANT
+) -> float:
     """Largest relative difference of the peaks that are at least 1e-3 of the largest expected.
 
     Parameters
@@ -96,10 +174,12 @@ def largest_difference(peak_force: Array, expected: Array) -> float:
     peak_force, expected
         Shape (contacts,), the same for both. Where nothing is expected to be pressed: 0, or 1 if
         anything is.
+    significant
+        Another fraction instead of 1e-3.
     """
     if peak_force.shape != expected.shape:
         raise ValueError(f"must have equal shapes, got {peak_force.shape} and {expected.shape}")
     if not np.any(expected):
         return float(np.any(peak_force))
-    judged = expected >= SIGNIFICANT * expected.max()
+    judged = expected >= significant * expected.max()
     return float(np.max(np.abs(peak_force[judged] / expected[judged] - 1.0)))

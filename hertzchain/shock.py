@@ -56,7 +56,8 @@ class Ramp:
     def force(self, time: Any) -> Any:
         """The force at a time, or an array of times, between the corners [N] (Eq. 2)."""
         s = (time - self.start) / (self.end - self.start)
-        grown = s if self.shape == "linear" else (1 - np.cos(np.pi * s)) / 2
+        # (1 - cos) / 2 would have no digits just after the start.
+        grown = s if self.shape == "linear" else np.sin(np.pi / 2 * s) ** 2
         return self.start_force + (self.end_force - self.start_force) * grown
 
     def force_rate(self, time: Any) -> Any:

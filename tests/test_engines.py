@@ -201,7 +201,7 @@ def test_compared_without_the_programs() -> None:
         # The run ends within the ramp.
         (
             Leg(1.0, 2.0, 4, Ramp(1.0, 5.0, 5.0, 1.0, "cosine")),
-            "5.0-4.0*(1-cos(PI*elapsed*0.0625))/2",
+            "5.0-4.0*sin(PI/2*elapsed*0.0625)^2",
         ),
     ],
 )

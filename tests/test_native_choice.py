@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.accuracy import is_short
 from hertzchain.native import METHODS, choice, simulate
 from hertzchain.peaks import largest_difference
 from hertzchain.shock import PROFILES
@@ -141,8 +142,8 @@ def test_peaks_alone_have_no_history(demo: hc.Scene) -> None:
 
 
 def test_hard_scenes_are_told_apart() -> None:
-    assert choice.is_hard(9.0, 4)
-    assert not choice.is_hard(2.0, 60)
+    assert is_short(9.0, 4)
+    assert not is_short(2.0, 60)
     ratios = np.array([0.01, 0.1, 5.0, 20.0])
     assert choice.is_known(ratios, 2.0, 60).tolist() == [False, True, True, False]
 

@@ -167,7 +167,7 @@ def outcome(scene: hc.Scene, leave_behind: bool) -> Any:
     walker, contacts = Fixed(SRKN_11B), scene.chain.granules - 1
     nothing = np.zeros((0, 0))
     found, _, _ = kernels.march(
-        leg_rows(scene.schedule(0.4 * scene.units.time), walker, scene.units),
+        leg_rows(walker.cut(scene.schedule(0.4 * scene.units.time)), scene.units),
         table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, scene.chain.granules, 8, leave_behind,
         np.zeros(contacts), np.full(contacts, np.nan),
         kernels.Record(np.zeros(0), nothing, nothing, nothing), np.zeros(2),
@@ -233,7 +233,7 @@ def test_a_failure_in_a_long_run_is_not_lost() -> None:
 def test_a_stopped_run_says_so() -> None:
     control = np.array([-1.0, 0.0, 0.0])
     scene = paper_scene("cosine", 1.0, 2.0, 100)
-    rows = leg_rows(scene.schedule(0.1 * scene.units.time), Fixed(SRKN_11B), scene.units)
+    rows = leg_rows(scene.schedule(0.1 * scene.units.time), scene.units)
     nothing = np.zeros((0, 0))
     found, _, _ = kernels.march(
         rows, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, 100, 8, False,

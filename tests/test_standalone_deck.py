@@ -239,7 +239,7 @@ MISTAKES = {
     "density before diameter": (DIAMETER + DENSITY, DENSITY + DIAMETER),
     "damping": ("${young_modulus} 0.0", "${young_modulus} 1e6"),
     "step": ("variable longest equal v_step", "variable longest equal 10*v_step"),
-    "no decay of the force": ("*(1-(1-cos", "*(1+0*(1-cos"),
+    "no decay of the force": ("*(1-sin(", "*(1+0*sin("),
     "overlap": ("(2*$(v_radius:%.17g)+x", "(2.00000001*$(v_radius:%.17g)+x"),
     "a true peak": ("set atom 4 d_true 1.", "set atom 4 d_true 1.1"),
     "stale positions": (

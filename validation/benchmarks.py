@@ -198,7 +198,7 @@ def test_e_granule_and_stage_over_square_root(benchmark: Any, demo: hc.Scene) ->
     ratio, n = random_pulses(1000)
     rows = np.concatenate(
         [
-            leg_rows(pulse.schedule(0.4 * pulse.units.time), walker, pulse.units)[None]
+            leg_rows(walker.cut(pulse.schedule(0.4 * pulse.units.time)), pulse.units)[None]
             for pulse in (
                 hc.Scene(demo.chain, hc.Pulse("cosine", 100.0, float(b), momentum_ratio=float(a)))
                 for a, b in zip(ratio, n, strict=True)
@@ -318,7 +318,7 @@ def test_i_unused_feature(benchmark: Any, demo: hc.Scene, feature: str) -> None:
     without: dict[str, Any] = {"__name__": "without"}
     exec(compile(source, "whole", "exec"), whole)  # noqa: S102 - our own source
     exec(compile(cut, "without", "exec"), without)  # noqa: S102
-    rows = leg_rows(demo.schedule(0.1 * demo.units.time), Fixed(SRKN_11B), demo.units)
+    rows = leg_rows(demo.schedule(0.1 * demo.units.time), demo.units)
     nothing = np.zeros((0, 0))
 
     def run(module: dict[str, Any]) -> None:

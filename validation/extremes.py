@@ -9,10 +9,15 @@ times that, and batches in single precision. Each run must be one of:
 - refused, with a reason from a closed list (REASONS).
 
 Anything else is wrong.
+
+Error bounds are also held against another solver, tests/oracles/eighth_order.py, on scenes of
+moderate length that are drawn to be hard on them (validation/random_scenes.py): end times anywhere,
+pulse tables, maxima that change places, steps of one's own.
 """
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import sys
@@ -31,6 +36,7 @@ from rich.table import Table
 
 import hertzchain as hc
 from hertzchain.accuracy import stable_step
+from hertzchain.arrays import FloatArray
 from hertzchain.cost import usable_cores
 from hertzchain.errors import (
     HertzchainError,
@@ -44,6 +50,8 @@ from hertzchain.lammps.isolation import Child, run_in
 from hertzchain.native import METHODS
 from hertzchain.peaks import largest_difference
 from hertzchain.shock import PROFILES
+from tests.oracles import eighth_order
+from validation.random_scenes import KINDS
 from validation.rows import STEEL, Row, row
 from validation.script import Script
 
@@ -86,6 +94,12 @@ LAMMPS_SHARE = 10
 
 SCENES, ANSWERED = 10_000, 5_000
 """So many scenes at least, and so many of them answered by the native backend."""
+
+BOUNDS = 5_000
+"""Scenes of each kind that error bounds are held against another solver on."""
+
+ORACLE_ERROR = 1e-13
+"""What that solver says of its own error may be less by chance, but not by more than this."""
 
 CHUNK = 50
 """Scenes that a thread takes at a time; those with LAMMPS share a process of its own."""
@@ -164,47 +178,51 @@ class Judge:
     child
         The process that LAMMPS runs in.
     rtol
-        How close the converged run is to be.
+        How close the converged run is to be; None for the other solver.
     """
 
-    def __init__(self, number: int, scene: hc.Scene, child: Child, rtol: float) -> None:
+    def __init__(self, number: int, scene: hc.Scene, child: Child, rtol: float | None) -> None:
         self.scene, self.child, self.rtol = scene, child, rtol
-        assert isinstance(scene.shock, hc.Pulse)
+        pulse = scene.shock if isinstance(scene.shock, hc.Pulse) else None
         self.facts: dict[str, Any] = {
             "scene": number,
-            "profile": scene.shock.profile,
+            "profile": "table" if pulse is None else pulse.profile,
             "momentum_ratio": scene.momentum_ratio,
-            "duration_ratio": scene.shock.duration_ratio,
+            "duration_ratio": math.nan if pulse is None else pulse.duration_ratio,
             "granules": scene.chain.granules,
             "overlap_ratio": scene.units.length / scene.chain.radius,
         }
-        self._converged: hc.Result | None = None
+        self._converged: tuple[FloatArray, float] | None = None
 
-    def converged(self) -> hc.Result:
-        """A run that is much closer than the others."""
-        if self._converged is None:
+    def converged(self) -> tuple[FloatArray, float]:
+        """Peaks that are much closer than the others [N], and their own error."""
+        if self._converged is None and self.rtol is None:
+            truth = eighth_order.solve(self.scene)
+            self._converged = truth.force, truth.error + ORACLE_ERROR
+        elif self._converged is None:
             backend = hc.Native(rtol=self.rtol, peaks_only=True, time_limit=JUDGE_LIMIT)
-            self._converged = backend.run(self.scene)
+            result = backend.run(self.scene)
+            self._converged = result.peak_force, result.error_estimate
         return self._converged
 
     def native(self, name: str, backend: hc.Native, step: float = math.nan) -> Outcome:
         """Run the native backend and compare with the converged run."""
         return self._judge(name, lambda: backend.run(self.scene), step)
 
-    def lammps(self, backend: hc.Lammps, step: float = math.nan) -> Outcome:
+    def lammps(self, backend: hc.Lammps, step: float = math.nan, name: str = "lammps") -> Outcome:
         """Run LAMMPS, in its own process, and compare with the converged run."""
-        return self._judge("lammps", lambda: run_in(self.child, backend, self.scene), step)
+        return self._judge(name, lambda: run_in(self.child, backend, self.scene), step)
 
-    def batch(self, rtol: float) -> Outcome:
+    def batch(self, rtol: float, name: str = "") -> Outcome:
         """Run a batch, which is in single precision from 1e-4 on, and compare."""
         found = hc.peak_forces([self.scene], rtol)
-        expected = self.converged()
-        measured = largest_difference(found.peak_force[0], expected.peak_force)
+        expected, error = self.converged()
+        measured = largest_difference(found.peak_force[0], expected)
         stated = float(found.error_estimate[0])
-        bound = stated + expected.error_estimate
+        bound = stated + error
         return Outcome(
             **self.facts,
-            run=f"batch {rtol:g}",
+            run=name or f"batch {rtol:g}",
             step=math.nan,
             outcome=RIGHT if measured <= bound else "wrong",
             stated=stated,
@@ -226,12 +244,12 @@ class Judge:
         seconds = time.perf_counter() - begin
         json.dumps(result.to_dict(), allow_nan=False)
         try:
-            expected = self.converged()
-        except HertzchainError as problem:
+            expected, error = self.converged()
+        except (HertzchainError, ArithmeticError) as problem:
             outcome = f"not judged: {problem}"
             return Outcome(**self.facts, run=name, step=step, outcome=outcome, seconds=seconds)
-        measured = largest_difference(result.peak_force, expected.peak_force)
-        bound = result.error_estimate + expected.error_estimate
+        measured = largest_difference(result.peak_force, expected)
+        bound = result.error_estimate + error
         finite = bool(np.all(np.isfinite(result.peak_force)))
         return Outcome(
             **self.facts,
@@ -287,6 +305,50 @@ def step_outcomes(number: int, with_lammps: bool) -> list[Outcome]:
     return found
 
 
+def bound_outcomes(kind: str, first: int, with_lammps: bool) -> list[Outcome]:
+    """The runs of CHUNK scenes of a kind, judged by the other solver."""
+    found = []
+    with Child() as child:
+        for number in range(first, first + CHUNK):
+            rng = np.random.default_rng([6, list(KINDS).index(kind), number])
+            try:
+                for_lammps = with_lammps and number % LAMMPS_SHARE == 0
+                scene = KINDS[kind](rng, 40 if for_lammps else 200)
+            except SceneError:
+                continue
+            judge = Judge(number, scene, child, rtol=None)
+            rtol = float(10 ** rng.uniform(-10, -2))
+            native = hc.Native(rtol=rtol, peaks_only=bool(number % 2), time_limit=JUDGE_LIMIT)
+            outcome = judge.native(f"{kind}: native", native)
+            if outcome.outcome.startswith("not judged"):
+                continue  # chaotic: the other solver does not say what is right
+            found.append(outcome)
+            if outcome.outcome == REASONS[OverlapTooLarge]:
+                continue
+            if number % 3 == 0:
+                found.append(judge.batch(rtol, f"{kind}: batch"))
+            if number % 5 == 0:
+                found.append(_with_own_step(judge, kind, rng))
+            if for_lammps:
+                for extrapolated in (False, True):
+                    wanted = max(rtol, 1e-7 if extrapolated else 1e-6)
+                    lammps = hc.Lammps(rtol=wanted, extrapolated=extrapolated)
+                    name = f"{kind}: lammps{', extrapolated' if extrapolated else ''}"
+                    found.append(judge.lammps(lammps, name=name))
+    return found
+
+
+def _with_own_step(judge: Judge, kind: str, rng: np.random.Generator) -> Outcome:
+    """A run of any method with any step, of at most 200,000 steps."""
+    scene = judge.scene
+    method = str(rng.choice(list(METHODS)))
+    step = float(10 ** rng.uniform(-2, 0))
+    dt = max(step * stable_step(scene, METHODS[method].interval), scene.end_time / 2e5)
+    native = hc.Native(method, dt, time_limit=JUDGE_LIMIT)
+    # Not in the plots of steps, which show every method on the same scenes.
+    return judge.native(f"{kind}: own step", native)
+
+
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     """Run everything: one row per run, with the fields of Outcome."""
     found: list[Outcome] = []
@@ -303,6 +365,12 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
             for outcomes in bar.track(pool.map(task, numbers), len(numbers), description=label):
                 found.extend(outcomes)
 
+        for kind in KINDS:
+            collect(
+                kind,
+                functools.partial(bound_outcomes, kind, with_lammps=with_lammps),
+                range(0, CHUNK if quick else BOUNDS, CHUNK),
+            )
         collect("steps", lambda k: step_outcomes(k, with_lammps), range(1 if quick else 20))
         drawn, wanted = 0, CHUNK if quick else SCENES
         while drawn < wanted or (not quick and _answered(found) < ANSWERED):
@@ -326,6 +394,8 @@ def promises(table: pandas.DataFrame) -> list[Row]:
             print(f"{run}: {outcome}", file=sys.stderr)
         reason = "each run is right within what it says of its error, or refused with a reason"
         rows.append(row(f"{run}: {len(group)} runs, neither", str(run), len(bad), 0, 0, reason))
+        if ": " in str(run):
+            continue  # not timed: the first run of a process loads kernels
         limit = LAMMPS_LIMIT if run == "lammps" else NATIVE_LIMIT
         slowest = float(group["seconds"].max())
         if not math.isnan(slowest):
@@ -338,7 +408,7 @@ def show(console: Console, table: pandas.DataFrame) -> None:
     """Print the share of each outcome, and the largest error over what was stated."""
     shown = Table(title="Share of each outcome", title_justify="left", box=None)
     outcomes = [RIGHT, *REASONS.values()]
-    for column in ("run", "runs", *outcomes, "error / stated"):
+    for column in ("run", "runs", *outcomes, "error / stated", "its median, inverse"):
         shown.add_column(column, justify="left" if column == "run" else "right")
     for run, group in table.groupby("run", sort=False):
         shares = (float((group["outcome"] == outcome).mean()) for outcome in outcomes)
@@ -347,6 +417,7 @@ def show(console: Console, table: pandas.DataFrame) -> None:
             str(len(group)),
             *(f"{share:.1%}" if share else "" for share in shares),
             f"{(group['measured'] / group['bound']).max():.2f}",
+            f"{(group['stated'] / np.maximum(group['measured'], 1e-16)).median():.0f}",
         )
     console.print(shown)
 

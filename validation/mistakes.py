@@ -175,8 +175,8 @@ def native_force_late() -> Iterator[None]:
     """The compiled kernels are given the force one step late."""
     original = simulation.leg_rows
 
-    def late(legs: Sequence[Leg], walker: Any, units: Any) -> FloatArray:
-        rows = original(legs, walker, units)
+    def late(legs: Sequence[Leg], units: Any) -> FloatArray:
+        rows = original(legs, units)
         rows[:, 4:6] += ((rows[:, 1] - rows[:, 0]) / rows[:, 2])[:, np.newaxis]
         return rows
 

@@ -155,5 +155,5 @@ def force_formula(ramp: Ramp) -> str:
     """The force on a ramp as a LAMMPS formula of the elapsed ``time``."""
     elapsed = f"(time-{ramp.start!r})" if ramp.start else "time"
     fraction = f"{elapsed}/{ramp.end - ramp.start!r}"
-    growth = fraction if ramp.shape == "linear" else f"(1-cos(PI*{fraction}))/2"
+    growth = fraction if ramp.shape == "linear" else f"sin(PI/2*{fraction})^2"
     return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")

@@ -474,7 +474,7 @@ def _pieces(scene: Scene, made: Softening) -> list[_Piece]:
     if isinstance(shock, Pulse):
         growth = {
             "linear": "{}",
-            "cosine": "(1-cos(PI*{}))/2",
+            "cosine": "sin(PI/2*{})^2",
         }
         elapsed = "(time-$(v_begin:%.17g))/$(v_finish-v_begin:%.17g)"
         rise, decay = (growth[shape].format(elapsed) for shape in PROFILES[shock.profile])

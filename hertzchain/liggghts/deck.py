@@ -106,7 +106,7 @@ def force_formula(leg: Leg) -> str:
     assert ramp is not None
     assert ramp.start == leg.start
     fraction = f"elapsed*{leg.dt / (ramp.end - ramp.start)!r}"
-    growth = fraction if ramp.shape == "linear" else f"(1-cos(PI*{fraction}))/2"
+    growth = fraction if ramp.shape == "linear" else f"sin(PI/2*{fraction})^2"
     return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")
 
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from hertzchain.accuracy import (
     another_companion,
     companion,
+    is_hard,
     refuse_meaningless,
     refuse_unstable,
     second_order_safety,
@@ -33,8 +34,8 @@ from hertzchain.native.methods import (
     VELOCITY_VERLET,
 )
 from hertzchain.native.refinement import Fixed, Refined, Walker
-from hertzchain.native.simulation import Simulation, can_leave_behind, simulate
-from hertzchain.peaks import largest_difference
+from hertzchain.native.simulation import Simulation, simulate
+from hertzchain.peaks import ESTIMATED, largest_difference
 from hertzchain.result import Balance, Result
 from hertzchain.scene import Scene, require_scene
 from hertzchain.schedule import Leg
@@ -205,7 +206,7 @@ class Native:
         name = self.method or "reference"
         method = METHODS[name]
         dt = self.dt if self.dt is not None else method.step * scene.units.time
-        legs = scene.schedule(dt)
+        legs = method.walker.cut(scene.schedule(dt))
         refuse_unstable(scene, legs, method.interval, name)
         run = simulate(
             scene, legs, method.walker, recorder, leave_behind=self.peaks_only, deadline=deadline
@@ -219,16 +220,18 @@ class Native:
     ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
         """Method, legs, run and its error with the cheapest method and step that suffice."""
         rtol = RTOL if self.rtol is None else self.rtol
-        hard = not can_leave_behind(scene) or bool(
-            choice.is_hard(scene.momentum_ratio, scene.chain.granules)
-        )
+        hard = is_hard(scene)
         plan = choice.plan(rtol, hard=hard)
         before = math.inf
         for _ in range(choice.TRIES):
-            legs = scene.schedule(plan.step * scene.units.time)
+            legs = plan.walker.cut(scene.schedule(plan.step * scene.units.time))
             run = simulate(
                 scene, legs, plan.walker, recorder, leave_behind=self.peaks_only, deadline=deadline
             )
+            if not hard and run.peaks.any_rising:
+                # What is stated for such a contact is the force at an instant, not a peak.
+                hard, plan = True, choice.plan(rtol, hard=True)
+                continue
             error = _estimate(scene, legs, plan, run, deadline)
             cost = run.evaluations * scene.chain.granules
             if error <= rtol or plan.hopeless(error, before, cost):
@@ -242,10 +245,9 @@ def _estimate(
     scene: Scene, legs: Sequence[Leg], plan: choice.Plan, run: Simulation, deadline: Deadline
 ) -> float:
     """Upper bound of the error of the peaks, from a second run with other steps."""
-    steps = choice.other_steps([leg.steps for leg in legs]).tolist()
-    other = [replace(leg, steps=count) for leg, count in zip(legs, steps, strict=True)]
+    other = [Leg(leg.start, leg.end, choice.other_step(leg.steps), leg.ramp) for leg in legs]
     coarse = simulate(scene, other, plan.coarser, leave_behind=True, deadline=deadline)
-    difference = largest_difference(coarse.peaks.force, run.peaks.force)
+    difference = largest_difference(coarse.peaks.force, run.peaks.force, ESTIMATED)
     return float(plan.estimate(difference, run.evaluations))
 
 
@@ -254,15 +256,20 @@ def _error_bound(
 ) -> float:
     # Errors of steps of 0.6 natural time units and more say little of those of longer ones.
     others = [companion(legs, min(stable_step(scene, method.interval), scene.units.time))]
-    if isinstance(method.walker, Fixed):
-        others.append(another_companion(legs))
-    error = 0.0
-    for other in others:
-        coarse = simulate(scene, other.legs, method.walker, leave_behind=True, deadline=deadline)
-        difference = largest_difference(coarse.peaks.force, run.peaks.force)
-        error = max(error, other.factor * difference)
     longest = max(leg.dt for leg in legs) / scene.units.time
-    safety = second_order_safety(longest) if method.walker.stepper.order == 2 else method.safety
+    if isinstance(method.walker, Fixed) or longest > _SHORT:
+        others.append(another_companion(legs))
+    error, walker = 0.0, method.walker
+    if isinstance(walker, Refined):
+        # Cut again, different legs could end on the same steps.
+        walker = replace(walker, cosine_steps=1)
+    for other in others:
+        coarse = simulate(scene, other.legs, walker, leave_behind=True, deadline=deadline)
+        difference = largest_difference(coarse.peaks.force, run.peaks.force, ESTIMATED)
+        error = max(error, other.factor * difference)
+    safety = method.safety
+    if walker.stepper.order == 2:
+        safety = second_order_safety(longest, run.peaks.any_rising)
     lost = choice.round_off(run.evaluations)
     return float(safety * error + method.floor + lost)
 

@@ -22,7 +22,7 @@ from hertzchain.errors import SceneError, require
 from hertzchain.native import choice
 from hertzchain.native.refinement import Refined
 from hertzchain.native.simulation import SHAPES, can_leave_behind, leg_rows, table
-from hertzchain.peaks import largest_differences
+from hertzchain.peaks import ESTIMATED, largest_differences
 from hertzchain.scene import Scene, watched_time
 from hertzchain.shock import PROFILES, Pulse
 from hertzchain.similarity import MOMENTUM_IN_NATURAL_UNITS
@@ -111,7 +111,7 @@ def peak_forces(
 
     def legs(plan: choice.Plan, wanted: NDArray[np.intp]) -> FloatArray:
         rows = [
-            leg_rows(scene.schedule(plan.step * scene.units.time), plan.walker, scene.units)
+            leg_rows(plan.walker.cut(scene.schedule(plan.step * scene.units.time)), scene.units)
             for scene in (scenes[k] for k in wanted)
         ]
         padded = np.zeros((len(rows), max(len(row) for row in rows), 8))
@@ -250,7 +250,8 @@ def _accurate_enough(
         )
         rows[:, :, 2] = choice.other_steps(rows[:, :, 2])
         others, *_ = _march(rows, plan.coarser, granules, leave_behind, deadline, cores)
-        found = plan.estimate(largest_differences(others, force[wanted]), evaluations[wanted])
+        differences = largest_differences(others, force[wanted], ESTIMATED)
+        found = plan.estimate(differences, evaluations[wanted])
         error[wanted] = np.where(np.isnan(found), np.inf, found)  # NaN: the motion diverged
         hopeless = plan.hopeless(error, before, granules * evaluations)
         wanted, before = np.nonzero((error > rtol) & ~hopeless)[0], error.copy()

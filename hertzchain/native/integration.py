@@ -56,17 +56,16 @@ def integrate(
         for leg in legs:
             applied = leg.ramp.force if leg.ramp is not None else _no_force
             start, end = dtype(leg.start), dtype(leg.end)
-            steps = leg.steps * walker.parts(leg)
-            h = (end - start) / steps
+            h = (end - start) / leg.steps
             # Where the applied force jumps, the acceleration jumps with it.
             state = replace(state, acceleration=acceleration(state.displacement, applied(start)))
             block: list[tuple[Scalar, State]] = [(start, state)]
-            for k in range(steps):
+            for k in range(leg.steps):
                 block += walker.advance(state, start + k * h, h, applied)
                 state = block[-1][1]
-                if k == steps - 1:  # to the last digit, so that nothing falls between legs
+                if k == leg.steps - 1:  # to the last digit, so that nothing falls between legs
                     block[-1] = (end, state)
-                if len(block) > _BLOCK or k == steps - 1:
+                if len(block) > _BLOCK or k == leg.steps - 1:
                     show(_samples(block, leg.ramp, order), leg)
                     taken += len(block) - 1
                     block = block[-1:]

@@ -63,10 +63,19 @@ _IMPACT = 1.3
 _SLOWER = 0.95
 """What is left behind is pressed less than this fraction of the leading wave."""
 
-ONE = np.uint64(1)
+ONE, TWO = np.uint64(1), np.uint64(2)
 
 _DEEPEST = 60
 """Halvings of a step; below that time does not move."""
+
+_DIP = 0.75
+"""Over the step: see ``_turns``. A half would do if overlap rates were parabolas."""
+
+_BINOMIAL = (1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0)
+
+_DEEPEST_HALF = 12
+"""Halvings of the interpolant of a step in the search for its maxima: two that lie closer than a
+four-thousandth of a step are as high as each other, to round-off."""
 
 
 class Table(NamedTuple):
@@ -191,7 +200,7 @@ def _applied_force(leg: Any, time: float) -> float:
         return 0.0
     growth = (time - leg[RAMP_START]) / (leg[RAMP_END] - leg[RAMP_START])
     if leg[SHAPE] == 2:
-        growth = (1 - math.cos(math.pi * growth)) / 2
+        growth = math.sin(math.pi / 2 * growth) ** 2  # (1 - cos) / 2 has no digits near the start
     return leg[FORCE_START] + (leg[FORCE_END] - leg[FORCE_START]) * growth
 
 
@@ -369,33 +378,69 @@ def _scale(
 
 @_compiled_without_nan
 def _scan(
-    u0: Any, v0: Any, u: Any, v: Any, h: Any, starting: bool, zero: Any, lo: int, hi: int
-) -> Any:
-    """What a step met: contacts past their peak, the fastest to open or close, the largest speed.
+    u0: Any, v0: Any, f0: Any, u: Any, v: Any, f: Any, h: Any, dip: Any, starting: bool, zero: Any,
+    lo: int, hi: int,
+) -> Any:  # fmt: skip
+    """What a step met: contacts with a maximum, the fastest to open or close, the largest speed.
 
-    The rules are those of ``peaks.PeakWatch.show`` and ``refinement.Refined``.
+    Which contacts count is said in ``_turns`` and in ``refinement.Refined``.
     """
-    turns, fastest, speed = 0, zero, zero
+    turns, dips, fastest, speed = 0, zero, zero, zero
     for i in range(np.uint64(lo), np.uint64(hi - 1)):
         r0, r1 = u0[i] - u0[i + ONE], u[i] - u[i + ONE]
         w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
+        g0 = (f0[i] - f0[i + ONE]) - (f0[i + ONE] - f0[i + TWO])
+        g1 = (f[i] - f[i + ONE]) - (f[i + ONE] - f[i + TWO])
+        both = w0 + w1
         turns += (w0 > zero) & (w1 <= zero)
+        inside = both * (dip * (g1 - g0) - both)
+        dips = max(dips, inside if both * g0 < zero else zero)
         rate = max(abs(w0), abs(w1))
         turns_round = ((w0 > zero) != (w1 > zero)) | starting
         near = (min(abs(r0), abs(r1)) < rate * h) & turns_round
         crosses = ((r0 > zero) != (r1 > zero)) | near
         fastest = max(fastest, rate if crosses else zero)
         speed = max(speed, abs(v[i]))
-    return turns, fastest, max(speed, abs(v[hi - 1]))
+    return turns, dips > zero, fastest, max(speed, abs(v[hi - 1]))
+
+
+@_compiled_without_nan
+def _turns(v0: Any, f0: Any, v: Any, f: Any, dip: Any, zero: Any, lo: int, hi: int) -> Any:
+    """How many contacts have had a maximum within a step, and whether others may have had one.
+
+    The former are those whose overlap rate w changes its sign. The others are those where it may do
+    so twice: it keeps its sign at the ends, but bends towards 0 and back. A parabola
+    c (t - t')^2 - d, d >= 0, that reaches 0 within a step of length h has
+    w0 + w1 <= h (w1' - w0') / 2; ``dip`` is h / 2 and a margin.
+    """
+    turns, dips = 0, zero
+    for i in range(np.uint64(lo), np.uint64(hi - 1)):
+        w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
+        g0 = (f0[i] - f0[i + ONE]) - (f0[i + ONE] - f0[i + TWO])
+        g1 = (f[i] - f[i + ONE]) - (f[i + ONE] - f[i + TWO])
+        both = w0 + w1
+        turns += (w0 > zero) & (w1 <= zero)
+        inside = both * (dip * (g1 - g0) - both)
+        dips = max(dips, inside if both * g0 < zero else zero)
+    return turns, dips > zero
 
 
 @compiled
-def _turns(v0: Any, v: Any, zero: Any, lo: int, hi: int) -> int:
-    """How many contacts are past their peak."""
+def _turns_of_verlet(
+    v0: Any, f0: Any, v: Any, f: Any, h: Any, zero: Any, lo: int, hi: int
+) -> int:  # fmt: skip
+    """``_turns``, of velocity Verlet.
+
+    Its rates are off by h^2 / 6 times the jerk, so those count that are nearly 0: by six times that
+    while the jerk stays the same.
+    """
     turns = 0
     for i in range(np.uint64(lo), np.uint64(hi - 1)):
         w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
-        turns += (w0 > zero) & (w1 <= zero)
+        g0 = (f0[i] - f0[i + ONE]) - (f0[i + ONE] - f0[i + TWO])
+        g1 = (f[i] - f[i + ONE]) - (f[i + ONE] - f[i + TWO])
+        near = h * abs(g1 - g0)
+        turns += (w0 + near > zero) & (w1 - near <= zero)
     return turns
 
 
@@ -448,7 +493,7 @@ def _contact(u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float)
 @compiled
 def _hermite(start: Any, end: Any, h: float) -> Any:
     """Coefficients in s = (t - t_start) / h of the polynomial of degree 7 that meets both ends."""
-    x, p, q, c = start[0], start[1] * h, start[2] * h * h / 2, start[3] * h**3 / 6
+    x, p, q, c = np.float64(start[0]), start[1] * h, start[2] * h * h / 2, start[3] * h**3 / 6
     # What the cubic from the start misses at the end, in value and three derivatives.
     d = end[0] - x - p - q - c
     d1 = end[1] * h - p - 2 * q - 3 * c
@@ -485,10 +530,10 @@ def _curvature(c: Any, s: float) -> float:
 
 
 @compiled
-def _maximum(c: Any) -> float:
-    """Where in [0, 1] a polynomial that rises at 0 and falls at 1 has its maximum."""
-    low, high = 0.0, 1.0
-    s = _slope(c, 0.0) / (_slope(c, 0.0) - _slope(c, 1.0))
+def _maximum(c: Any, low: float, high: float) -> float:
+    """Where between low and high a polynomial that rises at low and falls at high is highest."""
+    at_low, at_high = _slope(c, low), _slope(c, high)
+    s = low + (high - low) * at_low / (at_low - at_high)
     for _ in range(50):
         slope = _slope(c, s)
         if slope > 0:
@@ -505,24 +550,97 @@ def _maximum(c: Any) -> float:
 
 
 @compiled
+def _bernstein(c: Any, low: float, width: float, b: Any) -> None:
+    """Bernstein coefficients of the slope from low to low + width, times width."""
+    for k in range(7):
+        b[k] = (k + 1) * c[k + 1]
+    scale = width
+    for k in range(7):
+        for j in range(5, k - 1, -1):
+            b[j] += low * b[j + 1]
+        b[k] *= scale / _BINOMIAL[k]
+        scale *= width
+    for k in range(1, 7):
+        for j in range(6, k - 1, -1):
+            b[j] += b[j - 1]
+
+
+@compiled
+def _highest(c: Any, known: float, b: Any) -> float:
+    """Where in [0, 1] a polynomial of degree 7 is highest between its ends; -1 where nowhere.
+
+    The slope has no more zeros in an interval than its Bernstein coefficients have changes of sign
+    there (Descartes). Where they have more than one the interval is halved, and left out where they
+    say that no force is above ``known``.
+
+    Parameters
+    ----------
+    c
+        The polynomial, an overlap.
+    known
+        A force that has to be exceeded.
+    b
+        Room for the coefficients, shape (7,).
+    """
+    at, level, place = -1.0, 0, 0
+    while True:
+        width = 1.0 / (1 << level)
+        low = place * width
+        _bernstein(c, low, width, b)
+        changes, steepest = 0, max(b[0], 0.0)
+        for k in range(1, 7):
+            changes += (b[k - 1] > 0) != (b[k] > 0)
+            steepest = max(steepest, b[k])
+        if changes > 0 and _force(_value(c, low) + steepest) > known:
+            if changes > 1 and level < _DEEPEST_HALF:
+                level, place = level + 1, 2 * place
+                continue
+            if b[0] > 0 and b[6] <= 0:
+                s = _maximum(c, low, low + width)
+                force = _force(_value(c, s))
+                if force > known:
+                    at, known = s, force
+        while place % 2 == 1:
+            level, place = level - 1, place // 2
+        if level == 0:
+            return at
+        place += 1
+
+
+@compiled
 def _keep_peaks(
-    peak_force: Any, peak_time: Any, base: int, u0: Any, v0: Any, u: Any, v: Any,
-    lo: int, hi: int, leg: Any, begin: float, h: float, off: float,
+    peak_force: Any, peak_time: Any, base: int, u0: Any, v0: Any, f0: Any, u: Any, v: Any, f: Any,
+    lo: int, hi: int, leg: Any, begin: float, h: float, off: float, dips: bool, slack: float,
+    b: Any,
 ) -> None:  # fmt: skip
-    """The maxima of contact forces within a step."""
-    for contact in range(np.uint64(lo), np.uint64(hi - 1)):
-        if v0[contact] - v0[contact + ONE] <= 0 or v[contact] - v[contact + ONE] > 0:
+    """The maxima of contact forces within a step, of the contacts that ``_turns`` found."""
+    dip = _DIP * h
+    for i in range(lo, hi - 1):
+        w0, w1 = v0[i] - v0[i + 1], v[i] - v[i + 1]
+        if not dips and not (w0 > 0 and w1 <= 0):
             continue
-        i = int(contact)
-        if max(u0[i] - u0[i + 1], u[i] - u[i + 1]) <= 0:
+        g0 = (f0[i] - f0[i + 1]) - (f0[i + 1] - f0[i + 2])
+        g1 = (f[i] - f[i + 1]) - (f[i + 1] - f[i + 2])
+        near, both = slack * abs(g1 - g0), w0 + w1
+        turns = w0 + near > 0 and w1 - near <= 0
+        if not turns and not (both * (dip * (g1 - g0) - both) > 0 and both * g0 < 0):
             continue
+        r0, r1 = float(u0[i] - u0[i + 1]), float(u[i] - u[i + 1])
+        # As far as it can get, even if its rate changes by all that both ends say.
+        reach = max(r0, r1) + h * (abs(w0) + abs(w1) + h * (abs(g0) + abs(g1)))
+        if _force(reach) <= peak_force[base + i]:
+            continue
+        # The ends too: where the maximum is at one of them, rounding may hide it.
+        ends = _force(max(r0, r1))
+        if ends > peak_force[base + i]:
+            peak_force[base + i] = ends
+            peak_time[base + i] = begin + h if r1 > r0 else begin
         start = _contact(u0, v0, i, lo, leg, begin, off)
         end = _contact(u, v, i, lo, leg, begin + h, off)
         curve = _hermite(start, end, h)
-        s = _maximum(curve)
-        force = _force(_value(curve, s))
-        if force > peak_force[base + i]:
-            peak_force[base + i] = force
+        s = _highest(curve, peak_force[base + i], b)
+        if s >= 0:
+            peak_force[base + i] = _force(_value(curve, s))
             peak_time[base + i] = begin + s * h
 
 
@@ -673,7 +791,7 @@ _LEG_DONE, _NO_ROOM, _SETTLED, _DIVERGED, _STOPPED = range(5)
 
 @compiled
 def _advance(
-    u: Any, v: Any, f: Any, u0: Any, v0: Any, a: Any, constants: Any,
+    u: Any, v: Any, f: Any, u0: Any, v0: Any, f0: Any, a: Any, constants: Any, bernstein: Any,
     table: Any, kicks: Any, drifts: Any, nodes: Any, position: Any, velocity_weights: Any,
     position_weights: Any, leg: Any, over: bool, verlet: bool, tolerance: float, starting: float,
     granules: int, base: int, leave_behind: bool, peak_force: Any, peak_time: Any, record: Any,
@@ -709,6 +827,7 @@ def _advance(
         begin = leg[START] + whole * full + part * h
         _copy(u, u0, lo, hi + 1)
         _copy(v, v0, lo, hi + 1)
+        _copy(f, f0, lo, hi + 1)
         reached = hi
         if nystrom:
             hi = _nystrom_step(
@@ -733,9 +852,15 @@ def _advance(
                 reason = _STOPPED
                 break
         if tolerance > 0:
-            turns, fastest, speed = _scan(u0, v0, u, v, h, begin < starting, zero, lo, hi)
+            turns, dips, fastest, speed = _scan(
+                u0, v0, f0, u, v, f, h, zero + _DIP * h, begin < starting, zero, lo, hi
+            )
+        elif verlet:
+            turns, dips = _turns_of_verlet(v0, f0, v, f, zero + h, zero, lo, hi), True
+            fastest, speed = zero, zero
         else:
-            turns, fastest, speed = _turns(v0, v, zero, lo, hi), zero, zero
+            turns, dips = _turns(v0, f0, v, f, zero + _DIP * h, zero, lo, hi)
+            fastest, speed = zero, zero
         if tolerance > 0 and level < _DEEPEST:
             felt = float(fastest) ** 3 * h**5 > (tolerance * float(speed)) ** 2
             if felt:
@@ -753,8 +878,11 @@ def _advance(
         if whole + 1 == number and part == 1 << level:
             time = leg[END]
         off = h * h / 6 if verlet else 0.0
-        if turns > 0:
-            _keep_peaks(peak_force, peak_time, base, u0, v0, u, v, lo, hi, leg, begin, h, off)
+        if turns > 0 or dips:
+            _keep_peaks(
+                peak_force, peak_time, base, u0, v0, f0, u, v, f, lo, hi, leg, begin, h, off,
+                dips, h if verlet else 0.0, bernstein,
+            )  # fmt: skip
         if leg[SHAPE] != 0:
             total[_WORK] += _work(u0, v0, u, v, lo, leg, begin, h, off)
         if kept < record.time.size and record.time[kept] <= time:
@@ -854,7 +982,8 @@ def march(
     constants[1] = math.sqrt(np.finfo(kind).tiny)
     constants[2] = 1e30  # where the free end looks: never reached, never pressed
     u, v, f = np.zeros(size, kind), np.zeros(size, kind), np.zeros(size + 1, kind)
-    u0, v0 = np.zeros(size, kind), np.zeros(size, kind)
+    u0, v0, f0 = np.zeros(size, kind), np.zeros(size, kind), np.zeros(size + 1, kind)
+    bernstein = np.zeros(7)
     a = np.zeros((table.nodes.size, size), kind)
     if granules < size:
         u[granules] = constants[2]
@@ -870,10 +999,10 @@ def march(
         f[count[_LO]] = _applied_force(leg, leg[START])
         while True:
             reason = _advance(
-                u, v, f, u0, v0, a, constants, table, scaled.kicks, scaled.drifts, scaled.nodes,
-                scaled.position, scaled.velocity_weights, scaled.position_weights, leg, over,
-                verlet, tolerance, starting, granules, base, leave_behind, peak_force, peak_time,
-                record, control, count, total,
+                u, v, f, u0, v0, f0, a, constants, bernstein, table, scaled.kicks, scaled.drifts,
+                scaled.nodes, scaled.position, scaled.velocity_weights, scaled.position_weights,
+                leg, over, verlet, tolerance, starting, granules, base, leave_behind, peak_force,
+                peak_time, record, control, count, total,
             )  # fmt: skip
             if reason != _NO_ROOM:
                 break
@@ -887,7 +1016,7 @@ def march(
             moved[0, : hi - lo], moved[1, : hi - lo] = u[lo:hi], v[lo:hi]
             moved_f[: hi - lo + 1] = f[lo : hi + 1]
             u, v, f = moved[0], moved[1], moved_f
-            u0, v0 = np.zeros(size, kind), np.zeros(size, kind)
+            u0, v0, f0 = np.zeros(size, kind), np.zeros(size, kind), np.zeros(size + 1, kind)
             a = np.zeros((table.nodes.size, size), kind)
             base += lo
             count[_LO], count[_HI] = 0, hi - lo

@@ -13,8 +13,8 @@ or where nothing but accuracy counts, steps are halved near every contact that h
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -40,8 +40,8 @@ class Walker(Protocol):
     def starting(self) -> float:
         """Natural time units from the start in which the front counts as a contact that closes."""
 
-    def parts(self, leg: Leg) -> int:
-        """Into how many steps each step of a leg is cut from the start."""
+    def cut(self, legs: Sequence[Leg]) -> tuple[Leg, ...]:
+        """Legs with as many steps as this walker takes on them at least."""
 
     def advance(
         self, state: State, time: Scalar, h: Scalar, applied: AppliedForce
@@ -57,9 +57,9 @@ class Fixed:
     tolerance: float = field(default=0.0, init=False)
     starting: float = field(default=0.0, init=False)
 
-    def parts(self, leg: Leg) -> int:  # noqa: ARG002 - the same on every leg
-        """One: steps are taken as asked."""
-        return 1
+    def cut(self, legs: Sequence[Leg]) -> tuple[Leg, ...]:
+        """The legs themselves: steps are taken as asked."""
+        return tuple(legs)
 
     def advance(
         self, state: State, time: Scalar, h: Scalar, applied: AppliedForce
@@ -92,11 +92,15 @@ class Refined:
     cosine_steps: int = 32
     starting: float = math.inf
 
-    def parts(self, leg: Leg) -> int:
-        """As many as make enough steps on a cosine ramp; elsewhere one."""
-        if leg.ramp is None or leg.ramp.shape == "linear":
-            return 1
-        return math.ceil(self.cosine_steps / leg.steps)
+    def cut(self, legs: Sequence[Leg]) -> tuple[Leg, ...]:
+        """Legs whose steps are cut into equal parts until there are enough on each cosine ramp."""
+        fewest = self.cosine_steps
+        return tuple(
+            replace(leg, steps=leg.steps * math.ceil(fewest / leg.steps))
+            if leg.steps < fewest and leg.ramp is not None and leg.ramp.shape == "cosine"
+            else leg
+            for leg in legs
+        )
 
     def advance(
         self, state: State, time: Scalar, h: Scalar, applied: AppliedForce

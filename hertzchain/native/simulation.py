@@ -20,7 +20,7 @@ from hertzchain.native.equations import contact_force, overlap
 from hertzchain.native.integration import integrate
 from hertzchain.native.methods import RungeKuttaNystrom, Stepper, SymplecticNystrom
 from hertzchain.native.refinement import Walker
-from hertzchain.peaks import PeakWatch
+from hertzchain.peaks import ESTIMATED, PeakWatch
 from hertzchain.samples import Samples
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
@@ -60,6 +60,14 @@ class Peaks:
     force: Any
     time: Any
     passed: NDArray[np.bool_]
+
+    @property
+    def any_rising(self) -> bool:
+        """Whether the run ended while a contact that is judged was pressed harder than before."""
+        if self.passed.all():
+            return False
+        counts = self.force >= ESTIMATED * np.max(self.force)
+        return bool(np.any(counts & ~self.passed & (self.force > 0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,8 +143,10 @@ def simulate(
     granules = scene.chain.granules
     leave_behind = leave_behind and can_leave_behind(scene)
     deadline = deadline or Deadline(TIME_LIMIT)
-    rows = leg_rows(legs, walker, scene.units)
-    deadline.refuse(_least_time(scene, rows, walker.stepper.stages, leave_behind))
+    rows = leg_rows(walker.cut(legs), scene.units)
+    work = float(np.sum(rows[:, 2])) * (walker.stepper.stages * granules + _STEP_IN_EVALUATIONS)
+    if _FASTEST * work > deadline.limit:
+        deadline.refuse(_least_time(scene, rows, walker.stepper.stages, leave_behind))
     if deadline.left <= 0:
         raise deadline.passed()
     arrays = 2 if leave_behind else 8 + (0 if recorder is None else 3 * recorder.time.size)
@@ -159,7 +169,6 @@ def simulate(
             leave_behind, force, time, record, control,
         )  # fmt: skip
 
-    work = float(np.sum(rows[:, 2])) * (walker.stepper.stages * granules + _STEP_IN_EVALUATIONS)
     is_long = work >= _LONG_RUN
     if not is_long:
         control[0] = _LOOKS
@@ -260,11 +269,11 @@ def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -
     return found[0]
 
 
-def leg_rows(legs: Sequence[Leg], walker: Walker, units: NaturalUnits) -> FloatArray:
+def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
     """Legs [s, N] as the kernels take them: natural units, shape (legs, 8)."""
     rows = np.zeros((len(legs), 8))
     for row, leg in zip(rows, legs, strict=True):
-        row[:3] = leg.start / units.time, leg.end / units.time, leg.steps * walker.parts(leg)
+        row[:3] = leg.start / units.time, leg.end / units.time, leg.steps
         if leg.ramp is not None:
             ramp = leg.ramp
             row[3:6] = SHAPES[ramp.shape], ramp.start / units.time, ramp.end / units.time
@@ -324,7 +333,7 @@ def simulate_in_numpy(
         if recorder is not None:
             recorder.show(samples)
 
-    natural = [leg.in_units(units.time, units.force) for leg in legs]
+    natural = [leg.in_units(units.time, units.force) for leg in walker.cut(legs)]
     if displacement is None:
         displacement = np.zeros(scene.chain.granules, dtype)
     state, steps = integrate(displacement, natural, walker, show)

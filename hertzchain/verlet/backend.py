@@ -16,6 +16,7 @@ import numpy as np
 from hertzchain.accuracy import (
     another_companion,
     companion,
+    is_hard,
     refuse_meaningless,
     refuse_unstable,
     second_order_safety,
@@ -26,11 +27,10 @@ from hertzchain.arrays import FloatArray
 from hertzchain.chain import POSITIVE, is_positive
 from hertzchain.errors import RunFailed, require
 from hertzchain.history import History
-from hertzchain.peaks import largest_difference
+from hertzchain.peaks import ESTIMATED, PeakWatch, largest_difference
 from hertzchain.result import LostDigits, Result
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
-from hertzchain.shock import Pulse
 from hertzchain.validity import refuse_deep_overlap, refuse_hopeless_overlap
 from hertzchain.verlet.observation import Simulation
 from hertzchain.verlet.softening import predicted_loss
@@ -47,6 +47,13 @@ them leaves r'^(3/2) h^(5/2) in the velocities, 5e-5 of the largest at 0.3."""
 _INTERPOLATION = 3e-4
 """Of a peak, times the eighth power of the interval [natural units]; 1e-4 measured."""
 
+_KINK = 1.5e-3
+"""Of a peak, times the power 3.5 of the interval [natural units]: what a contact that opens next to
+one at its peak leaves between two readings, as its force has no second derivative (6e-4 seen)."""
+
+_KINK_PER_STEP = 0.02
+"""What it may cost where a step is asked for, over the square of that step [natural units]."""
+
 _READINGS_PER_RAMP = 8
 """At least, if there are so many steps: the work of a short pulse needs them."""
 
@@ -61,8 +68,8 @@ STABLE = 2.0
 ``accuracy.stable_step``."""
 
 _ERRATIC_STEP = 0.05
-"""Natural time units; above, opening contacts may make the difference of two runs too small. Under
-pulse tables, which open and close contacts again and again, they do so at any step."""
+"""Natural time units; above, opening contacts may make the difference of two runs too small. In
+hard scenes, which open and close contacts again and again, they do so at any step."""
 
 _PILOT_STEP = 0.04
 """Natural time units; the first of the runs that find the step for a wanted error."""
@@ -261,7 +268,7 @@ class _Runner:
             strides = [self.stride(leg, recording=False) for leg in legs]
             run = self.simulate(legs, strides)
             lost = run.round_off(self.scene)
-            by_steps = self._step_error(legs, run.peaks.force)
+            by_steps = self._step_error(legs, run.peaks)
             error = by_steps + _interpolation_error(self.scene, legs, strides) + lost
             if self._is_enough(by_steps, error, lost):
                 break
@@ -288,8 +295,9 @@ class _Runner:
             if len(runs) < 3:
                 continue
             before, after = (_extrapolate(*pair) for pair in itertools.pairwise(runs))
-            difference = largest_difference(before[0], after[0])
-            by_steps = _extrapolation_error(self.scene, finer, difference)
+            difference = largest_difference(before[0], after[0], ESTIMATED)
+            by_steps = _extrapolation_error(self.scene, finer, difference, runs[2].peaks)
+            by_steps += _rival_error(runs[2].peaks, after[0])
             lost = (4 * runs[2].round_off(self.scene) + runs[1].round_off(self.scene)) / 3
             error = by_steps + _interpolation_error(self.scene, finer, apart) + lost
             if self._is_enough(by_steps, error, lost):
@@ -325,19 +333,24 @@ class _Runner:
         interval = _READING_INTERVAL * math.pow(0.01 * unit / leg.dt, 1 / 8)
         if self.steps.dt is None:
             interval = min(interval, math.pow(0.1 * self.steps.rtol / _INTERPOLATION, 1 / 8))
+        if is_hard(self.scene):
+            asked, step = self.steps.dt, leg.dt / unit
+            error = 0.1 * self.steps.rtol if asked is None else _KINK_PER_STEP * step**2
+            interval = min(interval, math.pow(error / _KINK, 1 / 3.5))
         return max(1, int(min(leg.steps, interval * unit / leg.dt)))
 
-    def _step_error(self, legs: Sequence[Leg], peak_force: FloatArray) -> float:
+    def _step_error(self, legs: Sequence[Leg], peaks: PeakWatch) -> float:
         """Bound of what the steps cost the peaks, as a fraction."""
         others = [companion(legs, stable_step(self.scene, STABLE))]
         longest = max(leg.dt for leg in legs) / self.scene.units.time
-        if longest > _ERRATIC_STEP or not isinstance(self.scene.shock, Pulse):
+        rising = peaks.any_rising
+        if longest > _ERRATIC_STEP or rising or is_hard(self.scene):
             others.append(another_companion(legs))
         error = max(
-            other.factor * largest_difference(self._rough_peaks(other.legs), peak_force)
+            other.factor * largest_difference(self._rough_peaks(other.legs), peaks.force, ESTIMATED)
             for other in others
         )
-        return second_order_safety(longest) * error
+        return second_order_safety(longest, rising) * error
 
 
 def _extrapolate(coarse: Simulation, fine: Simulation) -> tuple[FloatArray, FloatArray]:
@@ -349,12 +362,15 @@ def _extrapolate(coarse: Simulation, fine: Simulation) -> tuple[FloatArray, Floa
     return force, np.where(same, fine.peaks.time + later / 3, fine.peaks.time)
 
 
-def _extrapolation_error(scene: Scene, legs: Sequence[Leg], difference: float) -> float:
+def _extrapolation_error(
+    scene: Scene, legs: Sequence[Leg], difference: float, peaks: PeakWatch
+) -> float:
     """Bound of what the steps cost extrapolated peaks, as a fraction.
 
     The error is 1/15 of the difference where errors go as dt^2 and dt^4. Contacts that open leave
     some dt^2.5 in natural units, erratic from one step to the next, so that two extrapolations can
-    agree by chance: 0.0055 dt^2.5 was seen where they did, and 0.84 of the difference.
+    agree by chance: 0.0055 dt^2.5 was seen where they did, and 0.84 of the difference. In hard
+    scenes, and for contacts that are still pressed harder at the end, it is ten times as much.
 
     Parameters
     ----------
@@ -362,9 +378,34 @@ def _extrapolation_error(scene: Scene, legs: Sequence[Leg], difference: float) -
         The scene and the finer steps.
     difference
         Of the peaks from those of steps twice as long, extrapolated too.
+    peaks
+        Of the run with the finer steps.
     """
     dt = max(leg.dt for leg in legs) / scene.units.time
+    if is_hard(scene) or peaks.any_rising:
+        return 3 * difference + 0.05 * math.pow(dt, 2.5)
     return difference + 0.005 * math.pow(dt, 2.5)
+
+
+def _rival_error(peaks: PeakWatch, extrapolated: FloatArray) -> float:
+    """By how much another maximum of a contact may be above that which was extrapolated.
+
+    What steps add to the force differs from maximum to maximum. Where they add much to one, a
+    second that is lower in every run may be the highest in truth.
+
+    Parameters
+    ----------
+    peaks
+        Of the run with the finest steps.
+    extrapolated
+        Peak forces as for steps of length 0 [N], shape (contacts,).
+    """
+    judged = (extrapolated >= ESTIMATED * np.max(extrapolated)) & (extrapolated > 0)
+    highest, rival = extrapolated[judged], peaks.rival[judged]
+    step = np.abs(peaks.force[judged] - highest)
+    within = rival + 2 * step > highest
+    higher = np.where(within, (rival + 2 * step - highest) / highest, 0.0)
+    return float(np.max(higher, initial=0.0))
 
 
 def _interpolation_error(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> float:
@@ -377,4 +418,5 @@ def _interpolation_error(scene: Scene, legs: Sequence[Leg], strides: Sequence[in
     apart = [min(n, leg.steps) * leg.dt / unit for n, leg in zip(strides, legs, strict=True)]
     dt = max(leg.dt for leg in legs) / unit
     h = max(apart)
-    return _INTERPOLATION * h**8 + 0.01 * h**4 * dt**2 + h**2 * dt**4
+    kinks = _KINK * h**3.5 if is_hard(scene) else 0.0
+    return _INTERPOLATION * h**8 + 0.01 * h**4 * dt**2 + h**2 * dt**4 + kinks

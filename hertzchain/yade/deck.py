@@ -86,7 +86,7 @@ def applied_force():
     """The force on the first granule at this step of this leg [N]."""
     shape, start, growth, fraction = legs[leg][3:]
     part = done * fraction
-    return start + growth * (part if shape == "linear" else (1 - np.cos(np.pi * part)) / 2)
+    return start + growth * (part if shape == "linear" else np.sin(np.pi / 2 * part) ** 2)
 
 
 def along_the_chain():
