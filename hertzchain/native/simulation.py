@@ -29,7 +29,7 @@ from hertzchain.similarity import NaturalUnits, force_scale
 from hertzchain.work import work_done
 
 if TYPE_CHECKING:
-    from hertzchain.native.kernels import Table
+    from hertzchain.native.kernels import Record, Table
 
 SHAPES = {"linear": 1, "cosine": 2}
 """How the kernels are told the shape of a ramp."""
@@ -153,13 +153,11 @@ def simulate(
     refuse_memory(8.0 * arrays * granules)
     force = np.zeros(granules - 1)
     time = np.full(granules - 1, np.nan)
-    times = np.zeros(0) if recorder is None else np.asarray(recorder.time, np.float64)
-    record = kernels.Record(
-        times,
-        np.zeros((times.size, granules)),
-        np.zeros((times.size, granules)),
-        np.zeros((times.size, granules - 1)),
-    )
+    record = _nothing_recorded()
+    if recorder is not None:
+        times = np.asarray(recorder.time, np.float64)
+        states = np.zeros((2, times.size, granules))
+        record = kernels.Record(times, *states, np.zeros((times.size, granules - 1)))
     control = np.zeros(3)
 
     def run() -> Any:
@@ -271,14 +269,23 @@ def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -
 
 def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
     """Legs [s, N] as the kernels take them: natural units, shape (legs, 8)."""
-    rows = np.zeros((len(legs), 8))
-    for row, leg in zip(rows, legs, strict=True):
-        row[:3] = leg.start / units.time, leg.end / units.time, leg.steps
+    rows = []
+    for leg in legs:
+        row = [leg.start / units.time, leg.end / units.time, leg.steps, 0.0, 0.0, 0.0, 0.0, 0.0]
         if leg.ramp is not None:
             ramp = leg.ramp
             row[3:6] = SHAPES[ramp.shape], ramp.start / units.time, ramp.end / units.time
             row[6:8] = ramp.start_force / units.force, ramp.end_force / units.force
-    return rows
+        rows.append(row)
+    return np.array(rows, np.float64)
+
+
+@functools.cache
+def _nothing_recorded() -> Record:
+    from hertzchain.native import kernels
+
+    nothing = np.zeros((0, 0))
+    return kernels.Record(np.zeros(0), nothing, nothing, nothing)
 
 
 @functools.cache
