@@ -28,7 +28,7 @@ figures: $(STAMP) ## write the figures and tables of validation/results/ anew; t
 	cp report/*.svg report/*.csv validation/results/
 	rm validation/results/formula_maps.csv
 
-extremes: $(STAMP) ## 12,000 random scenes at the extremes, each answered or refused; half an hour
+extremes: $(STAMP) ## 12,000 random scenes at the extremes, 30,000 hard on error bounds; an hour
 	$(BIN)/python validation/extremes.py -o extremes.csv --plot validation/results/extremes.png
 
 long-run: $(STAMP) ## a wave down 90,000 granules: what drifts; two minutes

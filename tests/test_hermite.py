@@ -165,3 +165,34 @@ def test_many_columns_with_different_maxima() -> None:
     curve = np.stack([np.zeros(999), 2 * peak, -np.ones(999)])
     # One rounding.
     assert hermite.maximum(curve) == pytest.approx(peak, rel=0, abs=1e-15)
+
+
+# What tells whether there is a maximum at all
+
+
+@given(data=st.data())
+@settings(deadline=None, max_examples=50)
+def test_increments_are_those_of_bernstein_coefficients(data: st.DataObject) -> None:
+    coefficients = [data.draw(numbers) for _ in range(8)]
+    curve, h = Polynomial(coefficients), data.draw(st.floats(0.1, 2.0))
+    ends = [[np.array(curve.deriv(k)(t)) for k in range(4)] for t in (0.0, h)]
+    ends = [[np.array(curve(t)), *rest[1:]] for t, rest in zip((0.0, h), ends, strict=True)]
+    found = hermite.increments(ends[0], ends[1], np.array(h))
+    values = curve(np.linspace(0, h, 200))
+    scale = 1e-12 * (1 + np.sum(np.abs(coefficients)) * max(1, h) ** 7)
+    assert float(found.sum()) == pytest.approx(curve(h) - curve(0), rel=0, abs=scale)
+    reach = np.concatenate([[0.0], np.cumsum(found)])
+    assert values.max() - curve(0) <= reach.max() + scale
+    assert values.min() - curve(0) >= reach.min() - scale
+    # No more turns than changes of sign, where rounding does not make them.
+    rising = np.diff(values)
+    rising = rising[np.abs(rising) > scale]
+    clear = found[np.abs(found) > scale]
+    assert np.count_nonzero(np.diff(np.sign(rising))) <= np.count_nonzero(np.diff(np.sign(clear)))
+
+
+def test_extrema_of_a_polynomial() -> None:
+    slope = Polynomial.fromroots([0.25, 0.5, 0.875, -1.0, 2.0]) * Polynomial([1.0, 0.0, 1.0])
+    found = hermite.extrema(np.asarray(slope.integ().coef, np.float64))
+    assert np.sort(found) == pytest.approx([0.25, 0.5, 0.875], rel=0, abs=1e-10)
+    assert hermite.extrema(np.array([1.0, 1.0, 0.0, 0.0])).size == 0

@@ -315,3 +315,73 @@ def test_largest_differences_vs_one_by_one() -> None:
     one_by_one = [largest_difference(*pair) for pair in zip(measured, expected, strict=True)]
     assert largest_differences(measured, expected).tolist() == one_by_one
     assert one_by_one[3:5] == [0.0, 1.0]
+
+
+def polynomials(*of_contacts: np.polynomial.Polynomial) -> Overlap:
+    """Overlaps that are polynomials in time."""
+
+    def overlap(time: Array, k: int) -> Array:
+        return np.stack([(p.deriv(k) if k else p)(time) for p in of_contacts], axis=1)
+
+    return overlap
+
+
+def with_turns(slope: float, *turns: float) -> np.polynomial.Polynomial:
+    """An overlap of 1 at time 0, whose rate is 0 at the given times."""
+    return (slope * np.polynomial.Polynomial.fromroots(turns)).integ() + 1
+
+
+@pytest.mark.parametrize("jerk", [True, False])
+def test_a_maximum_where_the_overlap_rises_at_both_samples(jerk: bool) -> None:
+    curve = with_turns(1.0, 0.2, 0.95)
+    watch = watched(samples_of(polynomials(curve), np.array([0.0, 1.0]), jerk))
+    assert curve(0.2) > max(curve(0.0), curve(1.0))
+    assert min(curve.deriv()(0.0), curve.deriv()(1.0)) > 0
+    # The interpolant is the polynomial itself; rounding.
+    assert watch.force[0] == pytest.approx(curve(0.2) ** 1.5, rel=1e-13, abs=0)
+    assert watch.time[0] == pytest.approx(0.2, rel=1e-12, abs=0)
+
+
+def test_a_maximum_where_the_overlap_falls_at_both_samples() -> None:
+    curve = with_turns(-1.0, 0.05, 0.8)
+    watch = watched(samples_of(polynomials(curve), np.array([0.0, 1.0])))
+    assert curve(0.8) > max(curve(0.0), curve(1.0))
+    assert max(curve.deriv()(0.0), curve.deriv()(1.0)) < 0
+    assert watch.force[0] == pytest.approx(curve(0.8) ** 1.5, rel=1e-13, abs=0)
+
+
+def test_the_higher_of_two_maxima_between_two_samples() -> None:
+    first = with_turns(-100.0, 0.2, 0.6, 0.9)
+    second = with_turns(-100.0, 0.1, 0.3, 0.8)
+    watch = watched(samples_of(polynomials(first, second), np.array([0.0, 1.0])))
+    assert watch.force[0] == pytest.approx(first(0.2) ** 1.5, rel=1e-12, abs=0)
+    assert watch.force[1] == pytest.approx(second(0.8) ** 1.5, rel=1e-12, abs=0)
+
+
+def test_a_touch_between_two_samples_of_a_contact_that_was_pressed_before() -> None:
+    curve = with_turns(-1.0, 0.3, 1.6) - 0.98
+    times = np.array([0.0, 0.5, 2.5, 3.0])
+    assert curve(0.0) > 0 > max(curve(0.5), curve(2.5))
+    watch = watched(samples_of(polynomials(curve), times, stiffness=7.0))
+    assert watch.force[0] == pytest.approx(7 * curve(1.6) ** 1.5, rel=1e-12, abs=0)
+
+
+def test_a_rival_is_the_second_highest_maximum() -> None:
+    curve = with_turns(-3.0, 0.5, 1.5, 2.6)
+    low, high = sorted((curve(0.5), curve(2.6)))
+    single = with_turns(-3.0, 0.5)
+    watch = watched(samples_of(polynomials(curve, single), np.linspace(0.0, 3.0, 7)))
+    assert watch.force[0] == pytest.approx(high**1.5, rel=1e-12, abs=0)
+    assert watch.rival[0] == pytest.approx(low**1.5, rel=1e-12, abs=0)
+    assert watch.rival[1] == 0
+
+
+def test_contacts_that_still_rise_are_told() -> None:
+    rises, falls = np.polynomial.Polynomial([1.0, 1.0]), with_turns(-1.0, 0.5)
+    times = np.array([0.0, 1.0])
+    assert watched(samples_of(polynomials(rises, falls), times)).any_rising
+    assert not watched(samples_of(polynomials(falls, falls), times)).any_rising
+    # Below half a thousandth of the largest force it does not count; above, it does.
+    for part, counts in ((4e-4, False), (6e-4, True)):
+        little = np.polynomial.Polynomial([0.5, 0.5]) * (part * falls(0.5) ** 1.5) ** (2 / 3)
+        assert watched(samples_of(polynomials(falls, little), times)).any_rising == counts

@@ -156,8 +156,12 @@ def simulate(
     record = _nothing_recorded()
     if recorder is not None:
         times = np.asarray(recorder.time, np.float64)
-        states = np.zeros((2, times.size, granules))
-        record = kernels.Record(times, *states, np.zeros((times.size, granules - 1)))
+        record = kernels.Record(
+            times,
+            np.zeros((times.size, granules)),
+            np.zeros((times.size, granules)),
+            np.zeros((times.size, granules - 1)),
+        )
     control = np.zeros(3)
 
     def run() -> Any:
