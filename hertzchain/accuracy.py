@@ -51,7 +51,8 @@ def second_order_safety(natural_step: float, rising: bool) -> float:
     natural_step
         The largest step, natural time units.
     rising
-        Whether the run ended while contacts were pressed harder than before: 2.9 was seen.
+        Whether the run ended while contacts were pressed harder than before: an error of 2.9 times
+        the estimate was seen.
     """
     return 1.5 if natural_step <= 0.15 and not rising else 4.0
 

@@ -76,8 +76,8 @@ def derivative(coefficients: Array) -> Array:
     return polynomial.polyder(coefficients)
 
 
-def extrema(coefficients: Array) -> Array:
-    """Where between 0 and 1 a polynomial has a maximum or a minimum.
+def maxima(coefficients: Array) -> Array:
+    """Where between 0 and 1 a polynomial has a maximum.
 
     Parameters
     ----------
@@ -91,7 +91,8 @@ def extrema(coefficients: Array) -> Array:
     slope = derivative(np.asarray(coefficients, np.float64))
     zeros = polynomial.polyroots(polynomial.polytrim(slope))
     real = zeros.real[np.abs(zeros.imag) <= 1e-6]
-    return np.asarray(real[(real > 0) & (real < 1)])
+    inside = real[(real > 0) & (real < 1)]
+    return np.asarray(inside[polynomial.polyval(inside, polynomial.polyder(slope)) < 0])
 
 
 def maximum(coefficients: Array) -> Array:

@@ -3,15 +3,15 @@
 The largest sample is only second order in the interval. Between two samples the overlap is
 interpolated (quintic from overlap, rate and acceleration; of degree seven where the jerk is known)
 and its largest value taken, wherever it may lie: a contact that is pressed harder at both samples
-can have a maximum and a minimum between them. So a peak that is missed was not above the
-interpolant by more than the error of that. The force there is the backend's own force at the nearer
-sample times the overlap ratio to the power 3/2: only the exponent of Hertz's law is used, so a
-wrong stiffness in a backend still shows.
+can have a maximum and a minimum between them. A maximum that the interpolant misses exceeds it by
+no more than the interpolation error. A contact that is pressed between two samples alone, and never
+at one, is not seen: its force is not known. The force there is the backend's own force at the
+nearer sample times the overlap ratio to the power 3/2: only the exponent of Hertz's law is used, so
+a wrong stiffness in a backend still shows.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -93,25 +93,34 @@ class PeakWatch:
         once = (turns == 1) & rises[0] & (reached > self._maxima[1])
         # The front of a wave grows by powers of ten in an interval: there seem to be some in it.
         counts = _COUNTS * np.max(self._overlap)
-        often = (turns > 1) & (reached > np.maximum(self._overlap, counts))
-        for some, search in ((once, hermite.maximum), (often, _highest)):
-            intervals, contacts = np.nonzero(some)
-            if intervals.size:
-                self._interpolate(samples, intervals, contacts, search)
+        often = (turns > 1) & (reached > np.maximum(self._maxima[1], counts))
+        intervals, contacts = np.nonzero(once)
+        if intervals.size:
+            curve = self._curves(samples, intervals, contacts)
+            self._take(samples, intervals, contacts, curve, hermite.maximum(curve))
+        for interval, contact in zip(*np.nonzero(often), strict=True):
+            curve = self._curves(samples, np.array([interval]), np.array([contact]))
+            for s in hermite.maxima(curve[:, 0]):
+                place = np.array([interval]), np.array([contact])
+                self._take(samples, *place, curve, np.array([s]))
 
-    def _interpolate(
+    @staticmethod
+    def _curves(samples: Samples, intervals: NDArray[np.intp], contacts: NDArray[np.intp]) -> Array:
+        """Overlaps in intervals between samples, a column for each."""
+        derivatives = samples.overlap_derivatives
+        start = [values[intervals, contacts] for values in derivatives]
+        end = [values[intervals + 1, contacts] for values in derivatives]
+        return hermite.coefficients(start, end, np.diff(samples.time)[intervals])
+
+    def _take(
         self,
         samples: Samples,
         intervals: NDArray[np.intp],
         contacts: NDArray[np.intp],
-        search: Callable[[Array], Array],
+        curve: Array,
+        s: Array,
     ) -> None:
-        derivatives = samples.overlap_derivatives
-        start = [values[intervals, contacts] for values in derivatives]
-        end = [values[intervals + 1, contacts] for values in derivatives]
-        h = samples.time[intervals + 1] - samples.time[intervals]
-        curve = hermite.coefficients(start, end, h)
-        s = search(curve)
+        """Keep maxima at s in [0, 1] of the curves of intervals."""
         highest = hermite.evaluate(curve, s)
         for contact, overlap in zip(contacts, highest, strict=True):
             pair = self._maxima[:, contact]
@@ -119,14 +128,16 @@ class PeakWatch:
                 pair[:] = overlap, pair[0]
             elif overlap > pair[1]:
                 pair[1] = overlap
-        nearer = intervals + (end[0] > start[0])
+        h = np.diff(samples.time)[intervals]
+        overlaps = samples.overlap
+        nearer = intervals + (overlaps[intervals + 1, contacts] > overlaps[intervals, contacts])
         beside, force = samples.overlap[nearer, contacts], samples.contact_force[nearer, contacts]
         # Pressed between two samples alone: by what the contact has been at its largest force.
         beside, force = (
-            np.where(force > 0, now, then)
+            np.where((force > 0) & (samples.overlap[nearer, contacts] > 0), now, then)
             for now, then in ((beside, self._overlap[contacts]), (force, self.force[contacts]))
         )
-        known = (force > 0) & (highest > 0)
+        known = (force > 0) & (beside > 0) & (highest > 0)
         ratio = highest[known] / beside[known]
         force = force[known] * ratio * np.sqrt(ratio)
         time = samples.time[intervals[known]] + (s * h)[known]
@@ -141,16 +152,6 @@ class PeakWatch:
         self.force[contacts[larger]] = force[larger]
         self.time[contacts[larger]] = time[larger]
         self._overlap[contacts[larger]] = overlap[larger]
-
-
-def _highest(curves: Array) -> Array:
-    """Where in [0, 1] each of some polynomials is highest: shape (degree + 1, n) to shape (n,)."""
-    found: Array = np.empty_like(curves[0])
-    for k, curve in enumerate(curves.T):
-        places = np.concatenate([[0.0, 1.0], hermite.extrema(curve)])
-        heights = hermite.evaluate(curve[:, np.newaxis], places)
-        found[k] = places[np.argmax(heights)]
-    return found
 
 
 def largest_differences(

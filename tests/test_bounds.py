@@ -7,8 +7,10 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.accuracy import stable_step
+from hertzchain.errors import OverlapTooLarge, StepUnstable, Unpredictable
 from hertzchain.native import METHODS, simulate_in_numpy
 from hertzchain.native.simulation import simulate
+from hertzchain.verlet import backend
 from tests.conftest import STEEL, paper_scene
 from tests.oracles import eighth_order
 from validation.random_scenes import KINDS
@@ -122,12 +124,17 @@ def test_lammps_in_the_first_instants_is_refused() -> None:
         hc.Lammps().run(early(scene, 1e-9 * scene.rise_time))
 
 
-def test_an_extrapolated_maximum_with_a_rival_is_told() -> None:
-    # Of two maxima the higher one in every run is the lower one in truth: found on a plane of n
-    # and LM_ratio. The bound has to hold at the steps at which it would not without the rival.
-    scene = KINDS["two maxima"](np.random.default_rng([6, 1, 45]), 40)
-    for dt in (0.01, 0.02, 0.04):
-        holds(scene, hc.Lammps(dt * scene.units.time, extrapolated=True).run(scene))
+@pytest.mark.lammps
+def test_an_extrapolated_maximum_with_a_rival_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Steps add more to one maximum of contact 4 than to another, so the higher one in every run is
+    # the lower one in truth, and three runs agree on it.
+    scene = paper_scene("cosine-triangular", 4.610493817877028, 2.814829906470954, 9)
+    lammps = hc.Lammps(0.036457414509778074 * scene.units.time, extrapolated=True)
+    result = lammps.run(scene)
+    holds(scene, result)
+    monkeypatch.setattr(backend, "_rival_error", lambda *_: 0.0)
+    without = lammps.run(scene)
+    assert eighth_order.solve(scene).error_of(without.peak_force) > without.error_estimate
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -151,19 +158,24 @@ def random_scenes_hold(kind: str, numbers: range) -> None:
         step = float(10 ** rng.uniform(-2, 0)) * stable_step(scene, METHODS[method].interval)
         try:
             truth = eighth_order.solve(scene)
-            runs = [hc.Native(rtol=rtol, peaks_only=bool(number % 2)).run(scene)]
-            if number % 4 == 0:
-                runs.append(hc.Native(method, max(step, scene.end_time / 1e5)).run(scene))
-            batch = hc.peak_forces([scene], rtol)
-        except (hc.HertzchainError, ArithmeticError):
-            continue
+            result = hc.Native(rtol=rtol, peaks_only=bool(number % 2)).run(scene)
+        except (ArithmeticError, OverlapTooLarge):
+            continue  # chaotic; no scene for Hertz's law
         judged += 1
         allowed = truth.error + ORACLE
-        for run in runs:
-            assert truth.error_of(run.peak_force) <= run.error_estimate + allowed, (number, rtol)
+        error = truth.error_of(result.peak_force)
+        assert error <= result.error_estimate + allowed, (number, rtol)
+        batch = hc.peak_forces([scene], rtol)
         error = truth.error_of(batch.peak_force[0])
         assert error <= batch.error_estimate[0] + allowed, (number, rtol)
-    assert judged >= 0.8 * len(numbers)
+        if number % 4 == 0:
+            try:
+                result = hc.Native(method, max(step, scene.end_time / 1e5)).run(scene)
+            except (StepUnstable, OverlapTooLarge, Unpredictable):
+                continue  # a step so long is refused, or leaves no digit
+            error = truth.error_of(result.peak_force)
+            assert error <= result.error_estimate + allowed, (number, method, step)
+    assert judged >= 0.9 * len(numbers)
 
 
 @pytest.mark.parametrize("scene", [SHORT_DECAY, SHORTER_DECAY, two_maxima(1.05, 4.2, 12)])

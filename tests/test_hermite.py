@@ -191,8 +191,9 @@ def test_increments_are_those_of_bernstein_coefficients(data: st.DataObject) -> 
     assert np.count_nonzero(np.diff(np.sign(rising))) <= np.count_nonzero(np.diff(np.sign(clear)))
 
 
-def test_extrema_of_a_polynomial() -> None:
-    slope = Polynomial.fromroots([0.25, 0.5, 0.875, -1.0, 2.0]) * Polynomial([1.0, 0.0, 1.0])
-    found = hermite.extrema(np.asarray(slope.integ().coef, np.float64))
-    assert np.sort(found) == pytest.approx([0.25, 0.5, 0.875], rel=0, abs=1e-10)
-    assert hermite.extrema(np.array([1.0, 1.0, 0.0, 0.0])).size == 0
+def test_maxima_of_a_polynomial() -> None:
+    slope = Polynomial.fromroots([0.25, 0.5, 0.875, -1.0, 2.0]) * Polynomial([-1.0, 0.0, -1.0])
+    curve = np.asarray(slope.integ().coef, np.float64)
+    assert hermite.maxima(curve) == pytest.approx([0.5], rel=0, abs=1e-10)
+    assert np.sort(hermite.maxima(-curve)) == pytest.approx([0.25, 0.875], rel=0, abs=1e-10)
+    assert hermite.maxima(np.array([1.0, 1.0, 0.0, 0.0])).size == 0

@@ -376,6 +376,14 @@ def test_a_rival_is_the_second_highest_maximum() -> None:
     assert watch.rival[1] == 0
 
 
+def test_a_rival_within_one_interval() -> None:
+    curve = with_turns(-3.0, 0.32, 0.51, 1.05)
+    watch = watched(samples_of(polynomials(curve), np.array([0.0, 1.0, 2.0])))
+    low, high = sorted((curve(0.32), curve(1.05)))
+    assert watch.force[0] == pytest.approx(high**1.5, rel=1e-12, abs=0)
+    assert watch.rival[0] == pytest.approx(low**1.5, rel=1e-12, abs=0)
+
+
 def test_contacts_that_still_rise_are_told() -> None:
     rises, falls = np.polynomial.Polynomial([1.0, 1.0]), with_turns(-1.0, 0.5)
     times = np.array([0.0, 1.0])

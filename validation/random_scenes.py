@@ -41,7 +41,7 @@ def _pulse(rng: np.random.Generator, granules: int, n: float, ratio: float) -> h
 
 
 def any_pulse(rng: np.random.Generator, longest: int) -> hc.Scene:
-    """LM_ratio 0.03 to 50, n 1.03 to 40, chains of 2 to ``longest`` granules."""
+    """LM_ratio 0.03 to 50, n 1.03 to 41, chains of 2 to ``longest`` granules."""
     n, ratio = 1 + _spread(rng, 0.03, 40.0), _spread(rng, 0.03, 50.0)
     return _pulse(rng, round(_spread(rng, 2.0, longest)), n, ratio)
 

@@ -223,14 +223,14 @@ class Native:
         hard = is_hard(scene)
         plan = choice.plan(rtol, hard=hard)
         before = math.inf
-        for _ in range(choice.TRIES):
+        for left in reversed(range(choice.TRIES)):
             legs = plan.walker.cut(scene.schedule(plan.step * scene.units.time))
             run = simulate(
                 scene, legs, plan.walker, recorder, leave_behind=self.peaks_only, deadline=deadline
             )
-            if not hard and run.peaks.any_rising:
+            if left and not hard and run.peaks.any_rising:
                 # What is stated for such a contact is the force at an instant, not a peak.
-                hard, plan = True, choice.plan(rtol, hard=True)
+                hard, plan, before = True, choice.plan(rtol, hard=True), math.inf
                 continue
             error = _estimate(scene, legs, plan, run, deadline)
             cost = run.evaluations * scene.chain.granules

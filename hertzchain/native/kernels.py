@@ -411,7 +411,8 @@ def _turns(v0: Any, f0: Any, v: Any, f: Any, dip: Any, zero: Any, lo: int, hi: i
     The former are those whose overlap rate w changes its sign. The others are those where it may do
     so twice: it keeps its sign at the ends, but bends towards 0 and back. A parabola
     c (t - t')^2 - d, d >= 0, that reaches 0 within a step of length h has
-    w0 + w1 <= h (w1' - w0') / 2; ``dip`` is h / 2 and a margin.
+    w0 + w1 <= h (w1' - w0') / 2; ``dip`` is h / 2 and a margin. Rates that change their sign three
+    times in a step, from falling to rising, are not looked at.
     """
     turns, dips = 0, zero
     for i in range(np.uint64(lo), np.uint64(hi - 1)):
@@ -534,6 +535,8 @@ def _maximum(c: Any, low: float, high: float) -> float:
     """Where between low and high a polynomial that rises at low and falls at high is highest."""
     at_low, at_high = _slope(c, low), _slope(c, high)
     s = low + (high - low) * at_low / (at_low - at_high)
+    if not low < s < high:
+        s = (low + high) / 2
     for _ in range(50):
         slope = _slope(c, s)
         if slope > 0:
@@ -610,10 +613,14 @@ def _highest(c: Any, known: float, b: Any) -> float:
 @compiled
 def _keep_peaks(
     peak_force: Any, peak_time: Any, base: int, u0: Any, v0: Any, f0: Any, u: Any, v: Any, f: Any,
-    lo: int, hi: int, leg: Any, begin: float, h: float, off: float, dips: bool, slack: float,
-    b: Any,
+    lo: int, hi: int, leg: Any, begin: float, time: float, h: float, off: float, dips: bool,
+    slack: float, b: Any,
 ) -> None:  # fmt: skip
-    """The maxima of contact forces within a step, of the contacts that ``_turns`` found."""
+    """The maxima of contact forces within a step, of the contacts that ``_turns`` found.
+
+    ``time`` is that of the end of the step, to the last digit; ``slack`` is h for velocity Verlet
+    (see ``_turns_of_verlet``) and 0 for other methods.
+    """
     dip = _DIP * h
     for i in range(lo, hi - 1):
         w0, w1 = v0[i] - v0[i + 1], v[i] - v[i + 1]
@@ -634,7 +641,7 @@ def _keep_peaks(
         ends = _force(max(r0, r1))
         if ends > peak_force[base + i]:
             peak_force[base + i] = ends
-            peak_time[base + i] = begin + h if r1 > r0 else begin
+            peak_time[base + i] = time if r1 > r0 else begin
         start = _contact(u0, v0, i, lo, leg, begin, off)
         end = _contact(u, v, i, lo, leg, begin + h, off)
         curve = _hermite(start, end, h)
@@ -785,6 +792,9 @@ def _is_stopped(control: Any) -> bool:
 _LO, _HI, _WHOLE, _PART, _LEVEL, _KEPT, _STEPS, _EVALUATIONS, _GRANULE_EVALUATIONS = range(9)
 _TIME, _NEXT_CHECK, _WORK, _MOMENTUM, _ENERGY = range(5)
 
+_H, _DIP_TIMES_H = 3, 4
+"""Places in the constants of a run, which have the precision of its state."""
+
 _LEG_DONE, _NO_ROOM, _SETTLED, _DIVERGED, _STOPPED = range(5)
 """Why _advance returns."""
 
@@ -825,6 +835,7 @@ def _advance(
             reason = _NO_ROOM
             break
         begin = leg[START] + whole * full + part * h
+        constants[_H], constants[_DIP_TIMES_H] = h, _DIP * h
         _copy(u, u0, lo, hi + 1)
         _copy(v, v0, lo, hi + 1)
         _copy(f, f0, lo, hi + 1)
@@ -853,13 +864,13 @@ def _advance(
                 break
         if tolerance > 0:
             turns, dips, fastest, speed = _scan(
-                u0, v0, f0, u, v, f, h, zero + _DIP * h, begin < starting, zero, lo, hi
+                u0, v0, f0, u, v, f, h, constants[_DIP_TIMES_H], begin < starting, zero, lo, hi
             )
         elif verlet:
-            turns, dips = _turns_of_verlet(v0, f0, v, f, zero + h, zero, lo, hi), True
+            turns, dips = _turns_of_verlet(v0, f0, v, f, constants[_H], zero, lo, hi), True
             fastest, speed = zero, zero
         else:
-            turns, dips = _turns(v0, f0, v, f, zero + _DIP * h, zero, lo, hi)
+            turns, dips = _turns(v0, f0, v, f, constants[_DIP_TIMES_H], zero, lo, hi)
             fastest, speed = zero, zero
         if tolerance > 0 and level < _DEEPEST:
             felt = float(fastest) ** 3 * h**5 > (tolerance * float(speed)) ** 2
@@ -880,7 +891,7 @@ def _advance(
         off = h * h / 6 if verlet else 0.0
         if turns > 0 or dips:
             _keep_peaks(
-                peak_force, peak_time, base, u0, v0, f0, u, v, f, lo, hi, leg, begin, h, off,
+                peak_force, peak_time, base, u0, v0, f0, u, v, f, lo, hi, leg, begin, time, h, off,
                 dips, h if verlet else 0.0, bernstein,
             )  # fmt: skip
         if leg[SHAPE] != 0:
@@ -978,7 +989,7 @@ def march(
     size = granules + 1
     if leave_behind:
         size = min(size, 1024 + 2 * margin)
-    constants = np.zeros(3, kind)  # in the precision of the state
+    constants = np.zeros(5, kind)  # in the precision of the state
     constants[1] = math.sqrt(np.finfo(kind).tiny)
     constants[2] = 1e30  # where the free end looks: never reached, never pressed
     u, v, f = np.zeros(size, kind), np.zeros(size, kind), np.zeros(size + 1, kind)

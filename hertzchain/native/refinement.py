@@ -41,7 +41,7 @@ class Walker(Protocol):
         """Natural time units from the start in which the front counts as a contact that closes."""
 
     def cut(self, legs: Sequence[Leg]) -> tuple[Leg, ...]:
-        """Legs with as many steps as this walker takes on them at least."""
+        """The legs, with more steps where this walker takes more; a second cut changes nothing."""
 
     def advance(
         self, state: State, time: Scalar, h: Scalar, applied: AppliedForce

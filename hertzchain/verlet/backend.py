@@ -370,7 +370,8 @@ def _extrapolation_error(
     The error is 1/15 of the difference where errors go as dt^2 and dt^4. Contacts that open leave
     some dt^2.5 in natural units, erratic from one step to the next, so that two extrapolations can
     agree by chance: 0.0055 dt^2.5 was seen where they did, and 0.84 of the difference. In hard
-    scenes, and for contacts that are still pressed harder at the end, it is ten times as much.
+    scenes, and for contacts that are still pressed harder at the end, both are erratic: three times
+    the difference and 0.05 dt^2.5.
 
     Parameters
     ----------
@@ -411,8 +412,8 @@ def _rival_error(peaks: PeakWatch, extrapolated: FloatArray) -> float:
 def _interpolation_error(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> float:
     """Bound of what reading now and then costs the peaks, as a fraction.
 
-    In natural units 1e-4 h^8, and for what is left of the error of the derivatives 0.005 h^4 dt^2
-    and 0.4 h^2 dt^4 (measured).
+    In natural units 1e-4 h^8, for what is left of the error of the derivatives 0.005 h^4 dt^2 and
+    0.4 h^2 dt^4 (measured), and in hard scenes what opening contacts leave: see ``_KINK``.
     """
     unit = scene.units.time
     apart = [min(n, leg.steps) * leg.dt / unit for n, leg in zip(strides, legs, strict=True)]

@@ -62,7 +62,6 @@ class Room(NamedTuple):
     slopes_u: Floats
     slopes_v: Floats
     scratch: Floats
-    acceleration: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -292,9 +291,7 @@ def _march(  # noqa: PLR0912 - one loop, as calls cost more than branches
     n = spheres.granules
     u, v = np.zeros(n), np.zeros(n)
     slopes_u, slopes_v = np.zeros((13, n)), np.zeros((13, n))
-    room = Room(
-        u, v, np.zeros(n), np.zeros(n), slopes_u, slopes_v, np.zeros(n), np.zeros(n)
-    )  # fmt: skip
+    room = Room(u, v, np.zeros(n), np.zeros(n), slopes_u, slopes_v, np.zeros(n))
     grown_u, grown_v, lost_u, lost_v = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     after = np.zeros((2, n))
     start = np.zeros(n)
