@@ -84,33 +84,49 @@ class PeakWatch:
             samples.overlap[largest, columns],
         )
         derivatives = samples.overlap_derivatives
-        start, end = [d[:-1] for d in derivatives], [d[1:] for d in derivatives]
         h = np.diff(samples.time)[:, np.newaxis]
+        overlap, rate, change = (np.abs(d) if k else d for k, d in enumerate(derivatives[:3]))
+        # As far as an overlap can get, even if its rate changes by all that both ends say.
+        farthest = np.maximum(overlap[:-1], overlap[1:])
+        farthest = farthest + h * (rate[:-1] + rate[1:] + h * (change[:-1] + change[1:]))
+        intervals, contacts = np.nonzero(farthest > self._maxima[1])
+        if intervals.size:
+            start = [d[intervals, contacts] for d in derivatives]
+            end = [d[intervals + 1, contacts] for d in derivatives]
+            self._search(samples, intervals, contacts, start, end)
+
+    def _search(
+        self,
+        samples: Samples,
+        intervals: NDArray[np.intp],
+        contacts: NDArray[np.intp],
+        start: list[Array],
+        end: list[Array],
+    ) -> None:
+        """Keep the maxima within some intervals, from overlaps and derivatives at their ends."""
+        h = np.diff(samples.time)[intervals]
         increments = hermite.increments(start, end, h)
         reached = start[0] + np.cumsum(increments, axis=0).max(axis=0)
         rises = increments > 0
         turns = np.count_nonzero(rises[1:] != rises[:-1], axis=0)
-        once = (turns == 1) & rises[0] & (reached > self._maxima[1])
+        higher = reached > self._maxima[1, contacts]
         # The front of a wave grows by powers of ten in an interval: there seem to be some in it.
-        counts = _COUNTS * np.max(self._overlap)
-        often = (turns > 1) & (reached > np.maximum(self._maxima[1], counts))
-        intervals, contacts = np.nonzero(once)
-        if intervals.size:
-            curve = self._curves(samples, intervals, contacts)
-            self._take(samples, intervals, contacts, curve, hermite.maximum(curve))
-        for interval, contact in zip(*np.nonzero(often), strict=True):
-            curve = self._curves(samples, np.array([interval]), np.array([contact]))
-            for s in hermite.maxima(curve[:, 0]):
-                place = np.array([interval]), np.array([contact])
-                self._take(samples, *place, curve, np.array([s]))
-
-    @staticmethod
-    def _curves(samples: Samples, intervals: NDArray[np.intp], contacts: NDArray[np.intp]) -> Array:
-        """Overlaps in intervals between samples, a column for each."""
-        derivatives = samples.overlap_derivatives
-        start = [values[intervals, contacts] for values in derivatives]
-        end = [values[intervals + 1, contacts] for values in derivatives]
-        return hermite.coefficients(start, end, np.diff(samples.time)[intervals])
+        counts = reached > _COUNTS * np.max(self._overlap)
+        for several, some in (
+            (False, higher & (turns == 1) & rises[0]),
+            (True, higher & (turns > 1) & counts),
+        ):
+            if not some.any():
+                continue
+            place = intervals[some], contacts[some]
+            curve = hermite.coefficients([d[some] for d in start], [d[some] for d in end], h[some])
+            if not several:
+                self._take(samples, *place, curve, hermite.maximum(curve))
+                continue
+            for k, column in enumerate(curve.T):
+                for s in hermite.maxima(column):
+                    here = place[0][k : k + 1], place[1][k : k + 1]
+                    self._take(samples, *here, column[:, np.newaxis], np.array([s]))
 
     def _take(
         self,
