@@ -93,9 +93,9 @@ class PeakWatch:
         if intervals.size:
             start = [d[intervals, contacts] for d in derivatives]
             end = [d[intervals + 1, contacts] for d in derivatives]
-            self._search(samples, intervals, contacts, start, end)
+            self._interpolate(samples, intervals, contacts, start, end)
 
-    def _search(
+    def _interpolate(
         self,
         samples: Samples,
         intervals: NDArray[np.intp],
