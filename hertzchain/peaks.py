@@ -69,8 +69,7 @@ class PeakWatch:
     @property
     def any_rising(self) -> bool:
         """Whether a contact that counts was pressed harder at the end than ever before."""
-        counts = self.force >= ESTIMATED * np.max(self.force)
-        return bool(np.any(counts & ~self.passed & (self.force > 0)))
+        return any_rising(self.force, self.passed)
 
     def show(self, samples: Samples) -> None:
         """Take note of the samples and of the intervals between them."""
@@ -168,6 +167,20 @@ class PeakWatch:
         self.force[contacts[larger]] = force[larger]
         self.time[contacts[larger]] = time[larger]
         self._overlap[contacts[larger]] = overlap[larger]
+
+
+def any_rising(force: Array, passed: NDArray[np.bool_]) -> bool:
+    """Whether a contact that counts was pressed harder at the end than ever before.
+
+    Parameters
+    ----------
+    force, passed
+        Peak force of each contact, and whether it has let up since, shape (contacts,).
+    """
+    if passed.all():
+        return False
+    counts = force >= ESTIMATED * np.max(force)
+    return bool(np.any(counts & ~passed & (force > 0)))
 
 
 def largest_differences(

@@ -99,7 +99,7 @@ BOUNDS = 5_000
 """Scenes of each kind that error bounds are held against another solver on."""
 
 ORACLE_ERROR = 1e-13
-"""What that solver says of its own error may be less by chance, but not by more than this."""
+"""By how much that solver may understate its own error, by chance."""
 
 CHUNK = 50
 """Scenes that a thread takes at a time; those with LAMMPS share a process of its own."""
@@ -409,7 +409,7 @@ def show(console: Console, table: pandas.DataFrame) -> None:
     """Print the share of each outcome, and the largest error over what was stated."""
     shown = Table(title="Share of each outcome", title_justify="left", box=None)
     outcomes = [RIGHT, *REASONS.values()]
-    for column in ("run", "runs", *outcomes, "error / stated", "its median, inverse"):
+    for column in ("run", "runs", *outcomes, "error / stated", "stated / error, median"):
         shown.add_column(column, justify="left" if column == "run" else "right")
     for run, group in table.groupby("run", sort=False):
         shares = (float((group["outcome"] == outcome).mean()) for outcome in outcomes)

@@ -20,7 +20,7 @@ from hertzchain.native.equations import contact_force, overlap
 from hertzchain.native.integration import integrate
 from hertzchain.native.methods import RungeKuttaNystrom, Stepper, SymplecticNystrom
 from hertzchain.native.refinement import Walker
-from hertzchain.peaks import ESTIMATED, PeakWatch
+from hertzchain.peaks import PeakWatch, any_rising
 from hertzchain.samples import Samples
 from hertzchain.scene import Scene
 from hertzchain.schedule import Leg
@@ -64,10 +64,7 @@ class Peaks:
     @property
     def any_rising(self) -> bool:
         """Whether the run ended while a contact that is judged was pressed harder than before."""
-        if self.passed.all():
-            return False
-        counts = self.force >= ESTIMATED * np.max(self.force)
-        return bool(np.any(counts & ~self.passed & (self.force > 0)))
+        return any_rising(self.force, self.passed)
 
 
 @dataclass(frozen=True, eq=False)
