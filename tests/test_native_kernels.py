@@ -272,12 +272,11 @@ def quiet_chain(quiet: int, behind: float) -> Any:
 
     Returns
     -------
-    u, v, f and the peaks, as ``_left_behind`` takes them, and its granules.
+    u, v and the peaks, as ``_left_behind`` takes them, and its granules.
     """
     overlaps = np.concatenate([[behind ** (2 / 3)], np.zeros(quiet), [0.4, 1.0, 0.3], np.zeros(4)])
     u = np.concatenate([[np.sum(overlaps)], np.sum(overlaps) - np.cumsum(overlaps)])
-    f = np.concatenate([[0.0], overlaps**1.5, [0.0]])
-    return u, np.zeros(u.size), f, np.ones(u.size - 1), u.size
+    return u, np.zeros(u.size), np.ones(u.size - 1), u.size
 
 
 @pytest.mark.parametrize(
@@ -293,9 +292,9 @@ def quiet_chain(quiet: int, behind: float) -> Any:
 def test_what_may_be_left_behind(
     quiet: int, behind: float, peak: float, velocity: float, cuts: bool
 ) -> None:
-    u, v, f, peaks, granules = quiet_chain(quiet, behind)
+    u, v, peaks, granules = quiet_chain(quiet, behind)
     peaks[0], v[0] = peak, velocity
-    cut = kernels._left_behind(u, v, f, peaks, 0, 0, granules - 1)
+    cut = kernels._left_behind(u, v, peaks, 0, 0, granules - 1)
     assert (cut > 0) == cuts
     assert cut <= quiet + 1 - 8 + 1
 
@@ -311,4 +310,4 @@ def test_when_no_peak_can_change(velocity: float, peak: float, settled: bool) ->
     peaks = np.ones(9)
     peaks[5] = peak
     u = np.append(u, 1e30)
-    assert kernels._settled(u, v, np.zeros(11), peaks, 0, 0, 10) == settled
+    assert kernels._settled(u, v, peaks, 0, 0, 10) == settled

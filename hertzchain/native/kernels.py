@@ -22,9 +22,11 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
+from llvmlite import ir
 from numba import njit
 from numba.core.caching import FunctionCache
 from numba.core.options import DefaultOptions
+from numba.extending import intrinsic
 
 from hertzchain.arrays import Array, FloatArray
 
@@ -63,7 +65,10 @@ _IMPACT = 1.3
 _SLOWER = 0.95
 """What is left behind is pressed less than this fraction of the leading wave."""
 
-ONE, TWO = np.uint64(1), np.uint64(2)
+_FREE_END = 1e30
+"""Where the granule beyond the free end lies: never reached, never pressed."""
+
+ONE = np.uint64(1)
 
 _DEEPEST = 60
 """Halvings of a step; below that time does not move."""
@@ -221,10 +226,10 @@ def _applied_force_rate(leg: Any, time: float) -> float:
 
 
 @compiled
-def _first_kick(u: Any, v: Any, f: Any, kick: Any, drift: Any, lo: int, hi: int) -> None:
-    """Kick by the known forces f, f[i] left of granule i, and drift."""
+def _first_kick(u: Any, v: Any, g: Any, kick: Any, drift: Any, lo: int, hi: int) -> None:
+    """Kick by the known accelerations g, and drift."""
     for i in range(np.uint64(lo), np.uint64(hi)):
-        v[i] += kick * (f[i] - f[i + ONE])
+        v[i] += kick * g[i]
         u[i] += drift * v[i]
 
 
@@ -244,14 +249,13 @@ def _kick_and_drift(
 
 
 @compiled
-def _last_kick(u: Any, v: Any, f: Any, kick: Any, least: Any, lo: int, hi: int) -> Any:
-    """Force and kick in one pass; forces are kept, that ahead of the last granule returned."""
-    left = f[lo]
+def _last_kick(u: Any, v: Any, g: Any, left: Any, kick: Any, least: Any, lo: int, hi: int) -> Any:
+    """Force and kick; accelerations are kept, the force ahead of the last granule returned."""
     for i in range(np.uint64(lo), np.uint64(hi)):
         r = u[i] - u[i + ONE]
         r = r if r > least else least - least
         right = r * np.sqrt(r)
-        f[i + ONE] = right
+        g[i] = left - right
         v[i] += kick * (left - right)
         left = right
     return left
@@ -270,9 +274,35 @@ def _accelerations(u: Any, a: Any, s: int, left: Any, least: Any, lo: int, hi: i
 
 
 @compiled
+def _accelerate_first(u: Any, g: Any, constants: Any, lo: int) -> None:
+    """Acceleration of the first granule under the applied force of the moment."""
+    r = u[lo] - u[lo + 1]
+    r = r if r > constants[_LEAST] else constants[_ZERO]
+    g[lo] = constants[_PUSH] - r * np.sqrt(r)
+
+
+@compiled
+def _keep_start(u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, lo: int, hi: int) -> None:
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        u0[i], v0[i], a[0, i] = u[i], v[i], g[i]
+
+
+@compiled
 def _copy(what: Any, to: Any, lo: int, hi: int) -> None:
     for i in range(np.uint64(lo), np.uint64(hi)):
         to[i] = what[i]
+
+
+@compiled
+def _copy_to_row(what: Any, to: Any, lo: int, hi: int) -> None:
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        to[0, i] = what[i]
+
+
+@compiled
+def _copy_from_row(what: Any, to: Any, lo: int, hi: int) -> None:
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        to[i] = what[0, i]
 
 
 @compiled
@@ -288,46 +318,56 @@ def _add(total: Any, weight: Any, a: Any, s: int, lo: int, hi: int) -> None:
 
 
 @compiled
+def _end_step(
+    u: Any, v: Any, g: Any, kick: Any, constants: Any, leg: Any, end: float, lo: int, hi: int,
+    last: int,
+) -> int:  # fmt: skip
+    """Last kick of a step; returns where the window ends now."""
+    if leg[SHAPE] != 0:
+        constants[_PUSH] = _applied_force(leg, end)
+    ahead = _last_kick(u, v, g, constants[_PUSH], kick, constants[_LEAST], lo, hi)
+    if ahead > 0 and hi < last:
+        g[hi] = ahead
+        hi = min(hi + _AHEAD, last)
+    return hi
+
+
+@compiled
 def _symplectic_step(
-    u: Any, v: Any, f: Any, kicks: Any, drifts: Any, fractions: Any, leg: Any, begin: float,
-    h: float, least: Any, lo: int, hi: int, last: int,
+    u: Any, v: Any, g: Any, kicks: Any, drifts: Any, fractions: Any, constants: Any, leg: Any,
+    begin: float, h: float, lo: int, hi: int, last: int,
 ) -> int:  # fmt: skip
     """Take one step of a symplectic Nystrom method; returns where the window ends now."""
-    pushed = leg[SHAPE] != 0
+    pushed, least = leg[SHAPE] != 0, constants[_LEAST]
     time, stages = begin, drifts.size
-    _first_kick(u, v, f, kicks[0], drifts[0], lo, hi)
+    _first_kick(u, v, g, kicks[0], drifts[0], lo, hi)
     for s in range(1, stages):
         if pushed:
             time += fractions[s - 1] * h
-            f[lo] = _applied_force(leg, time)
-        ahead = _kick_and_drift(u, v, f[lo], kicks[s], drifts[s], least, lo, hi)
+            constants[_PUSH] = _applied_force(leg, time)
+        ahead = _kick_and_drift(u, v, constants[_PUSH], kicks[s], drifts[s], least, lo, hi)
         if ahead > 0:
             hi = min(hi + _AHEAD, last)
-    if pushed:
-        f[lo] = _applied_force(leg, begin + h)
-    ahead = _last_kick(u, v, f, kicks[stages], least, lo, hi)
-    return min(hi + _AHEAD, last) if ahead > 0 else hi
+    return _end_step(u, v, g, kicks[stages], constants, leg, begin + h, lo, hi, last)
 
 
 @compiled
 def _nystrom_step(
-    u: Any, v: Any, f: Any, u0: Any, v0: Any, a: Any, nodes: Any, fractions: Any, position: Any,
-    velocity_weights: Any, position_weights: Any, kicks: Any, drifts: Any, leg: Any,
-    begin: float, h: float, zero: Any, least: Any, lo: int, hi: int, last: int,
+    u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, nodes: Any, fractions: Any, position: Any,
+    velocity_weights: Any, position_weights: Any, kicks: Any, drifts: Any, constants: Any, leg: Any,
+    begin: float, h: float, lo: int, hi: int, last: int,
 ) -> int:  # fmt: skip
     """Take one step of a Runge-Kutta-Nystrom method; returns where the window ends now."""
-    pushed = leg[SHAPE] != 0
+    pushed, least, zero = leg[SHAPE] != 0, constants[_LEAST], constants[_ZERO]
     stages = nodes.size
-    for i in range(lo, hi):
-        a[0, i] = f[i] - f[i + 1]
     for s in range(1, stages):
         _drift_from(u, u0, v0, nodes[s], lo, hi)
         for j in range(s):
             if position[s, j] != 0:
                 _add(u, position[s, j], a, j, lo, hi)
         if pushed:
-            f[lo] = _applied_force(leg, begin + fractions[s] * h)
-        ahead = _accelerations(u, a, s, f[lo], least, lo, hi)
+            constants[_PUSH] = _applied_force(leg, begin + fractions[s] * h)
+        ahead = _accelerations(u, a, s, constants[_PUSH], least, lo, hi)
         if ahead > 0 and hi < last:
             grown = min(hi + _AHEAD, last)
             for j in range(stages):
@@ -338,10 +378,7 @@ def _nystrom_step(
     for s in range(stages):
         _add(u, position_weights[s], a, s, lo, hi)
         _add(v, velocity_weights[s], a, s, lo, hi)
-    if pushed:
-        f[lo] = _applied_force(leg, begin + h)
-    ahead = _last_kick(u, v, f, kicks[0], least, lo, hi)
-    return min(hi + _AHEAD, last) if ahead > 0 else hi
+    return _end_step(u, v, g, kicks[0], constants, leg, begin + h, lo, hi, last)
 
 
 @_compiled_with_arrays
@@ -376,59 +413,78 @@ def _scale(
             position[s, j] = table.position[s, j] * (h * h)
 
 
+def _larger_of_two(_: Any, a: Any, b: Any) -> Any:
+    """The larger of two numbers of one type, neither NaN.
+
+    Of ``max`` LLVM makes vector instructions in some places and not in others.
+    """
+
+    def lowered(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        kind = context.get_value_type(signature.return_type)
+        of_two = ir.FunctionType(kind, [kind, kind])
+        maxnum = builder.module.declare_intrinsic("llvm.maxnum", [kind], of_two)
+        return builder.call(maxnum, arguments, fastmath=("nnan", "nsz"))
+
+    return (a(a, a), lowered) if a == b else None
+
+
+_larger: Any = intrinsic(_larger_of_two)
+
+
 @_compiled_without_nan
 def _scan(
-    u0: Any, v0: Any, f0: Any, u: Any, v: Any, f: Any, h: Any, dip: Any, starting: bool, zero: Any,
+    u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, h: Any, dip: Any, starting: bool, zero: Any,
     lo: int, hi: int,
 ) -> Any:  # fmt: skip
     """What a step met: contacts with a maximum, the fastest to open or close, the largest speed.
 
     Which contacts count is said in ``_turns`` and in ``refinement.Refined``.
     """
-    turns, dips, fastest, speed = 0, zero, zero, zero
-    for i in range(np.uint64(lo), np.uint64(hi - 1)):
+    turns, dips, fastest, speed = 0, 0, zero, zero
+    for i in range(np.uint64(lo), np.uint64(hi)):
         r0, r1 = u0[i] - u0[i + ONE], u[i] - u[i + ONE]
         w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
-        g0 = (f0[i] - f0[i + ONE]) - (f0[i + ONE] - f0[i + TWO])
-        g1 = (f[i] - f[i + ONE]) - (f[i + ONE] - f[i + TWO])
+        g0, g1 = a[0, i] - a[0, i + ONE], g[i] - g[i + ONE]
         both = w0 + w1
         turns += (w0 > zero) & (w1 <= zero)
-        inside = both * (dip * (g1 - g0) - both)
-        dips = max(dips, inside if both * g0 < zero else zero)
+        towards, back = -both * g0, both * g1
+        dips += (towards > zero) & (back > zero) & (dip * (towards + back) > both * both)
         rate = max(abs(w0), abs(w1))
         turns_round = ((w0 > zero) != (w1 > zero)) | starting
         near = (min(abs(r0), abs(r1)) < rate * h) & turns_round
         crosses = ((r0 > zero) != (r1 > zero)) | near
-        fastest = max(fastest, rate if crosses else zero)
-        speed = max(speed, abs(v[i]))
-    return turns, dips > zero, fastest, max(speed, abs(v[hi - 1]))
+        fastest = _larger(fastest, rate if crosses else zero)
+        speed = _larger(speed, abs(v[i]))
+    return turns, dips > 0, fastest, speed
 
 
 @_compiled_without_nan
-def _turns(v0: Any, f0: Any, v: Any, f: Any, dip: Any, zero: Any, lo: int, hi: int) -> Any:
+def _turns(v0: Any, a: Any, v: Any, g: Any, dip: Any, zero: Any, lo: int, hi: int) -> Any:
     """How many contacts have had a maximum within a step, and whether others may have had one.
 
     The former are those whose overlap rate w changes its sign. The others are those where it may do
-    so twice: it keeps its sign at the ends, but bends towards 0 and back. A parabola
-    c (t - t')^2 - d, d >= 0, that reaches 0 within a step of length h has
+    so twice: it keeps its sign at the ends, bends towards 0 at the start and back at the end, and
+    bends enough. A parabola c (t - t')^2 - d, d >= 0, that reaches 0 within a step of length h has
     w0 + w1 <= h (w1' - w0') / 2; ``dip`` is h / 2 and a margin. Rates that change their sign three
-    times in a step, from falling to rising, are not looked at.
+    times in a step are not looked at.
+
+    The contact ahead of the last granule is looked at too, though it is never pressed: a whole
+    number of vectors is quicker than one contact less.
     """
-    turns, dips = 0, zero
-    for i in range(np.uint64(lo), np.uint64(hi - 1)):
+    turns, dips = 0, 0
+    for i in range(np.uint64(lo), np.uint64(hi)):
         w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
-        g0 = (f0[i] - f0[i + ONE]) - (f0[i + ONE] - f0[i + TWO])
-        g1 = (f[i] - f[i + ONE]) - (f[i + ONE] - f[i + TWO])
+        g0, g1 = a[0, i] - a[0, i + ONE], g[i] - g[i + ONE]
         both = w0 + w1
         turns += (w0 > zero) & (w1 <= zero)
-        inside = both * (dip * (g1 - g0) - both)
-        dips = max(dips, inside if both * g0 < zero else zero)
-    return turns, dips > zero
+        towards, back = -both * g0, both * g1
+        dips += (towards > zero) & (back > zero) & (dip * (towards + back) > both * both)
+    return turns, dips > 0
 
 
 @compiled
 def _turns_of_verlet(
-    v0: Any, f0: Any, v: Any, f: Any, h: Any, zero: Any, lo: int, hi: int
+    v0: Any, a: Any, v: Any, g: Any, h: Any, zero: Any, lo: int, hi: int
 ) -> int:  # fmt: skip
     """``_turns``, of velocity Verlet.
 
@@ -436,10 +492,9 @@ def _turns_of_verlet(
     while the jerk stays the same.
     """
     turns = 0
-    for i in range(np.uint64(lo), np.uint64(hi - 1)):
+    for i in range(np.uint64(lo), np.uint64(hi)):
         w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
-        g0 = (f0[i] - f0[i + ONE]) - (f0[i + ONE] - f0[i + TWO])
-        g1 = (f[i] - f[i + ONE]) - (f[i + ONE] - f[i + TWO])
+        g0, g1 = a[0, i] - a[0, i + ONE], g[i] - g[i + ONE]
         near = h * abs(g1 - g0)
         turns += (w0 + near > zero) & (w1 - near <= zero)
     return turns
@@ -612,7 +667,7 @@ def _highest(c: Any, known: float, b: Any) -> float:
 
 @compiled
 def _keep_peaks(
-    peak_force: Any, peak_time: Any, base: int, u0: Any, v0: Any, f0: Any, u: Any, v: Any, f: Any,
+    peak_force: Any, peak_time: Any, base: int, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any,
     lo: int, hi: int, leg: Any, begin: float, time: float, h: float, off: float, dips: bool,
     slack: float, b: Any,
 ) -> None:  # fmt: skip
@@ -626,11 +681,12 @@ def _keep_peaks(
         w0, w1 = v0[i] - v0[i + 1], v[i] - v[i + 1]
         if not dips and not (w0 > 0 and w1 <= 0):
             continue
-        g0 = (f0[i] - f0[i + 1]) - (f0[i + 1] - f0[i + 2])
-        g1 = (f[i] - f[i + 1]) - (f[i + 1] - f[i + 2])
+        g0, g1 = a[0, i] - a[0, i + 1], g[i] - g[i + 1]
         near, both = slack * abs(g1 - g0), w0 + w1
         turns = w0 + near > 0 and w1 - near <= 0
-        if not turns and not (both * (dip * (g1 - g0) - both) > 0 and both * g0 < 0):
+        towards, back = -both * g0, both * g1
+        dips_here = towards > 0 and back > 0 and dip * (towards + back) > both * both
+        if not turns and not dips_here:
             continue
         r0, r1 = float(u0[i] - u0[i + 1]), float(u[i] - u[i + 1])
         # As far as it can get, even if its rate changes by all that both ends say.
@@ -700,7 +756,7 @@ def _strength(force: float, velocity: float) -> float:
 
 
 @compiled
-def _left_behind(u: Any, v: Any, f: Any, peak_force: Any, base: int, lo: int, hi: int) -> int:
+def _left_behind(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) -> int:
     """How far the window can be closed from behind once the pulse is over.
 
     The shock has to be one pulse (``simulation.can_leave_behind``). A cut needs all of this:
@@ -718,16 +774,16 @@ def _left_behind(u: Any, v: Any, f: Any, peak_force: Any, base: int, lo: int, hi
     - They have to be below the peaks of all contacts left behind, too: these are final.
     """
     crest = hi - 1
-    while crest > lo and f[crest] >= f[crest + 1]:
+    while crest > lo and max(u[crest - 1] - u[crest], 0) >= u[crest] - u[crest + 1]:
         crest -= 1
-    leading = float(f[crest + 1])
+    leading = _force(float(u[crest] - u[crest + 1]))
     noise = _QUIET * np.finfo(u.dtype).eps
     quiet_overlap, quiet_velocity = noise * leading ** (2 / 3), noise * leading ** (5 / 6)
     hardest, fastest, weakest_peak = 0.0, 0.0, leading
     quiet, cut = 0, lo
     for i in range(np.uint64(lo), np.uint64(crest)):
         closing = v[i] - v[i + ONE]
-        hardest = max(hardest, float(f[i + ONE]))
+        hardest = max(hardest, _force(float(u[i] - u[i + ONE])))
         fastest = max(fastest, float(v[i]), float(closing))
         weakest_peak = min(weakest_peak, peak_force[np.uint64(base) + i])
         if u[i] - u[i + ONE] <= quiet_overlap and abs(v[i]) <= quiet_velocity:
@@ -742,7 +798,7 @@ def _left_behind(u: Any, v: Any, f: Any, peak_force: Any, base: int, lo: int, hi
 
 
 @compiled
-def _settled(u: Any, v: Any, f: Any, peak_force: Any, base: int, lo: int, hi: int) -> bool:
+def _settled(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) -> bool:
     """Whether no peak can change any more, once the pulse is over and all granules were reached.
 
     Granules that fly off at the free end never come back; of the others none can press a contact
@@ -754,7 +810,7 @@ def _settled(u: Any, v: Any, f: Any, peak_force: Any, base: int, lo: int, hi: in
     hardest, fastest = 0.0, 0.0
     for i in range(np.uint64(lo), np.uint64(end - 1)):
         closing = v[i] - v[i + ONE]
-        hardest = max(hardest, float(f[i + ONE]))
+        hardest = max(hardest, _force(float(u[i] - u[i + ONE])))
         fastest = max(fastest, float(v[i]), float(closing))
     if end - 1 <= lo:
         return True
@@ -792,8 +848,9 @@ def _is_stopped(control: Any) -> bool:
 _LO, _HI, _WHOLE, _PART, _LEVEL, _KEPT, _STEPS, _EVALUATIONS, _GRANULE_EVALUATIONS = range(9)
 _TIME, _NEXT_CHECK, _WORK, _MOMENTUM, _ENERGY = range(5)
 
-_H, _DIP_TIMES_H = 3, 4
-"""Places in the constants of a run, which have the precision of its state."""
+_ZERO, _LEAST, _PUSH, _H, _DIP_TIMES_H = range(5)
+"""Places among the numbers of a run that have the precision of its state: 0, the least overlap that
+is one, the applied force of the moment, the step, and ``_DIP`` times it."""
 
 _LEG_DONE, _NO_ROOM, _SETTLED, _DIVERGED, _STOPPED = range(5)
 """Why _advance returns."""
@@ -801,7 +858,7 @@ _LEG_DONE, _NO_ROOM, _SETTLED, _DIVERGED, _STOPPED = range(5)
 
 @compiled
 def _advance(
-    u: Any, v: Any, f: Any, u0: Any, v0: Any, f0: Any, a: Any, constants: Any, bernstein: Any,
+    u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, constants: Any, bernstein: Any,
     table: Any, kicks: Any, drifts: Any, nodes: Any, position: Any, velocity_weights: Any,
     position_weights: Any, leg: Any, over: bool, verlet: bool, tolerance: float, starting: float,
     granules: int, base: int, leave_behind: bool, peak_force: Any, peak_time: Any, record: Any,
@@ -811,7 +868,7 @@ def _advance(
 
     Arrays are never bound to a name anew in here: Numba would count references at every step.
     """
-    zero, least = constants[0], constants[1]
+    zero = constants[_ZERO]
     nystrom = nodes.size > 0
     stages = max(nodes.size, drifts.size)
     fractions = table.nodes if nystrom else table.drifts
@@ -836,24 +893,23 @@ def _advance(
             break
         begin = leg[START] + whole * full + part * h
         constants[_H], constants[_DIP_TIMES_H] = h, _DIP * h
-        _copy(u, u0, lo, hi + 1)
-        _copy(v, v0, lo, hi + 1)
-        _copy(f, f0, lo, hi + 1)
+        _keep_start(u, v, g, u0, v0, a, lo, hi + 1)
         reached = hi
         if nystrom:
             hi = _nystrom_step(
-                u, v, f, u0, v0, a, nodes, fractions, position, velocity_weights,
-                position_weights, kicks, drifts, leg, begin, h, zero, least, lo, hi, last,
+                u, v, g, u0, v0, a, nodes, fractions, position, velocity_weights,
+                position_weights, kicks, drifts, constants, leg, begin, h, lo, hi, last,
             )  # fmt: skip
         else:
             hi = _symplectic_step(
-                u, v, f, kicks, drifts, fractions, leg, begin, h, least, lo, hi, last
+                u, v, g, kicks, drifts, fractions, constants, leg, begin, h, lo, hi, last
             )
         if hi > reached:
             # New granules were at rest before the step; what lies beyond the chain stays there.
             for i in range(reached + 1, hi + 1):
                 u0[i] = u[i] if i == last and base + last == granules else zero
                 v0[i] = zero
+                a[0, i] = zero
         cost += hi - lo
         spent += hi - lo + _STEP_IN_GRANULES
         if spent >= _LOOK:
@@ -864,21 +920,20 @@ def _advance(
                 break
         if tolerance > 0:
             turns, dips, fastest, speed = _scan(
-                u0, v0, f0, u, v, f, h, constants[_DIP_TIMES_H], begin < starting, zero, lo, hi
+                u0, v0, a, u, v, g, h, constants[_DIP_TIMES_H], begin < starting, zero, lo, hi
             )
         elif verlet:
-            turns, dips = _turns_of_verlet(v0, f0, v, f, constants[_H], zero, lo, hi), True
+            turns, dips = _turns_of_verlet(v0, a, v, g, constants[_H], zero, lo, hi), True
             fastest, speed = zero, zero
         else:
-            turns, dips = _turns(v0, f0, v, f, constants[_DIP_TIMES_H], zero, lo, hi)
+            turns, dips = _turns(v0, a, v, g, constants[_DIP_TIMES_H], zero, lo, hi)
             fastest, speed = zero, zero
         if tolerance > 0 and level < _DEEPEST:
             felt = float(fastest) ** 3 * h**5 > (tolerance * float(speed)) ** 2
             if felt:
                 _copy(u0, u, lo, hi)
                 _copy(v0, v, lo, hi)
-                f[lo] = _applied_force(leg, begin)
-                _last_kick(u, v, f, zero, least, lo, hi)
+                _copy_from_row(a, g, lo, hi + 1)
                 count[_EVALUATIONS] += stages
                 level, part, h = level + 1, 2 * part, h / 2
                 _scale(table, h, kicks, drifts, nodes, position, velocity_weights, position_weights)
@@ -891,7 +946,7 @@ def _advance(
         off = h * h / 6 if verlet else 0.0
         if turns > 0 or dips:
             _keep_peaks(
-                peak_force, peak_time, base, u0, v0, f0, u, v, f, lo, hi, leg, begin, time, h, off,
+                peak_force, peak_time, base, u0, v0, a, u, v, g, lo, hi, leg, begin, time, h, off,
                 dips, h if verlet else 0.0, bernstein,
             )  # fmt: skip
         if leg[SHAPE] != 0:
@@ -914,13 +969,13 @@ def _advance(
                 reason = _DIVERGED
                 break
             if leave_behind and over:
-                cut = _left_behind(u, v, f, peak_force, base, lo, hi)
+                cut = _left_behind(u, v, peak_force, base, lo, hi)
                 if cut > lo:
                     total[_MOMENTUM] += _momentum(v, lo, cut)
                     total[_ENERGY] += _energy(u, v, lo, cut)
                     lo = cut
-                    f[lo] = zero
-                if base + hi == granules and _settled(u, v, f, peak_force, base, lo, hi):
+                    _accelerate_first(u, g, constants, lo)
+                if base + hi == granules and _settled(u, v, peak_force, base, lo, hi):
                     reason = _SETTLED
                     break
     count[_LO], count[_HI], count[_KEPT] = lo, hi, kept
@@ -989,15 +1044,14 @@ def march(
     size = granules + 1
     if leave_behind:
         size = min(size, 1024 + 2 * margin)
-    constants = np.zeros(5, kind)  # in the precision of the state
-    constants[1] = math.sqrt(np.finfo(kind).tiny)
-    constants[2] = 1e30  # where the free end looks: never reached, never pressed
-    u, v, f = np.zeros(size, kind), np.zeros(size, kind), np.zeros(size + 1, kind)
-    u0, v0, f0 = np.zeros(size, kind), np.zeros(size, kind), np.zeros(size + 1, kind)
+    constants = np.zeros(5, kind)
+    constants[_LEAST] = math.sqrt(np.finfo(kind).tiny)
+    u, v, g = np.zeros(size, kind), np.zeros(size, kind), np.zeros(size, kind)
+    u0, v0 = np.zeros(size, kind), np.zeros(size, kind)
     bernstein = np.zeros(7)
-    a = np.zeros((table.nodes.size, size), kind)
+    a = np.zeros((max(table.nodes.size, 1), size), kind)
     if granules < size:
-        u[granules] = constants[2]
+        u[granules] = _FREE_END
     base = 0
     count, total = np.zeros(9, np.int64), np.zeros(5)
     count[_HI] = min(moving, granules)
@@ -1007,10 +1061,11 @@ def march(
         leg = legs[number]
         over = bool(np.all(legs[number:, SHAPE] == 0))
         count[_WHOLE] = 0
-        f[count[_LO]] = _applied_force(leg, leg[START])
+        constants[_PUSH] = _applied_force(leg, leg[START])
+        _accelerate_first(u, g, constants, count[_LO])
         while True:
             reason = _advance(
-                u, v, f, u0, v0, f0, a, constants, bernstein, table, scaled.kicks, scaled.drifts,
+                u, v, g, u0, v0, a, constants, bernstein, table, scaled.kicks, scaled.drifts,
                 scaled.nodes, scaled.position, scaled.velocity_weights, scaled.position_weights,
                 leg, over, verlet, tolerance, starting, granules, base, leave_behind, peak_force,
                 peak_time, record, control, count, total,
@@ -1022,17 +1077,16 @@ def march(
             if hi - lo + margin > size // 2:
                 size *= 2
             size = min(size, granules + 1 - base - lo)
-            moved = np.zeros((2, size), kind)
-            moved_f = np.zeros(size + 1, kind)
+            moved = np.zeros((3, size), kind)
             moved[0, : hi - lo], moved[1, : hi - lo] = u[lo:hi], v[lo:hi]
-            moved_f[: hi - lo + 1] = f[lo : hi + 1]
-            u, v, f = moved[0], moved[1], moved_f
-            u0, v0, f0 = np.zeros(size, kind), np.zeros(size, kind), np.zeros(size + 1, kind)
-            a = np.zeros((table.nodes.size, size), kind)
+            moved[2, : hi - lo] = g[lo:hi]
+            u, v, g = moved[0], moved[1], moved[2]
+            u0, v0 = np.zeros(size, kind), np.zeros(size, kind)
+            a = np.zeros((max(table.nodes.size, 1), size), kind)
             base += lo
             count[_LO], count[_HI] = 0, hi - lo
             if granules - base < size:
-                u[granules - base] = constants[2]
+                u[granules - base] = _FREE_END
         if reason != _LEG_DONE:
             break
     lo, hi = count[_LO], count[_HI]
