@@ -16,6 +16,7 @@ from typer.main import get_command
 import hertzchain as hc
 from hertzchain import errors, lammps, theory
 from hertzchain.cli import app
+from tests.command_line import run_here, run_process
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
@@ -24,6 +25,10 @@ LINKED = [*sorted(DOCS.glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.m
 
 FENCE = re.compile(r"^(?P<ticks>`{3,})(?P<language>\S*)\s*$")
 MARK = re.compile(r"^<!-- not run: (?P<reason>.+) -->$")
+PROCESSES = {"tutorial.md": 2}
+"""Commands of a page that run as users run them; the others run in this process, as that is
+quicker."""
+
 BY_SPHINX = {"{toctree}", "{commands}"}
 """What is no code: Sphinx makes something of it, or says that it cannot."""
 
@@ -128,12 +133,14 @@ class Page:
     ----------
     folder
         Where files are written and commands run.
-    capsys
-        What Python prints.
+    capfd
+        What is printed.
+    processes
+        So many commands, the first of the page, run in processes of their own.
     """
 
-    def __init__(self, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-        self.folder, self.capsys = folder, capsys
+    def __init__(self, folder: Path, capfd: pytest.CaptureFixture[str], processes: int = 0) -> None:
+        self.folder, self.capfd, self.processes = folder, capfd, processes
         self.names: dict[str, object] = {"__name__": "__page__"}
         self.said: str | None = None
 
@@ -149,7 +156,7 @@ class Page:
             # Lines of a traceback are those of the page.
             code = compile("\n" * block.line + block.text, "page", "exec", dont_inherit=True)
             exec(code, self.names)  # noqa: S102
-            self.said = self.capsys.readouterr().out
+            self.said = self.capfd.readouterr().out
         elif block.language == "toml":
             self.write(block.text, "# ")
         elif block.language == "console":
@@ -175,15 +182,13 @@ class Page:
                 status, shown = int(found[1]), shown[found.end() :]
             program, *arguments = shlex.split(command)
             assert program in ("hertzchain", "python"), f"{program} is not run here"
-            done = subprocess.run(
-                [Path(sys.executable).parent / program, *arguments],
-                cwd=self.folder,
-                capture_output=True,
-                text=True,
-                check=False,
-            )
-            said = done.stdout + done.stderr
-            assert done.returncode == status, f"{command}\n{said}"
+            self.processes -= 1
+            if self.processes >= 0:
+                done = run_process(program, *arguments, folder=self.folder)
+            else:
+                done = run_here(self.capfd, program, *arguments)
+            said = done.out + done.err
+            assert done.status == status, f"{command}\n{said}"
             self.expect(shown, said)
 
     @staticmethod
@@ -218,9 +223,9 @@ class Page:
     ],
 )
 def test_a_page_that_is_wrong_fails(
-    text: str, problem: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    text: str, problem: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    page = Page(tmp_path, capsys)
+    page = Page(tmp_path, capfd)
     *before, last = blocks(text)
     for block in before:
         page.run(block)
@@ -241,12 +246,12 @@ def test_a_page_does_what_it_says(
     name: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
     for linked in ("validation", "lammps_inputs"):
         (tmp_path / linked).symlink_to(ROOT / linked)
     monkeypatch.chdir(tmp_path)
-    page = Page(tmp_path, capsys)
+    page = Page(tmp_path, capfd, PROCESSES.get(name, 0))
     for block in blocks((DOCS / name).read_text(encoding="utf-8")):
         if block.language in BY_SPHINX or block.not_run:
             continue

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from tests.conftest import paper_scene
-from tests.test_cli import Command, Outcome, hertzchain, is_refused, names, process
+from tests.test_cli import Command, Outcome, hertzchain, is_refused, names
 
 __all__ = ["hertzchain"]  # the fixture
 
@@ -127,9 +127,12 @@ def closed_port() -> int:
         return int(free.getsockname()[1])
 
 
-def test_a_scheduler_that_cannot_be_reached_is_one_sentence(closed_port: int) -> None:
+def test_a_scheduler_that_cannot_be_reached_is_one_sentence(
+    hertzchain: Command, closed_port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hertzchain.sweeps.cluster._PATIENCE", 0.2)  # 10 s for users
     address = f"tcp://127.0.0.1:{closed_port}"
-    done = process("sweep", "scene.toml", *GRID, "-o", "out", "--scheduler", address)
+    done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out", "--scheduler", address)
     is_refused(done, f"the scheduler {address!r} cannot be reached", "is it running")
     assert names() == ["scene.toml"]
 

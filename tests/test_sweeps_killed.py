@@ -17,7 +17,9 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
+from hertzchain.cli import main
 from hertzchain.sweeps import Sweep
+from tests.command_line import run_here
 from tests.conftest import paper_scene
 from tests.test_faults import MAIN, children, linux, wait_for
 
@@ -81,6 +83,20 @@ def parts(folder: Path) -> int:
     return len(list((folder / "scenes").glob("*.parquet")))
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A sweep of 10 scenes by ``COMMAND`` that nothing has stopped."""
+    folder = tmp_path_factory.mktemp("whole")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(sys, "argv", ["hertzchain", *COMMAND, "--samples", "10", "-o", "whole"])
+        paper_scene("cosine", 1.0, 2.0, granules=12).to_toml("scene.toml")
+        with pytest.raises(SystemExit) as end:
+            main()
+        assert end.value.code == 1  # some scenes fail
+    return folder / "whole"
+
+
 def killed_again_and_again(samples: int, times: int, seed: int) -> None:
     """Kill a sweep so often, at random moments; each time it is started again."""
     command = (*COMMAND, "--samples", str(samples), "-o")
@@ -118,12 +134,6 @@ def killed_again_and_again(samples: int, times: int, seed: int) -> None:
     assert not list(killed.rglob(".hertzchain-*")), "something half-written is left"
 
 
-@pytest.mark.lammps
-@pytest.mark.usefixtures("folder")
-def test_a_sweep_that_is_killed_goes_on_and_ends_as_if_it_had_not_been() -> None:
-    killed_again_and_again(samples=16, times=2, seed=1)
-
-
 @pytest.mark.slow
 @pytest.mark.lammps
 @pytest.mark.usefixtures("folder")
@@ -131,23 +141,15 @@ def test_twenty_kills_change_no_value() -> None:
     killed_again_and_again(samples=300, times=20, seed=2)
 
 
-@pytest.mark.lammps
-@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
-def test_a_sweep_that_is_stopped_says_so_leaves_no_process_and_goes_on(
-    folder: Path, name: str, status: int
-) -> None:
-    command = (*COMMAND, "--samples", "10", "-o", "out")
-    running = start(*command)
-    wait_for(lambda: parts(folder / "out") > 3)  # native, and some of the formulas or LAMMPS
-    inside = children(running.pid)
-    asked = time.monotonic()
-    running.send_signal(getattr(signal, name))
-    found, out, err = ended(running)
-    assert time.monotonic() - asked < 10  # a scene takes tenths of a second
-    assert (found, out) == (status, "")
-    assert re.search(r"what is done is in out, \d+ rows; the same command goes on from there", err)
-    assert err.count("\n") == 2
-    assert are_gone(inside)
+def begun(folder: Path) -> subprocess.Popen[str]:
+    """The sweep of ``whole``, when native is done, and some of the formulas or LAMMPS."""
+    running = start(*COMMAND, "--samples", "10", "-o", "out")
+    wait_for(lambda: parts(folder / "out") > 3)
+    return running
+
+
+def goes_on_to_the_same(folder: Path, whole: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Give the command again: what is done is not measured twice, and nothing is missing."""
     done = parts(folder / "out")
     # A part is done when it is in scenes; the one that was stopped may have left its peaks alone.
     finished = {path.name for path in (folder / "out" / "scenes").glob("*.parquet")}
@@ -156,12 +158,44 @@ def test_a_sweep_that_is_stopped_says_so_leaves_no_process_and_goes_on(
         for path in (folder / "out").rglob("*.parquet")
         if path.name in finished
     }
-    again, _, said = ended(start(*command))
-    assert again == 1  # some scenes fail
-    assert re.search(r"hertzchain: \d+ of 60 rows are there, going on", said)
+    again = run_here(capfd, "hertzchain", *COMMAND, "--samples", "10", "-o", "out")
+    assert again.status == 1  # some scenes fail
+    assert re.search(r"hertzchain: \d+ of 60 rows are there, going on", again.err)
     assert parts(folder / "out") > done
     for path, when in written.items():
         assert path.stat().st_mtime_ns == when, "a part was measured twice"
+    equal(whole, folder / "out")
+    assert not list(folder.rglob(".hertzchain-*")), "something half-written is left"
+
+
+@pytest.mark.lammps
+def test_a_sweep_that_is_killed_goes_on_and_ends_as_if_it_had_not_been(
+    folder: Path, whole: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    running = begun(folder)
+    inside = children(running.pid)
+    running.kill()
+    ended(running)
+    wait_for(partial(are_gone, inside))
+    goes_on_to_the_same(folder, whole, capfd)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("name", "status"), [("SIGINT", 130), pytest.param("SIGTERM", 143, marks=pytest.mark.slow)]
+)
+def test_a_sweep_that_is_stopped_says_so_leaves_no_process_and_goes_on(
+    folder: Path, whole: Path, capfd: pytest.CaptureFixture[str], name: str, status: int
+) -> None:
+    running = begun(folder)
+    inside = children(running.pid)
+    running.send_signal(getattr(signal, name))
+    found, out, err = ended(running)
+    assert (found, out) == (status, "")
+    assert re.search(r"what is done is in out, \d+ rows; the same command goes on from there", err)
+    assert err.count("\n") == 2
+    assert are_gone(inside)
+    goes_on_to_the_same(folder, whole, capfd)
 
 
 # An engine that crashes

@@ -1,4 +1,8 @@
-"""Parts of a sweep on this machine: the compiled batch on all cores, the rest in processes."""
+"""Parts of a sweep on this machine.
+
+The compiled batch runs on all cores and few scenes run in this process; LAMMPS and long work run in
+processes of their own.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,7 @@ from hertzchain.lammps import Lammps
 from hertzchain.lammps.isolation import Child
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.measuring import Measured, measure
-from hertzchain.sweeps.parts import Part, is_batched
+from hertzchain.sweeps.parts import Backend, Part, is_batched, is_short
 
 _MOMENT = 0.05
 """Between two looks at processes that are to end [s]."""
@@ -45,9 +49,13 @@ def measure_here(
     tell
         Is told how many more scenes are done, from any thread.
     """
+    here: dict[Backend, bool] = {}
     with _Workers(design, peaks, keep, tell) as workers:
         for part in parts:
-            if is_batched(design, part.backend):
+            backend = part.backend
+            if backend not in here:
+                here[backend] = is_batched(design, backend) or is_short(design, backend)
+            if here[backend]:
                 keep(part, measure(design, part, peaks, tell=tell))
             else:
                 workers.take(part)

@@ -28,6 +28,9 @@ _WORK = 10.0
 _LEAST_PARTS = 16
 """Where cores share parts among them, so that few scenes keep all of them busy. Chosen."""
 
+_START = 2.0
+"""Processor time that two processes take until they can measure [s]. Measured."""
+
 _LOOKED_AT = 500
 """Scenes from which the work of all is estimated."""
 
@@ -85,17 +88,28 @@ def is_batched(design: Design, backend: Backend) -> bool:
 
 def part_size(design: Design, backend: Backend) -> int:
     """How many scenes a part has."""
-    given = design.parameters(design.some(_LOOKED_AT))
-    granules = given["chain.granules"]
+    granules = design.parameters(design.some(_LOOKED_AT))["chain.granules"]
     size = min(MOST_ROWS, MOST_PEAKS // int(np.max(granules)))
-    duration = natural(given).duration
-    known = np.isfinite(duration)
-    duration = np.where(known, duration, np.nanmean(duration) if known.any() else 100.0)
-    work = float(np.mean(_seconds(backend, granules, duration)))
-    size = min(size, math.floor(_WORK / work))
+    size = min(size, math.floor(_WORK / _mean_seconds(design, backend)))
     if not is_batched(design, backend):
         size = min(size, math.ceil(design.scenes / _LEAST_PARTS))
     return max(size, 1)
+
+
+def is_short(design: Design, backend: Backend) -> bool:
+    """Whether all scenes together are measured sooner than processes are started for them."""
+    if isinstance(backend, Lammps):
+        return False
+    return design.scenes * _mean_seconds(design, backend) < _START
+
+
+def _mean_seconds(design: Design, backend: Backend) -> float:
+    """The time that a scene takes on one core, estimated from some of them [s]."""
+    given = design.parameters(design.some(_LOOKED_AT))
+    duration = natural(given).duration
+    known = np.isfinite(duration)
+    duration = np.where(known, duration, np.nanmean(duration) if known.any() else 100.0)
+    return float(np.mean(_seconds(backend, given["chain.granules"], duration)))
 
 
 def _seconds(backend: Backend, granules: Any, duration: Any) -> Any:
