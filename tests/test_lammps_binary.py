@@ -53,6 +53,7 @@ LONG = replace(SHORT, run=hc.Run(0.02))
 
 every_lmp = pytest.mark.parametrize("lmp", [BESIDE_PYTHON, *OTHERS])
 alone_and_on_ranks = pytest.mark.parametrize("ranks", [1, 2])
+slow = pytest.mark.slow
 
 
 @pytest.fixture(autouse=True)
@@ -111,14 +112,15 @@ SCENES = {
 
 @pytest.mark.lammps
 @every_lmp
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=slow)])
 @pytest.mark.parametrize("what", SCENES)
 @pytest.mark.parametrize("pair_style", PAIR_STYLES)
-def test_so_they_are_in_other_scenes(lmp: str, what: str, pair_style: str) -> None:
+def test_so_they_are_in_other_scenes(lmp: str, what: str, pair_style: str, ranks: int) -> None:
     scene = SCENES[what]
     module = hc.Lammps(0.01 * scene.units.time, pair_style, read_every=7)
     times = np.linspace(0, scene.end_time, 9)
     expected, found = (
-        each.run(scene, record=times) for each in (module, replace(module, lmp=lmp, ranks=2))
+        each.run(scene, record=times) for each in (module, replace(module, lmp=lmp, ranks=ranks))
     )
     assert largest(found.peak_force, expected.peak_force) <= tolerance(lmp)
     assert largest(found.velocity, expected.velocity) <= tolerance(lmp)
@@ -149,30 +151,32 @@ PLANTED = ("friction, linear", "stiffness times 1.001", "contact 7 missing")
 
 @pytest.mark.lammps
 @every_lmp
-@alone_and_on_ranks
-def test_the_examination_is_that_of_the_module(lmp: str, ranks: int) -> None:
-    cases = [(what, small_scene()) for what in ("", *PLANTED)] + [("", SCENES["a pulse table"])]
-    for what, scene in cases:
-        mistake = next((one for one in MISTAKES if one.what == what), None)
-        with mistake.plant() if mistake else nullcontext():
-            expected, found = hc.Lammps().examine(scene), examined(scene, lmp, ranks)
-        failed = {check.name for check in examination_checks(scene, found) if not check.passed}
-        assert failed == ({mistake.check} if mistake else set())
-        for name in vars(expected):
-            there, here = getattr(expected, name), getattr(found, name)
-            assert here.shape == there.shape
-            # 3e-16 measured in versions that round in other places.
-            scale = 1e-14 * np.max(np.abs(there)) if tolerance(lmp) > 0 else 0.0
-            assert np.max(np.abs(here - there)) <= scale
-
-
-def examined(scene: hc.Scene, lmp: str, ranks: int) -> hc.lammps.Examination:
-    return hc.Lammps(lmp=lmp, ranks=ranks).examine(scene)
+@pytest.mark.parametrize(
+    ("ranks", "what"),
+    [
+        *((1, what) for what in ("", *PLANTED, "a pulse table")),
+        *((2, PLANTED[0]), pytest.param(2, "a pulse table", marks=slow)),
+    ],
+)
+def test_the_examination_is_that_of_the_module(lmp: str, ranks: int, what: str) -> None:
+    scene = SCENES.get(what) or small_scene()
+    mistake = next((one for one in MISTAKES if one.what == what), None)
+    with mistake.plant() if mistake else nullcontext():
+        expected = hc.Lammps().examine(scene)
+        found = hc.Lammps(lmp=lmp, ranks=ranks).examine(scene)
+    failed = {check.name for check in examination_checks(scene, found) if not check.passed}
+    assert failed == ({mistake.check} if mistake else set())
+    for name in vars(expected):
+        there, here = getattr(expected, name), getattr(found, name)
+        assert here.shape == there.shape
+        # 3e-16 measured in versions that round in other places.
+        scale = 1e-14 * np.max(np.abs(there)) if tolerance(lmp) > 0 else 0.0
+        assert np.max(np.abs(here - there)) <= scale
 
 
 @pytest.mark.lammps
 @every_lmp
-@alone_and_on_ranks
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=slow)])
 def test_a_comparison_passes_every_check(lmp: str, ranks: int) -> None:
     module, binary = (
         hc.compare(SHORT, lammps=lammps) for lammps in (None, hc.Lammps(lmp=lmp, ranks=ranks))
@@ -233,7 +237,7 @@ FAULTS: dict[str, tuple[str, type[HertzchainError], str]] = {
     "killed": ("kill -KILL $$", RunFailed, r"^LAMMPS was killed \(SIGKILL\), perhaps for want"),
     "crash": ("kill -SEGV $$", RunFailed, "^LAMMPS was ended by SIGSEGV: LAMMPS"),
     "nothing": ("exit 0", RunFailed, "^rest.dump: the run left no dump"),
-    "hangs": ("sleep 50", TooExpensive, r"^stopped at the time limit of 1\.5 s"),
+    "hangs": ("sleep 50", TooExpensive, r"^stopped at the time limit of 0\.3 s"),
     "torn": (
         "printf 'ITEM: TIMESTEP\\n0\\nITEM: NUMBER OF ATOMS\\n5\\nITEM' > rest.dump",
         *(RunFailed, "^rest.dump: the dump of the run is not whole.* is the disk full"),
@@ -245,7 +249,7 @@ FAULTS: dict[str, tuple[str, type[HertzchainError], str]] = {
 @pytest.mark.parametrize("what", FAULTS)
 def test_a_fault_is_one_sentence(tmp_path: Path, what: str) -> None:
     line, kind, words = FAULTS[what]
-    lammps = hc.Lammps(1e-7, lmp=fake(tmp_path, line), time_limit=1.5)
+    lammps = hc.Lammps(1e-7, lmp=fake(tmp_path, line), time_limit=0.3 if what == "hangs" else 60.0)
     for run in (lammps.run, lammps.peaks_alone):
         with pytest.raises(kind, match=words) as caught:
             run(SHORT)
@@ -438,8 +442,15 @@ def shared_memory(pid: int) -> set[str]:
 @linux
 @pytest.mark.lammps
 @every_lmp
-@alone_and_on_ranks
-@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+@pytest.mark.parametrize(
+    ("ranks", "name", "status"),
+    [
+        (2, "SIGINT", 130),
+        pytest.param(2, "SIGTERM", 143, marks=slow),
+        pytest.param(1, "SIGINT", 130, marks=slow),
+        (1, "SIGTERM", 143),
+    ],
+)
 def test_ctrl_c_leaves_nothing(
     tmp_path: Path, temporary: Path, lmp: str, ranks: int, name: str, status: int
 ) -> None:
@@ -501,7 +512,7 @@ def test_the_environment_names_the_binary(
         return out.partition('"peak_force_N"')[2].partition("]")[0]
 
     expected = peaks()
-    assert peaks("--lmp", BESIDE_PYTHON, "--ranks", 2) == expected
+    assert peaks("--lmp", BESIDE_PYTHON) == expected
     monkeypatch.setenv("HERTZCHAIN_LMP", BESIDE_PYTHON)
     assert peaks("--ranks", 2) == expected
     monkeypatch.setenv("HERTZCHAIN_LMP", "/no/lmp")

@@ -100,6 +100,18 @@ def look(lmp: str, deadline: Deadline) -> Build:
         If it says nothing until the deadline.
     """
     program = find_program(lmp, HOW_TO_GET_IT)
+    file = Path(program).stat()
+    key = (program, file.st_ino, file.st_size, file.st_mtime_ns)
+    if key not in _SEEN:
+        _SEEN[key] = _ask(lmp, program, deadline)
+    return _SEEN[key]
+
+
+_SEEN: dict[tuple[str, int, int, int], Build] = {}
+"""What binaries have said in this process, by path and file: asking takes 0.13 s."""
+
+
+def _ask(lmp: str, program: str, deadline: Deadline) -> Build:
     with work_folder("LAMMPS") as folder:
         try:
             run_program([program, "-h"], folder, deadline, "LAMMPS")
