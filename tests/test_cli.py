@@ -1097,9 +1097,12 @@ def test_compare_without_lammps_in_json() -> None:
     assert [name for name, check in checks.items() if not check["passed"]] == ["lammps: not run"]
 
 
-def test_compare_with_native_alone_needs_no_lammps() -> None:
+def test_compare_with_native_alone_needs_no_lammps(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "lammps", None)  # to import it fails
     scene_file({"chain.granules": "6"})
-    outcome = process("compare", "scene.toml", "--backend", "native", "--json", code=NO_LAMMPS)
+    outcome = hertzchain("compare", "scene.toml", "--backend", "native", "--json")
     assert (outcome.status, outcome.err) == (0, "")
     assert "lammps" not in {check["name"].partition(":")[0] for check in outcome.json()["checks"]}
 
@@ -1113,22 +1116,26 @@ def test_doctor_without_lammps_says_how_to_get_it() -> None:
     assert GET_IT in bad[0]
 
 
-def test_a_deck_needs_no_lammps() -> None:
+def test_a_deck_needs_no_lammps(hertzchain: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "lammps", None)
     scene_file({"chain.granules": "6"})
-    outcome = process("deck", "scene.toml", "-o", "in.lammps", code=NO_LAMMPS)
+    outcome = hertzchain("deck", "scene.toml", "-o", "in.lammps")
     assert (outcome.status, outcome.out, outcome.err) == (0, "", "")
     assert "pair_style granular" in Path("in.lammps").read_text()
     assert names() == ["in.lammps", "scene.toml"]
 
 
-NO_PROGRAMS = {**os.environ, "PATH": ""}
-"""As if LIGGGHTS and Yade were not installed."""
+@pytest.fixture
+def no_programs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """LIGGGHTS and Yade are not there, whether or not they are installed."""
+    monkeypatch.setenv("PATH", "")
 
 
+@pytest.mark.usefixtures("no_programs")
 @pytest.mark.parametrize("engine", ["liggghts", "yade"])
-def test_run_without_the_program_is_one_sentence(engine: str) -> None:
+def test_run_without_the_program_is_one_sentence(hertzchain: Command, engine: str) -> None:
     scene_file({"chain.granules": "3"})
-    outcome = process("run", "scene.toml", "--backend", engine, env=NO_PROGRAMS)
+    outcome = hertzchain("run", "scene.toml", "--backend", engine)
     assert (outcome.status, outcome.out) == (2, "")
     assert outcome.err == (
         f"hertzchain: {engine} is not here, or is no program: install it with: apt install"
@@ -1136,23 +1143,25 @@ def test_run_without_the_program_is_one_sentence(engine: str) -> None:
     )
 
 
-def test_compare_without_the_programs_shows_the_rest_and_what_to_do() -> None:
+@pytest.mark.usefixtures("no_programs")
+def test_compare_without_the_programs_shows_the_rest_and_what_to_do(hertzchain: Command) -> None:
     scene_file({"chain.granules": "3"})
     wanted = ["--backend", "liggghts", "--backend", "yade"]
-    outcome = process("compare", "scene.toml", *wanted, env=NO_PROGRAMS)
+    outcome = hertzchain("compare", "scene.toml", *wanted)
     assert outcome.status == 2
     assert "Verdict: fail" in outcome.out
     for engine in ("liggghts", "yade"):
         assert f"apt install {engine}" in outcome.out
 
 
+@pytest.mark.usefixtures("no_programs")
 @pytest.mark.parametrize(
     ("engine", "words"), [("liggghts", "pair_style gran model hertz"), ("yade", "MindlinPhys")]
 )
-def test_a_deck_for_another_engine_needs_none(engine: str, words: str) -> None:
+def test_a_deck_for_another_engine_needs_none(hertzchain: Command, engine: str, words: str) -> None:
     scene_file({"chain.granules": "3"})
     arguments = ["deck", "scene.toml", "--engine", engine, "-o", "chain.py"]
-    outcome = process(*arguments, env=NO_PROGRAMS)
+    outcome = hertzchain(*arguments)
     assert (outcome.status, outcome.out, outcome.err) == (0, "", "")
     assert words in Path("chain.py").read_text()
 

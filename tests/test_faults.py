@@ -40,6 +40,7 @@ from tests.conftest import paper_scene
 
 posix = pytest.mark.skipif(os.name != "posix", reason="needs signals")
 linux = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
+slow = pytest.mark.slow
 
 LIMIT = 60.0
 """Seconds; no test waits for it."""
@@ -229,7 +230,7 @@ with Child() as child:
 
 
 @linux
-@pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM", "SIGINT"])
+@pytest.mark.parametrize("name", ["SIGKILL", pytest.param("SIGTERM", marks=slow), "SIGINT"])
 def test_no_process_outlives_the_one_that_started_it(name: str) -> None:
     with subprocess.Popen(
         [sys.executable, "-c", PARENT], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
@@ -397,7 +398,7 @@ LAMMPS = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-7")
 
 @linux
 @pytest.mark.lammps
-@pytest.mark.parametrize("name", ["SIGSEGV", "SIGKILL"])
+@pytest.mark.parametrize("name", ["SIGSEGV", pytest.param("SIGKILL", marks=slow)])
 def test_a_crash_of_lammps_is_one_line(folder: Path, name: str) -> None:
     LONG.to_toml("scene.toml")
     running = start(*LAMMPS, "--isolate", "-o", "peaks.csv")
@@ -431,9 +432,14 @@ def test_a_comparison_goes_on_without_a_lammps_that_hangs(folder: Path) -> None:
 
 @linux
 @pytest.mark.lammps
-@pytest.mark.parametrize("isolated", [False, True])
 @pytest.mark.parametrize(
-    ("name", "status", "said"), [("SIGINT", 130, "interrupted"), ("SIGTERM", 143, "terminated")]
+    ("isolated", "name", "status", "said"),
+    [
+        (False, "SIGINT", 130, "interrupted"),
+        (True, "SIGTERM", 143, "terminated"),
+        pytest.param(False, "SIGTERM", 143, "terminated", marks=slow),
+        pytest.param(True, "SIGINT", 130, "interrupted", marks=slow),
+    ],
 )
 def test_a_stopped_run_says_so_and_leaves_nothing(
     folder: Path, isolated: bool, name: str, status: int, said: str
@@ -573,7 +579,9 @@ WRONG_MPI: dict[str, tuple[Callable[[], dict[str, bytes]], str]] = {
 
 @linux
 @pytest.mark.lammps
-@pytest.mark.parametrize("what", WRONG_MPI)
+@pytest.mark.parametrize(
+    "what", ["missing", "no library", "another library", pytest.param("lost", marks=slow)]
+)
 def test_a_wrong_mpi_is_said_by_doctor_and_run(folder: Path, what: str) -> None:
     files, words = WRONG_MPI[what]
     (folder / "wrong").mkdir()
@@ -612,7 +620,7 @@ WRONG_LAMMPS = {
 
 
 @posix
-@pytest.mark.parametrize("what", WRONG_LAMMPS)
+@pytest.mark.parametrize("what", ["crashes", "is another", pytest.param("ends", marks=slow)])
 def test_doctor_survives_a_lammps_that(folder: Path, what: str) -> None:
     program, words = WRONG_LAMMPS[what]
     (folder / "lammps.py").write_text(program)
