@@ -23,7 +23,7 @@ def test_every_run_is_right_or_refused(table: pd.DataFrame) -> None:
     rows = extremes.promises(table)
     assert [entry.what for entry in rows if not entry.passed] == []
     answered = table[(table["run"] == "native") & (table["outcome"] == extremes.RIGHT)]
-    assert len(answered) >= 10
+    assert len(answered) >= 5  # of 25: the others are refused, with a reason
     assert set(table["outcome"]) <= {extremes.RIGHT, *extremes.REASONS.values()}
 
 

@@ -22,6 +22,7 @@ def kept() -> pd.DataFrame:
     return pd.read_csv(KEPT, comment="#")
 
 
+@pytest.mark.slow
 @pytest.mark.lammps
 def test_the_quick_form_passes_and_is_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

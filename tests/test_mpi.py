@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from pathlib import Path
 
@@ -12,14 +11,10 @@ import pytest
 from hertzchain.cost import Deadline
 from hertzchain.errors import RunFailed
 from hertzchain.lammps.binary import Program
+from tests.command_line import run_here
 from validation import mpi
 
-ROOT = Path(mpi.__file__).parent.parent
-
-
-def by_script(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "validation.mpi", *arguments]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+SCRIPT = Path(mpi.__file__)
 
 
 @pytest.mark.lammps
@@ -35,18 +30,18 @@ def test_sixty_granules_are_measured_and_written(
     assert [entry.passed for entry in rows] == [True, True]
 
 
-def test_without_a_binary_one_sentence_says_so() -> None:
-    done = by_script("--lmp", "/nowhere/lmp", "--granules", "60")
-    assert done.returncode == 2
-    assert done.stderr.startswith("mpi.py: /nowhere/lmp is not here, or is no program: ")
-    assert done.stderr.count("\n") == 1
+def test_without_a_binary_one_sentence_says_so(capfd: pytest.CaptureFixture[str]) -> None:
+    done = run_here(capfd, "python", SCRIPT, "--lmp", "/nowhere/lmp", "--granules", "60")
+    assert done.status == 2
+    assert done.err.startswith("mpi.py: /nowhere/lmp is not here, or is no program: ")
+    assert done.err.count("\n") == 1
 
 
 @pytest.mark.parametrize("option", ["--ranks", "--repeats"])
-def test_numbers_below_one_are_refused(option: str) -> None:
-    done = by_script(option, "0", "--granules", "60")
-    assert done.returncode == 2
-    assert done.stderr.startswith(f"mpi.py: {option[2:]} = 0: must be at least 1")
+def test_numbers_below_one_are_refused(option: str, capfd: pytest.CaptureFixture[str]) -> None:
+    done = run_here(capfd, "python", SCRIPT, option, "0", "--granules", "60")
+    assert done.status == 2
+    assert done.err.startswith(f"mpi.py: {option[2:]} = 0: must be at least 1")
 
 
 @pytest.mark.lammps

@@ -65,7 +65,10 @@ def wanted_accuracy_is_had(scenes: list[tuple[hc.Scene, Any]], rtol: float) -> N
         assert error <= result.error_estimate + 1e-11, scene  # the reference's own, rounded up
 
 
-@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize(
+    "rtol",
+    [pytest.param(1e-3, marks=pytest.mark.slow), 1e-6, pytest.param(1e-9, marks=pytest.mark.slow)],
+)
 def test_the_choice_costs_at_most_thrice_the_best_in_hindsight(rtol: float) -> None:
     # In force evaluations, with the second run that tells the error; the best single run of any
     # step and of any method whose evaluations take as long (those of dprkn-6 take half as long

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -186,16 +184,6 @@ def test_one_row_that_is_off_fails_them_all(
     assert scripts[0]["rows"][0]["passed"] is passed
     assert scripts[1]["rows"][0]["what"] == "broken: it cannot be"
     assert scripts[1]["rows"][0]["measured"] is None
-
-
-@pytest.mark.lammps
-def test_a_script_runs_as_a_user_would_run_it(tmp_path: Path) -> None:
-    script = Path(rows.__file__).parent / "table2.py"
-    arguments = [sys.executable, str(script), "--quick", "-o", str(tmp_path / "rows.csv")]
-    done = subprocess.run(arguments, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "18 of 18 rows pass" in done.stdout
-    assert len(pd.read_csv(tmp_path / "rows.csv", comment="#")) == 9
 
 
 def test_each_row_of_the_tables_has_its_scene() -> None:

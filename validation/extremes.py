@@ -101,7 +101,7 @@ BOUNDS = 5_000
 ORACLE_ERROR = 1e-13
 """By how much that solver may understate its own error, by chance."""
 
-CHUNK = 50
+CHUNK = 25
 """Scenes that a thread takes at a time; those with LAMMPS share a process of its own."""
 
 STEPS = (1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 0.95, 1.05, 1.5, 3.0)
