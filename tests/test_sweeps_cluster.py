@@ -54,6 +54,13 @@ def two(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         yield address
 
 
+@pytest.fixture(scope="module")
+def lonely(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a scheduler: tests bring workers, and take them away again."""
+    with scheduler(tmp_path_factory.mktemp("lonely")) as (address, _):
+        yield address
+
+
 def sweep(
     address: str | None = None, backends: Sequence[object] = (LAMMPS,), **more: object
 ) -> hc.Sweep:
@@ -151,13 +158,15 @@ def test_tables_are_those_of_this_machine(two: str) -> None:
 
 
 @pytest.mark.lammps
-def test_a_worker_killed_in_the_middle_changes_nothing(tmp_path: Path, here: hc.Sweep) -> None:
-    with scheduler(tmp_path) as (address, _), ExitStack() as stack:
+def test_a_worker_killed_in_the_middle_changes_nothing(
+    lonely: str, tmp_path: Path, here: hc.Sweep
+) -> None:
+    with ExitStack() as stack:
         first, _second = (
-            stack.enter_context(worker(address, tmp_path, "--no-nanny", name=name))
+            stack.enter_context(worker(lonely, tmp_path, "--no-nanny", name=name))
             for name in ("first", "second")
         )
-        await_workers(address, 2)
+        await_workers(lonely, 2)
         killed: list[int] = []
 
         def kill_it(done: int, _: int) -> None:
@@ -165,7 +174,7 @@ def test_a_worker_killed_in_the_middle_changes_nothing(tmp_path: Path, here: hc.
                 killed.append(done)
                 kill(first)
 
-        assert_same(sweep(address, progress=kill_it), here)
+        assert_same(sweep(lonely, progress=kill_it), here)
         assert killed
         assert killed[0] < here.rows
 
@@ -223,14 +232,16 @@ def test_a_worker_that_is_told_to_end_gives_its_part_to_another(
 
 
 @pytest.mark.lammps
-def test_one_process_for_lammps_lasts_for_all_parts_and_ends_with_the_sweep(tmp_path: Path) -> None:
-    with scheduler(tmp_path) as (address, _), worker(address, tmp_path, "--no-nanny") as only:
+def test_one_process_for_lammps_lasts_for_all_parts_and_ends_with_the_sweep(
+    lonely: str, tmp_path: Path
+) -> None:
+    with worker(lonely, tmp_path, "--no-nanny") as only:
         seen: set[int] = set()
 
         def look(*_: int) -> None:
             seen.update(process.pid for process in lammps_processes([only]))
 
-        sweep(address, progress=look)
+        sweep(lonely, progress=look)
         assert len(seen) == 1
         await_that(lambda: not lammps_processes([only]))
 
@@ -340,11 +351,11 @@ def assert_there_as_here(folder: Path, rtol: float) -> None:
 
 
 @pytest.mark.lammps
-def test_ctrl_c_leaves_workers_idle_and_it_goes_on(tmp_path: Path) -> None:
+def test_ctrl_c_leaves_workers_idle_and_it_goes_on(lonely: str, tmp_path: Path) -> None:
     from distributed import Client
 
-    with scheduler(tmp_path) as (address, _), worker(address, tmp_path, "--no-nanny") as only:
-        with started(tmp_path, address) as process:
+    with worker(lonely, tmp_path, "--no-nanny") as only:
+        with started(tmp_path, lonely) as process:
             await_that(lambda: done_parts(tmp_path) >= 2)
             process.send_signal(signal.SIGINT)
             _, said = process.communicate(timeout=PATIENCE)
@@ -352,11 +363,11 @@ def test_ctrl_c_leaves_workers_idle_and_it_goes_on(tmp_path: Path) -> None:
         assert said.endswith("hertzchain: interrupted\n")
         assert said.count("\n") == 2  # and where it is
         assert 2 <= done_parts(tmp_path) < PARTS
-        with Client(address, set_as_default=False) as client:
+        with Client(lonely, set_as_default=False) as client:
             await_that(lambda: not any(client.processing().values()))
             await_that(lambda: not any(client.call_stack().values()))
         await_that(lambda: not lammps_processes([only]))
-        status, said = run(tmp_path, address)
+        status, said = run(tmp_path, lonely)
         assert status == 0
         assert said.endswith(" of 32 rows are there, going on\n")
     assert hc.Sweep.load(tmp_path / "out").to_frame()["scene"].tolist() == list(range(32))
@@ -412,12 +423,17 @@ def other_hertzchain(folder: Path) -> None:
     (described / "METADATA").write_text(text, encoding="utf-8")
 
 
-@pytest.mark.parametrize("late", [False, True], ids=["there", "late"])
+NONE = (without_hertzchain, BackendMissing, "pip install 'hertzchain==")
+OTHER = (other_hertzchain, RunFailed, "has hertzchain 99.0, this is ")
+
+
 @pytest.mark.parametrize(
-    ("differ", "error", "said"),
+    ("differ", "error", "said", "late"),
     [
-        (without_hertzchain, BackendMissing, "pip install 'hertzchain=="),
-        (other_hertzchain, RunFailed, "has hertzchain 99.0, this is "),
+        pytest.param(*NONE, False, marks=pytest.mark.slow),
+        (*NONE, True),
+        (*OTHER, False),
+        pytest.param(*OTHER, True, marks=pytest.mark.slow),
     ],
 )
 def test_workers_without_this_hertzchain_are_named(
@@ -425,10 +441,11 @@ def test_workers_without_this_hertzchain_are_named(
     error: type[HertzchainError],
     said: str,
     late: bool,
+    lonely: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    with scheduler(tmp_path) as (address, _), ExitStack() as stack:
+    with ExitStack() as stack:
         before = tmp_path / "before"
         before.mkdir()
         differ(before)
@@ -437,7 +454,7 @@ def test_workers_without_this_hertzchain_are_named(
             path = os.pathsep.join([str(before), os.environ.get("PYTHONPATH", "")])
             with monkeypatch.context() as changed:
                 changed.setenv("PYTHONPATH", path)
-                stack.enter_context(worker(address, tmp_path, "--no-nanny"))
+                stack.enter_context(worker(lonely, tmp_path, "--no-nanny"))
 
         class Handler(logging.Handler):
             def emit(self, _: logging.LogRecord) -> None:
@@ -449,9 +466,9 @@ def test_workers_without_this_hertzchain_are_named(
             stack.callback(waiting.removeHandler, handler)
         else:
             start()
-            await_workers(address, 1)
+            await_workers(lonely, 1)
         with pytest.raises(error, match=said) as it:
-            sweep(address, output=tmp_path / "out", file_format="csv")
+            sweep(lonely, output=tmp_path / "out", file_format="csv")
         assert "\n" not in str(it.value)
         assert not (tmp_path / "out").exists()  # made where workers come late, but for nothing
 
