@@ -4,6 +4,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
+# Compiled Python is kept, out of the way: the tests start hundreds of processes.
+export PYTHONPYCACHEPREFIX := $(abspath $(VENV))/bytecode
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: demo test test-all validate figures extremes long-run tradeoff gallery decks versions engines cluster mpi bench docs lint format lock clean help
 
 help: ## list what there is to make
