@@ -194,7 +194,9 @@ def test_a_fixed_width_would_be_wrong() -> None:
     assert outcome(scene, True).granule_evaluations == outcome(scene, False).granule_evaluations
 
 
-def test_an_interrupt_stops_a_run() -> None:
+@pytest.mark.parametrize("moment", ["start", "join"])
+def test_an_interrupt_stops_a_run(moment: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """While its thread starts, which takes a moment, or while it is waited for."""
     control = np.zeros(3)
     stopped = threading.Event()
 
@@ -203,23 +205,22 @@ def test_an_interrupt_stops_a_run() -> None:
             time.sleep(0.01)
         stopped.set()
 
-    class Interrupting:
-        """A thread's ``join`` that a signal interrupts."""
+    original = getattr(threading.Thread, moment)
 
-        def __call__(self, *_: object) -> None:
-            raise KeyboardInterrupt
+    def interrupted(thread: threading.Thread, *_: float) -> None:
+        monkeypatch.undo()
+        if moment == "start":
+            original(thread)
+        raise KeyboardInterrupt
 
-    original = threading.Thread.join
+    monkeypatch.setattr(threading.Thread, moment, interrupted)
     try:
-        calls = iter([Interrupting()])
-        threading.Thread.join = lambda self, timeout=None: next(  # type: ignore[method-assign]
-            calls, lambda: original(self, timeout)
-        )()
         with pytest.raises(KeyboardInterrupt):
             stoppable(work, control, Deadline(60.0))
+        assert control[0] == -1
+        assert stopped.is_set()
     finally:
-        threading.Thread.join = original  # type: ignore[method-assign]
-    assert stopped.is_set()
+        control[0] = -1
 
 
 def test_a_failure_in_a_long_run_is_not_lost() -> None:

@@ -253,15 +253,16 @@ def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -
             failed.append(problem)
 
     thread = threading.Thread(target=work)
-    thread.start()
     try:
+        thread.start()
         while thread.is_alive():
             thread.join(max(0.0, min(0.1, deadline.left)))
             if deadline.left <= 0 and thread.is_alive():
                 raise deadline.passed()  # noqa: TRY301 - the thread is stopped below
     except BaseException:
         control[0] = -1
-        thread.join()
+        if thread.is_alive():  # or it is about to start: then it ends as soon as it has
+            thread.join()
         raise
     if failed:
         raise failed[0]

@@ -1,0 +1,101 @@
+"""The command line as a program: what becomes of errors and of a stop, from its start to its end.
+
+Nothing that takes long to load is loaded before a stop can be answered.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
+
+from hertzchain.errors import HertzchainError
+
+if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
+
+_MOMENT = 0.02
+"""Seconds until a stop that got lost is tried again."""
+
+
+class _Stopped(BaseException):
+    """By Ctrl-C or SIGTERM; no Exception, as KeyboardInterrupt is none, which Typer keeps."""
+
+
+@contextmanager
+def _stoppable() -> Iterator[None]:
+    """Let both raise, so that what is begun is cleaned up: at SIGTERM Python would end at once."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(number: int, _: object) -> None:
+        raise _Stopped(number)
+
+    def unraisable(lost: UnraisableHookArgs) -> None:
+        """What a callback of C raises gets lost: LLVM calls back each time that it has compiled."""
+        if not isinstance(lost.exc_value, _Stopped):
+            hook(lost)
+            return
+        again = threading.Timer(_MOMENT, signal.raise_signal, lost.exc_value.args)
+        again.daemon = True
+        again.start()
+
+    before = {}
+    hook, sys.unraisablehook = sys.unraisablehook, unraisable
+    try:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                before[number] = signal.signal(number, stop)
+        yield
+    finally:
+        atexit.unregister(_ignore)
+        atexit.register(_ignore, tuple(before))
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        sys.unraisablehook = hook
+
+
+def _ignore(numbers: tuple[int, ...]) -> None:
+    """From now on they are too late: Python ends, and the status is that of what was done."""
+    for number in numbers:
+        signal.signal(number, signal.SIG_IGN)
+
+
+def main() -> None:
+    """Run the command line; a user's mistake is one sentence and status 2."""
+    try:
+        with _stoppable():
+            from hertzchain.cli.commands import app
+
+            app(prog_name="hertzchain")
+    except _Stopped as stop:
+        number = stop.args[0]
+        _say("interrupted" if number == signal.SIGINT else "terminated")
+        sys.exit(128 + number)  # as shells have it
+    except HertzchainError as problem:
+        _refuse(problem)
+    except MemoryError:
+        _refuse("there is not enough memory for this scene")
+    except OSError as problem:  # standard output is full or gone
+        # What is left in its buffer must not fail again when Python ends.
+        with suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _refuse(problem)
+
+
+def _say(what: object) -> None:
+    if sys.stderr is not None:  # closed from the start
+        sys.stderr.write(f"hertzchain: {what}\n")
+
+
+def _refuse(why: object) -> None:
+    from hertzchain.cli.output import UNUSABLE
+
+    _say(why)
+    sys.exit(UNUSABLE)
