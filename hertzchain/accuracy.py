@@ -21,6 +21,9 @@ _SHORTEST_CHAIN = 4.0
 """Granules over LM_ratio. In shorter chains the pulse outlasts the wave, and granules collide again
 and again."""
 
+SHORT = 0.1
+"""Natural time units; with shorter steps every method has digits, where there are any to be had."""
+
 _SURELY_STABLE = 0.85
 """Of the longest stable step: contacts pressed by 2.2 F0 are stiffer than those pressed by F0."""
 

@@ -143,7 +143,7 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
     """Peaks of velocity Verlet over F0, and the least that looks now and then can find of them.
 
     The least is found where the peak lies in the middle between two looks or, of contacts that are
-    pressed harder and harder until the end, where the last look is a whole interval before it.
+    pressed hardest at the end or shortly before, where the last look is a whole interval before it.
 
     Parameters
     ----------
@@ -165,8 +165,8 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
     least = np.array(peaks.force)
     pressed = np.nonzero(np.isfinite(peaks.time))[0]
     interval = watch_every * max(leg.dt for leg in legs) / unit
-    before = np.where(peaks.passed[pressed], interval / 2, interval)
     end = scene.end_time / unit
+    before = np.maximum(interval / 2, interval - (end - peaks.time[pressed]))
     looks = np.concatenate([peaks.time[pressed] - before, peaks.time[pressed] + interval / 2])
     contacts = np.concatenate([pressed, pressed])
     order = np.argsort(looks)

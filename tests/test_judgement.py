@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +14,10 @@ import pytest
 
 import hertzchain as hc
 from hertzchain import causes, judgement
+from hertzchain.accuracy import stable_step
 from hertzchain.arrays import Array, FloatArray
+from hertzchain.causes import Case, Cause
+from hertzchain.cost import Deadline
 from hertzchain.errors import SceneError
 from hertzchain.judgement import read_peaks
 from hertzchain.schedule import Leg
@@ -114,6 +117,30 @@ def test_the_accuracy_that_a_step_should_have(demo_reference: hc.Result) -> None
     like = hc.judge(scene, run.peak_force).like_steps
     assert like is not None
     assert like[0] == pytest.approx(dt, rel=0.05, abs=0)
+    # Highest samples are as far off there as where they fall lets them be.
+    there = hc.judge(scene, run.peak_force, dt=like[1]).expected
+    assert there is not None
+    assert there.sampled == pytest.approx(found.largest_difference, rel=0.5, abs=0)
+
+
+def test_no_step_is_named_where_nothing_is_off_or_no_step_is_as_bad() -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, granules=8)
+    truth = hc.Native("reference").run(scene)
+
+    def like(difference: float) -> tuple[float, float] | None:
+        return hc.judge(scene, (1 + difference) * truth.peak_force, tolerance=0.9).like_steps
+
+    # Below ten times its own error the reference does not know whether anything is off.
+    known = 10 * truth.error_estimate
+    assert like(0.9 * known) is None
+    assert like(1.1 * known) is not None
+    some = like(1e-3)
+    assert some is not None
+    # The steps go as the root of the difference, up to the longest that is stable.
+    stable = stable_step(scene, hc.native.METHODS["velocity-verlet"].interval)
+    most = 1e-3 * (stable / max(some)) ** 2
+    assert like(0.98 * most) is not None
+    assert like(1.02 * most) is None
 
 
 def _ends(leg: Leg) -> FloatArray:
@@ -384,6 +411,133 @@ def test_the_best_factor_is_found_in_a_valley_that_is_not_the_deepest_trial() ->
     judged = hc.judge(scene, hc.Native("reference").run(wrong).peak_force)
     assert judged.cause is not None
     assert judged.cause.startswith("contact stiffness 1.41421 times that of the scene")
+
+
+def case_of(truth: hc.Result, given: Array) -> Case:
+    judged = judgement.judged_contacts(truth, given)
+    return Case(truth.scene, truth, given, judged, None, Deadline(60.0))
+
+
+def shared(truth: hc.Result, size: float) -> Case:
+    """Peaks of which every other one is too high, the others too low, by the same."""
+    signs = np.where(np.arange(truth.peak_force.size) % 2, 1.0, -1.0)
+    return case_of(truth, truth.peak_force * np.exp(size * signs))
+
+
+def found_by(
+    monkeypatch: pytest.MonkeyPatch, case: Case, **left: float
+) -> tuple[str | None, str | None, list[str]]:
+    """Cause and remark where mistakes leave these parts of the differences, and what was tried."""
+    tried: list[str] = []
+
+    def finder(name: str, part: float) -> causes.Finder:
+        def find(case: Case) -> Iterator[Cause]:
+            tried.append(name)
+            yield Cause(name, part * case.size)
+
+        return find
+
+    monkeypatch.setattr(causes, "FINDERS", {name: finder(name, left[name]) for name in left})
+    return *causes.likely_cause(case), tried
+
+
+def test_a_mistake_is_named_that_leaves_a_tenth(
+    demo_reference: hc.Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = shared(demo_reference, 0.01)
+    assert found_by(monkeypatch, case, this=0.098)[0] == "this; leaves 0.1 of the differences"
+    assert found_by(monkeypatch, case, this=0.102)[0] is None
+
+
+def test_mistakes_are_named_together_up_to_three_times_what_the_best_one_leaves(
+    demo_reference: hc.Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = shared(demo_reference, 0.01)
+    # Of one that leaves nothing, a thousandth counts: trial runs are known to so much.
+    for best, others in ((0.01, 0.03), (0.0, 0.003)):
+        cause, *_ = found_by(monkeypatch, case, this=best, that=0.98 * others)
+        assert cause is not None
+        assert cause.startswith("this; or that; leaves")
+        cause, *_ = found_by(monkeypatch, case, this=best, that=1.02 * others)
+        assert cause is not None
+        assert cause.startswith("this; leaves")
+
+
+def test_what_takes_seconds_is_tried_unless_a_mistake_leaves_a_ten_thousandth(
+    demo_reference: hc.Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = shared(demo_reference, 0.01)
+    assert found_by(monkeypatch, case, this=0.98e-4, damping=0.5)[2] == ["this"]
+    assert found_by(monkeypatch, case, this=1.02e-4, damping=0.5)[2] == ["this", "damping"]
+
+
+def test_a_cause_is_sought_where_enough_contacts_are_off_enough(
+    demo_reference: hc.Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = shared(demo_reference, 0.01)
+    for contacts, sought in ((5, False), (6, True)):
+        few = replace(case, judged=np.arange(59) < contacts)
+        _, remark, tried = found_by(monkeypatch, few, this=0.5)
+        assert bool(tried) is sought
+        assert (remark is None) is sought
+    for size, sought in ((0.98e-7, False), (1.02e-7, True)):
+        case = shared(demo_reference, size)
+        assert bool(found_by(monkeypatch, case, this=0.5)[2]) is sought
+    rough = replace(demo_reference, error_estimate=1e-5)
+    for size, sought in ((0.98e-4, False), (1.02e-4, True)):
+        assert bool(found_by(monkeypatch, shared(rough, size), this=0.5)[2]) is sought
+
+
+@pytest.mark.parametrize(
+    ("times", "contact", "named"),
+    [
+        (98.0, 5, False),
+        (102.0, 5, True),
+        # Mistakes move the last two contacts by themselves.
+        (1000.0, 58, True),
+        (1000.0, 59, False),
+    ],
+)
+def test_a_contact_alone_is_a_hundred_times_as_far_off_as_the_others(
+    demo_reference: hc.Result,
+    monkeypatch: pytest.MonkeyPatch,
+    times: float,
+    contact: int,
+    named: bool,
+) -> None:
+    peaks = demo_reference.peak_force * (1 + 1e-5)
+    peaks[contact - 2] *= 1 + times * 1e-5 - 1e-5
+    cause, _, tried = found_by(monkeypatch, case_of(demo_reference, peaks), this=0.5)
+    assert (cause is not None and cause.startswith(f"contact {contact} alone")) is named
+    assert bool(tried) is not named
+
+
+def test_a_known_factor_is_named_within_three_thousandths(truth: hc.Result) -> None:
+    scene = causes.with_rise_time(truth.scene)
+    stiffer = replace(scene, chain=replace(scene.chain, poisson_ratio=0.0))
+    for off, named in ((0.0028, True), (0.0032, False)):
+        for stretch in (2**0.5 * (1 + off), 2**0.5 * (1 - off)):
+            assert causes._in_words(stiffer, stretch).endswith(": half the mass") is named
+
+
+def test_peaks_below_a_billionth_are_as_good_as_none(demo_reference: hc.Result) -> None:
+    expected = demo_reference.peak_force
+    for part in (0.0, 0.5e-9, 1e-9):
+        left = case_of(demo_reference, part * expected).residual(expected)
+        assert left == pytest.approx(math.log(1e9), rel=1e-12, abs=0)
+    left = case_of(demo_reference, 2e-9 * expected).residual(expected)
+    assert left == pytest.approx(math.log(0.5e9), rel=1e-12, abs=0)
+
+
+def test_samples_are_sought_in_twelve_contacts(demo_reference: hc.Result) -> None:
+    scene = demo_reference.scene
+    times = np.arange(0.0, scene.end_time, 0.3 * scene.units.time)
+    history = hc.Native(rtol=1e-8).run(scene, record=times).history
+    assert history is not None
+    case = case_of(demo_reference, history.contact_force.max(axis=0))
+    for contacts, sought in ((11, False), (12, True)):
+        few = replace(case, judged=np.arange(59) < contacts)
+        assert bool(next(causes.samples(few), None)) is sought
 
 
 @pytest.mark.parametrize("factor", [0.0, 0.5, 1.1])

@@ -11,7 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.comparison import Check, balance_checks, same_steps_checks
-from hertzchain.errors import OverlapTooLarge, RunFailed
+from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
 from hertzchain.lammps import backend
 from hertzchain.native import METHODS, simulate
 from hertzchain.peaks import largest_difference
@@ -393,13 +393,21 @@ def test_random_scenes_run_and_are_as_good_as_they_say(
     wrong: list[object] = []
     for seed in range(first, first + number):
         scene = random_scene(np.random.default_rng(seed), most)
-        result = hc.Lammps(own_step(scene) * scene.units.time).run(scene)
-        wrong += [(seed, *check) for check in failed(same_steps_checks(result))]
-        wrong += [(seed, *check) for check in failed(balance_checks(result))]
         try:
             native = hc.Native(rtol=1e-4).run(scene)
         except RunFailed:
-            continue  # contacts open and close and multiply small errors: nobody knows the peaks
+            native = None  # contacts open and close and multiply small errors
+        try:
+            result = hc.Lammps(own_step(scene) * scene.units.time).run(scene)
+        except (OverlapTooLarge, Unpredictable) as problem:
+            # Where nobody knows a digit of the peaks, this is what it has to say.
+            if native is not None and native.error_estimate < 0.1:
+                wrong.append((seed, str(problem)))
+            continue
+        wrong += [(seed, *check) for check in failed(same_steps_checks(result))]
+        wrong += [(seed, *check) for check in failed(balance_checks(result))]
+        if native is None:
+            continue
         difference = largest_difference(result.peak_force, native.peak_force)
         if not difference <= result.error_estimate + native.error_estimate:
             wrong.append((seed, difference, result.error_estimate, native.error_estimate))

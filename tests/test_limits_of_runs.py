@@ -217,6 +217,14 @@ def test_motion_that_leaves_no_digit_is_refused() -> None:
         hc.Native(peaks_only=True).run(scene)
 
 
+@pytest.mark.lammps
+@pytest.mark.parametrize(("step", "error"), [(0.1, Unpredictable), (0.2, StepUnstable)])
+def test_a_shorter_step_is_asked_for_where_it_may_help(step: float, error: type[RunFailed]) -> None:
+    chaotic = paper_scene("cosine", 776.726, 1367.97, granules=21)
+    with pytest.raises(error):
+        hc.Lammps(step * chaotic.units.time).run(chaotic)
+
+
 def test_one_such_scene_leaves_the_others_of_a_batch_alone() -> None:
     chaotic = paper_scene("cosine", 776.726, 1367.97, granules=21)
     batch = hc.peak_forces([chaotic, paper_scene("cosine", 1.0, 2.0, granules=21)])

@@ -133,6 +133,19 @@ def test_granules_are_the_whole_numbers_of_a_grid_each_once() -> None:
     assert [scene.chain.granules for scene in all_scenes(found)] == list(range(2, 11))
 
 
+@pytest.mark.parametrize("log", [False, True])
+def test_drawn_granules_have_the_share_of_a_whole_number(log: bool) -> None:
+    found = design(SHORT, {"chain.granules": "2:20:log" if log else "2:20"}, samples=4096)
+    drawn = found.parameters(np.arange(4096))["chain.granules"]
+    # From half a granule below a number to half a granule above it.
+    edges = np.arange(1.5, 21.0)
+    share = np.diff(np.log(edges) if log else edges)
+    # A Sobol sequence fills each interval to a few points.
+    expected = 4096 * share / share.sum()
+    assert np.abs(np.bincount(drawn, minlength=21)[2:] - expected).max() <= 4
+    assert (drawn.min(), drawn.max()) == (2, 20)
+
+
 def test_momentum_ratio_and_rise_time_take_each_others_place() -> None:
     found = design(SHORT, {"shock.rise_time": "10 us,20 us"})
     assert [scene.rise_time for scene in all_scenes(found)] == [1e-5, 2e-5]
@@ -749,13 +762,15 @@ def test_what_was_half_written_is_cleared_away_and_no_part_is_read_by_halves(
 ) -> None:
     out = tmp_path / "out"
     first = hc.sweep(SHORT, GRID, output=out, peaks=True).to_frame()
-    left = out / "scenes" / ".hertzchain-killed"
-    left.mkdir()
-    (left / "native-0000.parquet").write_bytes(b"PAR1 and no more")
+    assert not list(out.rglob(".hertzchain-*"))
+    killed = [out / name / ".hertzchain-killed" for name in ("", "scenes", "peaks")]
+    for left in killed:
+        left.mkdir()
+        (left / "native-0000.parquet").write_bytes(b"PAR1 and no more")
     (out / "scenes" / "native-0000.parquet").unlink()  # its peaks are there: killed in between
     again = hc.sweep(SHORT, GRID, output=out, peaks=True)
     pd.testing.assert_frame_equal(again.to_frame(), first, check_exact=True)
-    assert not left.exists()
+    assert not list(out.rglob(".hertzchain-*"))
 
 
 def test_a_full_disk_is_one_error_and_what_is_done_stays(full_disk: Path) -> None:

@@ -126,6 +126,8 @@ class Lammps:
             If LAMMPS is not there.
         StepUnstable
             If the step asked for is so long that the motion diverges.
+        Unpredictable
+            If the motion multiplies rounding errors until no digit is left.
         OverlapTooLarge
             If granules would be pressed into one another by more than a radius.
         RunFailed

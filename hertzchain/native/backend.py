@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.accuracy import (
+    SHORT,
     another_companion,
     companion,
     is_hard,
@@ -43,9 +44,6 @@ from hertzchain.validity import refuse_deep_overlap, refuse_hopeless_overlap
 
 RTOL = 1e-6
 """Where nothing else is asked for: whether p is 9 or 10 can hang on 2e-5."""
-
-_SHORT = 0.1
-"""Natural time units; with shorter steps every method has digits, where there are any to be had."""
 
 
 @dataclass(frozen=True)
@@ -176,7 +174,8 @@ class Native:
         else:
             method, legs, run, error = self._as_asked(scene, recorder, deadline)
         units = scene.units
-        refuse_deep_overlap(scene.chain, float(np.max(run.peaks.force)) * units.force)
+        peak_force = run.peaks.force * units.force
+        refuse_deep_overlap(scene.chain, float(np.max(peak_force)))
         history = None
         if recorder is not None and times is not None:
             history = recorder.history(times, units.length, units.velocity, units.force)
@@ -187,8 +186,9 @@ class Native:
             dt=max(leg.dt for leg in legs),
             steps=run.steps,
             force_evaluations=run.evaluations,
-            peak_force=run.peaks.force * units.force,
-            peak_time=run.peaks.time * units.time,
+            peak_force=peak_force,
+            # What a front ahead of the wave presses may be no number in newtons.
+            peak_time=np.where(peak_force > 0, run.peaks.time * units.time, np.nan),
             peak_passed=run.peaks.passed,
             error_estimate=error,
             displacement=run.state.displacement * units.length,
@@ -212,7 +212,7 @@ class Native:
             scene, legs, method.walker, recorder, leave_behind=self.peaks_only, deadline=deadline
         )
         error = _error_bound(scene, legs, method, run, deadline)
-        refuse_meaningless("native", error, max(leg.dt for leg in legs) > _SHORT * scene.units.time)
+        refuse_meaningless("native", error, max(leg.dt for leg in legs) > SHORT * scene.units.time)
         return name, legs, run, error
 
     def _accurate_enough(
@@ -257,7 +257,7 @@ def _error_bound(
     # Errors of steps of 0.6 natural time units and more say little of those of longer ones.
     others = [companion(legs, min(stable_step(scene, method.interval), scene.units.time))]
     longest = max(leg.dt for leg in legs) / scene.units.time
-    if isinstance(method.walker, Fixed) or longest > _SHORT:
+    if isinstance(method.walker, Fixed) or longest > SHORT:
         others.append(another_companion(legs))
     error, walker = 0.0, method.walker
     if isinstance(walker, Refined):

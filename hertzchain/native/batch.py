@@ -126,7 +126,10 @@ def peak_forces(
     time = np.array([scene.units.time for scene in scenes])[:, None]
     for k, (scene, largest) in enumerate(zip(scenes, found.peak_force.max(axis=1), strict=True)):
         refuse_deep_overlap(scene.chain, float(largest) * scene.units.force, f"scene {k}: ")
-    return replace(found, peak_force=found.peak_force * force, peak_time=found.peak_time * time)
+    peak_force = found.peak_force * force
+    # What a front ahead of the wave presses may be no number in newtons.
+    peak_time = np.where(peak_force > 0, found.peak_time * time, np.nan)
+    return replace(found, peak_force=peak_force, peak_time=peak_time)
 
 
 def similar_peak_forces(

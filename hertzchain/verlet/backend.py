@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hertzchain.accuracy import (
+    SHORT,
     another_companion,
     companion,
     is_hard,
@@ -148,6 +149,8 @@ def run(
     ------
     StepUnstable
         If the step asked for is so long that the motion diverges.
+    Unpredictable
+        If the motion multiplies rounding errors until no digit is left.
     OverlapTooLarge
         If granules would be pressed into one another by more than a radius.
     RunFailed
@@ -163,14 +166,16 @@ def run(
             f"{code} cannot resolve the overlaps of this scene beside its coordinates: take"
             " a shorter chain or a shorter pulse"
         )
-    refuse_meaningless(code, answer.error, too_long=steps.dt is not None)
+    longest = max(leg.dt for leg in found.legs)
+    asked = steps.dt is not None
+    refuse_meaningless(code, answer.error, asked and longest > SHORT * scene.units.time)
     refuse_deep_overlap(scene.chain, float(np.max(answer.peak_force)))
     history = None if times is None else runner.history(found.legs, times)
     return Result(
         scene=scene,
         backend=code.lower(),
         method=", ".join([method, *["extrapolated"] * steps.extrapolated]),
-        dt=max(leg.dt for leg in found.legs),
+        dt=longest,
         steps=answer.steps,
         force_evaluations=answer.steps,
         peak_force=answer.peak_force,
