@@ -413,7 +413,7 @@ def test_the_best_factor_is_found_in_a_valley_that_is_not_the_deepest_trial() ->
     assert judged.cause.startswith("contact stiffness 1.41421 times that of the scene")
 
 
-def case_of(truth: hc.Result, given: Array) -> Case:
+def case_of(truth: hc.Result, given: FloatArray) -> Case:
     judged = judgement.judged_contacts(truth, given)
     return Case(truth.scene, truth, given, judged, None, Deadline(60.0))
 

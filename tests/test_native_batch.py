@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -81,6 +82,20 @@ def test_a_batch_of_random_scenes_is_as_accurate_as_it_says(rtol: float) -> None
         errors = largest_differences(batch.peak_force, true.peak_force)
         assert np.all(batch.error_estimate <= rtol)
         assert np.all(errors <= batch.error_estimate + 1e-10)
+
+
+def test_a_force_below_all_numbers_in_newtons_has_no_time() -> None:
+    # The front presses contact 22 by 5e-320 of F0 as the run ends.
+    chain = hc.Chain(25, radius=1.0, young_modulus=1e6, poisson_ratio=0.0, density=100.0)
+    scene = hc.Scene(chain, hc.Pulse("cosine", 1.49071198499986e-05, 2.0, momentum_ratio=1.0))
+    scene = replace(scene, run=hc.Run(0.3018539168529027 * scene.end_time))
+    alone, batch = hc.Native().run(scene), peak_forces([scene])
+    for force, time in (
+        (alone.peak_force, alone.peak_time),
+        (batch.peak_force[0], batch.peak_time[0]),
+    ):
+        assert np.any(force == 0)
+        assert np.array_equal(np.isnan(time), force == 0)
 
 
 def test_a_table_of_peaks() -> None:

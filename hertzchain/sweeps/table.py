@@ -157,7 +157,8 @@ class Rows:
         """
         radius = self._parameters["chain.radius"][rows]
         peak_force, passed = batch.peak_force * force[:, None], batch.peak_passed
-        peak_time = batch.peak_time * time[:, None]
+        # As for a single run, a force may be no number in newtons.
+        peak_time = np.where(peak_force > 0, batch.peak_time * time[:, None], np.nan)
         p = transitions(batch.peak_force, passed)
         near, far, speed = solitary_waves(peak_force, peak_time, passed, p, 2 * radius)
         at = np.argmax(peak_force, axis=1)
