@@ -1383,3 +1383,13 @@ def test_a_unit_that_was_forgotten_is_remarked_on(hertzchain: Command) -> None:
     assert re.fullmatch(
         r"hertzchain: LM_ratio is \S+, .* lasts 30 s, is that meant\?\n", outcome.err
     )
+
+
+@pytest.mark.parametrize(("ratio", "remarked"), [("1e4", False), ("10001", True)])
+def test_from_which_momentum_ratio_on_a_scene_is_remarked_on(
+    hertzchain: Command, ratio: str, remarked: bool
+) -> None:
+    scene_file({"chain.granules": "6", "shock.momentum_ratio": ratio})
+    outcome = hertzchain("predict", "scene.toml")
+    assert outcome.status == 0
+    assert ("is that meant?" in outcome.err) == remarked

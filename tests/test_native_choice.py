@@ -15,6 +15,9 @@ from hertzchain.peaks import largest_difference
 from hertzchain.shock import PROFILES
 from tests.conftest import STEEL, paper_scene
 
+RATIOS, DURATIONS, GRANULES = (0.05, 10.0), (1.1, 60.0), 500
+"""LM_ratio, n and the longest chain of random scenes: outside nothing was measured."""
+
 ACCURACIES = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10]
 
 
@@ -28,9 +31,9 @@ def random_scenes(number: int, seed: int) -> list[tuple[hc.Scene, Any]]:
 
     scenes = []
     for _ in range(number):
-        chain = hc.Chain(int(spread(2, 501)), **STEEL)
+        chain = hc.Chain(int(spread(2, GRANULES + 1)), **STEEL)
         profile = list(PROFILES)[rng.integers(3)]
-        ratio, duration = spread(0.05, 10), spread(1.1, 60)
+        ratio, duration = spread(*RATIOS), spread(*DURATIONS)
         scenes.append(hc.Scene(chain, hc.Pulse(profile, 100.0, duration, momentum_ratio=ratio)))
     walker, step = METHODS["reference"].walker, METHODS["reference"].step
     return [
@@ -149,6 +152,54 @@ def test_hard_scenes_are_told_apart() -> None:
     assert not is_short(2.0, 60)
     ratios = np.array([0.01, 0.1, 5.0, 20.0])
     assert choice.is_known(ratios, 2.0, 60).tolist() == [False, True, True, False]
+
+
+def test_known_scenes_are_those_that_random_scenes_are_drawn_from() -> None:
+    for limit, beyond in zip(RATIOS, (0.0, np.inf), strict=True):
+        ratios = np.array([limit, np.nextafter(limit, beyond)])
+        assert choice.is_known(ratios, np.full(2, 2.0), 60).tolist() == [True, False]
+    for limit, beyond in zip(DURATIONS, (0.0, np.inf), strict=True):
+        durations = np.array([limit, np.nextafter(limit, beyond)])
+        assert choice.is_known(np.ones(2), durations, 60).tolist() == [True, False]
+    assert choice.is_known(1.0, 2.0, GRANULES)
+    assert not choice.is_known(1.0, 2.0, GRANULES + 1)
+
+
+def test_a_chain_is_short_below_four_granules_for_each_unit_of_the_momentum_ratio() -> None:
+    assert choice.is_known(2.0, 2.0, 8)
+    assert not choice.is_known(2.0, 2.0, 7)
+
+
+def test_a_batch_checks_what_was_not_measured() -> None:
+    # Beyond the longest pulse measured the error is estimated from a second run, and by chance
+    # alone it would be the one that measured scenes are said to have.
+    n = np.array([DURATIONS[1], 1.01 * DURATIONS[1]])
+    for batch in (
+        hc.similar_peak_forces("cosine", 2.0, n, 10, 1e-6),
+        hc.peak_forces([paper_scene("cosine", 2.0, float(k), 10) for k in n], 1e-6),
+    ):
+        known = choice.plan(1e-6, checked=False).error
+        # Round-off of a few thousand evaluations, 4e-14, is added.
+        assert batch.error_estimate[0] == pytest.approx(known, rel=1e-6, abs=0)
+        assert abs(batch.error_estimate[1] / known - 1) > 0.01
+
+
+@pytest.mark.parametrize("error", [1.1e-6, 1e-5, 0.4e-3])
+def test_a_closer_plan_aims_at_half_of_what_is_wanted(error: float) -> None:
+    plan = choice.plan(1e-6)
+    closer = plan.closer(1e-6, error)
+    # Errors go as the step to the power of the order, one more where the motion is smooth, and as
+    # the tolerance.
+    step, tolerance = closer.step / plan.step, closer.walker.tolerance / plan.walker.tolerance
+    assert error * step**7 == pytest.approx(0.5e-6, rel=1e-12, abs=0)
+    assert error * tolerance == pytest.approx(0.5e-6, rel=1e-12, abs=0)
+
+
+def test_a_closer_plan_is_a_thousand_times_closer_at_most() -> None:
+    plan = choice.plan(1e-6)
+    for error, factor in ((0.49e-3, 0.5e-6 / 0.49e-3), (0.51e-3, 1e-3), (np.inf, 1e-3)):
+        tolerance = plan.closer(1e-6, error).walker.tolerance
+        assert tolerance == pytest.approx(factor * plan.walker.tolerance, rel=1e-12, abs=0)
 
 
 def test_a_pulse_table_is_had_as_accurately() -> None:

@@ -393,3 +393,18 @@ def test_contacts_that_still_rise_are_told() -> None:
     for part, counts in ((4e-4, False), (6e-4, True)):
         little = np.polynomial.Polynomial([0.5, 0.5]) * (part * falls(0.5) ** 1.5) ** (2 / 3)
         assert watched(samples_of(polynomials(falls, little), times)).any_rising == counts
+
+
+@pytest.mark.parametrize(("part", "looked_at"), [(1.9e-3, False), (2.1e-3, True)])
+def test_several_maxima_between_two_samples_where_the_overlap_counts(
+    part: float, looked_at: bool
+) -> None:
+    """From two thousandths of the largest overlap on; below, a front seems to have some."""
+    several = with_turns(-100.0, 0.2, 0.6, 0.9)
+    # What counts is a bound of the curve: the largest Bernstein coefficient, 89/35 of this one.
+    little = several * (part / (89 / 35))
+    curves = polynomials(np.polynomial.Polynomial([1.0]), little)
+    watch = watched(samples_of(curves, np.array([0.0, 1.0])))
+    expected = little(0.2) if looked_at else little(1.0)
+    assert little(0.2) > 1.2 * little(1.0) > little(0.0)
+    assert watch.force[1] == pytest.approx(expected**1.5, rel=1e-12, abs=0)

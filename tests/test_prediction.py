@@ -110,6 +110,31 @@ def random_scene(random: np.random.Generator, most: int) -> hc.Scene:
     return paper_scene(profile, ratio, n, granules)
 
 
+@pytest.mark.parametrize(
+    ("ratio", "n", "least"), [(10.0, 6.93, 9), (10.0, 7.6, 8), (6.6, 6.0, 6), (10.0, 12.0, 6)]
+)
+def test_the_shortest_chain_of_the_map_has_the_peaks_of_a_long_one(
+    ratio: float, n: float, least: int
+) -> None:
+    """One granule fewer, and the free end lowers the early peaks."""
+    assert prediction.least_granules(ratio, n) == least
+    off = []
+    long = hc.similar_peak_forces("triangular", ratio, n, 20).peak_force[0]
+    for granules in (least, least - 1):
+        short = hc.similar_peak_forces("triangular", ratio, n, granules).peak_force[0, :-1]
+        off.append(np.max(np.abs(short / long[: short.size] - 1)))
+    # Measured at most 9e-6 and at least 3.2e-4.
+    assert off[0] < 1e-4 < off[1]
+    shortest, shorter = (
+        theory.predict(paper_scene("triangular", ratio, n, granules))
+        for granules in (least, least - 1)
+    )
+    assert np.isfinite(shortest.peak_force).all()
+    assert np.isnan(shorter.peak_force).all()
+    assert shorter.missing is not None
+    assert f"at least {least} under this pulse" in shorter.missing
+
+
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_short_chains_vs_runs(seed: int) -> None:
     random = np.random.default_rng(seed)

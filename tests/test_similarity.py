@@ -12,6 +12,7 @@ import hertzchain as hc
 from hertzchain.similarity import (
     MOMENTUM_IN_NATURAL_UNITS,
     PAPER_MOMENTUM,
+    force_scale,
     natural_units,
     unit_ratio_momentum,
 )
@@ -87,6 +88,21 @@ def test_unit_ratio_momentum_vs_the_papers_formula(
     inside = 0.91 * chain.radius**4 * chain.density**1.5 / chain.young_modulus
     printed = 139 / 32 * inside ** (1 / 3) * (100.0 * force) ** (5 / 6)
     assert unit_ratio_momentum(chain, 100.0 * force) == pytest.approx(printed, rel=ROUND_OFF, abs=0)
+
+
+@pytest.mark.parametrize("momentum_ratio", [1e-3, 1e-4])
+def test_a_short_pulse_presses_as_hard_as_its_momentum_does(momentum_ratio: float) -> None:
+    """Two granules: no other takes momentum away from the one that is pushed."""
+    peak = hc.Native("reference").run(paper_scene("cosine", momentum_ratio, 2.0, granules=2))
+    # What the contact takes during the pulse is of the order of LM_ratio squared.
+    scale = force_scale(momentum_ratio)
+    assert peak.peak_force[0] / 100 == pytest.approx(scale, rel=3 * momentum_ratio, abs=0)
+
+
+def test_a_long_pulse_presses_with_about_its_force() -> None:
+    # 0.754272 I^1.2 is 1 at LM_ratio 0.76579.
+    assert 0.999 < force_scale(0.7655) < 1
+    assert [force_scale(ratio) for ratio in (0.766, 1.0, 2.0, 1e308)] == [1.0] * 4
 
 
 @pytest.mark.lammps

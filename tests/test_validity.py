@@ -14,6 +14,7 @@ from hertzchain.validity import (
     DOUBTFUL_OVERLAP,
     overlap_ratio,
     overlap_warning,
+    refuse_deep_overlap,
     refuse_hopeless_overlap,
 )
 from tests.conftest import paper_scene
@@ -51,6 +52,14 @@ def test_deep_overlaps_are_warned_of(depth: float, warned: bool) -> None:
 def test_the_limits_of_the_warning() -> None:
     assert overlap_warning(DOUBTFUL_OVERLAP) is None
     assert overlap_warning(math.nextafter(DOUBTFUL_OVERLAP, 1)) is not None
+
+
+def test_the_limit_of_refusal_is_the_radius() -> None:
+    chain = paper_scene("cosine", 1.0, 2.0).chain
+    below, above = (chain.contact_stiffness * (r * chain.radius) ** 1.5 for r in (0.9999, 1.0001))
+    refuse_deep_overlap(chain, below)
+    with pytest.raises(OverlapTooLarge, match="would be 1 radii, above 1:"):
+        refuse_deep_overlap(chain, above)
 
 
 @pytest.mark.parametrize("depth", [1.1, 1e3])

@@ -60,7 +60,8 @@ _QUIET = 1e4
 """Overlap and velocity of a quiet stretch, in rounding errors of those of the leading wave."""
 
 _IMPACT = 1.3
-"""F / v^1.2 of a solitary wave and its fastest granule (1.27), rounded up."""
+"""F / v^1.2, above that of a granule running into a wall, (5/4)^(3/5) = 1.14, and of a solitary
+wave and its fastest granule (1.01): see ``_strength``."""
 
 _SLOWER = 0.95
 """What is left behind is pressed less than this fraction of the leading wave."""
