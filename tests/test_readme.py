@@ -1,4 +1,4 @@
-"""What the README shows is run as it stands."""
+"""What the README shows is run as it stands; what is built has it, and all it speaks of."""
 
 from __future__ import annotations
 
@@ -7,11 +7,18 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tarfile
+import tomllib
+import zipfile
+from email import message_from_bytes
 from pathlib import Path
 
 import pytest
+from hatchling.builders.sdist import SdistBuilder
+from hatchling.builders.wheel import WheelBuilder
 
 import hertzchain as hc
+from hatch_build import description
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -84,3 +91,91 @@ def test_the_scene_of_the_readme_is_the_demo_scene(tmp_path: Path) -> None:
     demo = hc.Scene.from_toml(ROOT / "validation" / "scenes" / "demo.toml")
     assert (scene.chain, scene.shock) == (demo.chain, demo.shock)
     assert scene.end_time == pytest.approx(1.2e-3, rel=1e-15, abs=0)
+
+
+# What is built
+
+
+@pytest.fixture(scope="module")
+def sdist(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """The files of the source distribution, by their names in the clone."""
+    folder = tmp_path_factory.mktemp("sdist")
+    (archive,) = SdistBuilder(str(ROOT)).build(directory=str(folder))
+    with tarfile.open(archive) as tar:
+        files = {member.name.partition("/")[2]: tar.extractfile(member) for member in tar}
+        return {name: file.read() for name, file in files.items() if file is not None}
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """The files of the wheel."""
+    folder = tmp_path_factory.mktemp("wheel")
+    (archive,) = WheelBuilder(str(ROOT)).build(directory=str(folder), versions=["standard"])
+    with zipfile.ZipFile(archive) as file:
+        return {name: file.read(name) for name in file.namelist()}
+
+
+def files_of_the_clone() -> set[str]:
+    """What is under version control; in an unpacked source distribution, what the README needs."""
+    if not (ROOT / ".git").exists():
+        return {"CONTRIBUTING.md", "LICENSE", "Makefile", "README.md", "requirements.lock"}
+    git = ["git", "ls-files", "-z"]
+    done = subprocess.run(git, cwd=ROOT, capture_output=True, text=True, check=True)
+    return {name for name in done.stdout.split("\0") if name and (ROOT / name).exists()}
+
+
+def test_the_source_distribution_is_the_clone(sdist: dict[str, bytes]) -> None:
+    clone = files_of_the_clone()
+    assert clone - sdist.keys() == set()
+    assert [name for name in clone if sdist[name] != (ROOT / name).read_bytes()] == []
+
+
+def test_the_wheel_has_the_package_and_nothing_else(wheel: dict[str, bytes]) -> None:
+    package = {
+        str(path.relative_to(ROOT))
+        for path in (ROOT / "hertzchain").rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    about = {name for name in wheel if ".dist-info/" in name}
+    assert {Path(name).name for name in about} == {
+        *("METADATA", "WHEEL", "RECORD", "entry_points.txt", "LICENSE")
+    }
+    assert wheel.keys() - about == package
+
+
+def test_the_description_has_no_link_to_a_file(wheel: dict[str, bytes]) -> None:
+    (metadata,) = (text for name, text in wheel.items() if name.endswith("/METADATA"))
+    message = message_from_bytes(metadata)
+    assert message["Description-Content-Type"] == "text/markdown"
+    shown = message.get_payload()
+    assert isinstance(shown, str)
+    assert re.findall(r"\]\((?!https?:|#)", shown) == []
+    assert "| How to trust a number (`docs/trust.md`) |" in shown
+    # All else is as it stands, code and all.
+    code = r"^```.*?^```|^    .*?$"
+    found = [re.findall(code, text, re.DOTALL | re.MULTILINE) for text in (README, shown)]
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize(
+    ("readme", "shown"),
+    [
+        ("see [how](docs/a.md#b).", "see how (`docs/a.md#b`)."),
+        ("[CONTRIBUTING.md](CONTRIBUTING.md) says", "`CONTRIBUTING.md` says"),
+        ("[a](x.md) and [b](y.md)", "a (`x.md`) and b (`y.md`)"),
+        ("[below](#limits)", "[below](#limits)"),
+        ("[there](https://example.org)", "[there](https://example.org)"),
+    ],
+)
+def test_links_of_a_description(readme: str, shown: str) -> None:
+    assert description(readme) == shown
+
+
+def test_the_version_is_the_same_everywhere() -> None:
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
+        "version"
+    ]
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.findall(r"^version: (\S+)$", citation, re.MULTILINE) == [version]
+    assert re.findall(r"^## ([^\s,]+)", changelog, re.MULTILINE)[0] == version
