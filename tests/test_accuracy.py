@@ -20,9 +20,9 @@ from hertzchain.accuracy import (
     second_order_step,
 )
 from hertzchain.arrays import FloatArray
-from hertzchain.peaks import largest_difference
+from hertzchain.peaks import PeakWatch, largest_difference
 from hertzchain.schedule import Leg
-from hertzchain.verlet.backend import _interpolation_error
+from hertzchain.verlet.backend import _extrapolation_error, _interpolation_error
 from tests.conftest import paper_scene
 
 ROUND_OFF = 1e-12
@@ -248,3 +248,23 @@ def test_a_contact_that_opens_between_two_readings_is_covered() -> None:
         without, stated = (_interpolation_error(scene, legs, [1]) for scene in (easy, hard))
         # Rounded up, not doubled: readings cost time.
         assert needed < (stated - without) / interval**3.5 < 2 * needed
+
+
+@pytest.mark.parametrize(
+    ("granules", "rising", "erratic"), [(8, False, False), (7, False, True), (8, True, True)]
+)
+def test_an_extrapolation_is_believed_less_where_errors_are_erratic(
+    granules: int, rising: bool, erratic: bool
+) -> None:
+    scene, peaks = paper_scene("cosine", 2.0, 2.0, granules), PeakWatch(granules - 1)
+    if rising:
+        peaks.force[:] = 1.0  # and never let up
+    assert peaks.any_rising == rising
+    legs = (Leg(0.0, 0.04 * scene.units.time, 1, None), Leg(0.0, scene.units.time, 100, None))
+    # Agreement by chance leaves a part that goes as the longest step to the power of 2.5.
+    for difference, expected in (
+        (0.0, (0.05 if erratic else 0.005) * 0.04**2.5),
+        (1e-3, (0.05 if erratic else 0.005) * 0.04**2.5 + (3e-3 if erratic else 1e-3)),
+    ):
+        found = _extrapolation_error(scene, legs, difference, peaks)
+        assert found == pytest.approx(expected, rel=1e-12, abs=0)

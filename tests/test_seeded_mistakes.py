@@ -150,6 +150,26 @@ def test_missing_contacts_are_named() -> None:
 
 
 @pytest.mark.lammps
+@pytest.mark.parametrize("contact", [2, 7])
+def test_the_contact_that_is_off_is_named(contact: int) -> None:
+    scene = small_scene()
+    right = examine(scene)
+    for name, row, array in (
+        (STIFFNESS, 0, "contact_force"),
+        (STIFFNESS, 1, "contact_force"),
+        ("lammps: contact exponent", 1, "contact_force"),
+        (DAMPING, 0, "damped_force"),
+        (DAMPING, 1, "damped_force"),
+    ):
+        force = getattr(right, array).copy()
+        force[row, contact - 2] *= 1.001
+        checks = examination_checks(scene, replace(right, **{array: force}))
+        check = next(check for check in checks if check.name == name)
+        assert not check.passed
+        assert check.reason.endswith(f"largest at contact {contact}")
+
+
+@pytest.mark.lammps
 def test_the_motion_names_the_missing_contact_too() -> None:
     comparison = compared(planted("contact 7 missing"))
     peaks = next(check for check in comparison.checks if check.name == SAME_PEAKS)
