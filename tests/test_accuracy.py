@@ -22,6 +22,7 @@ from hertzchain.accuracy import (
 from hertzchain.arrays import FloatArray
 from hertzchain.peaks import PeakWatch, largest_difference
 from hertzchain.schedule import Leg
+from hertzchain.theory.solitary_wave import solitary_wave
 from hertzchain.verlet.backend import _extrapolation_error, _interpolation_error
 from tests.conftest import paper_scene
 
@@ -222,11 +223,33 @@ def test_bound_of_the_reference_holds_at_large_steps(long_pulse: hc.Result, dt: 
     assert true_error <= result.error_estimate + long_pulse.error_estimate
 
 
+STRONGEST = 2.2
+"""Force of the strongest wave, over F0."""
+
+
+def test_a_wave_between_two_readings_is_covered() -> None:
+    """The exact solitary wave, interpolated over four of its points, with its top in the middle."""
+    wave = solitary_wave()
+    spacing = float(wave.x[1] - wave.x[0]) / wave.speed
+    rates = 2j * np.pi * np.fft.rfftfreq(wave.x.size, spacing)
+    overlap = [np.fft.irfft(np.fft.rfft(wave.overlap) * rates**k, wave.x.size) for k in range(4)]
+    top, h = int(np.argmax(wave.overlap)), np.full(1, 4 * spacing)
+    start, end = ([d[k : k + 1] for d in overlap] for k in (top - 2, top + 2))
+    curve = hermite.coefficients(start, end, h)
+    off = float(np.abs(hermite.evaluate(curve, hermite.maximum(curve)) - 1)[0])
+    # Relative, of the force; time goes as F^(-1/6).
+    needed = 1.5 * off / float(h[0]) ** 8 * STRONGEST ** (8 / 6)
+    scene = paper_scene("cosine", 2.0, 2.0, 8)
+    legs = (Leg(0.0, 0.3 * scene.units.time, 1000, None),)
+    # In steps so short the rest of the bound, which goes as their square, is less than 1e-3 of it.
+    stated = _interpolation_error(scene, legs, [1000]) / 0.3**8
+    assert needed < stated < 2 * needed
+
+
 def test_a_contact_that_opens_between_two_readings_is_covered() -> None:
     """The force of the next contact falls as the 3/2 power of the time until it opens.
 
-    Its granules fly apart as fast at most as the fastest granule of a wave of 2.2 F0 is, the
-    strongest there is.
+    Its granules fly apart as fast at most as the fastest granule of the strongest wave is.
     """
     place = np.linspace(0.0, 1.0, 201)
     largest = 0.0
@@ -240,7 +263,7 @@ def test_a_contact_that_opens_between_two_readings_is_covered() -> None:
         curve = hermite.coefficients(start, end, np.ones((1, 1)))[:, 0, 0]
         found = np.polynomial.Polynomial(curve)(place)
         largest = max(largest, float(np.max(np.abs(found - overlap(place, 0)))))
-    velocity = (2.2 / 1.013) ** (5 / 6)
+    velocity = (STRONGEST / 1.013) ** (5 / 6)
     needed = 1.5 * velocity**1.5 * largest  # of a contact pressed by F0, at an interval of 1
     easy, hard = (paper_scene("cosine", 2.0, 2.0, granules) for granules in (8, 7))
     for interval in (0.1, 0.3):
