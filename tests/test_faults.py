@@ -88,6 +88,14 @@ def runs(pid: int) -> bool:
         return False
 
 
+def is_server(pid: int) -> bool:
+    """Whether a process was started to run LAMMPS for another."""
+    try:
+        return b"hertzchain.lammps.child" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return False
+
+
 def has_lammps(pid: int) -> bool:
     """Whether a process has loaded LAMMPS, so that it is about to run it."""
     try:
@@ -96,14 +104,29 @@ def has_lammps(pid: int) -> bool:
         return False
 
 
+STARTED: list[subprocess.Popen[str]] = []
+"""By ``start``, in this test."""
+
+
 @pytest.fixture(autouse=True)
 def _no_process_is_left() -> Iterator[None]:
-    if sys.platform != "linux":
-        yield
-        return
-    before = set(children(os.getpid()))
+    before = set(children(os.getpid())) if sys.platform == "linux" else set()
     yield
-    assert set(children(os.getpid())) - before == set()
+    # Those of a test that failed before it came to their end, so that no other test pays for it.
+    for running in STARTED:
+        with running:
+            running.kill()
+    STARTED.clear()
+    if sys.platform == "linux":
+        assert set(children(os.getpid())) - before == set()
+
+
+@pytest.fixture
+def pass_time(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
+    """Let seconds pass in this process that nobody has to wait for."""
+    passed, clock = [0.0], time.monotonic
+    monkeypatch.setattr(time, "monotonic", lambda: clock() + sum(passed))
+    return passed.append
 
 
 @pytest.fixture
@@ -157,11 +180,9 @@ def test_a_process_that_hangs_is_killed_at_the_time_limit() -> None:
     with Child() as child:
         pid = child.call(os.getpid, time_limit=LIMIT)
         os.kill(pid, signal.SIGSTOP)
-        begin = time.monotonic()
         # More than a pipe holds: even asking would take for ever.
         with pytest.raises(TooExpensive, match=r"time limit of 0\.5 s: shorten"):
             child.call(len, bytes(10**6), time_limit=0.5)
-        assert 0.5 <= time.monotonic() - begin < 5
         assert not runs(pid)
         assert child.pid is None
 
@@ -225,7 +246,7 @@ from hertzchain.lammps.isolation import Child
 
 with Child() as child:
     print(child.call(os.getpid, time_limit=60), flush=True)
-    child.call(time.sleep, 50.0, time_limit=60)
+    child.call(time.sleep, 1000.0, time_limit=2000)
 """
 
 
@@ -241,8 +262,8 @@ def test_no_process_outlives_the_one_that_started_it(name: str) -> None:
         # Ctrl-C goes to a whole group: the process is not in it.
         assert os.getpgid(pid) != os.getpgid(parent.pid)
         parent.send_signal(getattr(signal, name))
-        parent.wait(timeout=20)
-        wait_for(lambda: not runs(pid), 10)
+        parent.wait(timeout=300)
+        wait_for(lambda: not runs(pid))
 
 
 # LAMMPS in such a process
@@ -265,7 +286,9 @@ def test_isolated_or_not_is_the_same() -> None:
 
 @linux
 @pytest.mark.lammps
-def test_scenes_are_unharmed_by_one_that_kills_lammps_and_one_that_hangs() -> None:
+def test_scenes_are_unharmed_by_one_that_kills_lammps_and_one_that_hangs(
+    pass_time: Callable[[float], None],
+) -> None:
     deep = replace(SHORT, shock=hc.Pulse("cosine", 1e9, 2.0, momentum_ratio=1.0))
 
     def scenes() -> Iterator[hc.Scene]:
@@ -277,12 +300,14 @@ def test_scenes_are_unharmed_by_one_that_kills_lammps_and_one_that_hangs() -> No
             def harm(number: int = getattr(signal, name), before: list[int] = before) -> None:
                 (pid,) = before or wait_for(lambda: children(os.getpid()))
                 os.kill(pid, number)
+                if number == signal.SIGSTOP:
+                    pass_time(LIMIT)
 
             threading.Timer(0.5, harm).start()
             yield LONG
         yield SHORT
 
-    found = list(run_many(scenes(), hc.Lammps(dt=1e-7, time_limit=4.0)))
+    found = list(run_many(scenes(), hc.Lammps(dt=1e-7, time_limit=LIMIT)))
     assert [type(one) for one in found] == [
         *(hc.Result, OverlapTooLarge, RunFailed, TooExpensive, hc.Result)
     ]
@@ -309,11 +334,9 @@ def test_a_batch_that_is_left_early_leaves_no_process() -> None:
 def test_a_run_ends_at_its_time_limit(isolated: bool) -> None:
     lammps = hc.Lammps(dt=1e-7, isolated=isolated, time_limit=0.7)
     long = replace(LONG, run=hc.Run(0.019))  # two seconds, which cannot be told before
-    begin = time.monotonic()
     for run in (lammps.run, lammps.peaks_alone):
         with pytest.raises(TooExpensive, match=r"stopped at the time limit of 0\.7 s"):
             run(long)
-    assert time.monotonic() - begin < 10
 
 
 @pytest.mark.parametrize("isolated", [False, True])
@@ -338,7 +361,7 @@ def test_a_script_needs_no_main(folder: Path) -> None:
         "print(hc.Lammps(dt=1e-7, isolated=True).run(scene).steps)\n"
     )
     done = subprocess.run(
-        [sys.executable, "script.py"], capture_output=True, text=True, check=False, timeout=60
+        [sys.executable, "script.py"], capture_output=True, text=True, check=False, timeout=300
     )
     assert int(done.stdout) > 100, done.stderr
     assert names(folder) == ["scene.toml", "script.py"]
@@ -376,20 +399,24 @@ def before_all(folder: Path) -> dict[str, str]:
     return {**known, "PYTHONPATH": path}
 
 
-def start(*arguments: object, before: str = "", **options: Any) -> subprocess.Popen[str]:
+def start(
+    *arguments: object, before: str = "", code: str = MAIN, **options: Any
+) -> subprocess.Popen[str]:
     """The command line in a process of its own, with something for a shell to do before it."""
-    line = [sys.executable, "-c", MAIN, *map(str, arguments)]
+    line = [sys.executable, "-c", code, *map(str, arguments)]
     if before:
         line = ["sh", "-c", f'{before} exec "$@"', "sh", *line]
-    return subprocess.Popen(
+    running = subprocess.Popen(
         line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
     )
+    STARTED.append(running)
+    return running
 
 
 def ended(running: subprocess.Popen[str]) -> tuple[int, str, str]:
     """Status, standard output and standard error."""
     with running:
-        out, err = running.communicate(timeout=60)
+        out, err = running.communicate(timeout=300)
     return running.returncode, out, err
 
 
@@ -402,7 +429,7 @@ LAMMPS = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-7")
 def test_a_crash_of_lammps_is_one_line(folder: Path, name: str) -> None:
     LONG.to_toml("scene.toml")
     running = start(*LAMMPS, "--isolate", "-o", "peaks.csv")
-    (pid,) = wait_for(lambda: children(running.pid))
+    (pid,) = wait_for(lambda: [pid for pid in children(running.pid) if is_server(pid)])
     wait_for(lambda: has_lammps(pid))
     time.sleep(0.3)
     os.kill(pid, getattr(signal, name))
@@ -414,17 +441,29 @@ def test_a_crash_of_lammps_is_one_line(folder: Path, name: str) -> None:
     assert names(folder) == ["scene.toml"]
 
 
+AN_HOUR_LATER = """
+import signal, time
+passed, clock = [], time.monotonic
+time.monotonic = lambda: clock() + sum(passed)
+signal.signal(signal.SIGUSR1, lambda *_: passed.append(3600.0))
+"""
+"""At the signal an hour is over that nobody has to wait for."""
+
+
 @linux
 @pytest.mark.lammps
 def test_a_comparison_goes_on_without_a_lammps_that_hangs(folder: Path) -> None:
     SHORT.to_toml("scene.toml")
-    running = start("compare", "scene.toml", "--isolate", "--time-limit", "6 s")
-    for pid in wait_for(lambda: children(running.pid)):
-        os.kill(pid, signal.SIGSTOP)
+    code = AN_HOUR_LATER + MAIN
+    running = start("compare", "scene.toml", "--isolate", "--time-limit", "59 min", code=code)
+    # Others are there for a moment, which the libraries ask about the machine.
+    (pid,) = wait_for(lambda: [pid for pid in children(running.pid) if is_server(pid)])
+    os.kill(pid, signal.SIGSTOP)
+    running.send_signal(signal.SIGUSR1)
     status, out, err = ended(running)
     assert (status, err) == (1, "")
     assert "lammps: failed" in out
-    assert "time limit of 6 s" in " ".join(out.split())
+    assert "time limit of 59 min" in " ".join(out.split())
     assert "native: energy" in out
     assert not runs(pid)
     assert names(folder) == ["scene.toml"]
@@ -446,7 +485,9 @@ def test_a_stopped_run_says_so_and_leaves_nothing(
 ) -> None:
     LONG.to_toml("scene.toml")
     running = start(*LAMMPS, *["--isolate"] * isolated, "-o", "peaks.csv")
-    pids = wait_for(lambda: children(running.pid)) if isolated else []
+    pids = []
+    if isolated:
+        pids = wait_for(lambda: [pid for pid in children(running.pid) if is_server(pid)])
     wait_for(lambda: has_lammps((pids or [running.pid])[0]))
     time.sleep(0.3)
     running.send_signal(getattr(signal, name))
@@ -682,7 +723,7 @@ def call_small(folder: Path, before: str = "", **environment: str) -> tuple[int,
         capture_output=True,
         text=True,
         check=False,
-        timeout=60,
+        timeout=300,
     )
     assert (done.returncode, done.stderr) == (0, "")
     hits, where = done.stdout.split(maxsplit=1)

@@ -110,7 +110,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 def write(part):
     part.write_text("half")
     print("writing", flush=True)
-    time.sleep(60)
+    time.sleep(600)
 
 write_with(Path(sys.argv[1]), write)
 """
@@ -130,7 +130,7 @@ def test_an_interrupted_write_leaves_nothing(tmp_path: Path) -> None:
         assert writer.stdout.readline() == "writing\n"
         assert len(names(tmp_path)) == 2
         writer.send_signal(signal.SIGINT)
-        assert writer.wait(timeout=20) != 0
+        assert writer.wait(timeout=300) != 0
     assert path.read_text() == "old"
     assert names(tmp_path) == ["a.txt"]
 
@@ -321,9 +321,12 @@ def test_a_signal_at_any_moment_leaves_nothing(tmp_path: Path, number: signal.Si
     signal.signal(signal.SIGALRM, ring)
     stopped = 0
     try:
-        begin = time.perf_counter()
-        write_text(path, old)
-        longest = 2 * (time.perf_counter() - begin)
+        took = []
+        for _ in range(5):
+            begin = time.perf_counter()
+            write_text(path, old)
+            took.append(time.perf_counter() - begin)
+        longest = 2 * min(took)
         for moment in np.random.default_rng(0).uniform(1e-6, longest, 500):
             rung.clear()
             try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import random
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +21,7 @@ from hertzchain.errors import SceneError
 from hertzchain.judgement import read_peaks
 from hertzchain.schedule import Leg
 from tests.conftest import paper_scene
+from tests.effort import effort
 from validation.mistakes import in_set_up
 
 SCENES = [
@@ -367,6 +367,18 @@ def test_a_bad_table_is_refused_in_one_sentence(tmp_path: Path, text: bytes, wor
     assert "\n" not in str(caught.value)
 
 
+def _is_read_or_refused(path: Path) -> None:
+    try:
+        found = read_peaks(path, 6)
+    except SceneError as problem:
+        assert str(problem).isprintable()  # noqa: PT017
+        assert len(str(problem)) < 1000  # noqa: PT017
+    else:
+        assert found.shape == (5,)
+        assert not np.any(found < 0)
+        assert not np.any(np.isinf(found))
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_hostile_tables_give_peaks_or_one_sentence(tmp_path: Path, seed: int) -> None:
     draw = random.Random(seed)  # noqa: S311
@@ -391,17 +403,8 @@ def test_hostile_tables_give_peaks_or_one_sentence(tmp_path: Path, seed: int) ->
             at = draw.randrange(len(text))
             text[at : at + draw.randint(0, 3)] = draw.choice(pieces)
         path.write_bytes("".join(text).encode()[: draw.randint(0, 600)])
-        begin = time.perf_counter()
-        try:
-            found = read_peaks(path, 6)
-        except SceneError as problem:
-            assert str(problem).isprintable()  # noqa: PT017
-            assert len(str(problem)) < 1000  # noqa: PT017
-        else:
-            assert found.shape == (5,)
-            assert not np.any(found < 0)
-            assert not np.any(np.isinf(found))
-        assert time.perf_counter() - begin < 1.0
+        # 0.2 at most measured.
+        assert effort(lambda: _is_read_or_refused(path)) < 30
 
 
 def test_the_best_factor_is_found_in_a_valley_that_is_not_the_deepest_trial() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -379,12 +380,16 @@ def test_all_but_the_peaks_is_that_of_the_finer_run() -> None:
 # What watching costs
 
 
-def test_watching_costs_less_than_a_tenth_of_a_long_run(demo: hc.Scene) -> None:
+def test_watching_costs_less_than_a_tenth_of_a_long_run(
+    demo: hc.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Of the processor's time: others may use the machine too.
+    monkeypatch.setattr(time, "perf_counter", time.process_time)
     lammps = hc.Lammps(demo.end_time / 50_100)
     runs = [lammps.run(demo) for _ in range(3)]
     assert runs[0].steps > 50_000
     shares = [run.watching_share for run in runs]
-    # 0.05 measured; the best of three, as others may use the machine too.
+    # 0.05 measured; the best of three.
     assert all(share is not None and share > 0 for share in shares)
     assert min(share for share in shares if share is not None) < 0.10
 

@@ -509,7 +509,7 @@ def test_a_point_tells_its_values_under_the_mouse(
         page.mouse.move(box[0] + 3, box[1] + 3)
         page.mouse.move(*box)
         label = page.locator(f"#{name} .hoverlayer .hovertext").first
-        label.wait_for(timeout=5000)
+        label.wait_for(timeout=60_000)
         text = label.text_content() or ""
         assert all(word in text for word in words), text
     assert wrong == []

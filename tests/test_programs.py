@@ -61,21 +61,21 @@ def test_a_crash_is_named(tmp_path: Path) -> None:
 
 
 def test_at_the_deadline_all_that_it_started_is_gone(tmp_path: Path) -> None:
+    outlives = "import time; time.sleep(60); open('survived', 'w').close()"
     code = (
         "import subprocess, sys\n"
-        "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)'])\n"
+        f"child = subprocess.Popen([sys.executable, '-c', {outlives!r}])\n"
         "with open('pid', 'w') as file:\n"
         "    file.write(str(child.pid))"
         "\nREADY\n"
         "child.wait()"
     )
-    begin = time.monotonic()
     stopped(code, tmp_path)
-    assert time.monotonic() - begin < 10
+    assert not (tmp_path / "survived").exists()
     if sys.platform == "win32":
         return
     pid = int((tmp_path / "pid").read_text())
-    for _ in range(100):
+    for _ in range(1200):
         try:
             os.kill(pid, 0)
         except ProcessLookupError:
@@ -91,7 +91,7 @@ def test_at_the_deadline_all_that_it_started_is_gone(tmp_path: Path) -> None:
 def test_a_program_is_asked_to_end_before_it_is_killed(
     tmp_path: Path, ends: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(programs, "_GRACE", 0.5 if not ends else 10.0)
+    monkeypatch.setattr(programs, "_GRACE", 0.5 if not ends else 60.0)
     # mpiexec then ends the ranks, which it may have put into groups of their own.
     code = (
         "import signal, sys, time\n"
@@ -102,12 +102,12 @@ def test_a_program_is_asked_to_end_before_it_is_killed(
         "\nREADY\n"
         "end = time.monotonic() + 50\n"
         "while time.monotonic() < end:\n"
-        "    time.sleep(0.1)"
+        "    time.sleep(0.1)\n"
+        "open('survived', 'w').close()"
     )
-    begin = time.monotonic()
     stopped(code, tmp_path)
     assert (tmp_path / "asked").exists()
-    assert time.monotonic() - begin < 20
+    assert not (tmp_path / "survived").exists()
 
 
 def test_programs_that_are_not_there(tmp_path: Path) -> None:

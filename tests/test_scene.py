@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from time import process_time
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
 from hertzchain.similarity import PAPER_MOMENTUM
 from tests.conftest import STEEL, paper_scene
+from tests.effort import effort
 
 CHAIN = hc.Chain(60, **STEEL)
 
@@ -296,9 +296,9 @@ def test_a_table_of_many_rows_is_summed_in_one_pass() -> None:
     """20,000 rows took minutes: the end of the run was asked for at each."""
     time = tuple(1e-9 * k for k in range(20_000))
     scene = hc.Scene(CHAIN, hc.PulseTable(time, tuple(1.0 + k % 7 for k in range(20_000))))
-    begin = process_time()
-    assert scene.applied_impulse == pytest.approx(scene.impulse, rel=1e-14, abs=0)
-    assert process_time() - begin < 5
+    found: list[float] = []
+    assert effort(lambda: found.append(scene.applied_impulse)) < 100  # 2 measured
+    assert found == [pytest.approx(scene.impulse, rel=1e-14, abs=0)]
 
 
 # Writing

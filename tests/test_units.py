@@ -6,6 +6,7 @@ import json
 import math
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -134,18 +135,22 @@ HOSTILE = [
 """Strings that a careless evaluation would run for ever on, or worse."""
 
 TRY_ALL = """
-import json, math, sys, time
+import json, math, sys
 from hertzchain.errors import SceneError
-from hertzchain.units import _USUAL, _registry, to_si
+from hertzchain.units import to_si
+from tests.effort import effort
 to_si("key", "1 mm", "m")  # the units are loaded
+ends = []
+
+def read():
+    try:
+        ends.append("infinite" if math.isinf(to_si("key", text, "m")) else "number")
+    except SceneError as problem:
+        ends.append("error" if len(str(problem)) < 500 else "long error")
+
 for text in json.load(sys.stdin):
     print(json.dumps([text[:60], len(text)]), file=sys.stderr, flush=True)
-    begin = time.perf_counter()
-    try:
-        end = "infinite" if math.isinf(to_si("key", text, "m")) else "number"
-    except SceneError as problem:
-        end = "error" if len(str(problem)) < 500 else "long error"
-    print(json.dumps([end, time.perf_counter() - begin]), flush=True)
+    print(json.dumps([effort(read), ends[-1]]), flush=True)
 """
 
 
@@ -157,9 +162,10 @@ def test_hostile_strings_end_quickly_with_an_error() -> None:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        cwd=Path(__file__).parent.parent,
     )
     try:
-        output, progress = process.communicate(json.dumps(HOSTILE), timeout=20)
+        output, progress = process.communicate(json.dumps(HOSTILE), timeout=300)
     except subprocess.TimeoutExpired:
         process.kill()
         _, progress = process.communicate()
@@ -167,10 +173,11 @@ def test_hostile_strings_end_quickly_with_an_error() -> None:
     assert process.returncode == 0, progress
     ends = [json.loads(line) for line in output.splitlines()]
     assert len(ends) == len(HOSTILE)
-    for text, (end, seconds) in zip(HOSTILE, ends, strict=True):
-        # An infinite number is refused by who asked; milliseconds are usual, 1 s is generous.
+    for text, (took, end) in zip(HOSTILE, ends, strict=True):
+        # An infinite number is refused by who asked.
         assert end in ("error", "infinite"), text[:60]
-        assert seconds < 1.0, text[:60]
+        # 14 at most measured, for 5,000 factors; a careless evaluation runs for ever.
+        assert took < 200, text[:60]
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import time
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -55,10 +54,8 @@ def name_of(module: ModuleType) -> str:
 
 
 @pytest.mark.lammps
-def test_every_quick_form_passes_in_90_seconds() -> None:
-    begin = time.perf_counter()
+def test_every_quick_form_passes() -> None:
     outcomes = list(run_all.run_scripts(True, True))
-    assert time.perf_counter() - begin < 90
     assert [outcome.name for outcome in outcomes] == list(SCRIPTS)
     for outcome in outcomes:
         assert outcome.rows
