@@ -309,12 +309,10 @@ def test_what_is_no_scheduler_is_refused(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NO_SCHEDULER)
-def test_the_command_says_so_in_15_seconds(name: str, tmp_path: Path) -> None:
-    begin = time.monotonic()
+def test_the_command_says_so(name: str, tmp_path: Path) -> None:
     with NO_SCHEDULER[name]() as address:
         status, said = run(tmp_path, address)
     assert (status, in_one_sentence(said)) == (2, True), said
-    assert time.monotonic() - begin < 15 + 5  # Python starts, on a machine that does other things
     assert not (tmp_path / "out").exists()
 
 
@@ -381,11 +379,9 @@ def test_it_says_that_it_waits_for_workers_and_uses_those_that_come(tmp_path: Pa
             assert process.stderr is not None
             said = process.stderr.readline()
             assert said == f"hertzchain: {address} has no workers: the sweep waits for some\n"
-            begin = time.monotonic()
             process.send_signal(signal.SIGINT)
             process.communicate(timeout=PATIENCE)
             assert process.returncode == 130
-            assert time.monotonic() - begin < 10
         with started(tmp_path, address) as process:
             assert process.stderr is not None
             process.stderr.readline()

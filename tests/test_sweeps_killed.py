@@ -97,18 +97,24 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "whole"
 
 
+def is_at(running: subprocess.Popen[str], folder: Path, wanted: int) -> bool:
+    """Whether so many parts are done, or all that there are."""
+    return parts(folder) >= wanted or running.poll() is not None
+
+
 def killed_again_and_again(samples: int, times: int, seed: int) -> None:
-    """Kill a sweep so often, at random moments; each time it is started again."""
+    """Kill a sweep so often, soon after random parts of it; each time it is started again."""
     command = (*COMMAND, "--samples", str(samples), "-o")
-    begin = time.monotonic()
     status, _, err = ended(start(*command, "whole"))
     assert status == 1, err  # some scenes fail
-    whole, killed, moments = time.monotonic() - begin, Path("killed"), np.random.default_rng(seed)
+    whole, killed, moments = parts(Path("whole")), Path("killed"), np.random.default_rng(seed)
     before, kills, progressed = 0, 0, 0
     while kills < times:
         running = start(*command, "killed")
-        # Starting takes a second or two; what comes after is shared out among the kills.
-        time.sleep(moments.uniform(0.2, 2.5 + 2 * whole / times))
+        # At the first, before there is any; then the parts are shared out among the kills.
+        more = 0 if kills == 0 else moments.integers(1, 2 * whole // times, endpoint=True)
+        wait_for(partial(is_at, running, killed, before + int(more)))
+        time.sleep(moments.uniform(0.0, 0.3))  # a part takes tenths of a second
         process = running.poll()
         if process is not None:  # it was done before: begin anew
             assert process == 1, ended(running)
