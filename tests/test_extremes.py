@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -74,6 +74,27 @@ def test_random_scenes_span_the_ranges() -> None:
         assert max(values) > high
 
 
-def test_the_figure(table: pd.DataFrame, tmp_path: Path) -> None:
-    extremes.draw(table).savefig(tmp_path / "extremes.png")
-    assert (tmp_path / "extremes.png").stat().st_size > 20_000
+def numbers(data: Any) -> list[float]:
+    return [float(number) for number in data]
+
+
+def test_the_figure_has_every_run(table: pd.DataFrame) -> None:
+    figure = extremes.draw(table)
+    figure.draw_without_rendering()
+    outcomes, depths, errors, steps = figure.axes
+    random = table[table["step"].isna() & (table["run"] == "native")]
+    for axes, column in ((outcomes, "momentum_ratio"), (depths, "overlap_ratio")):
+        dots = [line for line in axes.get_lines() if line.get_marker() == "."]
+        shown = {str(line.get_label()): sorted(numbers(line.get_xdata())) for line in dots}
+        wanted = random.groupby("outcome")[column].apply(sorted).to_dict()
+        assert {name: found for name, found in shown.items() if found} == wanted
+    right = random[random["outcome"] == extremes.RIGHT]
+    (points,) = (line for line in errors.get_lines() if line.get_label() == "native")
+    assert numbers(points.get_xdata()) == right["bound"].tolist()
+    assert numbers(points.get_ydata()) == np.maximum(right["measured"], 1e-16).tolist()
+    stepped = table[table["step"].notna()]
+    labels = {str(line.get_label()) for line in steps.get_lines()}
+    assert set(stepped["run"]) <= labels
+    for run, group in stepped[stepped["outcome"] == extremes.RIGHT].groupby("run"):
+        (line,) = (line for line in steps.get_lines() if line.get_label() == run)
+        assert numbers(line.get_ydata()) == group.groupby("step")["measured"].max().tolist()

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
@@ -28,25 +30,25 @@ def text_of(name: str) -> str:
     return unit_test(known_motion(scenes.load(name)), name, DATE)
 
 
+class _AsWritten(yaml.SafeLoader):  # type: ignore[misc]
+    """What the drivers of LAMMPS get from its YAML: scalars as text, each key once."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Refuse a key that stands there twice: PyYAML takes the last."""
+        keys = [key.value for key, _ in node.value]
+        assert len(keys) == len(set(keys)), keys
+        found: dict[Any, Any] = super().construct_mapping(node, deep)
+        return found
+
+
+_AsWritten.yaml_implicit_resolvers = {}
+
+
 def read(text: str) -> dict[str, str]:
-    """Keys and values of the part of YAML that such files use: scalars, plain or in a block."""
-    lines = text.splitlines()
-    assert (lines[0], lines[-1]) == ("---", "...")
-    found: dict[str, str] = {}
-    key = ""
-    for line in lines[1:-1]:
-        if line.startswith("#"):
-            continue
-        if line.startswith("  "):
-            found[key] += line.removeprefix("  ") + "\n"
-            continue
-        match = re.fullmatch(r"(\w+):(?: (.*))?", line)
-        assert match is not None, line
-        key, value = match[1], match[2] or ""
-        assert key not in found
-        assert not re.search(r": |^[\[{&*!|>'\"%@`]", value) or value == "|", line
-        found[key] = "" if value == "|" else value
-    return found
+    """Keys and values of the file, all of them text."""
+    found = yaml.load(text, _AsWritten)  # noqa: S506 - nothing but scalars can come of it
+    assert all(isinstance(value, str) for value in found.values())
+    return dict(found)
 
 
 def rows(block: str) -> FloatArray:

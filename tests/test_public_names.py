@@ -97,8 +97,19 @@ for option in ("--help", "--version"):
         main()
     except SystemExit as end:
         assert end.code == 0
+    else:
+        raise AssertionError("it did not end")
 """
     assert modules_after(code) & (HEAVY - {"typer", "rich"}) == set()
+
+
+def test_what_answers_a_stop_is_there_before_the_commands() -> None:
+    """Ctrl-C is a traceback until ``main`` is there."""
+    loaded = modules_after("from hertzchain.cli import main")
+    assert loaded & HEAVY == set()
+    assert {name for name in loaded if name.startswith("hertzchain.")} == {
+        *("hertzchain.cli", "hertzchain.cli.program", "hertzchain.errors")
+    }
 
 
 def test_a_scene_needs_no_simulation() -> None:

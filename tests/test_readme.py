@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 import shlex
 import shutil
@@ -13,6 +14,7 @@ import zipfile
 from email import message_from_bytes
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from hatchling.builders.sdist import SdistBuilder
 from hatchling.builders.wheel import WheelBuilder
@@ -53,7 +55,17 @@ def test_a_command_works(command: str, tmp_path: Path) -> None:
     (tmp_path / ".venv").symlink_to(Path(sys.executable).parent.parent)
     for source, target in COPIES:
         shutil.copy(ROOT / source, tmp_path / target)
-    assert run(command, tmp_path) or list(tmp_path.glob("*.*"))
+    before = {path.name for path in tmp_path.iterdir()}
+    assert run(command, tmp_path).strip()
+    written = re.findall(r"(?:-o|--report) (\S+)", command)
+    assert {path.name for path in tmp_path.iterdir()} - before == set(written)
+    for name in written:
+        text = (tmp_path / name).read_text(encoding="utf-8")
+        if name.endswith(".csv"):
+            assert len(pd.read_csv(io.StringIO(text), comment="#")) > 0
+        else:
+            assert name.endswith(".html")
+            assert text.rstrip().endswith("</html>")
 
 
 def test_nothing_is_left_to_be_filled_in() -> None:

@@ -5,17 +5,24 @@ from __future__ import annotations
 import io
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.image import imread
 from rich.console import Console
 
 import hertzchain as hc
 from hertzchain import theory
+from hertzchain.arrays import FloatArray
 from hertzchain.comparison import Check
 from hertzchain.errors import OutputError
 from hertzchain.report import (
+    COLOURS,
     check_plot_format,
     describe,
     plot_comparison,
@@ -235,13 +242,53 @@ def test_every_engine_asked_for_has_its_columns_and_points(
     assert "Yade" not in drawn
 
 
-def test_a_plot_has_a_point_for_every_number(both: hc.Comparison, tmp_path: Path) -> None:
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+    """The figures that are written, as they are when they are."""
+    figures: list[Figure] = []
+    write = Figure.savefig
+
+    def kept(figure: Figure, *arguments: Any, **options: Any) -> None:
+        figures.append(figure)
+        write(figure, *arguments, **options)
+
+    monkeypatch.setattr(Figure, "savefig", kept)
+    return figures
+
+
+def lines_of(axes: Axes) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """What is drawn under each label, x and y; a gap is NaN."""
+    return {
+        str(line.get_label()): (
+            np.asarray(line.get_xdata(), np.float64),
+            np.asarray(line.get_ydata(), np.float64),
+        )
+        for line in axes.get_lines()
+    }
+
+
+def test_a_plot_has_a_point_for_every_number(
+    both: hc.Comparison, tmp_path: Path, drawn: list[Figure]
+) -> None:
     plot_comparison(both, tmp_path / "plot.svg")
     assert [path.name for path in tmp_path.iterdir()] == ["plot.svg"]
     text = (tmp_path / "plot.svg").read_text()
     ElementTree.fromstring(text)  # noqa: S314 - it is our own
     for label in ("peak force [N]", "native, reference", "LAMMPS", "Eq. 6", "p = 5"):
         assert label in text
+    (figure,) = drawn
+    above, below = map(lines_of, figure.axes)
+    native, lammps, formulas = both.native, both.lammps, both.formulas
+    assert lammps is not None
+    np.testing.assert_array_equal(above["native, reference"], (native.contact, native.peak_force))
+    values = {"LAMMPS": lammps.peak_force, "Eq. 6": formulas.eq6, "Eq. 9": formulas.eq9}
+    for label, peaks in values.items():
+        np.testing.assert_array_equal(above[label], (native.contact, peaks))
+        off = np.abs(peaks / native.peak_force - 1)
+        off[off == 0] = np.nan  # of which a logarithmic axis has none
+        np.testing.assert_array_equal(below[label], (native.contact, off))
+    assert set(below["LAMMPS, error estimate"][1]) == {lammps.error_estimate}
+    assert set(below["reference, error estimate"][1]) == {native.error_estimate}
 
 
 @pytest.mark.parametrize(("suffix", "start"), [("png", b"\x89PNG"), ("PDF", b"%PDF")])
@@ -254,11 +301,33 @@ def test_the_suffix_says_how_to_draw(
     assert path.read_bytes().startswith(start)
 
 
-def test_a_plot_without_formulas_is_drawn(native: hc.Comparison, tmp_path: Path) -> None:
+def picture(path: Path) -> Any:
+    """Red, green and blue of a picture that can be read to its end, shape (rows, columns, 3)."""
+    pixels = np.asarray(imread(path))
+    assert pixels.ndim == 3
+    return pixels[..., :3]
+
+
+def colours(pixels: Any) -> set[tuple[int, ...]]:
+    """The colours of a picture, 0 to 255."""
+    found = np.unique(np.rint(255 * pixels).astype(int).reshape(-1, 3), axis=0)
+    return {tuple(colour) for colour in found.tolist()}
+
+
+def colour_of(name: str) -> tuple[int, ...]:
+    return tuple(round(255 * part) for part in to_rgb(COLOURS[name]))
+
+
+def test_a_plot_without_formulas_is_drawn(
+    native: hc.Comparison, tmp_path: Path, drawn: list[Figure]
+) -> None:
     nothing = np.full_like(native.formulas.eq6, np.nan)
     formulas = replace(native.formulas, applicable="none", eq6=nothing, eq9=nothing)
     plot_comparison(replace(native, formulas=formulas), tmp_path / "plot.png")
-    assert (tmp_path / "plot.png").stat().st_size > 0
+    above, below = map(lines_of, drawn[0].axes)
+    assert above["native, reference"][1].tolist() == native.native.peak_force.tolist()
+    assert not {"Eq. 6", "Eq. 9"} & (above.keys() | below.keys())
+    assert colour_of("native") in colours(picture(tmp_path / "plot.png"))
 
 
 @pytest.mark.parametrize("name", ["plot", "plot.xyz", "plot.", ".png", "png"])
@@ -337,14 +406,21 @@ def test_several_scenes_show_median_times_and_the_largest_error(traded: Tradeoff
     assert "1e-2 rk4, compiled step 0.1 natural units 1.2e-03 1,234 2" in lines
 
 
-def test_a_tradeoff_without_rows_is_no_crash(traded: Tradeoff, tmp_path: Path) -> None:
+def test_a_tradeoff_without_rows_is_no_crash(
+    traded: Tradeoff, tmp_path: Path, drawn: list[Figure]
+) -> None:
     empty = replace(traded, rows=())
     assert "rk4" not in tradeoff_text(empty)
     plot_tradeoff([empty], tmp_path / "empty.png")
-    assert (tmp_path / "empty.png").stat().st_size > 0
+    (axes,) = drawn[0].axes
+    assert [x.size for x, _ in lines_of(axes).values()] == [0]  # the frontier, of nothing
+    assert axes.get_xlabel() == "wall time [s]"
+    assert len(colours(picture(tmp_path / "empty.png"))) > 1
 
 
-def test_a_plot_of_a_tradeoff_names_every_contender(traded: Tradeoff, tmp_path: Path) -> None:
+def test_a_plot_of_a_tradeoff_shows_every_contender(
+    traded: Tradeoff, tmp_path: Path, drawn: list[Figure]
+) -> None:
     for tradeoffs in ([traded], [traded, traded]):
         path = tmp_path / f"{len(tradeoffs)}.svg"
         plot_tradeoff(tradeoffs, path)
@@ -361,11 +437,16 @@ def test_a_plot_of_a_tradeoff_names_every_contender(traded: Tradeoff, tmp_path: 
             describe(traded.scene) if len(tradeoffs) == 1 else "2 scenes",
         ):
             assert words in comments
+        shown = lines_of(drawn[-1].axes[0])
+        for name in {row.contender for row in traded.rows}:
+            own = [row for row in traded.rows if row.contender == name]
+            found = ([row.wall_time for row in own], [row.error for row in own])
+            np.testing.assert_array_equal(shown[name], found)
 
 
 def test_a_plot_of_a_tradeoff_is_a_file_or_an_error(traded: Tradeoff, tmp_path: Path) -> None:
     plot_tradeoff([traded], tmp_path / "plot.png")
-    assert (tmp_path / "plot.png").read_bytes().startswith(b"\x89PNG")
+    assert len(colours(picture(tmp_path / "plot.png"))) > len(traded.rows)
     with pytest.raises(OutputError, match="does not exist"):
         plot_tradeoff([traded], tmp_path / "no" / "plot.png")
 
