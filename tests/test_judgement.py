@@ -124,7 +124,7 @@ def test_the_accuracy_that_a_step_should_have(demo_reference: hc.Result) -> None
 
 
 def test_no_step_is_named_where_nothing_is_off_or_no_step_is_as_bad() -> None:
-    scene = paper_scene("cosine", 1.0, 2.0, granules=8)
+    scene = paper_scene("cosine", 1.0, 2.0, granules=20)
     truth = hc.Native("reference").run(scene)
 
     def like(difference: float) -> tuple[float, float] | None:

@@ -170,7 +170,10 @@ def test_weak_shocks_lose_no_digits(depth: float, granules: int, dt: float) -> N
     peak_force, steps = hc.Lammps(dt * scene.units.time).peaks_alone(scene)
     # 1.4e-9 measured, of which nearly all is interpolation; 5e-9 at 0.02.
     assert largest_difference(peak_force / scene.units.force, twin.peaks.force) < 1e-8
-    assert predicted_loss(scene, steps, softening(scene, steps)) < 1e-8
+    # No more than the same chain pressed by a fifth of a radius: the rest is its length and steps.
+    least = predicted_loss(scene_of(0.2, granules, 0.5, 2.0, "cosine"), steps)
+    lost = predicted_loss(scene, steps, softening(scene, steps))
+    assert lost <= max(TOLERABLE, least)
 
 
 @pytest.mark.lammps
