@@ -25,6 +25,7 @@ from hertzchain.native.equations import acceleration
 from hertzchain.native.methods import SRKN_11B, State
 from hertzchain.peaks import largest_difference
 from hertzchain.shock import PROFILES
+from tests.oracles.eighth_order import solve
 
 EPS = float(np.finfo(np.float64).eps)
 
@@ -356,13 +357,21 @@ def peaks_only_vs_the_full_chain(scene: hc.Scene, method: str | None) -> None:
     assert np.array_equal(peaks.peak_time, full.peak_time, equal_nan=True)
 
 
-def knocks_for_long(scene: hc.Scene) -> bool:
+def is_out_of_reach(scene: hc.Scene, rtol: float) -> bool:
     """Whether rounding errors may grow beyond what is wanted; the runs say so, and it has to hold.
 
-    Under pulses much longer than the chain granules knock against one another for long: the README
-    has LM_ratio above some 100 on chains shorter than that.
+    Under pulses much longer than the chain granules knock against one another for long: docs/trust
+    has LM_ratio above some 100 on chains shorter than that. Elsewhere the oracle, which knows
+    nothing of the package, tells by how much two runs of its own differ. A hundredth of what is
+    wanted is too much: estimates are six times the difference of two runs, and where small errors
+    grow one difference may be ten times another.
     """
-    return scene.momentum_ratio > max(100, scene.chain.granules)
+    if scene.momentum_ratio > max(100, scene.chain.granules):
+        return True
+    try:
+        return solve(scene).error > 0.01 * rtol
+    except ArithmeticError:  # chaotic
+        return True
 
 
 @holds_for(scene=any_scene)
@@ -371,7 +380,7 @@ def wanted_accuracies_agree(scene: hc.Scene) -> None:
     for rtol in (1e-3, 1e-6, 1e-9):
         native = hc.Native(rtol=rtol, peaks_only=True)
         results.append(answer(functools.partial(native.run, scene), scene))
-        assert results[-1].error_estimate <= rtol or knocks_for_long(scene)
+        assert results[-1].error_estimate <= rtol or is_out_of_reach(scene, rtol)
     for one, two in itertools.combinations(results, 2):
         within = one.error_estimate + two.error_estimate
         assert largest_difference(one.peak_force, two.peak_force) <= within
@@ -392,7 +401,7 @@ def numbers_vs_a_scene_vs_a_batch(scene: hc.Scene, rtol: float) -> None:
     batch = answer(lambda: hc.peak_forces([scene], rtol), scene)
     force = alone.peak_force / shock.peak_force
     for found, unit in ((numbers, 1.0), (batch, shock.peak_force)):
-        assert found.error_estimate[0] <= rtol or knocks_for_long(scene)
+        assert found.error_estimate[0] <= rtol or is_out_of_reach(scene, rtol)
         within = alone.error_estimate + found.error_estimate[0]
         assert largest_difference(found.peak_force[0] / unit, force) <= within
 

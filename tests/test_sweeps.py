@@ -28,6 +28,7 @@ from hertzchain.errors import HertzchainError, OutputError, SceneError
 from hertzchain.lammps import run_many
 from hertzchain.native import Batch
 from hertzchain.shock import PROFILES
+from hertzchain.sweeps import measuring
 from hertzchain.sweeps.design import MOST_SCENES, PARAMETERS, Design, design
 from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import MOST_PEAKS, Formulas, Part, cut, part_size
@@ -303,7 +304,25 @@ def test_parts_are_all_scenes_once_and_none_is_too_large(granules: int) -> None:
         assert max(sizes) * granules <= MOST_PEAKS or max(sizes) == 1
 
 
+def test_the_longest_chain_limits_what_a_part_has() -> None:
+    found = design(SHORT, {"momentum_ratio": "0.1:10:5000", "granules": [2, 1000]})
+    # Formulas cost the same for both: only the peaks that are kept count.
+    assert part_size(found, Formulas()) == MOST_PEAKS // 1000
+
+
 # What is found
+
+
+@pytest.mark.parametrize("room", [0.99, 1.01])
+def test_scenes_that_take_long_are_measured_one_by_one(
+    room: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = design(SHORT, {"chain.granules": [6, 12]})
+    longest = max(one.end_time / one.units.time * one.chain.granules for one in all_scenes(found))
+    monkeypatch.setattr(measuring, "_LONG", room * longest)
+    told: list[int] = []
+    measuring.measure(found, Part("native-0000", hc.Native(), 0, 2), peaks=False, tell=told.append)
+    assert told == ([1, 1] if room < 1 else [2])
 
 
 def test_rows_of_the_compiled_batch_are_those_of_single_runs() -> None:
@@ -688,6 +707,23 @@ def test_a_part_is_there_whole_or_not_at_all_and_its_peaks_before_it(
     again = hc.sweep(SHORT, GRID, peaks=True, output=out)
     there = hc.sweep(SHORT, GRID, peaks=True).to_frame()
     pd.testing.assert_frame_equal(again.to_frame(), there, check_exact=True)
+
+
+@pytest.mark.parametrize("was_there", [False, True])
+def test_a_folder_made_for_nothing_is_gone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, was_there: bool
+) -> None:
+    out = tmp_path / "out"
+    if was_there:
+        out.mkdir()
+
+    def dies(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(pd.DataFrame, "to_parquet", dies)
+    with pytest.raises(KeyboardInterrupt):
+        hc.sweep(SHORT, GRID, backends=["formulas"], output=out)
+    assert out.exists() is was_there
 
 
 def test_a_damaged_part_is_named(tmp_path: Path) -> None:
