@@ -326,12 +326,20 @@ def test_a_scene_that_loses_little_is_computed_as_it_stands() -> None:
 
 
 @pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("depth", "power"),
+    [
+        (1e-3, 6),
+        # No overlap is a diameter by itself, but two beside one another are.
+        (1.5e-3, 5),
+    ],
+)
 def test_granules_that_touch_the_next_but_one_are_refused(
-    monkeypatch: pytest.MonkeyPatch,
+    depth: float, power: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Expected peaks can be wrong, under tables of many pushes; nothing is to be made of that.
-    monkeypatch.setattr(backend, "softening", lambda *_: Softening(6))
-    scene = scene_of(1e-3, 5)
+    monkeypatch.setattr(backend, "softening", lambda *_: Softening(power))
+    scene = scene_of(depth, 5)
     with pytest.raises(OverlapTooLarge, match="through one another"):
         hc.Lammps(0.02 * scene.units.time).run(scene)
 

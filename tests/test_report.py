@@ -25,6 +25,7 @@ from hertzchain.report import (
     COLOURS,
     check_plot_format,
     describe,
+    judgement_facts,
     plot_comparison,
     plot_tradeoff,
     print_comparison,
@@ -511,3 +512,16 @@ def test_a_prediction_of_nothing_shows_why(demo: hc.Scene) -> None:
         "",
         "The shock is a pulse table: Eqs. 3 to 9 and the map are about Table 1's profiles.",
     ]
+
+
+def test_contacts_that_are_weak_are_not_those_that_are_not_given() -> None:
+    scene = paper_scene("cosine", 2.0, 2.0)
+    scene = replace(scene, run=hc.Run(end_time=1e-4))  # the wave has not got far
+    truth = hc.Native("reference").run(scene).peak_force
+    strong = truth >= 1e-3 * truth.max()
+    judged, others = int(np.count_nonzero(strong)), int(np.count_nonzero(~strong))
+    found = dict(judgement_facts(hc.judge(scene, truth)))
+    weak = f"{others} below a thousandth of the largest, not judged"
+    assert found["contacts"] == f"{judged} judged, 0 failed, 0 not given, {weak}"
+    found = dict(judgement_facts(hc.judge(scene, np.where(strong, truth, np.nan))))
+    assert found["contacts"] == f"{judged} judged, 0 failed, {others} not given"
