@@ -403,7 +403,8 @@ def start(
     *arguments: object, before: str = "", code: str = MAIN, **options: Any
 ) -> subprocess.Popen[str]:
     """The command line in a process of its own, with something for a shell to do before it."""
-    line = [sys.executable, "-c", code, *map(str, arguments)]
+    # -P: as the installed command, it does not look for modules in the working folder.
+    line = [sys.executable, "-P", "-c", code, *map(str, arguments)]
     if before:
         line = ["sh", "-c", f'{before} exec "$@"', "sh", *line]
     running = subprocess.Popen(

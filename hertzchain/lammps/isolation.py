@@ -168,8 +168,10 @@ class _Process:
         if sys.platform == "win32":
             own_group = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
         try:
+            # -P: sys.path is given, and Python 3.13.0 to 3.13.2 cannot import NumPy where they
+            # should look in a folder that is gone (python/cpython#130932).
             self.popen = subprocess.Popen(  # noqa: S603 - this interpreter, this package
-                [sys.executable, "-c", _PROGRAM, *sys.path],
+                [sys.executable, "-P", "-c", _PROGRAM, *sys.path],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
