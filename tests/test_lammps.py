@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.errors import RunFailed, SceneError
+from hertzchain.lammps import reading
 from hertzchain.lammps.deck import PAIR_STYLES, set_up
 from hertzchain.lammps.engine import command, engine
 from hertzchain.lammps.reading import ARRAYS, granules, read
@@ -380,18 +382,26 @@ def test_all_but_the_peaks_is_that_of_the_finer_run() -> None:
 # What watching costs
 
 
-def test_watching_costs_less_than_a_tenth_of_a_long_run(
+def test_a_long_run_is_seldom_stopped_to_be_watched(
     demo: hc.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    readings: list[int] = []
+    read = reading.read
+
+    def counted(*arguments: Any) -> None:
+        readings.append(1)
+        read(*arguments)
+
+    monkeypatch.setattr(reading, "read", counted)
     # Of the processor's time: others may use the machine too.
     monkeypatch.setattr(time, "perf_counter", time.process_time)
-    lammps = hc.Lammps(demo.end_time / 50_100)
-    runs = [lammps.run(demo) for _ in range(3)]
-    assert runs[0].steps > 50_000
-    shares = [run.watching_share for run in runs]
-    # 0.05 measured; the best of three.
-    assert all(share is not None and share > 0 for share in shares)
-    assert min(share for share in shares if share is not None) < 0.10
+    run = hc.Lammps(demo.end_time / 50_100).run(demo)
+    assert run.steps > 50_000
+    # With the second run, of two thirds of the steps, one in 160: as many as ten steps cost.
+    assert 0 < len(readings) < run.steps / 80
+    # 0.05 measured; 0.12 where others take the caches.
+    assert run.watching_share is not None
+    assert 0 < run.watching_share < 0.5
 
 
 @pytest.mark.parametrize("extrapolated", [False, True])
