@@ -16,7 +16,10 @@ from validation import extremes
 
 @pytest.fixture(scope="module")
 def table() -> pd.DataFrame:
-    return extremes.measure(True, False)
+    """The quick form on half as many scenes, by native."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(extremes, "CHUNK", 12)
+        return extremes.measure(True, False)
 
 
 def test_every_run_is_right_or_refused(table: pd.DataFrame) -> None:
@@ -24,7 +27,7 @@ def test_every_run_is_right_or_refused(table: pd.DataFrame) -> None:
     rows = [entry for entry in extremes.promises(table) if "slowest" not in entry.what]
     assert [entry.what for entry in rows if not entry.passed] == []
     answered = table[(table["run"] == "native") & (table["outcome"] == extremes.RIGHT)]
-    assert len(answered) >= 5  # of 25: the others are refused, with a reason
+    assert len(answered) >= 3  # of 12: the others are refused, with a reason
     assert set(table["outcome"]) <= {extremes.RIGHT, *extremes.REASONS.values()}
 
 
