@@ -70,8 +70,16 @@ def twin_of(scene: hc.Scene, legs: Sequence[Leg]) -> tuple[State, FloatArray]:
     return state, np.asarray(watch.force * units.force, np.float64)
 
 
-@pytest.mark.parametrize("pair_style", PAIR_STYLES)
-@pytest.mark.parametrize("name", scenes.NAMES)
+# Both pair styles compute the same force: each scene takes one here, and the other where slow tests
+# are run.
+@pytest.mark.parametrize(
+    ("name", "pair_style"),
+    [
+        pytest.param(name, style, marks=[] if (k + j) % 2 else pytest.mark.slow)
+        for k, name in enumerate(scenes.NAMES)
+        for j, style in enumerate(PAIR_STYLES)
+    ],
+)
 def test_same_scheme_same_steps(name: str, pair_style: str) -> None:
     # Round-off from absolute coordinates is all that may differ, 1.4e-11 measured, and for the
     # peaks what lies between two readings, 1.6e-9.

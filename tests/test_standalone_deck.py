@@ -92,8 +92,16 @@ def test_nothing_else_is_in_the_gallery() -> None:
     assert {path.name for path in FOLDER.glob("in.*")} == {entry.name for entry in GALLERY}
 
 
+# The others are run by ``make decks``, in CI.
 @pytest.mark.lammps
-@ENTRIES
+@pytest.mark.parametrize(
+    "entry",
+    [
+        pytest.param(entry, marks=[] if entry.name == "in.demo" else pytest.mark.slow)
+        for entry in GALLERY
+    ],
+    ids=lambda entry: entry.name.removeprefix("in."),
+)
 def test_the_gallery_passes(entry: Entry, tmp_path: Path) -> None:
     status, screen = run(FOLDER / entry.name, tmp_path)
     assert (status, verdict(screen)) == (0, "PASS"), screen
