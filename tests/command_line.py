@@ -6,6 +6,7 @@ import json
 import runpy
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,46 @@ class Outcome:
             raise AssertionError(f"{constant} is not JSON")
 
         return json.loads(self.out, parse_constant=refuse)
+
+
+Command = Callable[..., Outcome]
+"""What the fixture ``hertzchain`` is."""
+
+PATIENCE = 300.0
+"""Seconds, so that nothing hangs for ever; no test waits so long."""
+
+
+def process(*arguments: object, code: str = MAIN, **options: Any) -> Outcome:
+    """Run the command line in a process of its own.
+
+    Parameters
+    ----------
+    arguments
+        Of the command line.
+    code
+        What Python runs.
+    options
+        For ``subprocess.run``.
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", code, *map(str, arguments)],
+        **({"stdout": subprocess.PIPE} | options),
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    return Outcome(done.returncode, done.stdout or "", done.stderr)
+
+
+def is_refused(outcome: Outcome, *words: str) -> None:
+    """Assert status 2, nothing on standard output and one line that has all the words."""
+    assert outcome.status == 2, outcome
+    assert outcome.out == ""
+    assert outcome.err.startswith("hertzchain: ")
+    assert outcome.err.endswith("\n")
+    assert outcome.err.count("\n") == 1
+    assert [word for word in words if word not in outcome.err] == [], outcome.err
 
 
 def run_here(capfd: pytest.CaptureFixture[str], program: str, *arguments: object) -> Outcome:
@@ -71,25 +112,14 @@ def run_here(capfd: pytest.CaptureFixture[str], program: str, *arguments: object
     return Outcome(status, out, err)
 
 
-def run_process(*command: object, folder: Path | None = None, **options: Any) -> Outcome:
-    """Run a program of this environment in a process of its own.
-
-    Parameters
-    ----------
-    command
-        Its name or path, and its arguments.
-    folder
-        Where; by default here.
-    options
-        For ``subprocess.run``.
-    """
-    program, *arguments = map(str, command)
+def run_program(program: str, *arguments: object, folder: Path | None = None) -> Outcome:
+    """Run a program of this environment as users run it; the folder is this one by default."""
     done = subprocess.run(
-        [str(Path(sys.executable).parent / program), *arguments],
-        **({"stdout": subprocess.PIPE} | options),
-        stderr=subprocess.PIPE,
+        [str(Path(sys.executable).parent / program), *map(str, arguments)],
+        capture_output=True,
         cwd=folder,
         text=True,
+        timeout=PATIENCE,
         check=False,
     )
-    return Outcome(done.returncode, done.stdout or "", done.stderr)
+    return Outcome(done.returncode, done.stdout, done.stderr)

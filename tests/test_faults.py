@@ -18,7 +18,6 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -36,76 +35,32 @@ from hertzchain.errors import (
 from hertzchain.lammps import run_many
 from hertzchain.lammps.engine import command, engine
 from hertzchain.lammps.isolation import Child
+from tests.command_line import MAIN
 from tests.conftest import paper_scene
+from tests.processes import (
+    STARTED,
+    children,
+    ended,
+    has_lammps,
+    is_server,
+    linux,
+    names,
+    posix,
+    runs,
+    start,
+    wait_for,
+)
 
-posix = pytest.mark.skipif(os.name != "posix", reason="needs signals")
-linux = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
 slow = pytest.mark.slow
 
 LIMIT = 60.0
 """Seconds; no test waits for it."""
-
-MAIN = (
-    # Where the tests run in the background, Ctrl-C is ignored, and children inherit that.
-    "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"
-    "from hertzchain.cli import main; main()"
-)
 
 SHARED = Path("/dev/shm")  # noqa: S108
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=5)
 LONG = replace(paper_scene("cosine", 1.0, 2.0, granules=400), run=hc.Run(0.1))
 """Ten seconds of LAMMPS."""
-
-
-def wait_for(what: Callable[[], Any], seconds: float = 150.0) -> Any:
-    """What a function returns, as soon as that is something."""
-    end = time.monotonic() + seconds
-    while not (found := what()):
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.01)
-    return found
-
-
-def children(parent: int) -> list[int]:
-    """The processes that another has started and that still run."""
-    found = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            state, ppid = (folder / "stat").read_text().rpartition(")")[2].split()[:2]
-        except OSError:  # it has just ended
-            continue
-        if int(ppid) == parent and state != "Z":
-            found.append(int(folder.name))
-    return found
-
-
-def runs(pid: int) -> bool:
-    """Whether a process runs or is stopped."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
-
-
-def is_server(pid: int) -> bool:
-    """Whether a process was started to run LAMMPS for another."""
-    try:
-        return b"hertzchain.lammps.child" in Path(f"/proc/{pid}/cmdline").read_bytes()
-    except OSError:
-        return False
-
-
-def has_lammps(pid: int) -> bool:
-    """Whether a process has loaded LAMMPS, so that it is about to run it."""
-    try:
-        return "liblammps" in Path(f"/proc/{pid}/maps").read_text()
-    except OSError:
-        return False
-
-
-STARTED: list[subprocess.Popen[str]] = []
-"""By ``start``, in this test."""
 
 
 @pytest.fixture(autouse=True)
@@ -134,11 +89,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty current folder."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-def names(folder: Path) -> list[str]:
-    """What is in a folder, hidden files too."""
-    return sorted(path.name for path in folder.iterdir())
 
 
 # A process that breaks
@@ -397,28 +347,6 @@ def before_all(folder: Path) -> dict[str, str]:
     without = ("LD_LIBRARY_PATH", "NUMBA_CACHE_DIR")
     known = {name: value for name, value in os.environ.items() if name not in without}
     return {**known, "PYTHONPATH": path}
-
-
-def start(
-    *arguments: object, before: str = "", code: str = MAIN, **options: Any
-) -> subprocess.Popen[str]:
-    """The command line in a process of its own, with something for a shell to do before it."""
-    # -P: as the installed command, it does not look for modules in the working folder.
-    line = [sys.executable, "-P", "-c", code, *map(str, arguments)]
-    if before:
-        line = ["sh", "-c", f'{before} exec "$@"', "sh", *line]
-    running = subprocess.Popen(
-        line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
-    )
-    STARTED.append(running)
-    return running
-
-
-def ended(running: subprocess.Popen[str]) -> tuple[int, str, str]:
-    """Status, standard output and standard error."""
-    with running:
-        out, err = running.communicate(timeout=300)
-    return running.returncode, out, err
 
 
 LAMMPS = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-7")

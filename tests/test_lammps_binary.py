@@ -38,7 +38,7 @@ from hertzchain.lammps.binary import find_mpiexec, look
 from hertzchain.lammps.deck import PAIR_STYLES
 from hertzchain.lammps.engine import look as look_at_module
 from tests.conftest import STEEL, paper_scene
-from tests.test_faults import ended, linux, names, posix, runs, start, wait_for
+from tests.processes import ended, linux, names, posix, runs, start, wait_for
 from tests.test_lammps import largest
 from validation.mistakes import MISTAKES, small_scene
 

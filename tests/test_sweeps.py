@@ -34,8 +34,8 @@ from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import MOST_PEAKS, Formulas, Part, cut, part_size
 from hertzchain.sweeps.store import Folder
 from hertzchain.sweeps.table import COLUMNS, FOUND, Rows
+from tests.command_line import MAIN
 from tests.conftest import paper_scene
-from tests.test_faults import MAIN
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=12)
 GRID: dict[str, Any] = {

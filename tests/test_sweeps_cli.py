@@ -10,10 +10,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from tests.command_line import Command, Outcome, is_refused
 from tests.conftest import paper_scene
-from tests.test_cli import Command, Outcome, hertzchain, is_refused, names
-
-__all__ = ["hertzchain"]  # the fixture
+from tests.processes import names
 
 GRID = ("--vary", "shock.momentum_ratio=0.5:2:4:log", "--vary", "shock.profile=cosine,triangular")
 

@@ -19,9 +19,10 @@ import pytest
 import hertzchain as hc
 from hertzchain.cli import main
 from hertzchain.sweeps import Sweep
+from tests import processes
 from tests.command_line import run_here
 from tests.conftest import paper_scene
-from tests.test_faults import MAIN, children, linux, wait_for
+from tests.processes import children, ended, linux, wait_for
 
 pytestmark = linux
 
@@ -48,22 +49,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def start(*arguments: str) -> subprocess.Popen[str]:
-    """The command line in a process of its own, and a group of its own."""
-    return subprocess.Popen(
-        [sys.executable, "-c", MAIN, *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-
-
-def ended(running: subprocess.Popen[str]) -> tuple[int, str, str]:
-    """Status, standard output and standard error."""
-    with running:
-        out, err = running.communicate(timeout=600)
-    return running.returncode, out, err
+start = partial(processes.start, start_new_session=True)
+"""The command line in a process, and a group, of its own."""
 
 
 def are_gone(pids: list[int]) -> bool:
