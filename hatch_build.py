@@ -1,4 +1,4 @@
-"""What builds of the package say of themselves: the README as a package index shows it."""
+"""The description of the package: the README without links to files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LINK = re.compile(r"\[([^\]]+)\]\((?![a-z]+:|#)([^)]+)\)")
 
 
 def description(readme: str) -> str:
-    """The README where the files beside it are not there: links to files become their names.
+    """The README where no other file is: links to files become their names.
 
     Parameters
     ----------

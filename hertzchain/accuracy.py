@@ -17,9 +17,9 @@ from hertzchain.schedule import Leg
 from hertzchain.shock import Pulse
 from hertzchain.similarity import force_scale
 
-_SHORTEST_CHAIN = 4.0
+_SHORTEST_CHAIN = 5.0
 """Granules over LM_ratio. In shorter chains the pulse outlasts the wave, and granules collide again
-and again."""
+and again. Measured: at 4.2 one of 6,000 random scenes was 1.6 times above its error bound."""
 
 SHORT = 0.1
 """Natural time units; with shorter steps every method has digits, where there are any to be had."""

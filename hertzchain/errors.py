@@ -56,7 +56,10 @@ class StepUnstable(RunFailed):
 
 
 class Unpredictable(RunFailed):
-    """Small errors grow until no digit of the peaks is left, however short the steps are."""
+    """No digit of the peaks is sure, however short the steps are.
+
+    Small errors grow until none is left, or coordinates do not resolve the overlaps.
+    """
 
 
 class TooExpensive(RunFailed):

@@ -44,7 +44,7 @@ Command = Callable[..., Outcome]
 """What the fixture ``hertzchain`` is."""
 
 PATIENCE = 300.0
-"""Seconds, so that nothing hangs for ever; no test waits so long."""
+"""Seconds after which a command counts as hanging; no test waits so long."""
 
 
 def process(*arguments: object, code: str = MAIN, **options: Any) -> Outcome:

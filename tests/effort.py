@@ -17,7 +17,7 @@ def effort(work: Callable[[], object]) -> float:
 
 @functools.cache
 def _unit() -> float:
-    """Some 0.03 s: the least of three, as the first may find the processor asleep."""
+    """About 0.03 s: the least of three, as the first may find the processor asleep."""
     return min(_additions() for _ in range(3))
 
 

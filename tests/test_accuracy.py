@@ -142,8 +142,8 @@ def test_long_steps_and_contacts_that_rise_need_more_safety(
 
 def test_which_scenes_are_hard() -> None:
     table = hc.PulseTable((0.0, 1e-5, 2e-5), (0.0, 100.0, 0.0))
-    assert not is_hard(paper_scene("cosine", 2.0, 2.0, granules=8))
-    assert is_hard(paper_scene("cosine", 2.0, 2.0, granules=7))
+    assert not is_hard(paper_scene("cosine", 2.0, 2.0, granules=10))
+    assert is_hard(paper_scene("cosine", 2.0, 2.0, granules=9))
     assert is_hard(hc.Scene(paper_scene("cosine", 2.0, 2.0, granules=60).chain, table))
 
 
@@ -239,7 +239,7 @@ def test_a_wave_between_two_readings_is_covered() -> None:
     off = float(np.abs(hermite.evaluate(curve, hermite.maximum(curve)) - 1)[0])
     # Relative, of the force; time goes as F^(-1/6).
     needed = 1.5 * off / float(h[0]) ** 8 * STRONGEST ** (8 / 6)
-    scene = paper_scene("cosine", 2.0, 2.0, 8)
+    scene = paper_scene("cosine", 2.0, 2.0, 10)
     legs = (Leg(0.0, 0.3 * scene.units.time, 1000, None),)
     # In steps so short the rest of the bound, which goes as their square, is less than 1e-3 of it.
     stated = _interpolation_error(scene, legs, [1000]) / 0.3**8
@@ -265,7 +265,7 @@ def test_a_contact_that_opens_between_two_readings_is_covered() -> None:
         largest = max(largest, float(np.max(np.abs(found - overlap(place, 0)))))
     velocity = (STRONGEST / 1.013) ** (5 / 6)
     needed = 1.5 * velocity**1.5 * largest  # of a contact pressed by F0, at an interval of 1
-    easy, hard = (paper_scene("cosine", 2.0, 2.0, granules) for granules in (8, 7))
+    easy, hard = (paper_scene("cosine", 2.0, 2.0, granules) for granules in (10, 9))
     for interval in (0.1, 0.3):
         legs = (Leg(0.0, interval * easy.units.time, 1, None),)
         without, stated = (_interpolation_error(scene, legs, [1]) for scene in (easy, hard))
@@ -274,7 +274,7 @@ def test_a_contact_that_opens_between_two_readings_is_covered() -> None:
 
 
 @pytest.mark.parametrize(
-    ("granules", "rising", "erratic"), [(8, False, False), (7, False, True), (8, True, True)]
+    ("granules", "rising", "erratic"), [(10, False, False), (9, False, True), (10, True, True)]
 )
 def test_an_extrapolation_is_believed_less_where_errors_are_erratic(
     granules: int, rising: bool, erratic: bool

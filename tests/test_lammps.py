@@ -407,9 +407,9 @@ def test_a_long_run_is_seldom_stopped_to_be_watched(
     assert run.steps > 50_000
     # With the second run, of two thirds of the steps, one in 160: as many as ten steps cost.
     assert 0 < len(readings) < run.steps / 80
-    # 0.05 measured; 0.12 where others take the caches.
+    # 0.05 measured; 0.12 where others take the caches, and twice that allowed.
     assert run.watching_share is not None
-    assert 0 < run.watching_share < 0.5
+    assert 0 < run.watching_share < 0.25
 
 
 @pytest.mark.parametrize("extrapolated", [False, True])

@@ -112,7 +112,7 @@ def test_a_run_that_diverges_is_stopped_early() -> None:
             simulate(scene, legs, walker)
 
     run()  # kernels are loaded
-    assert effort(run) < 10  # 0.05 measured, some 500 to its end
+    assert effort(run) < 10  # 0.05 measured, about 500 to its end
 
 
 # Time limits
@@ -131,10 +131,26 @@ def test_a_run_above_the_limit_is_refused_before_it_starts() -> None:
     assert effort(run) < 1  # 0.005 measured
 
 
-def test_a_run_is_stopped_at_the_limit() -> None:
+@pytest.fixture
+def controls(monkeypatch: pytest.MonkeyPatch) -> list[FloatArray]:
+    """What the compiled work of each long run tells: at [1] the time reached, natural units."""
+    seen: list[FloatArray] = []
+    stoppable = simulation.stoppable
+
+    def noted(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:
+        seen.append(control)
+        return stoppable(run, control, deadline)
+
+    monkeypatch.setattr(simulation, "stoppable", noted)
+    return seen
+
+
+def test_a_run_is_stopped_at_the_limit(controls: list[FloatArray]) -> None:
     scene = paper_scene("cosine", 1.0, 2.0, granules=3000)
     with pytest.raises(TooExpensive, match=r"stopped at the time limit of 1 s"):
         hc.Native("velocity-verlet", time_limit=1.0).run(scene)
+    # The whole takes more than half a minute.
+    assert controls[-1][1] < 0.5 * scene.end_time / scene.units.time
 
 
 def test_a_batch_is_stopped_at_the_limit() -> None:
@@ -288,8 +304,9 @@ def test_limits_of_any_size() -> None:
         hc.similar_peak_forces("cosine", np.ones(200_000), 2.0, granules=1_000_000)
 
 
-def test_many_short_steps_obey_the_limit() -> None:
+def test_many_short_steps_obey_the_limit(controls: list[FloatArray]) -> None:
     """Three granules: what a step costs is not its granules."""
     scene = paper_scene("cosine-triangular", 1044.4449956748701, 1.001, granules=3)
     with pytest.raises(TooExpensive, match="stopped at the time limit"):
         hc.Native("velocity-verlet", 2e-3 * scene.units.time, time_limit=0.5).run(scene)
+    assert controls[-1][1] < 0.9 * scene.end_time / scene.units.time  # it takes a second or so

@@ -165,9 +165,9 @@ def test_known_scenes_are_those_that_random_scenes_are_drawn_from() -> None:
     assert not choice.is_known(1.0, 2.0, GRANULES + 1)
 
 
-def test_a_chain_is_short_below_four_granules_for_each_unit_of_the_momentum_ratio() -> None:
-    assert choice.is_known(2.0, 2.0, 8)
-    assert not choice.is_known(2.0, 2.0, 7)
+def test_a_chain_is_short_below_five_granules_for_each_unit_of_the_momentum_ratio() -> None:
+    assert choice.is_known(2.0, 2.0, 10)
+    assert not choice.is_known(2.0, 2.0, 9)
 
 
 def test_a_batch_checks_what_was_not_measured() -> None:

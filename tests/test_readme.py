@@ -136,6 +136,7 @@ def files_of_the_clone() -> set[str]:
     return {name for name in done.stdout.split("\0") if name and (ROOT / name).exists()}
 
 
+@pytest.mark.skipif(shutil.which("git") is None, reason="needs git")
 def test_the_source_distribution_is_the_clone(sdist: dict[str, bytes]) -> None:
     clone = files_of_the_clone()
     assert clone - sdist.keys() == set()

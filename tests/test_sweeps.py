@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import shutil
-import subprocess
 import sys
 import weakref
 from collections.abc import Iterable
@@ -29,12 +29,13 @@ from hertzchain.lammps import run_many
 from hertzchain.native import Batch
 from hertzchain.shock import PROFILES
 from hertzchain.sweeps import measuring
+from hertzchain.sweeps import parts as parts_of_sweeps
 from hertzchain.sweeps.design import MOST_SCENES, PARAMETERS, Design, design
 from hertzchain.sweeps.measuring import Measured
-from hertzchain.sweeps.parts import MOST_PEAKS, Formulas, Part, cut, part_size
+from hertzchain.sweeps.parts import MOST_PEAKS, Formulas, Part, cut, is_short, part_size
 from hertzchain.sweeps.store import Folder
 from hertzchain.sweeps.table import COLUMNS, FOUND, Rows
-from tests.command_line import MAIN
+from tests.command_line import MAIN, process
 from tests.conftest import paper_scene
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=12)
@@ -840,11 +841,44 @@ def test_no_part_is_kept_in_memory_that_is_written(
     assert max(alive) <= 1 + usable_cores()  # one that is measured on each core
 
 
+@pytest.mark.parametrize(
+    ("backend", "scenes", "short"),
+    [
+        (Formulas(), 1300, True),  # 3e-4 s each
+        (Formulas(), 1400, False),
+        (hc.Native(rtol=1e-4), 100, True),
+        (hc.Native("velocity-verlet"), 2, False),
+        (hc.Native(dt=1e-7), 2, False),
+        (hc.Lammps(rtol=1e-2), 2, False),
+    ],
+)
+def test_few_scenes_start_no_process(backend: Any, scenes: int, short: bool) -> None:
+    found = design(SHORT, {"shock.momentum_ratio": f"0.5:2:{scenes}"})
+    assert is_short(found, backend) == short
+
+
+def test_where_scenes_are_measured_changes_no_value(monkeypatch: pytest.MonkeyPatch) -> None:
+    vary = {"run.end_time": "5e-5:2e-4:12"}  # not for the batch
+    found = []
+    for start in (0.0, math.inf):
+        monkeypatch.setattr(parts_of_sweeps, "_START", start)
+        swept = hc.sweep(SHORT, vary, backends=["native", "formulas"], peaks=True)
+        found.append((swept.to_frame(), swept.peaks_to_frame()))
+    for one, other in zip(*found, strict=True):
+        pd.testing.assert_frame_equal(one, other, check_exact=True)
+
+
 @pytest.mark.slow
 def test_a_hundred_thousand_scenes_take_less_than_500_mb(tmp_path: Path) -> None:
-    resource = pytest.importorskip("resource")
+    pytest.importorskip("resource")
     paper_scene("cosine", 1.0, 2.0).to_toml(tmp_path / "scene.toml")
     vary = ("--vary", "shock.momentum_ratio=0.1:10:log", "--vary", "shock.duration_ratio=1.5:6")
     command = ("sweep", tmp_path / "scene.toml", *vary, "--samples", "100000", "--rtol", "1e-4")
-    subprocess.run([sys.executable, "-c", MAIN, *command, "-o", tmp_path / "out"], check=True)
-    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < 500_000  # [kB]
+    # Of this process alone: its like were larger that had to compile.
+    said = (
+        "import atexit, resource;"
+        "atexit.register(lambda: print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss));"
+    )
+    done = process(*command, "-o", tmp_path / "out", code=said + MAIN)
+    assert done.status == 0, done.err
+    assert int(done.out.split()[-1]) < 500_000  # [kB]

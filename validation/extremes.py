@@ -77,7 +77,7 @@ REASONS: dict[type[HertzchainError], str] = {
     StepUnstable: "requested step unstable",
     TooExpensive: "cost above the limit",
     SceneError: "impossible value",
-    Unpredictable: "no digit left by chaotic motion",
+    Unpredictable: "no digit is sure",
 }
 """Why a run may be refused."""
 

@@ -85,6 +85,9 @@ class Build:
 def look(lmp: str, deadline: Deadline) -> Build:
     """What a LAMMPS binary says of itself.
 
+    A file is asked once in a process, unless it changes. A script that starts now this and now that
+    LAMMPS is taken for the first.
+
     Parameters
     ----------
     lmp
@@ -101,14 +104,14 @@ def look(lmp: str, deadline: Deadline) -> Build:
     """
     program = find_program(lmp, HOW_TO_GET_IT)
     file = Path(program).stat()
-    key = (program, file.st_ino, file.st_size, file.st_mtime_ns)
+    key = (program, file.st_dev, file.st_ino, file.st_size, file.st_mtime_ns)
     if key not in _SEEN:
         _SEEN[key] = _ask(lmp, program, deadline)
     return _SEEN[key]
 
 
-_SEEN: dict[tuple[str, int, int, int], Build] = {}
-"""What binaries have said in this process, by path and file: asking takes 0.13 s."""
+_SEEN: dict[tuple[str, int, int, int, int], Build] = {}
+"""Answers of binaries in this process, by path and file: asking takes 0.13 s."""
 
 
 def _ask(lmp: str, program: str, deadline: Deadline) -> Build:

@@ -295,12 +295,6 @@ def _copy(what: Any, to: Any, lo: int, hi: int) -> None:
 
 
 @compiled
-def _copy_to_row(what: Any, to: Any, lo: int, hi: int) -> None:
-    for i in range(np.uint64(lo), np.uint64(hi)):
-        to[0, i] = what[i]
-
-
-@compiled
 def _copy_from_row(what: Any, to: Any, lo: int, hi: int) -> None:
     for i in range(np.uint64(lo), np.uint64(hi)):
         to[i] = what[0, i]

@@ -28,8 +28,9 @@ _WORK = 10.0
 _LEAST_PARTS = 16
 """Where cores share parts among them, so that few scenes keep all of them busy. Chosen."""
 
-_START = 2.0
-"""Processor time that two processes take until they can measure [s]. Measured."""
+_START = 0.4
+"""Estimated time of scenes below which no process is started for them [s]. Chosen: two processes
+take 2 s of processor time to start, and single runs up to five times what is estimated."""
 
 _LOOKED_AT = 500
 """Scenes from which the work of all is estimated."""
@@ -97,8 +98,14 @@ def part_size(design: Design, backend: Backend) -> int:
 
 
 def is_short(design: Design, backend: Backend) -> bool:
-    """Whether all scenes together are measured sooner than processes are started for them."""
+    """Return whether all scenes are measured sooner than processes are started for them.
+
+    Never LAMMPS, which may crash, and no native runs with a method or a step of one's own, which
+    may take any time.
+    """
     if isinstance(backend, Lammps):
+        return False
+    if isinstance(backend, Native) and (backend.method, backend.dt) != (None, None):
         return False
     return design.scenes * _mean_seconds(design, backend) < _START
 
@@ -115,7 +122,7 @@ def _mean_seconds(design: Design, backend: Backend) -> float:
 def _seconds(backend: Backend, granules: Any, duration: Any) -> Any:
     """What a scene takes, roughly, on one core [s].
 
-    Measured on chains of 60 granules; only the size of parts hangs on it.
+    Measured on chains of 60 granules; the size of parts hangs on it, and where they are measured.
 
     Parameters
     ----------

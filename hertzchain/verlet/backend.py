@@ -26,7 +26,7 @@ from hertzchain.accuracy import (
 )
 from hertzchain.arrays import FloatArray
 from hertzchain.chain import POSITIVE, is_positive
-from hertzchain.errors import RunFailed, require
+from hertzchain.errors import Unpredictable, require
 from hertzchain.history import History
 from hertzchain.peaks import ESTIMATED, PeakWatch, largest_difference
 from hertzchain.result import LostDigits, Result
@@ -150,11 +150,12 @@ def run(
     StepUnstable
         If the step asked for is so long that the motion diverges.
     Unpredictable
-        If the motion multiplies rounding errors until no digit is left.
+        If the motion multiplies rounding errors, or absolute coordinates cut the overlaps, until no
+        digit is left.
     OverlapTooLarge
         If granules would be pressed into one another by more than a radius.
     RunFailed
-        If absolute coordinates leave no digit of the overlaps, or the code fails.
+        If the code fails.
     """
     begin = time.perf_counter()
     refuse_hopeless_overlap(scene)
@@ -162,7 +163,7 @@ def run(
     answer = runner.answer()
     found = answer.run
     if not answer.round_off < 1:
-        raise RunFailed(
+        raise Unpredictable(
             f"{code} cannot resolve the overlaps of this scene beside its coordinates: take"
             " a shorter chain or a shorter pulse"
         )
