@@ -17,6 +17,7 @@ from validation import mpi
 SCRIPT = Path(mpi.__file__)
 
 
+@pytest.mark.slow
 @pytest.mark.lammps
 def test_sixty_granules_are_measured_and_written(
     monkeypatch: pytest.MonkeyPatch,

@@ -242,6 +242,7 @@ def test_a_promise_can_be_broken(
     assert failed == [broken]
 
 
+@pytest.mark.slow
 @pytest.mark.lammps
 def test_the_tradeoff_in_its_quick_form(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
