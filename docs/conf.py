@@ -11,7 +11,7 @@ from sphinx.util.docutils import SphinxDirective
 from sphinx.util.inspect import TypeAliasForwardRef
 from typer.main import get_command
 
-from hertzchain.cli import app
+from hertzchain.cli.commands import app
 
 project = "hertzchain"
 author = "The hertzchain developers"

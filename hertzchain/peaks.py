@@ -183,6 +183,17 @@ def any_rising(force: Array, passed: NDArray[np.bool_]) -> bool:
     return bool(np.any(counts & ~passed & (force > 0)))
 
 
+def times_of_peaks(peak_force: FloatArray, peak_time: FloatArray) -> FloatArray:
+    """Times of peaks, NaN where the force of a front far ahead of the wave is 0 in its unit.
+
+    Parameters
+    ----------
+    peak_force, peak_time
+        In any units, of one shape.
+    """
+    return np.where(peak_force > 0, peak_time, np.nan)
+
+
 def largest_differences(
     peak_force: Array, expected: Array, significant: float = SIGNIFICANT
 ) -> FloatArray:

@@ -99,10 +99,10 @@ def run_here(capfd: pytest.CaptureFixture[str], program: str, *arguments: object
             if program == "hertzchain":
                 patch.setattr(sys, "argv", [program, *given])
                 main()
-            else:
-                patch.setattr(sys, "argv", given)
-                sys.path.insert(0, str(Path(given[0]).parent.resolve()))
-                runpy.run_path(given[0], run_name="__main__")
+                raise AssertionError("the command line ends with a status")
+            patch.setattr(sys, "argv", given)
+            sys.path.insert(0, str(Path(given[0]).parent.resolve()))
+            runpy.run_path(given[0], run_name="__main__")
             status = 0
         except SystemExit as end:
             status = end.code if isinstance(end.code, int) else -1

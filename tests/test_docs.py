@@ -15,7 +15,7 @@ from typer.main import get_command
 
 import hertzchain as hc
 from hertzchain import errors, lammps, theory
-from hertzchain.cli import app
+from hertzchain.cli.commands import app
 from tests.command_line import run_here, run_program
 
 ROOT = Path(__file__).parent.parent

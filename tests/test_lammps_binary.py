@@ -22,7 +22,6 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.cli import main
 from hertzchain.comparison import examination_checks
 from hertzchain.cost import Deadline
 from hertzchain.diagnosis import TRIAL_PEAKS, diagnose, trial_scene
@@ -37,6 +36,7 @@ from hertzchain.errors import (
 from hertzchain.lammps.binary import find_mpiexec, look
 from hertzchain.lammps.deck import PAIR_STYLES
 from hertzchain.lammps.engine import look as look_at_module
+from tests.command_line import run_here
 from tests.conftest import STEEL, paper_scene
 from tests.processes import ended, linux, names, posix, runs, start, wait_for
 from tests.test_lammps import largest
@@ -489,14 +489,9 @@ def test_a_rank_that_is_killed_is_one_sentence(tmp_path: Path, temporary: Path, 
 # The command line
 
 
-def hertzchain(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *arguments: object
-) -> tuple[int, str, str]:
-    monkeypatch.setattr(sys, "argv", ["hertzchain", *map(str, arguments)])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    assert isinstance(stop.value.code, int | None)
-    return stop.value.code or 0, *capsys.readouterr()
+def hertzchain(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    done = run_here(capsys, "hertzchain", *arguments)
+    return done.status, done.out, done.err
 
 
 @pytest.mark.lammps
@@ -508,7 +503,7 @@ def test_the_environment_names_the_binary(
     run = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-7", "--json")
 
     def peaks(*arguments: object) -> str:
-        status, out, err = hertzchain(capsys, monkeypatch, *run, *arguments)
+        status, out, err = hertzchain(capsys, *run, *arguments)
         assert (status, err) == (0, "")
         return out.partition('"peak_force_N"')[2].partition("]")[0]
 
@@ -517,13 +512,13 @@ def test_the_environment_names_the_binary(
     monkeypatch.setenv("HERTZCHAIN_LMP", BESIDE_PYTHON)
     assert peaks("--ranks", 2) == expected
     monkeypatch.setenv("HERTZCHAIN_LMP", "/no/lmp")
-    status, _, err = hertzchain(capsys, monkeypatch, *run)
+    status, _, err = hertzchain(capsys, *run)
     assert status == 2
     assert err.startswith("hertzchain: /no/lmp is not here, or is no program: ")
     assert peaks("--lmp", BESIDE_PYTHON) == expected
     # Neither Python nor the native backend look there.
     assert hc.Lammps(1e-7).run(SHORT).versions["lammps"] == look_at_module()[0]
-    assert hertzchain(capsys, monkeypatch, "run", "scene.toml", "--method", "rk4")[0] == 0
+    assert hertzchain(capsys, "run", "scene.toml", "--method", "rk4")[0] == 0
     monkeypatch.setenv("HERTZCHAIN_LMP", "")
     assert peaks() == expected
 
@@ -552,7 +547,7 @@ def test_what_cannot_be_is_one_line(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     SHORT.to_toml("scene.toml")
-    status, out, err = hertzchain(capsys, monkeypatch, *arguments, "scene.toml")
+    status, out, err = hertzchain(capsys, *arguments, "scene.toml")
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert err.startswith(f"hertzchain: {words}")
 
@@ -569,7 +564,7 @@ def test_the_doctor_tries_every_binary(
     odd = program(tmp_path / "lmp_odd", HELP, "exit 1")
     (tmp_path / "again").symlink_to(broken)
     monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
-    status, out, err = hertzchain(capsys, monkeypatch, "doctor")
+    status, out, err = hertzchain(capsys, "doctor")
     assert (status, err) == (0, "")
     lines = out.splitlines()
     assert f"--    LAMMPS {odd}: LAMMPS ended with status 1" in lines
@@ -581,7 +576,7 @@ def test_the_doctor_tries_every_binary(
     assert "runs, alone and on ranks by " in good
     # What is named must work.
     monkeypatch.setenv("HERTZCHAIN_LMP", "lmp_broken")
-    status, out, _ = hertzchain(capsys, monkeypatch, "doctor")
+    status, out, _ = hertzchain(capsys, "doctor")
     assert status == 2
     assert [line[:24] for line in out.splitlines() if line.startswith("FAIL")] == [
         "FAIL  LAMMPS lmp_broken:"

@@ -21,6 +21,7 @@ from hatchling.builders.wheel import WheelBuilder
 
 import hertzchain as hc
 from hatch_build import description
+from tests.command_line import run_program
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -38,13 +39,9 @@ TARGETS = re.findall(r"^    make (\S+)", README, re.MULTILINE)
 
 def run(command: str, folder: Path) -> str:
     """Run a command of the README in a folder that has what the README finds in the clone."""
-    program, *arguments = shlex.split(command)
-    executable = Path(sys.executable).parent / program
-    done = subprocess.run(
-        [executable, *arguments], cwd=folder, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    done = run_program(*shlex.split(command), folder=folder)
+    assert done.status == 0, done.out + done.err
+    return done.out
 
 
 @pytest.mark.lammps

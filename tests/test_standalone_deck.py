@@ -32,6 +32,13 @@ NUMBER = re.compile(r"(?<![\w.])\d+\.?\d*(?:e[-+]?\d+)?(?![\w.])")
 ENTRIES = pytest.mark.parametrize("entry", GALLERY, ids=lambda entry: entry.scene)
 
 
+def is_judged(expected: str, deck: Path, *variable: str) -> None:
+    """Assert that a deck, run in its folder with another value of a variable, judges itself so."""
+    status, screen = run(deck, deck.parent, "-var", *variable)
+    assert status == 0, screen
+    assert re.search(f"^{re.escape(expected)}", screen, re.MULTILINE), screen
+
+
 def small(granules: int = 10, end_time: float | None = None) -> hc.Scene:
     scene = paper_scene("cosine", 1.0, 2.0, granules)
     return hc.Scene(scene.chain, scene.shock, hc.Run(end_time))
@@ -228,9 +235,7 @@ def test_every_kind_of_scene_passes(name: str, tmp_path: Path) -> None:
 def test_a_changed_parameter_is_judged_by_similarity(
     change: tuple[str, ...], expected: str, tmp_path: Path
 ) -> None:
-    status, screen = run(written(small(), tmp_path, watch_every=2), tmp_path, "-var", *change)
-    assert status == 0, screen
-    assert re.search(f"^{re.escape(expected)}", screen, re.MULTILINE), screen
+    is_judged(expected, written(small(), tmp_path, watch_every=2), *change)
 
 
 @pytest.mark.lammps
@@ -239,9 +244,8 @@ def test_a_changed_parameter_is_judged_by_similarity(
 )
 def test_the_end_may_differ_by_rounding_only(later: float, expected: str, tmp_path: Path) -> None:
     scene = small()
-    path = written(scene, tmp_path, rtol=1e-4, watch_every=2)
-    _, screen = run(path, tmp_path, "-var", "end_time", repr(scene.end_time * (1 + later)))
-    assert re.search(f"^{expected}", screen, re.MULTILINE), screen
+    end_time = repr(scene.end_time * (1 + later))
+    is_judged(expected, written(scene, tmp_path, rtol=1e-4, watch_every=2), "end_time", end_time)
 
 
 @pytest.mark.lammps
@@ -257,8 +261,7 @@ def test_coordinates_may_cost_a_thousandth(lost: float, expected: str, tmp_path:
     # Granules of which overlaps under F0 are such a part of the chain.
     length = 2 * scene.chain.radius * scene.chain.granules / (lost / (ROUNDING * each) - flight)
     force = scene.chain.contact_stiffness * length**1.5
-    _, screen = run(path, tmp_path, "-var", "peak_force", repr(force))
-    assert re.search(f"^{expected}", screen, re.MULTILINE), screen
+    is_judged(expected, path, "peak_force", repr(force))
 
 
 def test_contacts_are_judged_where_looks_find_nearly_all_of_their_peaks() -> None:

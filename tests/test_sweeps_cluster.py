@@ -23,6 +23,7 @@ import hertzchain as hc
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
 from hertzchain.sweeps import cluster
 from hertzchain.sweeps.parts import Part
+from tests.command_line import MAIN
 from tests.conftest import paper_scene
 from validation.cluster import await_workers, kill, scheduler, worker
 
@@ -78,13 +79,6 @@ def here() -> hc.Sweep:
     return sweep()
 
 
-HERTZCHAIN = [
-    *(sys.executable, "-c"),
-    (
-        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"  # no shell's &
-        " from hertzchain.cli import main; main()"
-    ),
-]
 PARTS = 16
 
 
@@ -92,7 +86,7 @@ def command(folder: Path, address: str, rtol: float = 1e-2) -> list[str]:
     """A sweep by LAMMPS as a command, in 16 parts of two scenes."""
     SCENE.to_toml(folder / "chain.toml")
     return [
-        *HERTZCHAIN,
+        *(sys.executable, "-c", MAIN),
         *("sweep", "chain.toml", "--vary", "shock.momentum_ratio=0.5:4:32:log"),
         *("--backend", "lammps", "--rtol", str(rtol), "--format", "parquet", "-o", "out"),
         *("--scheduler", address),

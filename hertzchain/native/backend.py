@@ -36,7 +36,7 @@ from hertzchain.native.methods import (
 )
 from hertzchain.native.refinement import Fixed, Refined, Walker
 from hertzchain.native.simulation import Simulation, simulate
-from hertzchain.peaks import ESTIMATED, largest_difference
+from hertzchain.peaks import ESTIMATED, largest_difference, times_of_peaks
 from hertzchain.result import Balance, Result
 from hertzchain.scene import Scene, require_scene
 from hertzchain.schedule import Leg
@@ -187,8 +187,7 @@ class Native:
             steps=run.steps,
             force_evaluations=run.evaluations,
             peak_force=peak_force,
-            # What a front ahead of the wave presses may be no number in newtons.
-            peak_time=np.where(peak_force > 0, run.peaks.time * units.time, np.nan),
+            peak_time=times_of_peaks(peak_force, run.peaks.time * units.time),
             peak_passed=run.peaks.passed,
             error_estimate=error,
             displacement=run.state.displacement * units.length,

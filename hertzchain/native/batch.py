@@ -22,7 +22,7 @@ from hertzchain.errors import SceneError, require
 from hertzchain.native import choice
 from hertzchain.native.refinement import Refined
 from hertzchain.native.simulation import SHAPES, can_leave_behind, leg_rows, table
-from hertzchain.peaks import ESTIMATED, largest_differences
+from hertzchain.peaks import ESTIMATED, largest_differences, times_of_peaks
 from hertzchain.scene import Scene, watched_time
 from hertzchain.shock import PROFILES, Pulse
 from hertzchain.similarity import MOMENTUM_IN_NATURAL_UNITS
@@ -127,8 +127,7 @@ def peak_forces(
     for k, (scene, largest) in enumerate(zip(scenes, found.peak_force.max(axis=1), strict=True)):
         refuse_deep_overlap(scene.chain, float(largest) * scene.units.force, f"scene {k}: ")
     peak_force = found.peak_force * force
-    # What a front ahead of the wave presses may be no number in newtons.
-    peak_time = np.where(peak_force > 0, found.peak_time * time, np.nan)
+    peak_time = times_of_peaks(peak_force, found.peak_time * time)
     return replace(found, peak_force=peak_force, peak_time=peak_time)
 
 

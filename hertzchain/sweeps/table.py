@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
+from hertzchain.peaks import times_of_peaks
 from hertzchain.result import Result
 from hertzchain.sweeps.design import PARAMETERS
 from hertzchain.transition import solitary_waves, transitions
@@ -157,8 +158,7 @@ class Rows:
         """
         radius = self._parameters["chain.radius"][rows]
         peak_force, passed = batch.peak_force * force[:, None], batch.peak_passed
-        # As for a single run, a force may be no number in newtons.
-        peak_time = np.where(peak_force > 0, batch.peak_time * time[:, None], np.nan)
+        peak_time = times_of_peaks(peak_force, batch.peak_time * time[:, None])
         p = transitions(batch.peak_force, passed)
         near, far, speed = solitary_waves(peak_force, peak_time, passed, p, 2 * radius)
         at = np.argmax(peak_force, axis=1)
