@@ -255,10 +255,7 @@ def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -
     thread = threading.Thread(target=work)
     try:
         thread.start()
-        while thread.is_alive():
-            thread.join(max(0.0, min(0.1, deadline.left)))
-            if deadline.left <= 0 and thread.is_alive():
-                raise deadline.passed()  # noqa: TRY301 - the thread is stopped below
+        _wait(thread, deadline)
     except BaseException:
         control[0] = -1
         if thread.is_alive():  # or it is about to start: then it ends as soon as it has
@@ -267,6 +264,18 @@ def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -
     if failed:
         raise failed[0]
     return found[0]
+
+
+def _wait(thread: threading.Thread, deadline: Deadline) -> None:
+    """Wait for a thread.
+
+    In a function: the jump back of a ``while`` is outside the ``try`` around it on Python 3.13,
+    so a signal that arrives there would leave the work running.
+    """
+    while thread.is_alive():
+        thread.join(max(0.0, min(0.1, deadline.left)))
+        if deadline.left <= 0 and thread.is_alive():
+            raise deadline.passed()
 
 
 def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:

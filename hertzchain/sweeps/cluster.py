@@ -103,20 +103,29 @@ class _Cluster:
         """
         from hertzchain.sweeps.on_worker import end
 
-        waiting = iter(parts)
-        try:
-            while self._hand_out(design, waiting, peaks):
-                try:
-                    future = self._done.get(timeout=_LOOK)
-                except queue.Empty:
-                    continue
-                part = self._handed_out.pop(future)
-                keep(part, self._result(future, part))
-                tell(part.stop - part.start)
+        try:  # the loop is a function: its jump back is outside this try on Python 3.13
+            self._measure_all(design, iter(parts), peaks, keep, tell)
         finally:
             # Parts that are not done are forgotten when the connection is closed.
             with suppress(OSError):
                 _ask(self._client, _FAREWELL, "run", end, self._name, on_error="ignore")
+
+    def _measure_all(
+        self,
+        design: Design,
+        waiting: Iterator[Part],
+        peaks: bool,
+        keep: Keep,
+        tell: Tell,
+    ) -> None:
+        while self._hand_out(design, waiting, peaks):
+            try:
+                future = self._done.get(timeout=_LOOK)
+            except queue.Empty:
+                continue
+            part = self._handed_out.pop(future)
+            keep(part, self._result(future, part))
+            tell(part.stop - part.start)
 
     def _hand_out(self, design: Design, waiting: Iterator[Part], peaks: bool) -> bool:
         """Hand out parts, enough for the workers there are by now; whether any are to be done."""
