@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.comparison import Check, balance_checks, same_steps_checks
+from hertzchain.comparison import MUCH_GROWN, Check, balance_checks, same_steps_checks
 from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
 from hertzchain.lammps import backend
 from hertzchain.native import METHODS, simulate
@@ -355,7 +355,23 @@ def test_late_collisions_make_much_of_little() -> None:
     # 8e-4 of the velocity measured: a million times what coordinates cost.
     assert "late collisions" in checks[1].reason
     assert checks[1].tolerance is not None
-    assert 1e-5 < checks[1].tolerance < 0.02
+    assert 1e-5 < checks[1].tolerance < MUCH_GROWN
+    assert "gross" not in checks[1].reason
+
+
+@pytest.mark.lammps
+def test_where_collisions_leave_no_digit_gross_errors_show() -> None:
+    # 5e4 to 8e5 times round-off: 0.1 of a peak is lost, as by native with another start.
+    scene = random_scene(np.random.default_rng(102), 1e7)
+    result = hc.Lammps(own_step(scene) * scene.units.time).run(scene)
+    checks = same_steps_checks(result)
+    assert failed(checks) == []
+    peaks = checks[2]
+    assert "only gross errors show" in peaks.reason
+    assert peaks.measured is not None
+    assert peaks.measured > MUCH_GROWN
+    wrong = replace(result, peak_force=1.5 * result.peak_force)
+    assert [name for name, *_ in failed(same_steps_checks(wrong))] == [peaks.name]
 
 
 # Whatever the scene
@@ -398,17 +414,7 @@ def own_step(scene: hc.Scene) -> float:
     ("first", "number", "most"),
     [
         (0, 12, 5e5),
-        pytest.param(
-            *(100, 300, 1e7),
-            marks=[
-                pytest.mark.slow,
-                pytest.mark.xfail(
-                    strict=True,
-                    reason="twelve chaotic scenes, LM_ratio 300 to 2500, are above the one per cent"
-                    " that the checks of the same steps allow at most (seeds 102, 129, 206)",
-                ),
-            ],
-        ),
+        pytest.param(100, 300, 1e7, marks=pytest.mark.slow),
     ],
 )
 def test_random_scenes_run_and_are_as_good_as_they_say(

@@ -153,10 +153,21 @@ def test_a_run_is_stopped_at_the_limit(controls: list[FloatArray]) -> None:
     assert controls[-1][1] < 0.5 * scene.end_time / scene.units.time
 
 
-def test_a_batch_is_stopped_at_the_limit() -> None:
+def test_a_batch_is_stopped_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    ends: list[FloatArray] = []  # times reached by the scenes of each part, 0 before they are
+    march_many = kernels.march_many
+
+    def noted(*arguments: Any) -> Any:
+        ends.append(arguments[10])
+        return march_many(*arguments)
+
+    monkeypatch.setattr(kernels, "march_many", noted)
     ratios = np.geomspace(0.1, 10, 3000)
     with pytest.raises(TooExpensive, match=r"stopped at the time limit of 0\.2 s"):
         hc.similar_peak_forces("cosine", ratios, 2.0, granules=500, time_limit=0.2)
+    # Parts that had begun were not done to their end, and the others did not begin.
+    assert any(not end.all() for end in ends)
+    assert sum(end.size for end in ends) < ratios.size
 
 
 def test_short_runs_that_become_long_obey_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
