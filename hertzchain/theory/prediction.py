@@ -278,8 +278,8 @@ def least_granules(momentum_ratio: float, duration_ratio: float) -> int:
     """So long has a chain to be for the map to hold for all contacts but the last.
 
     In shorter ones the free end is felt before the early contacts have peaked, which is at the end
-    of a long rise. Measured on 750 random scenes with every length to 60: from this length on, peaks
-    are those of a long chain to 1e-4; with one granule fewer, 7e-4 was seen.
+    of a long rise. Measured on 750 random scenes with every length to 60: from this length on,
+    peaks are those of a long chain to 1e-4; with one granule fewer, 7e-4 was seen.
     """
     return max(6, math.ceil(9 * momentum_ratio / duration_ratio - 4))
 
