@@ -244,7 +244,7 @@ def test_a_file_that_must_not_grow_leaves_nothing(tmp_path: Path) -> None:
             capture_output=True,
             text=True,
             check=False,
-            timeout=60,
+            timeout=600,
         )
         assert (done.stdout, done.stderr) == (f"{file}: cannot be written (File too large)\n", "")
     assert names(tmp_path) == ["copy.csv", "copy.toml", "scene.csv", "scene.toml"]

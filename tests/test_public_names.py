@@ -41,7 +41,7 @@ def modules_after(code: str) -> set[str]:
         capture_output=True,
         text=True,
         check=True,
-        timeout=60,
+        timeout=600,  # kernels may be compiled first
     )
     modules = json.loads(done.stdout.splitlines()[-1])
     return set(modules)

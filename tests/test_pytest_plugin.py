@@ -159,7 +159,7 @@ def test_it_disturbs_no_project(pytester: pytest.Pytester) -> None:
     pytester.makepyfile("def test_it():\n    assert True\n")
     # In a process of its own, as pytest warns of plugins that were loaded before it began.
     command = [sys.executable, "-m", "pytest", *OPTIONS, "-q"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "1 passed" in done.stdout
     assert "warning" not in (done.stdout + done.stderr).lower()
