@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,14 @@ import pytest
 import hertzchain as hc
 from hertzchain import known_answer
 from hertzchain.comparison import Check, balance_checks, same_steps_checks
-from hertzchain.errors import BackendMissing, RunFailed, SceneError, TooExpensive, Unpredictable
+from hertzchain.errors import (
+    BackendMissing,
+    RunFailed,
+    SceneError,
+    StepUnstable,
+    TooExpensive,
+    Unpredictable,
+)
 from hertzchain.liggghts import deck as liggghts_deck
 from hertzchain.peaks import largest_difference
 from hertzchain.schedule import Leg
@@ -354,6 +362,24 @@ def test_readings_that_are_missing_or_too_many_are_refused() -> None:
     for count in (wanted - 1, wanted + 1):
         with pytest.raises(RunFailed, match=f"left {count} readings, not the {wanted} it was"):
             observe(scene, NONE, rest, np.zeros((count, 3, 3)), legs, strides, None, "Yade", "1")
+
+
+@pytest.mark.parametrize(("speed", "diverges"), [(1.9, False), (2.1, True)])
+def test_granules_faster_than_all_the_impulse_in_one_have_diverged(
+    speed: float, diverges: bool
+) -> None:
+    """No granule is ever faster than the impulse over its mass; twice that is no rounding."""
+    scene = SCENES["pulse"]
+    legs, stride = scene.schedule(scene.end_time / 100), 10
+    diameter, granules = 2 * scene.chain.radius, scene.chain.granules
+    position, one = diameter * np.arange(granules), np.ones(granules)
+    rest = Granules(position, scene.chain.granule_mass * one, diameter * one)
+    readings = np.zeros((sum(len(stops(leg, stride)) for leg in legs), 3, granules))
+    readings[:, 0] = position
+    readings[-1, 1, -1] = speed * scene.impulse / scene.chain.granule_mass
+    refused = pytest.raises(StepUnstable, match="the Yade run diverged: its step is too long")
+    with refused if diverges else nullcontext():
+        observe(scene, NONE, rest, readings, legs, [stride] * len(legs), None, "Yade", "1")
 
 
 def test_arrays_that_are_no_readings_are_refused(tmp_path: Path) -> None:
