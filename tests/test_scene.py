@@ -453,6 +453,16 @@ def test_a_table_of_a_triangle_vs_the_triangular_pulse() -> None:
     assert table.end_time == pytest.approx(pulse.end_time, rel=1e-15)
 
 
+def test_nothing_pushes_before_and_after_a_table() -> None:
+    table = hc.PulseTable((1e-5, 2e-5, 4e-5), (40.0, 100.0, 60.0))
+    scene = hc.Scene(hc.Chain(5, **STEEL), table)
+    # Its first and its last force are not 0: the force jumps there, and does not stay.
+    time = np.array([0.0, 0.9e-5, 1e-5, 3e-5, 4e-5, 4.1e-5, 1.0])
+    # But for the rounding of the interpolation.
+    expected = [0.0, 0.0, 40.0, 80.0, 60.0, 0.0, 0.0]
+    assert scene.applied_force(time) == pytest.approx(expected, rel=1e-15, abs=0)
+
+
 @pytest.mark.parametrize("part", [0.3, 1.0, 1.4, 2.0, 5.0])
 def test_applied_impulse_stops_where_the_run_does(part: float) -> None:
     scene = paper_scene("cosine-triangular", 1.0, 2.0)
