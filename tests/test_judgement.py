@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pint
 import pytest
 
 import hertzchain as hc
@@ -200,6 +201,22 @@ def test_another_force_or_unit_is_named(truth: hc.Result) -> None:
     assert "applied force 1.1 times" in named(truth, exact(pushed))
     for factor, unit in ((1e-3, "kN"), (1e5, "dyn"), (0.01, "F0")):
         assert f"in units of {unit}" in named(truth, factor * truth.peak_force)
+
+
+@pytest.mark.parametrize(
+    ("shown", "unit"),
+    [
+        ("MN", "meganewton"),
+        ("mN", "millinewton"),
+        ("uN", "micronewton"),
+        ("kgf", "kilogram_force"),
+        ("lbf", "pound_force"),
+    ],
+)
+def test_every_unit_of_force_is_named(shown: str, unit: str) -> None:
+    short = hc.Native("reference").run(paper_scene("cosine", 1.0, 2.0, granules=8))
+    newton: float = pint.UnitRegistry().Quantity(1.0, "newton").to(unit).magnitude
+    assert f"in units of {shown}" in named(short, newton * short.peak_force)
 
 
 def test_other_numbers_are_named(truth: hc.Result) -> None:
