@@ -19,6 +19,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
 from hertzchain.lammps.deck import PAIR_STYLES
 from hertzchain.lammps.engine import command, engine
+from hertzchain.lammps.known_deck import Deck
 from hertzchain.lammps.lint import RULES, Finding, lint, lint_file
 from hertzchain.lammps.script import parse
 from hertzchain.lammps.standalone import KnownAnswer, Layout, standalone
@@ -490,6 +491,22 @@ def test_later_commands_count() -> None:
     assert lint(CLEAN.replace("run 1000", DIAMETER + DENSITY + "run 1000")) == []
     text = CLEAN.replace(DIAMETER + DENSITY, DENSITY + DIAMETER + DENSITY)
     assert lint(text) == []
+
+
+@pytest.mark.parametrize(
+    ("style", "digits"),
+    [
+        (STYLE, 1e-14),  # the same formula, but for rounding
+        (
+            f"pair_style gran/hertz/history {KN} NULL 0.0 0.0 0.0 0\npair_coeff * *",
+            1e-4,
+        ),  # KN has five
+    ],
+)
+def test_the_stiffness_of_a_deck_is_that_of_equation_1(style: str, digits: float) -> None:
+    assert STYLE in CLEAN
+    found = Deck(parse(CLEAN.replace(STYLE, style))).stiffness
+    assert found == pytest.approx(hc.Chain(30, **STEEL).contact_stiffness, rel=digits, abs=0)
 
 
 @pytest.mark.parametrize(
