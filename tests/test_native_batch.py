@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.native import choice
 from hertzchain.native.batch import peak_forces, similar_peak_forces
 from hertzchain.peaks import largest_difference, largest_differences
 from tests.conftest import STEEL, paper_scene
@@ -82,6 +83,25 @@ def test_a_batch_of_random_scenes_is_as_accurate_as_it_says(rtol: float) -> None
         errors = largest_differences(batch.peak_force, true.peak_force)
         assert np.all(batch.error_estimate <= rtol)
         assert np.all(errors <= batch.error_estimate + 1e-10)
+
+
+def test_scenes_whose_motion_diverges_run_again_with_shorter_steps(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ratio = [1.0, 20.0]
+    plain = similar_peak_forces("cosine", ratio, 2.0, 10)
+    plan = choice.plan
+
+    def too_long(rtol: float, checked: bool = True, hard: bool = False) -> choice.Plan:
+        chosen = plan(rtol, checked, hard)
+        # Ten natural units are no step for any method, and no halving makes it shorter.
+        return replace(chosen, step=10.0, walker=replace(chosen.walker, tolerance=0.0))
+
+    monkeypatch.setattr(choice, "plan", too_long)
+    batch = similar_peak_forces("cosine", ratio, 2.0, 10)
+    assert np.all(batch.error_estimate <= 1e-6)  # what is wanted where nothing is said
+    errors = largest_differences(batch.peak_force, plain.peak_force)
+    assert np.all(errors <= batch.error_estimate + plain.error_estimate)
 
 
 def test_a_force_below_all_numbers_in_newtons_has_no_time() -> None:
