@@ -121,3 +121,12 @@ def test_a_rough_run_warns() -> None:
     assert rough.error_estimate > 0.01
     assert "take a smaller dt" in rough.warnings[0]
     assert hc.Native("rk4", 0.05 * scene.units.time, peaks_only=True).run(scene).warnings == ()
+
+
+@pytest.mark.parametrize(("error", "warned"), [(0.01, 0), (0.011, 1), (0.05, 1)])
+def test_peaks_known_less_well_than_p_needs_warn(error: float, warned: int) -> None:
+    """Where p is hangs on changes of one per cent."""
+    result = hc.Native("reference").run(scene_of_depth(1e-3))
+    warnings = replace(result, error_estimate=error).warnings
+    assert len(warnings) == warned
+    assert all("may be off by" in warning for warning in warnings)
