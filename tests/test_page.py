@@ -258,6 +258,13 @@ def test_a_missing_backend_is_said_plainly(compared: hc.Comparison) -> None:
     assert "LAMMPS has not been asked" in read.text
 
 
+def test_a_failed_check_decides_whatever_is_missing_beside_it(compared: hc.Comparison) -> None:
+    checks = (*compared.checks, ABSENT, ODD)
+    read = Reader(comparison_page(replace(compared, checks=checks, missing=True)))
+    assert "UNDECIDED" not in read.text
+    assert f"2 of {len(checks)} checks failed" in read.text
+
+
 def test_a_scene_can_be_copied_and_run(compared: hc.Comparison, tmp_path: Path) -> None:
     pulse = hc.PulseTable((0.0, 2e-5, 6e-5), (0.0, 100.0, 0.0), "<b>.csv")
     for scene in (compared.scene, replace(compared.scene, shock=pulse)):
