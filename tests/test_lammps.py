@@ -387,6 +387,19 @@ def test_all_but_the_peaks_is_that_of_the_finer_run() -> None:
     assert abs(result.peak_force[0] - 125.0) < abs(finer.peak_force[0] - 125.0) / 100
 
 
+def test_an_extrapolation_makes_more_of_what_coordinates_cost() -> None:
+    scene = constant_force()  # one leg: its steps follow from dt
+    result = hc.Lammps(0.02 * scene.units.time, extrapolated=True).run(scene)
+    fine, coarse = (hc.Lammps(dt).run(scene).lost_digits for dt in (result.dt, 2 * result.dt))
+    assert result.lost_digits is not None
+    assert fine is not None
+    assert coarse is not None
+    # (4 fine - coarse) / 3, and either loss may have any sign. What the steps and the readings do
+    # to the peaks, 1e-4 at most, changes the bound by two thirds of that.
+    bound = (4 * fine.bound + coarse.bound) / 3
+    assert result.lost_digits.bound == pytest.approx(bound, rel=1e-4, abs=0)
+
+
 # What watching costs
 
 
