@@ -77,6 +77,17 @@ def test_chains_do_not_know_of_one_another() -> None:
             np.testing.assert_array_equal(measured[k], expected[0])
 
 
+def test_a_pulse_that_is_stretched_acts_to_its_end() -> None:
+    # The force grows so slowly that granules are pressed hardest when it is largest.
+    stretch = np.array([0.2, 1.0, 5.0])
+    found, _ = peaks(paper_scene("cosine", 20.0, 1.5, 6), HERTZ, 0 * stretch, stretch, Deadline(60))
+    for times, measured in zip(stretch.tolist(), found, strict=True):
+        scene = paper_scene("cosine", 20.0 * times, 1.5, 6)
+        expected = hc.Native(rtol=1e-8, peaks_only=True).run(scene).peak_force / scene.units.force
+        # Steps of 0.1, and parabolas: 1e-4 measured.
+        np.testing.assert_allclose(measured, expected, rtol=2.5e-4, atol=0)
+
+
 def test_a_motion_that_diverges_has_no_peaks() -> None:
     scene = paper_scene("cosine", 1.0, 2.0, 6)
     law = Law(damped_by="contact")
