@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -23,7 +25,11 @@ from hertzchain.arrays import FloatArray
 from hertzchain.peaks import PeakWatch, largest_difference
 from hertzchain.schedule import Leg
 from hertzchain.theory.solitary_wave import solitary_wave
-from hertzchain.verlet.backend import _extrapolation_error, _interpolation_error
+from hertzchain.verlet.backend import (
+    _extrapolation_error,
+    _interpolation_error,
+    _rival_error,
+)
 from tests import scenes
 from tests.conftest import paper_scene
 
@@ -282,6 +288,23 @@ def test_a_contact_that_opens_between_two_readings_is_covered() -> None:
         without, stated = (_interpolation_error(scene, legs, [1]) for scene in (easy, hard))
         # Rounded up, not doubled: readings cost time.
         assert needed < (stated - without) / interval**3.5 < 2 * needed
+
+
+@pytest.mark.parametrize(
+    ("rival", "above"),
+    [
+        (0.97, 0.01),  # lower, but by less than twice what the steps add to the first
+        (0.95, 0.0),
+        (1.01, 0.05),
+    ],
+)
+def test_a_second_maximum_may_be_the_highest_without_what_steps_do(
+    rival: float, above: float
+) -> None:
+    # The steps add 0.02 to the maximum of the first contact; the second has no other one.
+    seen = SimpleNamespace(force=np.array([1.02, 1.0]), rival=np.array([rival, 0.0]))
+    found = _rival_error(cast(PeakWatch, seen), np.array([1.0, 1.0]))
+    assert found == pytest.approx(above, rel=1e-12, abs=1e-15)  # differences of numbers near 1
 
 
 @pytest.mark.parametrize(
