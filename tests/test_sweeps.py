@@ -556,6 +556,9 @@ def test_accuracy_that_is_missed_is_counted() -> None:
     counts, table = sweep.count(), sweep.to_frame()
     assert counts.missed == (table["error_estimate"] > 1e-9).sum()
     assert table["error_estimate"][0] <= 1e-9
+    formulas = hc.sweep(SHORT, {"chain.granules": [12, 60]}, backends=["native", "formulas"])
+    assert formulas.to_frame()["error_estimate"].max() > 1e-6
+    assert formulas.count().missed == 0  # of formulas no accuracy can be asked for
     steps = hc.sweep(SHORT, knocked, backends=[hc.Native("velocity-verlet")])
     assert steps.to_frame()["error_estimate"].max() > 1e-6
     assert steps.count().missed == 0  # nothing was asked for but steps
@@ -643,6 +646,16 @@ def test_a_sweep_that_is_there_is_not_measured_again(tmp_path: Path) -> None:
     assert told == [(8, 8)]
     pd.testing.assert_frame_equal(again.to_frame(), first, check_exact=True)
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*.parquet")} == written
+
+
+def test_with_another_time_limit_a_sweep_goes_on(tmp_path: Path) -> None:
+    """Whoever stopped it because it took too long may give it more time; no number changes."""
+    out = tmp_path / "out"
+    first, again = (
+        hc.sweep(SHORT, GRID, backends=hc.Native(rtol=1e-6, time_limit=limit), output=out)
+        for limit in (5.0, 50.0)
+    )
+    pd.testing.assert_frame_equal(again.to_frame(), first.to_frame(), check_exact=True)
 
 
 OTHERS: dict[str, dict[str, Any]] = {
