@@ -125,6 +125,14 @@ def test_a_process_that_ends_says_its_last_words() -> None:
             child.call(os.abort, time_limit=LIMIT)
 
 
+def test_last_words_are_the_last_however_much_was_said_before() -> None:
+    with Child() as child:
+        child.call(os.write, 2, b"WARNING: a pair is far apart\n" * 10**4, time_limit=LIMIT)
+        child.call(os.write, 2, b"no MPI here\n", time_limit=LIMIT)
+        with pytest.raises(RunFailed, match="ended with status 7: no MPI here; hertzchain doctor"):
+            child.call(os._exit, 7, time_limit=LIMIT)
+
+
 @linux
 def test_a_process_that_hangs_is_killed_at_the_time_limit() -> None:
     with Child() as child:
