@@ -18,10 +18,14 @@ from typing import Any
 
 import pandas as pd
 import pytest
+from numpy.typing import ArrayLike
 
 from hertzchain import comparison, tradeoff
 from hertzchain.cli import main
 from hertzchain.diagnosis import PACKAGES
+from hertzchain.native import Native
+from hertzchain.result import Result
+from hertzchain.scene import Scene
 from tests.command_line import MAIN, PATIENCE, Command, Outcome, is_refused, process
 from tests.processes import names
 
@@ -513,6 +517,22 @@ def test_a_run_that_misses_the_wanted_accuracy_says_so(hertzchain: Command) -> N
     assert outcome.status == 1
     assert outcome.err.startswith("hertzchain: wanted 1e-08, reached ")
     assert "multiplies rounding errors" in outcome.err
+
+
+@pytest.mark.parametrize(("wanted", "status"), [("0.0001", 0), ("9.9e-05", 1)])
+def test_a_run_misses_an_accuracy_that_it_misses_by_little(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch, wanted: str, status: int
+) -> None:
+    run = Native.run
+
+    def rough(native: Native, scene: Scene, record: ArrayLike | None = None) -> Result:
+        return replace(run(native, scene, record), error_estimate=1e-4)
+
+    monkeypatch.setattr(Native, "run", rough)
+    scene_file()
+    outcome = hertzchain("run", "scene.toml", "--rtol", wanted)
+    assert outcome.status == status
+    assert outcome.err.startswith(f"hertzchain: wanted {wanted}, reached 0.0001: ") is (status == 1)
 
 
 def test_a_table_has_no_rise_time(hertzchain: Command) -> None:
