@@ -372,7 +372,7 @@ def test_granules_faster_than_all_the_impulse_in_one_have_diverged(
     scene = SCENES["pulse"]
     legs, stride = scene.schedule(scene.end_time / 100), 10
     diameter, granules = 2 * scene.chain.radius, scene.chain.granules
-    position, one = diameter * np.arange(granules), np.ones(granules)
+    position, one = diameter * np.arange(granules, dtype=np.float64), np.ones(granules)
     rest = Granules(position, scene.chain.granule_mass * one, diameter * one)
     readings = np.zeros((sum(len(stops(leg, stride)) for leg in legs), 3, granules))
     readings[:, 0] = position
