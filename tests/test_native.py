@@ -18,6 +18,7 @@ from hertzchain.native.equations import acceleration, contact_force, net_force, 
 from hertzchain.native.methods import SRKN_11B
 from hertzchain.native.refinement import Fixed, Refined
 from hertzchain.peaks import largest_difference
+from hertzchain.schedule import Leg
 from hertzchain.theory import solitary_wave as exact
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
@@ -220,6 +221,21 @@ def test_two_granules_under_a_constant_force_peak_at_five_quarters() -> None:
     result = hc.Native("reference").run(constant_force())
     # r'' = 1 - 2 r^(3/2) in natural units has r'^2 = 2 (r - 4/5 r^(5/2)), 0 at r^(3/2) = 5/4.
     assert result.peak_force == pytest.approx([125.0], rel=1e-12, abs=0)
+
+
+def test_a_peak_at_the_very_end_of_a_step_has_its_time() -> None:
+    scene = constant_force()
+    unit = scene.units.time
+
+    def peak_time(end: float, steps: int) -> float:
+        legs = (Leg(0.0, end * unit, steps, scene.ramps[0]),)
+        return float(simulate(scene, legs, METHODS["reference"].walker).peaks.time[0])
+
+    between = peak_time(4.0, 37)
+    # Now the peak is where a step ends and the next begins; rounding decides in which it is found.
+    for steps in (20, 30, 40, 50):
+        # A peak is flat: its time is known to the root of rounding, and a step is 0.08 at least.
+        assert peak_time(2 * between, steps) == pytest.approx(between, rel=1e-7, abs=0)
 
 
 def test_two_granules_under_a_constant_force_over_time() -> None:
