@@ -10,42 +10,42 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hertzchain import theory
-    from hertzchain.chain import Chain
-    from hertzchain.comparison import Comparison, compare
+    from hertzchain.engines.lammps import Lammps
+    from hertzchain.engines.liggghts import Liggghts
+    from hertzchain.engines.native import Batch, Native, peak_forces, similar_peak_forces
+    from hertzchain.engines.yade import Yade
     from hertzchain.errors import HertzchainError
-    from hertzchain.judgement import Judgement, judge
-    from hertzchain.lammps import Lammps
-    from hertzchain.liggghts import Liggghts
-    from hertzchain.native import Batch, Native, peak_forces, similar_peak_forces
-    from hertzchain.result import Result
-    from hertzchain.scene import Run, Scene
-    from hertzchain.shock import Pulse, PulseTable
+    from hertzchain.observables.result import Result
+    from hertzchain.report.trajectory import write_trajectory
+    from hertzchain.scene.chain import Chain
+    from hertzchain.scene.pulse import Pulse, PulseTable
+    from hertzchain.scene.scene import Run, Scene
     from hertzchain.sweeps import Sweep, sweep
-    from hertzchain.trajectory import write_trajectory
-    from hertzchain.yade import Yade
+    from hertzchain.verdict.comparison import Comparison, compare
+    from hertzchain.verdict.judgement import Judgement, judge
 
 _HOME = {
-    "Batch": "hertzchain.native",
-    "Chain": "hertzchain.chain",
-    "Comparison": "hertzchain.comparison",
+    "Batch": "hertzchain.engines.native",
+    "Chain": "hertzchain.scene.chain",
+    "Comparison": "hertzchain.verdict.comparison",
     "HertzchainError": "hertzchain.errors",
-    "Judgement": "hertzchain.judgement",
-    "Lammps": "hertzchain.lammps",
-    "Liggghts": "hertzchain.liggghts",
-    "Native": "hertzchain.native",
-    "Pulse": "hertzchain.shock",
-    "PulseTable": "hertzchain.shock",
-    "Result": "hertzchain.result",
-    "Run": "hertzchain.scene",
-    "Scene": "hertzchain.scene",
+    "Judgement": "hertzchain.verdict.judgement",
+    "Lammps": "hertzchain.engines.lammps",
+    "Liggghts": "hertzchain.engines.liggghts",
+    "Native": "hertzchain.engines.native",
+    "Pulse": "hertzchain.scene.pulse",
+    "PulseTable": "hertzchain.scene.pulse",
+    "Result": "hertzchain.observables.result",
+    "Run": "hertzchain.scene.scene",
+    "Scene": "hertzchain.scene.scene",
     "Sweep": "hertzchain.sweeps",
-    "Yade": "hertzchain.yade",
-    "compare": "hertzchain.comparison",
-    "judge": "hertzchain.judgement",
-    "peak_forces": "hertzchain.native",
-    "similar_peak_forces": "hertzchain.native",
+    "Yade": "hertzchain.engines.yade",
+    "compare": "hertzchain.verdict.comparison",
+    "judge": "hertzchain.verdict.judgement",
+    "peak_forces": "hertzchain.engines.native",
+    "similar_peak_forces": "hertzchain.engines.native",
     "sweep": "hertzchain.sweeps",
-    "write_trajectory": "hertzchain.trajectory",
+    "write_trajectory": "hertzchain.report.trajectory",
 }
 
 __all__ = [

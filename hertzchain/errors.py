@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from numbers import Real
 from pathlib import Path
 
 
@@ -70,10 +72,29 @@ class OutputError(HertzchainError):
     """A result could not be written where it was asked for."""
 
 
+POSITIVE = "must be a finite number above 0"
+"""What is allowed, where nothing else is said."""
+
+
 def require(condition: bool, key: str, value: object, allowed: str) -> None:
     """Raise a SceneError naming key, value and what is allowed unless the condition holds."""
     if not condition:
         raise SceneError(key, value, allowed)
+
+
+def is_finite(value: object) -> bool:
+    """Whether a value is a finite real number, NumPy's too (booleans are not)."""
+    if not isinstance(value, Real) or isinstance(value, bool):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an integer beyond the range of floating point
+        return False
+
+
+def is_positive(value: object) -> bool:
+    """Whether a value is a finite real number above 0."""
+    return is_finite(value) and value > 0  # type: ignore[operator]
 
 
 def _short(value: object) -> str:

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from hertzchain.judgement import Judgement
-    from hertzchain.scene import Scene
+    from hertzchain.scene.scene import Scene
+    from hertzchain.verdict.judgement import Judgement
 
 
 @pytest.fixture
@@ -55,9 +55,9 @@ def judge_peaks(request: pytest.FixtureRequest) -> Callable[..., Judgement]:
         dt: float | None = None,
     ) -> Judgement:
         __tracebackhide__ = True
-        from hertzchain import judgement
         from hertzchain.errors import HertzchainError
-        from hertzchain.scene import Scene
+        from hertzchain.scene.scene import Scene
+        from hertzchain.verdict import judgement
 
         try:
             chosen = (
@@ -83,7 +83,7 @@ def _printed(judgement: Judgement) -> str:
 
     from rich.console import Console
 
-    from hertzchain.report import print_judgement
+    from hertzchain.report.console import print_judgement
 
     text = StringIO()
     console = Console(file=text, width=100, color_system=None, highlight=False, markup=False)

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 import hertzchain as hc
+from hertzchain.engines.lammps.engine import engine
 from hertzchain.errors import BackendMissing
-from hertzchain.lammps.engine import engine
 from tests.command_line import Command, run_here
 
 pytest_plugins = ["pytester"]

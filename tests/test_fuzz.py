@@ -14,7 +14,7 @@ import pytest
 import hertzchain as hc
 from hertzchain import files
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.shock import read_pulse_table
+from hertzchain.scene.pulse import read_pulse_table
 from tests.conftest import STEEL
 from tests.effort import effort
 

@@ -19,12 +19,12 @@ from hypothesis.internal.constants_ast import Constants
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.native import METHODS, simulate
+from hertzchain.engines.native.equations import acceleration
+from hertzchain.engines.native.methods import SRKN_11B, State
 from hertzchain.errors import Unpredictable
-from hertzchain.native import METHODS, simulate
-from hertzchain.native.equations import acceleration
-from hertzchain.native.methods import SRKN_11B, State
-from hertzchain.peaks import largest_difference
-from hertzchain.shock import PROFILES
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.scene.pulse import PROFILES
 from tests.oracles.eighth_order import solve
 
 EPS = float(np.finfo(np.float64).eps)

@@ -14,7 +14,7 @@ from _pytest.assertion.rewrite import AssertionRewriter
 from rich.console import Console
 
 import hertzchain as hc
-from hertzchain.report import print_judgement
+from hertzchain.report.console import print_judgement
 
 ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "docs" / "pytest.md").read_text(encoding="utf-8")

@@ -23,17 +23,17 @@ from numba import njit
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps import deck
+from hertzchain.engines.lammps.engine import command, engine
+from hertzchain.engines.native import METHODS, kernels, simulate
+from hertzchain.engines.native.choice import plan
+from hertzchain.engines.native.methods import SRKN_11B
+from hertzchain.engines.native.refinement import Fixed
+from hertzchain.engines.native.simulation import leg_rows, table
 from hertzchain.errors import RunFailed
-from hertzchain.lammps import deck
-from hertzchain.lammps.engine import command, engine
-from hertzchain.native import METHODS, kernels, simulate
-from hertzchain.native.choice import plan
-from hertzchain.native.methods import SRKN_11B
-from hertzchain.native.refinement import Fixed
-from hertzchain.native.simulation import leg_rows, table
-from hertzchain.peaks import largest_difference, largest_differences
-from hertzchain.shock import PROFILES
-from hertzchain.tradeoff import contenders
+from hertzchain.observables.peaks import largest_difference, largest_differences
+from hertzchain.scene.pulse import PROFILES
+from hertzchain.verdict.tradeoff import contenders
 
 HERE = Path(__file__).parent
 FIGURES: list[tuple[str, str, str, str]] = []

@@ -17,13 +17,14 @@ from scipy.optimize import brentq
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.backend import run_in
+from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing
-from hertzchain.lammps.isolation import Child, run_in
-from hertzchain.shock import PROFILES
-from hertzchain.similarity import MOMENTUM_IN_NATURAL_UNITS
+from hertzchain.observables.transition import FREE_END, STEADY
+from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
+from hertzchain.scene.pulse import PROFILES
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
-from hertzchain.transition import FREE_END, STEADY
 from validation.drawing import BACKENDS
 from validation.drawing import PROFILES as PROFILE_STYLES
 from validation.figure2 import width

@@ -24,9 +24,9 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import BackendMissing, RunFailed
+from hertzchain.observables.transition import SMALLEST, STEADY
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
-from hertzchain.transition import SMALLEST, STEADY
 from validation.claims import far_field, first_within
 from validation.drawing import BACKENDS
 from validation.mistakes import printed_peak_force

@@ -22,7 +22,7 @@ from rich.progress import track
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.files import check_writable, write_text
-from hertzchain.peaks import largest_difference
+from hertzchain.observables.peaks import largest_difference
 from validation.rows import HERE, Row, load, print_rows, row
 
 TITLE = "Every engine at the same steps, largest difference of a peak"

@@ -35,9 +35,10 @@ from rich.progress import Progress
 from rich.table import Table
 
 import hertzchain as hc
-from hertzchain.accuracy import stable_step
 from hertzchain.arrays import FloatArray
-from hertzchain.cost import usable_cores
+from hertzchain.engines.lammps.backend import run_in
+from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.native import METHODS
 from hertzchain.errors import (
     HertzchainError,
     OverlapTooLarge,
@@ -46,10 +47,10 @@ from hertzchain.errors import (
     TooExpensive,
     Unpredictable,
 )
-from hertzchain.lammps.isolation import Child, run_in
-from hertzchain.native import METHODS
-from hertzchain.peaks import largest_difference
-from hertzchain.shock import PROFILES
+from hertzchain.limits import usable_cores
+from hertzchain.observables.error_bound import stable_step
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.scene.pulse import PROFILES
 from tests.oracles import eighth_order
 from validation.random_scenes import KINDS
 from validation.rows import STEEL, Row, row

@@ -15,9 +15,10 @@ import pandas
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.lammps.examination import examine
-from hertzchain.lammps.isolation import Child, run_in
-from hertzchain.shock import PROFILES
+from hertzchain.engines.lammps.backend import run_in
+from hertzchain.engines.lammps.examination import examine
+from hertzchain.engines.lammps.isolation import Child
+from hertzchain.scene.pulse import PROFILES
 from validation.drawing import BACKENDS
 from validation.drawing import PROFILES as PROFILE_STYLES
 from validation.rows import STEEL, Row, did_not_run, largest, problems_as_text, row

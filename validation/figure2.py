@@ -25,8 +25,9 @@ import pandas
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from hertzchain.lammps.isolation import Child, run_in
-from hertzchain.similarity import natural_units
+from hertzchain.engines.lammps.backend import run_in
+from hertzchain.engines.lammps.isolation import Child
+from hertzchain.scene.natural_units import natural_units
 from hertzchain.theory.paper import SHIFT
 from validation.drawing import BACKENDS
 from validation.rows import STEEL, Row, did_not_run, problems_as_text, row

@@ -18,7 +18,7 @@ import pandas
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.shock import PROFILES
+from hertzchain.scene.pulse import PROFILES
 from validation.drawing import BACKENDS, RATIO_COLOURS
 from validation.drawing import PROFILES as PROFILE_STYLES
 from validation.rows import Row, largest, row

@@ -24,9 +24,9 @@ from rich.progress import track
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from hertzchain.peaks import largest_difference
-from hertzchain.shock import PROFILES as RAMPS
-from hertzchain.transition import transition_granules
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.observables.transition import transition_granules
+from hertzchain.scene.pulse import PROFILES as RAMPS
 from validation import peak_forces, table2
 from validation.drawing import PROFILES
 from validation.rows import STEEL, Row, did_not_run, load, row, simulate

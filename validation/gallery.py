@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import hertzchain as hc
+from hertzchain.decks.known_answer import known_answer, lay_out
+from hertzchain.decks.standalone import standalone
 from hertzchain.files import write_texts
-from hertzchain.known_answer import known_answer, lay_out
-from hertzchain.lammps.standalone import standalone
 
 HERE = Path(__file__).parent
 FOLDER = HERE.parent / "lammps_inputs"

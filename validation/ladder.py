@@ -26,10 +26,10 @@ from scipy.special import beta
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from hertzchain.lammps import examine
-from hertzchain.native.equations import contact_force
-from hertzchain.peaks import SIGNIFICANT, largest_difference
-from hertzchain.schedule import Leg
+from hertzchain.engines.lammps import examine
+from hertzchain.engines.native.equations import contact_force
+from hertzchain.observables.peaks import SIGNIFICANT, largest_difference
+from hertzchain.scene.schedule import Leg
 from hertzchain.theory.solitary_wave import solitary_wave
 from validation.drawing import BACKENDS
 from validation.limits import Piece, peaks_by_scipy, table_scene, two_granules

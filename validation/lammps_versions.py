@@ -23,15 +23,15 @@ import pandas as pd
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
+from hertzchain.decks.known_answer import lay_out
+from hertzchain.decks.standalone import standalone
+from hertzchain.engines.native import METHODS
+from hertzchain.engines.native.integration import integrate
 from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.files import check_writable, write_text
-from hertzchain.known_answer import lay_out
-from hertzchain.lammps.standalone import standalone
-from hertzchain.native import METHODS
-from hertzchain.native.integration import integrate
-from hertzchain.peaks import largest_difference
-from hertzchain.samples import Samples
-from hertzchain.schedule import Leg
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.observables.samples import Samples
+from hertzchain.scene.schedule import Leg
 from validation.gallery import FOLDER, GALLERY, Entry
 
 TITLE = "The gallery on old and new LAMMPS"

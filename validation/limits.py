@@ -25,8 +25,8 @@ from scipy.optimize import brentq
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.scene import Run
-from hertzchain.similarity import MOMENTUM_IN_NATURAL_UNITS, natural_units
+from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, natural_units
+from hertzchain.scene.scene import Run
 from validation.rows import STEEL, Row, row
 from validation.script import Script
 

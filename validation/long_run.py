@@ -26,9 +26,9 @@ from rich.table import Table
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.native import METHODS, simulate
-from hertzchain.native.simulation import Simulation
-from hertzchain.scene import Run
+from hertzchain.engines.native import METHODS, simulate
+from hertzchain.engines.native.simulation import Simulation
+from hertzchain.scene.scene import Run
 from hertzchain.theory.solitary_wave import solitary_wave
 from validation.rows import STEEL, Row, row
 from validation.script import Script

@@ -14,7 +14,7 @@ from rich.progress import track
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.files import check_writable, write_with
-from hertzchain.shock import PROFILES
+from hertzchain.scene.pulse import PROFILES
 from hertzchain.theory import peak_map
 
 GRANULES = 120

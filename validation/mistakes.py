@@ -19,14 +19,16 @@ import numpy as np
 import hertzchain as hc
 import validation.table3
 import validation.table4
-from hertzchain import comparison, schedule, theory
+from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from hertzchain.lammps import deck
-from hertzchain.native import backend as native_backend
-from hertzchain.native import simulate_in_numpy, simulation
-from hertzchain.peaks import PeakWatch
-from hertzchain.schedule import Leg
-from hertzchain.shock import Pulse, Ramp
+from hertzchain.engines.lammps import deck
+from hertzchain.engines.native import backend as native_backend
+from hertzchain.engines.native import simulate_in_numpy, simulation
+from hertzchain.observables.peaks import PeakWatch
+from hertzchain.scene import schedule
+from hertzchain.scene.pulse import Pulse, Ramp
+from hertzchain.scene.schedule import Leg
+from hertzchain.verdict import comparison
 from validation.rows import HERE, Row
 from validation.script import Script, rows_only
 
@@ -135,7 +137,7 @@ def other_legs(change: Callable[[tuple[Leg, ...], float], Sequence[Leg]]) -> Ite
     def changed(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, ...]:
         return tuple(change(original(ramps, end_time, dt), dt))
 
-    with patch("hertzchain.scene.lay_steps", changed):
+    with patch("hertzchain.scene.scene.lay_steps", changed):
         yield
 
 

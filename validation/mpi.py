@@ -32,13 +32,13 @@ from rich.progress import track
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.cost import Deadline
+from hertzchain.decks.known_answer import known_answer, lay_out
+from hertzchain.decks.standalone import standalone
+from hertzchain.engines.lammps.binary import Program
 from hertzchain.errors import RunFailed, require
 from hertzchain.files import check_writable, write_text
-from hertzchain.known_answer import known_answer, lay_out
-from hertzchain.lammps.binary import Program
-from hertzchain.lammps.standalone import standalone
-from hertzchain.peaks import largest_difference
+from hertzchain.limits import Deadline
+from hertzchain.observables.peaks import largest_difference
 from validation.rows import STEEL, Row, print_rows, row
 
 TITLE = "One chain on several MPI ranks"

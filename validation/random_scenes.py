@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import hertzchain as hc
-from hertzchain.shock import PROFILES
+from hertzchain.scene.pulse import PROFILES
 from validation.rows import STEEL
 
 Draw = Callable[[np.random.Generator, int], hc.Scene]

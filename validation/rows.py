@@ -15,8 +15,8 @@ from rich.progress import track
 from rich.table import Table
 
 import hertzchain as hc
+from hertzchain.engines.lammps import run_many
 from hertzchain.errors import BackendMissing
-from hertzchain.lammps import run_many
 
 HERE = Path(__file__).parent
 

@@ -38,7 +38,7 @@ import validation.table2
 import validation.table3
 import validation.table4
 from hertzchain.files import check_writable, write_text
-from hertzchain.junit import to_xml
+from hertzchain.report.junit import to_xml
 from validation.page import make_folder, write_outcome, write_report
 from validation.rows import Row, did_not_run, print_rows
 from validation.script import Script, as_json, junit_suite, missing_suites, why_no_lammps

@@ -17,12 +17,12 @@ import pandas
 from rich.console import Console
 
 import hertzchain as hc
+from hertzchain.engines.lammps.engine import engine
 from hertzchain.errors import BackendMissing
 from hertzchain.files import check_outputs, write_text, write_with
-from hertzchain.junit import ERROR, Case, Suite, case, to_xml
-from hertzchain.lammps.engine import engine
-from hertzchain.report import check_plot_format
-from hertzchain.tradeoff import provenance
+from hertzchain.report.console import check_plot_format
+from hertzchain.report.junit import ERROR, Case, Suite, case, to_xml
+from hertzchain.verdict.tradeoff import provenance
 from validation.rows import Row, print_rows
 
 if TYPE_CHECKING:

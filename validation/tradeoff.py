@@ -19,11 +19,11 @@ from rich.console import Console
 from rich.progress import track
 
 import hertzchain as hc
+from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing
 from hertzchain.files import check_writable, write_text
-from hertzchain.lammps.isolation import Child
-from hertzchain.report import plot_tradeoff, print_tradeoff
-from hertzchain.tradeoff import Tradeoff, provenance, tradeoff
+from hertzchain.report.console import plot_tradeoff, print_tradeoff
+from hertzchain.verdict.tradeoff import Tradeoff, provenance, tradeoff
 from validation.rows import HERE, Row, did_not_run, paper_table, print_rows, row, scene_name
 
 TITLE = "Error against cost"

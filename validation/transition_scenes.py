@@ -13,7 +13,7 @@ import numpy as np
 import pandas
 
 import hertzchain as hc
-from hertzchain.shock import PROFILES
+from hertzchain.scene.pulse import PROFILES
 from validation.rows import STEEL, Row, did_not_run, problems_as_text
 
 MOMENTUM_RATIOS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 2.5)

@@ -82,9 +82,11 @@ def compare(
     ] = None,
 ) -> None:
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
-    from hertzchain import comparison, page, page_plots, report
     from hertzchain.files import write_text
-    from hertzchain.junit import of_comparison, to_xml
+    from hertzchain.report import console as report
+    from hertzchain.report import page, page_plots
+    from hertzchain.report.junit import of_comparison, to_xml
+    from hertzchain.verdict import comparison
 
     begun, begin = datetime.now(UTC), time.perf_counter()
     _check_outputs([scene, results], plot, report_file, junit)
@@ -125,8 +127,9 @@ def _check_outputs(
     inputs: list[Path | None], plot: Path | None, report_file: Path | None, junit: Path | None
 ) -> None:
     """Refuse, before any work is done, what could not be written."""
-    from hertzchain import page, report
     from hertzchain.files import check_outputs
+    from hertzchain.report import console as report
+    from hertzchain.report import page
 
     check_outputs(inputs, [plot, report_file, junit])
     if plot is not None:
@@ -146,9 +149,11 @@ def _judge(
     junit: Path | None,
 ) -> NoReturn:
     """Judge peaks from a file; the status says whether they pass."""
-    from hertzchain import judgement, page, report
     from hertzchain.files import write_text
-    from hertzchain.junit import of_judgement, to_xml
+    from hertzchain.report import console as report
+    from hertzchain.report import page
+    from hertzchain.report.junit import of_judgement, to_xml
+    from hertzchain.verdict import judgement
 
     begun, begin = datetime.now(UTC), time.perf_counter()
     loaded = load_scene(scene)

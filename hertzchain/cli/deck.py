@@ -74,9 +74,9 @@ def deck(
     For LAMMPS and Yade it finds the peak forces by itself and compares them with the true ones; for
     LIGGGHTS it compares the motion at the end.
     """
-    from hertzchain import known_answer
+    from hertzchain.decks import known_answer
+    from hertzchain.decks.standalone import data_file, standalone
     from hertzchain.files import check_outputs, write_texts
-    from hertzchain.lammps.standalone import data_file, standalone
 
     loaded = load_scene(scene)
     if rtol is not None and dt is not None:
@@ -135,7 +135,7 @@ def lint(
     """
     from dataclasses import asdict
 
-    from hertzchain.lammps.lint import lint_file
+    from hertzchain.decks.lint.rules import lint_file
 
     found = {str(path): lint_file(path) for path in decks}
     if as_json:
@@ -160,9 +160,9 @@ def unit_test(scene: SceneFile, output: OutputFile = None) -> None:
 
     The file is of the form of unittest/granular/tests/dem02-*.yaml in the sources of LAMMPS.
     """
+    from hertzchain.decks.unit_test import known_motion
+    from hertzchain.decks.unit_test_deck import unit_test as test_text
     from hertzchain.files import check_outputs, write_text
-    from hertzchain.lammps.unit_test import unit_test as test_text
-    from hertzchain.unit_test import known_motion
 
     loaded = load_scene(scene)
     check_outputs([scene], [output])

@@ -9,7 +9,7 @@ from hertzchain.cli.output import DONE, UNUSABLE
 
 def doctor() -> None:
     """Say what is installed, what works, and what to do about the rest."""
-    from hertzchain.diagnosis import diagnose
+    from hertzchain.cli.diagnosis import diagnose
 
     findings = diagnose()
     for finding in findings:

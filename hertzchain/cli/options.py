@@ -12,8 +12,8 @@ import typer
 from hertzchain.errors import HertzchainError
 
 if TYPE_CHECKING:
-    from hertzchain.lammps import Lammps
-    from hertzchain.scene import Scene
+    from hertzchain.engines.lammps import Lammps
+    from hertzchain.scene.scene import Scene
 
 _ODD_RATIO = 1e4
 """LM_ratio from which on a scene is remarked on. Chosen: the pulse then lasts 33,000 natural time
@@ -60,7 +60,7 @@ LargestStep = Annotated[
 
 def load_scene(path: Path) -> Scene:
     """Read a scene; say so where it looks as if a unit had been forgotten."""
-    from hertzchain.scene import Scene
+    from hertzchain.scene.scene import Scene
 
     scene = Scene.from_toml(path)
     if scene.momentum_ratio > _ODD_RATIO:
@@ -74,16 +74,15 @@ def load_scene(path: Path) -> Scene:
 
 def to_step(dt: str | None) -> float | None:
     """The step [s] where one is given."""
-    from hertzchain.units import to_si
+    from hertzchain.scene.quantities import to_si
 
     return None if dt is None else to_si("--dt", dt, "s")
 
 
 def to_time_limit(given: str) -> float:
     """The time limit [s]."""
-    from hertzchain.chain import POSITIVE, is_positive
-    from hertzchain.errors import require
-    from hertzchain.units import to_si
+    from hertzchain.errors import POSITIVE, is_positive, require
+    from hertzchain.scene.quantities import to_si
 
     limit = to_si("--time-limit", given, "s")
     require(is_positive(limit), "--time-limit", given, f"{POSITIVE} [s]")
@@ -114,8 +113,8 @@ def refuse_options_of_lammps(
 
 def to_lammps(isolate: bool, lmp: str | None, ranks: int | None, time_limit: float) -> Lammps:
     """LAMMPS as a module or, where one is named, as a binary."""
+    from hertzchain.engines.lammps import Lammps
     from hertzchain.errors import require
-    from hertzchain.lammps import Lammps
 
     named = lmp or os.environ.get("HERTZCHAIN_LMP") or None
     if ranks is not None:

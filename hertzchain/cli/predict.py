@@ -9,7 +9,7 @@ from hertzchain.cli.output import console, print_json
 def predict(scene: SceneFile, as_json: AsJson = False) -> None:
     """Predict without simulating: a map of peaks, p, F_SW, Eqs. 3, 6 and 9, the exact wave."""
     from hertzchain import theory
-    from hertzchain.report import print_prediction
+    from hertzchain.report.console import print_prediction
 
     prediction = theory.predict(load_scene(scene))
     if as_json:

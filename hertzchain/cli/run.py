@@ -28,10 +28,10 @@ from hertzchain.cli.output import OUT_OF_TOLERANCE, console, print_json, progres
 from hertzchain.errors import HertzchainError
 
 if TYPE_CHECKING:
-    from hertzchain.lammps import Lammps
-    from hertzchain.liggghts import Liggghts
-    from hertzchain.native import Native
-    from hertzchain.yade import Yade
+    from hertzchain.engines.lammps import Lammps
+    from hertzchain.engines.liggghts import Liggghts
+    from hertzchain.engines.native import Native
+    from hertzchain.engines.yade import Yade
 
 DEFAULT_RTOL = 1e-6
 """What both backends aim at where nothing is asked for."""
@@ -100,9 +100,9 @@ def run(
 ) -> None:
     """Simulate a scene with one backend: peaks, p, F_SW, speed, error, cost."""
     from hertzchain.files import check_outputs
-    from hertzchain.report import print_run
-    from hertzchain.tables import check_result_format, write_result
-    from hertzchain.trajectory import check_trajectory_format, frame_times, write_trajectory
+    from hertzchain.report.console import print_run
+    from hertzchain.report.tables import check_result_format, write_result
+    from hertzchain.report.trajectory import check_trajectory_format, frame_times, write_trajectory
 
     loaded = load_scene(scene)
     step = to_step(dt)
@@ -142,7 +142,7 @@ def run(
         print_run(console(), result)
     wanted = (DEFAULT_RTOL if method is None and step is None else None) if rtol is None else rtol
     if wanted is not None and result.error_estimate > wanted:
-        from hertzchain.comparison import CODES
+        from hertzchain.verdict.comparison import CODES
 
         why = (
             f"{CODES[backend]} gets no closer with steps that can be waited for;"
@@ -167,9 +167,9 @@ def _simulation(
     time_limit: float,
     peaks_only: bool,
 ) -> Native | Lammps | Liggghts | Yade:
-    from hertzchain.liggghts import Liggghts
-    from hertzchain.native import Native
-    from hertzchain.yade import Yade
+    from hertzchain.engines.liggghts import Liggghts
+    from hertzchain.engines.native import Native
+    from hertzchain.engines.yade import Yade
 
     refuse_options_of_lammps([backend], isolate, lmp, ranks)
     if backend is Backend.NATIVE:
@@ -178,7 +178,7 @@ def _simulation(
         name = None if method is None else method.value
         return Native(name, dt, rtol, peaks_only, time_limit)
     if method not in (None, MethodName.VELOCITY_VERLET):
-        from hertzchain.comparison import CODES
+        from hertzchain.verdict.comparison import CODES
 
         raise HertzchainError(
             f"--method {method}: {CODES[backend]} has only velocity-verlet; leave the option out"

@@ -105,7 +105,7 @@ def sweep(
     Stopped or killed, it goes on where it was when it is started again. A scene that fails is a row
     with the reason.
     """
-    from hertzchain.native import Native
+    from hertzchain.engines.native import Native
     from hertzchain.sweeps import Sweep
     from hertzchain.sweeps import sweep as measure
     from hertzchain.sweeps.parts import Backend, Formulas
@@ -247,7 +247,7 @@ class _Lines:
         self._since: tuple[float, int] | None = None
 
     def __call__(self, done: int, total: int) -> None:
-        from hertzchain.cost import in_words
+        from hertzchain.limits import in_words
 
         now = time.monotonic()
         if self._since is None:

@@ -22,9 +22,9 @@ def tradeoff(
     ] = None,
 ) -> None:
     """Measure error against cost of every method on a scene; half a minute for 60 granules."""
-    from hertzchain import report
     from hertzchain.files import check_outputs, write_text
-    from hertzchain.tradeoff import tradeoff as measure
+    from hertzchain.report import console as report
+    from hertzchain.verdict.tradeoff import tradeoff as measure
 
     loaded = load_scene(scene)
     check_outputs([scene], [plot, output])

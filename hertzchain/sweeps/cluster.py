@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
 from hertzchain.sweeps.design import Design
-from hertzchain.sweeps.here import Keep, Measure, Tell
+from hertzchain.sweeps.local import Keep, Measure, Tell
 from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import Part
 

@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.chain import is_finite
-from hertzchain.errors import SceneError, require
-from hertzchain.scene import UNITS, Run, Scene, require_scene
-from hertzchain.shock import PulseTable
-from hertzchain.units import to_si
+from hertzchain.errors import SceneError, is_finite, require
+from hertzchain.scene.pulse import PulseTable
+from hertzchain.scene.quantities import to_si
+from hertzchain.scene.scene import UNITS, Run, Scene, require_scene
 
 PARAMETERS = (
     "chain.granules",

@@ -6,26 +6,24 @@ import math
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.report import COLOURS
-from hertzchain.scene import UNITS
+from hertzchain.report.console import COLOURS
+from hertzchain.scene.quantities import to_si
+from hertzchain.scene.scene import UNITS
 from hertzchain.sweeps.design import Axis, Listed, Span
 from hertzchain.sweeps.table import COLUMNS, COUNTS
-from hertzchain.units import to_si
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
-
-    from hertzchain.sweeps.sweeping import Sweep
 
 LABELS = {
     "scene": "number of the scene",
@@ -132,8 +130,20 @@ class Drawn:
     remarks: tuple[str, ...]
 
 
+class _Sweep(Protocol):
+    """What is drawn of a ``Sweep``, which draws itself by ``draw``."""
+
+    @property
+    def manifest(self) -> Mapping[str, Any]: ...
+
+    @property
+    def rows(self) -> int: ...
+
+    def to_frame(self, columns: Sequence[str] | None = None) -> pandas.DataFrame: ...
+
+
 def draw(
-    sweep: Sweep,
+    sweep: _Sweep,
     x: str,
     y: str,
     colour: str | None = None,
@@ -262,7 +272,7 @@ class _Rows:
 
 
 def _rows(
-    sweep: Sweep, numbers: tuple[str, str], colour: str | None, where: Mapping[str, Any]
+    sweep: _Sweep, numbers: tuple[str, str], colour: str | None, where: Mapping[str, Any]
 ) -> _Rows:
     manifest = sweep.manifest
     axes = {axis.name: axis for axis in map(_axis, manifest["vary"])}

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.cost import usable_cores
+from hertzchain.engines.lammps import Lammps
+from hertzchain.engines.native import Native
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
-from hertzchain.lammps import Lammps
-from hertzchain.native import Native
-from hertzchain.scene import Scene
-from hertzchain.shock import PulseTable
+from hertzchain.limits import usable_cores
+from hertzchain.scene.pulse import PulseTable
+from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.natural import Natural, natural
 from hertzchain.sweeps.parts import NAMES, Backend, Formulas, Part, is_batched
@@ -27,8 +27,8 @@ from hertzchain.sweeps.table import Rows
 if TYPE_CHECKING:
     import pandas
 
-    from hertzchain.lammps.isolation import Child
-    from hertzchain.native import Batch
+    from hertzchain.engines.lammps.isolation import Child
+    from hertzchain.engines.native import Batch
 
 _YEAR = 3e7
 """[s]."""
@@ -137,7 +137,7 @@ def _batches(
     NDArray
         Which scenes are left, shape (scenes,).
     """
-    from hertzchain.native import backend, similar_peak_forces
+    from hertzchain.engines.native import backend, similar_peak_forces
 
     rtol = backend.RTOL if native.rtol is None else native.rtol
     profile, granules = given["shock.profile"], given["chain.granules"]
@@ -195,7 +195,7 @@ class _LammpsRunner(AbstractContextManager[_Run]):
     """Measures a scene with LAMMPS, in a process that may crash and is then another one."""
 
     def __init__(self, lammps: Lammps, child: Child | None) -> None:
-        from hertzchain.lammps.isolation import Child
+        from hertzchain.engines.lammps.isolation import Child
 
         self._lammps, self._child, self._own = lammps, child, Child()
 
@@ -206,7 +206,7 @@ class _LammpsRunner(AbstractContextManager[_Run]):
         self._own.end()
 
     def _measure(self, rows: Rows, row: int, scene: Scene) -> None:
-        from hertzchain.lammps.isolation import run_in
+        from hertzchain.engines.lammps.backend import run_in
 
         if self._lammps.lmp is not None:  # a binary is a process of its own anyway
             rows.add_result(row, self._lammps.run(scene))

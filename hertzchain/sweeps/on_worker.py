@@ -10,8 +10,8 @@ from typing import Any
 
 from distributed import Reschedule, Worker, WorkerPlugin, get_worker
 
+from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing, RunFailed
-from hertzchain.lammps.isolation import Child
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.measuring import Measured, measure
 from hertzchain.sweeps.parts import Part

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.lammps import Lammps
-from hertzchain.native import Native
-from hertzchain.shock import PulseTable
+from hertzchain.engines.lammps import Lammps
+from hertzchain.engines.native import Native
+from hertzchain.scene.pulse import PulseTable
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.natural import natural
 

@@ -11,13 +11,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hertzchain.engines.lammps import Lammps
+from hertzchain.engines.native import Native
+from hertzchain.engines.native.backend import RTOL
 from hertzchain.errors import OutputError, require
-from hertzchain.lammps import Lammps
-from hertzchain.native import Native
-from hertzchain.native.backend import RTOL
-from hertzchain.scene import Scene
+from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.design import Value, design
-from hertzchain.sweeps.here import Measure, measure_here
+from hertzchain.sweeps.local import Measure, measure_here
 from hertzchain.sweeps.parts import NAMES, Backend, Formulas, cut, part_size, settings
 from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_manifest
 

@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
-from hertzchain.peaks import times_of_peaks
-from hertzchain.result import Result
+from hertzchain.observables.peaks import times_of_peaks
+from hertzchain.observables.result import Result
+from hertzchain.observables.transition import solitary_waves, transitions
+from hertzchain.scene.validity import IMPOSSIBLE_OVERLAP, overlap_ratio
 from hertzchain.sweeps.design import PARAMETERS
-from hertzchain.transition import solitary_waves, transitions
-from hertzchain.validity import IMPOSSIBLE_OVERLAP, overlap_ratio
 
 if TYPE_CHECKING:
     import pandas
 
-    from hertzchain.native import Batch
-    from hertzchain.scene import Scene
+    from hertzchain.engines.native import Batch
+    from hertzchain.scene.scene import Scene
     from hertzchain.theory import Prediction
 
 NUMBERS = (

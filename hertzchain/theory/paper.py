@@ -7,7 +7,7 @@ authors are wrong the docstring says what is printed and why it is read otherwis
 The paper takes F_SW, the height of the wave, from its reference 22. Here it is an argument, as is
 the number p of granules in the transition: both come from a simulation.
 
-p and F_SW mean: p as in hertzchain.transition, F_SW the peak of contact p + 1.
+p and F_SW mean: p as in hertzchain.observables.transition, F_SW the peak of contact p + 1.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.chain import Chain
 from hertzchain.errors import require
-from hertzchain.shock import PROFILES, Pulse
-from hertzchain.similarity import PAPER_MOMENTUM
+from hertzchain.scene.chain import Chain
+from hertzchain.scene.natural_units import PAPER_MOMENTUM
+from hertzchain.scene.pulse import PROFILES, Pulse
 
 SHIFT = 1.077
 """Peak-to-peak time shift of a solitary wave of height 1 (Eq. 4b)."""
@@ -232,7 +232,7 @@ def peak_force(
     contact
         i, 2 <= i <= p.
     p
-        Granules in the transition, the integer of hertzchain.transition.
+        Granules in the transition, the integer of hertzchain.observables.transition.
     wave_force
         F_SW.
     duration_ratio

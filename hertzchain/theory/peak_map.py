@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import require
-from hertzchain.shock import PROFILES
+from hertzchain.scene.pulse import PROFILES
 
 FILE = Path(__file__).with_name("peak_map.npz")
 

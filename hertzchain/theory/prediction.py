@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.chain import Chain
-from hertzchain.scene import Scene
-from hertzchain.shock import Pulse
-from hertzchain.similarity import PAPER_MOMENTUM
+from hertzchain.observables.transition import STEADY, transition_granules
+from hertzchain.scene.chain import Chain
+from hertzchain.scene.natural_units import PAPER_MOMENTUM
+from hertzchain.scene.pulse import Pulse
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.validity import overlap_ratio, overlap_warning, refuse_deep_overlap
 from hertzchain.theory import paper, peak_map
 from hertzchain.theory import solitary_wave as exact
-from hertzchain.transition import STEADY, transition_granules
-from hertzchain.validity import overlap_ratio, overlap_warning, refuse_deep_overlap
 
 FREE_END = 0.97597
 """Peak of contact N over that of the same contact in a longer chain, once the wave has formed."""

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.chain import Chain
-from hertzchain.similarity import natural_units
+from hertzchain.scene.chain import Chain
+from hertzchain.scene.natural_units import natural_units
 
 _HALF_WIDTH = 16
 """Granules on either side: the wave falls off double-exponentially and is below 1e-300 there."""

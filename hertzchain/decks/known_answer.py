@@ -1,0 +1,238 @@
+"""What a deck has to find, and how well it can: measured by the native backend.
+
+The codes that decks are for must not know ``native``; here the one is asked and the others told.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.decks.standalone import KnownAnswer, Layout, whole_step
+from hertzchain.engines.external.rescaling import predicted_loss
+from hertzchain.engines.native import METHODS, Native, simulate
+from hertzchain.errors import POSITIVE, SceneError, Unpredictable, is_positive, require
+from hertzchain.observables.error_bound import refuse_unstable, second_order_step
+from hertzchain.observables.history import Recorder
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+RTOL = 1e-6
+"""Of the peaks, where nothing else is asked for: what the step of a deck costs them."""
+
+_FINEST = 1e-9
+"""Of the peaks: three million steps."""
+
+_PILOT_STEP = 0.04
+"""Natural time units; the first of the runs that find the step for a wanted error."""
+
+_LOOKING_INTERVAL = 0.005
+"""Natural time units between two looks, at most, where nothing is asked for: it costs the peaks
+some 5e-6, and a run of 60 granules a second."""
+
+_MOST_LOST = 3e-5
+"""Of the peaks, by coordinates: decks in real units allow 10 to 30 times that, 1e-3 at most."""
+
+_READINGS = 2_000_000
+"""Times and granules recorded at once: 50 MB."""
+
+
+def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> float:
+    """The step of a deck, natural time units.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    dt
+        The largest step [s]; by default one with which native velocity Verlet, the scheme of
+        LAMMPS, has peaks of accuracy ``rtol``, cut to two digits so that it is the same on every
+        machine.
+    rtol
+        Wanted relative accuracy of the peaks, between 0 and 1.
+
+    Raises
+    ------
+    HertzchainError
+        For a step or an accuracy that cannot be, or a scene that cannot be simulated.
+    """
+    unit = scene.units.time
+    if dt is not None:
+        require(is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
+        legs, interval = scene.schedule(dt), METHODS["velocity-verlet"].interval
+        refuse_unstable(scene, legs, interval, "velocity-verlet")
+        return whole_step(scene, dt / unit)
+    allowed = (
+        f"must be a number from {_FINEST:g} to 1: velocity Verlet takes too many steps for less"
+    )
+    require(is_positive(rtol) and _FINEST <= rtol < 1, "rtol", rtol, allowed)
+
+    def peaks_at(dt: float) -> FloatArray:
+        return Native("velocity-verlet", dt, peaks_only=True).run(scene).peak_force
+
+    natural = second_order_step(peaks_at, _PILOT_STEP * unit, rtol) / unit
+    digit = 10.0 ** (math.floor(math.log10(natural)) - 1)
+    return whole_step(scene, float(f"{math.floor(natural / digit) * digit:.2g}"))
+
+
+def lay_out(
+    scene: Scene,
+    dt: float | None = None,
+    rtol: float = RTOL,
+    watch_every: int | None = None,
+    **how: Any,
+) -> Layout:
+    """The layout of a deck whose step and interval suit a scene.
+
+    Parameters
+    ----------
+    scene, dt, rtol
+        As for ``deck_step``.
+    watch_every
+        Steps between two looks, 0: none; by default so many that 0.005 natural time units pass.
+    how
+        Everything else in a ``Layout``.
+
+    Raises
+    ------
+    HertzchainError
+        As for ``deck_step``, and for a layout that cannot be.
+    """
+    step = deck_step(scene, dt, rtol)
+    if watch_every is None:
+        watch_every = max(1, math.floor(_LOOKING_INTERVAL / step))
+    return Layout(step, watch_every, **how)
+
+
+def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
+    """The true peaks of a scene, and what step and interval of a deck cost them.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    layout
+        Of the deck; where it does not watch, nothing has to be found: None.
+
+    Raises
+    ------
+    HertzchainError
+        If the scene cannot be simulated, or no digit of its peaks is sure, or nothing is pressed.
+    """
+    if layout.watch_every == 0:
+        return None
+    truth = Native("reference", peaks_only=True).run(scene)
+    if not np.any(truth.peak_force):
+        allowed = "must be later: no contact is pressed before it"
+        raise SceneError("run.end_time", scene.end_time, allowed)
+    peaks, least = looked_at(scene, layout.step, layout.watch_every)
+    ratio = truth.peak_force / scene.units.force
+    off = np.maximum(np.abs(peaks - ratio), np.abs(least - ratio))
+    # Contacts that are never pressed are not judged.
+    error = off / np.where(ratio > 0, ratio, 1.0)
+    return KnownAnswer(ratio, error + truth.error_estimate)
+
+
+def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, FloatArray]:
+    """Peaks of velocity Verlet over F0, and the least that looks now and then can find of them.
+
+    The least is found where the peak lies in the middle between two looks or, of contacts that are
+    pressed hardest at the end or shortly before, where the last look is a whole interval before it.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    step
+        The largest step, natural time units.
+    watch_every
+        Steps between two looks.
+
+    Returns
+    -------
+    The largest contact force, and the least of it, shape (contacts,) each.
+    """
+    unit, granules = scene.units.time, scene.chain.granules
+    legs = scene.schedule(step * unit)
+    walker = METHODS["velocity-verlet"].walker
+    peaks = simulate(scene, legs, walker, leave_behind=True).peaks
+    least = np.array(peaks.force)
+    pressed = np.nonzero(np.isfinite(peaks.time))[0]
+    interval = watch_every * max(leg.dt for leg in legs) / unit
+    end = scene.end_time / unit
+    before = np.maximum(interval / 2, interval - (end - peaks.time[pressed]))
+    looks = np.concatenate([peaks.time[pressed] - before, peaks.time[pressed] + interval / 2])
+    contacts = np.concatenate([pressed, pressed])
+    order = np.argsort(looks)
+    for some in np.array_split(order, -(-order.size * granules // _READINGS) or 1):
+        recorder = Recorder(np.clip(looks[some], 0.0, end), granules)
+        simulate(scene, legs, walker, recorder)
+        found = recorder.contact_force[np.arange(some.size), contacts[some]]
+        np.minimum.at(least, contacts[some], found)
+    return peaks.force, least
+
+
+def yade_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> str:
+    """A script for Yade that finds the peaks of a scene and compares them with the true ones.
+
+    Parameters
+    ----------
+    scene, dt, rtol
+        As for ``deck_step``.
+    title
+        What the script says it is.
+
+    Raises
+    ------
+    HertzchainError
+        As for ``deck_step``.
+    """
+    from hertzchain.engines.yade.deck import READING_INTERVAL, deck
+
+    step = deck_step(scene, dt, rtol)
+    truth = Native("reference", peaks_only=True).run(scene)
+    legs = scene.schedule(step * scene.units.time)
+    _refuse_lost_digits(scene, legs)
+    found = simulate(scene, legs, METHODS["velocity-verlet"].walker, leave_behind=True).peaks
+    error = largest_difference(found.force, truth.peak_force / scene.units.force)
+    # Parabolas through three readings miss 0.06 times the third power of their distance at most.
+    between = 0.1 * max(step, READING_INTERVAL) ** 3
+    tolerance = 1.1 * (error + truth.error_estimate) + between
+    return deck(scene, step * scene.units.time, truth.peak_force, tolerance, title)
+
+
+def liggghts_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> str:
+    """A deck for LIGGGHTS that compares the motion at its end with Eq. 1 at the same steps.
+
+    Parameters
+    ----------
+    scene, dt, rtol
+        As for ``deck_step``.
+    title
+        What the deck says it is.
+
+    Raises
+    ------
+    HertzchainError
+        As for ``deck_step``.
+    """
+    from hertzchain.engines.liggghts.deck import deck
+
+    step = deck_step(scene, dt, rtol) * scene.units.time
+    _refuse_lost_digits(scene, scene.schedule(step))
+    return deck(scene, step, Native("velocity-verlet", step).run(scene).velocity, title)
+
+
+def _refuse_lost_digits(scene: Scene, legs: Sequence[Leg]) -> None:
+    """Refuse a deck in real units whose coordinates would cost so much that it judges nothing."""
+    lost = predicted_loss(scene, sum(leg.steps for leg in legs))
+    if lost > _MOST_LOST:
+        raise Unpredictable(
+            f"coordinates would cost the peaks of this scene some {lost:.0e}: take --engine lammps,"
+            " whose deck computes a softer chain of the same forces"
+        )

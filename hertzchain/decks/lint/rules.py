@@ -1,0 +1,755 @@
+"""What is wrong in somebody's LAMMPS deck of a chain of spheres: known traps, named by line.
+
+Each rule is a function of a `Deck`, which says what can be known of it, listed in `RULES`. A rule
+says nothing where it would have to guess: a value that cannot be known without running the deck is
+None, and None is no finding. The numbers in the sentences were measured on a chain of 30 steel
+spheres, pushed by 100 N for 100 us (LAMMPS 22 Jul 2025); `tests/decks/test_lint.py` plants each
+trap and measures them again.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from hertzchain.decks.lint.deck import DEFAULT_STEP, TOUCHING, Deck, Law, Push, Run
+from hertzchain.decks.lint.script import Command, number, parse
+from hertzchain.errors import HertzchainError
+from hertzchain.files import read_bytes
+
+Severity = Literal["error", "warning", "note"]
+
+MOST_BYTES = 5_000_000
+"""Of a deck: more are not written by hand."""
+
+_UNSTABLE = math.sqrt(2 / 3)
+"""Longest stable step of velocity Verlet, in natural units: 2 over the frequency 2 sqrt(3/2)."""
+
+_CONSISTENT = ("si", "cgs", "lj")
+"""Units in which force is mass times acceleration without a factor."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong, or worth knowing, in a deck.
+
+    Parameters
+    ----------
+    line
+        Where, from 1.
+    rule
+        The name of the rule.
+    severity
+        ``error`` (wrong results, or LAMMPS stops), ``warning`` (likely not what is meant) or
+        ``note`` (costs time, or worth knowing).
+    text
+        What is wrong, and what to write instead.
+    """
+
+    line: int
+    rule: str
+    severity: Severity
+    text: str
+
+
+Found = Iterator[tuple[Command | None, Severity, str]]
+"""What a rule yields: where (None: the first line), how bad, and the sentence."""
+
+
+def _density_before_diameter(deck: Deck) -> Found:
+    """The mass is made when the density is set, with the diameter of that moment."""
+    pending: Command | None = None
+    last = max((command.place for command, _ in deck.given("density")), default=-1)
+    for command in deck.named("set"):
+        density, diameter = command.after("density"), command.after("diameter")
+        words = command.words
+        if density is not None and (
+            diameter is None or words.index("density") > words.index("diameter")
+        ):
+            pending = command if diameter is None else None
+        elif density is not None:
+            yield command, "error", _DENSITY
+            pending = None
+        elif diameter is not None and pending is not None:
+            covers = pending.words[1:3] == words[1:3] or "all" in (words[2], pending.words[2])
+            if covers and last < command.place:
+                yield pending, "error", _DENSITY
+            pending = None
+
+
+_DENSITY = (
+    "the density is set before the diameter, so that granules keep the mass that the old diameter"
+    " made (1e6 times too large for a radius of 5 mm, and only the first one moves): set the"
+    " diameter first, then the density"
+)
+
+
+def _diameter_missing(deck: Deck) -> Found:
+    """Granules that are created have diameter 1 and density 1."""
+    created = deck.named("create_atoms")
+    brought = deck.named("read_data", "molecule") or deck.is_partial
+    if not created or brought or not deck.is_granular:
+        return
+    given = {word for command in deck.named("set") for word in command.words}
+    if "diameter" not in given:
+        text = (
+            "no diameter is set: granules that are created have diameter 1 in the units of the"
+            " deck; write set group all diameter ..., then density ..."
+        )
+        yield created[0], "error", text
+    elif not {"density", "mass"} & given:
+        text = (
+            "no density is set: granules keep the mass 0.5236 that diameter 1 and density 1 made,"
+            " whatever their diameter is now; write set group all density ... after the diameter"
+        )
+        yield created[0], "error", text
+
+
+def _mass_set(deck: Deck) -> Found:
+    """A mass that is set takes the place of that of the density."""
+    for command, _ in deck.given("mass"):
+        text = "this mass takes the place of 4/3 pi R^3 density: leave it out, or the density"
+        yield command, "warning", text
+
+
+def _ghost_velocity(deck: Deck) -> Found:
+    """Contact laws of granules ask for the velocities of ghosts."""
+    wanted = [command.after("vel") == "yes" for command in deck.named("comm_modify")]
+    wanted += [command.after("vel") == "yes" for command in deck.named("communicate")]
+    if deck.is_granular and not any(wanted) and not deck.is_partial:
+        text = (
+            "comm_modify vel yes is missing: pair styles of granules need the velocities of ghost"
+            " granules, and LAMMPS stops at the first run; write it before the pair style"
+        )
+        yield deck.pair_style, "error", text
+
+
+def _skin(deck: Deck) -> Found:
+    """The skin is a length, and its default belongs to the units, not to the granules."""
+    if deck.diameter is None or deck.diameter <= 0 or not deck.is_granular or deck.is_partial:
+        return
+    given = [command for command in deck.named("neighbor") if len(command.words) > 1]
+    skin = deck.skin
+    where = given[-1] if given else deck.first_run
+    if skin is None or where is None:
+        return
+    radius = deck.diameter / 2
+    origin = "the skin is" if given else f"without a neighbor command the skin is {deck.units}'s"
+    wanted = f"write neighbor {radius / 2:.3g} bin, half a radius"
+    if skin >= 2 * radius:
+        text = (
+            f"{origin} {skin:g}, {skin / radius:.3g} radii: {1 + skin / deck.diameter:.4g} granules"
+            " ahead count as neighbours instead of 1 (a chain with R = 50 um at the default of"
+            f" 1 mm: steps take twice as long); {wanted}"
+        )
+        yield where, "warning", text
+    elif skin < radius / 1000:
+        text = (
+            f"{origin} {skin:g}, {skin / radius:.1g} of a radius: neighbours are looked for again"
+            f" nearly every step (steps take up to four times as long); {wanted}"
+        )
+        yield where, "warning", text
+
+
+def _neighbours(deck: Deck) -> Found:
+    """Neighbour lists that are built too often, or leave contacts out."""
+    if not deck.is_granular:
+        return
+    for command in deck.named("neigh_modify"):
+        if "exclude" in command.words:
+            text = (
+                "neigh_modify exclude takes contacts away: granules of the excluded pairs pass"
+                " through one another; leave it out of a chain"
+            )
+            yield command, "warning", text
+        if command.after("check") == "no":
+            text = (
+                "check no builds the neighbour list whether or not a granule has moved (every 10"
+                " steps: they take up to three times as long), and misses contacts where one has"
+                " moved further than half the skin; write neigh_modify delay 0 every 1 check yes"
+            )
+            yield command, "note", text
+
+
+def _damping(deck: Deck) -> Found:
+    """Hertz's law itself has no damping."""
+    for law in deck.laws:
+        damping, word = law.command.after("damping"), law.numbers[1]
+        value = number(word)
+        if law.normal == "mdr":
+            continue
+        if damping == "none":
+            text = (
+                "damping none is an error in LAMMPS up to 2025 at least: leave the word out and"
+                f" give 0.0 as the second number of {law.normal}, which damps nothing"
+            )
+            yield law.command, "error", text
+        elif value is not None and damping in ("tsuji", "coeff_restitution"):
+            yield from _restitution(law, damping, value)
+        elif value:
+            text = (
+                f"the second number of {law.normal}, {word}, damps the contacts: energy is lost,"
+                " and peaks are lower than those of Hertz's law; 0.0 damps nothing"
+            )
+            yield law.command, "note", text
+    style = deck.pair_style
+    if style is not None and style.words[1].startswith("gran/") and len(style.words) > 4:
+        normal = number(style.words[4])
+        if normal:
+            text = (
+                f"gamma_n = {style.words[4]} damps the contacts: energy is lost, and peaks are"
+                " lower than those of Hertz's law; 0.0 damps nothing"
+            )
+            yield style, "note", text
+
+
+def _restitution(law: Law, damping: str, value: float) -> Found:
+    """Damping laws whose number is a coefficient of restitution."""
+    undamped = "leave the damping out and give 0.0 there, which damps nothing"
+    if value == 0:
+        what = "the tenth peak loses 73 %" if damping == "tsuji" else "positions become NaN"
+        text = (
+            f"with damping {damping} the second number of {law.normal} is a coefficient of"
+            f" restitution: 0 damps the most ({what}), it does not switch damping off; {undamped}"
+        )
+        yield law.command, "error", text
+    elif value == 1 and damping == "tsuji":
+        text = (
+            "damping tsuji with a restitution of 1 is not zero: its fitted polynomial leaves some"
+            f" (peaks are lower by up to 0.2 %); {undamped}"
+        )
+        yield law.command, "warning", text
+    elif value != 1:
+        text = (
+            f"damping {damping} with a restitution of {value:g}: energy is lost, and peaks are"
+            " lower than those of Hertz's law"
+        )
+        yield law.command, "note", text
+
+
+def _poisson_ratio(deck: Deck) -> Found:
+    """The order of the numbers is E, damping, Poisson's ratio."""
+    for law in deck.laws:
+        if law.normal not in ("hertz/material", "dmt", "jkr"):
+            continue
+        damping, poisson = number(law.numbers[1]), number(law.numbers[2])
+        if poisson is None or damping is None:
+            continue
+        order = f"the numbers of {law.normal} are E, damping, Poisson's ratio, in this order"
+        if not -1 < poisson <= 0.5:
+            yield law.command, "error", f"{order}: a Poisson's ratio of {poisson:g} cannot be"
+        elif poisson == 0 and 0 < damping <= 0.5:
+            text = (
+                f"{order}: here the ratio is 0 and the damping {damping:g}; if they are in each"
+                " other's place, contacts are too soft, by 9 % for a ratio of 0.3"
+            )
+            yield law.command, "warning", text
+
+
+def _tangential(deck: Deck) -> Found:
+    """A tangential law has to be named, and its stiffness is divided by."""
+    for law in deck.laws:
+        if "tangential" not in law.command.words:
+            text = (
+                "the tangential law is missing, which is an error: without friction it is"
+                " tangential linear_nohistory 0.0 0.0"
+            )
+            yield law.command, "error", text
+    style = deck.pair_style
+    if style is not None and style.words[1] in ("gran/hertz/history", "gran/hooke/history"):
+        given = style.words[3] if len(style.words) > 3 else None
+        if number(given) == 0:
+            text = (
+                "Kt = 0: where granules slide LAMMPS divides by it; write NULL (2/7 of Kn) and a"
+                " friction of 0.0 as the fifth number, which takes the tangential force away"
+            )
+            yield style, "warning", text
+
+
+def _several_materials(deck: Deck) -> Found:
+    """The gran styles have one stiffness for all granules."""
+    style = deck.pair_style
+    if style is None or not style.words[1].startswith("gran/"):
+        return
+    for box in deck.named("create_box"):
+        types = number(" ".join(box.words[1:2]))
+        if types is not None and types > 1:
+            text = (
+                f"{types:.0f} types of granules, but {style.words[1]} has one Kn for all of them:"
+                " take pair_style granular with hertz/material for each pair of types, unless all"
+                " are of one material"
+            )
+            yield style, "warning", text
+
+
+_TIME_WORDS = {"step", "time", "elapsed", "elaplong"}
+
+
+def _clock(deck: Deck) -> Found:
+    """Which of LAMMPS's clocks a force follows."""
+    for push in deck.pushes:
+        before: Run | None = None
+        found: tuple[Command, Severity, str] | None = None
+        for run in push.runs:
+            names = deck.script.names_in(f"v_{push.variable}", run.command.place)
+            if {"step", "dt"} <= names and _has_new_step(deck, run):
+                text = (
+                    "the force follows step*dt, and timestep has been changed after steps were"
+                    " taken: its clock jumps there (peaks off by 32 %); write time instead"
+                )
+                found = run.command, "error", text
+            elif before and "elapsed" in names and not _made_anew(deck, push, before, run):
+                text = (
+                    "the force follows elapsed, which starts at 0 again with each run (peaks off"
+                    " by 32 %); write time instead"
+                )
+                found = run.command, "error", text
+            elif found is None and "elapsed" in names and run is not deck.runs[0]:
+                text = (
+                    "the force follows elapsed, which counts from the start of this run, not of"
+                    " the simulation; time does not start anew"
+                )
+                found = run.command, "note", text
+            elif found is None and {"step", "dt"} <= names:
+                changed = len(deck.named("timestep")) > 1
+                text = (
+                    "the force follows step*dt, which is the time only as long as timestep never"
+                    f" changes{', as it does in this deck' if changed else ''}; write time instead"
+                )
+                found = push.command, "warning" if changed else "note", text
+            before = run
+        if found is not None:
+            yield found
+
+
+def _has_new_step(deck: Deck, run: Run) -> bool:
+    """Whether a run goes on with another step after steps of another length."""
+    taken = [r for r in deck.runs if r.command.place < run.command.place and r.steps != 0]
+    changes = [c for c in deck.named("timestep") if c.place < run.command.place]
+    if not taken or not changes or changes[-1].place < taken[0].command.place:
+        return False
+    return taken[0].dt is None or run.dt is None or taken[0].dt != run.dt
+
+
+def _made_anew(deck: Deck, push: Push, before: Run, run: Run) -> bool:
+    """Whether the formula was given anew between two runs."""
+    return any(
+        before.command.place < c.place < run.command.place
+        for c in deck.named("variable")
+        if c.words[1:2] == (push.variable,)
+    )
+
+
+def _frozen_force(deck: Deck) -> Found:
+    """A formula that is filled in once is a number."""
+    for fix in deck.fixes("addforce", "setforce"):
+        for word in fix.raw[4:7]:
+            match = re.fullmatch(r"\$\{(\w+)\}|\$\(\s*v_(\w+)\s*(?::[^)]*)?\)", word)
+            name = match and (match[1] or match[2])
+            if name and _TIME_WORDS & deck.script.names_in(f"v_{name}", fix.place):
+                text = (
+                    f"{word} is filled in once, when the line is read: the force stays at the"
+                    f" value of that moment; write v_{name}, which follows the time"
+                )
+                yield fix, "error", text
+
+
+def _force_on_all(deck: Deck) -> Found:
+    """A shock hits one end."""
+    if deck.is_heap:
+        return
+    for push in deck.pushes:
+        if push.command.words[2] == "all":
+            text = (
+                "the force acts on every granule: group first id 1, and fix ... first addforce,"
+                " push one end"
+            )
+            yield push.command, "warning", text
+
+
+def _force_left_on(deck: Deck) -> Found:
+    """A formula is evaluated every step, also when it gives 0."""
+    for push in deck.pushes:
+        if push.unfix is None and push.runs:
+            text = (
+                "the formula of the force is evaluated at every step until the end, which"
+                " costs some 4 us a step, more than all contacts of a short chain, and one of a"
+                " periodic pulse begins again: end the run with the pulse, then unfix"
+                f" {push.command.words[1]}"
+            )
+            yield push.command, "note", text
+
+
+def _force_cut(deck: Deck) -> Found:
+    """A force that is dropped while it pushes."""
+    peak = deck.peak_force
+    for push in deck.pushes:
+        end = push.runs[-1].end if push.runs else None
+        if push.unfix is None or not peak or end is None:
+            continue
+        before, during = push.command.place, push.runs[-1].command.place
+        made = (
+            deck.script.formula(push.variable, before),
+            deck.script.formula(push.variable, during),
+        )
+        last = deck.force(push, during, end)
+        # A ramp that ends as high as it goes, or a formula in pieces, may end with a jump.
+        if made[0] == made[1] and last is not None and 1e-3 < abs(last) / peak < 0.999:
+            text = (
+                f"the force is dropped at {end:.6g} while it is {last:.4g}, {abs(last) / peak:.2g}"
+                " of its largest value: let the runs before end with the pulse (steps times"
+                " timestep)"
+            )
+            yield push.unfix, "warning", text
+
+
+def _step_length(deck: Deck) -> Found:
+    """The step against the stiffest contact that the force can make."""
+    peak, stiffness = deck.peak_force, deck.stiffness
+    if not peak or stiffness is None or deck.density is None or deck.diameter is None:
+        return
+    if deck.units not in _CONSISTENT or deck.density <= 0:
+        return
+    mass = math.pi / 6 * deck.diameter**3 * deck.density
+    unit = math.sqrt(mass / stiffness ** (2 / 3) / peak ** (1 / 3))
+    moving = [run for run in deck.runs if run.dt and run.steps != 0]  # run 0 takes no step
+    longest = max(moving, key=lambda run: run.dt or 0, default=None)
+    if longest is None or longest.dt is None:
+        return
+    steps = [c for c in deck.named("timestep") if c.place < longest.command.place]
+    where = steps[-1] if steps else longest.command
+    step = longest.dt / unit
+    if step > _UNSTABLE:
+        text = (
+            f"the step {longest.dt:.3g} is above the limit of stability,"
+            f" {_UNSTABLE * unit:.3g} for contacts pressed by {peak:.4g}: granules fly apart;"
+            f" {0.02 * unit:.1g} gives peaks right to some 1e-4"
+        )
+        yield where, "error", text
+    elif step > 0.2:
+        text = (
+            f"the step {longest.dt:.3g} is {step:.2g} of the natural time of contacts pressed by"
+            f" {peak:.4g}: peaks are off by some {0.22 * step**2:.1%}, which goes with the square"
+            f" of it; {0.02 * unit:.1g} gives some 1e-4"
+        )
+        yield where, "warning", text
+
+
+def _step_default(deck: Deck) -> Found:
+    """A deck that leaves the step to LAMMPS."""
+    default = DEFAULT_STEP.get(deck.units)
+    first = deck.first_run
+    if first is None or default is None or deck.is_partial or not deck.is_granular:
+        return
+    before = [c for c in deck.named("timestep") if c.place < first.place]
+    if not before and not deck.fixes("dt/reset"):
+        text = f"no timestep is given before this run: in units {deck.units} it is {default:g}"
+        yield first, "note", text
+
+
+def _periodic(deck: Deck) -> Found:
+    """Images across the chain are ghosts that cost time."""
+    if not deck.is_granular or deck.is_heap or deck.is_partial:
+        return
+    styles, command = deck.boundary
+    where = command or next(iter(deck.named("create_box", "read_data")), None)
+    said = "" if command else " (without a boundary command all are)"
+    if deck.axis is None:
+        if command is None and "p" in styles:
+            text = (
+                "without a boundary command the box is periodic: if the granules lie in a row,"
+                " write boundary f f f and leave room around them"
+            )
+            yield where, "note", text
+        elif styles[1:] == ("p", "p") or styles == ("p", "p", "p"):
+            text = (
+                "y and z are periodic: if the granules lie in a row along x, their images are"
+                " ghosts that double the time of a step; write boundary f f f with room around them"
+            )
+            yield where, "note", text
+        return
+    across = [
+        k for k in range(3) if k != deck.axis and styles[k].startswith("p") and not deck.has_room(k)
+    ]
+    if across:
+        names = " and ".join("xyz"[k] for k in across)
+        text = (
+            f"{names} {'are' if len(across) > 1 else 'is'} periodic{said}: every granule has"
+            " images as ghosts if the box is narrow, and a step takes twice as long (8.3 instead of"
+            " 3.8 us for 30 granules); write boundary f f f with room around the chain"
+        )
+        yield where, "warning", text
+    if styles[deck.axis].startswith("p") and not deck.has_room(deck.axis):
+        text = (
+            f"{'xyz'[deck.axis]} is periodic{said}: the chain has no free ends where the box is"
+            " not longer than it, the last granule meets the first; write boundary f f f with"
+            " room at both ends"
+        )
+        yield where, "warning", text
+
+
+def _wall(deck: Deck) -> Found:
+    """Walls of granules."""
+    for wall in deck.fixes("wall/gran", "wall/gran/region"):
+        words = wall.words
+        if words[4:5] == ("hertz/history",) and number(" ".join(words[7:8])) == 0:
+            text = (
+                "wall/gran hertz/history with gamma_n = 0 makes positions NaN at the first touch"
+                " (LAMMPS 2023 to 2025; 2022 does not): write wall/gran granular hertz/material"
+                " with damping 0.0 and tangential linear_nohistory 0.0 0.0"
+            )
+            yield wall, "error", text
+        elif words[4:5] == ("granular",) and not deck.is_heap:
+            text = (
+                "a wall of this law is an elastic half-space of the given material, no rigid wall:"
+                " for a rigid one halve its compliance, that is give it twice E"
+            )
+            yield wall, "note", text
+
+
+def _not_hertz(deck: Deck) -> Found:
+    """Laws between granules that are not Hertz's."""
+    style = deck.pair_style
+    if style is None:
+        if deck.first_run is not None and not deck.is_partial:
+            text = (
+                "there is no pair style: granules do not feel one another; write pair_style"
+                " granular and pair_coeff * * hertz/material E 0.0 nu tangential linear_nohistory"
+                " 0.0 0.0"
+            )
+            yield deck.first_run, "error", text
+        return
+    names = [word for word in style.words[1:] if re.match("[a-z]", word)]
+    if deck.is_of_liggghts or names[:1] in (["hybrid"], ["hybrid/overlay"], ["hybrid/scaled"]):
+        return
+    if not deck.is_granular:
+        text = (
+            f"pair_style {style.words[1]} is no contact of spheres: Hertz's law is pair_style"
+            " granular with pair_coeff * * hertz/material E 0.0 nu tangential linear_nohistory"
+            " 0.0 0.0"
+        )
+        if "$" not in style.words[1]:
+            yield style, "error", text
+    elif style.words[1].startswith("gran/hooke"):
+        yield style, "error", _HOOKE.format(style.words[1])
+    for law in deck.laws:
+        if law.command.name != "pair_coeff":
+            continue
+        if law.normal == "hooke":
+            yield law.command, "error", _HOOKE.format("hooke")
+        elif law.normal in ("dmt", "jkr"):
+            cohesion = law.numbers[3]
+            if law.normal == "jkr" or number(cohesion) != 0:
+                text = (
+                    f"{law.normal} adds cohesion to Hertz's law ({cohesion}; 0.1 J/m^2 moved peaks"
+                    " of some 150 N by 0.1 %): hertz/material has none"
+                )
+                yield law.command, "warning", text
+        elif law.normal == "mdr":
+            text = "mdr is an elastic-plastic law, not Hertz's: hertz/material is elastic"
+            yield law.command, "warning", text
+
+
+_HOOKE = (
+    "{} is a linear spring, not Hertz's law: there are no solitary waves in it (with a stiffness"
+    " of 1e7 N/m the tenth peak is 88 instead of 158 N); take hertz/material, or gran/hertz/history"
+)
+
+
+def _motion(deck: Deck) -> Found:
+    """Somebody has to move the granules, and only one."""
+    movers = [fix for fix in deck.fixes() if _MOVER.match(fix.words[3])]
+    first = deck.first_run
+    if first is not None and not movers and not deck.is_partial and deck.pair_style is not None:
+        text = "no fix moves the granules, nothing happens: write fix motion all nve"
+        yield first, "error", text
+    gone = {command.words[1]: command.place for command in deck.named("unfix") if command.arguments}
+    seen: dict[str, Command] = {}
+    for fix in movers:
+        other = seen.get(fix.words[2])
+        if other is not None and other.words[1] != fix.words[1]:
+            still = not other.place < gone.get(other.words[1], -1) < fix.place
+            if still and not fix.conditional:
+                text = (
+                    f"granules of group {fix.words[2]} are moved twice each step, here and by fix"
+                    f" {other.words[1]} (peaks off by 20 %): keep one"
+                )
+                yield fix, "error", text
+        seen[fix.words[2]] = fix
+
+
+def _no_run(deck: Deck) -> Found:
+    """A deck with granules that never runs, perhaps as the command is misspelt."""
+    granules = deck.named("create_atoms", "read_data")
+    if granules and deck.pair_style is not None and not deck.runs and not deck.is_partial:
+        text = "there is no run, so nothing happens: write timestep ... and run ..., so spelt"
+        yield granules[-1], "warning", text
+
+
+_MOVER = re.compile(r"(nve|nvt|npt|nph|rigid|move$|brownian|ehex|controller|python|freeze)")
+
+
+def _thermostat(deck: Deck) -> Found:
+    """Fixes that take motion from the granules or give some."""
+    for fix in deck.fixes():
+        style = fix.words[3]
+        if re.match(r"(nvt|npt|langevin|temp/|nve/limit|press/)", style):
+            text = (
+                f"fix {style} changes velocities by something else than forces, and the wave with"
+                " them: fix nve is all that a chain needs"
+            )
+            yield fix, "error", text
+        elif style.startswith("viscous"):
+            text = f"fix {style} damps every granule: peaks are lower than those of Hertz's law"
+            yield fix, "note", text
+
+
+def _touching(deck: Deck) -> Found:
+    """Granules that touch without force have their sites one diameter apart."""
+    if deck.spacing is None or deck.diameter is None or deck.diameter <= 0 or not deck.is_granular:
+        return
+    command, spacing = deck.spacing
+    gap = spacing / deck.diameter - 1
+    if gap > TOUCHING:
+        text = (
+            f"sites are {spacing:.10g} apart, the diameter is {deck.diameter:.10g}: granules do"
+            f" not touch, gaps of {gap:.1e} of a diameter (with 1e-3 peaks are off by 113 %)"
+        )
+        yield command, "warning", text
+    elif gap < -TOUCHING:
+        text = (
+            f"sites are {spacing:.10g} apart, the diameter is {deck.diameter:.10g}: granules"
+            f" press one another from the start, overlaps of {-gap:.1e} of a diameter, and spring"
+            " apart where nothing holds the ends (with 1e-3 peaks are off by 92 %)"
+        )
+        yield command, "warning", text
+
+
+def _units(deck: Deck) -> Found:
+    """Numbers that do not belong to the units."""
+    if not deck.is_granular or deck.is_partial or deck.units != "lj":
+        return
+    moduli = [number(law.numbers[0]) for law in deck.laws if law.normal == "hertz/material"]
+    real = [modulus for modulus in moduli if modulus is not None and modulus >= 1e8]
+    small = deck.diameter is not None and deck.diameter < 0.2
+    if real and small:
+        command = next(iter(deck.named("units")), None)
+        said = "units lj" if command else "without a units command they are lj"
+        text = (
+            f"{said}, but E = {real[0]:g} and the diameter look like SI: skin (0.3), step (0.005)"
+            " and lattice (a density, not a spacing) mean something else there; write units si"
+        )
+        yield command, "error", text
+
+
+def _atom_style(deck: Deck) -> Found:
+    """Granules need radius and density of their own."""
+    if not deck.is_granular or deck.is_partial or deck.named("read_restart"):
+        return
+    styles = deck.named("atom_style")
+    if not any({"sphere", "bpm/sphere"} & set(style.words) for style in styles):
+        text = "granules need atom_style sphere, which has a radius for each: LAMMPS stops without"
+        yield (styles[-1] if styles else deck.pair_style), "error", text
+
+
+def _dump_every_step(deck: Deck) -> Found:
+    """Output that costs more than the simulation."""
+    for command in deck.named("dump"):
+        if number(" ".join(command.words[4:5])) == 1:
+            text = (
+                "a dump of every step costs some 50 us a step for 30 granules, which themselves"
+                " take 4 to 8: write every 10 steps and interpolate, a contact lasts hundreds"
+            )
+            yield command, "note", text
+
+
+def _elsewhere(deck: Deck) -> Found:
+    """What is not looked at."""
+    for command in deck.named("include", "read_restart"):
+        text = f"what {command.name} brings is not looked at: missing commands are not reported"
+        yield command, "note", text
+    if deck.is_of_liggghts:
+        text = "pair_style gran is of LIGGGHTS, whose contact laws are not looked at"
+        yield deck.pair_style, "note", text
+
+
+def _no_deck(deck: Deck) -> Found:
+    """Text that is something else."""
+    if not deck.named("units", "atom_style", "pair_style", "run", "include", "read_restart"):
+        text = (
+            "this does not look like a LAMMPS deck: none of units, atom_style, pair_style, run,"
+            " include and read_restart is in it"
+        )
+        yield None, "error", text
+
+
+RULES: dict[str, Callable[[Deck], Found]] = {
+    "no-deck": _no_deck,
+    "elsewhere": _elsewhere,
+    "units": _units,
+    "atom-style": _atom_style,
+    "density-before-diameter": _density_before_diameter,
+    "diameter-missing": _diameter_missing,
+    "mass-set": _mass_set,
+    "not-touching": _touching,
+    "periodic": _periodic,
+    "ghost-velocity": _ghost_velocity,
+    "skin": _skin,
+    "neighbours": _neighbours,
+    "not-hertz": _not_hertz,
+    "damping": _damping,
+    "poisson-ratio": _poisson_ratio,
+    "tangential": _tangential,
+    "several-materials": _several_materials,
+    "wall": _wall,
+    "motion": _motion,
+    "no-run": _no_run,
+    "thermostat": _thermostat,
+    "force-clock": _clock,
+    "force-frozen": _frozen_force,
+    "force-on-all": _force_on_all,
+    "force-left-on": _force_left_on,
+    "force-cut": _force_cut,
+    "step-length": _step_length,
+    "step-default": _step_default,
+    "dump-every-step": _dump_every_step,
+}
+"""All rules by name."""
+
+
+def lint(text: str) -> list[Finding]:
+    """The findings in a deck, in the order of its lines.
+
+    Parameters
+    ----------
+    text
+        The deck.
+    """
+    deck = Deck(parse(text))
+    found = {
+        Finding(1 if command is None else command.line, name, severity, sentence)
+        for name, rule in RULES.items()
+        for command, severity, sentence in rule(deck)
+    }
+    return sorted(found, key=lambda finding: (finding.line, finding.rule, finding.text))
+
+
+def lint_file(path: Path) -> list[Finding]:
+    """The findings in a file.
+
+    Raises
+    ------
+    HertzchainError
+        If it cannot be read, in one sentence.
+    """
+    try:
+        content = read_bytes(path, MOST_BYTES)
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or problem
+        raise HertzchainError(f"{str(path)!r}: cannot be read ({reason})") from None
+    # A comment may be in another encoding; no command has such letters.
+    return lint(content.decode("utf-8", errors="replace"))

@@ -1,0 +1,181 @@
+"""The wave that a scene makes, as a unit test of LAMMPS with the motion that Eq. 1 gives it."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.decks.unit_test_deck import KnownMotion, Moment
+from hertzchain.engines.native import Native
+from hertzchain.engines.native.equations import acceleration, contact_force, net_force
+from hertzchain.engines.native.methods import State
+from hertzchain.errors import SceneError
+from hertzchain.scene.scene import Scene
+
+STEP = 0.05
+"""Natural time units: a wave passes a granule in some fifty steps."""
+
+SEGMENTS = (4, 16, 20)
+"""Steps from look to look: those that the tests of forces of LAMMPS take, then some more, until the
+wave has moved on by two granules. Later those that it has left are nearly at rest."""
+
+WEAKEST = 1e-3
+"""Force of the weakest contacts taken, over that of the strongest: LAMMPS compares numbers
+relatively, and what is weaker has no digits left in coordinates of whole granules."""
+
+MOST_GRANULES = 200
+"""In a test that has to be read, and to end at once."""
+
+ROOM = 30
+"""Tolerance over what rounding makes of these steps here, then up to a power of ten: on 75 scenes
+LAMMPS, whose rounding is its own, made up to 6 times as much."""
+
+LARGEST_EPSILON = 1e-6
+"""A test that lets more than this pass says nothing."""
+
+
+def known_motion(scene: Scene) -> KnownMotion:
+    """The granules that the wave presses when the pulse ends, let go on their own.
+
+    Where the pulse outlasts the way to the middle of the chain: when the wave presses that most.
+
+    Their positions are those of the scene, from near the middle of the piece; the overlaps of
+    these numbers, exactly, are what the motion starts from.
+
+    Parameters
+    ----------
+    scene
+        What makes the wave.
+
+    Raises
+    ------
+    SceneError
+        If the piece is too long, or coordinates leave too few digits to overlaps so small.
+    HertzchainError
+        If the scene cannot be simulated.
+    """
+    native = Native(rtol=1e-6)
+    peak_time = native.run(scene).peak_time[scene.chain.granules // 2 - 1]
+    time = min(scene.ramps[-1].end, float(peak_time), scene.end_time)
+    history = native.run(scene, record=[time]).history
+    assert history is not None
+    first, last = _pressed(history.contact_force[0])
+    granules = last - first + 1
+    if granules > MOST_GRANULES:
+        allowed = (
+            f"{granules} granules are pressed at once, a test may have {MOST_GRANULES}:"
+            " take a shorter pulse or chain"
+        )
+        raise SceneError("", None, allowed)
+    piece = slice(first, last + 1)
+    displacement = history.displacement[0][piece]
+    # The origin lies in the middle, where coordinates have most digits, but in no granule's: a
+    # position near 0 has a large relative error.
+    sites = 2 * scene.chain.radius * (np.arange(granules) - granules // 2 + 0.5)
+    start = sites + (displacement - displacement[granules // 2])
+    return let_go(scene, start, history.velocity[0][piece])
+
+
+def _pressed(force: FloatArray) -> tuple[int, int]:
+    """First and last granule of the contacts around the strongest that are pressed well."""
+    strong = force >= WEAKEST * np.max(force)
+    first = last = int(np.argmax(force))
+    while first > 0 and strong[first - 1]:
+        first -= 1
+    while last < force.size - 1 and strong[last + 1]:
+        last += 1
+    return first, last + 1
+
+
+def let_go(scene: Scene, position: FloatArray, velocity: FloatArray) -> KnownMotion:
+    """What Eq. 1 makes of granules from given positions and velocities on.
+
+    Parameters
+    ----------
+    scene
+        Material, size, and natural units.
+    position, velocity
+        Shape (granules,) [m, m/s].
+
+    Raises
+    ------
+    SceneError
+        If coordinates leave too few digits.
+    """
+    units = scene.units
+    dt = STEP * units.time
+    diameter = 2 * scene.chain.radius
+    exact = _displacement(position, diameter)
+    in_displacements = _walk(exact / units.length, velocity / units.velocity, None)
+    in_coordinates = _walk(
+        position / units.length, velocity / units.velocity, diameter / units.length
+    )
+
+    def moments(states: list[State], origin: FloatArray) -> list[Moment]:
+        return [
+            Moment(
+                origin + np.asarray(state.displacement, np.float64) * units.length,
+                np.asarray(state.velocity, np.float64) * units.velocity,
+                np.asarray(state.acceleration, np.float64) * units.force,
+            )
+            for state in states
+        ]
+
+    found = moments(in_displacements, position - exact)
+    others = moments(in_coordinates, np.zeros_like(position))
+    worst = max(
+        _difference(getattr(one, name), getattr(other, name))
+        for one, other in zip(found, others, strict=True)
+        for name in ("position", "velocity", "force")
+    )
+    epsilon = 10.0 ** math.ceil(math.log10(ROOM * max(worst, 1e-16)))
+    if epsilon > LARGEST_EPSILON:
+        allowed = (
+            f"rounding of coordinates would move the motion by {worst:.1g}, too much for a test:"
+            " take a harder shock, or a softer material"
+        )
+        raise SceneError("", None, allowed)
+    start = Moment(position, velocity, found[0].force)
+    return KnownMotion(scene.chain, dt, SEGMENTS, start, tuple(found[1:]), epsilon)
+
+
+def _walk(start: FloatArray, velocity: FloatArray, diameter: float | None) -> list[State]:
+    """States at the start and after each segment, natural units, by velocity Verlet.
+
+    In displacements, or with a diameter in coordinates, whose overlaps LAMMPS forms like this.
+    """
+    h = STEP
+
+    def force(place: FloatArray) -> FloatArray:
+        if diameter is None:
+            return np.asarray(acceleration(place, 0.0), np.float64)
+        passed_on = contact_force(diameter - np.diff(place))
+        return np.asarray(net_force(passed_on, 0.0), np.float64)
+
+    place, pushed = start, force(start)
+    found = [State(place, velocity, pushed)]
+    for steps in SEGMENTS:
+        for _ in range(steps):
+            half = velocity + h / 2 * pushed
+            place = place + h * half
+            pushed = force(place)
+            velocity = half + h / 2 * pushed
+        found.append(State(place, velocity, pushed))
+    return found
+
+
+def _displacement(position: FloatArray, diameter: float) -> FloatArray:
+    """Displacements whose overlaps are those of positions as they are written [m]."""
+    places = [Fraction(place) for place in position.tolist()]
+    sites = [places[0] + Fraction(diameter) * i for i in range(len(places))]
+    return np.array([float(place - site) for place, site in zip(places, sites, strict=True)])
+
+
+def _difference(one: FloatArray, other: FloatArray) -> float:
+    """As the drivers of LAMMPS measure it."""
+    smaller = np.minimum(np.abs(one), np.abs(other))
+    difference = np.abs(one - other)
+    return float(np.max(difference / np.where(smaller == 0, 1.0, smaller)))

@@ -1,0 +1,146 @@
+"""A wave as a unit test of LAMMPS itself: pure text, with forces and motion from elsewhere.
+
+The form is that of LAMMPS's own tests of granules (``unittest/granular/tests/demNN-*.yaml`` in its
+sources of 2026, read by the keys of ``unittest/force-styles``): commands that build a system, the
+contact law, and what positions, velocities and forces have to be. Their drivers compare relatively:
+|a - b| / min(|a|, |b|) of each component has to be at most epsilon, and |a - b| where one is 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+
+from hertzchain.arrays import FloatArray
+from hertzchain.scene.chain import Chain
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """Positions, velocities and forces along the chain, each of shape (granules,) [m, m/s, N]."""
+
+    position: FloatArray
+    velocity: FloatArray
+    force: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class KnownMotion:
+    """A few granules that are let go, and what Hertz's law makes of them.
+
+    Parameters
+    ----------
+    chain
+        Their material and size.
+    dt
+        Step [s], of velocity Verlet.
+    segments
+        Steps between one look and the next.
+    start
+        When they are let go.
+    looks
+        At the end of each segment.
+    epsilon
+        Largest relative difference that rounding may make.
+    """
+
+    chain: Chain
+    dt: float
+    segments: tuple[int, ...]
+    start: Moment
+    looks: tuple[Moment, ...]
+    epsilon: float
+
+
+def unit_test(motion: KnownMotion, title: str, date: str) -> str:
+    """The YAML file of a test.
+
+    Parameters
+    ----------
+    motion
+        What is tested.
+    title
+        Where it comes from, in a few words.
+    date
+        When it was written.
+    """
+    chain, start = motion.chain, motion.start
+    granules = start.position.size
+    room = 4 * chain.radius
+    low, high = float(start.position[0]) - room, float(start.position[-1]) + room
+    places = zip(start.position.tolist(), start.velocity.tolist(), strict=True)
+    build = [
+        "units si",
+        "dimension 3",
+        "boundary f f f",
+        "atom_style sphere",
+        f"region box block {low!r} {high!r} {-room!r} {room!r} {-room!r} {room!r} units box",
+        "create_box 1 box",
+    ]
+    moving: list[str] = []
+    for i, (position, velocity) in enumerate(places, start=1):
+        build.append(f"create_atoms 1 single {position!r} 0.0 0.0 units box")
+        moving.append(f"set atom {i} vx {velocity!r}")
+    build += [
+        "set group all diameter ${diam}",
+        "set group all density ${dens}",
+        *moving,
+        "comm_modify vel yes",
+        "neighbor ${skin} bin",
+        "neigh_modify delay 0 every 1 check yes",
+        "timestep ${dt}",
+    ]
+    variables = {
+        "diam": 2 * chain.radius,
+        "dens": chain.density,
+        "emod": chain.young_modulus,
+        "poisson": chain.poisson_ratio,
+        "skin": chain.radius / 2,
+        "dt": motion.dt,
+    }
+    lines = [
+        "---",
+        f"# {title}.",
+        "# Neither forces nor motion are LAMMPS's own: F = A overlap^(3/2) where spheres touch,",
+        "# A = sqrt(2R) E / (3 (1 - nu^2)), nothing where they are apart, by velocity Verlet in",
+        "# displacements. To record them anew with -u would take that away.",
+        "# epsilon: at least thirty times what rounding makes of these steps in coordinates.",
+        "# init_forces (run 0) and run_forces (the end) are read but not compared by test_dem_NN.",
+        f"lammps_version: none, by hertzchain {version('hertzchain')}",
+        "tags: granular",
+        f"date_generated: {date}",
+        f"epsilon: {motion.epsilon:g}",
+        "skip_tests:",
+        *_block("prerequisites", ["atom sphere", "pair granular"]),
+        *_block("pre_commands", build),
+        *_block("post_commands", ["fix motion all nve"]),
+        "input_file:",
+        f"natoms: {granules}",
+        *_block("variables", [f"{name} {value!r}" for name, value in variables.items()]),
+        "pair_style: granular",
+        *_block(
+            "pair_coeff",
+            ["* * hertz/material ${emod} 0.0 ${poisson} tangential linear_nohistory 0.0 0.0"],
+        ),
+        *_block("run_segments", [" ".join(map(str, motion.segments))]),
+        *_block("init_forces", _rows(start.force)),
+        *_block("run_forces", _rows(motion.looks[-1].force)),
+        *_block("run_pos", _rows_of_segments([look.position for look in motion.looks])),
+        *_block("run_vel", _rows_of_segments([look.velocity for look in motion.looks])),
+        "...",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _block(key: str, lines: Iterable[str]) -> list[str]:
+    return [f"{key}: |", *(f"  {line}" for line in lines)]
+
+
+def _rows(values: FloatArray) -> list[str]:
+    """Id, x, y and z of each granule; the chain lies along x."""
+    return [f"{i} {value:.16e} 0.0 0.0" for i, value in enumerate(values.tolist(), start=1)]
+
+
+def _rows_of_segments(values: Sequence[FloatArray]) -> list[str]:
+    return [f"{segment} {row}" for segment, look in enumerate(values) for row in _rows(look)]

@@ -1,0 +1,428 @@
+"""Scene in, result out, for every code that steps by velocity Verlet: its steps and its error.
+
+What differs from code to code is one function that runs a scene once with given steps.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.observation import Simulation
+from hertzchain.engines.external.rescaling import predicted_loss
+from hertzchain.errors import POSITIVE, Unpredictable, is_positive, require
+from hertzchain.observables.error_bound import (
+    SHORT,
+    another_companion,
+    companion,
+    is_hard,
+    refuse_meaningless,
+    refuse_unstable,
+    second_order_safety,
+    second_order_step,
+    stable_step,
+)
+from hertzchain.observables.history import History
+from hertzchain.observables.peaks import ESTIMATED, PeakWatch, largest_difference
+from hertzchain.observables.result import LostDigits, Result
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+from hertzchain.scene.validity import refuse_deep_overlap, refuse_hopeless_overlap
+
+_READING_INTERVAL = 0.3
+"""Natural time units between two readings at steps of 0.01: peaks are off by 7e-9 for it.
+
+At other steps the error goes as 1 / dt, as that of round-off does."""
+
+_RECORDING_INTERVAL = 0.1
+"""Natural time units between two readings where a history is wanted: an opening contact between
+them leaves r'^(3/2) h^(5/2) in the velocities, 5e-5 of the largest at 0.3."""
+
+_INTERPOLATION = 3e-4
+"""Of a peak, times the eighth power of the interval [natural units]; 1e-4 measured."""
+
+_KINK = 1.5e-3
+"""Of a peak, times the power 3.5 of the interval [natural units]: what a contact that opens next to
+one at its peak leaves between two readings, as its force has no second derivative (6e-4 seen)."""
+
+_KINK_PER_STEP = 0.02
+"""What it may cost where a step is asked for, over the square of that step [natural units]."""
+
+_READINGS_PER_RAMP = 8
+"""At least, if there are so many steps: the work of a short pulse needs them."""
+
+_TRIES = 3
+"""Runs to get below the wanted error: the first estimate of the step may be a little too long."""
+
+_HALVINGS = 6
+"""Of the steps, at most, until an extrapolation is as good as wanted."""
+
+STABLE = 2.0
+"""Product of step and frequency up to which velocity Verlet is stable: see
+``accuracy.stable_step``."""
+
+_ERRATIC_STEP = 0.05
+"""Natural time units; above, opening contacts may make the difference of two runs too small. In
+hard scenes, which open and close contacts again and again, they do so at any step."""
+
+_PILOT_STEP = 0.04
+"""Natural time units; the first of the runs that find the step for a wanted error."""
+
+_COARSEST_STEP = 0.065
+"""Natural time units, of the first of three runs to be extrapolated; for an error of 1e-6."""
+
+Simulate = Callable[[Sequence[Leg], Sequence[int], FloatArray | None], Simulation]
+"""Runs a scene once: legs, steps between two readings on each, wanted times of a history."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Which steps are taken, and how often they are looked at.
+
+    Parameters
+    ----------
+    dt
+        The largest step [s]; None for one whose estimated error is at most ``rtol``.
+    read_every
+        Steps between two readings of the state, of the coarsest run where ``extrapolated``; None
+        for so many that 0.3 natural time units pass at most.
+    rtol
+        Wanted relative error of the peaks, where no step is asked for.
+    extrapolated
+        Whether peaks and their times are extrapolated from two runs, one with half the steps of the
+        other (Richardson).
+
+    Raises
+    ------
+    SceneError
+        For a step that is not a finite number above 0, readings less than one step apart, or an
+        error that is not between 0 and 1.
+    """
+
+    dt: float | None
+    read_every: int | None
+    rtol: float
+    extrapolated: bool
+
+    def __post_init__(self) -> None:
+        if self.dt is not None:
+            require(is_positive(self.dt), "dt", self.dt, f"{POSITIVE} [s]")
+        if self.read_every is not None:
+            require(self.read_every >= 1, "read_every", self.read_every, "must be at least 1")
+        allowed = "must be a number above 0 and below 1"
+        require(is_positive(self.rtol) and self.rtol < 1, "rtol", self.rtol, allowed)
+
+
+def run(
+    scene: Scene,
+    simulate: Simulate,
+    steps: Steps,
+    times: FloatArray | None,
+    code: str,
+    method: str,
+) -> Result:
+    """Simulate a scene by another code, with the error of its peaks.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    simulate
+        Runs it once.
+    steps
+        Which steps.
+    times
+        Wanted times of a history [s], if any.
+    code
+        What it is called; in small letters, the name of its backend.
+    method
+        What the result says of how it was computed.
+
+    Raises
+    ------
+    StepUnstable
+        If the step asked for is so long that the motion diverges.
+    Unpredictable
+        If the motion multiplies rounding errors, or absolute coordinates cut the overlaps, until no
+        digit is left.
+    OverlapTooLarge
+        If granules would be pressed into one another by more than a radius.
+    RunFailed
+        If the code fails.
+    """
+    begin = time.perf_counter()
+    refuse_hopeless_overlap(scene)
+    runner = _Runner(scene, simulate, steps)
+    answer = runner.answer()
+    found = answer.run
+    if not answer.round_off < 1:
+        raise Unpredictable(
+            f"{code} cannot resolve the overlaps of this scene beside its coordinates: take"
+            " a shorter chain or a shorter pulse"
+        )
+    longest = max(leg.dt for leg in found.legs)
+    asked = steps.dt is not None
+    refuse_meaningless(code, answer.error, asked and longest > SHORT * scene.units.time)
+    refuse_deep_overlap(scene.chain, float(np.max(answer.peak_force)))
+    history = None if times is None else runner.history(found.legs, times)
+    return Result(
+        scene=scene,
+        backend=code.lower(),
+        method=", ".join([method, *["extrapolated"] * steps.extrapolated]),
+        dt=longest,
+        steps=answer.steps,
+        force_evaluations=answer.steps,
+        peak_force=answer.peak_force,
+        peak_time=answer.peak_time,
+        peak_passed=found.peaks.passed,
+        error_estimate=answer.error,
+        displacement=found.displacement,
+        velocity=found.velocity,
+        balance=found.balance,
+        history=history,
+        wall_time=time.perf_counter() - begin,
+        versions={code.lower(): found.version},
+        watching_share=found.watching_share,
+        lost_digits=LostDigits(
+            found.made.scene(scene).chain.young_modulus,
+            predicted_loss(scene, found.steps),
+            answer.round_off,
+        ),
+    )
+
+
+def peaks_alone(
+    scene: Scene, simulate: Simulate, steps: Steps, dt: float
+) -> tuple[FloatArray, int]:
+    """Simulate with a step, and nothing besides: what the peaks themselves cost.
+
+    Neither runs that find a step nor runs that tell the error: one run, or the two that are
+    extrapolated.
+
+    Returns
+    -------
+    Peak forces [N], shape (contacts,), and the number of steps taken.
+    """
+    runner = _Runner(scene, simulate, steps)
+    legs = scene.schedule(2 * dt if steps.extrapolated else dt)
+    strides = [runner.stride(leg, recording=False) for leg in legs]
+    found = runner.simulate(legs, strides)
+    if not steps.extrapolated:
+        return found.peaks.force, found.steps
+    halved = tuple(replace(leg, steps=2 * leg.steps) for leg in legs)
+    finer = runner.simulate(halved, [2 * stride for stride in strides])
+    return _extrapolate(found, finer)[0], found.steps + finer.steps
+
+
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """The peaks, in SI units, the run that everything else is taken from, and bounds of errors."""
+
+    run: Simulation
+    peak_force: FloatArray
+    peak_time: FloatArray
+    steps: int
+    error: float
+    round_off: float
+
+
+@dataclass(frozen=True)
+class _Runner:
+    """One scene, one code, and which steps to take."""
+
+    scene: Scene
+    once: Simulate
+    steps: Steps
+
+    def answer(self) -> _Answer:
+        return self._extrapolated() if self.steps.extrapolated else self._plain()
+
+    def history(self, legs: Sequence[Leg], times: FloatArray) -> History:
+        """Record in one more run with the same steps.
+
+        Histories need closer readings than peaks do, which would make the peaks others: a record
+        must not change them.
+        """
+        strides = [self.stride(leg, recording=True) for leg in legs]
+        recorder = self.simulate(legs, strides, times).recorder
+        assert recorder is not None
+        return recorder.history(times)
+
+    def simulate(
+        self, legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None = None
+    ) -> Simulation:
+        refuse_unstable(self.scene, legs, STABLE, "velocity-verlet")
+        return self.once(legs, strides, times)
+
+    def _plain(self) -> _Answer:
+        """Run with the step asked for, or with one whose error is as small as wanted."""
+
+        def peaks_at(dt: float) -> FloatArray:
+            return self._rough_peaks(self.scene.schedule(dt))
+
+        unit = self.scene.units.time
+        dt = self.steps.dt or second_order_step(peaks_at, _PILOT_STEP * unit, self.steps.rtol)
+        for _ in range(_TRIES):
+            legs = self.scene.schedule(dt)
+            strides = [self.stride(leg, recording=False) for leg in legs]
+            run = self.simulate(legs, strides)
+            lost = run.round_off(self.scene)
+            by_steps = self._step_error(legs, run.peaks)
+            error = by_steps + _interpolation_error(self.scene, legs, strides) + lost
+            if self._is_enough(by_steps, error, lost):
+                break
+            dt *= max(0.25, 0.9 * math.sqrt(self.steps.rtol / error))
+        return _Answer(run, run.peaks.force, run.peaks.time, run.steps, error, lost)
+
+    def _extrapolated(self) -> _Answer:
+        """Extrapolate from two runs; a third, coarser one says how good that is.
+
+        All of them are read at the same times, so that what the steps do to the interpolation is
+        extrapolated too.
+        """
+        # Of fourth order; longer steps than that are no use to an extrapolation.
+        wanted = min(_COARSEST_STEP * math.pow(self.steps.rtol / 1e-6, 1 / 4), 0.4)
+        legs = self.scene.schedule(
+            wanted * self.scene.units.time if self.steps.dt is None else 4 * self.steps.dt
+        )
+        strides = [self.stride(leg, recording=False) for leg in legs]
+        runs: list[Simulation] = []
+        for k in range(3 + _HALVINGS):
+            finer = tuple(replace(leg, steps=2**k * leg.steps) for leg in legs)
+            apart = [2**k * stride for stride in strides]
+            runs = [*runs[-2:], self.simulate(finer, apart)]
+            if len(runs) < 3:
+                continue
+            before, after = (_extrapolate(*pair) for pair in itertools.pairwise(runs))
+            difference = largest_difference(before[0], after[0], ESTIMATED)
+            by_steps = _extrapolation_error(self.scene, finer, difference, runs[2].peaks)
+            by_steps += _rival_error(runs[2].peaks, after[0])
+            lost = (4 * runs[2].round_off(self.scene) + runs[1].round_off(self.scene)) / 3
+            error = by_steps + _interpolation_error(self.scene, finer, apart) + lost
+            if self._is_enough(by_steps, error, lost):
+                break
+        return _Answer(runs[2], *after, runs[1].steps + runs[2].steps, error, lost)
+
+    def _is_enough(self, by_steps: float, error: float, lost: float) -> bool:
+        """Whether shorter steps are not wanted, or no help beside what round-off costs."""
+        return self.steps.dt is not None or error <= self.steps.rtol or by_steps <= lost
+
+    def _rough_peaks(self, legs: Sequence[Leg]) -> FloatArray:
+        """Peaks of a run that only tells the error of another: read as rarely as possible."""
+        strides = [self._longest_stride(leg) for leg in legs]
+        return self.simulate(legs, strides).peaks.force
+
+    def stride(self, leg: Leg, recording: bool) -> int:
+        """Steps between two readings on a leg."""
+        if self.steps.read_every is not None:
+            return self.steps.read_every
+        stride = self._longest_stride(leg)
+        if recording:
+            stride = min(stride, int(_RECORDING_INTERVAL * self.scene.units.time / leg.dt))
+        if leg.ramp is not None:
+            stride = min(stride, leg.steps // _READINGS_PER_RAMP)
+        return max(1, stride)
+
+    def _longest_stride(self, leg: Leg) -> int:
+        """Steps between two readings that cost the peaks no more than they may.
+
+        That is as much as round-off at the same steps, a tenth of the wanted error at most.
+        """
+        unit = self.scene.units.time
+        interval = _READING_INTERVAL * math.pow(0.01 * unit / leg.dt, 1 / 8)
+        if self.steps.dt is None:
+            interval = min(interval, math.pow(0.1 * self.steps.rtol / _INTERPOLATION, 1 / 8))
+        if is_hard(self.scene):
+            asked, step = self.steps.dt, leg.dt / unit
+            error = 0.1 * self.steps.rtol if asked is None else _KINK_PER_STEP * step**2
+            interval = min(interval, math.pow(error / _KINK, 1 / 3.5))
+        return max(1, int(min(leg.steps, interval * unit / leg.dt)))
+
+    def _step_error(self, legs: Sequence[Leg], peaks: PeakWatch) -> float:
+        """Bound of what the steps cost the peaks, as a fraction."""
+        others = [companion(legs, stable_step(self.scene, STABLE))]
+        longest = max(leg.dt for leg in legs) / self.scene.units.time
+        rising = peaks.any_rising
+        if longest > _ERRATIC_STEP or rising or is_hard(self.scene):
+            others.append(another_companion(legs))
+        error = max(
+            other.factor * largest_difference(self._rough_peaks(other.legs), peaks.force, ESTIMATED)
+            for other in others
+        )
+        return second_order_safety(longest, rising) * error
+
+
+def _extrapolate(coarse: Simulation, fine: Simulation) -> tuple[FloatArray, FloatArray]:
+    """Peak forces [N] and times [s] as for steps of length 0, from runs with n and 2n steps."""
+    force = (4 * fine.peaks.force - coarse.peaks.force) / 3
+    later = fine.peaks.time - coarse.peaks.time
+    # Of two maxima of nearly the same height either run may have found another one.
+    same = np.abs(later) < max(leg.dt for leg in coarse.legs)
+    return force, np.where(same, fine.peaks.time + later / 3, fine.peaks.time)
+
+
+def _extrapolation_error(
+    scene: Scene, legs: Sequence[Leg], difference: float, peaks: PeakWatch
+) -> float:
+    """Bound of what the steps cost extrapolated peaks, as a fraction.
+
+    The error is 1/15 of the difference where errors go as dt^2 and dt^4. Contacts that open leave
+    some dt^2.5 in natural units, erratic from one step to the next, so that two extrapolations can
+    agree by chance: 0.0055 dt^2.5 was seen where they did, and 0.84 of the difference. In hard
+    scenes, and for contacts that are still pressed harder at the end, both are erratic: three times
+    the difference and 0.05 dt^2.5.
+
+    Parameters
+    ----------
+    scene, legs
+        The scene and the finer steps.
+    difference
+        Of the peaks from those of steps twice as long, extrapolated too.
+    peaks
+        Of the run with the finer steps.
+    """
+    dt = max(leg.dt for leg in legs) / scene.units.time
+    if is_hard(scene) or peaks.any_rising:
+        return 3 * difference + 0.05 * math.pow(dt, 2.5)
+    return difference + 0.005 * math.pow(dt, 2.5)
+
+
+def _rival_error(peaks: PeakWatch, extrapolated: FloatArray) -> float:
+    """By how much another maximum of a contact may be above that which was extrapolated.
+
+    What steps add to the force differs from maximum to maximum. Where they add much to one, a
+    second that is lower in every run may be the highest in truth.
+
+    Parameters
+    ----------
+    peaks
+        Of the run with the finest steps.
+    extrapolated
+        Peak forces as for steps of length 0 [N], shape (contacts,).
+    """
+    judged = (extrapolated >= ESTIMATED * np.max(extrapolated)) & (extrapolated > 0)
+    highest, rival = extrapolated[judged], peaks.rival[judged]
+    step = np.abs(peaks.force[judged] - highest)
+    within = rival + 2 * step > highest
+    higher = np.where(within, (rival + 2 * step - highest) / highest, 0.0)
+    return float(np.max(higher, initial=0.0))
+
+
+def _interpolation_error(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> float:
+    """Bound of what reading now and then costs the peaks, as a fraction.
+
+    In natural units 1e-4 h^8, for what is left of the error of the derivatives 0.005 h^4 dt^2 and
+    0.4 h^2 dt^4 (measured), and in hard scenes what opening contacts leave: see ``_KINK``.
+    """
+    unit = scene.units.time
+    apart = [min(n, leg.steps) * leg.dt / unit for n, leg in zip(strides, legs, strict=True)]
+    dt = max(leg.dt for leg in legs) / unit
+    h = max(apart)
+    kinks = _KINK * h**3.5 if is_hard(scene) else 0.0
+    return _INTERPOLATION * h**8 + 0.01 * h**4 * dt**2 + h**2 * dt**4 + kinks

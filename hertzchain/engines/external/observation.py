@@ -1,0 +1,185 @@
+"""One run of another code: watched while it goes on, and what was found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.external import readings
+from hertzchain.engines.external.rescaling import Softening, round_off
+from hertzchain.errors import OverlapTooLarge, RunFailed
+from hertzchain.observables.error_bound import diverged
+from hertzchain.observables.history import Recorder
+from hertzchain.observables.peaks import PeakWatch
+from hertzchain.observables.result import Balance
+from hertzchain.observables.samples import Samples
+from hertzchain.observables.work import work_done
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+
+class Observation:
+    """Takes note of a run of the scene that a code was given, as it is in the true one.
+
+    Parameters
+    ----------
+    scene
+        The true scene.
+    made
+        How that which the code was given differs from it.
+    at_rest
+        The granules that the code made, before the shock.
+    times
+        Wanted times of a history [s], if any.
+    code
+        What it is called.
+
+    Raises
+    ------
+    RunFailed
+        If the code made another number of granules.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        made: Softening,
+        at_rest: readings.Granules,
+        times: FloatArray | None,
+        code: str,
+    ) -> None:
+        count, wanted = at_rest.mass.size, scene.chain.granules
+        if count != wanted:
+            raise RunFailed(
+                f"{code} made {count} granules of a chain of {wanted}: do not trust this version"
+                " with it"
+            )
+        self._scene, self._made, self._at_rest, self._code = scene, made, at_rest, code
+        self._fastest = scene.impulse / scene.chain.granule_mass
+        self._peaks = PeakWatch(scene.chain.granules - 1)
+        self._recorder = None if times is None else Recorder(times, scene.chain.granules)
+        self._work = 0.0
+        self._samples: Samples | None = None
+        self._velocity = np.zeros(wanted)
+
+    def show(self, time: FloatArray, arrays: FloatArray, leg: Leg) -> None:
+        """Take note of successive readings on a leg, the first of them the last of those before.
+
+        Parameters
+        ----------
+        time
+            In the scene that the code was given [s], shape (readings,).
+        arrays
+            There, too: positions [m], velocities [m/s] and net forces [N] along the chain, shape
+            (readings, 3, granules).
+        leg
+            Of the true scene.
+
+        Raises
+        ------
+        StepUnstable
+            If the motion has diverged.
+        OverlapTooLarge
+            If granules touch the next but one.
+        """
+        if not np.all(np.isfinite(arrays)):
+            raise diverged(self._code)
+        seen = readings.samples(time, arrays, self._at_rest, self._made.leg(leg))
+        self._refuse_second_neighbours(seen)
+        samples = self._made.true(seen)
+        # All the impulse in one granule: no granule is ever faster.
+        if np.max(np.abs(samples.velocity)) > 2 * self._fastest:
+            raise diverged(self._code)
+        self._peaks.show(samples)
+        if leg.ramp is not None:
+            self._work += float(work_done(samples, leg.ramp))
+        if self._recorder is not None:
+            self._recorder.show(samples)
+        self._samples = samples
+        self._velocity = arrays[-1, 1] / self._made.time
+
+    def simulation(
+        self, legs: tuple[Leg, ...], version: str, watching_share: float | None
+    ) -> Simulation:
+        """What was found, once all of the true scene's legs are over."""
+        assert self._samples is not None
+        return Simulation(
+            made=self._made,
+            legs=legs,
+            peaks=self._peaks,
+            displacement=self._samples.displacement[-1],
+            velocity=self._velocity,
+            balance=self._balance(self._samples),
+            recorder=self._recorder,
+            watching_share=watching_share,
+            version=version,
+        )
+
+    def _refuse_second_neighbours(self, seen: Samples) -> None:
+        """Refuse overlaps so deep that granules would touch the next but one, or pass each other.
+
+        The similar scene is made so that they are not; what it rests on are the peaks expected.
+        """
+        alone = np.max(seen.overlap)
+        together = np.max(seen.overlap[:, :-1] + seen.overlap[:, 1:], initial=0.0)
+        if max(alone, together) >= np.min(self._at_rest.diameter):
+            raise OverlapTooLarge(
+                f"{self._code} would push granules through one another: choose a smaller dt, or"
+                " else a smaller force or a stiffer material"
+            )
+
+    def _balance(self, samples: Samples) -> Balance:
+        """Momentum and energy from the masses, velocities, forces and overlaps of the code."""
+        mass, velocity = self._at_rest.mass, self._velocity
+        pressed = np.maximum(samples.overlap[-1], 0.0)
+        energy = 0.5 * np.sum(mass * velocity**2) + 0.4 * np.sum(
+            samples.contact_force[-1] * pressed
+        )
+        momentum = float(np.sum(mass * velocity))
+        return Balance(self._scene.applied_impulse, momentum, self._work, float(energy))
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """What one run of another code found, in SI units of the true scene.
+
+    Parameters
+    ----------
+    made
+        The similar scene that was computed.
+    legs
+        The steps.
+    peaks
+        The peaks.
+    displacement, velocity
+        At the end [m], [m/s], shape (granules,).
+    balance
+        Momentum and energy.
+    recorder
+        What was recorded, if anything was asked for.
+    watching_share
+        Time spent on watching over that spent on steps, where that is known.
+    version
+        Of the code.
+    """
+
+    made: Softening
+    legs: tuple[Leg, ...]
+    peaks: PeakWatch
+    displacement: FloatArray
+    velocity: FloatArray
+    balance: Balance
+    recorder: Recorder | None
+    watching_share: float | None
+    version: str
+
+    @property
+    def steps(self) -> int:
+        """On all legs."""
+        return sum(leg.steps for leg in self.legs)
+
+    def round_off(self, scene: Scene) -> float:
+        """Bound of what absolute coordinates have cost the peaks, as a fraction."""
+        return round_off(scene, self.made, self.steps, self.peaks.force, self.displacement)

@@ -1,0 +1,197 @@
+"""Other programs, run as processes of their own in a folder that is gone afterwards."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from hertzchain.errors import BackendMissing, RunFailed
+from hertzchain.limits import Deadline
+
+SAID = "said.txt"
+"""Where in its folder a program's standard output and error go, all of it."""
+
+_KEPT = 20_000
+"""Characters of what a program says that are kept: its last words."""
+
+_LEAST = 1e6
+"""Bytes that must be free for temporary files, whatever the run."""
+
+_SLICE = 0.5
+"""Seconds of waiting in one go; on Windows Ctrl-C has to wait for their end."""
+
+_GRACE = 2.0
+"""Seconds in which a program that is asked to end has to end."""
+
+
+@contextmanager
+def work_folder(code: str) -> Iterator[Path]:
+    """A folder for a run that is gone afterwards; a disk that is full is one sentence.
+
+    Parameters
+    ----------
+    code
+        What runs there, for the error.
+
+    Raises
+    ------
+    RunFailed
+        If there is no room, or files cannot be written.
+    """
+    try:
+        with tempfile.TemporaryDirectory(prefix="hertzchain-") as folder:
+            if shutil.disk_usage(folder).free < _LEAST:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), folder)  # noqa: TRY301
+            yield Path(folder)
+    except OSError as problem:
+        where = problem.filename or tempfile.gettempdir()
+        raise RunFailed(
+            f"{code} needs room for temporary files ({where}: {problem.strerror}): free some, or"
+            " name another folder in the environment variable TMPDIR"
+        ) from None
+
+
+def find_program(name: str, what_to_do: str) -> str:
+    """The path of a program.
+
+    Parameters
+    ----------
+    name
+        A path, or what it is called on the search path.
+    what_to_do
+        What the error says, after a colon, where it is not there.
+
+    Raises
+    ------
+    BackendMissing
+        If it is not there or cannot be executed.
+    """
+    found = shutil.which(name)
+    if found is None:
+        raise BackendMissing(f"{name} is not here, or is no program: {what_to_do}")
+    return str(Path(found).absolute())
+
+
+def run_program(
+    command: Sequence[str], folder: Path, deadline: Deadline, code: str, **environment: str
+) -> str:
+    """Run a program to its end, and say what it said.
+
+    It is in a process group of its own, which is killed at the deadline, at Ctrl-C, and whatever
+    else ends the waiting, with all processes that it has started itself.
+
+    Parameters
+    ----------
+    command
+        Program and arguments.
+    folder
+        Where it runs.
+    deadline
+        When it has to be done.
+    code
+        What it is called in errors.
+    environment
+        Added to that of this process.
+
+    Returns
+    -------
+    Its standard output and error, the last part of it where that is long.
+
+    Raises
+    ------
+    BackendMissing
+        If it cannot be started.
+    RunFailed
+        If it ends with another status than 0; with its last line that names an error.
+    TooExpensive
+        If it takes longer.
+    """
+    own_group: dict[str, Any] = {"start_new_session": True}
+    if sys.platform == "win32":
+        own_group = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
+    said = folder / SAID
+    with said.open("wb") as output:
+        try:
+            process = subprocess.Popen(  # noqa: S603 - what the user named
+                list(command),
+                cwd=folder,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, **environment},
+                **own_group,
+            )
+        except OSError as problem:
+            raise BackendMissing(
+                f"{code} cannot be started ({command[0]}: {problem.strerror})"
+            ) from None
+        try:
+            _wait(process, deadline)
+        finally:
+            _kill(process)
+    text = said.read_text(encoding="utf-8", errors="replace")[-_KEPT:]
+    if process.returncode != 0:
+        raise RunFailed(f"{code} {_how(process.returncode)}{_last_words(text)}")
+    return text
+
+
+def _wait(process: subprocess.Popen[bytes], deadline: Deadline) -> None:
+    while True:
+        try:
+            process.wait(min(max(deadline.left, 0.0), _SLICE))
+        except subprocess.TimeoutExpired:
+            if deadline.left <= 0:
+                raise deadline.passed() from None
+        else:
+            return
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End the whole group, whether or not its first process still runs.
+
+    It is asked before it is killed: the ranks that mpiexec starts may be in groups of their own,
+    which only mpiexec knows.
+    """
+    try:
+        if sys.platform != "win32" and process.poll() is None:
+            os.killpg(process.pid, signal.SIGTERM)
+            process.wait(_GRACE)
+    except (OSError, subprocess.TimeoutExpired):
+        pass
+    finally:
+        _kill_now(process)
+
+
+def _kill_now(process: subprocess.Popen[bytes]) -> None:
+    with suppress(OSError):
+        if sys.platform == "win32":
+            process.kill()
+        else:
+            os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+def _how(status: int) -> str:
+    if status >= 0:
+        return f"ended with status {status}"
+    try:
+        return f"was ended by {signal.Signals(-status).name}"
+    except ValueError:  # a real-time signal
+        return f"was ended by signal {-status}"
+
+
+def _last_words(text: str) -> str:
+    """The last line that names an error, or the last of all."""
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    errors = [line for line in lines if "ERROR" in line or "Error" in line]
+    last = (errors or lines)[-1:]
+    return f": {last[0]}" if last else ""

@@ -1,0 +1,132 @@
+"""What codes that step by velocity Verlet hold at a step, as samples in SI units.
+
+LAMMPS, LIGGGHTS and Yade hold positions, velocities and net forces of the granules.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.observables.samples import Samples
+from hertzchain.scene.schedule import Leg
+
+
+@dataclass(frozen=True, eq=False)
+class Granules:
+    """What a code made of the granules, before the shock.
+
+    Parameters
+    ----------
+    position, mass, diameter
+        [m], [kg], [m], shape (granules,).
+    """
+
+    position: FloatArray
+    mass: FloatArray
+    diameter: FloatArray
+
+
+def contact_forces(net_force: FloatArray) -> FloatArray:
+    """Force in each contact from the net forces on the granules [N].
+
+    Nothing pushes the granules beyond a contact but that contact, so its force is the sum of the
+    net forces there. Summed from the free end, where forces are small, nothing is lost.
+
+    Parameters
+    ----------
+    net_force
+        Shape (..., granules).
+
+    Returns
+    -------
+    Shape (..., granules - 1).
+    """
+    return np.cumsum(net_force[..., :0:-1], axis=-1)[..., ::-1]
+
+
+def samples(time: FloatArray, arrays: FloatArray, at_rest: Granules, leg: Leg) -> Samples:
+    """Successive readings as samples, whose derivatives are those of the positions.
+
+    Velocity Verlet's velocities and accelerations are not: they are the central differences of
+    its positions over a step, so they differ from the derivatives by dt^2/6 times the third and
+    dt^2/12 times the fourth. These follow from the forces, with Hertz's exponent and no stiffness.
+
+    Parameters
+    ----------
+    time
+        [s], shape (readings,), at least two, all on the leg.
+    arrays
+        Positions [m], velocities [m/s] and net forces [N] along the chain, shape
+        (readings, 3, granules).
+    at_rest
+        The granules before the shock.
+    leg
+        The steps and the force.
+    """
+    position, velocity, force = (np.ascontiguousarray(arrays[:, k]) for k in range(3))
+    reach = (at_rest.diameter[:-1] + at_rest.diameter[1:]) / 2
+    overlap = reach - np.diff(position, axis=-1)
+    # Granules that only touch overlap by the rounding of their positions: that is no contact.
+    pressed = overlap > np.finfo(np.float64).eps * np.max(np.abs(at_rest.position))
+    contact_force = np.where(pressed, contact_forces(force), 0.0)
+    known = Samples(
+        time=time,
+        displacement=position - at_rest.position,
+        velocity=velocity,
+        acceleration=force / at_rest.mass,
+        overlap=overlap,
+        contact_force=contact_force,
+    )
+    return _with_true_derivatives(known, at_rest.mass, leg)
+
+
+def _with_true_derivatives(samples: Samples, mass: FloatArray, leg: Leg) -> Samples:
+    """Samples with the derivatives of the displacements, up to the third.
+
+    A contact force F goes as r^(3/2), so with k = 3/2 F / r its derivatives are k r' and
+    k (r'' + r'^2 / 2r). The jerk is right but for dt^2/12 times the fifth derivative.
+    """
+    dt = leg.dt
+    velocity, acceleration = samples.velocity, samples.acceleration
+    r = np.where(samples.contact_force > 0, samples.overlap, 1.0)
+    rate, second = -np.diff(velocity, axis=-1), -np.diff(acceleration, axis=-1)
+    stiffness = 1.5 * samples.contact_force / r
+    # Within a step of the opening of a contact its force has no second derivative.
+    growth = rate**2 / (2 * np.maximum(r, np.abs(rate) * dt))
+    applied_rate, applied_second = _applied(samples.time, leg)
+    jerk = _net(stiffness * rate, applied_rate) / mass
+    fourth = _net(stiffness * (second + growth), applied_second) / mass
+    true_rate = rate + dt**2 / 6 * np.diff(jerk, axis=-1)
+    return replace(
+        samples,
+        velocity=velocity - dt**2 / 6 * jerk,
+        acceleration=acceleration - dt**2 / 12 * fourth,
+        jerk=_net(stiffness * true_rate, applied_rate) / mass,
+    )
+
+
+def _applied(time: Array, leg: Leg) -> tuple[Array, Array]:
+    """Rate [N/s] and second derivative [N/s^2] of the applied force, shape (readings,)."""
+    if leg.ramp is None:
+        return np.zeros_like(time), np.zeros_like(time)
+    rate = leg.ramp.force_rate
+    return rate(time), (rate(time + leg.dt) - rate(time - leg.dt)) / (2 * leg.dt)
+
+
+def _net(contact: Array, applied: Array) -> Array:
+    """What pushes each granule on less what it passes on, shape (readings, granules).
+
+    Parameters
+    ----------
+    contact
+        Force in each contact, or a derivative of it, shape (readings, granules - 1).
+    applied
+        That on the first granule, shape (readings,).
+    """
+    passed_on = np.zeros((contact.shape[0], contact.shape[1] + 2))
+    passed_on[:, 0] = applied
+    passed_on[:, 1:-1] = contact
+    return passed_on[:, :-1] - passed_on[:, 1:]

@@ -1,0 +1,237 @@
+"""The similar scene that loses no digits to absolute coordinates: a softer chain, nothing else.
+
+LAMMPS, and codes like it, form an overlap from coordinates, up to 2 R N plus how far the chain
+flies. Beside them the overlaps of a weak shock, or of a hard material, have few digits. With s E
+for E, and R, rho, nu and all forces unchanged, Hertz's law makes overlaps and displacements larger
+by s^(-2/3) and times longer by s^(-1/3); everything else stays. With s = 8^(-k) these factors are
+4^k and 2^k: steps, pulse and results go there and back without a rounding.
+
+Only these factors are used, never the contact stiffness or the mass computed here, so that a
+mistake in either still shows when backends are compared.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.observables.peaks import SIGNIFICANT
+from hertzchain.observables.samples import Samples
+from hertzchain.scene.pulse import PulseTable
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+TOLERABLE = 1e-9
+"""Predicted loss, of the peaks, up to which a scene is computed as it stands."""
+
+_DEEPEST = 0.8
+"""Of a radius, the deepest overlap expected: where neighbouring overlaps add up to two, second
+neighbours touch."""
+
+_FARTHEST = 8
+"""Lengths of the chain that a similar one flies at most, as expected: 2 or more lose half as much
+again as the flight alone."""
+
+_SOFTEST = 100
+"""Largest k: overlaps grow by 1e60, and no number leaves the range of floating point."""
+
+
+@dataclass(frozen=True)
+class Softening:
+    """How the scene that a code gets differs from the true one.
+
+    Parameters
+    ----------
+    power
+        k: the Young's modulus is divided by 8^k, so lengths of the motion grow by 4^k and times
+        by 2^k; below 0 the chain is stiffer.
+    """
+
+    power: int
+
+    @property
+    def length(self) -> float:
+        """Displacement or overlap over the true one."""
+        return 4.0**self.power
+
+    @property
+    def time(self) -> float:
+        """Time over the true one; velocity over the true one too."""
+        return 2.0**self.power
+
+    def scene(self, scene: Scene) -> Scene:
+        """The similar scene: another Young's modulus, and the times that go with it."""
+        modulus = scene.chain.young_modulus / 8.0**self.power
+        shock, run = scene.shock, scene.run
+        if isinstance(shock, PulseTable):
+            shock = replace(shock, time=tuple(self.time * time for time in shock.time))
+        elif shock.rise_time is not None:
+            shock = replace(shock, rise_time=self.time * shock.rise_time)
+        if run.end_time is not None:
+            run = replace(run, end_time=self.time * run.end_time)
+        return Scene(replace(scene.chain, young_modulus=modulus), shock, run)
+
+    def leg(self, leg: Leg) -> Leg:
+        """A leg in the time of the similar scene."""
+        return leg.in_units(1 / self.time, 1.0)
+
+    def true(self, samples: Samples) -> Samples:
+        """Samples of the similar scene as they are in the true one."""
+        return replace(
+            samples,
+            time=samples.time / self.time,
+            displacement=samples.displacement / self.length,
+            velocity=samples.velocity / self.time,
+            overlap=samples.overlap / self.length,
+            jerk=None if samples.jerk is None else samples.jerk * self.time,
+        )
+
+
+NONE = Softening(0)
+"""The scene as it stands."""
+
+
+def softening(scene: Scene, steps: int) -> Softening:
+    """The similar scene to be computed: the true one where that loses little.
+
+    Otherwise overlaps become as deep as they may, but no deeper than is useful: where the chain
+    flies farther than it is long, coordinates grow with the overlaps, and only the box of LAMMPS
+    would become larger.
+
+    Parameters
+    ----------
+    scene
+        The true scene.
+    steps
+        Number of steps.
+    """
+    radius, length = scene.chain.radius, scene.units.length
+    deepest = _DEEPEST * radius / _overlap(_highest_peak(scene))
+    if length <= deepest and predicted_loss(scene, steps) <= TOLERABLE:
+        return NONE
+    useful = _FARTHEST * 2 * radius * scene.chain.granules / _flight(scene)
+    wanted = math.log(min(deepest, useful)) - math.log(length)
+    return Softening(min(math.floor(wanted / math.log(4)), _SOFTEST))
+
+
+def predicted_loss(scene: Scene, steps: int, made: Softening = NONE) -> float:
+    """What absolute coordinates will cost the peaks, as a fraction, before the run.
+
+    The same as ``round_off``, from peaks and flight as they are expected: an estimate, no bound.
+
+    Parameters
+    ----------
+    scene
+        The true scene.
+    steps
+        Number of steps.
+    made
+        The similar scene that is computed; the true one by default.
+    """
+    each, flight = loss_of_coordinates(scene, steps)
+    length = scene.units.length * made.length
+    return each * (2 * scene.chain.radius * scene.chain.granules / length + flight)
+
+
+def loss_of_coordinates(scene: Scene, steps: int) -> tuple[float, float]:
+    """The two numbers of a predicted loss that a chain of other granules shares with this one.
+
+    The loss is the first of them, times the largest coordinate in natural units: 2 R N, and the
+    second, how far the chain flies.
+
+    Parameters
+    ----------
+    scene
+        The true scene.
+    steps
+        Number of steps.
+    """
+    return _loss(1.0, _overlap(_lowest_peak(scene)), steps), _flight(scene)
+
+
+def round_off(
+    scene: Scene, made: Softening, steps: int, peak_force: FloatArray, displacement: FloatArray
+) -> float:
+    """Bound of what absolute coordinates have cost the peaks, as a fraction.
+
+    Parameters
+    ----------
+    scene
+        The true scene.
+    made
+        The similar scene that was computed.
+    steps
+        Number of steps.
+    peak_force
+        Of all contacts [N], shape (contacts,); the smallest that is judged loses most.
+    displacement
+        At the end, in the true scene [m], shape (granules,). The last granule is pushed forwards
+        only, so that it goes farthest.
+    """
+    judged = peak_force[peak_force >= SIGNIFICANT * np.max(peak_force)]
+    overlap = (np.min(judged) / scene.chain.contact_stiffness) ** (2 / 3)
+    if overlap == 0:
+        # Right where the run ends before a table pushes; else they are lost beside coordinates.
+        return 0.0 if scene.applied_impulse == 0 else math.inf
+    flight = float(np.max(np.abs(displacement))) * made.length
+    reach = 2 * scene.chain.radius * scene.chain.granules + flight
+    return _loss(reach, float(overlap) * made.length, steps)
+
+
+def _loss(reach: float, overlap: float, steps: int) -> float:
+    """Coordinates up to ``reach`` are rounded at each step, to so much of an overlap."""
+    return float(np.finfo(np.float64).eps) * reach / overlap * math.sqrt(steps)
+
+
+# What is expected of a scene before it is run, in natural units. The factors are those of random
+# scenes (LM_ratio 1e-4 to 1e4, n 1.001 to 1e4, N 2 to 500) in test_rescaling.py.
+
+
+def _overlap(peak_force: float) -> float:
+    return math.pow(peak_force, 2 / 3)
+
+
+def _impulse(scene: Scene) -> float:
+    return scene.applied_impulse / scene.units.momentum
+
+
+def _peak_force(scene: Scene) -> float:
+    """The wave that a short pulse starts, or that of a long one: between 0.5 and 4 times this."""
+    until = scene.end_time
+    highest = max(
+        max(ramp.start_force, float(ramp.force(min(ramp.end, until)))) / scene.units.force
+        for ramp in scene.ramps
+        if ramp.start < until or ramp is scene.ramps[0]
+    )
+    # 0 where the run ends before a table starts to push; any length will do then.
+    return min(float(highest), 0.64 * math.pow(_impulse(scene), 1.2)) or 1.0
+
+
+def _highest_peak(scene: Scene) -> float:
+    """Granules thrown ahead meet again under a long pulse: 2.04 and 4.05 of it were seen."""
+    return (2.0 if _impulse(scene) <= 10 else 5.0) * _peak_force(scene)
+
+
+def _lowest_peak(scene: Scene) -> float:
+    """Under a slow rise the force falls evenly towards the free end."""
+    rise = max(scene.ramps, key=lambda ramp: ramp.end_force).end / scene.units.time
+    granules = scene.chain.granules
+    fraction = min(0.8, max(1 / granules, SIGNIFICANT, granules / rise))
+    return fraction * _peak_force(scene)
+
+
+def _flight(scene: Scene) -> float:
+    """How far the last granule goes: with the chain, and ahead of it once the wave is there."""
+    units, end = scene.units, scene.end_time
+    chain = math.fsum(
+        ramp.impulse * (end - (ramp.start + ramp.end) / 2)
+        if ramp.end <= end
+        else ramp.impulse_until(end) * (end - ramp.start) / 2
+        for ramp in scene.ramps
+        if ramp.start < end
+    ) / (units.momentum * units.time * scene.chain.granules)
+    alone = max(end / units.time - scene.chain.granules, 0.0) * min(_impulse(scene), 2.0)
+    return chain + alone or 1.0  # nothing moves in a run that ends before a table starts

@@ -1,0 +1,352 @@
+"""The LAMMPS backend: scene in, result out, by its Python module or by any binary."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.external import backend as verlet
+from hertzchain.engines.external.observation import Observation, Simulation
+from hertzchain.engines.external.rescaling import softening
+from hertzchain.engines.lammps import deck, reading
+from hertzchain.engines.lammps.binary import Binary, Program
+from hertzchain.engines.lammps.engine import command, engine, run, version_of
+from hertzchain.engines.lammps.examination import Examination, examine
+from hertzchain.engines.lammps.isolation import Child
+from hertzchain.errors import HertzchainError, SceneError, require
+from hertzchain.limits import TIME_LIMIT, Deadline, check_time_limit
+from hertzchain.observables.history import wanted_times
+from hertzchain.observables.result import Result
+from hertzchain.scene.scene import Scene, require_scene
+from hertzchain.scene.schedule import Leg
+
+_FASTEST_STEP, _FASTEST_GRANULE = 0.3e-6, 8e-9
+"""Time of a step, and of each granule in it, on a fast machine [s]; 0.5e-6 and 2e-8 measured."""
+
+_BLOCK = 256
+"""Readings handed on at a time."""
+
+
+@dataclass(frozen=True)
+class Lammps:
+    """A generated deck, run through the ``lammps`` Python module or by a LAMMPS binary.
+
+    Parameters
+    ----------
+    dt
+        The largest step [s]; by default one whose estimated error is at most ``rtol``.
+    pair_style
+        ``granular`` (with hertz/material) or ``gran/hertz/history``.
+    read_every
+        Steps between two readings of the state, of the coarsest run where ``extrapolated``; by
+        default so many that 0.3 natural time units pass at most.
+    rtol
+        Wanted relative error of the peaks, where no step is asked for: whether p is 9 or 10 can
+        hang on 2e-5. Where round-off costs more than that, the run goes on and its
+        ``error_estimate`` says so.
+    extrapolated
+        Whether peaks and their times are extrapolated from two runs, one with half the steps of the
+        other (Richardson): right to 1e-6 in an eighth of the steps. Everything else in the result,
+        from displacement to balance and history, is that of the finer run, whose step is ``dt``;
+        its error is that of velocity Verlet at this step, some 0.1 dt^2 in natural units.
+    isolated
+        Whether LAMMPS runs in a process of its own: where it crashes, hangs or runs out of memory
+        that is an error like any other. It costs a second for each run; many runs share one
+        process in ``run_many``.
+    time_limit
+        How long a run may take [s], all that finds its step and its error included. Looked at
+        whenever the state is read; an isolated run, or a binary, is ended at once.
+    lmp
+        Path or name of a LAMMPS binary, of whatever version, to be run instead of the module, in a
+        process of its own; it gives the same numbers, and takes some tenths of a second more for
+        each of the runs that find step and error. The environment variable ``HERTZCHAIN_LMP`` is
+        for the command line alone.
+    ranks
+        MPI ranks of the binary, started by the ``mpiexec`` beside it or else on the search path.
+
+    Raises
+    ------
+    SceneError
+        For a pair style that does not exist, a step or a time limit that is not a finite number
+        above 0, readings less than one step apart, an error that is not between 0 and 1, a binary
+        that is to be isolated, or ranks without a binary.
+    """
+
+    dt: float | None = None
+    pair_style: str = "granular"
+    read_every: int | None = None
+    rtol: float = 1e-6
+    extrapolated: bool = False
+    isolated: bool = False
+    time_limit: float = TIME_LIMIT
+    lmp: str | Path | None = None
+    ranks: int = 1
+
+    def __post_init__(self) -> None:
+        names = ", ".join(deck.PAIR_STYLES)
+        known = self.pair_style in deck.PAIR_STYLES
+        require(known, "pair_style", self.pair_style, f"must be one of {names}")
+        check_time_limit(self.time_limit)
+        require(self.ranks >= 1, "ranks", self.ranks, "must be at least 1")
+        alone = "the lammps module runs on one process: name a LAMMPS binary with lmp, too"
+        require(self.ranks == 1 or self.lmp is not None, "ranks", self.ranks, alone)
+        apart = "a LAMMPS binary is a process of its own anyway: leave it out, or lmp"
+        require(not self.isolated or self.lmp is None, "isolated", self.isolated, apart)
+        _ = self._steps  # what cannot be is said at once
+
+    @property
+    def _steps(self) -> verlet.Steps:
+        return verlet.Steps(self.dt, self.read_every, self.rtol, self.extrapolated)
+
+    def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
+        """Simulate a scene.
+
+        Parameters
+        ----------
+        scene
+            What to simulate.
+        record
+            Increasing times [s] within the run at which to keep displacement, velocity and
+            contact force.
+
+        Raises
+        ------
+        SceneError
+            For what is no scene, or times that cannot be.
+        BackendMissing
+            If LAMMPS is not there.
+        StepUnstable
+            If the step asked for is so long that the motion diverges.
+        Unpredictable
+            If the motion multiplies rounding errors until no digit is left.
+        OverlapTooLarge
+            If granules would be pressed into one another by more than a radius.
+        RunFailed
+            If LAMMPS stops with an error or, in a process of its own, crashes.
+        TooExpensive
+            If it takes longer than the time limit.
+        """
+        require_scene(scene)
+        if self.isolated:
+            with Child() as child:
+                return run_in(child, self, scene, record)
+        begin = time.perf_counter()
+        times = None if record is None else wanted_times(record, scene.end_time)
+        result = verlet.run(
+            scene,
+            self._simulate(scene),
+            self._steps,
+            times,
+            code="LAMMPS",
+            method=f"velocity-verlet, {self.pair_style}",
+        )
+        return replace(result, wall_time=time.perf_counter() - begin)
+
+    def examine(self, scene: Scene) -> Examination:
+        """Ask LAMMPS what it makes of the deck of a scene, number by number; see ``examination``.
+
+        Raises
+        ------
+        BackendMissing
+            If LAMMPS is not there.
+        RunFailed
+            If LAMMPS stops with an error or, in a process of its own, crashes.
+        """
+        if self.lmp is not None:
+            deadline = Deadline(self.time_limit)
+            program = Program.find(str(self.lmp), self.ranks, deadline)
+            return examine(scene, self.pair_style, partial(program.ask, deadline=deadline))
+        if not self.isolated:
+            return examine(scene, self.pair_style)
+        with Child() as child:
+            found: Examination = child.call(
+                examine, scene, self.pair_style, time_limit=self.time_limit
+            )
+            return found
+
+    def peaks_alone(self, scene: Scene) -> tuple[FloatArray, int]:
+        """Simulate with the step asked for, and nothing besides: what the peaks themselves cost.
+
+        Neither runs that find a step nor runs that tell the error: one run of the deck, or the two
+        that are extrapolated.
+
+        Parameters
+        ----------
+        scene
+            What to simulate.
+
+        Returns
+        -------
+        tuple
+            Peak forces [N], shape (contacts,), and the number of steps taken.
+
+        Raises
+        ------
+        SceneError
+            If no step was asked for.
+        BackendMissing
+            If LAMMPS is not there.
+        RunFailed
+            If LAMMPS stops with an error or, isolated, crashes, or the motion diverges.
+        TooExpensive
+            If it takes longer than the time limit.
+        """
+        if self.dt is None:
+            raise SceneError("dt", None, "missing, a run without estimates needs it")
+        if self.isolated:
+            within = replace(self, isolated=False).peaks_alone
+            with Child() as child:
+                found: tuple[FloatArray, int] = child.call(
+                    within, scene, time_limit=self.time_limit
+                )
+                return found
+        return verlet.peaks_alone(scene, self._simulate(scene), self._steps, self.dt)
+
+    def _simulate(self, scene: Scene) -> verlet.Simulate:
+        """What runs the scene once; its time limit begins now."""
+        deadline = Deadline(self.time_limit)
+        if self.lmp is None:
+            return _Module(scene, self.pair_style, deadline).simulate
+        program = Program.find(str(self.lmp), self.ranks, deadline)
+        return Binary(scene, self.pair_style, deadline, program).simulate
+
+
+def run_many(
+    scenes: Iterable[Scene], lammps: Lammps | None = None
+) -> Iterator[Result | HertzchainError]:
+    """Run scenes with LAMMPS, one after another, in a process of its own.
+
+    Where LAMMPS crashes, hangs or is killed, that scene has an error, and the next a new process.
+
+    Parameters
+    ----------
+    scenes
+        What to simulate.
+    lammps
+        How; by default with steps small enough for 1e-6. Its ``time_limit`` is that of each scene.
+
+    Yields
+    ------
+    Result or HertzchainError
+        For each scene its result, or the error that it ended with.
+    """
+    with Child() as child:
+        for scene in scenes:
+            found: Result | HertzchainError
+            try:
+                found = run_in(child, lammps or Lammps(), scene)
+            except HertzchainError as problem:
+                found = problem
+            yield found
+
+
+def run_in(child: Child, lammps: Lammps, scene: Scene, record: ArrayLike | None = None) -> Result:
+    """Run a scene in a process; its wall time is that of the whole call."""
+    begin = time.perf_counter()
+    within = replace(lammps, isolated=False)
+    result: Result = child.call(within.run, scene, record, time_limit=lammps.time_limit)
+    return replace(result, wall_time=time.perf_counter() - begin)
+
+
+@dataclass(frozen=True)
+class _Module:
+    """A scene, run in this process through LAMMPS's own Python module."""
+
+    scene: Scene
+    pair_style: str
+    deadline: Deadline
+
+    def simulate(
+        self, legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None
+    ) -> Simulation:
+        """Run the deck of the scene once, reading it every so many steps of each leg.
+
+        Where coordinates would cost too many digits, LAMMPS gets a similar scene; what is read is
+        at once that of the true one again.
+        """
+        scene, steps = self.scene, sum(leg.steps for leg in legs)
+        granules = scene.chain.granules
+        made = softening(scene, steps)
+        self.deadline.refuse(steps * (_FASTEST_STEP + granules * _FASTEST_GRANULE))
+        clock = _Clock(self.deadline)
+        with engine() as lammps:
+            command(lammps, deck.set_up(made.scene(scene), self.pair_style) + reading.COMMANDS)
+            seen = Observation(scene, made, reading.granules(lammps), times, "LAMMPS")
+            before = None
+            for leg, stride in zip(legs, strides, strict=True):
+                given = made.leg(leg)
+                command(lammps, "\n".join([*deck.leg_commands(given, before), "run 0 post no"]))
+                before = given
+                begin = time.perf_counter()
+                for reached, arrays in _read(lammps, given, stride, granules, clock):
+                    seen.show(reached, arrays[..., 0], leg)
+                clock.whole += time.perf_counter() - begin
+            watching_share = clock.watching_share(_cost_of_a_stop(lammps))
+            return seen.simulation(tuple(legs), version_of(lammps), watching_share)
+
+
+def _read(
+    lammps: Any, leg: Leg, stride: int, granules: int, clock: _Clock
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Run a leg, reading every ``stride`` steps.
+
+    Yields
+    ------
+    Times and arrays of successive readings; the first reading is the last of those before.
+    """
+    stops = [*range(0, leg.steps, stride), leg.steps]
+    times = leg.start + leg.dt * np.array(stops)
+    times[-1] = leg.end  # to the last digit, so that nothing falls between legs
+    arrays = np.zeros((min(len(stops), _BLOCK + 1), len(reading.ARRAYS), granules, 3))
+    reading.read(lammps, arrays[0])
+    for first in range(0, len(stops) - 1, _BLOCK):
+        block = stops[first : first + _BLOCK + 1]
+        for k, (done, stop) in enumerate(itertools.pairwise(block), start=1):
+            begin = time.perf_counter()
+            run(lammps, stop - done)
+            clock.add_running(begin)
+            reading.read(lammps, arrays[k])
+        clock.stops += len(block) - 1
+        yield times[first : first + len(block)], arrays[: len(block)]
+        arrays[0] = arrays[len(block) - 1]
+
+
+@dataclass
+class _Clock:
+    """Where the time of a run goes [s]: all of it, that within LAMMPS, and the number of stops."""
+
+    deadline: Deadline
+    whole: float = 0.0
+    running: float = 0.0
+    stops: int = 0
+
+    def add_running(self, begin: float) -> None:
+        """Count what LAMMPS has run since then, unless the time is up."""
+        now = time.perf_counter()
+        if self.deadline.left < 0:
+            raise self.deadline.passed()
+        self.running += now - begin
+
+    def watching_share(self, stop: float) -> float:
+        """Time spent on watching over that spent on steps, if each stop costs LAMMPS so much."""
+        stepping = max(self.running - self.stops * stop, 1e-9)
+        return self.whole / stepping - 1
+
+
+def _cost_of_a_stop(lammps: Any) -> float:
+    """What it takes LAMMPS to start and end a run, without any steps [s]."""
+    costs = []
+    for _ in range(5):
+        begin = time.perf_counter()
+        run(lammps, 0)
+        costs.append(time.perf_counter() - begin)
+    return min(costs)

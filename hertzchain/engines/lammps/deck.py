@@ -1,0 +1,159 @@
+"""The commands that the LAMMPS backend gives for a scene: pure text, nothing is run here.
+
+They are lean: what the chain does not need is not there. LAMMPS gets the raw E, nu, R and rho,
+never the contact stiffness or the mass computed here, so that a mistake in either shows when the
+two backends are compared. The deck that runs without Python, ``standalone``, is made of the same
+pieces.
+"""
+
+from __future__ import annotations
+
+from hertzchain.errors import require
+from hertzchain.scene.chain import Chain
+from hertzchain.scene.pulse import Ramp
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+# Both are Hertz's law without damping and without tangential force. The second takes
+# Kn = 2E / (3 (1 - nu^2)) with F = Kn sqrt(R*) overlap^(3/2), R* = R/2.
+PAIR_STYLES = {
+    "granular": (
+        "pair_style granular",
+        "pair_coeff * * hertz/material ${young_modulus} 0.0 ${poisson_ratio} &",
+        "    tangential linear_nohistory 0.0 0.0",
+    ),
+    "gran/hertz/history": (
+        "variable stiffness equal 2*v_young_modulus/(3*(1-v_poisson_ratio^2))",
+        "pair_style gran/hertz/history ${stiffness} NULL 0.0 0.0 0.0 0",
+        "pair_coeff * *",
+    ),
+}
+
+_DEFAULT_SKIN = 1e-3
+"""What LAMMPS adds to the cutoff where a deck in SI units says nothing [m]."""
+
+
+START = (
+    "units si",
+    "atom_style sphere",
+    "# The box follows the chain along x; nothing is periodic, so there are no ghosts.",
+    "boundary s f f",
+    "comm_modify vel yes",
+)
+
+GRANULES = (
+    "# Sites one diameter apart; granule 1 is at x = 0, where coordinates have most digits.",
+    "lattice sc $(2*v_radius)",
+    "region chain block -0.5 $(v_granules-0.5) -0.5 0.5 -0.5 0.5",
+    "create_box 1 chain",
+    "# In the region: the box is longer by 1e-4 at both ends, which may hold more granules.",
+    "create_atoms 1 region chain",
+    "# The diameter first: the density needs it to make a mass.",
+    "set group all diameter $(2*v_radius)",
+    "set group all density ${density}",
+)
+
+SKIN = (
+    "# Wide enough for the nearest neighbours, too narrow for the next.",
+    "neighbor $(v_radius/2) bin",
+)
+
+MOTION = (
+    "# In one dimension granules do not spin: fix nve is enough.",
+    "fix motion all nve",
+    "group first id 1",
+)
+
+
+def set_up(scene: Scene, pair_style: str = "granular") -> str:
+    """The commands that make the chain, at rest, ready to run.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    pair_style
+        ``granular`` (with hertz/material) or ``gran/hertz/history``.
+
+    Raises
+    ------
+    SceneError
+        For another pair style.
+    """
+    check_pair_style(pair_style)
+    lines = [
+        *START,
+        "",
+        *parameters(scene.chain),
+        "",
+        *GRANULES,
+        "",
+        *PAIR_STYLES[pair_style],
+        *_neighbour_skin(scene.chain.radius),
+        "",
+        *MOTION,
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def check_pair_style(pair_style: str) -> None:
+    """Refuse a pair style that is none of PAIR_STYLES.
+
+    Raises
+    ------
+    SceneError
+        If it is none.
+    """
+    names = ", ".join(PAIR_STYLES)
+    require(pair_style in PAIR_STYLES, "pair_style", pair_style, f"must be one of {names}")
+
+
+def parameters(chain: Chain) -> list[str]:
+    """The granules as variables that ``-var`` overrides."""
+    return [
+        f"variable granules index {chain.granules}",
+        f"variable radius index {chain.radius!r}              # m",
+        f"variable young_modulus index {chain.young_modulus!r}    # Pa",
+        f"variable poisson_ratio index {chain.poisson_ratio!r}",
+        f"variable density index {chain.density!r}            # kg/m^3",
+    ]
+
+
+def _neighbour_skin(radius: float) -> list[str]:
+    """The width in which LAMMPS looks for neighbours, where its own does not suit the granules.
+
+    Much wider than a granule, it counts far granules as neighbours; much narrower, they are looked
+    for again and again.
+    """
+    if radius / 100 <= _DEFAULT_SKIN <= radius:
+        return []
+    return list(SKIN)
+
+
+def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
+    """The commands between two legs: the new step and the new force, where they are new.
+
+    Parameters
+    ----------
+    leg
+        The leg that follows.
+    before
+        The one that has just been run, if any.
+    """
+    lines = [] if before is not None and before.dt == leg.dt else [f"timestep {leg.dt!r}"]
+    pushed = before is not None and before.ramp is not None
+    if leg.ramp is not None:
+        lines.append(f"variable force equal {force_formula(leg.ramp)}")
+        if not pushed:
+            lines.append("fix shock first addforce v_force 0.0 0.0")
+    elif pushed:
+        lines.append("unfix shock")
+    return lines
+
+
+def force_formula(ramp: Ramp) -> str:
+    """The force on a ramp as a LAMMPS formula of the elapsed ``time``."""
+    elapsed = f"(time-{ramp.start!r})" if ramp.start else "time"
+    fraction = f"{elapsed}/{ramp.end - ramp.start!r}"
+    growth = fraction if ramp.shape == "linear" else f"sin(PI/2*{fraction})^2"
+    return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")

@@ -1,0 +1,209 @@
+"""What LAMMPS makes of a deck, asked before any of its motion is believed.
+
+The commands are those of a run; only the granules are put where the answer is plain. Two runs that
+agree on a motion can still mean another law: friction does nothing in one dimension, and a force
+that is off by a thousandth says nothing of where the thousandth is. Here every number of the deck
+is asked for by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.readings import contact_forces
+from hertzchain.engines.lammps import deck, reading
+from hertzchain.engines.lammps.engine import command, engine
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+OVERLAPS = (0.01, 0.02)
+"""Radii; two, so that the exponent of the contact law shows too.
+
+Its own overlaps, not those of the shock: they have all digits, however weak the shock is. LAMMPS
+takes the difference of two positions without loss, and the positions are looked at as they were
+rounded."""
+
+_SCHEDULED_STEP = 0.01
+"""Natural time units; what the corners of the schedule are asked for."""
+
+_STEPS_PER_LEG = 4
+"""At which the applied force is read, besides the start of the leg."""
+
+_STEP = "run 1 pre no post no"
+"""Neighbours are those that a run goes on with: looked for anew, none would be missing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Examination:
+    """What LAMMPS makes of a scene, in SI units.
+
+    Parameters
+    ----------
+    position, mass
+        Of each granule, at rest [m, kg], shape (granules,).
+    overlap, contact_force
+        Two overlaps of each contact [m] and the forces there [N], shape (2, contacts).
+    damped_force
+        The forces at the larger overlap with granules that approach, and with granules that part,
+        by turns [N], shape (2, contacts).
+    tangential_force
+        On each granule at the larger overlap with spins, sideways, or torque over radius if that is
+        larger [N], shape (granules,).
+    time, applied_force
+        Times of the pulse [s] and the force on the whole chain then [N], shape (legs, readings):
+        the first of each leg just after its corner, the last just before the next.
+    """
+
+    position: FloatArray
+    mass: FloatArray
+    overlap: FloatArray
+    contact_force: FloatArray
+    damped_force: FloatArray
+    tangential_force: FloatArray
+    time: FloatArray
+    applied_force: FloatArray
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Commands, and what is looked at when they are done.
+
+    Parameters
+    ----------
+    commands
+        For LAMMPS, each on a line of its own.
+    columns
+        As ``dump custom`` calls them.
+    """
+
+    commands: str
+    columns: tuple[str, ...]
+
+
+Look = Mapping[str, FloatArray]
+"""What LAMMPS holds, column by column, each of shape (granules,), in the order of the ids."""
+
+Ask = Callable[[Sequence[Stage]], Iterator[Look]]
+"""Gives LAMMPS the commands of one stage after another; yields a look after each."""
+
+
+def examine(scene: Scene, pair_style: str = "granular", ask: Ask | None = None) -> Examination:
+    """Ask LAMMPS what it makes of the deck of a scene.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    pair_style
+        ``granular`` (with hertz/material) or ``gran/hertz/history``.
+    ask
+        Who gives LAMMPS the commands; by default its Python module.
+
+    Raises
+    ------
+    BackendMissing
+        If LAMMPS is not there.
+    RunFailed
+        If LAMMPS stops with an error.
+    """
+    legs = [
+        replace(leg, steps=_STEPS_PER_LEG)
+        for leg in scene.schedule(_SCHEDULED_STEP * scene.units.time)
+    ]
+    looks = (ask or _ask_module)(
+        [
+            Stage(deck.set_up(scene, pair_style) + reading.COMMANDS, ("x", "mass")),
+            # Without a motion LAMMPS counts time and computes forces, granules stay where they are.
+            Stage("unfix motion", ()),
+            *_pulse(legs),
+            *(_press(scene, depth * scene.chain.radius) for depth in OVERLAPS),
+            *(_move(scene, sign) for sign in (1, -1)),
+            _spin(scene),
+        ]
+    )
+    at_rest, _ = next(looks), next(looks)
+    force = [np.sum(next(looks)["fx"]) for _ in range(len(legs) * (_STEPS_PER_LEG + 1))]
+    pressed = [next(looks) for _ in OVERLAPS]
+    moving = [next(looks) for _ in (1, -1)]
+    (spinning,) = looks  # to the end, so that LAMMPS is closed
+    sideways = np.maximum(abs(spinning["fy"]), abs(spinning["fz"]))
+    torque = np.max([abs(spinning[name]) for name in ("tqx", "tqy", "tqz")], axis=0)
+    return Examination(
+        position=at_rest["x"],
+        mass=at_rest["mass"],
+        overlap=np.array([2 * scene.chain.radius - np.diff(look["x"]) for look in pressed]),
+        contact_force=np.array([contact_forces(look["fx"]) for look in pressed]),
+        damped_force=np.array([contact_forces(look["fx"]) for look in moving]),
+        tangential_force=np.maximum(sideways, torque / scene.chain.radius),
+        time=_times(legs),
+        applied_force=np.reshape(force, (len(legs), -1)),
+    )
+
+
+def _ask_module(stages: Sequence[Stage]) -> Iterator[Look]:
+    """Through LAMMPS's own Python module; it has its granules in the order of the ids."""
+    with engine() as lammps:
+        for stage in stages:
+            command(lammps, stage.commands)
+            yield {name: reading.column(lammps, name) for name in stage.columns}
+
+
+def _pulse(legs: Sequence[Leg]) -> Iterator[Stage]:
+    """The forces on the chain, which stays at rest, leg by leg."""
+    for before, leg in zip((None, *legs[:-1]), legs, strict=True):
+        yield Stage("\n".join([*deck.leg_commands(leg, before), "run 0 post no"]), ("fx",))
+        for _ in range(leg.steps):
+            yield Stage(_STEP, ("fx",))
+
+
+def _times(legs: Sequence[Leg]) -> FloatArray:
+    """When the forces are looked at [s], shape (legs, looks)."""
+    time = np.array([leg.start + leg.dt * np.arange(leg.steps + 1) for leg in legs])
+    time[:, -1] = [leg.end for leg in legs]  # to the last digit
+    return time
+
+
+def _press(scene: Scene, depth: float) -> Stage:
+    """Overlaps of about a depth [m]."""
+    return Stage(
+        f"variable place atom (id-1)*{2 * scene.chain.radius - depth!r}\n"
+        f"set group all x v_place\n{_STEP}",
+        ("x", "fx"),
+    )
+
+
+def _move(scene: Scene, sign: int) -> Stage:
+    """Granules in motion along the chain, every other contact closing."""
+    speed = sign * _contact_time_and_speed(scene)[1] / 2
+    return Stage(
+        f"variable speed atom {speed!r}*(1-2*((id-1)%2))\n"
+        f"velocity all set v_speed 0.0 0.0 units box\n{_STEP}",
+        ("fx",),
+    )
+
+
+def _spin(scene: Scene) -> Stage:
+    """Surfaces that slide, roll and twist on one another.
+
+    Spins do it all, and leave the normals along the chain. Friction that has a memory needs a step
+    to gain it.
+    """
+    time, speed = _contact_time_and_speed(scene)
+    spin = speed / scene.chain.radius
+    # Neither alike nor opposite from one granule to the next, about any axis.
+    spins = [f"variable spin{axis} atom {spin!r}*(1+0.5*cos(id-1+{axis}))" for axis in range(3)]
+    rest = ["velocity all set 0.0 0.0 0.0 units box", "set group all omega v_spin0 v_spin1 v_spin2"]
+    go = [f"timestep {0.1 * time!r}", "run 0 post no", "run 2 pre no post no"]
+    return Stage("\n".join([*spins, *rest, *go]), ("fy", "fz", "tqx", "tqy", "tqz"))
+
+
+def _contact_time_and_speed(scene: Scene) -> tuple[float, float]:
+    """Of two granules with the larger overlap, about [s, m/s]: only the size of what is tried."""
+    chain, depth = scene.chain, OVERLAPS[1] * scene.chain.radius
+    time = math.sqrt(chain.granule_mass / (chain.contact_stiffness * math.sqrt(depth)))
+    return time, depth / time

@@ -1,0 +1,223 @@
+"""LAMMPS in a process of its own, which may crash, hang or be killed and harm nobody else.
+
+The process is a new interpreter and no fork, so that it has nothing of this one but its paths, and
+scripts need no ``if __name__ == "__main__"``.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pickle
+import queue
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, BinaryIO, Self
+
+from hertzchain.engines.lammps.engine import is_out_of_memory, not_enough_memory
+from hertzchain.errors import RunFailed
+from hertzchain.limits import Deadline
+
+_PROGRAM = (
+    "import sys; sys.path[:] = sys.argv[1:];"
+    "from hertzchain.engines.lammps.child import serve; serve()"
+)
+
+_CRASHES = {"SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL", "SIGTRAP", "SIGSYS"}
+
+_KEPT = 4096
+"""Bytes of what the process says on standard error: its last words."""
+
+_SLICE = 0.5
+"""Seconds of waiting in one go; on Windows Ctrl-C has to wait for their end."""
+
+_PATIENCE = 5.0
+"""Seconds in which a process that says nothing more has to end by itself."""
+
+
+class Child:
+    """A process that calls functions for this one.
+
+    It is started when it is first needed, and anew when it is gone. To be used as a context: the
+    process ends with it, or with this process, whatever becomes of that.
+    """
+
+    def __init__(self) -> None:
+        self._process: _Process | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        problem: BaseException | None,
+        where: TracebackType | None,
+    ) -> None:
+        self.end()
+
+    @property
+    def pid(self) -> int | None:
+        """Its number, or None while there is none."""
+        return None if self._process is None else self._process.popen.pid
+
+    def call(self, function: Callable[..., Any], *arguments: Any, time_limit: float) -> Any:
+        """What a function returns there.
+
+        Parameters
+        ----------
+        function, arguments
+            Anything that can be pickled.
+        time_limit
+            The process is killed after that [s].
+
+        Raises
+        ------
+        HertzchainError
+            What the function raised.
+        RunFailed
+            If the process crashes, is killed or cannot be started.
+        TooExpensive
+            If it takes longer than the limit.
+        """
+        request = pickle.dumps(pickle.dumps((function, arguments)))
+        begin = time.monotonic()
+        process = self._process
+        if process is None:
+            process = self._process = _Process()
+        try:
+            answer = process.ask(request, begin + time_limit)
+        except TimeoutError:
+            self.end()
+            raise Deadline(time_limit).passed() from None
+        except BaseException:  # Ctrl-C: an answer that nobody waits for must not come later
+            self.end()
+            raise
+        if answer is None:
+            self._process = None
+            raise _failure(*process.last_words())
+        worked, found = answer
+        if not worked:
+            raise found
+        return found
+
+    def end(self) -> None:
+        """Kill the process, if there is one; from any thread, a call to it fails then."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.end()
+
+
+class _Process:
+    """One such process and what it says on standard error."""
+
+    def __init__(self) -> None:
+        # In a group of its own Ctrl-C does not reach it, but this process, which then kills it.
+        own_group: dict[str, Any] = {"start_new_session": True}
+        if sys.platform == "win32":
+            own_group = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
+        try:
+            # -P: sys.path is given, and Python 3.13.0 to 3.13.2 cannot import NumPy where they
+            # should look in a folder that is gone (python/cpython#130932).
+            self.popen = subprocess.Popen(  # noqa: S603 - this interpreter, this package
+                [sys.executable, "-P", "-c", _PROGRAM, *sys.path],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                **own_group,
+            )
+        except OSError as problem:
+            raise RunFailed(
+                f"a process for LAMMPS cannot be started ({problem.strerror}): leave isolation out,"
+                " or free memory and processes"
+            ) from None
+        self._said = b""
+        self._listener = threading.Thread(target=self._listen, daemon=True)
+        self._listener.start()
+        self._talk: threading.Thread | None = None
+
+    def ask(self, request: bytes, until: float) -> tuple[bool, Any] | None:
+        """The answer to a request; None where the process has ended.
+
+        Raises
+        ------
+        TimeoutError
+            If none has come at a time of the monotonic clock [s].
+        """
+        answers: queue.SimpleQueue[tuple[bool, Any] | None] = queue.SimpleQueue()
+        self._talk = threading.Thread(target=self._exchange, args=(request, answers), daemon=True)
+        self._talk.start()
+        while True:
+            left = until - time.monotonic()
+            try:
+                return answers.get(timeout=min(max(left, 0.0), _SLICE))
+            except queue.Empty:
+                if left <= 0:
+                    raise TimeoutError from None
+
+    def last_words(self) -> tuple[int, str]:
+        """Status with which the process ended, and what it said last."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.popen.wait(_PATIENCE)
+        self.end()
+        return self.popen.returncode, self._said.decode(errors="replace")
+
+    def end(self) -> None:
+        """Kill the process, and wait until it is gone."""
+        self.popen.kill()
+        self.popen.wait()
+        for thread in (self._talk, self._listener):
+            if thread is not None:
+                thread.join(_PATIENCE)
+        for stream in (self.popen.stdin, self.popen.stdout, self.popen.stderr):
+            assert stream is not None
+            with contextlib.suppress(OSError):
+                stream.close()
+
+    def _exchange(
+        self, request: bytes, answers: queue.SimpleQueue[tuple[bool, Any] | None]
+    ) -> None:
+        """Write and read in a thread: either may take for ever where the other side hangs."""
+        assert self.popen.stdin is not None
+        assert self.popen.stdout is not None
+        try:
+            self.popen.stdin.write(request)
+            self.popen.stdin.flush()
+            answers.put(pickle.loads(pickle.load(self.popen.stdout)))  # noqa: S301 - our process
+        except (OSError, EOFError, pickle.UnpicklingError):
+            answers.put(None)
+        except Exception as problem:  # no memory for the answer, say
+            answers.put((False, problem))
+
+    def _listen(self) -> None:
+        assert self.popen.stderr is not None
+        stream: BinaryIO = self.popen.stderr  # type: ignore[assignment]
+        while said := os.read(stream.fileno(), _KEPT):
+            self._said = (self._said + said)[-_KEPT:]
+
+
+def _failure(status: int, said: str) -> RunFailed:
+    """Why the process ended, from its status and its last words."""
+    if is_out_of_memory(said):
+        return not_enough_memory()
+    last = next((line.strip() for line in reversed(said.splitlines()) if line.strip()), "")
+    words = f": {last}" if last else ""
+    if status >= 0:
+        how = f"ended with status {status}"
+    else:
+        try:
+            name = signal.Signals(-status).name
+        except ValueError:  # a real-time signal
+            name = f"signal {-status}"
+        if name == "SIGKILL":
+            return RunFailed(
+                "LAMMPS was killed (SIGKILL), perhaps for want of memory: free some, or take a"
+                " shorter chain"
+            )
+        how = f"{'crashed' if name in _CRASHES else 'was stopped'} ({name})"
+    return RunFailed(f"LAMMPS {how}{words}; hertzchain doctor says whether it works here")

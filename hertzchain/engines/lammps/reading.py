@@ -1,0 +1,72 @@
+"""Reading a running LAMMPS: its arrays, in SI units."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.readings import Granules
+
+ARRAYS = ("x", "v", "f")
+"""What is read: positions [m], velocities [m/s] and net forces [N], three components each."""
+
+COMMANDS = "atom_modify sort 0 0\nthermo_style custom step\ntimer off\nrun 0 post no\n"
+"""What only reading needs: granules in the order of their ids, and stops that cost little."""
+
+_DOUBLE_2D = 3
+"""LAMMPS_DOUBLE_2D of the lammps module, which is imported only when LAMMPS is needed."""
+
+
+def read(instance: Any, into: FloatArray) -> None:
+    """Copy what LAMMPS holds now; its order is that of the ids.
+
+    LAMMPS may move its arrays while it runs, so it is asked each time where they are.
+
+    Parameters
+    ----------
+    instance
+        LAMMPS, on one process.
+    into
+        The arrays, shape (3, granules, 3): array, granule, component; contiguous.
+    """
+    target, size = into.ctypes.data, into[0].nbytes
+    for name in ARRAYS:
+        ctypes.memmove(target, instance.extract_atom(name, _DOUBLE_2D)[0], size)
+        target += size
+
+
+def granules(instance: Any) -> Granules:
+    """The granules that LAMMPS holds now; the masses it made from diameter and density."""
+    arrays = instance.numpy
+    return Granules(
+        np.array(arrays.extract_atom("x")[:, 0], dtype=np.float64),
+        np.array(arrays.extract_atom("rmass"), dtype=np.float64),
+        2 * np.array(arrays.extract_atom("radius"), dtype=np.float64),
+    )
+
+
+_COLUMNS = {
+    **{axis: ("x", k) for k, axis in enumerate("xyz")},
+    **{f"f{axis}": ("f", k) for k, axis in enumerate("xyz")},
+    **{f"tq{axis}": ("torque", k) for k, axis in enumerate("xyz")},
+}
+
+
+def column(instance: Any, name: str) -> FloatArray:
+    """A copy of what LAMMPS holds now, as ``dump custom`` calls it, shape (granules,).
+
+    Parameters
+    ----------
+    instance
+        LAMMPS, on one process.
+    name
+        ``mass`` or a component of position, net force or torque (``x``, ``fx``, ``tqx``).
+    """
+    arrays = instance.numpy
+    if name == "mass":
+        return np.array(arrays.extract_atom("rmass"), dtype=np.float64)
+    array, component = _COLUMNS[name]
+    return np.array(arrays.extract_atom(array)[:, component], dtype=np.float64)

@@ -1,0 +1,5 @@
+"""LIGGGHTS, an oracle beside LAMMPS: a deck of the same scene, run by its program."""
+
+from hertzchain.engines.liggghts.backend import Liggghts
+
+__all__ = ["Liggghts"]

@@ -1,0 +1,213 @@
+"""A scene as a LIGGGHTS input deck: pure text, nothing is run here.
+
+LIGGGHTS is a fork of the LAMMPS of 2013: its language is like that of LAMMPS, but not the same. It
+gets the raw E, nu, R and rho, never the contact stiffness or the mass computed here, so that a
+mistake in either shows when backends are compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.metadata import version
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hertzchain.engines.external.rescaling import predicted_loss
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+AT_REST, READINGS = "at_rest.dump", "readings.dump"
+"""What a run leaves behind: the granules before the shock, and the readings, one after another."""
+
+COLUMNS = ("x", "vx", "fx")
+"""Of the readings: positions [m], velocities [m/s] and net forces [N]."""
+
+GRANULES = ("x", "mass", "diameter")
+"""Of the granules at rest: [m], [kg], [m]."""
+
+
+def set_up(scene: Scene) -> str:
+    """The commands that make the chain, at rest, ready to run.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    """
+    chain, radius = scene.chain, scene.chain.radius
+    end, across = radius * (2 * chain.granules - 1), f"{-radius!r} {radius!r}"
+    sites = [
+        f"create_atoms 1 single {2 * radius * k!r} 0.0 0.0 units box" for k in range(chain.granules)
+    ]
+    lines = [
+        "units si",
+        "atom_style granular",
+        "atom_modify map array",
+        "# The box follows the chain along x; nothing is periodic, so there are no ghosts.",
+        "boundary s f f",
+        "newton off",
+        "communicate single vel yes",
+        "# Any Young's modulus: without these it must be between 5e6 and 1e9 Pa.",
+        "hard_particles yes",
+        "soft_particles yes",
+        "",
+        f"region chain block {-radius!r} {end!r} {across} {across} units box",
+        "create_box 1 chain",
+        "# One diameter apart; granule 1 is at x = 0, where coordinates have most digits.",
+        *sites,
+        f"set group all diameter {2 * radius!r} density {chain.density!r}    # m, kg/m^3",
+        "# Wide enough for the nearest neighbours, too narrow for the next; looked at every step.",
+        f"neighbor {radius / 2!r} bin",
+        "neigh_modify delay 0",
+        "",
+        "# Hertz's law without damping (coefficient of restitution 1) and tangential force.",
+        f"fix young_modulus all property/global youngsModulus peratomtype {chain.young_modulus!r}",
+        f"fix poisson_ratio all property/global poissonsRatio peratomtype {chain.poisson_ratio!r}",
+        "fix restitution all property/global coefficientRestitution peratomtypepair 1 1.0",
+        "pair_style gran model hertz tangential off",
+        "pair_coeff * *",
+        "",
+        "# In one dimension granules do not spin: fix nve is enough.",
+        "fix motion all nve",
+        "group first id 1",
+        "thermo 1000000000",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
+    """The commands between two legs: the new step and the new force.
+
+    Parameters
+    ----------
+    leg
+        The leg that follows.
+    before
+        The one that has just been run, if any.
+    """
+    # Back to 0, so that readings are counted from the start of each leg.
+    lines = [] if before is None else ["reset_timestep 0"]
+    lines += [f"timestep {leg.dt!r}"]
+    if before is not None and before.ramp is not None:
+        lines.append("unfix shock")
+    if leg.ramp is not None:
+        lines.append(f"variable force equal {force_formula(leg)}")
+        lines.append("fix shock first addforce v_force 0.0 0.0")
+    return lines
+
+
+def force_formula(leg: Leg) -> str:
+    """The force on a leg as a LIGGGHTS formula of ``elapsed``, the number of steps on it.
+
+    Times have no formula there. A leg starts where its ramp starts.
+    """
+    ramp = leg.ramp
+    assert ramp is not None
+    assert ramp.start == leg.start
+    fraction = f"elapsed*{leg.dt / (ramp.end - ramp.start)!r}"
+    growth = fraction if ramp.shape == "linear" else f"sin(PI/2*{fraction})^2"
+    return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")
+
+
+def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
+    """A whole deck that leaves the granules at rest and readings of them behind.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    legs, strides
+        The steps, and how many of them lie between two readings on each leg.
+    """
+    lines = [set_up(scene), *_dump("rest", 1, AT_REST, GRANULES), "run 0", "undump rest"]
+    for before, leg, stride in zip((None, *legs[:-1]), legs, strides, strict=True):
+        lines += [
+            *leg_commands(leg, before),
+            *_dump("readings", stride, READINGS, COLUMNS),
+            f"run {leg.steps}",
+            "undump readings",
+        ]
+        if leg.steps % stride:
+            lines.append(_write_dump(READINGS, COLUMNS))
+    return "\n".join(lines) + "\n"
+
+
+def _dump(
+    name: str, stride: int, file: str, columns: Sequence[str], *, anew: bool = False
+) -> list[str]:
+    return [
+        f"dump {name} all custom {stride} {file} id {' '.join(columns)}",
+        f"dump_modify {name} append {'no' if anew else 'yes'} first yes sort id {_digits(columns)}",
+    ]
+
+
+def _write_dump(file: str, columns: Sequence[str]) -> str:
+    kept = f"modify append yes sort id {_digits(columns)}"
+    return f"write_dump all custom {file} id {' '.join(columns)} {kept}"
+
+
+def _digits(columns: Sequence[str]) -> str:
+    """All digits of every number, so that nothing is lost on the way."""
+    return f'format "%d{" %.17g" * len(columns)}"'
+
+
+_FRAME = 0.1
+"""Natural time units between two frames that a deck leaves behind."""
+
+
+def deck(scene: Scene, dt: float, velocity: ArrayLike, title: str = "a scene") -> str:
+    """A whole deck that runs with ``liggghts -in FILE`` and says whether it found what it should.
+
+    The language has no way to keep the highest force of each contact, so the deck leaves frames of
+    the motion behind, and what it compares are the velocities at the end.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    dt
+        The largest step [s].
+    velocity
+        At the end, by velocity Verlet at the same steps, from elsewhere [m/s], shape (granules,).
+    title
+        What the deck says it is.
+    """
+    legs = scene.schedule(dt)
+    steps = sum(leg.steps for leg in legs)
+    expected = np.asarray(velocity, np.float64)
+    # As in a comparison at the same steps; the loss is an estimate here, no bound.
+    tolerance = (1e-10 + 30 * predicted_loss(scene, steps)) * float(np.max(np.abs(expected)))
+    granules, longest = scene.chain.granules, max(leg.dt for leg in legs)
+    lines = [
+        f"# {title}: a chain of {granules} elastic spheres in Hertz contact, pushed at one end.",
+        f"# Written by hertzchain {version('hertzchain')}. SI units throughout.",
+        "# Run it with: liggghts -in THIS_FILE",
+        f"# {steps} steps of at most {longest:.4g} s, ending at the corners of the pulse.",
+        "# Frames of the motion go to chain.dump: id, x [m], vx [m/s], fx [N]. The force in a",
+        "# contact is the sum of fx over all granules beyond it.",
+        "# In the end it prints PASS, or FAIL and ends with status 1 at what is no command.",
+        "# It passes if all velocities are those that velocity Verlet gave",
+        f"# elsewhere (hertzchain's own, Eq. 1), within {tolerance:.1g} m/s, which is rounding.",
+        "",
+        set_up(scene),
+    ]
+    for before, leg in zip((None, *legs[:-1]), legs, strict=True):
+        stride = max(1, min(leg.steps, int(_FRAME * scene.units.time / leg.dt)))
+        until = "the force follows a ramp" if leg.ramp else "no force"
+        lines += [
+            f"# {leg.start:.6g} s to {leg.end:.6g} s: {until}",
+            *leg_commands(leg, before),
+            *_dump("frames", stride, "chain.dump", COLUMNS, anew=before is None),
+            f"run {leg.steps}",
+            "undump frames",
+            "",
+        ]
+    lines += ["variable failed equal 0", f"variable tolerance equal {tolerance!r}"]
+    for k, value in enumerate(expected.tolist(), start=1):
+        off = f"$(abs(vx[{k}]-({value!r}))-v_tolerance) > 0"
+        wrong = f"granule {k} is off: $(vx[{k}]) m/s instead of {value!r}"
+        lines.append(f"""if "{off}" then "variable failed equal 1" "print '{wrong}'" """.strip())
+    # The language cannot set a status; LIGGGHTS ends with 1 at what is no command.
+    lines.append('if "${failed} == 0" then "print PASS" else "print FAIL" failed')
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,16 @@
+"""Oracle 1: Eq. 1 integrated in natural units, by compiled kernels or as it is written."""
+
+from hertzchain.engines.native.backend import METHODS, Native
+from hertzchain.engines.native.batch import Batch, peak_forces, similar_peak_forces
+from hertzchain.engines.native.simulation import Simulation, simulate, simulate_in_numpy
+
+__all__ = [
+    "METHODS",
+    "Batch",
+    "Native",
+    "Simulation",
+    "peak_forces",
+    "similar_peak_forces",
+    "simulate",
+    "simulate_in_numpy",
+]

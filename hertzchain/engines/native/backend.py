@@ -1,0 +1,287 @@
+"""The native backend: scene in, result out."""
+
+from __future__ import annotations
+
+import functools
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hertzchain.engines.native import choice
+from hertzchain.engines.native.methods import (
+    DPRKN_6,
+    RUNGE_KUTTA_4,
+    SRKN_6B,
+    SRKN_11B,
+    VELOCITY_VERLET,
+)
+from hertzchain.engines.native.refinement import Fixed, Refined, Walker
+from hertzchain.engines.native.simulation import Simulation, simulate
+from hertzchain.errors import POSITIVE, is_positive, require
+from hertzchain.limits import TIME_LIMIT, Deadline, check_time_limit
+from hertzchain.observables.error_bound import (
+    SHORT,
+    another_companion,
+    companion,
+    is_hard,
+    refuse_meaningless,
+    refuse_unstable,
+    second_order_safety,
+    stable_step,
+)
+from hertzchain.observables.history import Recorder, wanted_times
+from hertzchain.observables.peaks import ESTIMATED, largest_difference, times_of_peaks
+from hertzchain.observables.result import Balance, Result
+from hertzchain.scene.scene import Scene, require_scene
+from hertzchain.scene.schedule import Leg
+from hertzchain.scene.validity import refuse_deep_overlap, refuse_hopeless_overlap
+
+RTOL = 1e-6
+"""Where nothing else is asked for: whether p is 9 or 10 can hang on 2e-5."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """How a named method runs.
+
+    Parameters
+    ----------
+    walker
+        Takes the steps.
+    step
+        The step taken where none is asked for, in natural units.
+    interval
+        Up to which product of step and frequency oscillations do not grow, by more than one per
+        cent in a step; see ``accuracy.stable_step``. From the tables of coefficients; motions of
+        random scenes diverge from steps a tenth (velocity Verlet, RK4) to a half longer on.
+    safety
+        The bound of the error over what differences say, for methods of higher order: an opening
+        contact leaves errors that are erratic from step to step.
+    floor
+        Part of the error that does not depend on the step: what refinement leaves, 4e-12 at most
+        in the paper's scenes.
+    """
+
+    walker: Walker
+    step: float
+    interval: float
+    safety: float = 6.0
+    floor: float = 0.0
+
+
+METHODS = {
+    "reference": Method(
+        Refined(SRKN_11B, tolerance=1e-10), step=0.05, interval=9.07, safety=3.0, floor=1e-11
+    ),
+    "srkn-11b": Method(Fixed(SRKN_11B), step=0.2, interval=9.07),
+    "srkn-6b": Method(Fixed(SRKN_6B), step=0.1, interval=5.02),
+    "dprkn-6": Method(Fixed(DPRKN_6), step=0.1, interval=3.12),
+    "rk4": Method(Fixed(RUNGE_KUTTA_4), step=0.0125, interval=2.83),
+    "velocity-verlet": Method(Fixed(VELOCITY_VERLET), step=0.002, interval=2.0),
+}
+"""reference: SRKN_11^b with refined steps. The others take steps as asked: two symplectic
+Runge-Kutta-Nystrom methods of Blanes and Moan, one of Dormand, El-Mikkawy and Prince, the paper's
+and that of LAMMPS."""
+
+
+@dataclass(frozen=True)
+class Native:
+    """Eq. 1 integrated in natural units.
+
+    Parameters
+    ----------
+    method
+        ``reference``, ``srkn-11b``, ``srkn-6b``, ``dprkn-6``, ``rk4`` or ``velocity-verlet``; by
+        default the cheapest that gives peaks of accuracy ``rtol``.
+    dt
+        The largest step [s]; by default one that suits the method: peaks right to about 1e-12
+        (reference), 1e-8 (rk4), 1e-6 (velocity-verlet).
+    rtol
+        Wanted relative accuracy of the peaks, from 1e-10 to 0.01; 1e-6 where neither method nor dt
+        is given either, and not to be given together with one of them. Where the motion multiplies
+        rounding errors by more than that, ``error_estimate`` of the result says how good it is.
+    peaks_only
+        Whether only the peaks are wanted. Under one of the three pulses granules that cannot change
+        any are left behind then, so that there is no displacement and velocity at the end: NaN.
+    time_limit
+        How long a run may take [s].
+
+    Raises
+    ------
+    SceneError
+        For a method that does not exist, a step or an accuracy that cannot be, or too much said.
+    """
+
+    method: str | None = None
+    dt: float | None = None
+    rtol: float | None = None
+    peaks_only: bool = False
+    time_limit: float = TIME_LIMIT
+
+    def __post_init__(self) -> None:
+        if self.method is not None:
+            names = ", ".join(METHODS)
+            require(self.method in METHODS, "method", self.method, f"must be one of {names}")
+        if self.dt is not None:
+            require(is_positive(self.dt), "dt", self.dt, f"{POSITIVE} [s]")
+        if self.rtol is not None:
+            alone = self.method is None and self.dt is None
+            require(alone, "rtol", self.rtol, "chooses method and step: must not stand with them")
+            choice.check(self.rtol)
+        check_time_limit(self.time_limit)
+
+    def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
+        """Simulate a scene.
+
+        Parameters
+        ----------
+        scene
+            What to simulate.
+        record
+            Increasing times [s] within the run at which to keep displacement, velocity and
+            contact force; not with ``peaks_only``.
+
+        Raises
+        ------
+        SceneError
+            For what is no scene, or times that cannot be.
+        StepUnstable
+            If the step asked for is so long that the motion diverges.
+        Unpredictable
+            If the motion multiplies rounding errors until no digit is left.
+        OverlapTooLarge
+            If granules would be pressed into one another by more than a radius.
+        TooExpensive
+            If it would take, or has taken, longer than the time limit.
+        """
+        require_scene(scene)
+        begin, deadline = time.perf_counter(), Deadline(self.time_limit)
+        refuse_hopeless_overlap(scene)
+        recorder = times = None
+        if record is not None:
+            allowed = "must not be given with peaks_only, which leaves granules behind"
+            require(not self.peaks_only, "record", record, allowed)
+            times = wanted_times(record, scene.end_time)
+            recorder = Recorder(times / scene.units.time, scene.chain.granules)
+        if self.method is None and self.dt is None:
+            method, legs, run, error = self._accurate_enough(scene, recorder, deadline)
+        else:
+            method, legs, run, error = self._as_asked(scene, recorder, deadline)
+        units = scene.units
+        peak_force = run.peaks.force * units.force
+        refuse_deep_overlap(scene.chain, float(np.max(peak_force)))
+        history = None
+        if recorder is not None and times is not None:
+            history = recorder.history(times, units.length, units.velocity, units.force)
+        return Result(
+            scene=scene,
+            backend="native",
+            method=method,
+            dt=max(leg.dt for leg in legs),
+            steps=run.steps,
+            force_evaluations=run.evaluations,
+            peak_force=peak_force,
+            peak_time=times_of_peaks(peak_force, run.peaks.time * units.time),
+            peak_passed=run.peaks.passed,
+            error_estimate=error,
+            displacement=run.state.displacement * units.length,
+            velocity=run.state.velocity * units.velocity,
+            balance=_balance(scene, run),
+            history=history,
+            wall_time=time.perf_counter() - begin,
+            versions=versions(),
+        )
+
+    def _as_asked(
+        self, scene: Scene, recorder: Recorder | None, deadline: Deadline
+    ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
+        """Method, legs, run and its error with the method and the step asked for."""
+        name = self.method or "reference"
+        method = METHODS[name]
+        dt = self.dt if self.dt is not None else method.step * scene.units.time
+        legs = method.walker.cut(scene.schedule(dt))
+        refuse_unstable(scene, legs, method.interval, name)
+        run = simulate(
+            scene, legs, method.walker, recorder, leave_behind=self.peaks_only, deadline=deadline
+        )
+        error = _error_bound(scene, legs, method, run, deadline)
+        refuse_meaningless("native", error, max(leg.dt for leg in legs) > SHORT * scene.units.time)
+        return name, legs, run, error
+
+    def _accurate_enough(
+        self, scene: Scene, recorder: Recorder | None, deadline: Deadline
+    ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
+        """Method, legs, run and its error with the cheapest method and step that suffice."""
+        rtol = RTOL if self.rtol is None else self.rtol
+        hard = is_hard(scene)
+        plan = choice.plan(rtol, hard=hard)
+        before = math.inf
+        for left in reversed(range(choice.TRIES)):
+            legs = plan.walker.cut(scene.schedule(plan.step * scene.units.time))
+            run = simulate(
+                scene, legs, plan.walker, recorder, leave_behind=self.peaks_only, deadline=deadline
+            )
+            if left and not hard and run.peaks.any_rising:
+                # What is stated for such a contact is the force at an instant, not a peak.
+                hard, plan, before = True, choice.plan(rtol, hard=True), math.inf
+                continue
+            error = _estimate(scene, legs, plan, run, deadline)
+            cost = run.evaluations * scene.chain.granules
+            if error <= rtol or plan.hopeless(error, before, cost):
+                break
+            plan, before = plan.closer(rtol, error), error
+        refuse_meaningless("native", error, too_long=False)
+        return plan.method, legs, run, error
+
+
+def _estimate(
+    scene: Scene, legs: Sequence[Leg], plan: choice.Plan, run: Simulation, deadline: Deadline
+) -> float:
+    """Upper bound of the error of the peaks, from a second run with other steps."""
+    other = [Leg(leg.start, leg.end, choice.other_step(leg.steps), leg.ramp) for leg in legs]
+    coarse = simulate(scene, other, plan.coarser, leave_behind=True, deadline=deadline)
+    difference = largest_difference(coarse.peaks.force, run.peaks.force, ESTIMATED)
+    return float(plan.estimate(difference, run.evaluations))
+
+
+def _error_bound(
+    scene: Scene, legs: Sequence[Leg], method: Method, run: Simulation, deadline: Deadline
+) -> float:
+    # Errors of steps of 0.6 natural time units and more say little of those of longer ones.
+    others = [companion(legs, min(stable_step(scene, method.interval), scene.units.time))]
+    longest = max(leg.dt for leg in legs) / scene.units.time
+    if isinstance(method.walker, Fixed) or longest > SHORT:
+        others.append(another_companion(legs))
+    error, walker = 0.0, method.walker
+    if isinstance(walker, Refined):
+        # Cut again, different legs could end on the same steps.
+        walker = replace(walker, cosine_steps=1)
+    for other in others:
+        coarse = simulate(scene, other.legs, walker, leave_behind=True, deadline=deadline)
+        difference = largest_difference(coarse.peaks.force, run.peaks.force, ESTIMATED)
+        error = max(error, other.factor * difference)
+    safety = method.safety
+    if walker.stepper.order == 2:
+        safety = second_order_safety(longest, run.peaks.any_rising)
+    lost = choice.round_off(run.evaluations)
+    return float(safety * error + method.floor + lost)
+
+
+def _balance(scene: Scene, run: Simulation) -> Balance:
+    return Balance(
+        impulse=scene.applied_impulse,
+        momentum=float(run.momentum) * scene.units.momentum,
+        work=float(run.work) * scene.units.energy,
+        energy=float(run.energy) * scene.units.energy,
+    )
+
+
+@functools.cache
+def versions() -> Mapping[str, str]:
+    """Of what computes here."""
+    return {"numpy": version("numpy"), "numba": version("numba")}

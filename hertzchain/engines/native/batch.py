@@ -1,0 +1,310 @@
+"""Peaks of many scenes at once, on all cores: chains of one length, any material and shock.
+
+In natural units a scene is its profile, LM_ratio, n and N, so a batch is arrays of these.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from numbers import Integral
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native import choice
+from hertzchain.engines.native.refinement import Refined
+from hertzchain.engines.native.simulation import SHAPES, can_leave_behind, leg_rows, table
+from hertzchain.errors import POSITIVE, SceneError, require
+from hertzchain.limits import TIME_LIMIT, Deadline, check_time_limit, refuse_memory, usable_cores
+from hertzchain.observables.peaks import ESTIMATED, largest_differences, times_of_peaks
+from hertzchain.scene.chain import MOST_GRANULES
+from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
+from hertzchain.scene.pulse import PROFILES, Pulse
+from hertzchain.scene.scene import Scene, watched_time
+from hertzchain.scene.validity import refuse_deep_overlap
+
+if TYPE_CHECKING:
+    import pandas
+
+_PARTS_PER_CORE = 8
+"""Parts that a batch is cut into, so that all cores end at about the same time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Peaks of many scenes.
+
+    Parameters
+    ----------
+    peak_force, peak_time
+        Of contacts 2 ... N, shape (scenes, N - 1): [N] and [s], or natural units where the scenes
+        were given as numbers. The time is NaN where a contact was never pressed.
+    error_estimate
+        Upper bound of the relative error of the peaks of each scene, shape (scenes,). Where it is
+        above the wanted accuracy, the motion multiplies rounding errors; from 1 on no digit of the
+        peaks is sure.
+    peak_passed
+        Whether a contact let up again before the run ended, shape (scenes, N - 1).
+    force_evaluations
+        Cost of the run itself, without those that estimate its error, shape (scenes,).
+    """
+
+    peak_force: FloatArray
+    peak_time: FloatArray
+    error_estimate: FloatArray
+    peak_passed: NDArray[np.bool_]
+    force_evaluations: NDArray[np.int64]
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row per scene and contact: scene, contact, peak_force_N, peak_time_s."""
+        import pandas
+
+        scenes, contacts = self.peak_force.shape
+        return pandas.DataFrame(
+            {
+                "scene": np.repeat(np.arange(scenes), contacts),
+                "contact": np.tile(np.arange(2, contacts + 2), scenes),
+                "peak_force_N": self.peak_force.ravel(),
+                "peak_time_s": self.peak_time.ravel(),
+            }
+        )
+
+
+def peak_forces(
+    scenes: Sequence[Scene], rtol: float = 1e-6, time_limit: float = TIME_LIMIT
+) -> Batch:
+    """Peak forces of scenes whose chains have the same number of granules.
+
+    Parameters
+    ----------
+    scenes
+        At least one.
+    rtol
+        Wanted relative accuracy of the peaks, from 1e-10 to 0.01.
+    time_limit
+        How long all of them may take [s].
+
+    Returns
+    -------
+    Batch
+        Peaks in SI units.
+
+    Raises
+    ------
+    SceneError
+        For no scenes, chains of different lengths, or an accuracy that cannot be.
+    OverlapTooLarge
+        If granules of a scene would be pressed into one another by more than a radius.
+    TooExpensive
+        If they have taken longer than the time limit.
+    """
+    scenes = list(scenes)
+    require(len(scenes) > 0, "scenes", len(scenes), "must be at least one")
+    lengths = sorted({scene.chain.granules for scene in scenes})
+    allowed = "must be the same in all scenes: one batch for each length"
+    require(len(lengths) == 1, "granules", lengths, allowed)
+
+    def legs(plan: choice.Plan, wanted: NDArray[np.intp]) -> FloatArray:
+        rows = [
+            leg_rows(plan.walker.cut(scene.schedule(plan.step * scene.units.time)), scene.units)
+            for scene in (scenes[k] for k in wanted)
+        ]
+        padded = np.zeros((len(rows), max(len(row) for row in rows), 8))
+        for of_scene, row in zip(padded, rows, strict=True):
+            of_scene[: len(row)] = row
+        return padded
+
+    known = np.array([_is_known(scene) for scene in scenes])
+    single = all(can_leave_behind(scene) for scene in scenes)
+    found = _accurate_enough(legs, known, lengths[0], rtol, single, time_limit, usable_cores())
+    force = np.array([scene.units.force for scene in scenes])[:, None]
+    time = np.array([scene.units.time for scene in scenes])[:, None]
+    for k, (scene, largest) in enumerate(zip(scenes, found.peak_force.max(axis=1), strict=True)):
+        refuse_deep_overlap(scene.chain, float(largest) * scene.units.force, f"scene {k}: ")
+    peak_force = found.peak_force * force
+    peak_time = times_of_peaks(peak_force, found.peak_time * time)
+    return replace(found, peak_force=peak_force, peak_time=peak_time)
+
+
+def similar_peak_forces(
+    profile: str,
+    momentum_ratio: ArrayLike,
+    duration_ratio: ArrayLike,
+    granules: int,
+    rtol: float = 1e-6,
+    time_limit: float = TIME_LIMIT,
+    cores: int | None = None,
+) -> Batch:
+    """Peak forces over F0 of uniform chains of any material, from what similarity leaves of them.
+
+    Parameters
+    ----------
+    profile
+        ``cosine``, ``triangular`` or ``cosine-triangular``.
+    momentum_ratio, duration_ratio
+        LM_ratio and n, broadcast against each other to shape (scenes,).
+    granules
+        N, the same for all.
+    rtol
+        Wanted relative accuracy of the peaks, from 1e-10 to 0.01.
+    time_limit
+        How long all of them may take [s].
+    cores
+        How many to use; by default all that this process may use.
+
+    Returns
+    -------
+    Batch
+        Peaks in natural units: forces over F0.
+
+    Raises
+    ------
+    SceneError
+        For a value that is not possible.
+    TooExpensive
+        If they have taken longer than the time limit.
+    """
+    require(profile in PROFILES, "profile", profile, f"must be one of {', '.join(PROFILES)}")
+    allowed = f"must be an integer from 2 to {MOST_GRANULES}"
+    whole = isinstance(granules, Integral) and 2 <= granules <= MOST_GRANULES
+    require(whole, "granules", granules, allowed)
+    allowed = "must be numbers, or lists of as many"
+    try:
+        ratio, n = np.broadcast_arrays(
+            np.atleast_1d(np.asarray(momentum_ratio, np.float64)),
+            np.asarray(duration_ratio, np.float64),
+        )
+    except (TypeError, ValueError):
+        raise SceneError("momentum_ratio and duration_ratio", None, allowed) from None
+    require(ratio.ndim == 1 and ratio.size > 0, "momentum_ratio", ratio.shape, allowed)
+    require(bool(np.all(np.isfinite(ratio) & (ratio > 0))), "momentum_ratio", None, POSITIVE)
+    possible = bool(np.all(np.isfinite(n) & (n > 1)))
+    require(possible, "duration_ratio", None, "must be finite numbers above 1")
+    rise = 2 * MOMENTUM_IN_NATURAL_UNITS * ratio / n
+    corners = np.stack([np.zeros_like(rise), rise, n * rise, n * rise], axis=1)
+    corners[:, 3] += watched_time(granules, ratio)
+
+    def legs(plan: choice.Plan, wanted: NDArray[np.intp]) -> FloatArray:
+        rows = np.zeros((wanted.size, 3, 8))
+        start, end = corners[wanted, :-1], corners[wanted, 1:]
+        rows[:, :, 0], rows[:, :, 1] = start, end
+        rows[:, :, 2] = np.ceil((end - start) / plan.step)
+        rows[:, :2, 4], rows[:, :2, 5] = start[:, :2], end[:, :2]
+        rows[:, 0, 7] = rows[:, 1, 6] = 1.0
+        for k, shape in enumerate(PROFILES[profile]):
+            rows[:, k, 3] = SHAPES[shape]
+            if shape == "cosine":
+                rows[:, k, 2] *= np.ceil(plan.walker.cosine_steps / rows[:, k, 2])
+        return rows
+
+    known = choice.is_known(ratio, n, granules)
+    return _accurate_enough(legs, known, granules, rtol, True, time_limit, cores or usable_cores())
+
+
+def _is_known(scene: Scene) -> bool:
+    pulse = scene.shock
+    if not isinstance(pulse, Pulse) or scene.run.end_time is not None:
+        return False
+    return bool(choice.is_known(scene.momentum_ratio, pulse.duration_ratio, scene.chain.granules))
+
+
+def _accurate_enough(
+    legs: Callable[[choice.Plan, NDArray[np.intp]], FloatArray],
+    known: NDArray[np.bool_],
+    granules: int,
+    rtol: float,
+    leave_behind: bool,
+    time_limit: float,
+    cores: int,
+) -> Batch:
+    """Peaks of all scenes in natural units.
+
+    Known scenes run once, as it is known how far off they are at most; the others get a second run
+    that tells, and further ones until that is enough or no further one helps.
+    """
+    choice.check(rtol)
+    check_time_limit(time_limit)
+    deadline = Deadline(time_limit)
+    scenes = known.size
+    refuse_memory(8.0 * 3 * scenes * granules)
+    force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
+    error, end, evaluations = np.ones(scenes), np.zeros(scenes), np.zeros(scenes)
+    wanted = np.nonzero(known)[0]
+    if wanted.size:
+        plan = choice.plan(rtol, checked=False)
+        force[wanted], time[wanted], end[wanted], evaluations[wanted] = _march(
+            legs(plan, wanted), plan.walker, granules, leave_behind, deadline, cores, plan.dtype
+        )
+        error[wanted] = plan.estimate(0.0, evaluations[wanted])
+    plan, wanted = choice.plan(rtol, hard=True), np.nonzero(~(error <= rtol))[0]
+    before = np.full(scenes, np.inf)
+    for _ in range(choice.TRIES):
+        if not wanted.size:
+            break
+        rows = legs(plan, wanted)
+        force[wanted], time[wanted], end[wanted], evaluations[wanted] = _march(
+            rows, plan.walker, granules, leave_behind, deadline, cores
+        )
+        rows[:, :, 2] = choice.other_steps(rows[:, :, 2])
+        others, *_ = _march(rows, plan.coarser, granules, leave_behind, deadline, cores)
+        differences = largest_differences(others, force[wanted], ESTIMATED)
+        found = plan.estimate(differences, evaluations[wanted])
+        error[wanted] = np.where(np.isnan(found), np.inf, found)  # NaN: the motion diverged
+        hopeless = plan.hopeless(error, before, granules * evaluations)
+        wanted, before = np.nonzero((error > rtol) & ~hopeless)[0], error.copy()
+        if wanted.size:
+            plan = plan.closer(rtol, float(np.max(error[wanted])))
+    # The motion of a scene that diverged has no number of evaluations.
+    taken = np.nan_to_num(evaluations).astype(np.int64)
+    return Batch(force, time, error, time < end[:, None], taken)
+
+
+def _march(
+    rows: FloatArray,
+    walker: Refined,
+    granules: int,
+    leave_behind: bool,
+    deadline: Deadline,
+    cores: int,
+    dtype: type[np.floating[Any]] = np.float64,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Peak forces and times, shape (scenes, contacts); time reached, evaluations, (scenes,)."""
+    from hertzchain.engines.native import kernels
+
+    scenes = len(rows)
+    force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
+    end, evaluations, control = np.zeros(scenes), np.zeros(scenes), np.zeros(3)
+    coefficients, precision = table(walker.stepper), np.zeros(0, dtype)
+    size = max(1, -(-scenes // (cores * _PARTS_PER_CORE)))
+
+    def part(start: int) -> None:
+        some = slice(start, start + size)
+        kernels.march_many(
+            rows[some], coefficients, precision, walker.stepper.order == 2, walker.tolerance,
+            walker.starting, granules, leave_behind, force[some], time[some], end[some],
+            evaluations[some], control,
+        )  # fmt: skip
+
+    with ThreadPoolExecutor(cores) as pool:
+        try:
+            list(
+                pool.map(
+                    part,
+                    range(0, scenes, size),
+                    timeout=min(max(0.0, deadline.left), threading.TIMEOUT_MAX),
+                )
+            )
+        except TimeoutError:
+            control[0] = -1
+            pool.shutdown(cancel_futures=True)
+            raise deadline.passed() from None
+        except BaseException:
+            control[0] = -1
+            pool.shutdown(cancel_futures=True)
+            raise
+    return force, time, end, evaluations

@@ -1,0 +1,227 @@
+"""Which method and which steps give peaks of a wanted accuracy at the least cost.
+
+In natural units all scenes are alike, so what a step costs in accuracy was measured once, on random
+scenes (LM_ratio 0.05 to 10, n 1.1 to 60, N 2 to 500, all profiles): SRKN_6^b is the cheapest down
+to 3e-5, SRKN_11^b below. What a scene makes of it is estimated afresh in every single run; a batch
+does so for scenes that are not like those.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native.methods import SRKN_6B, SRKN_11B
+from hertzchain.engines.native.refinement import Refined
+from hertzchain.errors import is_finite, require
+from hertzchain.observables.error_bound import is_short
+
+TIGHTEST, LOOSEST = 1e-10, 0.01
+"""What can be asked for; below, round-off and opening contacts decide."""
+
+_LONGEST_STEP = 0.8
+"""Natural time units; at 1.0 the methods begin to fail."""
+
+_LONGEST_CHECKED_STEP = {"srkn-6b": 0.62, "srkn-11b": 0.52}
+"""Where a second run with steps half as long again is to tell the error."""
+
+_CHECKED = 0.92
+"""Steps of SRKN_11^b where a second run is to tell the error, as a fraction of those that would do
+without: with them one scene in fifty needs a further plan, without one in four."""
+
+_SAFETY = 0.15
+"""Error over the difference to a run with other steps: 1/16 where the motion is smooth, 1/7 of what
+an opening contact leaves, rounded up."""
+
+_KNOWN, _KNOWN_UNCHECKED = 0.55, 0.9
+"""Error over the wanted accuracy in the worst of the random scenes, rounded up; with a second run
+and without, where steps are longer (0.72 was seen).
+
+A difference can be small by chance, so the error is never said to be less.
+"""
+
+TRIES = 6
+"""Plans until one is close enough; one in fifty random scenes needs a second."""
+
+_HOPELESS = 0.8
+"""Error of a plan over that of the one before, above which a further one is not worth much: the
+motion multiplies rounding errors, and shorter steps only make more of them. Where they help, they
+halve the error at least, as a rule."""
+
+_CHEAP = 1e8
+"""Granules times force evaluations, some tenths of a second: below, all plans are tried."""
+
+_LOOSE, _LOOSE_CHECKED = 1e-3, 3e-5
+"""From here on SRKN_6^b is cheaper than SRKN_11^b, without and with a second run."""
+
+_CLOSER_6B = 1.3
+"""Without it one run in ten thousand, with the second run, was off by 0.68 of what was wanted."""
+
+_SINGLE = 1e-4
+"""From here on float32 is enough (it adds 1e-6), and contacts that open need no shorter steps."""
+
+_KNOWN_RATIOS, _KNOWN_DURATIONS, _KNOWN_GRANULES = (0.05, 10.0), (1.1, 60.0), 500
+"""LM_ratio, n and N of the random scenes."""
+
+_SAFETY_IF_HARD = 6.0
+"""As _SAFETY, where errors are erratic (``accuracy.is_hard``): 2.4 was needed."""
+
+_HARDER, _HARD_RTOL = 30.0, 1e-6
+"""Hard scenes run as if a thirtieth of the wanted accuracy, or this, were wanted: with long steps
+they are chaotic, and errors of contacts that the front has just reached are up to eleven times the
+wanted accuracy with a tenth of it."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How to run.
+
+    Parameters
+    ----------
+    method
+        Its name.
+    walker
+        Takes the steps.
+    step
+        The largest step, natural time units.
+    error
+        Of the peaks, in the worst of the random scenes.
+    safety
+        The bound of the error over the difference to a run with other steps.
+    dtype
+        Precision of the run.
+    """
+
+    method: str
+    walker: Refined
+    step: float
+    error: float
+    safety: float
+    dtype: type[np.floating[Any]] = np.float64
+
+    @property
+    def coarser(self) -> Refined:
+        """The walker of a second run, on legs that are cut already, that tells the error."""
+        return replace(self.walker, tolerance=8 * self.walker.tolerance, cosine_steps=1)
+
+    def closer(self, rtol: float, error: float) -> Plan:
+        """A plan for ``rtol``, after one that turned out to leave ``error``."""
+        factor = max(0.5 * rtol / error, 1e-3) if error < 1 else 1e-3
+        step = self.step * factor ** (1 / (self.walker.stepper.order + 1))
+        walker = replace(self.walker, tolerance=self.walker.tolerance * factor)
+        return replace(self, step=step, walker=walker)
+
+    def hopeless(self, error: Any, before: Any, evaluations: Any) -> Any:
+        """Whether this plan cost much and its error is hardly below that of the one before.
+
+        Parameters
+        ----------
+        error, before
+            Estimates; that part of both which an estimate always has does not count.
+        evaluations
+            Of the force, times granules. All may be arrays.
+        """
+        hardly = error - self.error > _HOPELESS * (before - self.error)
+        return hardly & (evaluations > _CHEAP)
+
+    def estimate(self, difference: Any, evaluations: Any) -> Any:
+        """Upper bound of the error, from the difference to a run with other steps, and round-off.
+
+        Parameters
+        ----------
+        difference
+            Of the peaks, or an array of it.
+        evaluations
+            Of the force, broadcast against it.
+        """
+        return self.error + self.safety * difference + round_off(evaluations)
+
+
+def is_known(momentum_ratio: Any, duration_ratio: Any, granules: int) -> Any:
+    """Whether scenes with one of the paper's profiles lie among those that were measured.
+
+    Parameters
+    ----------
+    momentum_ratio, duration_ratio
+        LM_ratio and n, arrays of one shape.
+    granules
+        N.
+    """
+    (low, high), (short, long) = _KNOWN_RATIOS, _KNOWN_DURATIONS
+    known = (momentum_ratio >= low) & (momentum_ratio <= high)
+    known &= (duration_ratio >= short) & (duration_ratio <= long)
+    return known & ~is_short(momentum_ratio, granules) & (granules <= _KNOWN_GRANULES)
+
+
+def plan(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
+    """The cheapest way to peaks of relative accuracy ``rtol``, as measured.
+
+    Parameters
+    ----------
+    rtol
+        From TIGHTEST to LOOSEST.
+    checked
+        Whether a second run, with other steps, will tell the error.
+    hard
+        Whether to halve steps near every contact that hardly overlaps: see ``accuracy.is_hard``.
+        It is needed where a run ends while the wave still presses contacts, too. Their force at
+        that instant is off by many times what a peak is, as it grows tenfold within a granule's
+        distance of the front, and where the front is depends on all steps before.
+
+    Notes
+    -----
+    Errors of the worst of the random scenes: 2.4e-4 (h / 0.6)^4.3 for SRKN_6^b, 3e-9 (h / 0.2)^6.5
+    for SRKN_11^b, and 2e-4 times the refinement tolerance.
+    """
+    tight = max(0.0, -math.log10(rtol) - 6)
+    aim = rtol / 2.4  # the rest is what the estimate cannot know
+    if hard:
+        aim = min(aim / _HARDER, _HARD_RTOL)
+    cosine_steps = 8 if rtol > 1e-8 else 16
+    if not hard and rtol >= (_LOOSE_CHECKED if checked else _LOOSE):
+        aim = aim / _CLOSER_6B if checked else aim
+        name, stepper, step = "srkn-6b", SRKN_6B, 0.6 * (aim / 2.4e-4) ** (1 / 4.3)
+    else:
+        name, stepper, step = "srkn-11b", SRKN_11B, 0.2 * (aim / 3e-9) ** (1 / 6.5)
+    if not checked and rtol >= _SINGLE:
+        plain = Refined(stepper, 0.0, cosine_steps, 0.0)
+        error = _KNOWN_UNCHECKED * rtol
+        return Plan(name, plain, _LONGEST_STEP, error, _SAFETY, np.float32)
+    starting = math.inf if hard else 4 + 2 * tight
+    walker = Refined(stepper, 5e3 * aim, cosine_steps, starting)
+    if checked:
+        step = min(step * (1.0 if name == "srkn-6b" else _CHECKED), _LONGEST_CHECKED_STEP[name])
+    step = min(step, _LONGEST_STEP)
+    error = (_KNOWN if checked else _KNOWN_UNCHECKED) * rtol
+    return Plan(name, walker, step, error, _SAFETY_IF_HARD if hard else _SAFETY)
+
+
+def other_step(steps: int) -> int:
+    """How many steps a leg has in the run that tells the error: two thirds as many, or one more."""
+    return 2 * steps // 3 if steps > 2 else steps + 1
+
+
+def other_steps(steps: FloatArray) -> FloatArray:
+    """``other_step`` of many legs, any shape; those without steps stay without."""
+    return np.where(steps > 2, 2 * steps // 3, steps + (steps > 0))
+
+
+def round_off(evaluations: Any) -> Any:
+    """Bound of what rounding costs the peaks of a run with so many force evaluations, or arrays."""
+    return 4 * np.finfo(np.float64).eps * np.sqrt(evaluations)
+
+
+def check(rtol: float) -> None:
+    """Refuse an accuracy that cannot be had.
+
+    Raises
+    ------
+    SceneError
+        If it is not a number from 1e-10 to 0.01.
+    """
+    allowed = f"must be a number from {TIGHTEST:g} to {LOOSEST:g}"
+    require(is_finite(rtol) and TIGHTEST <= rtol <= LOOSEST, "rtol", rtol, allowed)

@@ -1,0 +1,195 @@
+"""Methods for u'' = f(t, u), as tables of coefficients; one step of each in plain NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from hertzchain.arrays import Array, Scalar
+from hertzchain.engines.native.equations import acceleration
+
+AppliedForce = Callable[[Any], Any]
+"""The force on the first granule at a time, in the precision of that time."""
+
+
+@dataclass(frozen=True)
+class State:
+    """Displacement, velocity and acceleration of all granules, each of shape (granules,)."""
+
+    displacement: Array
+    velocity: Array
+    acceleration: Array
+
+
+class Stepper(Protocol):
+    """A method of some order that takes one step at a time."""
+
+    def __hash__(self) -> int:
+        """Equal tables are one method."""
+
+    @property
+    def stages(self) -> int:
+        """Force evaluations in a step."""
+
+    @property
+    def order(self) -> int:
+        """Order of convergence where the motion is smooth."""
+
+    def step(self, state: State, time: Scalar, h: Scalar, applied: AppliedForce) -> State:
+        """Take one step of length h from ``time``."""
+
+
+@dataclass(frozen=True)
+class SymplecticNystrom:
+    """Kicks b and drifts a in turn, a kick first and last.
+
+    Parameters
+    ----------
+    order
+        Order of convergence where the motion is smooth.
+    kicks
+        b_1 ... b_{s+1}, summing to 1.
+    drifts
+        a_1 ... a_s, summing to 1.
+    """
+
+    order: int
+    kicks: tuple[float, ...]
+    drifts: tuple[float, ...]
+
+    @property
+    def stages(self) -> int:
+        """Force evaluations in a step."""
+        return len(self.drifts)
+
+    def step(self, state: State, time: Scalar, h: Scalar, applied: AppliedForce) -> State:
+        """Take one step of length h from ``time``; one force evaluation for each drift."""
+        displacement = state.displacement.copy()
+        velocity = state.velocity.copy()
+        kick = state.acceleration
+        for b, a in zip(self.kicks, self.drifts, strict=False):
+            velocity += b * h * kick
+            displacement += a * h * velocity
+            time += a * h
+            kick = acceleration(displacement, applied(time))
+        velocity += self.kicks[-1] * h * kick
+        return State(displacement, velocity, kick)
+
+
+@dataclass(frozen=True)
+class RungeKuttaNystrom:
+    """An explicit method that is not symplectic; its first stage is the end of the step before.
+
+    Parameters
+    ----------
+    order
+        Order of convergence where the motion is smooth.
+    nodes
+        c_1 ... c_s, the first 0.
+    position
+        Rows of a, each one shorter than its number: a_21; a_31, a_32; and so on.
+    position_weights, velocity_weights
+        b-bar and b, s of each.
+    last_weight
+        b of one stage more, whose place is the end of the step: it costs nothing, as it is the
+        first stage of the next step.
+    """
+
+    order: int
+    nodes: tuple[float, ...]
+    position: tuple[tuple[float, ...], ...]
+    position_weights: tuple[float, ...]
+    velocity_weights: tuple[float, ...]
+    last_weight: float = 0.0
+
+    @property
+    def stages(self) -> int:
+        """Force evaluations in a step."""
+        return len(self.nodes)
+
+    def step(self, state: State, time: Scalar, h: Scalar, applied: AppliedForce) -> State:
+        """Take one step of length h from ``time``."""
+        u, v = state.displacement, state.velocity
+        accelerations = [state.acceleration]
+        for c, row in zip(self.nodes[1:], self.position, strict=True):
+            there = u + c * h * v
+            for a, earlier in zip(row, accelerations, strict=True):
+                there += a * h * h * earlier
+            accelerations.append(acceleration(there, applied(time + c * h)))
+        displacement, velocity = u + h * v, v.copy()
+        for weight, known in zip(self.position_weights, accelerations, strict=True):
+            displacement += weight * h * h * known
+        for weight, known in zip(self.velocity_weights, accelerations, strict=True):
+            velocity += weight * h * known
+        last = acceleration(displacement, applied(time + h))
+        return State(displacement, velocity + self.last_weight * h * last, last)
+
+
+def _symmetric(free: tuple[float, ...], length: int, total: float = 1.0) -> tuple[float, ...]:
+    """A palindrome of the given length that starts with ``free`` and sums to ``total``."""
+    if length % 2:
+        half = (*free, total - 2 * sum(free))
+        return half + free[::-1]
+    half = (*free, total / 2 - sum(free))
+    return half + half[::-1]
+
+
+VELOCITY_VERLET = SymplecticNystrom(2, kicks=(0.5, 0.5), drifts=(1.0,))
+"""The scheme of LAMMPS."""
+
+RUNGE_KUTTA_4 = RungeKuttaNystrom(
+    4,
+    nodes=(0.0, 0.5, 0.5, 1.0),
+    position=((0.0,), (0.25, 0.0), (0.0, 0.5, 0.0)),
+    position_weights=(1 / 6, 1 / 6, 1 / 6, 0.0),
+    velocity_weights=(1 / 6, 1 / 3, 1 / 3, 1 / 6),
+)
+"""The classical method, which the paper uses, as it acts on u'' = f(t, u)."""
+
+DPRKN_6 = RungeKuttaNystrom(
+    6,
+    nodes=(0.0, 1 / 10, 3 / 10, 7 / 10, 17 / 25),
+    position=(
+        (1 / 200,),
+        (-1 / 2200, 1 / 22),
+        (637 / 6600, -7 / 110, 7 / 33),
+        (225437 / 1968750, -30073 / 281250, 65569 / 281250, -9367 / 984375),
+    ),
+    position_weights=(151 / 2142, 5 / 116, 385 / 1368, 55 / 168, -6250 / 28101),
+    velocity_weights=(151 / 2142, 25 / 522, 275 / 684, 275 / 252, -78125 / 112404),
+    last_weight=1 / 12,
+)
+"""Dormand, El-Mikkawy and Prince, IMA J. Numer. Anal. 7 (1987) 235: RKN6(4)6FM."""
+
+SRKN_6B = SymplecticNystrom(
+    4,
+    kicks=_symmetric((0.0829844064174052, 0.396309801498368, -0.0390563049223486), 7),
+    drifts=_symmetric((0.245298957184271, 0.604872665711080), 6),
+)
+"""Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313: SRKN_6^b, 6 stages, order 4."""
+
+SRKN_11B = SymplecticNystrom(
+    6,
+    kicks=_symmetric(
+        (
+            0.0414649985182624,
+            0.198128671918067,
+            -0.0400061921041533,
+            0.0752539843015807,
+            -0.0115113874206879,
+        ),
+        12,
+    ),
+    drifts=_symmetric(
+        (
+            0.123229775946271,
+            0.290553797799558,
+            -0.127049212625417,
+            -0.246331761062075,
+            0.357208872795928,
+        ),
+        11,
+    ),
+)
+"""Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313: SRKN_11^b, 11 stages, order 6."""

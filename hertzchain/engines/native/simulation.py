@@ -1,0 +1,367 @@
+"""One integration of a scene: by the compiled kernels, or by the plain NumPy that they follow."""
+
+from __future__ import annotations
+
+import functools
+import math
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import Array, FloatArray, Scalar
+from hertzchain.engines.native.equations import contact_force, overlap
+from hertzchain.engines.native.integration import integrate
+from hertzchain.engines.native.methods import RungeKuttaNystrom, Stepper, SymplecticNystrom
+from hertzchain.engines.native.refinement import Walker
+from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
+from hertzchain.observables.error_bound import diverged
+from hertzchain.observables.history import Recorder
+from hertzchain.observables.peaks import PeakWatch, any_rising
+from hertzchain.observables.samples import Samples
+from hertzchain.observables.work import work_done
+from hertzchain.scene.natural_units import NaturalUnits, force_scale
+from hertzchain.scene.pulse import Pulse
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+if TYPE_CHECKING:
+    from hertzchain.engines.native.kernels import Record, Table
+
+SHAPES = {"linear": 1, "cosine": 2}
+"""How the kernels are told the shape of a ramp."""
+
+_MOVING = 8
+"""Granules that the window of a run starts with."""
+
+_LONG_RUN = 1e7
+"""Granules times force evaluations: about a hundredth of a second."""
+
+_STEP_IN_EVALUATIONS = 500
+"""What a step costs besides, in force evaluations of a granule."""
+
+_LOOKS = 10.0
+"""Million steps of a granule, after which a run that seemed short is a long one: 0.1 s."""
+
+_FASTEST = 0.5e-9
+"""Time of a granule and force evaluation on a fast machine [s]; 1.1e-9 to 2e-9 measured."""
+
+_FASTEST_FRONT = 1.1
+"""Granules per natural time unit: the speed of a wave of height 3; 2.2 is the highest seen."""
+
+
+@dataclass(frozen=True, eq=False)
+class Peaks:
+    """Peak force of each contact and its time, and whether it has let up since: (contacts,)."""
+
+    force: Any
+    time: Any
+    passed: NDArray[np.bool_]
+
+    @property
+    def any_rising(self) -> bool:
+        """Whether the run ended while a contact that is judged was pressed harder than before."""
+        return any_rising(self.force, self.passed)
+
+
+@dataclass(frozen=True, eq=False)
+class End:
+    """Displacement and velocity at the end, shape (granules,)."""
+
+    displacement: Any
+    velocity: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """What one integration found, in natural units.
+
+    Parameters
+    ----------
+    state
+        At the end; NaN where granules were left behind.
+    peaks
+        Of all contacts.
+    work, momentum, energy
+        Done by the applied force; of all granules at the end.
+    steps, evaluations
+        Steps taken, and force evaluations; compiled runs count those of refused steps too.
+    """
+
+    state: End
+    peaks: Peaks
+    work: Scalar
+    momentum: Scalar
+    energy: Scalar
+    steps: int
+    evaluations: int
+
+
+def simulate(
+    scene: Scene,
+    legs: Sequence[Leg],
+    walker: Walker,
+    recorder: Recorder | None = None,
+    dtype: type[np.floating[Any]] = np.float64,
+    leave_behind: bool = False,
+    window: bool = True,
+    deadline: Deadline | None = None,
+) -> Simulation:
+    """Integrate a scene once, on given legs [s, N], with the compiled kernels.
+
+    Parameters
+    ----------
+    scene, legs, walker
+        What, on which steps, by which method.
+    recorder
+        What to record; it is filled in.
+    dtype
+        float64 or float32.
+    leave_behind
+        Whether only the peaks are wanted: granules that cannot change any are left behind, where
+        that can be told.
+    window
+        Whether granules that the wave has not reached are left out.
+    deadline
+        When to give up; by default an hour from now.
+
+    Raises
+    ------
+    StepUnstable
+        If the motion diverges: the step is too long for the method.
+    TooExpensive
+        If the run would take, or has taken, too long.
+    """
+    from hertzchain.engines.native import kernels
+
+    granules = scene.chain.granules
+    leave_behind = leave_behind and can_leave_behind(scene)
+    deadline = deadline or Deadline(TIME_LIMIT)
+    rows = leg_rows(walker.cut(legs), scene.units)
+    work = float(np.sum(rows[:, 2])) * (walker.stepper.stages * granules + _STEP_IN_EVALUATIONS)
+    if _FASTEST * work > deadline.limit:
+        deadline.refuse(_least_time(scene, rows, walker.stepper.stages, leave_behind))
+    if deadline.left <= 0:
+        raise deadline.passed()
+    arrays = 2 if leave_behind else 8 + (0 if recorder is None else 3 * recorder.time.size)
+    refuse_memory(8.0 * arrays * granules)
+    force = np.zeros(granules - 1)
+    time = np.full(granules - 1, np.nan)
+    record = _nothing_recorded()
+    if recorder is not None:
+        times = np.asarray(recorder.time, np.float64)
+        record = kernels.Record(
+            times,
+            np.zeros((times.size, granules)),
+            np.zeros((times.size, granules)),
+            np.zeros((times.size, granules - 1)),
+        )
+    control = np.zeros(3)
+
+    def run() -> Any:
+        return kernels.march(
+            rows, table(walker.stepper), np.zeros(0, dtype), walker.stepper.order == 2,
+            walker.tolerance, walker.starting, granules, _MOVING if window else granules,
+            leave_behind, force, time, record, control,
+        )  # fmt: skip
+
+    is_long = work >= _LONG_RUN
+    if not is_long:
+        control[0] = _LOOKS
+        outcome, displacement, velocity = run()
+        # Steps may be halved so often that a short run becomes a long one.
+        is_long = outcome.status == kernels.STOPPED
+    if is_long:
+        control[:], force[:], time[:] = 0.0, 0.0, np.nan
+        outcome, displacement, velocity = stoppable(run, control, deadline)
+    if outcome.status == kernels.DIVERGED:
+        raise diverged("native")
+    if recorder is not None:
+        recorder.displacement[:] = record.displacement
+        recorder.velocity[:] = record.velocity
+        recorder.contact_force[:] = record.contact_force
+    if leave_behind:
+        displacement = velocity = np.full(granules, np.nan)
+    return Simulation(
+        End(displacement, velocity),
+        Peaks(force, time, time < outcome.end),
+        outcome.work,
+        outcome.momentum,
+        outcome.energy,
+        outcome.steps,
+        outcome.evaluations,
+    )
+
+
+def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool) -> float:
+    """What a run takes at least [s]: granules that must be moving, times steps and stages.
+
+    While the force acts nothing is left behind, and the front is some way down the chain; it was
+    never seen slower than half the speed of a wave as strong as the shock. Under a pulse table,
+    which may push late and little, only the first granule moves for sure.
+    """
+    granules, single = scene.chain.granules, isinstance(scene.shock, Pulse)
+    speed = 0.4 * math.pow(force_scale(scene.momentum_ratio), 1 / 6)
+    evaluations = 0.0
+    for row in rows:
+        start, end, steps, shape = row[:4]
+        moving = min(float(granules), speed * (start + end) / 2) if single else 1.0
+        if shape == 0 and leave_behind:
+            # The run goes on only until the front has met the end.
+            steps *= max(0.0, min(1.0, (granules / _FASTEST_FRONT - start) / (end - start)))
+            moving = 1.0
+        evaluations += steps * stages * moving
+    return _FASTEST * evaluations
+
+
+def can_leave_behind(scene: Scene) -> bool:
+    """Whether it can be told that a granule will not matter any more: under one pulse only.
+
+    After a second push, waves run behind one another in any order, and a broad packet can break up
+    into waves that are stronger than anything in it was.
+    """
+    return isinstance(scene.shock, Pulse)
+
+
+def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:
+    """Do long compiled work in a thread, so that an interrupt or the end of its time stops it.
+
+    Parameters
+    ----------
+    run
+        Does the work and lets go of the interpreter meanwhile.
+    control
+        Its first entry, set to -1, ends the work.
+    deadline
+        When to give up.
+
+    Raises
+    ------
+    TooExpensive
+        If the work was not done by then.
+    """
+    found: list[Any] = []
+    failed: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            found.append(run())
+        except BaseException as problem:  # raised again below
+            failed.append(problem)
+
+    thread = threading.Thread(target=work)
+    try:
+        thread.start()
+        _wait(thread, deadline)
+    except BaseException:
+        control[0] = -1
+        if thread.is_alive():  # or it is about to start: then it ends as soon as it has
+            thread.join()
+        raise
+    if failed:
+        raise failed[0]
+    return found[0]
+
+
+def _wait(thread: threading.Thread, deadline: Deadline) -> None:
+    """Wait for a thread.
+
+    In a function: the jump back of a ``while`` is outside the ``try`` around it on Python 3.13,
+    so a signal that arrives there would leave the work running.
+    """
+    while thread.is_alive():
+        thread.join(max(0.0, min(0.1, deadline.left)))
+        if deadline.left <= 0 and thread.is_alive():
+            raise deadline.passed()
+
+
+def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
+    """Legs [s, N] as the kernels take them: natural units, shape (legs, 8)."""
+    rows = []
+    for leg in legs:
+        row = [leg.start / units.time, leg.end / units.time, leg.steps, 0.0, 0.0, 0.0, 0.0, 0.0]
+        if leg.ramp is not None:
+            ramp = leg.ramp
+            row[3:6] = SHAPES[ramp.shape], ramp.start / units.time, ramp.end / units.time
+            row[6:8] = ramp.start_force / units.force, ramp.end_force / units.force
+        rows.append(row)
+    return np.array(rows, np.float64)
+
+
+@functools.cache
+def _nothing_recorded() -> Record:
+    from hertzchain.engines.native import kernels
+
+    nothing = np.zeros((0, 0))
+    return kernels.Record(np.zeros(0), nothing, nothing, nothing)
+
+
+@functools.cache
+def table(stepper: Stepper) -> Table:
+    """The coefficients of a method as the kernels take them."""
+    from hertzchain.engines.native import kernels
+
+    none = np.zeros(0)
+    if isinstance(stepper, SymplecticNystrom):
+        kicks, drifts = np.array(stepper.kicks), np.array(stepper.drifts)
+        return kernels.Table(kicks, drifts, none, np.zeros((0, 0)), none, none)
+    assert isinstance(stepper, RungeKuttaNystrom)
+    position = np.zeros((stepper.stages, stepper.stages))
+    for row, known in zip(position[1:], stepper.position, strict=True):
+        row[: len(known)] = known
+    return kernels.Table(
+        np.array([stepper.last_weight]),
+        np.ones(1),
+        np.array(stepper.nodes),
+        position,
+        np.array(stepper.velocity_weights),
+        np.array(stepper.position_weights),
+    )
+
+
+def simulate_in_numpy(
+    scene: Scene,
+    legs: Sequence[Leg],
+    walker: Walker,
+    recorder: Recorder | None = None,
+    dtype: type[np.floating[Any]] = np.float64,
+    displacement: Array | None = None,
+) -> Simulation:
+    """Integrate a scene once, on given legs [s, N], with the equations as they are written.
+
+    Parameters
+    ----------
+    scene, legs, walker, recorder, dtype
+        What, on which steps, by which method, recording what, in any precision of NumPy.
+    displacement
+        Where the granules are at the start, natural units, shape (granules,); 0 by default.
+    """
+    units = scene.units
+    watch = PeakWatch(scene.chain.granules - 1, dtype)
+    work = dtype(0)
+
+    def show(samples: Samples, leg: Leg) -> None:
+        nonlocal work
+        watch.show(samples)
+        if leg.ramp is not None:
+            work += work_done(samples, leg.ramp)
+        if recorder is not None:
+            recorder.show(samples)
+
+    natural = [leg.in_units(units.time, units.force) for leg in walker.cut(legs)]
+    if displacement is None:
+        displacement = np.zeros(scene.chain.granules, dtype)
+    state, steps = integrate(displacement, natural, walker, show)
+    pressed = overlap(state.displacement)
+    return Simulation(
+        End(state.displacement, state.velocity),
+        Peaks(watch.force, watch.time, watch.passed),
+        work,
+        np.sum(state.velocity),
+        0.5 * np.sum(state.velocity**2) + 0.4 * np.sum(contact_force(pressed) * pressed),
+        steps,
+        steps * walker.stepper.stages,
+    )

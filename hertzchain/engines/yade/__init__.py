@@ -1,0 +1,5 @@
+"""Yade, an oracle beside LAMMPS: a script of the same scene, run by its program."""
+
+from hertzchain.engines.yade.backend import Yade
+
+__all__ = ["Yade"]

@@ -1,0 +1,265 @@
+"""A scene as a deck for Yade, a script: pure text, nothing is run here.
+
+The script is Python for the interpreter within Yade, which has Yade's names. It gets the raw E, nu,
+R and rho, never the contact stiffness or the mass computed here, so that a mistake in either shows
+when backends are compared.
+
+Yade leaps: it holds positions at t_n and velocities at t_n - dt/2. Between contact forces and
+motion the velocity at t_n is therefore that half step before, and the net force over the mass times
+dt/2. At a corner of the pulse, velocities are set back from t_n by half a step of the leg that
+begins, with its force. So the motion is that of velocity Verlet, to the last step of each leg.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.metadata import version
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hertzchain.engines.external.rescaling import predicted_loss
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+AT_REST, READINGS, VERSION = "at_rest.npy", "readings.npy", "version.txt"
+"""What a run leaves behind: positions, masses and diameters of the granules before the shock,
+shape (3, granules); positions, velocities and net forces, shape (readings, 3, granules)."""
+
+
+def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
+    """The part of a script that makes the chain, at rest, and the function ``step`` that pushes it.
+
+    ``step`` runs between contact forces and motion. It hands the state on to ``see(leg, step,
+    positions, velocities, net forces)`` every so many steps of each leg, and at both of its ends.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    legs, strides
+        The steps, and how many of them lie between two readings on each leg.
+    """
+    chain = scene.chain
+    rows = "\n".join(f"    {_row(leg, stride)}," for leg, stride in zip(legs, strides, strict=True))
+    return f"""\
+import numpy as np
+
+granules = {chain.granules}
+radius = {chain.radius!r}  # m
+young_modulus = {chain.young_modulus!r}  # Pa
+poisson_ratio = {chain.poisson_ratio!r}
+density = {chain.density!r}  # kg/m^3
+
+# Legs from one corner of the pulse to the next: number of steps, length of a step [s], steps
+# between two readings, and the force [N]: its shape, how much it is at the start and how much it
+# grows over the whole ramp, of which a step is a fraction.
+legs = [
+{rows}
+]
+{_MOTION}"""
+
+
+def _row(leg: Leg, stride: int) -> tuple[int, float, int, str, float, float, float]:
+    if (ramp := leg.ramp) is None:
+        return leg.steps, leg.dt, stride, "none", 0.0, 0.0, 0.0
+    # A leg starts where its ramp starts.
+    assert ramp.start == leg.start
+    growth, fraction = ramp.end_force - ramp.start_force, leg.dt / (ramp.end - ramp.start)
+    return leg.steps, leg.dt, stride, ramp.shape, ramp.start_force, growth, fraction
+
+
+_MOTION = '''
+steel = FrictMat(
+    young=young_modulus, poisson=poisson_ratio, density=density, frictionAngle=0.0
+)
+O.bodies.append([sphere((2 * radius * k, 0, 0), radius, material=steel) for k in range(granules)])
+states = [body.state for body in O.bodies]
+for state in states:
+    state.blockedDOFs = "yzXYZ"  # one dimension
+mass = np.array([state.mass for state in states])
+
+leg, done = 0, 0  # which leg, and how many steps of it
+
+
+def applied_force():
+    """The force on the first granule at this step of this leg [N]."""
+    shape, start, growth, fraction = legs[leg][3:]
+    part = done * fraction
+    return start + growth * (part if shape == "linear" else np.sin(np.pi / 2 * part) ** 2)
+
+
+def along_the_chain():
+    """Positions, velocities half a step before, and contact forces."""
+    position = np.array([state.pos[0] for state in states])
+    velocity = np.array([state.vel[0] for state in states])
+    return position, velocity, np.array([O.forces.f(k)[0] for k in range(granules)])
+
+
+def push():
+    """Between contact forces and motion: read the state, then apply the force."""
+    global leg, done
+    steps, dt, stride = legs[leg][:3]
+    if O.iter == 0:
+        start_leg(np.zeros(granules))
+    elif done == steps:
+        position, half, force = along_the_chain()
+        force[0] += applied_force()
+        velocity = half + force * dt / (2 * mass)
+        see(position, velocity, force)
+        leg, done = leg + 1, 0
+        if leg == len(legs):
+            return
+        start_leg(velocity)
+    elif done % stride == 0:
+        position, half, force = along_the_chain()
+        force[0] += applied_force()
+        see(position, half + force * dt / (2 * mass), force)
+    if legs[leg][3] != "none":
+        O.forces.addF(0, (applied_force(), 0, 0))
+    done += 1
+
+
+def start_leg(velocity):
+    """Set velocities back by half a step of a leg, with its force."""
+    position, _, force = along_the_chain()
+    force[0] += applied_force()
+    see(position, velocity, force)
+    O.dt = legs[leg][1]
+    for state, half in zip(states, velocity - force * O.dt / (2 * mass)):
+        state.vel = (half, 0, 0)
+
+
+O.dt = legs[0][1]
+O.engines = [
+    ForceResetter(),
+    InsertionSortCollider([Bo1_Sphere_Aabb()]),
+    InteractionLoop(
+        [Ig2_Sphere_Sphere_ScGeom()],
+        [Ip2_FrictMat_FrictMat_MindlinPhys()],
+        [Law2_ScGeom_MindlinPhys_Mindlin()],  # Hertz; no friction, no damping
+    ),
+    PyRunner(command="push()", iterPeriod=1, initRun=True),
+    NewtonIntegrator(damping=0),
+]
+'''
+
+
+def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
+    """A whole script that leaves the granules at rest and readings of them behind.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    legs, strides
+        The steps, and how many of them lie between two readings on each leg.
+    """
+    return f"""\
+from yade import config
+
+{motion(scene, legs, strides)}
+position = [state.pos[0] for state in states]
+np.save({AT_REST!r}, [position, mass, [2 * body.shape.radius for body in O.bodies]])
+with open({VERSION!r}, "w") as file:
+    file.write(config.version)
+
+readings = []
+
+
+def see(position, velocity, force):
+    readings.append((position, velocity, force))
+
+
+O.run(sum(row[0] for row in legs) + 1, wait=True)
+np.save({READINGS!r}, readings)
+"""
+
+
+READING_INTERVAL = 0.01
+"""Natural time units between two readings of a script; a parabola through three of them is off by
+0.06 times its third power at most, 6e-8 of a peak."""
+
+
+def deck(
+    scene: Scene, dt: float, peak_force: ArrayLike, tolerance: float, title: str = "a scene"
+) -> str:
+    """A whole script that runs with ``yade -n -x FILE.py`` and says whether its peaks are right.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    dt
+        The largest step [s].
+    peak_force
+        The true peaks, from elsewhere [N], shape (contacts,).
+    tolerance
+        What may be between them and those of these steps, as a fraction; what absolute coordinates
+        cost comes on top.
+    title
+        What the script says it is.
+    """
+    legs = scene.schedule(dt)
+    steps = sum(leg.steps for leg in legs)
+    strides = [max(1, int(READING_INTERVAL * scene.units.time / leg.dt)) for leg in legs]
+    lost = predicted_loss(scene, steps)
+    # An estimate, no bound: 10 times that.
+    allowed = tolerance + 10 * lost
+    expected = "".join(f"    {force!r},\n" for force in np.asarray(peak_force, float).tolist())
+    return f'''\
+"""{title}: a chain of {scene.chain.granules} elastic spheres in Hertz contact, pushed at one end.
+
+Written by hertzchain {version("hertzchain")}. SI units throughout.
+Run it with: yade -n -x THIS_FILE (whose name has to end in .py, or Yade takes it for no script)
+{steps} steps of at most {max(leg.dt for leg in legs):.4g} s, ending at the corners of the pulse.
+It finds the peak force of each contact, writes peaks.csv, and prints PASS, or FAIL and ends with
+status 1, by comparing them with the true ones, which hertzchain has from Eq. 1 by a method of
+high order. They may differ by {allowed:.1e}: steps {tolerance:.0e}, and ten times what absolute
+coordinates cost, some {lost:.0e}.
+"""
+
+{motion(scene, legs, strides)}
+# True peak force of contacts 2, 3, ... [N]; contact i lies between granules i - 1 and i.
+expected = np.array([
+{expected}])
+tolerance = {allowed!r}
+{_PEAKS}'''
+
+
+_PEAKS = '''
+peaks = np.zeros(granules - 1)
+last = []  # times and contact forces of up to three successive readings
+begin = np.cumsum([0.0] + [row[0] * row[1] for row in legs])
+
+
+def see(position, velocity, force):
+    """Keep the largest force of each contact: the top of the parabola through three readings."""
+    if leg > 0 and done == 0:
+        return  # the end of the leg before
+    # Nothing pushes the granules beyond a contact but that contact.
+    contact = np.cumsum(force[:0:-1])[::-1]
+    np.maximum(peaks, contact, out=peaks)
+    last.append((begin[leg] + done * legs[leg][1], contact))
+    if len(last) == 3:
+        (t, a), (u, b), (w, c) = last
+        rise, fall = (b - a) / (u - t), (c - b) / (w - u)
+        top = (rise >= 0) & (fall < 0)
+        bend = np.where(top, (fall - rise) / (w - t), -1.0)
+        slope = rise + bend * (u - t)
+        np.maximum(peaks, np.where(top, b - slope**2 / (4 * bend), 0.0), out=peaks)
+        last.pop(0)
+
+
+O.run(sum(row[0] for row in legs) + 1, wait=True)
+with open("peaks.csv", "w") as file:
+    file.write("contact,peak_force_N,true_N\\n")
+    for k in range(granules - 1):
+        file.write(f"{k + 2},{peaks[k]!r},{expected[k]!r}\\n")
+judged = (expected > 0) & (expected >= 1e-3 * expected.max())  # others are lost in rounding
+off = np.abs(peaks[judged] / expected[judged] - 1).max()
+right = leg == len(legs) and off <= tolerance
+print(f"{'PASS' if right else 'FAIL'}: peaks differ by {off:.1e} at most, {tolerance:.1e} allowed")
+if not right:
+    raise SystemExit(1)
+'''

@@ -1,5 +1,0 @@
-"""LIGGGHTS, an oracle beside LAMMPS: a deck of the same scene, run by its program."""
-
-from hertzchain.liggghts.backend import Liggghts
-
-__all__ = ["Liggghts"]

@@ -1,0 +1,1 @@
+"""What is seen of a run, whoever simulated it: peaks, work, histories, error, result."""

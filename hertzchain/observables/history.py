@@ -1,0 +1,112 @@
+"""History: displacement, velocity and contact force at wanted times, interpolated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.errors import SceneError, require
+from hertzchain.observables import hermite
+from hertzchain.observables.samples import Samples
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """What a run recorded, in SI units.
+
+    Parameters
+    ----------
+    time
+        As asked for [s], shape (times,).
+    displacement, velocity
+        [m], and its slope [m/s], shape (times, granules). The velocities that velocity Verlet has
+        are central differences; they differ from the slope by dt^2/6 times the jerk.
+    contact_force
+        [N], shape (times, granules - 1).
+    """
+
+    time: FloatArray
+    displacement: FloatArray
+    velocity: FloatArray
+    contact_force: FloatArray
+
+
+def wanted_times(record: ArrayLike, end_time: float) -> FloatArray:
+    """The times of a history, checked.
+
+    Raises
+    ------
+    SceneError
+        If they are not increasing numbers between 0 and the end of the run [s].
+    """
+    allowed = f"must be increasing times from 0 to the end of the run, {end_time} s"
+    try:
+        time = np.atleast_1d(np.asarray(record, np.float64))
+    except (TypeError, ValueError):
+        raise SceneError("record", record, allowed) from None
+    require(time.ndim == 1 and time.size > 0, "record", record, allowed)
+    increasing = bool(np.all(np.diff(time) > 0))
+    require(increasing and time[0] >= 0 and time[-1] <= end_time, "record", record, allowed)
+    return time
+
+
+class Recorder:
+    """Fills a history as samples are shown to it.
+
+    Parameters
+    ----------
+    time
+        Wanted times, increasing, in the units of the samples.
+    granules
+        Number of granules.
+    """
+
+    def __init__(self, time: Array, granules: int) -> None:
+        self.time = np.asarray(time)
+        self.displacement = np.full((self.time.size, granules), np.nan)
+        self.velocity = np.full((self.time.size, granules), np.nan)
+        self.contact_force = np.full((self.time.size, granules - 1), np.nan)
+
+    def show(self, samples: Samples) -> None:
+        """Interpolate at the wanted times that lie within these samples."""
+        wanted = np.nonzero((self.time >= samples.time[0]) & (self.time <= samples.time[-1]))[0]
+        if not wanted.size:
+            return
+        last = samples.time.size - 2
+        at = np.clip(np.searchsorted(samples.time, self.time[wanted], "right") - 1, 0, last)
+        h = (samples.time[at + 1] - samples.time[at])[:, None]
+        s = (self.time[wanted] - samples.time[at])[:, None] / h
+        curve = _interpolant(samples.granule_derivatives, at, h)
+        self.displacement[wanted] = hermite.evaluate(curve, s)
+        self.velocity[wanted] = hermite.evaluate(hermite.derivative(curve), s) / h
+        overlap = hermite.evaluate(_interpolant(samples.overlap_derivatives, at, h), s)
+        later = samples.overlap[at + 1] > samples.overlap[at]
+        pressed = np.where(later, samples.overlap[at + 1], samples.overlap[at])
+        force = np.where(later, samples.contact_force[at + 1], samples.contact_force[at])
+        touching = (pressed > 0) & (overlap > 0)
+        ratio = np.where(touching, overlap, 0) / np.where(touching, pressed, 1)
+        self.contact_force[wanted] = force * ratio * np.sqrt(ratio)
+
+    def history(
+        self,
+        time: FloatArray,
+        length: float = 1.0,
+        velocity: float = 1.0,
+        force: float = 1.0,
+    ) -> History:
+        """What was recorded, in SI: the units of the samples are given in SI."""
+        return History(
+            time,
+            self.displacement * length,
+            self.velocity * velocity,
+            self.contact_force * force,
+        )
+
+
+def _interpolant(derivatives: tuple[Array, ...], at: NDArray[np.intp], h: Array) -> Array:
+    return hermite.coefficients(
+        [values[at] for values in derivatives], [values[at + 1] for values in derivatives], h
+    )

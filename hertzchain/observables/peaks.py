@@ -1,0 +1,226 @@
+"""Peaks: the true maximum of each contact force, between the samples too.
+
+The largest sample is only second order in the interval. Between two samples the overlap is
+interpolated (quintic from overlap, rate and acceleration; of degree seven where the jerk is known)
+and its largest value taken, wherever it may lie: a contact that is pressed harder at both samples
+can have a maximum and a minimum between them. A maximum that the interpolant misses exceeds it by
+no more than the interpolation error. A contact that is pressed between two samples alone, and never
+at one, is not seen: its force is not known. The force there is the backend's own force at the
+nearer sample times the overlap ratio to the power 3/2: only the exponent of Hertz's law is used, so
+a wrong stiffness in a backend still shows.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.observables import hermite
+from hertzchain.observables.samples import Samples
+
+SIGNIFICANT = 1e-3
+"""Peaks below this fraction of the largest are not judged: error estimates do not cover them."""
+
+_COUNTS = 2e-3
+"""Of the largest overlap: below, a force is less than a ten-thousandth of the largest."""
+
+ESTIMATED = 0.5 * SIGNIFICANT
+"""What two runs are compared from, to estimate an error: a peak that is a little too low in both
+may be above ``SIGNIFICANT`` in truth."""
+
+
+class PeakWatch:
+    """Keeps the largest force of each contact and its time as samples are shown to it.
+
+    Parameters
+    ----------
+    contacts
+        Number of contacts.
+    dtype
+        Precision to keep.
+    """
+
+    def __init__(self, contacts: int, dtype: type[np.floating[Any]] = np.float64) -> None:
+        self.force = np.zeros(contacts, dtype)
+        self.time = np.full(contacts, np.nan, dtype)
+        self._overlap = np.zeros(contacts, dtype)  # under the largest force
+        self._maxima = np.zeros((2, contacts), dtype)  # of the overlap, the two highest
+        self._until = dtype(0)
+
+    @property
+    def rival(self) -> Array:
+        """The second highest maximum of each contact's force, 0 where there is none: (contacts,).
+
+        Of two maxima of nearly the same height, another one may be the highest with other steps.
+        """
+        highest = self._maxima[0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.where(highest > 0, self._maxima[1] / highest, 0.0)
+        return np.asarray(self.force * ratio * np.sqrt(ratio))
+
+    @property
+    def passed(self) -> NDArray[np.bool_]:
+        """Whether each contact was pressed and has let up since, shape (contacts,)."""
+        return self.time < self._until  # False for NaN
+
+    @property
+    def any_rising(self) -> bool:
+        """Whether a contact that counts was pressed harder at the end than ever before."""
+        return any_rising(self.force, self.passed)
+
+    def show(self, samples: Samples) -> None:
+        """Take note of the samples and of the intervals between them."""
+        self._until = samples.time[-1]
+        largest = np.argmax(samples.contact_force, axis=0)
+        columns = np.arange(self.force.size)
+        self._keep(
+            columns,
+            samples.contact_force[largest, columns],
+            samples.time[largest],
+            samples.overlap[largest, columns],
+        )
+        derivatives = samples.overlap_derivatives
+        h = np.diff(samples.time)[:, np.newaxis]
+        overlap, rate, change = (np.abs(d) if k else d for k, d in enumerate(derivatives[:3]))
+        # As far as an overlap can get, even if its rate changes by all that both ends say.
+        farthest = np.maximum(overlap[:-1], overlap[1:])
+        farthest = farthest + h * (rate[:-1] + rate[1:] + h * (change[:-1] + change[1:]))
+        intervals, contacts = np.nonzero(farthest > self._maxima[1])
+        if intervals.size:
+            start = [d[intervals, contacts] for d in derivatives]
+            end = [d[intervals + 1, contacts] for d in derivatives]
+            self._interpolate(samples, intervals, contacts, start, end)
+
+    def _interpolate(
+        self,
+        samples: Samples,
+        intervals: NDArray[np.intp],
+        contacts: NDArray[np.intp],
+        start: list[Array],
+        end: list[Array],
+    ) -> None:
+        """Keep the maxima within some intervals, from overlaps and derivatives at their ends."""
+        h = np.diff(samples.time)[intervals]
+        increments = hermite.increments(start, end, h)
+        reached = start[0] + np.cumsum(increments, axis=0).max(axis=0)
+        rises = increments > 0
+        turns = np.count_nonzero(rises[1:] != rises[:-1], axis=0)
+        higher = reached > self._maxima[1, contacts]
+        # The front of a wave grows by powers of ten in an interval: there seem to be some in it.
+        counts = reached > _COUNTS * np.max(self._overlap)
+        for several, some in (
+            (False, higher & (turns == 1) & rises[0]),
+            (True, higher & (turns > 1) & counts),
+        ):
+            if not some.any():
+                continue
+            place = intervals[some], contacts[some]
+            curve = hermite.coefficients([d[some] for d in start], [d[some] for d in end], h[some])
+            if not several:
+                self._take(samples, *place, curve, hermite.maximum(curve))
+                continue
+            for k, column in enumerate(curve.T):
+                for s in hermite.maxima(column):
+                    here = place[0][k : k + 1], place[1][k : k + 1]
+                    self._take(samples, *here, column[:, np.newaxis], np.array([s]))
+
+    def _take(
+        self,
+        samples: Samples,
+        intervals: NDArray[np.intp],
+        contacts: NDArray[np.intp],
+        curve: Array,
+        s: Array,
+    ) -> None:
+        """Keep maxima at s in [0, 1] of the curves of intervals."""
+        highest = hermite.evaluate(curve, s)
+        for contact, overlap in zip(contacts, highest, strict=True):
+            pair = self._maxima[:, contact]
+            if overlap > pair[0]:
+                pair[:] = overlap, pair[0]
+            elif overlap > pair[1]:
+                pair[1] = overlap
+        h = np.diff(samples.time)[intervals]
+        overlaps = samples.overlap
+        nearer = intervals + (overlaps[intervals + 1, contacts] > overlaps[intervals, contacts])
+        beside, force = samples.overlap[nearer, contacts], samples.contact_force[nearer, contacts]
+        # Pressed between two samples alone: by what the contact has been at its largest force.
+        beside, force = (
+            np.where((force > 0) & (samples.overlap[nearer, contacts] > 0), now, then)
+            for now, then in ((beside, self._overlap[contacts]), (force, self.force[contacts]))
+        )
+        known = (force > 0) & (beside > 0) & (highest > 0)
+        ratio = highest[known] / beside[known]
+        force = force[known] * ratio * np.sqrt(ratio)
+        time = samples.time[intervals[known]] + (s * h)[known]
+        self._keep(contacts[known], force, time, highest[known])
+
+    def _keep(self, contacts: NDArray[np.intp], force: Array, time: Array, overlap: Array) -> None:
+        """Let a later force replace an earlier one that is not larger, contact by contact."""
+        order = np.argsort(force, kind="stable")  # of several for one contact the largest is last
+        contacts, force = contacts[order], force[order]
+        time, overlap = time[order], overlap[order]
+        larger = force > self.force[contacts]
+        self.force[contacts[larger]] = force[larger]
+        self.time[contacts[larger]] = time[larger]
+        self._overlap[contacts[larger]] = overlap[larger]
+
+
+def any_rising(force: Array, passed: NDArray[np.bool_]) -> bool:
+    """Whether a contact that counts was pressed harder at the end than ever before.
+
+    Parameters
+    ----------
+    force, passed
+        Peak force of each contact, and whether it has let up since, shape (contacts,).
+    """
+    if passed.all():
+        return False
+    counts = force >= ESTIMATED * np.max(force)
+    return bool(np.any(counts & ~passed & (force > 0)))
+
+
+def times_of_peaks(peak_force: FloatArray, peak_time: FloatArray) -> FloatArray:
+    """Times of peaks, NaN where the force of a front far ahead of the wave is 0 in its unit.
+
+    Parameters
+    ----------
+    peak_force, peak_time
+        In any units, of one shape.
+    """
+    return np.where(peak_force > 0, peak_time, np.nan)
+
+
+def largest_differences(
+    peak_force: Array, expected: Array, significant: float = SIGNIFICANT
+) -> FloatArray:
+    """``largest_difference`` of many runs at once: shape (runs, contacts) to shape (runs,)."""
+    largest = expected.max(axis=1, keepdims=True)
+    judged = (expected >= significant * largest) & (largest > 0)
+    difference = np.abs(peak_force / np.where(judged, expected, 1.0) - 1.0)
+    wrong = (largest == 0) & (peak_force > 0)
+    return np.asarray(np.max(np.where(judged, difference, wrong), axis=1, initial=0.0))
+
+
+def largest_difference(
+    peak_force: Array, expected: Array, significant: float = SIGNIFICANT
+) -> float:
+    """Largest relative difference of the peaks that are at least 1e-3 of the largest expected.
+
+    Parameters
+    ----------
+    peak_force, expected
+        Shape (contacts,), the same for both. Where nothing is expected to be pressed: 0, or 1 if
+        anything is.
+    significant
+        Another fraction instead of 1e-3.
+    """
+    if peak_force.shape != expected.shape:
+        raise ValueError(f"must have equal shapes, got {peak_force.shape} and {expected.shape}")
+    if not np.any(expected):
+        return float(np.any(peak_force))
+    judged = expected >= significant * expected.max()
+    return float(np.max(np.abs(peak_force[judged] / expected[judged] - 1.0)))

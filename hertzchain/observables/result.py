@@ -1,0 +1,219 @@
+"""The one result of every backend, in SI units."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.observables.history import History
+from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.validity import overlap_ratio, overlap_warning
+
+if TYPE_CHECKING:
+    import pandas
+
+
+ROUGH = 0.01
+"""Error of the peaks above which p, which hangs on changes of one per cent, means nothing."""
+
+
+@dataclass(frozen=True)
+class Balance:
+    """What the shock gave and what the chain has at the end of a run.
+
+    Parameters
+    ----------
+    impulse
+        Integral of the applied force over time, from the scene [N s].
+    momentum
+        Of all granules at the end [N s].
+    work
+        Of the applied force on the first granule [J].
+    energy
+        Kinetic energy plus that of the contacts, 2/5 F overlap each, at the end [J].
+    """
+
+    impulse: float
+    momentum: float
+    work: float
+    energy: float
+
+
+@dataclass(frozen=True)
+class LostDigits:
+    """What absolute coordinates cost a code, and the Young's modulus that it was given for that.
+
+    Parameters
+    ----------
+    young_modulus
+        Given to it [Pa]: the scene's own, or that of a similar scene which loses less; its
+        results are those of the true scene again.
+    predicted
+        Loss of the peaks with the scene's own modulus, as a fraction, estimated before the run.
+    bound
+        Loss of the peaks with the modulus given, at most, as a fraction; part of the error
+        estimate.
+    """
+
+    young_modulus: float
+    predicted: float
+    bound: float
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What one backend found for one scene.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    backend, method
+        Who computed it and how.
+    dt
+        The largest step [s].
+    steps, force_evaluations
+        Cost of the run itself, without those that estimate its error.
+    peak_force, peak_time
+        Of contacts 2 ... N (the paper's numbers) [N], [s], shape (N - 1,). True maxima, not the
+        largest samples; the time is NaN where a contact was never pressed.
+    peak_passed
+        Whether a contact let up again before the run ended, shape (N - 1,).
+    error_estimate
+        Upper bound of the relative error of every peak of at least 1e-3 of the largest, against
+        the exact solution of Eq. 1: steps, interpolation and round-off.
+    displacement, velocity
+        At the end of the run [m], [m/s], shape (N,).
+    balance
+        Momentum and energy.
+    history
+        What was recorded, if anything was.
+    wall_time
+        Of the whole call, with what it took to estimate the error [s].
+    versions
+        Of what computed it.
+    watching_share
+        Time spent on stopping to read and on what was read, as a fraction of that spent on steps;
+        None where stepping and reading are one.
+    lost_digits
+        What absolute coordinates cost; None where there are none.
+    """
+
+    scene: Scene
+    backend: str
+    method: str
+    dt: float
+    steps: int
+    force_evaluations: int
+    peak_force: FloatArray
+    peak_time: FloatArray
+    peak_passed: NDArray[np.bool_]
+    error_estimate: float
+    displacement: FloatArray
+    velocity: FloatArray
+    balance: Balance
+    history: History | None
+    wall_time: float
+    versions: Mapping[str, str]
+    watching_share: float | None = None
+    lost_digits: LostDigits | None = None
+
+    @cached_property
+    def transition_granules(self) -> int | None:
+        """p; None if the transition does not end in this chain or in this run."""
+        return transition_granules(self.peak_force, self.peak_passed)
+
+    @cached_property
+    def solitary_wave(self) -> SolitaryWave:
+        """The wave after the transition."""
+        diameter = 2 * self.scene.chain.radius
+        return solitary_wave(
+            self.peak_force, self.peak_time, self.peak_passed, self.transition_granules, diameter
+        )
+
+    @property
+    def overlap_ratio(self) -> float:
+        """The largest overlap over the radius R; Hertz's law is for small ones."""
+        return overlap_ratio(self.scene.chain, float(np.max(self.peak_force)))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on what is not to be trusted; none, as a rule."""
+        found = [] if (warning := overlap_warning(self.overlap_ratio)) is None else [warning]
+        if self.error_estimate > ROUGH:
+            found.append(
+                f"the peaks may be off by {self.error_estimate:.0%}, and p and all that follows"
+                " from them may be wrong: take a smaller dt, or rtol instead"
+            )
+        return tuple(found)
+
+    @property
+    def contact(self) -> NDArray[np.int_]:
+        """The paper's numbers of the contacts, 2 ... N, shape (N - 1,)."""
+        return np.arange(2, self.peak_force.size + 2)
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row per contact: contact, peak_force_N, peak_time_s."""
+        import pandas
+
+        return pandas.DataFrame(
+            {
+                "contact": self.contact,
+                "peak_force_N": self.peak_force,
+                "peak_time_s": self.peak_time,
+            }
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as JSON knows it; null stands for what is not there."""
+        wave = self.solitary_wave
+        return {
+            "backend": self.backend,
+            "method": self.method,
+            "dt_s": self.dt,
+            "steps": self.steps,
+            "force_evaluations": self.force_evaluations,
+            "end_time_s": self.scene.end_time,
+            "rise_time_s": self.scene.rise_time,
+            "momentum_ratio": self.scene.momentum_ratio,
+            "peak_force_N": self.peak_force.tolist(),
+            "peak_time_s": [None if np.isnan(time) else time for time in self.peak_time.tolist()],
+            "transition_granules": self.transition_granules,
+            "solitary_wave": {
+                "peak_force_N": wave.peak_force,
+                "far_field_force_N": wave.far_field_force,
+                "speed_m_s": wave.speed,
+            },
+            "error_estimate": self.error_estimate,
+            "overlap_ratio": self.overlap_ratio,
+            "warnings": list(self.warnings),
+            "balance": {
+                "impulse_N_s": self.balance.impulse,
+                "momentum_N_s": self.balance.momentum,
+                "work_J": self.balance.work,
+                "energy_J": self.balance.energy,
+            },
+            "wall_time_s": self.wall_time,
+            "watching_share": self.watching_share,
+            "lost_digits": self.lost_digits
+            and {
+                "young_modulus_Pa": self.lost_digits.young_modulus,
+                "predicted": self.lost_digits.predicted,
+                "bound": self.lost_digits.bound,
+            },
+            "provenance": {
+                "hertzchain": version("hertzchain"),
+                **self.versions,
+                "python": platform.python_version(),
+                "platform": platform.platform(),
+            },
+        }

@@ -1,0 +1,519 @@
+"""Reports for people: one page of HTML that needs neither server nor network.
+
+Plots are Plotly's, whose script is inlined; tables are there without scripts, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hertzchain.errors import OutputError
+from hertzchain.files import write_text
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.observables.result import Result
+from hertzchain.report.console import (
+    COLOURS,
+    answers,
+    describe,
+    difference,
+    judgement_facts,
+    number,
+    shown_contacts,
+    similar_scene,
+)
+from hertzchain.report.page_plots import (
+    DASHES,
+    LONG,
+    Series,
+    difference_plot,
+    peak_plot,
+    plotted_contacts,
+    relative_difference,
+    waterfall,
+)
+from hertzchain.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from hertzchain.verdict.comparison import Check, Comparison
+    from hertzchain.verdict.judgement import Judgement
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+_ROWS = 10_000
+"""Of a table, a megabyte; all further numbers are in the page's JSON."""
+
+_WHAT_TO_DO = {
+    "native: error of the reference": "the reference cannot judge this scene: a shorter end_time"
+    " or chain leaves it more digits",
+    ": momentum [N s]": "do not use this result; what it was pushed with is not the pulse, or it"
+    " was lost on the way",
+    ": energy [J]": "do not use this result; something does work, or takes it, that is not in"
+    " Eq. 1: damping, another law, or steps too long",
+    "same steps": "do not use this result; at the same steps it is another chain: look at what"
+    " differs first in the checks above it, then at the force law and the integrator of the deck",
+    "peaks against the reference": "do not trust its error estimate; take shorter steps",
+    "lammps: ": "what LAMMPS made of the deck is not the scene: `hertzchain deck` writes the deck,"
+    " `hertzchain lint` points at what is wrong in it",
+}
+"""What to do about a failed check, by a part of its name; the first that is found."""
+
+
+# Tables
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of a page.
+
+    Parameters
+    ----------
+    caption
+        What it is.
+    header
+        Names of the columns.
+    rows
+        Cells as they are shown.
+    text
+        How many of the first columns are text; all further ones are numbers.
+    """
+
+    caption: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    text: int = 1
+
+
+def _peak_rows(native: Result, series: Series, codes: int) -> tuple[list[str], list[list[str]]]:
+    """Header and rows of the table of peaks: digits of simulations, per cent of formulas."""
+    labels = [label for _, label, _ in series]
+    header = ["contact", "native [N]", *(f"{label} [N]" for label in labels)]
+    header += [f"{label} − native" for label in labels]  # noqa: RUF001 - a minus sign
+    rows = []
+    columns = [values.tolist() for _, _, values in series]
+    for contact, peak, *others in zip(
+        native.contact.tolist(), native.peak_force.tolist(), *columns, strict=True
+    ):
+        cells = [str(contact), number(peak, 9)]
+        for at, value in enumerate(others):
+            cells.append(number(value, 9 if at < codes else 6))
+        for at, value in enumerate(others):
+            known = peak > 0 and not np.isnan(value)
+            off = value / peak - 1 if known else 0.0
+            cells.append((f"{off:+.1e}" if at < codes else f"{off:+.2%}") if known else "")
+        rows.append(cells)
+    return header, rows
+
+
+def _split(result: Result, caption: str, header: list[str], rows: list[list[str]]) -> list[Table]:
+    """The transition, then the rest; one table where the chain is short."""
+    if len(rows) <= 30:
+        return [Table(caption, header, rows, 0)]
+    first = len(shown_contacts(result))
+    if first >= len(rows):
+        return [Table(caption, header, rows, 0)]
+    left = rows[first : first + _ROWS]
+    p = result.transition_granules
+    of_transition = "the first contacts" if p is None else "the transition and the contact after it"
+    rest = f"{len(rows) - first:,} further contacts, {rows[first][0]} to {rows[-1][0]}"
+    if len(left) < len(rows) - first:
+        rest += f"; here to {left[-1][0]}, the rest is in the JSON"
+    told = [at for at in range(len(header)) if any(row[at] for row in left)]
+    return [
+        Table(f"{caption}: {of_transition}", header, rows[:first], 0),
+        Table(rest, [header[at] for at in told], [[row[at] for at in told] for row in left], 0),
+    ]
+
+
+def _peak_tables(comparison: Comparison, series: Series, codes: int) -> list[Table]:
+    header, rows = _peak_rows(comparison.native, series, codes)
+    return _split(comparison.native, "Peak force of each contact", header, rows)
+
+
+def _cost_table(comparison: Comparison, labels: Mapping[str, str]) -> Table:
+    header = ["", "method", "largest step [s]", "steps", "force evaluations", "wall time [s]"]
+    rows = [
+        [
+            labels[name],
+            result.method,
+            f"{result.dt:.3g}",
+            f"{result.steps:,}",
+            f"{result.force_evaluations:,}",
+            f"{result.wall_time:.3g}",
+            f"{result.error_estimate:.1e}",
+        ]
+        for name, result in comparison.results.items()
+    ]
+    rows += [
+        [labels[name], "did not run", *[""] * 5]
+        for name in comparison.wanted
+        if name not in comparison.results
+    ]
+    said = "see differences" if comparison.formulas.applicable is None else ""
+    rows.append(["formulas", "Eqs. 3 to 9, given p and F_SW", "", "0", "0", "0", said])
+    return Table("What each answer cost", [*header, "error of the peaks, at most"], rows, text=2)
+
+
+@dataclass(frozen=True)
+class CheckRow:
+    """A check in a table.
+
+    Parameters
+    ----------
+    passed, name, reason
+        As the check has them.
+    cells
+        Its numbers, as they are shown.
+    """
+
+    passed: bool
+    name: str
+    reason: str
+    cells: Sequence[str]
+
+    @classmethod
+    def of(cls, check: Check) -> CheckRow:
+        """A check, with measured, expected, difference and tolerance."""
+        measured = "" if check.measured is None else f"{check.measured:.9g}"
+        expected = "" if check.expected is None else f"{check.expected:.9g}"
+        off = ["0" if text == "0.0e+00" else text for text in difference(check)]
+        return cls(check.passed, check.name, check.reason, [measured, expected, *off])
+
+
+# The verdict
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A check that failed.
+
+    Parameters
+    ----------
+    name
+        Of the check.
+    found
+        What was measured.
+    advice
+        What to do.
+    """
+
+    name: str
+    found: str
+    advice: str
+
+
+def _failure(check: Check) -> Failure:
+    off, tolerance = difference(check)
+    if not off:
+        return Failure(check.name, "", check.reason)
+    found = f"off by {off}, allowed is {tolerance} ({check.reason})"
+    for part, advice in _WHAT_TO_DO.items():
+        if part in check.name:
+            return Failure(check.name, found, advice)
+    return Failure(check.name, found, "do not use this result")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The head of a page.
+
+    Parameters
+    ----------
+    passed
+        Whether all is well; None where that could not be said.
+    sentence
+        What that means.
+    failures
+        What failed.
+    remarks
+        Warnings, and what could not be said.
+    """
+
+    passed: bool | None
+    sentence: str
+    failures: Sequence[Failure] = ()
+    remarks: Sequence[str] = ()
+
+    @property
+    def word(self) -> str:
+        """``PASS``, ``FAIL`` or ``UNDECIDED``."""
+        return "UNDECIDED" if self.passed is None else "PASS" if self.passed else "FAIL"
+
+
+def _verdict(comparison: Comparison, labels: Mapping[str, str], codes: Sequence[str]) -> Verdict:
+    checks = comparison.checks
+    failed = [check for check in checks if not check.passed]
+    made = [check for check in checks if check.measured is not None or check.passed]
+    only_absent = bool(failed) and all(check.measured is None for check in failed)
+    ran = [name for name in codes if name in comparison.results]
+    if not failed and ran:
+        peaks = [comparison.results[name].peak_force for name in ran]
+        off = max(largest_difference(found, comparison.native.peak_force) for found in peaks)
+        who = " and ".join(labels[name] for name in ran)
+        sentence = (
+            f"All {len(checks)} checks passed. Peaks by {who} differ from those of native by"
+            f" {off:.1e} at most, within the errors that both claim."
+        )
+    elif not failed:
+        sentence = (
+            f"All {len(checks)} checks of native passed; no other simulation was compared with it,"
+            " so that nothing but its own balances and error estimate speaks for it."
+        )
+    elif only_absent:
+        sentence = (
+            f"Not everything that was asked for could be compared. The {len(made)}"
+            " checks that could be made passed."
+        )
+    else:
+        sentence = f"{len(failed)} of {len(checks)} checks failed."
+    remarks = [
+        f"{labels[name]}: {warning}"
+        for name, result in comparison.results.items()
+        for warning in result.warnings
+    ]
+    remarks += [
+        f"Formulas: {remark}"
+        for remark in (comparison.formulas.applicable, comparison.formulas.note)
+        if remark
+    ]
+    asked = {check.name.partition(":")[0] for check in checks}
+    remarks += [
+        f"{labels[name]} has not been asked"
+        for name in comparison.wanted
+        if name not in comparison.results and name not in asked
+    ]
+    passed = None if only_absent else not failed
+    return Verdict(passed, sentence, [_failure(check) for check in failed], remarks)
+
+
+# Pages
+
+
+def check_page_format(path: Path | str) -> None:
+    """Raise an OutputError, before any work is done, for a name that is no page's.
+
+    Raises
+    ------
+    OutputError
+        If the file name does not end in .html or .htm.
+    """
+    if Path(path).suffix.lower() not in (".html", ".htm"):
+        raise OutputError(f"{path}: a report is a page, the name must end in .html or .htm")
+
+
+def comparison_page(comparison: Comparison, file: str = "scene.toml") -> str:
+    """A comparison as a page of HTML.
+
+    Parameters
+    ----------
+    comparison
+        What to show; contact force over time if its results have a history, see ``record_times``.
+    file
+        The name of the scene file.
+    """
+    from hertzchain.verdict.comparison import CODES
+
+    native, formulas = comparison.native, comparison.formulas
+    labels = {"native": "native", **CODES}
+    codes = [name for name in comparison.wanted if name in CODES]
+    nothing = np.full(native.contact.size, np.nan)
+    series: Series = []
+    for name in codes:
+        result = comparison.results.get(name)
+        series.append((name, labels[name], nothing if result is None else result.peak_force))
+    ran = [entry for entry in series if entry[0] in comparison.results]
+    equations: Series = [("eq6", "Eq. 6", formulas.eq6), ("eq9", "Eq. 9", formulas.eq9)]
+    compared = ran + (equations if formulas.applicable is None else [])
+    off = [relative_difference(values, native) for _, _, values in compared]
+    plotted = plotted_contacts(native, off)
+    limits = [
+        (f"{labels[name]}, error estimate", COLOURS[name], DASHES[name], result.error_estimate)
+        for name, result in comparison.results.items()
+        if name in CODES
+    ]
+    limits.append(("reference, error estimate", COLOURS["native"], "solid", native.error_estimate))
+    absent = [labels[name] for name in codes if name not in comparison.results]
+    missing = f" {' and '.join(absent)}: not run." if absent else ""
+    plots = [
+        peak_plot(native, compared, plotted, missing),
+        waterfall(comparison.results, labels),
+        difference_plot(native, compared, plotted, limits),
+    ]
+    header = ["", *(labels[name] for name in comparison.wanted), "formulas"]
+    return render(
+        "comparison.html.jinja",
+        {
+            "kind": "Comparison",
+            "title": describe(comparison.scene),
+            "file": file,
+            "verdict": _verdict(comparison, labels, codes),
+            "plots": {plot.name: plot for plot in plots if plot is not None},
+            "peaks": _peak_tables(comparison, series + equations, len(codes)),
+            "long": LONG,
+            "answers": Table(
+                "The transition and the wave that leaves it",
+                header,
+                [[label, *cells] for label, cells in answers(comparison)],
+            ),
+            "rows": [CheckRow.of(check) for check in comparison.checks],
+            "notes": [
+                f"{labels[name]} computed {similar}"
+                for name, result in comparison.results.items()
+                if (similar := similar_scene(result)) is not None
+            ],
+            "cost": _cost_table(comparison, labels),
+            "texts": _texts(comparison.scene),
+            "versions": _versions(comparison.results),
+            "numbers": comparison.to_dict(),
+            "numbers_name": "comparison.json",
+        },
+    )
+
+
+def judgement_page(judgement: Judgement, file: str = "scene.toml", peaks: str = "") -> str:
+    """A judgement of given peaks as a page of HTML.
+
+    Parameters
+    ----------
+    judgement
+        What to show.
+    file, peaks
+        The names of the scene file and of the file of peaks.
+    """
+    native, tolerance = judgement.reference, judgement.tolerance
+    series: Series = [("lammps", "given", judgement.given)]
+    plotted = plotted_contacts(native, [np.abs(judgement.difference)])
+    limits = [
+        ("tolerance", COLOURS["eq6"], "dash", tolerance),
+        ("reference, error estimate", COLOURS["native"], "solid", native.error_estimate),
+    ]
+    failed = int(np.count_nonzero(judgement.judged & ~judgement.passed))
+    judged = int(np.count_nonzero(judgement.judged))
+    if judged == 0:
+        sentence = "No contact could be judged."
+    elif failed == 0:
+        sentence = f"All {judged} judged contacts are within {tolerance:.1e} of the reference."
+    else:
+        sentence = f"{failed} of {judged} judged contacts are off by more than {tolerance:.1e}."
+    failures = []
+    if failed:
+        cause = judgement.cause or "no known pattern"
+        failures = [Failure("Likely cause", "", cause)]
+    header = ["contact", "given [N]", "native [N]", "difference", ""]
+    words = {True: "pass", False: "FAIL", None: "not judged"}
+    rows = [
+        [
+            str(row["contact"]),
+            number(row["given_N"], 9),
+            number(row["reference_N"], 9),
+            "" if row["difference"] is None else f"{row['difference']:+.1e}",
+            "not given" if row["given_N"] is None else words[row["passed"]],  # type: ignore[index]
+        ]
+        for row in judgement.rows
+    ]
+    plots = [
+        peak_plot(native, series, plotted, ""),
+        difference_plot(native, series, plotted, limits),
+    ]
+    return render(
+        "judgement.html.jinja",
+        {
+            "kind": "Judgement of given peaks",
+            "title": describe(native.scene),
+            "file": file,
+            "given": peaks,
+            "verdict": Verdict(
+                None if judged == 0 else judgement.verdict == "pass",
+                sentence,
+                failures,
+                [*judgement.remarks, *native.warnings],
+            ),
+            "plots": {plot.name: plot for plot in plots},
+            "facts_of_all": judgement_facts(judgement),
+            "peaks": _split(native, "Peak force of each contact", header, rows),
+            "long": LONG,
+            "texts": _texts(native.scene),
+            "versions": _versions({"native": native}),
+            "numbers": judgement.to_dict(),
+            "numbers_name": "judgement.json",
+        },
+    )
+
+
+def _texts(scene: Scene) -> list[tuple[str, str]]:
+    """Names and contents of the files that make a scene, the TOML first."""
+    texts = scene.to_texts(Path("scene.toml"))
+    return [(path.name, text) for path, text in reversed(texts.items())]
+
+
+def _versions(results: Mapping[str, Result]) -> list[tuple[str, str]]:
+    """What has taken part, and on what it ran."""
+    found: dict[str, str] = {}
+    for result in results.values():
+        found |= result.to_dict()["provenance"]
+    return list(found.items())
+
+
+def render(template: str, content: Mapping[str, Any], templates: Sequence[Path] = ()) -> str:
+    """Fill a template; whatever is filled in is escaped.
+
+    Parameters
+    ----------
+    template
+        Its file name.
+    content
+        What it shows.
+    templates
+        Folders with templates beside those of this package.
+    """
+    from importlib.metadata import version
+
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from plotly.offline import get_plotlyjs
+
+    environment = Environment(
+        loader=FileSystemLoader([*templates, TEMPLATES]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    compact = {"separators": (",", ":"), "allow_nan": False}
+    environment.policies["json.dumps_kwargs"] = compact
+    return environment.get_template(template).render(
+        content,
+        plotly=get_plotlyjs(),
+        version=version("hertzchain"),
+        date=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
+    )
+
+
+def write_comparison(comparison: Comparison, path: Path | str, file: str = "scene.toml") -> None:
+    """Write ``comparison_page`` to a file, whole or not at all.
+
+    Raises
+    ------
+    OutputError
+        If the suffix is not .html or .htm, or the file cannot be written.
+    """
+    check_page_format(path)
+    write_text(path, comparison_page(comparison, file))
+
+
+def write_judgement(
+    judgement: Judgement, path: Path | str, file: str = "scene.toml", peaks: str = ""
+) -> None:
+    """Write ``judgement_page`` to a file, whole or not at all.
+
+    Raises
+    ------
+    OutputError
+        If the suffix is not .html or .htm, or the file cannot be written.
+    """
+    check_page_format(path)
+    write_text(path, judgement_page(judgement, file, peaks))

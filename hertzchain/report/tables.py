@@ -1,0 +1,71 @@
+"""Results as files: CSV, JSON or Parquet, as the name says."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+from hertzchain.errors import OutputError
+from hertzchain.files import write_text, write_with
+from hertzchain.observables.result import Result
+
+
+def _write_csv(result: Result, path: Path) -> None:
+    write_text(path, result.to_frame().to_csv(index=False))
+
+
+def _write_json(result: Result, path: Path) -> None:
+    write_text(path, json.dumps(result.to_dict(), indent=2, allow_nan=False) + "\n")
+
+
+def _write_parquet(result: Result, path: Path) -> None:
+    frame = result.to_frame()
+    write_with(path, lambda part: frame.to_parquet(part, engine="pyarrow", index=False))
+
+
+_WRITERS: dict[str, Callable[[Result, Path], None]] = {
+    "": _write_csv,  # pipes and devices have no suffix
+    ".csv": _write_csv,
+    ".json": _write_json,
+    ".parquet": _write_parquet,
+}
+
+
+def write_result(result: Result, path: Path | str) -> None:
+    """Write a result, whole or not at all.
+
+    Parameters
+    ----------
+    result
+        What to write.
+    path
+        Where to. ``.csv`` and ``.parquet``: a row for each contact, as ``Result.to_frame``;
+        ``.json``: all of it, as ``Result.to_dict``.
+
+    Raises
+    ------
+    OutputError
+        If the suffix is another one, or the file cannot be written.
+    """
+    check_result_format(path)
+    _WRITERS[Path(path).suffix.lower()](result, Path(path))
+
+
+def check_result_format(path: Path | str) -> None:
+    """Raise an OutputError, before any work is done, for a format that cannot be written.
+
+    Raises
+    ------
+    OutputError
+        If the file name ends in no known suffix, or what writes it is not installed.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in _WRITERS:
+        known = ", ".join(name for name in _WRITERS if name)
+        raise OutputError(f"{path}: cannot be written, the name must end in {known}")
+    if suffix == ".parquet" and importlib.util.find_spec("pyarrow") is None:
+        raise OutputError(
+            f"{path}: Parquet needs pyarrow: pip install 'hertzchain[parquet]', or write a .csv"
+        )

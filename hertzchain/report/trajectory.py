@@ -1,0 +1,162 @@
+"""Trajectories for viewers: the history of a run as extended XYZ, written by ASE."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import OutputError, SceneError
+from hertzchain.files import write_with
+from hertzchain.observables.result import Result
+from hertzchain.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from ase import Atoms
+
+_SUFFIXES = (".xyz", ".extxyz")
+
+
+def write_trajectory(result: Result, path: Path | str) -> None:
+    """Write what a run has recorded as extended XYZ, whole or not at all.
+
+    One frame for each recorded time, one line for each granule, in these columns:
+
+    ``species``
+        X for each granule: it is no element.
+    ``pos``, ``displacement``
+        Where its centre is, and how far that is from where it was at rest.
+    ``radius``
+        As viewers draw it.
+    ``velocity``
+        Of its centre.
+    ``contact_force``
+        Granule i has the force in contact i, between granules i - 1 and i; the first one the
+        applied force, which the paper calls F_1.
+    ``id``
+        The paper's number of the granule, from 1.
+    ``mass``, ``velo``, ``force``
+        Mass, velocity once more, and the sum of the forces on the granule, by the names that the
+        format and OVITO have for them.
+    ``masses``, ``momenta``
+        As ASE knows them (``get_masses``, ``get_velocities``, ``get_kinetic_energy``).
+
+    ASE writes numbers with eight digits after the point. In metres that would leave two digits of
+    a displacement of 1e-6 m, so lengths are in a unit that is a power of 1000 times the metre, at
+    most as long as the natural unit of length, which is the overlap under F0; likewise velocities,
+    forces and masses. So all are kept to 5e-9 of their natural units. Each frame says what its
+    units are worth: ``length_unit_m``, ``velocity_unit_m_s``, ``force_unit_N`` and
+    ``mass_unit_kg``; momenta are in the unit of mass times that of velocity. They are not the
+    units of ASE (angstrom, eV, amu): what ASE computes is in these units, too. Each frame has its
+    time, ``time_s``.
+
+    The cell, ``Lattice`` with its corner at ``Origin``, just holds the chain at rest. It is not
+    periodic, and granules may leave it.
+
+    Parameters
+    ----------
+    result
+        Of a run with ``record``.
+    path
+        Where to; its name must end in .xyz or .extxyz.
+
+    Raises
+    ------
+    SceneError
+        If nothing was recorded.
+    OutputError
+        If the file cannot be written.
+    """
+    from ase.io.extxyz import write_xyz
+
+    check_trajectory_format(path)
+    if result.history is None:
+        raise SceneError(
+            "history", None, "there is none: run with record = the times of the frames"
+        )
+    # Without results, of which frames have none, ASE does not copy each frame: its copies set the
+    # shape of an array, of which NumPy warns from 2.5 on.
+    write_with(path, lambda part: write_xyz(part, frames(result), write_results=False))
+
+
+def check_trajectory_format(path: Path | str) -> None:
+    """Raise an OutputError, before any work is done, for a suffix of another format.
+
+    Raises
+    ------
+    OutputError
+        If the file name does not end in .xyz or .extxyz.
+    """
+    if Path(path).suffix.lower() not in _SUFFIXES:
+        raise OutputError(f"{path}: a trajectory's name must end in {' or '.join(_SUFFIXES)}")
+
+
+def frame_times(scene: Scene, count: int) -> FloatArray:
+    """So many equally spaced times from 0 to the end of a run [s], shape (count,)."""
+    return np.linspace(0.0, scene.end_time, count)
+
+
+def frames(result: Result) -> Iterator[Atoms]:
+    """What a run has recorded as ASE knows it, one frame after the other.
+
+    The units are those of ``write_trajectory``.
+    """
+    from ase import Atoms
+
+    scene, history = result.scene, result.history
+    assert history is not None
+    chain = scene.chain
+    length, velocity, force = (
+        power_of_1000(unit)
+        for unit in (scene.units.length, scene.units.velocity, scene.units.force)
+    )
+    mass = power_of_1000(chain.granule_mass)
+    diameter = 2 * chain.radius / length
+    sites = 2 * chain.radius * np.arange(chain.granules)
+    applied = scene.applied_force(history.time)
+    for k, time in enumerate(history.time.tolist()):
+        frame = Atoms(
+            numbers=np.zeros(chain.granules, int),
+            positions=_along_x((sites + history.displacement[k]) / length),
+            cell=[chain.granules * diameter, diameter, diameter],
+            pbc=False,
+            info={
+                "Origin": np.full(3, -chain.radius / length),
+                "time_s": time,
+                "length_unit_m": length,
+                "velocity_unit_m_s": velocity,
+                "force_unit_N": force,
+                "mass_unit_kg": mass,
+            },
+        )
+        moving = _along_x(history.velocity[k] / velocity)
+        known = np.concatenate([applied[k : k + 1], history.contact_force[k]]) / force
+        masses = np.full(chain.granules, chain.granule_mass / mass)
+        frame.set_array("radius", np.full(chain.granules, chain.radius / length))
+        frame.set_array("displacement", _along_x(history.displacement[k] / length))
+        frame.set_array("velocity", moving)
+        frame.set_array("contact_force", known)
+        frame.set_array("id", np.arange(1, chain.granules + 1))
+        frame.set_array("mass", masses)
+        frame.set_array("velo", moving)
+        # Not ``forces``: of these ASE makes a calculator as it reads, and copies the frame for it.
+        # Contact i pushes granule i on and granule i - 1 back; nothing is behind the last one.
+        frame.set_array("force", _along_x(known - np.append(known[1:], 0.0)))
+        frame.set_masses(masses)
+        frame.set_velocities(moving)
+        yield frame
+
+
+def power_of_1000(value: float) -> float:
+    """The largest power of 1000 that is at most a value."""
+    return float(f"1e{3 * math.floor(math.log10(value) / 3)}")
+
+
+def _along_x(values: FloatArray) -> FloatArray:
+    vectors = np.zeros((values.size, 3))
+    vectors[:, 0] = values
+    return vectors

@@ -1,0 +1,256 @@
+"""The shock: the force on the first granule over time (Eq. 2), as ramps between corners.
+
+Every pulse here is a sequence of ramps: the rise and the decay of the three profiles of Table 1,
+or the lines between the rows of a table. Between two corners the force is smooth; at a corner it,
+or one of its derivatives, jumps.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
+from hertzchain.files import read_bytes
+from hertzchain.scene.chain import to_plain_numbers
+
+Shape = Literal["linear", "cosine"]
+
+PROFILES: dict[str, tuple[Shape, Shape]] = {
+    "cosine": ("cosine", "cosine"),
+    "triangular": ("linear", "linear"),
+    "cosine-triangular": ("cosine", "linear"),
+}
+"""The shapes of rise and decay of each profile of Table 1."""
+
+
+_MOST_BYTES = 5_000_000
+"""Of a pulse table: some 200,000 rows, which take a second to read and a minute to run."""
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """The force going from one value to another between two corners.
+
+    Parameters
+    ----------
+    start, end
+        Times of the corners [s], ``start < end``.
+    start_force, end_force
+        Force at each corner, seen from inside [N].
+    shape
+        ``linear``, or ``cosine`` for half a period of 1 - cos.
+    """
+
+    start: float
+    end: float
+    start_force: float
+    end_force: float
+    shape: Shape
+
+    def force(self, time: Any) -> Any:
+        """The force at a time, or an array of times, between the corners [N] (Eq. 2)."""
+        s = (time - self.start) / (self.end - self.start)
+        # (1 - cos) / 2 would have no digits just after the start.
+        grown = s if self.shape == "linear" else np.sin(np.pi / 2 * s) ** 2
+        return self.start_force + (self.end_force - self.start_force) * grown
+
+    def force_rate(self, time: Any) -> Any:
+        """Time derivative of the force at a time, or an array of times [N/s]."""
+        duration = self.end - self.start
+        s = (time - self.start) / duration
+        slope = np.ones_like(s) if self.shape == "linear" else np.pi / 2 * np.sin(np.pi * s)
+        return (self.end_force - self.start_force) / duration * slope
+
+    @property
+    def impulse(self) -> float:
+        """Integral of the force over the whole ramp [N s]; the same for both shapes."""
+        return 0.5 * (self.start_force + self.end_force) * (self.end - self.start)
+
+    def impulse_until(self, time: float) -> float:
+        """Integral of the force from the start of the ramp to a time inside it [N s]."""
+        duration = self.end - self.start
+        s = (time - self.start) / duration
+        grown = s * s / 2 if self.shape == "linear" else _grown_cosine(math.pi * s)
+        return duration * (self.start_force * s + (self.end_force - self.start_force) * grown)
+
+
+def _grown_cosine(x: float) -> float:
+    """(x - sin x) / 2 pi, without loss of digits where x is small."""
+    series = x**3 / 6 * (1 - x**2 / 20 * (1 - x**2 / 42 * (1 - x**2 / 72)))
+    return (series if x < 0.1 else x - math.sin(x)) / (2 * math.pi)
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """One of the paper's three pulses (Table 1), in SI units.
+
+    Parameters
+    ----------
+    profile
+        ``cosine``, ``triangular`` or ``cosine-triangular``.
+    peak_force
+        F0 [N].
+    duration_ratio
+        n > 1: the pulse lasts n rise times.
+    momentum_ratio, rise_time
+        LM_ratio = t0 / t0_hat (with the paper's 139/32), or t0 [s]: exactly one of the two.
+
+    Raises
+    ------
+    SceneError
+        For a value outside what is stated above.
+    """
+
+    profile: str
+    peak_force: float
+    duration_ratio: float
+    momentum_ratio: float | None = None
+    rise_time: float | None = None
+
+    def __post_init__(self) -> None:
+        names = ", ".join(PROFILES)
+        known = isinstance(self.profile, str) and self.profile in PROFILES
+        require(known, "profile", self.profile, f"must be one of {names}, or table in a scene file")
+        require(is_positive(self.peak_force), "peak_force", self.peak_force, f"{POSITIVE} [N]")
+        require(
+            is_finite(self.duration_ratio) and self.duration_ratio > 1,
+            "duration_ratio",
+            self.duration_ratio,
+            "must be a finite number above 1",
+        )
+        if (self.momentum_ratio is None) == (self.rise_time is None):
+            both = self.rise_time is not None
+            raise SceneError(
+                "momentum_ratio and rise_time" if both else "momentum_ratio or rise_time",
+                None,
+                "both are given, exactly one is allowed"
+                if both
+                else "missing, exactly one of the two must be given",
+            )
+        if self.momentum_ratio is not None:
+            value = self.momentum_ratio
+            require(is_positive(value), "momentum_ratio", value, POSITIVE)
+        if self.rise_time is not None:
+            require(is_positive(self.rise_time), "rise_time", self.rise_time, f"{POSITIVE} [s]")
+        to_plain_numbers(self)
+
+    def ramps(self, rise_time: float) -> tuple[Ramp, Ramp]:
+        """Rise and decay for a rise time t0 [s] (Eq. 2 with Table 1)."""
+        rise, decay = PROFILES[self.profile]
+        end = self.duration_ratio * rise_time
+        return (
+            Ramp(0.0, rise_time, 0.0, self.peak_force, rise),
+            Ramp(rise_time, end, self.peak_force, 0.0, decay),
+        )
+
+
+@dataclass(frozen=True)
+class PulseTable:
+    """A measured pulse: force linear between rows, zero before the first and after the last.
+
+    Parameters
+    ----------
+    time
+        At least two increasing times [s], the first at least 0.
+    force
+        As many forces [N], finite, none negative, at least one positive.
+    file
+        The name of the CSV file it came from, relative to the scene file, if any; two tables are
+        equal without regard to it.
+
+    Raises
+    ------
+    SceneError
+        For a table outside what is stated above; the row is named.
+    """
+
+    time: tuple[float, ...]
+    force: tuple[float, ...]
+    file: str | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        rows = len(self.time)
+        require(rows >= 2, "rows", rows, "must be at least 2 rows of time_s and force_N")
+        forces = len(self.force)
+        require(rows == forces, "rows of force_N", forces, f"must be {rows}, as those of time_s")
+        for row, (time, force) in enumerate(zip(self.time, self.force, strict=True), start=1):
+            at_row = f"in row {row}"
+            require(is_finite(time), f"time_s {at_row}", time, "must be a finite number [s]")
+            earliest = self.time[row - 2] if row > 1 else None
+            require(
+                time >= 0 if earliest is None else time > earliest,
+                f"time_s {at_row}",
+                time,
+                "must be at least 0" if earliest is None else f"must be above {earliest}",
+            )
+            require(
+                is_finite(force) and force >= 0,
+                f"force_N {at_row}",
+                force,
+                "must be a finite number of at least 0 [N]",
+            )
+        require(any(self.force), "force_N", None, "must be positive in at least one row")
+        for name in ("time", "force"):
+            object.__setattr__(self, name, tuple(float(value) for value in getattr(self, name)))
+
+    @property
+    def peak_force(self) -> float:
+        """The largest force of the table [N]."""
+        return max(self.force)
+
+    def ramps(self) -> tuple[Ramp, ...]:
+        """The lines between the rows."""
+        rows = list(zip(self.time, self.force, strict=True))
+        return tuple(
+            Ramp(t0, t1, f0, f1, "linear") for (t0, f0), (t1, f1) in itertools.pairwise(rows)
+        )
+
+
+def read_pulse_table(path: Path, name: str | None = None) -> PulseTable:
+    """Read a pulse table: CSV with the header ``time_s,force_N``.
+
+    Parameters
+    ----------
+    path
+        The CSV file.
+    name
+        How the scene names the file; the path itself by default.
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read or is not such a table.
+    """
+    import csv
+    import io
+
+    try:
+        text = read_bytes(path, _MOST_BYTES).decode("utf-8-sig")
+        rows = [row for row in csv.reader(io.StringIO(text, newline="")) if row]
+    except (OSError, ValueError, csv.Error) as problem:  # ValueError: no text, or no file name
+        reason = getattr(problem, "strerror", None) or "not a text file"
+        allowed = f"cannot be read ({reason}); must be a CSV file"
+        raise SceneError("shock.file", name, allowed, None if name else path) from None
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    if header != ["time_s", "force_N"]:
+        raise SceneError("first line", ",".join(header), "must be time_s,force_N", file=path)
+    columns: tuple[list[float], list[float]] = ([], [])
+    for number, row in enumerate(rows[1:], start=1):
+        try:
+            time, force = (float(cell) for cell in row)
+        except ValueError:
+            raise SceneError(
+                f"row {number}", ",".join(row), "must be two numbers, time_s,force_N", file=path
+            ) from None
+        columns[0].append(time)
+        columns[1].append(force)
+    try:
+        return PulseTable(tuple(columns[0]), tuple(columns[1]), name or str(path))
+    except SceneError as problem:
+        raise SceneError(problem.key, problem.value, problem.allowed, file=path) from None

@@ -1,0 +1,94 @@
+"""Where the model ends: Hertz's law holds for small overlap."""
+
+from __future__ import annotations
+
+import math
+
+from hertzchain.errors import OverlapTooLarge
+from hertzchain.scene.chain import Chain
+from hertzchain.scene.natural_units import force_scale
+from hertzchain.scene.pulse import Pulse
+from hertzchain.scene.scene import Scene
+
+DOUBTFUL_OVERLAP = 0.01
+"""Overlap over radius, above which Hertz's law is no longer exact.
+
+It takes each granule for a half-space and the contact for flat, which needs a contact radius a far
+below R (Johnson, Contact Mechanics, 1985, section 4.2); with a^2 = R overlap / 2, a is 0.07 R here,
+and corrections to the law are of the order of the overlap over the radius.
+"""
+
+IMPOSSIBLE_OVERLAP = 1.0
+"""Overlap over radius, above which a number would mean nothing."""
+
+_SURE_FORCE = 0.43
+"""Of the scale of forces: no run had a largest peak below 0.454, that of two granules under a
+triangular pulse of LM_ratio 1.97 and n 1.001; two pushed slowly have 0.5."""
+
+
+def overlap_ratio(chain: Chain, peak_force: float) -> float:
+    """Overlap of a contact under a force, over the radius R (Eq. 1 solved for the overlap).
+
+    Parameters
+    ----------
+    chain
+        The chain.
+    peak_force
+        [N].
+    """
+    return math.pow(peak_force / chain.contact_stiffness, 2 / 3) / chain.radius
+
+
+def refuse_hopeless_overlap(scene: Scene) -> None:
+    """Refuse a scene whose overlaps will surely be too deep, before it is run.
+
+    Parameters
+    ----------
+    scene
+        The scene; of pulse tables and runs that end early nothing is said.
+
+    Raises
+    ------
+    OverlapTooLarge
+        If the overlap would be larger than the radius.
+    """
+    if isinstance(scene.shock, Pulse) and scene.run.end_time is None:
+        force = _SURE_FORCE * force_scale(scene.momentum_ratio) * scene.shock.peak_force
+        refuse_deep_overlap(scene.chain, force)
+
+
+def refuse_deep_overlap(chain: Chain, peak_force: float, where: str = "") -> None:
+    """Refuse peaks for which granules would have to pass into one another.
+
+    Parameters
+    ----------
+    chain
+        The chain.
+    peak_force
+        The largest of all [N].
+    where
+        What the sentence starts with.
+
+    Raises
+    ------
+    OverlapTooLarge
+        If the overlap is larger than the radius.
+    """
+    ratio = overlap_ratio(chain, peak_force)
+    if ratio > IMPOSSIBLE_OVERLAP:
+        raise OverlapTooLarge(
+            f"{where}the largest overlap would be {ratio:.3g} radii, above {IMPOSSIBLE_OVERLAP:g}:"
+            " Hertz's law says nothing there; take a smaller force, larger granules or a stiffer"
+            " material"
+        )
+
+
+def overlap_warning(ratio: float) -> str | None:
+    """What to say of an overlap over the radius; None where there is nothing to say."""
+    if ratio <= DOUBTFUL_OVERLAP:
+        return None
+    return (
+        f"the largest overlap is {ratio:.2g} radii: Hertz's law, which is for overlaps below"
+        f" {DOUBTFUL_OVERLAP:g}, is an extrapolation there (Johnson, Contact Mechanics, 1985,"
+        " section 4.2)"
+    )

@@ -1,0 +1,125 @@
+"""Parts of a sweep on this machine.
+
+The compiled batch runs on all cores and few scenes run in this process; LAMMPS and long work run in
+processes of their own.
+"""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Callable, Iterable
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+
+from hertzchain.engines.lammps import Lammps
+from hertzchain.engines.lammps.isolation import Child
+from hertzchain.limits import usable_cores
+from hertzchain.sweeps.design import Design
+from hertzchain.sweeps.measuring import Measured, measure
+from hertzchain.sweeps.parts import Backend, Part, is_batched, is_short
+
+_MOMENT = 0.05
+"""Between two looks at processes that are to end [s]."""
+
+_YEAR = 3e7
+
+Keep = Callable[[Part, Measured], None]
+Tell = Callable[[int], None]
+Measure = Callable[[Design, Iterable[Part], bool, Keep, Tell], None]
+
+
+class _Stopped(Exception):
+    """Ends the work on a part that nobody waits for any more."""
+
+
+def measure_here(
+    design: Design, parts: Iterable[Part], peaks: bool, keep: Keep, tell: Tell
+) -> None:
+    """Measure parts of a sweep.
+
+    Parameters
+    ----------
+    design
+        What scenes there are.
+    parts
+        Of it.
+    peaks
+        Whether the peaks of all contacts are wanted.
+    keep
+        Is called with each part and what it has become, in this thread.
+    tell
+        Is told how many more scenes are done, from any thread.
+    """
+    here: dict[Backend, bool] = {}
+    with _Workers(design, peaks, keep, tell) as workers:
+        for part in parts:
+            backend = part.backend
+            if backend not in here:
+                here[backend] = is_batched(design, backend) or is_short(design, backend)
+            if here[backend]:
+                keep(part, measure(design, part, peaks, tell=tell))
+            else:
+                workers.take(part)
+        workers.keep_all()
+
+
+class _Workers:
+    """As many threads as there are cores, each with a process that may crash."""
+
+    def __init__(self, design: Design, peaks: bool, keep: Keep, tell: Tell) -> None:
+        self._design, self._peaks, self._keep, self._tell = design, peaks, keep, tell
+        cores = usable_cores()
+        self._children = [Child() for _ in range(cores)]
+        self._idle: queue.SimpleQueue[Child] = queue.SimpleQueue()
+        for child in self._children:
+            self._idle.put(child)
+        self._pool = ThreadPoolExecutor(cores)
+        self._at_work: dict[Future[Measured], Part] = {}
+        self._stopped = False
+
+    def __enter__(self) -> _Workers:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stopped = True
+        for future in self._at_work:
+            future.cancel()
+        while True:  # a thread may be about to start its process anew
+            for child in self._children:
+                child.end()
+            if not wait(self._at_work, timeout=_MOMENT).not_done:
+                break
+        self._pool.shutdown()
+
+    def take(self, part: Part) -> None:
+        """Begin with a part as soon as a core is free."""
+        while len(self._at_work) >= len(self._children):
+            self._keep_some()
+        self._at_work[self._pool.submit(self._measure, part)] = part
+
+    def keep_all(self) -> None:
+        """Wait for all parts."""
+        while self._at_work:
+            self._keep_some()
+
+    def _keep_some(self) -> None:
+        done, _ = wait(self._at_work, return_when=FIRST_COMPLETED)
+        for future in done:
+            self._keep(self._at_work.pop(future), future.result())
+
+    def _measure(self, part: Part) -> Measured:
+        child = self._idle.get()
+        try:
+            if isinstance(part.backend, Lammps):
+                return measure(self._design, part, self._peaks, child=child, tell=self._tell_on)
+            found: Measured = child.call(
+                measure, self._design, part, self._peaks, 1, time_limit=_YEAR
+            )
+        finally:
+            self._idle.put(child)
+        self._tell_on(part.stop - part.start)
+        return found
+
+    def _tell_on(self, scenes: int) -> None:
+        if self._stopped:
+            raise _Stopped
+        self._tell(scenes)

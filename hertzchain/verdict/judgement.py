@@ -1,0 +1,375 @@
+"""The judgement: peaks from any code against the reference, contact by contact, with a cause."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native import METHODS, Native
+from hertzchain.errors import POSITIVE, RunFailed, SceneError, is_finite, is_positive, require
+from hertzchain.files import read_bytes
+from hertzchain.limits import TIME_LIMIT, Deadline
+from hertzchain.observables.error_bound import refuse_unstable, stable_step
+from hertzchain.observables.peaks import SIGNIFICANT, largest_difference
+from hertzchain.observables.result import Result
+from hertzchain.scene.scene import Scene, require_scene
+from hertzchain.verdict.causes import Case, likely_cause, velocity_verlet
+
+if TYPE_CHECKING:
+    import pandas
+
+TOLERANCE = 1e-3
+"""Where nothing else is asked for: a tenth of the one per cent that p hangs on."""
+
+PATIENCE = 60.0
+"""How long to look for the cause [s]; 60 granules take about 1 s."""
+
+_MOST_BYTES = 5_000_000
+"""Of a table of peaks: some 100,000 contacts."""
+
+_TRIAL_STEP = 0.05
+"""Natural time units; the error of velocity Verlet there tells that at other steps."""
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """How far off velocity Verlet is at a step.
+
+    Parameters
+    ----------
+    dt
+        The step [s].
+    interpolated, sampled
+        Largest relative difference of its peaks from the reference: of maxima found between the
+        steps, and of the highest samples.
+    """
+
+    dt: float
+    interpolated: float
+    sampled: float
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """Peaks from any code against the reference.
+
+    Parameters
+    ----------
+    reference
+        The truth, by the native reference method.
+    given
+        The peaks in question [N], shape (N - 1,), NaN where none was given.
+    tolerance
+        Largest relative difference that passes.
+    cause
+        What has probably gone wrong where contacts failed, as a sentence; None where none did, or
+        no known mistake explains the differences.
+    remarks
+        Sentences on what could not be done; none, as a rule.
+    expected
+        What velocity Verlet has at the step that was named; None where none was.
+    like_steps
+        Steps [s] with which velocity Verlet would be as far off, with interpolated maxima and with
+        the highest samples; None where the step was named, nothing is off, or no step is.
+    """
+
+    reference: Result
+    given: FloatArray
+    tolerance: float
+    cause: str | None
+    remarks: tuple[str, ...]
+    expected: Accuracy | None
+    like_steps: tuple[float, float] | None
+
+    @property
+    def difference(self) -> FloatArray:
+        """Relative difference from the reference, shape (N - 1,); NaN where there is none."""
+        expected = self.reference.peak_force
+        pressed = expected > 0
+        ratio = self.given / np.where(pressed, expected, 1.0)
+        return np.where(pressed, ratio - 1.0, np.nan)
+
+    @property
+    def judged(self) -> NDArray[np.bool_]:
+        """Contacts that were given and are pressed enough to be judged, shape (N - 1,)."""
+        return judged_contacts(self.reference, self.given)
+
+    @property
+    def passed(self) -> NDArray[np.bool_]:
+        """Judged contacts within the tolerance, shape (N - 1,)."""
+        return self.judged & (np.abs(self.difference) <= self.tolerance)
+
+    @property
+    def missing(self) -> int:
+        """Number of contacts that were not given."""
+        return int(np.count_nonzero(np.isnan(self.given)))
+
+    @property
+    def largest_difference(self) -> float | None:
+        """Of the judged contacts; None where there are none."""
+        judged = self.judged
+        return float(np.max(np.abs(self.difference[judged]))) if judged.any() else None
+
+    @property
+    def verdict(self) -> str:
+        """``pass`` where every judged contact passed and there are any, else ``fail``."""
+        judged = self.judged
+        return "pass" if judged.any() and bool(np.all(self.passed[judged])) else "fail"
+
+    @property
+    def summary(self) -> str:
+        """How many contacts failed, and by how much, in one line."""
+        judged, largest = int(np.count_nonzero(self.judged)), self.largest_difference
+        if largest is None:
+            return "no contact that was given is pressed enough to be judged"
+        failed = judged - int(np.count_nonzero(self.passed))
+        return (
+            f"{failed} of {judged} contacts differ by more than {self.tolerance:.1e} from the"
+            f" reference, the largest difference is {largest:.1e}"
+        )
+
+    @property
+    def rows(self) -> list[dict[str, float | int | bool | None]]:
+        """One row per contact, with contact, given_N, reference_N, difference and passed.
+
+        None where nothing was given, or where a contact is not judged.
+        """
+        difference, judged, passed = self.difference, self.judged, self.passed
+        return [
+            {
+                "contact": int(contact),
+                "given_N": _or_none(self.given[k]),
+                "reference_N": float(self.reference.peak_force[k]),
+                "difference": _or_none(difference[k]),
+                "passed": bool(passed[k]) if judged[k] else None,
+            }
+            for k, contact in enumerate(self.reference.contact)
+        ]
+
+    def to_frame(self) -> pandas.DataFrame:
+        """The rows as a table."""
+        import pandas
+
+        return pandas.DataFrame(self.rows)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The judgement as JSON knows it; null stands for what is not there."""
+        expected, like = self.expected, self.like_steps
+        return {
+            "verdict": self.verdict,
+            "tolerance": self.tolerance,
+            "largest_difference": self.largest_difference,
+            "judged": int(np.count_nonzero(self.judged)),
+            "not_given": self.missing,
+            "cause": self.cause,
+            "remarks": list(self.remarks),
+            "velocity_verlet": expected
+            and {
+                "dt_s": expected.dt,
+                "interpolated": expected.interpolated,
+                "sampled": expected.sampled,
+            },
+            "like_velocity_verlet_with_dt_s": like
+            and {"interpolated": like[0], "sampled": like[1]},
+            "rows": self.rows,
+            "reference": self.reference.to_dict(),
+        }
+
+
+def judge(
+    scene: Scene,
+    peak_force: Path | str | Mapping[int, float] | ArrayLike,
+    *,
+    tolerance: float = TOLERANCE,
+    dt: float | None = None,
+    time_limit: float = TIME_LIMIT,
+    progress: Callable[[str], object] | None = None,
+) -> Judgement:
+    """Judge peaks from any code against the reference, and look for what has gone wrong.
+
+    Parameters
+    ----------
+    scene
+        What was computed.
+    peak_force
+        Peak forces [N] of contacts by the paper's numbers, 2 ... N: a CSV file (``read_peaks``), a
+        mapping from contacts, or an array of shape (N - 1,) with NaN where there is none.
+    tolerance
+        Largest relative difference that passes; between 0 and 1.
+    dt
+        The step they were computed with [s], if it is known.
+    time_limit
+        How long the reference may take [s].
+    progress
+        Is called with a line of text before each part of the work.
+
+    Raises
+    ------
+    SceneError
+        For peaks, a tolerance or a step that cannot be, and a tolerance within the error of the
+        reference.
+    RunFailed
+        If the reference cannot be computed, or velocity Verlet is unstable with such a step.
+    """
+    require_scene(scene)
+    allowed = "must be a number above 0 and below 1"
+    require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
+    require(dt is None or is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
+    given = _given(scene, peak_force)
+    allowed = "must be given for a contact at least"
+    require(not np.all(np.isnan(given)), "peak_force", None, allowed)
+    tell = progress or (lambda _: None)
+    tell("native: the reference method")
+    reference = Native("reference", time_limit=time_limit).run(scene)
+    known = reference.error_estimate
+    allowed = f"must be at least 10 times the error of the reference, {known:.1e}"
+    require(tolerance >= 10 * known, "tolerance", tolerance, allowed)
+    judged = judged_contacts(reference, given)
+    expected = like = None
+    if dt is not None:
+        tell("native: velocity Verlet at that step")
+        expected = _accuracy(reference, dt, time_limit)
+    elif judged.any():
+        tell("native: velocity Verlet")
+        difference = np.max(np.abs(given[judged] / reference.peak_force[judged] - 1.0))
+        like = _like_steps(reference, float(difference), time_limit)
+    found = Judgement(reference, given, float(tolerance), None, (), expected, like)
+    if np.array_equal(found.passed, judged):
+        return found  # nothing is wrong by this tolerance
+    deadline = Deadline(min(PATIENCE, time_limit))
+    cause, remark = likely_cause(Case(scene, reference, given, judged, dt, deadline), tell)
+    return replace(found, cause=cause, remarks=() if remark is None else (remark,))
+
+
+def judged_contacts(reference: Result, given: FloatArray) -> NDArray[np.bool_]:
+    """Contacts that have a peak and are pressed enough to be judged, shape (N - 1,)."""
+    expected = reference.peak_force
+    strong = (expected > 0) & (expected >= SIGNIFICANT * np.max(expected))
+    return np.logical_and(np.isfinite(given), strong)
+
+
+def read_peaks(path: Path | str, granules: int) -> FloatArray:
+    """Read a table of peaks: CSV with the columns ``contact`` and ``peak_force_N``.
+
+    Parameters
+    ----------
+    path
+        The file. Other columns are ignored; rows may have any order, and contacts may be missing.
+    granules
+        N; contacts are 2 ... N.
+
+    Returns
+    -------
+    Peak forces [N], shape (N - 1,), NaN where the table has none.
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read, is not such a table, or names a contact twice; it names the row.
+    """
+    try:
+        text = read_bytes(Path(path), _MOST_BYTES).decode("utf-8-sig")
+        rows = [row for row in csv.reader(io.StringIO(text, newline="")) if row]
+    except (OSError, ValueError, csv.Error) as problem:  # ValueError: no text, or no file name
+        reason = getattr(problem, "strerror", None) or "not a text file"
+        allowed = f"cannot be read ({reason}), must be a CSV file"
+        raise SceneError("", None, allowed, file=path) from None
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    wanted = ("contact", "peak_force_N")
+    if any(header.count(name) != 1 for name in wanted):
+        allowed = "must name the columns contact and peak_force_N, each once"
+        raise SceneError("first line", ",".join(header), allowed, file=path)
+    at = [header.index(name) for name in wanted]
+    peak_force = np.full(granules - 1, np.nan)
+    for number, row in enumerate(rows[1:], start=1):
+        try:
+            contact, force = (float(row[column]) for column in at)
+        except (ValueError, IndexError):
+            allowed = "must have two numbers, in the columns contact and peak_force_N"
+            raise SceneError(f"row {number}", ",".join(row), allowed, file=path) from None
+        try:
+            _put(peak_force, contact, force)
+        except SceneError as problem:
+            key = f"{problem.key} in row {number}"
+            raise SceneError(key, problem.value, problem.allowed, file=path) from None
+    return peak_force
+
+
+def _put(peak_force: FloatArray, contact: Any, force: Any) -> None:
+    """Enter the peak of one contact, by the paper's number."""
+    last = peak_force.size + 1
+    whole = is_finite(contact) and 2 <= contact <= last and contact == int(contact)
+    allowed = f"must be a whole number from 2 to {last}: contact 2 lies between granules 1 and 2"
+    require(whole, "contact", contact, allowed)
+    k = int(contact) - 2
+    require(bool(np.isnan(peak_force[k])), "contact", contact, "is there twice")
+    allowed = "must be a finite number of at least 0 [N]; leave out what there is none for"
+    require(is_finite(force) and force >= 0, "peak_force_N", force, allowed)
+    peak_force[k] = force
+
+
+def _given(scene: Scene, given: Path | str | Mapping[int, float] | ArrayLike) -> FloatArray:
+    """Peaks of all contacts [N], checked, NaN where there is none."""
+    granules = scene.chain.granules
+    if isinstance(given, str | os.PathLike):
+        return read_peaks(Path(given), granules)
+    peak_force = np.full(granules - 1, np.nan)
+    if isinstance(given, Mapping):
+        for contact, force in given.items():
+            _put(peak_force, contact, force)
+        return peak_force
+    allowed = f"must be a file, a mapping from contacts, or an array of {granules - 1} forces"
+    try:
+        values = np.asarray(given, np.float64)
+    except (TypeError, ValueError):
+        raise SceneError("peak_force", given, allowed) from None
+    require(values.shape == peak_force.shape, "peak_force", values.shape, allowed)
+    possible = bool(np.all(np.isnan(values) | (np.isfinite(values) & (values >= 0))))
+    allowed = "must be finite and at least 0 [N], or NaN where there is none"
+    require(possible, "peak_force", None, allowed)
+    return values.copy()
+
+
+def _accuracy(reference: Result, dt: float, time_limit: float) -> Accuracy:
+    """How far off velocity Verlet is at a step, which ends at the corners of the pulse."""
+    scene = reference.scene
+    legs = scene.schedule(dt)
+    refuse_unstable(scene, legs, METHODS["velocity-verlet"].interval, "velocity-verlet")
+    found = velocity_verlet(scene, legs, Deadline(time_limit))
+    return Accuracy(
+        dt,
+        largest_difference(found.interpolated, reference.peak_force),
+        largest_difference(found.sampled, reference.peak_force),
+    )
+
+
+def _like_steps(
+    reference: Result, difference: float, time_limit: float
+) -> tuple[float, float] | None:
+    """Steps [s] with which velocity Verlet would be as far off: its error goes as their square."""
+    scene = reference.scene
+    longest = stable_step(scene, METHODS["velocity-verlet"].interval)
+    trial = min(_TRIAL_STEP * scene.units.time, longest / 2)
+    try:
+        of_trial = _accuracy(reference, trial, time_limit)
+    except RunFailed:  # a hint is no reason to give up
+        return None
+    errors = of_trial.interpolated, of_trial.sampled
+    if min(errors) <= 0 or difference < 10 * reference.error_estimate:
+        return None
+    steps = [trial * math.sqrt(difference / error) for error in errors]
+    return (steps[0], steps[1]) if max(steps) < longest else None
+
+
+def _or_none(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

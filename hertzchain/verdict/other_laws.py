@@ -1,0 +1,104 @@
+"""Chains whose contacts follow other laws than Eq. 1: damped, of another exponent, or pulling.
+
+Nothing here is a result of hertzchain. It is what codes compute by mistake, so that their peaks can
+be recognised. Natural units.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.limits import Deadline
+from hertzchain.scene.scene import Scene, watched_time
+
+_STEP = 0.1
+"""Natural time units. RK4 and a parabola through the highest samples leave some 1e-5 of the peaks,
+most of which goes out against the chain of Eq. 1 that runs beside."""
+
+
+@dataclass(frozen=True)
+class Law:
+    """A force between granules: overlap^exponent, and what hinders their motion.
+
+    Parameters
+    ----------
+    exponent
+        3/2 for Hertz; a multiple of 1/4.
+    pulls
+        Whether contacts pull as hard as they push.
+    damped_by
+        ``nothing``, ``contact`` (coefficient overlap^damping_exponent times the overlap rate, while
+        granules touch) or ``drag`` (coefficient times the velocity of each granule).
+    damping_exponent
+        0 for a dashpot, 1/4 for Tsuji's damping, 1/2 for that of viscoelastic spheres.
+    """
+
+    exponent: float = 1.5
+    pulls: bool = False
+    damped_by: str = "nothing"
+    damping_exponent: float = 0.0
+
+
+HERTZ = Law()
+
+_LOOK = 1_000_000
+"""Granules times steps between two looks at the clock: some 20 ms."""
+
+
+def peaks(
+    scene: Scene, law: Law, damping: FloatArray, stretched: FloatArray, deadline: Deadline
+) -> tuple[FloatArray, FloatArray]:
+    """Peaks of many chains under one law, elastic ones and those of the whole force, over F0.
+
+    Parameters
+    ----------
+    scene
+        Pulse and chain.
+    law
+        The force between granules; its stiffness is 1 in natural units.
+    damping
+        Coefficient of each chain, natural units, shape (chains,).
+    stretched
+        How many times as long the pulse of each chain is, shape (chains,).
+    deadline
+        When to give up.
+
+    Returns
+    -------
+    Two of shape (chains, contacts); not finite where a motion diverged.
+
+    Raises
+    ------
+    TooExpensive
+        If that was not done by the deadline.
+    """
+    from hertzchain.verdict import law_kernel
+
+    granules, unit = scene.chain.granules, scene.units.time
+    pulse_end = scene.ramps[-1].end / unit * float(np.max(stretched))
+    end = pulse_end + float(watched_time(granules, scene.momentum_ratio * np.min(stretched)))
+    if scene.run.end_time is not None:
+        end = scene.end_time / unit
+    steps = int(np.ceil(end / _STEP))
+    h = end / steps
+    half = np.arange(2 * steps + 1)[:, np.newaxis] * h / 2
+    applied = scene.applied_force(half * unit / stretched) / scene.units.force
+    damped_by = law_kernel.DAMPED_BY.index(law.damped_by)
+    damping_quarters = round(4 * law.damping_exponent)
+    state = np.zeros((stretched.size, law_kernel.ROWS, granules))
+    piece = max(1, _LOOK // granules)
+    for chain in range(stretched.size):
+        force = np.ascontiguousarray(applied[:, chain])
+        for k in range(0, steps, piece):
+            if deadline.left < 0:
+                raise deadline.passed()
+            law_kernel.advance(
+                state[chain], force[2 * k : 2 * min(k + piece, steps) + 1], h,
+                round(4 * law.exponent), law.pulls, damped_by, damping_quarters, damping[chain],
+            )  # fmt: skip
+    # The whole force is the elastic one where contacts are not damped.
+    whole = law_kernel.WHOLE if law.damped_by == "contact" else law_kernel.ELASTIC
+    return state[:, law_kernel.ELASTIC, :-1], state[:, whole, :-1]

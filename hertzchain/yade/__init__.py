@@ -1,5 +1,0 @@
-"""Yade, an oracle beside LAMMPS: a script of the same scene, run by its program."""
-
-from hertzchain.yade.backend import Yade
-
-__all__ = ["Yade"]

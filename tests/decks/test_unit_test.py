@@ -1,0 +1,248 @@
+"""Unit tests for LAMMPS's own suite: LAMMPS passes them, and another law does not."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.cli import main
+from hertzchain.decks.lint.rules import lint
+from hertzchain.decks.unit_test import SEGMENTS, known_motion, let_go
+from hertzchain.decks.unit_test_deck import KnownMotion, Moment, unit_test
+from hertzchain.engines.lammps.engine import command, engine
+from hertzchain.errors import HertzchainError
+from tests import scenes
+from tests.conftest import STEEL, paper_scene
+
+DATE = "Sat Nov 21 12:00:00 2026"
+
+
+@cache
+def text_of(name: str) -> str:
+    return unit_test(known_motion(scenes.load(name)), name, DATE)
+
+
+class _AsWritten(yaml.SafeLoader):  # type: ignore[misc]
+    """What the drivers of LAMMPS get from its YAML: scalars as text, each key once."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Refuse a key that stands there twice: PyYAML takes the last."""
+        keys = [key.value for key, _ in node.value]
+        assert len(keys) == len(set(keys)), keys
+        found: dict[Any, Any] = super().construct_mapping(node, deep)
+        return found
+
+
+_AsWritten.yaml_implicit_resolvers = {}
+
+
+def read(text: str) -> dict[str, str]:
+    """Keys and values of the file, all of them text."""
+    found = yaml.load(text, _AsWritten)  # noqa: S506 - nothing but scalars can come of it
+    assert all(isinstance(value, str) for value in found.values())
+    return dict(found)
+
+
+def rows(block: str) -> FloatArray:
+    return np.array([[float(word) for word in line.split()] for line in block.splitlines()])
+
+
+def difference(measured: FloatArray, expected: FloatArray) -> float:
+    """As the macro EXPECT_FP_LE_WITH_EPS of LAMMPS's tests has it, the largest."""
+    smaller = np.minimum(np.abs(measured), np.abs(expected))
+    return float(np.max(np.abs(measured - expected) / np.where(smaller == 0, 1.0, smaller)))
+
+
+def drive(text: str, newton: str) -> float:
+    """What the test driver of LAMMPS does with a file; the largest difference that it sees."""
+    config = read(text)
+    differences = []
+    with engine() as lammps:
+        for line in config["prerequisites"].splitlines():
+            kind, style = line.split()
+            assert style in lammps.available_styles(kind)
+
+        def state(name: str) -> FloatArray:
+            order = np.argsort(lammps.numpy.extract_atom("id")[: lammps.get_natoms()])
+            return np.array(lammps.numpy.extract_atom(name))[order]
+
+        command(lammps, f"newton {newton}\nvariable input_dir index .")
+        for line in config["variables"].splitlines():
+            name, value = line.split(None, 1)
+            command(lammps, f"variable {name} index {value}")
+        command(lammps, config["pre_commands"])
+        command(lammps, f"pair_style {config['pair_style']}")
+        for line in config["pair_coeff"].splitlines():
+            command(lammps, f"pair_coeff {line}")
+        command(lammps, config["post_commands"])
+        command(lammps, "run 0 post no")
+        assert lammps.get_natoms() == int(config["natoms"])
+        differences.append(difference(state("f"), rows(config["init_forces"])[:, 1:]))
+        for segment, steps in enumerate(config["run_segments"].split()):
+            command(lammps, f"run {steps} post no")
+            for name, key in (("x", "run_pos"), ("v", "run_vel")):
+                expected = rows(config[key])
+                expected = expected[expected[:, 0] == segment]
+                assert expected[:, 1].tolist() == list(range(1, int(config["natoms"]) + 1))
+                differences.append(difference(state(name), expected[:, 2:]))
+        differences.append(difference(state("f"), rows(config["run_forces"])[:, 1:]))
+    return max(differences)
+
+
+NAMES = ("demo", *scenes.NAMES[::5])
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("newton", ["on", "off"])
+@pytest.mark.parametrize("name", NAMES)
+def test_lammps_passes(name: str, newton: str) -> None:
+    text = text_of(name)
+    # Half of it is left for machines that round otherwise.
+    assert drive(text, newton) <= 0.5 * float(read(text)["epsilon"])
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("poisson 0.3", "poisson 0.3000001"),
+        ("emod 193000000000.0", "emod 193000010000.0"),
+        ("dens 7958.0", "dens 7958.001"),
+        (" 0.0 ${poisson}", " 1.0 ${poisson}"),
+        ("0.0 0.0\nrun_segments", "0.0 0.0 damping tsuji\nrun_segments"),
+        ("hertz/material ${emod} 0.0 ${poisson}", "hooke 1e7 0.0"),
+        ("hertz/material ${emod} 0.0 ${poisson}", "jkr ${emod} 0.0 ${poisson} 1e-3"),
+    ],
+)
+def test_another_law_fails(right: str, wrong: str) -> None:
+    text = text_of("demo")
+    assert right in text
+    assert drive(text.replace(right, wrong), "on") > float(read(text)["epsilon"])
+
+
+def test_the_tolerance_is_far_below_what_a_test_should_find() -> None:
+    # Overlaps of 6 um in coordinates of 30 mm have 11 digits; a velocity that is small, fewer.
+    assert max(float(read(text_of(name))["epsilon"]) for name in NAMES) <= 1e-7
+
+
+def test_the_file_has_the_keys_of_the_drivers() -> None:
+    """Those of TestConfigReader in unittest/granular, and no others."""
+    known = {
+        *("lammps_version", "tags", "date_generated", "epsilon", "skip_tests", "prerequisites"),
+        *("pre_commands", "post_commands", "input_file", "natoms", "variables", "pair_style"),
+        *("pair_coeff", "run_segments", "init_forces", "run_forces", "run_pos", "run_vel"),
+    }
+    config = read(text_of("demo"))
+    assert set(config) == known
+    # What the header of a file in the suite is, in this order.
+    assert list(config)[:9] == [
+        *("lammps_version", "tags", "date_generated", "epsilon", "skip_tests", "prerequisites"),
+        *("pre_commands", "post_commands", "input_file"),
+    ]
+    assert config["date_generated"] == DATE
+    granules = int(config["natoms"])
+    assert rows(config["init_forces"]).shape == (granules, 4)
+    assert rows(config["run_pos"]).shape == (len(SEGMENTS) * granules, 5)
+
+
+def test_the_file_gives_raw_material_and_full_digits() -> None:
+    scene = scenes.load("demo")
+    motion = known_motion(scene)
+    text = text_of("demo")
+    assert repr(scene.chain.contact_stiffness) not in text
+    assert repr(scene.chain.granule_mass) not in text
+    created = re.findall(r"create_atoms 1 single (\S+) 0.0 0.0 units box", text)
+    assert [float(place) for place in created] == motion.start.position.tolist()
+    velocities = re.findall(r"set atom \d+ vx (\S+)", text)
+    assert [float(velocity) for velocity in velocities] == motion.start.velocity.tolist()
+
+
+def test_the_commands_of_the_file_are_clean() -> None:
+    config = read(text_of("demo"))
+    made = "".join(f"variable {line}\n" for line in config["variables"].splitlines())
+    made = re.sub(r"variable (\w+) ", r"variable \1 index ", made)
+    law = f"pair_style {config['pair_style']}\npair_coeff {config['pair_coeff']}"
+    deck = made + config["pre_commands"] + law + config["post_commands"] + "run 4\n"
+    assert lint(deck) == []
+
+
+def test_forces_at_the_start_are_those_of_eq_1() -> None:
+    scene = scenes.load("demo")
+    start = known_motion(scene).start
+    overlap = 2 * scene.chain.radius - np.diff(start.position)
+    force = scene.chain.contact_stiffness * np.maximum(overlap, 0) ** 1.5
+    net = -np.diff(np.concatenate(([0.0], force, [0.0])))
+    # The rounding of positions of 30 mm, 3e-18 m, over overlaps of 6 um.
+    assert start.force == pytest.approx(net, rel=0, abs=1e-10 * np.max(force))
+
+
+def test_momentum_and_energy_are_kept() -> None:
+    scene = scenes.load("demo")
+    motion = known_motion(scene)
+    mass, stiffness = scene.chain.granule_mass, scene.chain.contact_stiffness
+
+    def momentum_and_energy(moment: Moment) -> tuple[float, float]:
+        overlap = np.maximum(2 * scene.chain.radius - np.diff(moment.position), 0)
+        moving = mass / 2 * np.sum(moment.velocity**2)
+        return mass * np.sum(moment.velocity), moving + 0.4 * stiffness * np.sum(overlap**2.5)
+
+    before, after = (momentum_and_energy(m) for m in (motion.start, motion.looks[-1]))
+    assert after[0] == pytest.approx(before[0], rel=1e-13, abs=0)
+    # Velocity Verlet at 0.05 natural time units: second order, 1e-4.
+    assert after[1] == pytest.approx(before[1], rel=1e-3, abs=0)
+
+
+def test_two_granules_part_as_after_an_impact() -> None:
+    """The smallest piece: what one loses the other gets."""
+    scene = hc.Scene(hc.Chain(2, **STEEL), hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0))
+    motion = known_motion(scene)
+    assert motion.start.position.size == 2
+    assert motion.start.force.sum() == 0
+    assert isinstance(motion, KnownMotion)
+
+
+def test_gaps_stay_gaps() -> None:
+    scene = paper_scene("cosine", 1.0, 2.0)
+    diameter = 2 * scene.chain.radius
+    motion = let_go(scene, np.array([-1.01, 0.0, 1.01]) * diameter, np.array([0.5, 1.0, 1.5]))
+    assert all(np.all(look.force == 0) for look in (motion.start, *motion.looks))
+    time = motion.dt * sum(SEGMENTS)
+    expected = motion.start.position + time * motion.start.velocity
+    assert motion.looks[-1].position == pytest.approx(expected, rel=1e-14, abs=0)
+
+
+def test_a_wave_too_weak_for_coordinates_is_refused() -> None:
+    pulse = hc.Pulse("cosine", 1e-9, 2.0, momentum_ratio=1.0)
+    with pytest.raises(HertzchainError, match="harder shock"):
+        known_motion(hc.Scene(hc.Chain(60, **STEEL), pulse))
+
+
+def test_a_long_piece_is_refused() -> None:
+    pulse = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=300.0)
+    with pytest.raises(HertzchainError, match="granules are pressed at once"):
+        known_motion(hc.Scene(hc.Chain(1000, **STEEL), pulse))
+
+
+def test_the_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = scenes.FOLDER / "demo.toml"
+    out = tmp_path / "dem02-chain.yaml"
+    for arguments in ([], ["-o", str(out)]):
+        monkeypatch.setattr("sys.argv", ["hertzchain", "unit-test", str(file), *arguments])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert ended.value.code in (0, None)
+    printed = capsys.readouterr().out
+    written = out.read_text(encoding="utf-8")
+    undated = [re.sub("date_generated: .*", "", text) for text in (printed, written)]
+    assert undated[0] == undated[1]
+    assert read(written)["natoms"] == read(text_of("demo"))["natoms"]

@@ -1,0 +1,342 @@
+"""What the pages of docs/ show is run as it stands; they build, and their links lead somewhere."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+import hertzchain as hc
+from hertzchain import errors, theory
+from hertzchain.cli.commands import app
+from hertzchain.engines import lammps
+from tests.command_line import run_here, run_program
+from tests.places import ROOT
+
+DOCS = ROOT / "docs"
+PAGES = sorted(path.name for path in DOCS.glob("*.md"))
+LINKED = [*sorted(DOCS.glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+
+FENCE = re.compile(r"^(?P<ticks>`{3,})(?P<language>\S*)\s*$")
+MARK = re.compile(r"^<!-- not run: (?P<reason>.+) -->$")
+PROCESSES = {"tutorial.md": 2}
+"""Commands of a page that run as users run them; the others run in this process, as that is
+quicker."""
+
+BY_SPHINX = {"{toctree}", "{commands}"}
+"""What is no code: Sphinx makes something of it, or says that it cannot."""
+
+TOKEN = re.compile(
+    r"\.\.\.|[-+]?(?:\d{1,3}(?:,\d{3})+|\d+)(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w])|\w+|\S"
+)
+NUMBER = re.compile(r"[-+]?[\d,]+(?P<decimals>\.\d+)?(?:[eE](?P<exponent>[-+]?\d+))?")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block, and what a comment above it says of it.
+
+    ``<!-- not run: REASON -->``: it is shown only.
+    """
+
+    line: int
+    language: str
+    text: str
+    not_run: str | None
+
+
+def blocks(text: str) -> Iterator[Block]:
+    """The fenced blocks of a page in their order."""
+    lines = text.split("\n")
+    mark: re.Match[str] | None = None
+    at = 0
+    while at < len(lines):
+        if fence := FENCE.match(lines[at]):
+            end = lines.index(fence["ticks"], at + 1)
+            body = "".join(f"{line}\n" for line in lines[at + 1 : end])
+            yield Block(at + 1, fence["language"], body, mark["reason"] if mark else None)
+            at, mark = end, None
+        elif lines[at].strip():
+            mark = MARK.match(lines[at])
+        at += 1
+
+
+def close(expected: str, got: str) -> bool:
+    """Whether a token is the one shown; of a number the last digit shown may be off by one.
+
+    Another NumPy or LAMMPS rounds otherwise in the last bit, which can turn the last digit shown,
+    and no more. Whole numbers have to be what is shown.
+    """
+    if expected == got:
+        return True
+    shown, found = NUMBER.fullmatch(expected), NUMBER.fullmatch(got)
+    if not (shown and found) or (shown["decimals"], shown["exponent"]) == (None, None):
+        return False
+    unit = 10.0 ** (int(shown["exponent"] or 0) - len(shown["decimals"] or ".") + 1)
+    difference = float(expected.replace(",", "")) - float(got.replace(",", ""))
+    return abs(difference) <= 1.001 * unit  # 1 in decimals is more than 1 in binary, at times
+
+
+def agrees(expected: str, got: str) -> bool:
+    """Whether an output is what is shown, spaces aside; three dots stand for anything."""
+    shown, found = TOKEN.findall(expected), TOKEN.findall(got)
+    at = k = 0
+    dots, restart = -1, 0
+    while k < len(found):
+        if at < len(shown) and shown[at] == "...":
+            dots, restart = at, k
+            at += 1
+        elif at < len(shown) and close(shown[at], found[k]):
+            at, k = at + 1, k + 1
+        elif dots >= 0:
+            restart += 1
+            at, k = dots + 1, restart
+        else:
+            return False
+    return set(shown[at:]) <= {"..."}
+
+
+@pytest.mark.parametrize(
+    ("expected", "got", "same"),
+    [
+        ("p = 9", "p = 9\n", True),
+        ("p = 9", "p = 10", False),
+        ("F 105.41 N", "F 105.42 N", True),
+        ("F 105.41 N", "F 105.43 N", False),
+        ("error 1.2e-11", "error 1.3e-11", True),
+        ("error 1.2e-11", "error 1.2e-10", False),
+        ("1,685 steps", "1,686 steps", False),
+        ("a ... z", "a b c z", True),
+        ("a ... z", "a b c", False),
+        ("... 3.0\n...\nend", "x 2.0 3.0 y\nend", True),
+        ("...", "", True),
+        ("", "anything", False),
+        ("srkn-11b", "srkn-6b", False),
+        ("[1.5, 2.5]", "[1.5, 2.5]", True),
+        ("3.", "4.", False),
+    ],
+)
+def test_what_is_shown_is_compared(expected: str, got: str, same: bool) -> None:
+    assert agrees(expected, got) == same
+
+
+class Page:
+    """One page, run block by block in a folder.
+
+    Parameters
+    ----------
+    folder
+        Where files are written and commands run.
+    capfd
+        What is printed.
+    processes
+        So many commands, the first of the page, run in processes of their own.
+    """
+
+    def __init__(self, folder: Path, capfd: pytest.CaptureFixture[str], processes: int = 0) -> None:
+        self.folder, self.capfd, self.processes = folder, capfd, processes
+        self.names: dict[str, object] = {"__name__": "__page__"}
+        self.said: str | None = None
+
+    def run(self, block: Block) -> None:
+        """Run a block, or compare what the one before it has printed."""
+        before, self.said = self.said, None
+        if block.language not in ("text", "output"):
+            assert not before, f"prints what is not shown: {before}"
+        if block.language in ("text", "output"):
+            assert before is not None, "shows the output of nothing: no python block before it"
+            self.expect(block.text, before)
+        elif block.language == "python":
+            # Lines of a traceback are those of the page.
+            code = compile("\n" * block.line + block.text, "page", "exec", dont_inherit=True)
+            exec(code, self.names)  # noqa: S102
+            self.said = self.capfd.readouterr().out
+        elif block.language == "toml":
+            self.write(block.text, "# ")
+        elif block.language == "console":
+            self.console(block.text)
+        else:
+            raise AssertionError(f"a block of {block.language or 'no language'}: nobody runs it")
+
+    def write(self, text: str, comment: str) -> None:
+        """Write a file whose name is the comment in its first line."""
+        first = text.partition("\n")[0]
+        assert first.startswith(comment), "needs the name of its file as a comment in line 1"
+        name = first.removeprefix(comment)
+        assert Path(name).name == name
+        (self.folder / name).write_text(text, encoding="utf-8")
+
+    def console(self, text: str) -> None:
+        """Run commands and compare what they print with what stands below them."""
+        assert text.startswith("$ ")
+        for part in re.split(r"^\$ ", text.replace("\\\n", " "), flags=re.MULTILINE)[1:]:
+            command, _, shown = part.partition("\n")
+            status = 0
+            if found := re.match(r"# status (\d+)\n", shown):
+                status, shown = int(found[1]), shown[found.end() :]
+            program, *arguments = shlex.split(command)
+            assert program in ("hertzchain", "python"), f"{program} is not run here"
+            self.processes -= 1
+            if self.processes >= 0:
+                done = run_program(program, *arguments, folder=self.folder)
+            else:
+                done = run_here(self.capfd, program, *arguments)
+            said = done.out + done.err
+            assert done.status == status, f"{command}\n{said}"
+            self.expect(shown, said)
+
+    @staticmethod
+    def expect(shown: str, said: str) -> None:
+        """Fail where something else was printed than is shown."""
+        assert agrees(shown, said), f"shown:\n{shown}\nprinted:\n{said}"
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("```python\nprint(1)\n```\n\n```text\n2\n```", "shown:"),
+        ("```text\n1\n```", "output of nothing"),
+        ("```python\nprint(1)\n```\n\n```toml\n# a.toml\n```", "not shown"),
+        ("```fortran\nend\n```", "a block of fortran"),
+        ("```\n1\n```", "no language"),
+        ("```toml\n[chain]\n```", "name of its file"),
+        ("```console\n$ rm chain.toml\n```", "is not run here"),
+        ("```console\n$ hertzchain --version\nhertzchain 999.0\n```", "shown:"),
+        ("```console\n$ hertzchain --version\n# status 1\n...\n```", "hertzchain --version"),
+    ],
+    ids=[
+        "output",
+        "no output",
+        "not shown",
+        "language",
+        "none",
+        "file name",
+        "program",
+        "printed",
+        "status",
+    ],
+)
+def test_a_page_that_is_wrong_fails(
+    text: str, problem: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    page = Page(tmp_path, capfd)
+    *before, last = blocks(text)
+    for block in before:
+        page.run(block)
+    with pytest.raises(AssertionError, match=problem):
+        page.run(last)
+
+
+def test_a_mark_is_about_the_next_block_alone() -> None:
+    text = (
+        "<!-- not run: slow -->\n```toml\n```\n\n```toml\n```\n<!-- not run: a -->\nb\n```toml\n```"
+    )
+    assert [block.not_run for block in blocks(text)] == ["slow", None, None]
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_does_what_it_says(
+    name: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    for linked in ("validation", "lammps_inputs"):
+        (tmp_path / linked).symlink_to(ROOT / linked)
+    monkeypatch.chdir(tmp_path)
+    page = Page(tmp_path, capfd, PROCESSES.get(name, 0))
+    for block in blocks((DOCS / name).read_text(encoding="utf-8")):
+        if block.language in BY_SPHINX or block.not_run:
+            continue
+        try:
+            page.run(block)
+        except Exception as problem:
+            problem.add_note(f"docs/{name}, block in line {block.line}")
+            raise
+    assert not page.said, f"prints what is not shown: {page.said}"
+
+
+@pytest.mark.parametrize("path", LINKED, ids=lambda path: path.name)
+def test_links_and_images_are_there(path: Path) -> None:
+    text = re.sub(r"^```.*?^```", "", path.read_text(encoding="utf-8"), flags=re.DOTALL | re.M)
+    targets = re.findall(r"\]\(([^)\s#]+)(?:#[^)\s]*)?\)", text)
+    local = [target for target in targets if not re.match(r"https?:|mailto:", target)]
+    assert [target for target in local if not (path.parent / target).exists()] == []
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The pages as HTML; a warning is an error."""
+    folder = tmp_path_factory.mktemp("docs")
+    done = subprocess.run(
+        [
+            *(sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"),
+            *("-d", folder / "doctrees", DOCS, folder / "html"),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return folder / "html"
+
+
+def test_the_pages_build_and_document_every_public_name(built: Path) -> None:
+    from sphinx.util.inventory import InventoryFile
+
+    inventory = InventoryFile.loads((built / "objects.inv").read_bytes(), uri="")
+    kinds = ("py:class", "py:function", "py:exception", "py:module")
+    documented = {name for kind in kinds for name in inventory.data[kind]}
+    wanted = {f"hertzchain.{name}" for name in hc.__all__}
+    wanted |= {f"hertzchain.theory.{name}" for name in theory.__all__}
+    wanted |= {f"hertzchain.engines.lammps.{name}" for name in lammps.__all__} - {
+        "hertzchain.engines.lammps.Lammps"  # hertzchain.Lammps
+    }
+    wanted |= {
+        f"hertzchain.errors.{name}"
+        for name, value in vars(errors).items()
+        if isinstance(value, type) and issubclass(value, hc.HertzchainError)
+    } - {"hertzchain.errors.HertzchainError"}
+    assert wanted - documented == set()
+
+
+def test_docstrings_are_read_as_they_are_meant(built: Path) -> None:
+    """Two things that Sphinx makes of them without a word."""
+    pages = sorted((built / "api").glob("*.html"))
+    assert len(pages) > 3
+    for page in pages:
+        html = page.read_text(encoding="utf-8")
+        # "A: b" at the start of what a property is makes A its type.
+        assert ">Type<" not in html, f"{page.name}: a colon in the first sentence of a property"
+        # "n." alone is the first line of a list.
+        assert "<ol" not in html, f"{page.name}: a line that starts with a letter and a dot"
+
+
+def test_the_pages_need_no_network(built: Path) -> None:
+    for page in built.rglob("*.html"):
+        loaded = re.findall(
+            r"<(?:script|link|img)[^>]*(?:src|href)=\"(https?:[^\"]+)",
+            page.read_text(encoding="utf-8"),
+        )
+        assert loaded == [], page.name
+
+
+def test_the_pages_have_every_command_and_option(built: Path) -> None:
+    page = (built / "command-line.html").read_text(encoding="utf-8")
+    text = re.sub(r"<[^>]+>", "", page)
+    commands = get_command(app).commands  # type: ignore[attr-defined]
+    assert len(commands) > 5
+    for name, command in commands.items():
+        start = text.index(f"Usage: hertzchain {name}")
+        section = text[start : text.find("Usage: hertzchain", start + 1)]
+        for parameter in command.params:
+            if parameter.param_type_name == "option":
+                assert parameter.opts[-1] in section, name

@@ -1,0 +1,395 @@
+"""LIGGGHTS and Yade against native velocity Verlet at the same steps; their decks; what fails."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.decks import known_answer
+from hertzchain.engines.external.readings import Granules
+from hertzchain.engines.external.recorded import observe, read_array, stops
+from hertzchain.engines.external.rescaling import NONE
+from hertzchain.engines.liggghts import deck as liggghts_deck
+from hertzchain.engines.yade import deck as yade_deck
+from hertzchain.errors import (
+    BackendMissing,
+    RunFailed,
+    SceneError,
+    StepUnstable,
+    TooExpensive,
+    Unpredictable,
+)
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.scene.pulse import Ramp
+from hertzchain.scene.schedule import Leg
+from hertzchain.verdict.comparison import Check, balance_checks, same_steps_checks
+from tests.conftest import STEEL, paper_scene
+from tests.scenes import NAMES, load
+from validation import engines
+
+Engine = type[hc.Liggghts] | type[hc.Yade]
+
+BOTH = [
+    pytest.param(hc.Liggghts, marks=pytest.mark.liggghts),
+    pytest.param(hc.Yade, marks=pytest.mark.yade),
+]
+
+SCENES = {
+    "pulse": paper_scene("cosine-triangular", 2.0, 2.0, granules=12),
+    # Jumps at its first row, and legs of different steps.
+    "table": hc.Scene(
+        hc.Chain(6, **STEEL),
+        hc.PulseTable((1e-5, 3e-5, 4e-5, 7e-5), (20.0, 100.0, 60.0, 0.0)),
+    ),
+    # A softer chain is run instead; radius, density and Poisson's ratio are no steel's.
+    "weak": hc.Scene(
+        hc.Chain(5, 0.02, 3e9, 0.45, 1200.0),
+        hc.Pulse("cosine", 1e-4, 3.0, momentum_ratio=0.6),
+    ),
+    # The run ends within the pulse.
+    "short": hc.Scene(
+        hc.Chain(3, **STEEL),
+        hc.Pulse("triangular", 50.0, 2.0, rise_time=1e-4),
+        hc.Run(1.5e-4),
+    ),
+}
+
+
+def failed(checks: list[Check]) -> set[str]:
+    return {check.name for check in checks if not check.passed}
+
+
+@pytest.mark.parametrize("engine", BOTH)
+@pytest.mark.parametrize("name", SCENES)
+def test_at_the_same_steps_only_round_off_differs(engine: Engine, name: str) -> None:
+    """In the same tolerances as LAMMPS, momentum and energy too."""
+    scene = SCENES[name]
+    result = engine(dt=0.02 * scene.units.time).run(scene)
+    assert failed([*same_steps_checks(result), *balance_checks(result)]) == set()
+    assert result.lost_digits is not None
+    softened = result.lost_digits.young_modulus < scene.chain.young_modulus
+    assert softened == (name == "weak")
+    own = engine.__name__.lower()
+    assert result.backend == own
+    assert any(digit.isdigit() for digit in result.versions[own])
+
+
+@pytest.mark.liggghts
+@pytest.mark.yade
+@pytest.mark.lammps
+def test_three_engines_agree_with_one_another_beyond_what_reading_costs() -> None:
+    """They are read at the same steps, so not even the interpolation between readings differs."""
+    scene = SCENES["pulse"]
+    dt = 0.02 * scene.units.time
+    lammps = hc.Lammps(dt).run(scene)
+    for engine in (hc.Liggghts, hc.Yade):
+        other = engine(dt).run(scene)
+        # Round-off of absolute coordinates, of each of the two.
+        assert lammps.lost_digits is not None
+        allowed = 2 * lammps.lost_digits.bound
+        assert largest_difference(other.peak_force, lammps.peak_force) <= allowed
+
+
+@pytest.mark.parametrize("engine", BOTH)
+def test_histories_and_extrapolated_peaks(engine: Engine) -> None:
+    scene = paper_scene("cosine", 0.5, 2.0, granules=3)
+    times = np.linspace(0, scene.end_time, 7)
+    reference = hc.Native("reference").run(scene, record=times)
+    result = engine(dt=0.02 * scene.units.time, extrapolated=True).run(scene, record=times)
+    assert largest_difference(result.peak_force, reference.peak_force) <= result.error_estimate
+    assert result.error_estimate < 1e-4
+    assert result.history is not None
+    assert reference.history is not None
+    # The history is that of the finer run, with the error of its steps, some 0.1 dt^2.
+    largest = float(np.max(np.abs(reference.history.velocity)))
+    assert result.history.velocity == pytest.approx(
+        reference.history.velocity, rel=0, abs=2e-4 * largest
+    )
+
+
+@pytest.mark.parametrize("engine", BOTH)
+def test_a_run_that_takes_too_long_is_ended(engine: Engine) -> None:
+    with pytest.raises(TooExpensive, match=r"stopped at the time limit|takes at least"):
+        engine(dt=1e-4 * SCENES["pulse"].units.time, time_limit=1.0).run(SCENES["pulse"])
+
+
+@pytest.mark.liggghts
+def test_liggghts_says_what_it_does_not_know() -> None:
+    chain = replace(SCENES["pulse"].chain, poisson_ratio=-0.1)
+    with pytest.raises(RunFailed, match="LIGGGHTS knows no Poisson's ratio below 0, this chain"):
+        hc.Liggghts(dt=1e-6).run(hc.Scene(chain, SCENES["pulse"].shock))
+
+
+@pytest.mark.parametrize("engine", [hc.Liggghts, hc.Yade])
+def test_a_program_that_is_not_here_is_one_sentence(engine: Engine) -> None:
+    with pytest.raises(BackendMissing, match=r"^no-such is not here.*: install it with: apt insta"):
+        engine(program="no-such").run(SCENES["pulse"])
+
+
+@pytest.mark.parametrize("engine", [hc.Liggghts, hc.Yade])
+@pytest.mark.parametrize("wrong", [{"dt": -1.0}, {"rtol": 2.0}, {"read_every": 0}])
+def test_what_cannot_be_is_refused_at_once(engine: Engine, wrong: dict[str, Any]) -> None:
+    with pytest.raises(SceneError, match=next(iter(wrong))):
+        engine(**wrong)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the program is a shell script")
+@pytest.mark.parametrize("engine", [hc.Liggghts, hc.Yade])
+@pytest.mark.parametrize(
+    ("does", "problem"),
+    [("echo ERROR: all wrong; exit 3", "ended with status 3: ERROR: all wrong"), ("exit 0", "")],
+)
+def test_a_program_that_fails_or_leaves_nothing(
+    engine: Engine, does: str, problem: str, tmp_path: Path
+) -> None:
+    program = tmp_path / "program"
+    program.write_text(f"#!/bin/sh\n{does}\n")
+    program.chmod(0o755)
+    with pytest.raises(RunFailed, match=problem or "left no"):
+        engine(program=str(program), dt=1e-6).run(SCENES["pulse"])
+
+
+# Side by side
+
+
+@pytest.mark.liggghts
+@pytest.mark.yade
+def test_compared_beside_native() -> None:
+    scene = SCENES["pulse"]
+    dt = 0.02 * scene.units.time
+    compared = hc.compare(scene, ["liggghts", "yade"], liggghts=hc.Liggghts(dt), yade=hc.Yade(dt))
+    assert compared.verdict == "pass"
+    assert list(compared.results) == ["native", "liggghts", "yade"]
+    names = {check.name for check in compared.checks}
+    for own in ("liggghts", "yade"):
+        assert {f"{own}: peaks, same steps", f"{own}: peaks against the reference"} <= names
+        assert {f"{own}: momentum [N s]", f"{own}: energy [J]"} <= names
+    columns = ["contact", "native_N", "lammps_N", "liggghts_N", "yade_N", "eq6_N", "eq9_N"]
+    assert list(compared.rows[0]) == columns
+    assert compared.rows[0]["lammps_N"] is None
+    assert compared.rows[0]["yade_N"] == compared.results["yade"].peak_force[0]
+    assert list(compared.to_dict()["results"]) == ["native", "liggghts", "yade"]
+
+
+def test_compared_without_the_programs() -> None:
+    compared = hc.compare(
+        paper_scene("cosine", 0.5, 2.0, granules=2),
+        ["yade", "liggghts"],
+        liggghts=hc.Liggghts(program="no-such"),
+        yade=hc.Yade(program="no-such"),
+    )
+    assert compared.missing
+    assert compared.verdict == "fail"
+    wrong = {check.name: check.reason for check in compared.checks if not check.passed}
+    assert list(wrong) == ["liggghts: not run", "yade: not run"]
+    assert "apt install liggghts" in wrong["liggghts: not run"]
+    assert "apt install yade" in wrong["yade: not run"]
+    assert compared.rows[0]["yade_N"] is None
+
+
+# Decks
+
+
+@pytest.mark.parametrize(
+    ("leg", "formula"),
+    [
+        (Leg(0.0, 2.0, 4, Ramp(0.0, 2.0, 0.0, 5.0, "linear")), "0.0+5.0*elapsed*0.25"),
+        # The run ends within the ramp.
+        (
+            Leg(1.0, 2.0, 4, Ramp(1.0, 5.0, 5.0, 1.0, "cosine")),
+            "5.0-4.0*sin(PI/2*elapsed*0.0625)^2",
+        ),
+    ],
+)
+def test_the_force_of_liggghts_counts_steps(leg: Leg, formula: str) -> None:
+    assert liggghts_deck.force_formula(leg) == formula
+
+
+def test_a_leg_is_read_at_both_ends() -> None:
+    assert stops(Leg(0.0, 1.0, 7, None), 3) == [0, 3, 6, 7]
+    assert stops(Leg(0.0, 1.0, 6, None), 3) == [0, 3, 6]
+    assert stops(Leg(0.0, 1.0, 2, None), 3) == [0, 2]
+
+
+def test_decks_have_no_number_that_was_computed_here() -> None:
+    """Neither the contact stiffness nor the mass: both would hide a mistake."""
+    scene = load("demo")
+    dt = 0.1 * scene.units.time
+    legs = scene.schedule(dt)
+    for text in (
+        liggghts_deck.watched(scene, legs, [1] * len(legs)),
+        yade_deck.watched(scene, legs, [1] * len(legs)),
+    ):
+        assert repr(scene.chain.young_modulus) in text
+        for value in (scene.chain.contact_stiffness, scene.chain.granule_mass):
+            assert f"{value:.6g}"[:6] not in text
+
+
+def run_deck(engine: str, path: Path) -> subprocess.CompletedProcess[str]:
+    command = {"liggghts": ["liggghts", "-in"], "yade": ["yade", "-n", "-x"]}[engine]
+    return subprocess.run(
+        [*command, path.name],
+        cwd=path.parent,
+        env={**os.environ, "PYTHONPATH": ""},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="replace",  # LIGGGHTS ends what it says of a wrong command with any bytes
+        timeout=120,
+        check=False,
+    )
+
+
+DECK_SCENE = paper_scene("cosine-triangular", 1.0, 2.0, granules=5)
+
+
+def liggghts_text(wrong: float) -> str:
+    dt = 0.02 * DECK_SCENE.units.time
+    velocity = hc.Native("velocity-verlet", dt).run(DECK_SCENE).velocity
+    return liggghts_deck.deck(DECK_SCENE, dt, velocity * (1 + wrong))
+
+
+def yade_text(wrong: float) -> str:
+    dt = 0.002 * DECK_SCENE.units.time
+    peaks = hc.Native("reference").run(DECK_SCENE).peak_force * (1 + wrong)
+    return yade_deck.deck(DECK_SCENE, dt, peaks, 3e-6)
+
+
+@pytest.mark.parametrize(
+    ("engine", "text"),
+    [
+        pytest.param("liggghts", liggghts_text, marks=pytest.mark.liggghts),
+        pytest.param("yade", yade_text, marks=pytest.mark.yade),
+    ],
+)
+def test_a_deck_judges_itself(engine: str, text: Callable[[float], str], tmp_path: Path) -> None:
+    right, wrong = tmp_path / "right.py", tmp_path / "wrong.py"
+    right.write_text(text(0.0))
+    done = run_deck(engine, right)
+    assert done.returncode == 0
+    assert any(line.startswith("PASS") for line in done.stdout.splitlines())
+    assert "FAIL" not in done.stdout.replace('"print FAIL"', "")
+    wrong.write_text(text(1e-5))
+    done = run_deck(engine, wrong)
+    assert any(line.startswith("FAIL") for line in done.stdout.splitlines())
+    assert done.returncode == 1
+    if engine == "yade":
+        found = np.loadtxt(tmp_path / "peaks.csv", delimiter=",", skiprows=1)
+        same = hc.Native("velocity-verlet", 0.002 * DECK_SCENE.units.time).run(DECK_SCENE)
+        assert found[:, 0].tolist() == [2, 3, 4, 5]
+        # What parabolas through readings 0.01 natural time units apart lose.
+        assert found[:, 1] == pytest.approx(same.peak_force, rel=6e-8, abs=0)
+
+
+def test_what_decks_of_yade_and_liggghts_allow(demo: hc.Scene) -> None:
+    # Steps right to 1e-6 at most, parabolas 1e-7, ten times what coordinates cost, 7e-9.
+    text = known_answer.yade_deck(demo, None, 1e-6, "demo")
+    (allowed,) = re.findall(r"^tolerance = (\S+)$", text, re.MULTILINE)
+    assert float(allowed) < 1.5e-6
+    weak = replace(demo, shock=hc.Pulse("cosine", 1e-12, 2.0, momentum_ratio=1.0))
+    for made in (known_answer.yade_deck, known_answer.liggghts_deck):
+        with pytest.raises(Unpredictable, match="coordinates would cost"):
+            made(weak, None, 1e-3, "weak")
+
+
+@pytest.mark.parametrize("engine", BOTH)
+def test_a_full_disk_is_one_sentence(
+    engine: Engine, full_disk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(full_disk))
+    with pytest.raises(RunFailed, match=f"(?i){engine.__name__} needs room.*TMPDIR") as problem:
+        engine(1e-6).run(SCENES["table"])
+    assert "\n" not in str(problem.value)
+
+
+# What was recorded
+
+
+@pytest.mark.slow
+@pytest.mark.liggghts
+@pytest.mark.yade
+@pytest.mark.lammps
+def test_what_is_recorded_is_what_the_engines_find(tmp_path: Path) -> None:
+    text, rows = engines.measure(quick=True)
+    assert len(rows) == 9
+    assert all(row.passed for row in rows)
+    path = tmp_path / "engines.csv"
+    path.write_text(text)
+    kept = engines.recorded()
+    for name, (dt, peaks) in engines.recorded(path).items():
+        assert dt == kept[name][0]
+        for who, found in peaks.items():
+            # Other machines round otherwise.
+            assert found == pytest.approx(kept[name][1][who], rel=1e-10, abs=0)
+
+
+def test_the_record_is_of_all_scenes() -> None:
+    assert list(engines.recorded()) == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_record_agrees_with_velocity_verlet_of_today(name: str) -> None:
+    dt, peaks = engines.recorded()[name]
+    scene = load(name)
+    assert dt == engines.STEP * scene.units.time
+    native = engines.native_peaks(scene, dt)
+    # Written with 15 digits; other machines round otherwise, step by step.
+    assert peaks["native"] == pytest.approx(native, rel=1e-11, abs=0)
+    for engine in engines.ENGINES:
+        assert largest_difference(peaks[engine], native) <= engines.AGREED
+        # And with one another as far as round-off goes, some 1e-12 at 24 scenes.
+        assert largest_difference(peaks[engine], peaks["lammps"]) <= 1e-10
+
+
+def test_readings_that_are_missing_or_too_many_are_refused() -> None:
+    scene = SCENES["short"]
+    legs = scene.schedule(1e-6)
+    strides = [10] * len(legs)
+    wanted = sum(len(stops(leg, 10)) for leg in legs)
+    rest = Granules(*np.ones((3, 3)))
+    for count in (wanted - 1, wanted + 1):
+        with pytest.raises(RunFailed, match=f"left {count} readings, not the {wanted} it was"):
+            observe(scene, NONE, rest, np.zeros((count, 3, 3)), legs, strides, None, "Yade", "1")
+
+
+@pytest.mark.parametrize(("speed", "diverges"), [(1.9, False), (2.1, True)])
+def test_granules_faster_than_all_the_impulse_in_one_have_diverged(
+    speed: float, diverges: bool
+) -> None:
+    """No granule is ever faster than the impulse over its mass; twice that is no rounding."""
+    scene = SCENES["pulse"]
+    legs, stride = scene.schedule(scene.end_time / 100), 10
+    diameter, granules = 2 * scene.chain.radius, scene.chain.granules
+    position, one = diameter * np.arange(granules, dtype=np.float64), np.ones(granules)
+    rest = Granules(position, scene.chain.granule_mass * one, diameter * one)
+    readings = np.zeros((sum(len(stops(leg, stride)) for leg in legs), 3, granules))
+    readings[:, 0] = position
+    readings[-1, 1, -1] = speed * scene.impulse / scene.chain.granule_mass
+    refused = pytest.raises(StepUnstable, match="the Yade run diverged: its step is too long")
+    with refused if diverges else nullcontext():
+        observe(scene, NONE, rest, readings, legs, [stride] * len(legs), None, "Yade", "1")
+
+
+def test_arrays_that_are_no_readings_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "readings.npy"
+    with pytest.raises(RunFailed, match="Yade left no readings that can be read"):
+        read_array(path, (None, 3, 5), "Yade")
+    for wrong in (np.zeros((2, 3, 4)), np.zeros(5), np.zeros((2, 3, 5), np.float32)):
+        np.save(path, wrong)
+        with pytest.raises(RunFailed, match="Yade left readings of another shape"):
+            read_array(path, (None, 3, 5), "Yade")
+    path.write_bytes(path.read_bytes()[:60])
+    with pytest.raises(RunFailed, match="Yade left"):
+        read_array(path, (None, 3, 5), "Yade")

@@ -1,0 +1,323 @@
+"""What is refused or stopped: unstable steps, runs above a time limit, motion without digits."""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.external import backend
+from hertzchain.engines.native import METHODS, kernels, simulate, simulation
+from hertzchain.engines.native.methods import RungeKuttaNystrom, SymplecticNystrom
+from hertzchain.engines.native.refinement import Fixed
+from hertzchain.errors import RunFailed, StepUnstable, TooExpensive, Unpredictable
+from hertzchain.limits import Deadline, in_words, refuse_memory
+from hertzchain.observables.error_bound import stable_step
+from hertzchain.observables.peaks import largest_difference
+from tests.conftest import STEEL, paper_scene
+from tests.effort import effort
+
+FIXED = [name for name in METHODS if name != "reference"]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _ready() -> None:
+    """Loaded, or compiled, before anything is timed."""
+    scene = paper_scene("cosine", 1.0, 2.0, granules=5)
+    hc.Native(peaks_only=True).run(scene)
+    hc.peak_forces([scene])
+
+
+def growth(name: str, z: float) -> float:
+    """How much a step of a method makes u'' = -u grow, with the step z; from its own ``step``."""
+    stepper = METHODS[name].walker.stepper
+    columns = []
+    for displacement, velocity in ((1.0, 0.0), (0.0, 1.0)):
+        u, v = displacement, velocity
+        if isinstance(stepper, SymplecticNystrom):
+            for kick, drift in zip(stepper.kicks, (*stepper.drifts, 0.0), strict=True):
+                v -= kick * z * u
+                u += drift * z * v
+        else:
+            assert isinstance(stepper, RungeKuttaNystrom)
+            known = [-u]
+            for c, row in zip(stepper.nodes[1:], stepper.position, strict=True):
+                pushed = sum(a * k for a, k in zip(row, known, strict=False))
+                known.append(-(u + c * z * v + z * z * pushed))
+            u += z * v + z * z * float(np.dot(stepper.position_weights, known))
+            v += z * float(np.dot(stepper.velocity_weights, known)) - z * stepper.last_weight * u
+        columns.append((u, v))
+    return float(np.max(np.abs(np.linalg.eigvals(np.array(columns).T))))
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_the_interval_is_that_of_the_table(name: str) -> None:
+    """Up to it oscillations grow by less than one per cent a step, just above by more."""
+    interval = METHODS[name].interval
+    inside = [growth(name, z) for z in np.linspace(0.01, interval, 2000)]
+    assert max(inside) < 1.01
+    assert growth(name, interval + 0.02) > 1.01
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_steps_above_the_limit_are_refused_before_the_run(name: str) -> None:
+    scene = paper_scene("cosine-triangular", 2.0, 2.0)
+    limit = stable_step(scene, METHODS[name].interval)
+    with pytest.raises(StepUnstable, match=f"{name} is stable up to .* choose a smaller dt"):
+        hc.Native(name, 1.2 * limit).run(scene)
+
+
+@pytest.mark.parametrize("name", ["velocity-verlet", "rk4", "srkn-6b"])
+def test_the_motion_diverges_above_the_limit(name: str) -> None:
+    """Contacts pressed by F0 under a long pulse; DPRKN and SRKN_11^b hold out a little longer."""
+    scene = paper_scene("cosine", 30.0, 6.0, granules=100)
+    walker = Fixed(METHODS[name].walker.stepper)
+    step = 1.4 * stable_step(scene, METHODS[name].interval)
+    with pytest.raises(StepUnstable, match="diverged"):
+        simulate(scene, scene.schedule(step), walker)
+
+
+@pytest.mark.parametrize("name", FIXED)
+def test_steps_below_the_limit_are_answered_with_an_honest_error(name: str) -> None:
+    scene = paper_scene("cosine-triangular", 2.0, 2.0)
+    true = hc.Native("reference").run(scene).peak_force
+    dt = 0.3 * stable_step(scene, METHODS[name].interval)
+    result = hc.Native(name, dt, peaks_only=True).run(scene)
+    assert 0 < largest_difference(result.peak_force, true) <= result.error_estimate < 1
+
+
+def test_weak_shocks_allow_longer_steps() -> None:
+    """Softer contacts: F to the power 1/6 in the frequency."""
+    weak, strong = paper_scene("cosine", 1e-3, 2.0), paper_scene("cosine", 2.0, 2.0)
+    longer = stable_step(weak, 2.0) / weak.units.time
+    assert longer > 3 * stable_step(strong, 2.0) / strong.units.time
+    result = hc.Native("velocity-verlet", 0.1 * longer * weak.units.time).run(weak)
+    assert result.error_estimate < 0.3
+
+
+def test_a_run_that_diverges_is_stopped_early() -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, granules=20_000)
+    walker = METHODS["velocity-verlet"].walker
+    legs = scene.schedule(1.5 * scene.units.time)
+
+    def run() -> None:
+        with pytest.raises(StepUnstable, match="diverged"):
+            simulate(scene, legs, walker)
+
+    run()  # kernels are loaded
+    assert effort(run) < 10  # 0.05 measured, about 500 to its end
+
+
+# Time limits
+
+
+def test_a_run_above_the_limit_is_refused_before_it_starts() -> None:
+    scene = hc.Scene(
+        hc.Chain(60, **STEEL), hc.Pulse("cosine-triangular", 100.0, 2.0, rise_time=7e4)
+    )
+
+    def run() -> None:
+        with pytest.raises(TooExpensive, match=r"2\.1e\+10 in 7e\+04 s, more than the 1e\+10"):
+            hc.Native().run(scene)
+
+    run()  # what it needs is loaded
+    assert effort(run) < 1  # 0.005 measured
+
+
+@pytest.fixture
+def controls(monkeypatch: pytest.MonkeyPatch) -> list[FloatArray]:
+    """What the compiled work of each long run tells: at [1] the time reached, natural units."""
+    seen: list[FloatArray] = []
+    stoppable = simulation.stoppable
+
+    def noted(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:
+        seen.append(control)
+        return stoppable(run, control, deadline)
+
+    monkeypatch.setattr(simulation, "stoppable", noted)
+    return seen
+
+
+def test_a_run_is_stopped_at_the_limit(controls: list[FloatArray]) -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, granules=3000)
+    with pytest.raises(TooExpensive, match=r"stopped at the time limit of 1 s"):
+        hc.Native("velocity-verlet", time_limit=1.0).run(scene)
+    # The whole takes more than half a minute.
+    assert controls[-1][1] < 0.5 * scene.end_time / scene.units.time
+
+
+def test_a_batch_is_stopped_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    ends: list[FloatArray] = []  # times reached by the scenes of each part, 0 before they are
+    march_many = kernels.march_many
+
+    def noted(*arguments: Any) -> Any:
+        ends.append(arguments[10])
+        return march_many(*arguments)
+
+    monkeypatch.setattr(kernels, "march_many", noted)
+    ratios = np.geomspace(0.1, 10, 3000)
+    with pytest.raises(TooExpensive, match=r"stopped at the time limit of 0\.2 s"):
+        hc.similar_peak_forces("cosine", ratios, 2.0, granules=500, time_limit=0.2)
+    # Parts that had begun were not done to their end, and the others did not begin.
+    assert any(not end.all() for end in ends)
+    assert sum(end.size for end in ends) < ratios.size
+
+
+def test_short_runs_that_become_long_obey_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps halved again and again make a run of a few thousand steps one of a million."""
+    scene = paper_scene("cosine", 1035.723485952797, 8040.00946165986, granules=5)
+    asked: list[float] = []
+    march, stoppable = kernels.march, simulation.stoppable
+
+    def noted(*arguments: Any) -> Any:
+        asked.append(float(arguments[-1][0]))
+        return march(*arguments)
+
+    def too_late(run: Callable[[], Any], control: FloatArray, _: Deadline) -> Any:
+        return stoppable(run, control, Deadline(1e-9))
+
+    monkeypatch.setattr(kernels, "march", noted)
+    monkeypatch.setattr(simulation, "stoppable", too_late)
+    monkeypatch.setattr(simulation, "_LOOKS", 1.0)  # so that a hundredth of a second is long
+    with pytest.raises(TooExpensive, match="stopped at the time limit"):
+        hc.Native(peaks_only=True).run(scene)
+    # Taken for a short one, which is stopped when it is not; then for one that obeys its limit.
+    assert asked[-2:] == [1.0, 0.0]
+
+
+def test_what_is_refused_for_its_cost_costs_that() -> None:
+    """The lower bound of the time is one."""
+    for ratio, granules in ((0.01, 60), (1.0, 2000), (100.0, 400)):
+        scene = paper_scene("cosine", ratio, 2.0, granules=granules)
+        begin = time.process_time()
+        hc.Native("srkn-11b", peaks_only=True).run(scene)
+        took = time.process_time() - begin
+        with pytest.raises(TooExpensive, match="takes at least") as refused:
+            hc.Native("srkn-11b", peaks_only=True, time_limit=1e-9).run(scene)
+        least = re.search(r"at least (\S+) s,", str(refused.value))
+        assert least is not None
+        assert 0 < float(least[1]) <= took
+
+
+def test_a_pulse_table_that_pushes_late_is_not_refused_before_it_runs() -> None:
+    """While it waits nothing moves, and the wait costs next to nothing."""
+    unit = paper_scene("cosine", 1.0, 2.0).units.time
+    table = hc.PulseTable((1e6 * unit, (1e6 + 1) * unit, (1e6 + 2) * unit), (0.0, 100.0, 0.0))
+    scene = hc.Scene(hc.Chain(100_000, **STEEL), table)
+    with pytest.raises(TooExpensive, match="stopped at"):
+        hc.Native("srkn-6b", scene.units.time, peaks_only=True, time_limit=1.5).run(scene)
+
+
+@pytest.mark.parametrize("limit", [0.0, -1.0, math.nan, math.inf])
+def test_an_impossible_limit_is_refused(limit: float) -> None:
+    with pytest.raises(hc.HertzchainError, match="time_limit"):
+        hc.Native(time_limit=limit)
+    with pytest.raises(hc.HertzchainError, match="time_limit"):
+        hc.peak_forces([paper_scene("cosine", 1.0, 2.0)], time_limit=limit)
+
+
+def test_memory_that_is_not_there_is_not_asked_for() -> None:
+    refuse_memory(1e6)
+    with pytest.raises(TooExpensive, match="GB of memory"):
+        refuse_memory(1e18)
+
+
+def test_times_in_words() -> None:
+    assert [in_words(s) for s in (0.3, 100.0, 3600.0, 1e5, 1e6, 1e9)] == [
+        *("0.3 s", "100 s", "60 min", "27.8 hours", "11.6 days", "31.7 years")
+    ]
+
+
+def test_a_deadline() -> None:
+    deadline = Deadline(5.0)
+    assert 4.9 < deadline.left <= 5.0
+    deadline.refuse(4.9)
+    with pytest.raises(TooExpensive, match=r"at least 5\.1 s"):
+        deadline.refuse(5.1)
+
+
+# Motion without digits
+
+
+def test_motion_that_multiplies_rounding_errors_says_how_far() -> None:
+    """Granules knock against one another so long that 1e-6 is out of reach, but not all digits."""
+    scene = paper_scene("triangular", 7934.41, 1.6949, granules=9)
+    result = hc.Native(peaks_only=True).run(scene)
+    finer = hc.Native("reference", 0.02 * scene.units.time, peaks_only=True).run(scene)
+    assert 1e-6 < result.error_estimate < 1e-3
+    error = largest_difference(result.peak_force, finer.peak_force)
+    assert error <= result.error_estimate + finer.error_estimate
+
+
+@pytest.mark.slow
+def test_motion_that_leaves_no_digit_is_refused() -> None:
+    scene = paper_scene("triangular", 868.089, 27.6039, granules=116)
+    with pytest.raises(Unpredictable, match="a shorter end_time or pulse helps"):
+        hc.Native(peaks_only=True).run(scene)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(("step", "error"), [(0.1, Unpredictable), (0.2, StepUnstable)])
+def test_a_shorter_step_is_asked_for_where_it_may_help(step: float, error: type[RunFailed]) -> None:
+    chaotic = paper_scene("cosine", 776.726, 1367.97, granules=21)
+    with pytest.raises(error):
+        hc.Lammps(step * chaotic.units.time).run(chaotic)
+
+
+def test_one_such_scene_leaves_the_others_of_a_batch_alone() -> None:
+    chaotic = paper_scene("cosine", 776.726, 1367.97, granules=21)
+    batch = hc.peak_forces([chaotic, paper_scene("cosine", 1.0, 2.0, granules=21)])
+    assert batch.error_estimate[0] > 1e-3
+    assert batch.error_estimate[1] <= 1e-6
+
+
+# Errors that are small by chance
+
+
+def one_difference_too_small() -> hc.Scene:
+    """A pulse table whose peaks, at one step, agree with those at longer steps by chance."""
+    chain = hc.Chain(3, 0.04292841912821261, 44446822.359361835, 0.3, 2978.816503003124)
+    time = (0.02866473413465362, 0.02931204434757437, 0.03042185303109649, 0.030756235855268474)
+    return hc.Scene(chain, hc.PulseTable(time, (0.0, 0.10308817299957271, 0.0, 0.9409053777567418)))
+
+
+@pytest.mark.parametrize("dt", [9.76e-5, 9.9e-5, 5e-5])
+@pytest.mark.parametrize("name", ["native", pytest.param("lammps", marks=pytest.mark.lammps)])
+def test_a_difference_that_is_small_by_chance_is_not_believed(name: str, dt: float) -> None:
+    scene = one_difference_too_small()
+    true = hc.Native("reference").run(scene).peak_force
+    run = hc.Native("velocity-verlet", dt).run if name == "native" else hc.Lammps(dt).run
+    result = run(scene)
+    assert largest_difference(result.peak_force, true) <= result.error_estimate
+
+
+@pytest.mark.lammps
+def test_lammps_that_diverges_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps that pass for stable, but are not: no granule is faster than all the impulse in one."""
+    monkeypatch.setattr(backend, "refuse_unstable", lambda *_: None)
+    scene = paper_scene("cosine", 30.0, 6.0, granules=60)
+    with pytest.raises(RunFailed, match=r"diverged|too long|smaller dt"):
+        hc.Lammps(1.3 * scene.units.time).run(scene)
+
+
+def test_limits_of_any_size() -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, granules=5)
+    assert hc.peak_forces([scene], time_limit=1e12).error_estimate[0] <= 1e-6
+    assert hc.Native(time_limit=1e300).run(scene).error_estimate <= 1e-6
+    with pytest.raises(TooExpensive, match="GB of memory"):
+        hc.similar_peak_forces("cosine", np.ones(200_000), 2.0, granules=1_000_000)
+
+
+def test_many_short_steps_obey_the_limit(controls: list[FloatArray]) -> None:
+    """Three granules: what a step costs is not its granules."""
+    scene = paper_scene("cosine-triangular", 1044.4449956748701, 1.001, granules=3)
+    with pytest.raises(TooExpensive, match="stopped at the time limit"):
+        hc.Native("velocity-verlet", 2e-3 * scene.units.time, time_limit=0.5).run(scene)
+    assert controls[-1][1] < 0.9 * scene.end_time / scene.units.time  # it takes a second or so

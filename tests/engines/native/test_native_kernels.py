@@ -1,0 +1,430 @@
+"""The compiled kernels against the equations as they are written, and the moving window."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import simpson
+
+import hertzchain as hc
+from hertzchain.engines.native import kernels, simulate, simulate_in_numpy
+from hertzchain.engines.native.choice import plan
+from hertzchain.engines.native.methods import (
+    DPRKN_6,
+    RUNGE_KUTTA_4,
+    SRKN_6B,
+    SRKN_11B,
+    VELOCITY_VERLET,
+    Stepper,
+)
+from hertzchain.engines.native.refinement import Fixed, Refined, Walker
+from hertzchain.engines.native.simulation import leg_rows, stoppable, table
+from hertzchain.limits import Deadline
+from hertzchain.observables import hermite
+from hertzchain.observables.history import Recorder
+from hertzchain.theory.solitary_wave import solitary_wave
+from tests.conftest import STEEL, paper_scene
+from tests.engines.native.test_native import slope
+
+METHODS = [VELOCITY_VERLET, RUNGE_KUTTA_4, DPRKN_6, SRKN_6B, SRKN_11B]
+
+
+def pulse_table() -> hc.Scene:
+    """A table that starts late, jumps at both ends and has a corner."""
+    rows = hc.PulseTable((1e-5, 3e-5, 6e-5), (40.0, 100.0, 20.0))
+    return hc.Scene(hc.Chain(9, **STEEL), rows)
+
+
+@pytest.mark.parametrize("refined", [False, True], ids=["fixed", "refined"])
+@pytest.mark.parametrize("stepper", METHODS[1:], ids=["rk4", "dprkn-6", "srkn-6b", "srkn-11b"])
+@pytest.mark.parametrize(
+    "scene",
+    [
+        paper_scene("cosine-triangular", 2.0, 2.0, 20),
+        paper_scene("triangular", 0.3, 4.0, 12),
+        pulse_table(),
+    ],
+    ids=["LM 2", "LM 0.3", "table"],
+)
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_compiled_vs_numpy(scene: hc.Scene, stepper: Stepper, refined: bool, dtype: Any) -> None:
+    walker: Walker = Refined(stepper, 1e-5, starting=4.0) if refined else Fixed(stepper)
+    agree(scene, walker, dtype)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_compiled_velocity_verlet_vs_numpy(dtype: Any) -> None:
+    agree(paper_scene("cosine-triangular", 2.0, 2.0, 20), Fixed(VELOCITY_VERLET), dtype)
+
+
+def agree(scene: hc.Scene, walker: Walker, dtype: Any) -> None:
+    """Everything that a run finds, compiled and in NumPy: equal but for rounding."""
+    legs, units = scene.schedule(0.1 * scene.units.time), scene.units
+    # In float32 NumPy's times end a rounding early.
+    times = np.linspace(0, 0.99999 * scene.end_time / units.time, 7)
+    recorders = [Recorder(times, scene.chain.granules) for _ in range(2)]
+    ours = simulate(scene, legs, walker, recorders[0], dtype)
+    plain = simulate_in_numpy(scene, legs, walker, recorders[1], dtype)
+    assert ours.steps == plain.steps
+    # Rounding errors of some 5,000 force evaluations; displacements of granules that flew off are
+    # up to 60 units, velocities of histories are divided by steps of 0.1 and less.
+    eps = float(np.finfo(dtype).eps)
+    pairs = [
+        (ours.peaks.force, plain.peaks.force, 100),
+        (ours.peaks.time, plain.peaks.time, 1000),
+        (ours.state.displacement, plain.state.displacement, 5000),
+        (ours.state.velocity, plain.state.velocity, 5000),
+        (ours.work, plain.work, 100),
+        (ours.momentum, plain.momentum, 100),
+        (ours.energy, plain.energy, 200),
+        (recorders[0].displacement, recorders[1].displacement, 5000),
+        (recorders[0].velocity, recorders[1].velocity, 5000),
+        (recorders[0].contact_force, recorders[1].contact_force, 200),
+    ]
+    for measured, expected, errors in pairs:
+        assert measured == pytest.approx(expected, rel=0, abs=errors * eps)
+
+
+@pytest.mark.parametrize(
+    ("stepper", "steps"),
+    [
+        (VELOCITY_VERLET, [0.02, 0.01, 0.005]),
+        (RUNGE_KUTTA_4, [0.025, 0.0125, 0.00625]),
+        (SRKN_6B, [0.1, 0.05, 0.025]),
+        (DPRKN_6, [0.2, 0.1, 0.05]),
+        (SRKN_11B, [0.2, 0.14, 0.1]),
+    ],
+    ids=["velocity-verlet", "rk4", "srkn-6b", "dprkn-6", "srkn-11b"],
+)
+def test_order_of_the_displacement(demo: hc.Scene, stepper: Stepper, steps: list[float]) -> None:
+    # Before a contact opens: that spoils any order.
+    scene = replace(demo, run=hc.Run(9 * demo.units.time))
+
+    def displacement(step: float) -> Any:
+        legs = scene.schedule(step * scene.units.time)
+        return simulate(scene, legs, Fixed(stepper)).state.displacement
+
+    expected = simulate(scene, scene.schedule(0.02 * scene.units.time), Fixed(SRKN_11B))
+    errors = [
+        float(np.max(np.abs(displacement(step) - expected.state.displacement))) for step in steps
+    ]
+    # The higher orders have terms of still higher order at such steps.
+    assert stepper.order - 0.05 < slope(steps, errors) < stepper.order + 0.5
+
+
+def test_interpolation_vs_hermite() -> None:
+    rng = np.random.default_rng(1)
+    start, end, h = rng.normal(size=4), rng.normal(size=4), 0.37
+    ours = kernels._hermite(tuple(start), tuple(end), h)
+    columns = [np.array([[value]]) for value in start], [np.array([[value]]) for value in end]
+    expected = hermite.coefficients(*columns, np.array([[h]]))
+    # Coefficients of up to a few hundred that cancel.
+    assert ours == pytest.approx(expected[:, 0, 0], rel=0, abs=1e-12)
+
+
+RATIOS = [0.05, 1.0, 10.0, 100.0, 1000.0]
+DURATIONS = [1.1, 2.0, 50.0]
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("duration", DURATIONS)
+@pytest.mark.parametrize("walker", [Fixed(SRKN_11B), plan(1e-6).walker], ids=["fixed", "refined"])
+def test_peaks_in_a_window_are_bitwise_those_of_the_full_chain(
+    ratio: float, duration: float, walker: Walker
+) -> None:
+    granules = {100.0: 800, 1000.0: 120}.get(ratio, 300)
+    scene = paper_scene("cosine", ratio, duration, granules)
+    legs = scene.schedule(0.4 * scene.units.time)
+    full = simulate(scene, legs, walker, window=False)
+    ahead = simulate(scene, legs, walker)
+    window = simulate(scene, legs, walker, leave_behind=True)
+    for run in (ahead, window):
+        assert np.array_equal(run.peaks.force, full.peaks.force)
+        assert np.array_equal(run.peaks.time, full.peaks.time)
+    assert np.array_equal(ahead.state.displacement, full.state.displacement)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_a_long_train_of_waves_in_a_window(dtype: Any) -> None:
+    # LM 10: a train of waves, each slower than the one ahead; all but the first are left behind.
+    scene = paper_scene("triangular", 10.0, 2.0, 1500)
+    legs, walker = scene.schedule(0.4 * scene.units.time), Fixed(SRKN_11B)
+    full = simulate(scene, legs, walker, dtype=dtype)
+    window = simulate(scene, legs, walker, dtype=dtype, leave_behind=True)
+    assert np.array_equal(window.peaks.force, full.peaks.force)
+    # What was left behind is counted: nothing is lost. Rounding of the float32 run.
+    error = 1e-11 if dtype is np.float64 else 2e-4
+    assert window.momentum == pytest.approx(full.momentum, rel=error, abs=0)
+    # In steps of 0.4 the contacts that open behind the train cost the full chain 1e-5 later on.
+    assert window.energy == pytest.approx(full.energy, rel=1e-4, abs=0)
+
+
+def outcome(scene: hc.Scene, leave_behind: bool) -> Any:
+    """What the kernels tell of a run besides its peaks."""
+    walker, contacts = Fixed(SRKN_11B), scene.chain.granules - 1
+    nothing = np.zeros((0, 0))
+    found, _, _ = kernels.march(
+        leg_rows(walker.cut(scene.schedule(0.4 * scene.units.time)), scene.units),
+        table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, scene.chain.granules, 8, leave_behind,
+        np.zeros(contacts), np.full(contacts, np.nan),
+        kernels.Record(np.zeros(0), nothing, nothing, nothing), np.zeros(2),
+    )  # fmt: skip
+    return found
+
+
+def test_the_window_is_as_wide_as_a_wave_however_long_the_chain() -> None:
+    short, long = (
+        outcome(paper_scene("cosine", 0.5, 6.0, granules), True) for granules in (500, 4000)
+    )
+    width = [run.granule_evaluations / run.evaluations for run in (short, long)]
+    # Measured 31 and 32: a wave of ten granules, eight quiet ones, and what waits for the next
+    # look, every four time units.
+    assert width[1] < 40
+    assert width[1] < 1.1 * width[0]
+    full = outcome(paper_scene("cosine", 0.5, 6.0, 500), False)
+    assert short.granule_evaluations < full.granule_evaluations / 5
+
+
+def test_a_fixed_width_would_be_wrong() -> None:
+    # Under a long pulse nothing is left behind: the whole chain matters to its front.
+    scene = paper_scene("cosine", 100.0, 2.0, 300)
+    assert outcome(scene, True).granule_evaluations == outcome(scene, False).granule_evaluations
+
+
+@pytest.mark.parametrize("moment", ["start", "join"])
+def test_an_interrupt_stops_a_run(moment: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """While its thread starts, which takes a moment, or while it is waited for."""
+    control = np.zeros(3)
+    stopped = threading.Event()
+
+    def work() -> None:
+        while control[0] == 0:
+            time.sleep(0.01)
+        stopped.set()
+
+    original = getattr(threading.Thread, moment)
+
+    def interrupted(thread: threading.Thread, *_: float) -> None:
+        monkeypatch.undo()
+        if moment == "start":
+            original(thread)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(threading.Thread, moment, interrupted)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            stoppable(work, control, Deadline(60.0))
+        assert control[0] == -1
+        assert stopped.is_set()
+    finally:
+        control[0] = -1
+
+
+def test_a_failure_in_a_long_run_is_not_lost() -> None:
+    def work() -> None:
+        raise MemoryError("none left")
+
+    with pytest.raises(MemoryError, match="none left"):
+        stoppable(work, np.zeros(2), Deadline(60.0))
+
+
+def test_a_stopped_run_says_so() -> None:
+    control = np.array([-1.0, 0.0, 0.0])
+    scene = paper_scene("cosine", 1.0, 2.0, 100)
+    rows = leg_rows(scene.schedule(0.1 * scene.units.time), scene.units)
+    nothing = np.zeros((0, 0))
+    found, _, _ = kernels.march(
+        rows, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, 100, 8, False,
+        np.zeros(99), np.full(99, np.nan),
+        kernels.Record(np.zeros(0), nothing, nothing, nothing), control,
+    )  # fmt: skip
+    assert found.status == kernels.STOPPED
+    assert found.end < 5  # looked at every four natural time units
+
+
+def double_pulse() -> hc.Scene:
+    """A second pulse long after the first: its waves break out of a packet near the free end."""
+    rows = hc.PulseTable(
+        (0.0, 2.5e-5, 5e-5, 1.115e-3, 1.15e-3, 1.184e-3), (0.0, 100.0, 0.0, 0.0, 78.6, 0.0)
+    )
+    return hc.Scene(hc.Chain(26, **STEEL), rows)
+
+
+def test_after_two_pulses_nothing_is_left_behind() -> None:
+    scene = double_pulse()
+    legs = scene.schedule(0.1 * scene.units.time)
+    full = simulate(scene, legs, Fixed(SRKN_11B))
+    peaks = simulate(scene, legs, Fixed(SRKN_11B), leave_behind=True)
+    assert np.array_equal(peaks.peaks.force, full.peaks.force)
+    assert np.all(np.isfinite(peaks.state.displacement))
+    true = hc.Native("reference").run(scene).peak_force
+    for error in (
+        hc.Native(rtol=1e-6, peaks_only=True).run(scene).peak_force / true - 1,
+        hc.peak_forces([scene], 1e-6).peak_force[0] / true - 1,
+    ):
+        assert np.max(np.abs(error)) < 1e-6
+
+
+def quiet_chain(quiet: int, behind: float, noise: float = 0.0) -> Any:
+    """A leading wave of force 1, granules at rest, and behind them one contact that is pressed.
+
+    Parameters
+    ----------
+    quiet
+        Contacts of granules at rest.
+    behind
+        Force in the contact behind them.
+    noise
+        Overlap of granules at rest.
+
+    Returns
+    -------
+    u, v and the peaks, as ``_left_behind`` takes them, and its granules.
+    """
+    rest = np.full(quiet, noise)
+    overlaps = np.concatenate([[behind ** (2 / 3)], rest, [0.4, 1.0, 0.3], np.zeros(4)])
+    u = np.append(np.cumsum(overlaps[::-1])[::-1], 0.0)
+    return u, np.zeros(u.size), np.ones(u.size - 1), u.size
+
+
+@pytest.mark.parametrize(
+    ("quiet", "behind", "peak", "velocity", "cuts"),
+    [
+        (12, 0.5, 1.0, 0.0, True),
+        (8, 0.5, 1.0, 0.0, True),
+        (7, 0.5, 1.0, 0.0, False),  # too few granules at rest
+        (12, 0.94, 1.0, 0.0, True),
+        (12, 0.96, 1.0, 0.0, False),  # as strong as the leading wave
+        (12, 0.5, 0.53, 0.0, True),
+        (12, 0.5, 0.52, 0.0, False),  # it may still raise the peak of a contact
+        (12, 0.5, 1.0, 0.768, True),  # 1.3 v^1.2 is 0.947
+        (12, 0.5, 1.0, 0.773, False),  # a granule flies that would press as hard
+        (12, 0.0, 0.01, -2.0, True),  # away from the leading wave
+    ],
+)
+def test_what_may_be_left_behind(
+    quiet: int, behind: float, peak: float, velocity: float, cuts: bool
+) -> None:
+    u, v, peaks, granules = quiet_chain(quiet, behind)
+    peaks[0], v[0] = peak, velocity
+    cut = kernels._left_behind.py_func(u, v, peaks, 0, 0, granules - 1)
+    assert cut == (quiet - 7 if cuts else 0)
+
+
+@pytest.mark.parametrize("leading", [1.0, 1e-6])
+@pytest.mark.parametrize(
+    ("overlap", "velocity", "cuts"),
+    [(0.9, 0.0, True), (1.1, 0.0, False), (0.0, 0.9, True), (0.0, -1.1, False)],
+)
+def test_which_granules_are_at_rest(
+    leading: float, overlap: float, velocity: float, cuts: bool
+) -> None:
+    """Up to 10,000 rounding errors of what the leading wave has: F^(2/3) and F^(5/6)."""
+    noise = 1e4 * np.finfo(np.float64).eps
+    # Displacements of up to 3 units are rounded by 4e-16, a five-thousandth of the noise.
+    u, v, peaks, granules = quiet_chain(12, 0.5, overlap * noise)
+    v[1:14] = velocity * noise
+    u, v, peaks = u * leading ** (2 / 3), v * leading ** (5 / 6), peaks * leading
+    cut = kernels._left_behind.py_func(u, v, peaks, 0, 0, granules - 1)
+    assert (cut > 0) == cuts
+
+
+def test_an_impact_is_taken_to_press_harder_than_waves_and_walls_do() -> None:
+    wave = solitary_wave()
+    # A granule is pushed by the contact behind it and by the one ahead of it: its velocity is the
+    # integral of the force over one granule's distance, over the speed.
+    middle = np.abs(wave.x) <= 0.5
+    velocity = simpson(wave.overlap[middle] ** 1.5, x=wave.x[middle]) / wave.speed
+    # Into a wall: v^2 / 2 = 2/5 r^(5/2).
+    for force, fastest in ((1.0, float(velocity)), (1.25**0.6, 1.0)):
+        assert kernels._strength.py_func(0.0, fastest) > 1.1 * force
+    # The wave and its fastest granule as they are in a chain, in whose far field it is right to
+    # 1e-5; recorded times miss the fastest by as much.
+    scene = paper_scene("cosine", 0.5, 6.0, 40)
+    early, late = hc.Native().run(scene).peak_time[[25, 27]]
+    found = hc.Native().run(scene, record=np.linspace(early, late, 40))
+    assert found.history is not None
+    fastest = np.max(found.history.velocity[:, 24:30]) / scene.units.velocity
+    assert found.peak_force[26] / 100 == pytest.approx((fastest / velocity) ** 1.2, rel=1e-3, abs=0)
+
+
+def test_how_hard_contacts_can_come_to_be_pressed() -> None:
+    assert kernels._strength.py_func(1.31, 1.0) == 1.31
+    assert kernels._strength.py_func(1.29, 1.0) == pytest.approx(1.3, rel=1e-15, abs=0)
+    assert kernels._strength.py_func(0.0, -1.0) == 0
+
+
+@pytest.mark.parametrize(
+    ("velocity", "peak", "settled"),
+    [
+        (0.3, 1.0, True),
+        (0.8, 1.0, True),  # 1.3 v^1.2 is 0.995
+        (0.81, 1.0, False),
+        (0.3, 0.31, True),  # 0.307
+        (0.3, 0.3, False),
+    ],
+)
+def test_when_no_peak_can_change(velocity: float, peak: float, settled: bool) -> None:
+    # Granules apart from one another; the last has flown off.
+    u, v = np.arange(0.0, 10.0), np.zeros(10)
+    v[0], v[-1] = velocity, 2.0
+    peaks = np.ones(9)
+    peaks[5] = peak
+    u = np.append(u, 1e30)
+    assert kernels._settled.py_func(u, v, peaks, 0, 0, 10) == settled
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "pushed"),
+    [
+        ((0.8373, 1.0318), (0.5468, 0.0005), (0.1221, 0.9665)),
+        ((0.5837, -0.0885), (0.8343, -1.0891), (0.9775, 0.0347)),
+    ],
+    ids=["rises at both ends", "falls at both ends"],
+)
+def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
+    start: tuple[float, float],
+    end: tuple[float, float],
+    pushed: tuple[float, float],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two granules, a step of length 1: overlap and rate at its ends, and the applied force.
+
+    If the rate were a parabola that reaches 0, the sum of both rates would be half of the change of
+    acceleration at most. Here it is 0.658 and 0.748 of it.
+    """
+    for name, function in vars(kernels).items():
+        if hasattr(function, "py_func"):  # nothing is compiled for two steps
+            monkeypatch.setattr(kernels, name, function.py_func)
+    ends = []
+    for (overlap, rate), force in zip((start, end), pushed, strict=True):
+        contact = overlap**1.5
+        accelerations = np.array([force - contact, contact, 0.0])
+        ends.append((np.array([overlap, 0, 1e30]), np.array([rate, 0, 0]), accelerations))
+    (u0, v0, a), (u, v, g) = ends
+    leg = np.array([0.0, 1.0, 1.0, 1.0, 0.0, 1.0, *pushed])
+    found, at = np.zeros(1), np.full(1, np.nan)
+    kernels._keep_peaks(
+        found, at, 0, u0, v0, a[None], u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0, True, 0.0,
+        np.zeros(7),
+    )  # fmt: skip
+    slope = pushed[1] - pushed[0]
+    derivatives = [
+        (overlap, rate, force - 2 * overlap**1.5, slope - 3 * np.sqrt(overlap) * rate)
+        for (overlap, rate), force in zip((start, end), pushed, strict=True)
+    ]
+    before, after = ([np.array([[value]]) for value in known] for known in derivatives)
+    coefficients = hermite.coefficients(before, after, np.ones((1, 1)))[:, 0, 0]
+    curve = np.polynomial.Polynomial(coefficients)
+    roots: Any = curve.deriv().roots()
+    turns = [float(t.real) for t in roots if abs(t.imag) < 1e-9 and 0 < t.real < 1]
+    highest = max(turns, key=lambda t: float(curve(t)))
+    assert curve(highest) > 1.05 * max(start[0], end[0])
+    assert len(turns) == 2
+    assert found[0] == pytest.approx(curve(highest) ** 1.5, rel=1e-12, abs=0)
+    assert at[0] == pytest.approx(highest, rel=1e-9, abs=0)

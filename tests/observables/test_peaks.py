@@ -1,0 +1,410 @@
+"""Peaks of sampled overlaps against bumps with known maxima and against SciPy's dense output."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import minimize_scalar
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.observables.peaks import PeakWatch, largest_difference, largest_differences
+from hertzchain.observables.samples import Samples
+
+Overlap = Callable[[Array, int], Array]
+"""The k-th time derivative of the overlap of each contact at given times."""
+
+
+def samples_of(overlap: Overlap, time: Array, jerk: bool = True, stiffness: float = 1.0) -> Samples:
+    """Samples of a chain whose last granule rests and whose contacts have the given overlaps."""
+
+    def granules(k: int) -> Array:
+        rates = overlap(time, k)
+        resting = np.zeros((time.size, 1), time.dtype)
+        return np.hstack([np.cumsum(rates[:, ::-1], axis=1)[:, ::-1], resting])
+
+    pressed = overlap(time, 0)
+    return Samples(
+        time=time,
+        displacement=granules(0),
+        velocity=granules(1),
+        acceleration=granules(2),
+        overlap=pressed,
+        contact_force=stiffness * np.maximum(pressed, 0) ** 1.5,
+        jerk=granules(3) if jerk else None,
+    )
+
+
+def watched(*blocks: Samples) -> PeakWatch:
+    """What a watch keeps of successive blocks."""
+    watch = PeakWatch(blocks[0].overlap.shape[1], blocks[0].time.dtype.type)
+    for block in blocks:
+        watch.show(block)
+    return watch
+
+
+def cosines(height: FloatArray, peak_time: FloatArray) -> Overlap:
+    """One cosine for each contact: pressed for a time of pi around its maximum."""
+    return lambda time, k: height * np.cos(time[:, None] - peak_time + k * np.pi / 2)
+
+
+def bumps(height: FloatArray, peak_time: FloatArray, gap: float) -> Overlap:
+    """Gaussian bumps, far from each other, of granules that are else apart.
+
+    Parameters
+    ----------
+    height, peak_time
+        Shape (bumps, contacts).
+    gap
+        Distance without any bump.
+    """
+
+    def overlap(time: Array, k: int) -> Array:
+        t = time[:, None, None] - peak_time
+        hermite = (1.0, -2 * t, 4 * t**2 - 2, -8 * t**3 + 12 * t)[k]
+        rates = np.sum((height + gap) * hermite * np.exp(-(t**2)), axis=1)
+        return np.asarray(rates - (gap if k == 0 else 0.0))
+
+    return overlap
+
+
+PHASES = np.linspace(0.0, 1.0, 17)[:-1]
+"""Where the maxima lie between two samples, as a part of the interval."""
+
+
+def cosine_error(h: float, jerk: bool) -> float:
+    """Largest relative error of the force of cosines with maxima at all places of an interval."""
+    peak_time = 2.0 + h * PHASES
+    time = 2.0 + h * np.arange(-3, 5)
+    force = watched(samples_of(cosines(np.ones(16), peak_time), time, jerk)).force
+    return float(np.max(np.abs(force - 1.0)))
+
+
+@pytest.mark.parametrize(("jerk", "order"), [(False, 6), (True, 8)])
+def test_error_falls_with_the_order_of_the_interpolation(jerk: bool, order: int) -> None:
+    # The next term is h^2 = 4 % smaller; at h = 0.2 the septic is at 1e-12, far above round-off.
+    observed = math.log2(cosine_error(0.4, jerk) / cosine_error(0.2, jerk))
+    assert observed == pytest.approx(order, abs=0.1)
+
+
+@pytest.mark.parametrize(("jerk", "constant"), [(False, 1.5 / 46080), (True, 1.5 / 10321920)])
+def test_error_vs_the_remainder_of_hermite_interpolation(jerk: bool, constant: float) -> None:
+    """In the middle it is (h/2)^q / q! for a q-th derivative of 1, q 6 or 8; 3/2 for the force."""
+    h, order = 0.3, 8 if jerk else 6
+    # A maximum in the very middle has the largest error; the q-th derivative is 1 within h^2 / 8.
+    assert cosine_error(h, jerk) == pytest.approx(constant * h**order, rel=0.02, abs=0)
+
+
+def test_force_and_time_of_a_cosine_in_each_contact() -> None:
+    height, peak_time = np.array([1.0, 0.3, 2.5]), np.array([1.111, 2.345, 3.456])
+    time = np.arange(0.0, 5.0, 0.05)
+    watch = watched(samples_of(cosines(height, peak_time), time))
+    # The septic's remainder is 6e-18; the overlap is a difference of displacements of order 4.
+    assert watch.force == pytest.approx(height**1.5, rel=1e-14, abs=0)
+    # Coefficients are right to 1e-15, over a curvature of 0.3 h in the place within an interval.
+    assert watch.time == pytest.approx(peak_time, rel=0, abs=2e-12)
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (1, 2, 0)])
+def test_the_highest_of_several_bumps_wins(order: tuple[int, ...]) -> None:
+    height = np.array([[0.4, 1.2], [0.9, 0.2], [0.7, 0.8]])[list(order)]
+    peak_time = np.array([[3.013, 3.507], [15.027, 15.522], [27.041, 27.533]])
+    watch = watched(samples_of(bumps(height, peak_time, 0.1), np.arange(0.0, 30.0, 0.05)))
+    best = height.argmax(axis=0)
+    # Remainder (h/2)^8 / 8! times an eighth derivative of 1680: 6e-15, over 0.9.
+    assert watch.force == pytest.approx(height.max(axis=0) ** 1.5, rel=2e-14, abs=0)
+    assert watch.time == pytest.approx(peak_time[best, [0, 1]], rel=0, abs=1e-12)
+
+
+@pytest.mark.parametrize("split", range(1, 39))
+def test_blocks_vs_one_block(split: int) -> None:
+    """Wherever the samples are cut, in the middle of a bump too; blocks share their ends."""
+    overlap = bumps(np.array([[1.0, 0.5, 0.8]]), np.array([[1.02, 2.03, 2.9]]), 0.1)
+    time = np.linspace(0.0, 4.0, 40)
+    whole = watched(samples_of(overlap, time))
+    parts = watched(samples_of(overlap, time[: split + 1]), samples_of(overlap, time[split:]))
+    # All maxima of a block are refined until the last has converged: some take one step more,
+    # and the polynomial rounds at 84 times 1e-16.
+    assert parts.force == pytest.approx(whole.force, rel=2e-14, abs=0)
+    # The place of a maximum is the round-off of the slope, 1e-14, over the curvature in s, 0.02.
+    assert parts.time == pytest.approx(whole.time, rel=0, abs=1e-12)
+
+
+def test_a_maximum_on_a_sample_is_found_once_and_exactly() -> None:
+    overlap = cosines(np.array([1.0]), np.array([2.0]))
+    time = 2.0 + 0.25 * np.arange(-4, 5)
+    watch = watched(samples_of(overlap, time[:5]), samples_of(overlap, time[4:]))
+    assert watch.force[0] == 1.0
+    # The rate there is 6e-17 and not 0.
+    assert watch.time[0] == pytest.approx(2.0, rel=0, abs=1e-15)
+
+
+def test_a_contact_that_is_never_pressed_has_no_force_and_no_time() -> None:
+    def overlap(time: Array, k: int) -> Array:
+        bump = cosines(np.array([1.0]), np.array([1.0]))(time, k)
+        apart = bump - (3.0 if k == 0 else 0.0)  # comes closer, does not touch
+        return np.hstack([bump, apart])
+
+    watch = watched(samples_of(overlap, np.arange(0.0, 2.0, 0.1)))
+    assert watch.force[1] == 0.0
+    assert np.isnan(watch.time[1])
+    assert watch.force[0] > 0.9
+
+
+def test_a_contact_still_pressed_harder_at_the_end_has_its_last_sample() -> None:
+    time = np.linspace(0.0, 1.0, 11)
+    watch = watched(samples_of(cosines(np.array([1.0]), np.array([1.4])), time))
+    # One rounding of the power.
+    assert watch.force[0] == pytest.approx(math.cos(0.4) ** 1.5, rel=1e-15, abs=0)
+    assert watch.time[0] == 1.0
+
+
+def test_peaks_keep_the_stiffness_of_the_backend() -> None:
+    """A wrong stiffness in a backend must show in its peaks, not be mended by the watch."""
+    overlap = cosines(np.array([1.0, 0.2]), np.array([1.03, 1.17]))
+    time = np.arange(0.0, 2.5, 0.1)
+    right = watched(samples_of(overlap, time))
+    wrong = watched(samples_of(overlap, time, stiffness=1.2345))
+    # A few roundings.
+    assert wrong.force == pytest.approx(1.2345 * right.force, rel=1e-15, abs=0)
+    assert np.array_equal(wrong.time, right.time)
+
+
+def test_long_double_is_kept() -> None:
+    height = np.array([1.0], np.longdouble)
+    time = np.arange(40, dtype=np.longdouble) / 16
+
+    def overlap(t: Array, k: int) -> Array:
+        x = t[:, None] - np.longdouble(1.03125 + 1 / 64)
+        return np.asarray(height * (np.cos(x), -np.sin(x), -np.cos(x), np.sin(x))[k])
+
+    watch = watched(samples_of(overlap, time))
+    assert watch.force.dtype == np.longdouble
+    # Remainder 1.5 (h/2)^8 / 8! = 3.4e-17 at h = 1/16, a tenth of a rounding in double precision.
+    assert abs(float(watch.force[0] - 1)) < 4e-17
+
+
+# A chain, integrated by SciPy
+
+RISE, END, STEP = 1.0, 14.0, 0.05
+
+
+def applied(t: float) -> float:
+    """Triangular, rise time 1, n = 3."""
+    return t if t <= RISE else max(0.0, (3 * RISE - t) / (2 * RISE))
+
+
+def eq_1(t: float, state: FloatArray) -> FloatArray:
+    """Eq. 1 for five granules in natural units."""
+    u, v = state[:5], state[5:]
+    force = [max(0.0, u[i] - u[i + 1]) ** 1.5 for i in range(4)]
+    pushed = [applied(t), *force]
+    passed_on = [*force, 0.0]
+    return np.array([*v, *(a - b for a, b in zip(pushed, passed_on, strict=True))])
+
+
+@pytest.fixture(scope="module")
+def dense_legs() -> list[tuple[float, float, Any]]:
+    """Start, end and dense output of each stretch between the corners of the pulse."""
+    legs, state = [], np.zeros(10)
+    for start, end in ((0.0, RISE), (RISE, 3 * RISE), (3 * RISE, END)):
+        solution = solve_ivp(
+            eq_1,
+            (start, end),
+            state,
+            method="DOP853",
+            rtol=1e-13,
+            atol=1e-15,
+            max_step=0.1,  # so that the dense output, of order 7, is as good as the steps
+            dense_output=True,
+        )
+        legs.append((start, end, solution.sol))
+        state = solution.y[:, -1]
+    return legs
+
+
+def chain_samples(leg: tuple[float, float, Any], jerk: bool) -> Samples:
+    """Samples of one stretch every 0.05, with what Eq. 1 says of their derivatives."""
+    start, end, solution = leg
+    time = np.linspace(start, end, round((end - start) / STEP) + 1)
+    state = solution(time).T
+    u, v = state[:, :5], state[:, 5:]
+    overlap, rate = u[:, :-1] - u[:, 1:], v[:, :-1] - v[:, 1:]
+    pressed = np.maximum(overlap, 0.0)
+    slope = (applied(end) - applied(start)) / (end - start)
+
+    def net(on_contacts: FloatArray, on_first: FloatArray) -> FloatArray:
+        nothing = np.zeros((time.size, 1))
+        return -np.diff(np.hstack([on_first[:, None], on_contacts, nothing]), axis=1)
+
+    force = pressed**1.5
+    return Samples(
+        time=time,
+        displacement=u,
+        velocity=v,
+        acceleration=net(force, np.array([applied(t) for t in time])),
+        overlap=overlap,
+        contact_force=force,
+        jerk=net(1.5 * np.sqrt(pressed) * rate, np.full(time.size, slope)) if jerk else None,
+    )
+
+
+@pytest.mark.parametrize("jerk", [False, True])
+def test_peaks_of_a_chain_vs_scipy(dense_legs: list[tuple[float, float, Any]], jerk: bool) -> None:
+    watch = watched(*(chain_samples(leg, jerk) for leg in dense_legs))
+    for contact in range(4):
+        best, at = 0.0, 0.0
+        for start, end, solution in dense_legs:
+            time = np.linspace(start, end, 2001)
+            force = solution(time)[contact] - solution(time)[contact + 1]
+            near = time[int(force.argmax())]
+
+            def separation(t: float, solution: Any = solution, contact: int = contact) -> float:
+                state = solution(t)
+                return float(state[contact + 1] - state[contact])
+
+            found = minimize_scalar(
+                separation,
+                bounds=(max(start, near - 0.02), min(end, near + 0.02)),
+                method="bounded",
+                options={"xatol": 1e-10},
+            )
+            if -found.fun > best:
+                best, at = -float(found.fun), float(found.x)
+        # Quintic 2e-3 h^6 = 3e-11 at h = 0.05; with the jerk the dense output is the limit, 1e-13.
+        assert watch.force[contact] == pytest.approx(best**1.5, rel=1e-12 if jerk else 3e-11, abs=0)
+        # A maximum is flat: SciPy finds its place to the root of the round-off only.
+        assert watch.time[contact] == pytest.approx(at, rel=0, abs=1e-7)
+
+
+# largest_difference
+
+
+def test_largest_difference_is_relative() -> None:
+    measured, expected = np.array([1.0, 2.002, 50.0]), np.array([1.0, 2.0, 50.1])
+    # 0.1 / 50.1 = 0.001996, 0.002 / 2 = 0.001.
+    assert largest_difference(measured, expected) == pytest.approx(0.1 / 50.1, rel=1e-13, abs=0)
+
+
+def test_largest_difference_ignores_peaks_below_a_thousandth() -> None:
+    expected = np.array([1000.0, 1.0, 0.999, 0.0])
+    assert largest_difference(np.array([1000.0, 1.0, 5.0, 7.0]), expected) == 0.0
+    assert largest_difference(np.array([1000.0, 1.5, 0.9, 0.0]), expected) == 0.5
+
+
+def test_largest_difference_of_peaks_that_are_all_0_is_0() -> None:
+    """A run that ends before its shock begins presses no contact."""
+    assert largest_difference(np.zeros(3), np.zeros(3)) == 0.0
+
+
+def test_largest_difference_refuses_different_numbers_of_contacts() -> None:
+    with pytest.raises(ValueError, match=r"\(3,\) and \(2,\)"):
+        largest_difference(np.ones(3), np.ones(2))
+
+
+def test_largest_differences_vs_one_by_one() -> None:
+    rng = np.random.default_rng(4)
+    expected = 10 ** rng.uniform(-5, 0, (20, 7))
+    expected[3], expected[4] = 0.0, 0.0
+    measured = expected * rng.normal(1.0, 0.1, (20, 7))
+    measured[4, 2] = 1e-9
+    one_by_one = [largest_difference(*pair) for pair in zip(measured, expected, strict=True)]
+    assert largest_differences(measured, expected).tolist() == one_by_one
+    assert one_by_one[3:5] == [0.0, 1.0]
+
+
+def polynomials(*of_contacts: np.polynomial.Polynomial) -> Overlap:
+    """Overlaps that are polynomials in time."""
+
+    def overlap(time: Array, k: int) -> Array:
+        return np.stack([(p.deriv(k) if k else p)(time) for p in of_contacts], axis=1)
+
+    return overlap
+
+
+def with_turns(slope: float, *turns: float) -> np.polynomial.Polynomial:
+    """An overlap of 1 at time 0, whose rate is 0 at the given times."""
+    return (slope * np.polynomial.Polynomial.fromroots(turns)).integ() + 1
+
+
+@pytest.mark.parametrize("jerk", [True, False])
+def test_a_maximum_where_the_overlap_rises_at_both_samples(jerk: bool) -> None:
+    curve = with_turns(1.0, 0.2, 0.95)
+    watch = watched(samples_of(polynomials(curve), np.array([0.0, 1.0]), jerk))
+    assert curve(0.2) > max(curve(0.0), curve(1.0))
+    assert min(curve.deriv()(0.0), curve.deriv()(1.0)) > 0
+    # The interpolant is the polynomial itself; rounding.
+    assert watch.force[0] == pytest.approx(curve(0.2) ** 1.5, rel=1e-13, abs=0)
+    assert watch.time[0] == pytest.approx(0.2, rel=1e-12, abs=0)
+
+
+def test_a_maximum_where_the_overlap_falls_at_both_samples() -> None:
+    curve = with_turns(-1.0, 0.05, 0.8)
+    watch = watched(samples_of(polynomials(curve), np.array([0.0, 1.0])))
+    assert curve(0.8) > max(curve(0.0), curve(1.0))
+    assert max(curve.deriv()(0.0), curve.deriv()(1.0)) < 0
+    assert watch.force[0] == pytest.approx(curve(0.8) ** 1.5, rel=1e-13, abs=0)
+
+
+def test_the_higher_of_two_maxima_between_two_samples() -> None:
+    first = with_turns(-100.0, 0.2, 0.6, 0.9)
+    second = with_turns(-100.0, 0.1, 0.3, 0.8)
+    watch = watched(samples_of(polynomials(first, second), np.array([0.0, 1.0])))
+    assert watch.force[0] == pytest.approx(first(0.2) ** 1.5, rel=1e-12, abs=0)
+    assert watch.force[1] == pytest.approx(second(0.8) ** 1.5, rel=1e-12, abs=0)
+
+
+def test_a_touch_between_two_samples_of_a_contact_that_was_pressed_before() -> None:
+    curve = with_turns(-1.0, 0.3, 1.6) - 0.98
+    times = np.array([0.0, 0.5, 2.5, 3.0])
+    assert curve(0.0) > 0 > max(curve(0.5), curve(2.5))
+    watch = watched(samples_of(polynomials(curve), times, stiffness=7.0))
+    assert watch.force[0] == pytest.approx(7 * curve(1.6) ** 1.5, rel=1e-12, abs=0)
+
+
+def test_a_rival_is_the_second_highest_maximum() -> None:
+    curve = with_turns(-3.0, 0.5, 1.5, 2.6)
+    low, high = sorted((curve(0.5), curve(2.6)))
+    single = with_turns(-3.0, 0.5)
+    watch = watched(samples_of(polynomials(curve, single), np.linspace(0.0, 3.0, 7)))
+    assert watch.force[0] == pytest.approx(high**1.5, rel=1e-12, abs=0)
+    assert watch.rival[0] == pytest.approx(low**1.5, rel=1e-12, abs=0)
+    assert watch.rival[1] == 0
+
+
+def test_a_rival_within_one_interval() -> None:
+    curve = with_turns(-3.0, 0.32, 0.51, 1.05)
+    watch = watched(samples_of(polynomials(curve), np.array([0.0, 1.0, 2.0])))
+    low, high = sorted((curve(0.32), curve(1.05)))
+    assert watch.force[0] == pytest.approx(high**1.5, rel=1e-12, abs=0)
+    assert watch.rival[0] == pytest.approx(low**1.5, rel=1e-12, abs=0)
+
+
+def test_contacts_that_still_rise_are_told() -> None:
+    rises, falls = np.polynomial.Polynomial([1.0, 1.0]), with_turns(-1.0, 0.5)
+    times = np.array([0.0, 1.0])
+    assert watched(samples_of(polynomials(rises, falls), times)).any_rising
+    assert not watched(samples_of(polynomials(falls, falls), times)).any_rising
+    # Below half a thousandth of the largest force it does not count; above, it does.
+    for part, counts in ((4e-4, False), (6e-4, True)):
+        little = np.polynomial.Polynomial([0.5, 0.5]) * (part * falls(0.5) ** 1.5) ** (2 / 3)
+        assert watched(samples_of(polynomials(falls, little), times)).any_rising == counts
+
+
+@pytest.mark.parametrize(("part", "looked_at"), [(1.9e-3, False), (2.1e-3, True)])
+def test_several_maxima_between_two_samples_where_the_overlap_counts(
+    part: float, looked_at: bool
+) -> None:
+    """From two thousandths of the largest overlap on; below, a front seems to have some."""
+    several = with_turns(-100.0, 0.2, 0.6, 0.9)
+    # What counts is a bound of the curve: the largest Bernstein coefficient, 89/35 of this one.
+    little = several * (part / (89 / 35))
+    curves = polynomials(np.polynomial.Polynomial([1.0]), little)
+    watch = watched(samples_of(curves, np.array([0.0, 1.0])))
+    expected = little(0.2) if looked_at else little(1.0)
+    assert little(0.2) > 1.2 * little(1.0) > little(0.0)
+    assert watch.force[1] == pytest.approx(expected**1.5, rel=1e-12, abs=0)

@@ -1,0 +1,126 @@
+"""Work of the applied force against integrals done by hand, by polynomials and by SciPy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.polynomial import Polynomial
+from scipy.integrate import quad
+
+from hertzchain.arrays import Array
+from hertzchain.observables.samples import Samples
+from hertzchain.observables.work import work_done
+from hertzchain.scene.pulse import Ramp
+
+
+def samples_of(first: Callable[[Array, int], Array], time: Array, jerk: bool = True) -> Samples:
+    """Samples of two granules; ``first`` is the k-th derivative of the displacement of the first.
+
+    The second moves otherwise and must not count.
+    """
+
+    def granules(k: int) -> Array:
+        return np.stack([np.broadcast_to(first(time, k), time.shape), np.cos(time + k)], axis=1)
+
+    apart = np.full((time.size, 1), -1.0, time.dtype)
+    return Samples(
+        time=time,
+        displacement=granules(0),
+        velocity=granules(1),
+        acceleration=granules(2),
+        overlap=apart,
+        contact_force=np.zeros_like(apart),
+        jerk=granules(3) if jerk else None,
+    )
+
+
+def polynomial_motion(displacement: Polynomial) -> Callable[[Array, int], Array]:
+    return lambda time, k: np.asarray((displacement.deriv(k) if k else displacement)(time))
+
+
+@pytest.mark.parametrize("jerk", [False, True])
+def test_constant_force_on_a_granule_that_accelerates_evenly(jerk: bool) -> None:
+    """F a t^2 / 2, from rest."""
+    force, acceleration, time = 3.0, 0.7, np.linspace(0.0, 2.0, 9)
+    motion = polynomial_motion(Polynomial([5.0, 0.0, acceleration / 2]))
+    work = work_done(samples_of(motion, time, jerk), Ramp(0.0, 2.0, force, force, "linear"))
+    # Exact but for roundings: the basis, up to 84, times displacements of 6, in 8 intervals.
+    assert work == pytest.approx(force * acceleration * 2.0**2 / 2, rel=3e-13, abs=0)
+
+
+terms = st.floats(-1.0, 1.0)
+
+
+@pytest.mark.parametrize(("jerk", "degree"), [(False, 5), (True, 7)])
+@given(data=st.data(), first=terms, last=terms)
+@settings(deadline=None, max_examples=50)
+def test_linear_ramp_times_polynomial_velocity_is_exact(
+    jerk: bool, degree: int, data: st.DataObject, first: float, last: float
+) -> None:
+    """The interpolant meets the displacement, and four Gauss points meet degree seven."""
+    displacement = Polynomial(data.draw(st.lists(terms, min_size=degree + 1, max_size=degree + 1)))
+    start, end = 0.2, 1.4
+    force = Polynomial([first, (last - first)])(Polynomial([-start, 1.0]) / (end - start))
+    antiderivative = (force * displacement.deriv()).integ()
+    time = start + (end - start) * np.array([0.0, 0.1, 0.45, 0.7, 1.0])
+    work = work_done(
+        samples_of(polynomial_motion(displacement), time, jerk),
+        Ramp(start, end, first, last, "linear"),
+    )
+    # Velocities up to 7 * 1.4^6 / 0.4 = 130 from a basis of size up to 84.
+    expected = antiderivative(end) - antiderivative(start)
+    assert work == pytest.approx(expected, rel=0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("jerk", "order"), [(False, 6), (True, 8)])
+def test_cosine_ramp_vs_scipy(jerk: bool, order: int) -> None:
+    ramp = Ramp(0.5, 3.5, 0.2, 1.0, "cosine")
+
+    def power(t: float) -> float:
+        return (0.2 + 0.4 * (1 - math.cos(math.pi * (t - 0.5) / 3))) * math.cos(t)
+
+    exact, _ = quad(power, 0.5, 3.5, epsabs=1e-14, epsrel=1e-13)
+
+    def error(intervals: int) -> float:
+        time = np.linspace(0.5, 3.5, intervals + 1)
+        motion = samples_of(lambda t, k: np.sin(t + k * np.pi / 2), time, jerk)
+        return abs(float(work_done(motion, ramp)) - exact)
+
+    # Intervals of 0.05: far below the work of order 1.
+    assert error(60) < 1e-12
+    # The order of the interpolated displacement; the four Gauss points have 8.
+    assert math.log2(error(3) / error(6)) == pytest.approx(order, abs=0.5)
+
+
+def test_blocks_add_up() -> None:
+    time = np.linspace(0.0, 2.0, 21)
+    ramp = Ramp(0.0, 2.0, 0.0, 5.0, "cosine")
+
+    def work(times: Array) -> float:
+        return float(work_done(samples_of(lambda t, k: np.sin(t + k * np.pi / 2), times), ramp))
+
+    # The same terms, summed in another order.
+    assert work(time[:8]) + work(time[7:]) == pytest.approx(work(time), rel=1e-15, abs=0)
+
+
+def test_uneven_samples_vs_even_ones() -> None:
+    """A refined run hands on samples at uneven distances."""
+    ramp = Ramp(0.0, 2.0, 1.0, 0.0, "linear")
+
+    def work(times: Array) -> float:
+        return float(work_done(samples_of(lambda t, k: np.sin(t + k * np.pi / 2), times), ramp))
+
+    uneven = np.concatenate([np.linspace(0.0, 0.1, 30), np.linspace(0.1, 2.0, 20)[1:]])
+    # Both are exact to 1e-13 at intervals of 0.1: 0.05^8 / 8! = 1e-15 in the displacement.
+    assert work(uneven) == pytest.approx(work(np.linspace(0.0, 2.0, 21)), rel=1e-13, abs=0)
+
+
+def test_long_double_is_kept() -> None:
+    time = np.linspace(0, 1, 5, dtype=np.longdouble)
+    motion = samples_of(lambda t, k: (t**2 / 2, t, np.ones_like(t), np.zeros_like(t))[k], time)
+    assert work_done(motion, Ramp(0.0, 1.0, 1.0, 1.0, "linear")).dtype == np.longdouble

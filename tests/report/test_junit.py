@@ -1,0 +1,339 @@
+"""JUnit XML: counts, messages and hostile text, by the rules of Jenkins's junit-10.xsd."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import re
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from types import ModuleType
+from typing import NoReturn
+from xml.etree import ElementTree
+
+import pandas as pd
+import pytest
+
+import hertzchain as hc
+import validation.script
+from hertzchain.cli import main
+from hertzchain.errors import BackendMissing, RunFailed
+from hertzchain.report.junit import Case, Suite, case, to_xml
+from validation import rows, run_all
+from validation.script import Script, junit_suite, rows_only
+
+BEGUN = datetime(2026, 11, 21, 14, 46, 44, tzinfo=UTC)
+DEMO = Path(run_all.__file__).parent / "scenes" / "demo.toml"
+
+ATTRIBUTES = {
+    "testsuites": {"name", "tests", "failures", "errors", "time"},
+    "testsuite": {"name", "tests", "failures", "errors", "skipped", "time", "timestamp"},
+    "testcase": {"classname", "name", "time"},
+    "failure": {"message", "type"},
+    "error": {"message", "type"},
+    "skipped": {"message", "type"},
+}
+CHILDREN = {
+    "testsuites": {"testsuite"},
+    "testsuite": {"testcase"},
+    "testcase": {"failure", "error", "skipped"},
+}
+"""What there is of junit-10.xsd in these files: all of it is allowed there."""
+
+
+def checked(text: str) -> ElementTree.Element:
+    """The root of a file that follows the schema and whose counts are right."""
+    root = ElementTree.fromstring(text)  # noqa: S314 - our own
+    assert root.tag == "testsuites"
+    for element in root.iter():
+        assert set(element.attrib) == ATTRIBUTES[element.tag]
+        assert {child.tag for child in element} <= CHILDREN.get(element.tag, set())
+        if "time" in element.attrib:
+            # SUREFIRE_TIME, as far as pieces of at most three digits go.
+            assert re.fullmatch(r"[0-9]+\.[0-9]{3}", element.attrib["time"])
+        if element.tag == "testcase":
+            assert len(element) <= 1
+            assert element.attrib["name"]
+    for element in (root, *root):
+        assert int(element.attrib["tests"]) == len(element.findall(".//testcase"))
+        assert int(element.attrib["failures"]) == len(element.findall(".//failure"))
+        assert int(element.attrib["errors"]) == len(element.findall(".//error"))
+    for suite in root:
+        assert int(suite.attrib["skipped"]) == len(suite.findall(".//skipped"))
+        assert datetime.fromisoformat(suite.attrib["timestamp"]).tzinfo is not None
+        names = [one.attrib["name"] for one in suite]
+        assert len(set(names)) == len(names)
+    return root
+
+
+def read(path: Path) -> ElementTree.Element:
+    return checked(path.read_text(encoding="utf-8"))
+
+
+def suite_of(*cases: Case) -> Suite:
+    return Suite("a.suite", cases, BEGUN, 1.25)
+
+
+# The text
+
+
+def test_numbers_are_said_in_full() -> None:
+    off = case("momentum", 1.0 + 1e-12, 1.0, 1e-13, False, "steps end at the corners")
+    (found,) = checked(to_xml([suite_of(off)])).iter("failure")
+    expected = "measured 1.000000000001, expected 1.0, tolerance 1e-13: steps end at the corners"
+    assert found.attrib["message"] == expected
+    assert found.text is not None
+    assert "difference 1.000088900582341e-12" in found.text
+
+
+@pytest.mark.parametrize("measured", [None, math.nan, math.inf])
+def test_what_has_no_number_is_an_error(measured: float | None) -> None:
+    root = checked(to_xml([suite_of(case("p", measured, 9.0, 0.0, False, "it crashed"))]))
+    (found,) = root.iter("error")
+    assert found.attrib["message"] == "p: it crashed"
+    assert (root.attrib["failures"], root.attrib["errors"]) == ("0", "1")
+
+
+def test_suites_add_up() -> None:
+    cases = (Case("a"), Case("b", "failure", "off"), Case("c", "error", "no"), Case("d", "skipped"))
+    root = checked(to_xml([suite_of(*cases), suite_of(*cases[:2])]))
+    assert root.attrib == {
+        "name": "hertzchain", "tests": "6", "failures": "2", "errors": "1", "time": "2.500",
+    }  # fmt: skip
+    assert root[0].attrib["timestamp"] == "2026-11-21T14:46:44+00:00"
+    assert checked(to_xml([])).attrib["tests"] == "0"
+
+
+def test_names_that_come_twice_are_told_apart() -> None:
+    """GitLab keeps the first of them only."""
+    (suite,) = checked(to_xml([suite_of(Case("p"), Case("p", "failure"), Case("p"))]))
+    assert [one.attrib["name"] for one in suite] == ["p", "p (2)", "p (3)"]
+    (suite,) = checked(to_xml([suite_of(Case("p"), Case("p (2)"), Case("p"))]))
+    assert [one.attrib["name"] for one in suite] == ["p", "p (2)", "p (3)"]
+
+
+HOSTILE = "<b> & \"q\" 's' ]]> \x00\x08\x1b[31m \x7f\x85 \ud800 \ufffe \U0001f600 \u202e é\r\n\tend"
+
+
+def test_hostile_text_goes_through() -> None:
+    hostile = Suite(HOSTILE, (Case(HOSTILE, "failure", HOSTILE, HOSTILE),), BEGUN, 0.0)
+    text = to_xml([hostile])
+    text.encode("utf-8")
+    root = checked(text)
+    clean = re.sub("[\x00\x08\x1b\ud800\ufffe]", "\ufffd", HOSTILE)
+    (one,) = root.iter("testcase")
+    assert one.attrib["name"] == one[0].attrib["message"] == clean
+    # In text XML takes a carriage return for a line's end.
+    assert one[0].text == clean.replace("\r\n", "\n")
+
+
+# The commands
+
+
+def command(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
+    monkeypatch.setattr(sys, "argv", ["hertzchain", *map(str, arguments)])
+    with pytest.raises(SystemExit) as caught:
+        main()
+    assert isinstance(caught.value.code, int)
+    return caught.value.code
+
+
+def of_checks(checks: Sequence[dict[str, object]]) -> dict[object, str | None]:
+    """What each check of the JSON has to be in JUnit."""
+    return {
+        check["name"]: None
+        if check["passed"]
+        else ("error" if check["measured"] is None else "failure")
+        for check in checks
+    }
+
+
+def problems(suite: ElementTree.Element) -> dict[object, str | None]:
+    """What each case is, by its name."""
+    return {one.attrib["name"]: one[0].tag if len(one) else None for one in suite}
+
+
+@pytest.mark.lammps
+def test_compare_writes_its_checks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    there = tmp_path / "junit.xml"
+    plot = tmp_path / "plot.svg"
+    options = ("--json", "--plot", plot, "--junit", there)
+    assert command(monkeypatch, "compare", DEMO, *options) == 0
+    found = json.loads(capsys.readouterr().out)
+    (suite,) = read(there)
+    assert suite.attrib["name"] == "hertzchain.compare.demo"
+    assert problems(suite) == of_checks(found["checks"])
+    assert len(suite) > 10
+    assert float(suite.attrib["time"]) > 0
+    assert plot.exists()
+
+
+def test_missing_lammps_is_no_pass(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def missing(*_: object) -> hc.Result:
+        raise BackendMissing("LAMMPS is not available: install it")
+
+    monkeypatch.setattr(hc.Lammps, "run", missing)
+    there = tmp_path / "junit.xml"
+    assert command(monkeypatch, "compare", DEMO, "--json", "--junit", there) == 2
+    found = json.loads(capsys.readouterr().out)
+    (suite,) = read(there)
+    assert problems(suite) == of_checks(found["checks"])
+    assert problems(suite)["lammps: not run"] == "error"
+    (error,) = suite.iter("error")
+    assert error.attrib["message"] == "lammps: not run: LAMMPS is not available: install it"
+
+
+def test_a_judgement_has_a_case_for_each_contact(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    demo_reference: hc.Result,
+) -> None:
+    peak = demo_reference.peak_force.tolist()
+    table, there = tmp_path / "peaks.csv", tmp_path / "junit.xml"
+    scene = tmp_path / "my.scene.toml"
+    scene.write_text(DEMO.read_text("utf-8"), "utf-8")
+    for factor, status in ((1.0, 0), (1.01, 1)):
+        with table.open("w", newline="", encoding="utf-8") as stream:
+            lines = [(2, peak[0]), (3, factor * peak[1]), (5, peak[3])]
+            csv.writer(stream).writerows([("contact", "peak_force_N"), *lines])
+        options = ("--results", table, "--json", "--junit", there)
+        assert command(monkeypatch, "compare", scene, *options) == status
+        found = json.loads(capsys.readouterr().out)
+        (suite,) = read(there)
+        assert suite.attrib["name"] == "hertzchain.judge.my_scene"  # dots would be folders
+        cases = problems(suite)
+        assert cases.pop("verdict") == (None if found["verdict"] == "pass" else "failure")
+        kinds = {True: None, False: "failure", None: "skipped"}
+        assert cases == {f"contact {row['contact']}": kinds[row["passed"]] for row in found["rows"]}
+    first, second = suite.iter("failure")
+    words = "1 of 3 contacts differ by more than 1.0e-03 from the reference, the largest difference"
+    assert words in first.attrib["message"]
+    words = f"measured {1.01 * peak[1]!r}, expected {peak[1]!r}, tolerance {1e-3 * peak[1]!r}"
+    assert words in second.attrib["message"]
+
+
+def test_a_judgement_of_nothing_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # After so short a run the last contact has not been pressed.
+    scene, table, there = (tmp_path / name for name in ("short.toml", "peaks.csv", "junit.xml"))
+    text = re.sub(r"\[run\][^[]*", "", DEMO.read_text("utf-8"))
+    scene.write_text(text + '\n[run]\nend_time = "50 us"\n', "utf-8")
+    table.write_text("contact,peak_force_N\n60,1\n", "utf-8")
+    status = command(monkeypatch, "compare", scene, "--results", table, "--junit", there)
+    capsys.readouterr()
+    assert status == 1
+    (suite,) = read(there)
+    cases = problems(suite)
+    assert (cases["verdict"], cases["contact 60"]) == ("error", "skipped")
+
+
+def test_what_cannot_be_written_is_refused_before_the_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def work(*_: object) -> NoReturn:
+        raise AssertionError("nothing may be computed")
+
+    monkeypatch.setattr(hc.Native, "run", work)
+    there = tmp_path / "no" / "junit.xml"
+    for options in ((), ("--results", "peaks.csv")):
+        assert command(monkeypatch, "compare", DEMO, *options, "--junit", there) == 2
+        assert "does not exist, create it first" in capsys.readouterr().err
+    monkeypatch.setattr(validation.script, "why_no_lammps", lambda: None)
+    script = replace(small_script(), measure=work)
+    assert script.run(["--junit", str(there)]) == 2
+    monkeypatch.setattr(run_all, "run_scripts", work)
+    assert run_all.run(["--junit", str(there)]) == 2
+
+
+# Validation scripts
+
+ROWS = [
+    rows.row("a number", "native", 1.0, 1.0, 0.5, "because"),
+    rows.row("a number", "lammps", 2.0, 1.0, 0.5, "because"),
+    rows.did_not_run("a scene", "lammps", "LAMMPS crashed (SIGSEGV)"),
+    rows.row("without a backend", "", 1.0, 1.0, 0.5, "because"),
+]
+CASES = {
+    "a number (native)": None,
+    "a number (lammps)": "failure",
+    "a scene: LAMMPS crashed (SIGSEGV) (lammps)": "error",
+    "without a backend": None,
+}
+
+
+def small_script() -> Script:
+    return Script("A title", "Is it?", "nobody", **rows_only(lambda *_: ROWS))
+
+
+def test_each_row_is_a_case(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(validation.script, "why_no_lammps", lambda: None)
+    monkeypatch.setattr(sys, "argv", ["validation/small.py"])
+    there = tmp_path / "junit.xml"
+    assert small_script().run(["--json", "--junit", str(there)]) == 1
+    (suite,) = read(there)
+    assert suite.attrib["name"] == "validation.small"
+    assert problems(suite) == CASES
+    assert len(json.loads(capsys.readouterr().out)["rows"]) == len(suite)
+    message = "a scene: LAMMPS crashed (SIGSEGV) (lammps): every scene has to run"
+    assert next(suite.iter("error")).attrib["message"] == message
+
+
+def test_a_script_without_lammps_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(validation.script, "why_no_lammps", lambda: "LAMMPS is not available")
+    there = tmp_path / "junit.xml"
+    script = Script("A title", "Is it?", "nobody", **rows_only(lambda *_: ROWS[:1]))
+    assert script.run(["--junit", str(there)]) == 2
+    capsys.readouterr()
+    root = read(there)
+    assert (root.attrib["tests"], root.attrib["errors"]) == ("2", "1")
+    assert next(root.iter("error")).attrib["message"] == "LAMMPS is not available"
+
+
+@pytest.mark.parametrize("missing", [None, "LAMMPS is not available"])
+def test_every_script_is_a_suite(
+    missing: str | None,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def impossible(*_: object) -> pd.DataFrame:
+        raise RunFailed("it cannot be")
+
+    modules = [ModuleType("validation.small"), ModuleType("validation.broken")]
+    scripts = (small_script(), replace(small_script(), measure=impossible))
+    for module, script in zip(modules, scripts, strict=True):
+        vars(module)["SCRIPT"] = script
+    monkeypatch.setattr(run_all, "why_no_lammps", lambda: missing)
+    monkeypatch.setattr(run_all, "MODULES", modules)
+    there = tmp_path / "junit.xml"
+    assert run_all.run(["--json", "--junit", str(there)]) == 1
+    root = read(there)
+    found = json.loads(capsys.readouterr().out)["scripts"]
+    suites = {suite.attrib["name"]: problems(suite) for suite in root}
+    without = {"LAMMPS runs": "error"}
+    assert suites.pop("validation.lammps", None) == (None if missing is None else without)
+    assert suites == {
+        "validation.small": CASES,
+        "validation.broken": {"broken: it cannot be": "error"},
+    }
+    for suite, one in zip(root, found, strict=False):
+        assert len(suite) == len(one["rows"])
+        assert suite.attrib["time"] == f"{one['seconds']:.3f}"
+
+
+def test_a_name_of_a_suite_is_that_of_its_script() -> None:
+    assert junit_suite("table2", ROWS, BEGUN, 0.0).name == "validation.table2"

@@ -1,0 +1,259 @@
+"""Trajectories and tables read back, each by readers that share no line with who wrote it.
+
+Extended XYZ is written by ASE and read by ASE and by a reader of its grammar in plain Python;
+tables are written by pandas and read by DuckDB and the standard library, too.
+"""
+
+from __future__ import annotations
+
+import csv
+import importlib.util
+import json
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import duckdb
+import numpy as np
+import pandas as pd
+import pytest
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import OutputError, SceneError
+from hertzchain.report import tables
+from hertzchain.report.tables import write_result
+from hertzchain.report.trajectory import frame_times, power_of_1000
+from tests.conftest import paper_scene
+
+BACKENDS = ["native", pytest.param("lammps", marks=pytest.mark.lammps)]
+HALF_A_DIGIT = 5.001e-9
+"""Of a unit: ASE writes eight digits after the point."""
+
+
+def recorded(backend: str, scene: hc.Scene, frames: int) -> hc.Result:
+    run = hc.Native() if backend == "native" else hc.Lammps(dt=0.02 * scene.units.time)
+    return run.run(scene, record=frame_times(scene, frames))
+
+
+@dataclass(frozen=True)
+class Frames:
+    """A trajectory as a reader found it.
+
+    Parameters
+    ----------
+    info
+        The values of each frame, by key.
+    arrays
+        The columns of all frames, by the names in the file, shape (frames, granules) or
+        (frames, granules, 3).
+    """
+
+    info: list[dict[str, Any]]
+    arrays: dict[str, FloatArray]
+
+
+def read_by_ase(path: Path) -> Frames:
+    """By ASE, as its users have it: masses and velocities from its own methods."""
+    from ase.io import read
+
+    found = read(path, index=":", format="extxyz")
+    names = [name for name in found[0].arrays if name not in {"numbers", "positions"}]
+    arrays = {name: np.array([frame.arrays[name] for frame in found]) for name in names}
+    arrays["pos"] = np.array([frame.get_positions() for frame in found])
+    arrays["masses"] = np.array([frame.get_masses() for frame in found])
+    arrays["momenta"] = np.array([frame.get_velocities() for frame in found])
+    arrays["momenta"] *= arrays["masses"][:, :, None]
+    assert {symbol for frame in found for symbol in frame.symbols} == {"X"}
+    cells = [{"Lattice": frame.cell.array.ravel(), "pbc": frame.pbc} for frame in found]
+    return Frames([frame.info | cell for frame, cell in zip(found, cells, strict=True)], arrays)
+
+
+def read_by_the_grammar(path: Path) -> Frames:
+    """By the grammar of extended XYZ alone: a count, key=value pairs, one line for each granule."""
+    lines = path.read_text(encoding="ascii").splitlines()
+    info: list[dict[str, Any]] = []
+    arrays: dict[str, list[list[Any]]] = {}
+    kinds: dict[str, Callable[[str], Any]] = {"R": float, "I": int, "S": str}
+    while lines:
+        count, comment = int(lines[0]), lines[1]
+        rows, lines = [line.split() for line in lines[2 : 2 + count]], lines[2 + count :]
+        pair = r'([A-Za-z_]\w*)=("[^"]*"|[^\s"]+)'
+        assert re.fullmatch(rf"{pair}( {pair})*", comment)
+        values = {key: text.strip('"').split() for key, text in re.findall(pair, comment)}
+        (columns,) = values.pop("Properties")
+        flags = [{"T": True, "F": False}[flag] for flag in values.pop("pbc")]
+        numbers = {key: [float(text) for text in texts] for key, texts in values.items()}
+        info.append({key: x if len(x) > 1 else x[0] for key, x in numbers.items()} | {"pbc": flags})
+        start, triplets = 0, columns.split(":")
+        for name, kind, width in zip(triplets[::3], triplets[1::3], triplets[2::3], strict=True):
+            end = start + int(width)
+            cells = [[kinds[kind](cell) for cell in row[start:end]] for row in rows]
+            arrays.setdefault(name, []).append([x if len(x) > 1 else x[0] for x in cells])
+            start = end
+        assert {len(row) for row in rows} == {start}
+    assert {symbol for frame in arrays.pop("species") for symbol in frame} == {"X"}
+    return Frames(info, {name: np.array(frames) for name, frames in arrays.items()})
+
+
+READERS = (read_by_ase, read_by_the_grammar)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_trajectory_read_back_vs_the_history(tmp_path: Path, backend: str) -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, granules=12)
+    result = recorded(backend, scene, 400)
+    hc.write_trajectory(result, tmp_path / "motion.xyz")
+    for read in READERS:
+        is_the_history(read(tmp_path / "motion.xyz"), result)
+
+
+def is_the_history(frames: Frames, result: hc.Result) -> None:
+    """Assert that frames have what a run of 12 granules has recorded, to the last digit."""
+    scene, history = result.scene, result.history
+    assert history is not None
+    assert len(frames.info) == 400
+    names = {"length_unit_m": 1e-6, "velocity_unit_m_s": 1e-3, "force_unit_N": 1.0}
+    names["mass_unit_kg"] = 1e-3
+    length, velocity, force, mass = (frames.info[0][name] for name in names)
+    assert (length, velocity, force, mass) == tuple(names.values())
+    assert [info["time_s"] for info in frames.info] == history.time.tolist()
+    arrays = frames.arrays
+
+    sites = 2 * scene.chain.radius * np.arange(12)
+    exact = HALF_A_DIGIT * length
+    moved = arrays["pos"][:, :, 0] * length - sites
+    # Positions of 0.1 m in units of 1e-6 m are rounded to 1e-11 of a unit besides.
+    assert moved == pytest.approx(history.displacement, rel=0, abs=1.01 * exact)
+    assert arrays["displacement"][:, :, 0] * length == pytest.approx(
+        history.displacement, rel=0, abs=exact
+    )
+    for name in ("velocity", "velo"):
+        assert arrays[name][:, :, 0] * velocity == pytest.approx(
+            history.velocity, rel=0, abs=HALF_A_DIGIT * velocity
+        )
+    for name in ("pos", "displacement", "velocity", "velo", "force", "momenta"):
+        assert not arrays[name][:, :, 1:].any()
+    assert np.unique(arrays["radius"] * length) == pytest.approx([4.75e-3], rel=1e-12, abs=0)
+    # 4/3 pi R^3 of 7958 kg/m^3 is 3.6 g: to the digits that are written.
+    expected = 7958.0 * 4 / 3 * np.pi * 4.75e-3**3
+    for name in ("mass", "masses"):
+        assert np.unique(arrays[name] * mass) == pytest.approx(
+            [expected], rel=0, abs=HALF_A_DIGIT * mass
+        )
+    assert (arrays["id"] == np.arange(1, 13)).all()
+    contact = arrays["contact_force"] * force
+    assert contact[:, 1:] == pytest.approx(history.contact_force, rel=0, abs=HALF_A_DIGIT)
+    assert contact[:, 0] == pytest.approx(
+        scene.applied_force(history.time), rel=0, abs=HALF_A_DIGIT
+    )
+    # 400 frames are 0.1 natural units apart: the highest is (0.05)^2 of a peak too low at most.
+    assert contact[:, 1:].max(axis=0) == pytest.approx(result.peak_force, rel=5e-3, abs=0)
+    assert np.all(contact[:, 1:].max(axis=0) <= result.peak_force * (1 + 1e-6))
+    for info in frames.info:
+        cell = np.reshape(info["Lattice"], (3, 3)) * length
+        assert cell == pytest.approx(np.diag([0.114, 9.5e-3, 9.5e-3]), rel=1e-12, abs=0)
+        assert np.multiply(info["Origin"], length) == pytest.approx(3 * [-4.75e-3], rel=1e-12)
+        assert not np.any(info["pbc"])
+
+
+@pytest.mark.parametrize("read", READERS)
+def test_momenta_and_forces_of_a_trajectory_balance(
+    tmp_path: Path, read: Callable[[Path], Frames]
+) -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, granules=12)
+    hc.write_trajectory(recorded("native", scene, 400), tmp_path / "motion.xyz")
+    frames = read(tmp_path / "motion.xyz")
+    time = np.array([info["time_s"] for info in frames.info])
+    unit = frames.info[0]["mass_unit_kg"] * frames.info[0]["velocity_unit_m_s"]
+    momenta = frames.arrays["momenta"][:, :, 0] * unit
+    forces = frames.arrays["force"][:, :, 0] * frames.info[0]["force_unit_N"]
+    # After the shock its impulse is in the chain: up to half a digit of each of 12 momenta.
+    after = time > scene.ramps[-1].end
+    assert after.sum() > 100
+    assert momenta[after].sum(axis=1) == pytest.approx(
+        scene.impulse, rel=0, abs=12 * HALF_A_DIGIT * unit
+    )
+    # The forces between granules cancel, and what is left is applied: 12 half digits again.
+    assert forces.sum(axis=1) == pytest.approx(
+        scene.applied_force(time), rel=0, abs=12 * HALF_A_DIGIT
+    )
+    # Force is the rate of momentum. The trapezoidal rule over 0.1 natural units is off by
+    # 0.1^2 / 12 of the curvature of a force: at most 300 N per unit squared, where the last contact
+    # opens.
+    rate = np.diff(momenta, axis=0) / np.diff(time)[:, None]
+    assert rate == pytest.approx((forces[1:] + forces[:-1]) / 2, rel=0, abs=0.3)
+
+
+def test_small_scenes_keep_their_digits(tmp_path: Path) -> None:
+    chain = hc.Chain(4, 1e-8, 193e9, 0.3, 7958.0)
+    scene = hc.Scene(chain, hc.Pulse("cosine", 1e-15, 2.0, momentum_ratio=1.0))
+    result = recorded("native", scene, 20)
+    hc.write_trajectory(result, tmp_path / "motion.extxyz")
+    assert result.history is not None
+    exact = HALF_A_DIGIT * scene.units.length
+    for read in READERS:
+        frames = read(tmp_path / "motion.extxyz")
+        found = frames.arrays["displacement"][-1, :, 0] * frames.info[-1]["length_unit_m"]
+        assert found == pytest.approx(result.history.displacement[-1], rel=0, abs=exact)
+
+
+def test_units_are_powers_of_1000() -> None:
+    values = [5.9e-6, 1.0, 999.0, 1000.0, 3e-22]
+    assert [power_of_1000(value) for value in values] == [1e-6, 1.0, 1.0, 1e3, 1e-24]
+
+
+def test_nothing_recorded_is_refused(tmp_path: Path, demo_reference: hc.Result) -> None:
+    with pytest.raises(SceneError, match="record"):
+        hc.write_trajectory(demo_reference, tmp_path / "motion.xyz")
+    with pytest.raises(OutputError, match=r"must end in \.xyz or \.extxyz"):
+        hc.write_trajectory(demo_reference, tmp_path / "motion.csv")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_results_in_three_formats(tmp_path: Path, demo_reference: hc.Result) -> None:
+    for suffix in ("csv", "json", "JSON"):
+        write_result(demo_reference, tmp_path / f"peaks.{suffix}")
+    expected = demo_reference.to_frame()
+    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "peaks.csv"), expected, rtol=1e-15)
+    text = (tmp_path / "peaks.json").read_text()
+    assert json.loads(text) == demo_reference.to_dict()
+    write_result(demo_reference, tmp_path / "peaks.parquet")
+    pd.testing.assert_frame_equal(
+        pd.read_parquet(tmp_path / "peaks.parquet"), expected, check_exact=True
+    )
+    columns = {name: expected[name].tolist() for name in expected}
+    for name in ("peaks.csv", "peaks.parquet"):
+        with duckdb.connect() as database:
+            table = database.read_csv if name.endswith("csv") else database.read_parquet
+            found = table(str(tmp_path / name))
+            assert dict(zip(found.columns, zip(*found.fetchall(), strict=True), strict=True)) == {
+                name: tuple(values) for name, values in columns.items()
+            }
+    with (tmp_path / "peaks.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.reader(file))
+    assert rows[0] == list(columns)
+    for name, cells in zip(rows[0], zip(*rows[1:], strict=True), strict=True):
+        assert [float(cell) for cell in cells] == columns[name]
+
+
+def test_parquet_without_pyarrow_is_refused_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def nothing(name: str, _: str | None = None) -> None:
+        assert name == "pyarrow"
+
+    monkeypatch.setattr(importlib.util, "find_spec", nothing)
+    with pytest.raises(OutputError, match=r"pip install 'hertzchain\[parquet\]'"):
+        tables.check_result_format(tmp_path / "peaks.parquet")
+
+
+def test_a_failure_leaves_no_trajectory(tmp_path: Path) -> None:
+    result = recorded("native", paper_scene("cosine", 1.0, 2.0, granules=4), 3)
+    assert result.history is not None
+    broken = replace(result.history, velocity=result.history.velocity[:2])
+    with pytest.raises(IndexError):
+        hc.write_trajectory(replace(result, history=broken), tmp_path / "motion.xyz")
+    assert list(tmp_path.iterdir()) == []

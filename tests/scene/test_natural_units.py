@@ -1,0 +1,122 @@
+"""Natural units against Hertz's law, Newton's law and LAMMPS."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import hertzchain as hc
+from hertzchain.scene.natural_units import (
+    MOMENTUM_IN_NATURAL_UNITS,
+    PAPER_MOMENTUM,
+    force_scale,
+    natural_units,
+    unit_ratio_momentum,
+)
+from tests.conftest import STEEL, paper_scene
+
+CHAIN = hc.Chain(60, **STEEL)
+UNITS = natural_units(CHAIN, 100.0)
+ROUND_OFF = 1e-14
+"""A few dozen roundings of 1e-16."""
+
+
+def test_two_granules_pressed_by_the_unit_force_overlap_by_the_unit_length() -> None:
+    modulus, radius = 193e9 / (2 * (1 - 0.3**2)), 4.75e-3 / 2  # effective, of two equal granules
+    assert 4 / 3 * modulus * math.sqrt(radius) * UNITS.length**1.5 == pytest.approx(
+        100.0, rel=ROUND_OFF, abs=0
+    )
+
+
+def test_the_unit_force_moves_a_granule_by_the_unit_length_over_the_square_of_the_unit_time() -> (
+    None
+):
+    mass = 4 / 3 * math.pi * 4.75e-3**3 * 7958.0
+    assert mass * UNITS.length / UNITS.time**2 == pytest.approx(100.0, rel=ROUND_OFF, abs=0)
+
+
+def test_derived_units_vs_their_dimensions() -> None:
+    mass = 4 / 3 * math.pi * 4.75e-3**3 * 7958.0
+    assert UNITS.force == 100.0
+    assert UNITS.velocity * UNITS.time == pytest.approx(UNITS.length, rel=ROUND_OFF, abs=0)
+    assert UNITS.momentum == pytest.approx(mass * UNITS.velocity, rel=ROUND_OFF, abs=0)
+    assert UNITS.energy == pytest.approx(mass * UNITS.velocity**2, rel=ROUND_OFF, abs=0)
+
+
+factor = st.floats(1e-6, 1e6)
+
+
+@given(modulus=factor, force=factor, radius=factor, density=factor)
+@settings(deadline=None)
+def test_units_scale_as_powers(modulus: float, force: float, radius: float, density: float) -> None:
+    """F = A length^(3/2) with A as E R^(1/2), and F = m length / time^2 with m as rho R^3."""
+    chain = hc.Chain(60, 4.75e-3 * radius, 193e9 * modulus, 0.3, 7958.0 * density)
+    scaled = natural_units(chain, 100.0 * force)
+    length = force ** (2 / 3) * modulus ** (-2 / 3) * radius ** (-1 / 3)
+    time = force ** (-1 / 6) * modulus ** (-1 / 3) * radius ** (4 / 3) * density**0.5
+    assert scaled.force == 100.0 * force
+    assert scaled.length == pytest.approx(UNITS.length * length, rel=ROUND_OFF, abs=0)
+    assert scaled.time == pytest.approx(UNITS.time * time, rel=ROUND_OFF, abs=0)
+
+
+@given(poisson_ratio=st.floats(-0.99, 0.5))
+@settings(deadline=None)
+def test_units_know_the_poisson_ratio_through_the_modulus_only(poisson_ratio: float) -> None:
+    """E / (1 - nu^2) is all that Hertz's law has of both."""
+    chain = hc.Chain(60, 4.75e-3, 193e9 * (1 - poisson_ratio**2), poisson_ratio, 7958.0)
+    plain = hc.Chain(60, 4.75e-3, 193e9, 0.0, 7958.0)
+    units, expected = natural_units(chain, 100.0), natural_units(plain, 100.0)
+    # 1 - nu^2 is computed the same way on both sides.
+    assert units.length == pytest.approx(expected.length, rel=ROUND_OFF, abs=0)
+    assert units.time == pytest.approx(expected.time, rel=ROUND_OFF, abs=0)
+
+
+def test_momentum_of_the_unit_wave_is_1_651778333() -> None:
+    assert PAPER_MOMENTUM == 4.34375
+    assert round(MOMENTUM_IN_NATURAL_UNITS, 9) == 1.651778333
+
+
+@given(modulus=factor, force=factor, radius=factor, density=factor)
+@settings(deadline=None)
+def test_unit_ratio_momentum_vs_the_papers_formula(
+    modulus: float, force: float, radius: float, density: float
+) -> None:
+    chain = hc.Chain(60, 4.75e-3 * radius, 193e9 * modulus, 0.3, 7958.0 * density)
+    inside = 0.91 * chain.radius**4 * chain.density**1.5 / chain.young_modulus
+    printed = 139 / 32 * inside ** (1 / 3) * (100.0 * force) ** (5 / 6)
+    assert unit_ratio_momentum(chain, 100.0 * force) == pytest.approx(printed, rel=ROUND_OFF, abs=0)
+
+
+@pytest.mark.parametrize("momentum_ratio", [1e-3, 1e-4])
+def test_a_short_pulse_presses_as_hard_as_its_momentum_does(momentum_ratio: float) -> None:
+    """Two granules: no other takes momentum away from the one that is pushed."""
+    peak = hc.Native("reference").run(paper_scene("cosine", momentum_ratio, 2.0, granules=2))
+    # What the contact takes during the pulse is of the order of LM_ratio squared.
+    scale = force_scale(momentum_ratio)
+    assert peak.peak_force[0] / 100 == pytest.approx(scale, rel=3 * momentum_ratio, abs=0)
+
+
+def test_a_long_pulse_presses_with_about_its_force() -> None:
+    # 0.754272 I^1.2 is 1 at LM_ratio 0.76579.
+    assert 0.999 < force_scale(0.7655) < 1
+    assert [force_scale(ratio) for ratio in (0.766, 1.0, 2.0, 1e308)] == [1.0] * 4
+
+
+@pytest.mark.lammps
+def test_two_materials_have_the_same_peaks_in_natural_units() -> None:
+    """By LAMMPS, which gets E, nu, R and rho and knows no natural units."""
+    steel = paper_scene("cosine-triangular", 1.3, 3.0, granules=8)
+    rubber = hc.Scene(
+        hc.Chain(8, radius=0.03, young_modulus=4e6, poisson_ratio=0.49, density=1100.0),
+        hc.Pulse("cosine-triangular", 0.5, 3.0, momentum_ratio=1.3),
+    )
+    first, second = (hc.Lammps(dt=0.05 * scene.units.time).run(scene) for scene in (steel, rubber))
+    # The same steps in natural units, so the same truncation errors; LAMMPS forms overlaps from
+    # coordinates up to 1e4 times as large, whose last digits add up. Measured: 8e-12.
+    assert first.peak_force / 100.0 == pytest.approx(second.peak_force / 0.5, rel=1e-10, abs=0)
+    assert first.peak_time / steel.units.time == pytest.approx(
+        second.peak_time / rubber.units.time, rel=1e-10, abs=0
+    )

@@ -1,0 +1,195 @@
+"""Numbers with units: what is understood, and that nothing else does any harm."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hertzchain.errors import SceneError
+from hertzchain.scene.quantities import _USUAL, _registry, to_si
+from tests.places import ROOT
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "expected"),
+    [
+        ("4.75 mm", "m", 4.75e-3),
+        ("193 GPa", "Pa", 193e9),
+        ("193e9 N/m^2", "Pa", 193e9),
+        ("7958 kg/m^3", "kg/m^3", 7958.0),
+        ("7.958 g/cm**3", "kg/m^3", 7958.0),
+        ("7.958 g/cm³", "kg/m^3", 7958.0),
+        ("100 N", "N", 100.0),
+        ("0.1 kN", "N", 100.0),
+        ("100 kg*m/s^2", "N", 100.0),
+        ("70 us", "s", 70e-6),
+        ("70 µs", "s", 70e-6),  # micro sign
+        ("70 μs", "s", 70e-6),  # Greek mu
+        ("1.2 ms", "s", 1.2e-3),
+        ("20 ns", "s", 20e-9),
+        ("20ns", "s", 20e-9),
+        ("  20   ns ", "s", 20e-9),
+        ("20\u00a0ns", "s", 20e-9),  # no-break space
+        ("2e1 ns", "s", 20e-9),
+        ("+.2E+2 ns", "s", 20e-9),
+        ("20. ns", "s", 20e-9),
+        ("1 in", "m", 0.0254),
+        ("1 millimeter", "m", 1e-3),
+        ("-3 m", "m", -3.0),
+        ("0 mm", "m", 0.0),
+        ("50 mm/m", "", 0.05),
+    ],
+)
+def test_a_string_with_a_unit_is_converted(text: str, unit: str, expected: float) -> None:
+    # A factor or two, each rounded to 1e-16.
+    assert to_si("key", text, unit) == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize("value", [3, 3.0, "3", "3.0", " 3 ", "+3", "0.3e1", "3."])
+@pytest.mark.parametrize("unit", ["m", "kg/m^3", ""])
+def test_a_number_without_a_unit_is_si(value: object, unit: str) -> None:
+    number = to_si("key", value, unit)
+    assert number == 3.0
+    assert type(number) is float
+
+
+@given(st.floats(allow_nan=False))
+def test_numbers_pass_unchanged(number: float) -> None:
+    assert to_si("key", number, "m") == number
+    assert to_si("key", repr(number), "m") == number
+    assert to_si("key", f"{number!r} m", "m") == number
+
+
+@pytest.mark.parametrize("text", ["nan", "nan m", "-nan"])
+def test_nan_is_left_to_who_asks(text: str) -> None:
+    assert math.isnan(to_si("key", text, "m"))
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "dimension"),
+    [
+        ("4.75 s", "m", "[time]"),
+        ("4.75 kg", "m", "[mass]"),
+        ("193 GN", "Pa", "[mass]"),
+        ("7958 kg/m^2", "kg/m^3", "[length] ** 2"),
+        ("7958 kg", "kg/m^3", "[mass]"),
+        ("100 mm", "N", "[length]"),
+        ("70 mm", "s", "[length]"),
+        ("0.3 m", "", "[length]"),
+        ("1 radian", "m", "radian"),
+        ("20 degC", "m", "[temperature]"),
+        ("3 dBm", "m", "[length] ** 2"),
+    ],
+)
+def test_a_wrong_dimension_is_an_error_that_names_it(text: str, unit: str, dimension: str) -> None:
+    with pytest.raises(SceneError, match="has the wrong dimension") as caught:
+        to_si("chain.radius", text, unit)
+    assert (caught.value.key, caught.value.value) == ("chain.radius", text)
+    assert dimension in str(caught.value)
+    if unit:
+        assert f"'1 {unit}'" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        *("", " ", "mm", "mm 4.75", "four mm", "4,75 mm", "4.75 mm!", "4.75 furlongs_", "4.75 mmm"),
+        *("1 m; 2", "1 m\n2 m x", "1 + 1 m", "2 * 3 m", "1 2", "1e m s", "--1 m", "1 m/", "1 m**"),
+        *("0x10 m", "1_000 mm", "1 (m", "1 m)", "$1", "1 %", "1 m m m kg", "\x00", "1 m\x00"),
+        *("None", "True", "1j", "1 + 1j", "1..2", "1 m.real", "1 m.__class__", "e", "m"),
+    ],
+)
+def test_nonsense_is_an_error(value: str) -> None:
+    with pytest.raises(SceneError, match="must be a number \\[m\\] or a string such as '1 m'"):
+        to_si("key", value, "m")
+
+
+@pytest.mark.parametrize("value", [True, False, None, [1.0], {"a": 1}, 1j, b"1 m", ("1", "m")])
+def test_what_is_no_number_and_no_string_is_an_error(value: object) -> None:
+    with pytest.raises(SceneError, match="must be"):
+        to_si("key", value, "m")
+
+
+HOSTILE = [
+    *("10**10**10 m", "__import__('os')", "1e999 m", "1 __import__('os')", "9**9**9**9"),
+    *("1 m**9**9**9", "1 m^9^9^9^9", "1 m**(9**9**9)", "1 m**9**9**9**9**9**9", "1 m**-9**9**9"),
+    *("1 m**99**99**99", "1 m**1e99", "1 m**9e9", "1 m/9**9**9", "1 m**999999999", "1 m*9**9**9"),
+    *("1 (((((((((((((m", "1 m" + "*m" * 20, "1 m" + " m" * 18, "1 " + "(" * 19 + "m" + ")" * 19),
+    *("1" * 10_000, "1" * 10_000 + "!", "1" * 10_000 + " m", "1." + "1" * 10_000 + "!"),
+    *("1" + " " * 10_000 + "!", "1 m" + " " * 10_000 + "!", " " * 10_000, "1 " + "m" * 10_000),
+    *(
+        "1 m**" + "9" * 10_000,
+        "1e" + "9" * 10_000 + " m",
+        "(" * 10_000,
+        "m" * 10_000,
+        "\0" * 10_000,
+    ),
+    *("1 " + "m*" * 5_000 + "m", "-" * 10_000 + "1 m", "+1e+" * 2_500, "1 " + "_" * 10_000),
+]
+"""Strings that a careless evaluation would run for ever on, or worse."""
+
+TRY_ALL = """
+import json, math, sys
+from hertzchain.errors import SceneError
+from hertzchain.units import to_si
+from tests.effort import effort
+to_si("key", "1 mm", "m")  # the units are loaded
+ends = []
+
+def read():
+    try:
+        ends.append("infinite" if math.isinf(to_si("key", text, "m")) else "number")
+    except SceneError as problem:
+        ends.append("error" if len(str(problem)) < 500 else "long error")
+
+for text in json.load(sys.stdin):
+    print(json.dumps([text[:60], len(text)]), file=sys.stderr, flush=True)
+    print(json.dumps([effort(read), ends[-1]]), flush=True)
+"""
+
+
+def test_hostile_strings_end_quickly_with_an_error() -> None:
+    # In another process, so that one that never ends can be stopped.
+    process = subprocess.Popen(
+        [sys.executable, "-c", TRY_ALL],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    )
+    try:
+        output, progress = process.communicate(json.dumps(HOSTILE), timeout=300)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        _, progress = process.communicate()
+        pytest.fail(f"does not end: {progress.splitlines()[-1]}")
+    assert process.returncode == 0, progress
+    ends = [json.loads(line) for line in output.splitlines()]
+    assert len(ends) == len(HOSTILE)
+    for text, (took, end) in zip(HOSTILE, ends, strict=True):
+        # An infinite number is refused by who asked.
+        assert end in ("error", "infinite"), text[:60]
+        # 14 at most measured, for 5,000 factors; a careless evaluation runs for ever.
+        assert took < 200, text[:60]
+
+
+@pytest.mark.parametrize(
+    ("unit", "given"), [(unit, given) for unit, usual in _USUAL.items() for given in usual]
+)
+@pytest.mark.parametrize("number", [1.0, 4.75, 0.1, 193.0, 7.958e-3])
+def test_usual_units_are_worth_what_pint_says(unit: str, given: str, number: float) -> None:
+    by_pint = float(_registry().Quantity(number, given).to(unit).magnitude)
+    # to_si gives 15 digits.
+    assert to_si("key", f"{number!r} {given}", unit) == pytest.approx(by_pint, rel=2e-15, abs=0)
+
+
+def test_unusual_units_are_known_too() -> None:
+    assert to_si("radius", "1 inch", "m") == 0.0254
+    assert to_si("rise_time", "1 minute", "s") == 60.0

@@ -1,0 +1,500 @@
+"""The scene: TOML in and out, and the lengths of pulse and run that follow from it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+import hertzchain as hc
+from hertzchain.errors import OutputError, SceneError
+from hertzchain.scene.natural_units import PAPER_MOMENTUM
+from tests.conftest import STEEL, paper_scene
+from tests.effort import effort
+
+CHAIN = hc.Chain(60, **STEEL)
+
+TEXT = """
+[chain]
+granules = 60
+radius = "4.75 mm"
+young_modulus = "193 GPa"
+poisson_ratio = 0.3
+density = "7958 kg/m^3"
+
+[shock]
+profile = "cosine-triangular"
+peak_force = "100 N"
+duration_ratio = 2
+momentum_ratio = 2.0
+"""
+"""The scene of `make demo`."""
+
+CHAIN_TEXT = TEXT.partition("[shock]")[0]
+TABLE_TEXT = CHAIN_TEXT + '[shock]\nprofile = "table"\nfile = "pulse.csv"\n'
+"""The same chain under a pulse table."""
+
+
+def scene_of(folder: Path, text: str) -> hc.Scene:
+    """The scene of a text, through a file."""
+    path = folder / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    return hc.Scene.from_toml(path)
+
+
+def refusal(folder: Path, text: str) -> str:
+    """What is said about a text that is not a scene."""
+    with pytest.raises(SceneError) as caught:
+        scene_of(folder, text)
+    return str(caught.value)
+
+
+# Reading
+
+
+def test_strings_with_units_vs_plain_numbers(tmp_path: Path, demo: hc.Scene) -> None:
+    read = scene_of(tmp_path, TEXT)
+    # Conversions of units round in the last digit.
+    for key, value in STEEL.items():
+        assert getattr(read.chain, key) == pytest.approx(value, rel=1e-15)
+    assert read.chain.granules == 60
+    assert read.shock == demo.shock
+    assert read.run == hc.Run()
+    plain = TEXT.replace('"4.75 mm"', "4.75e-3").replace('"193 GPa"', "193e9")
+    plain = plain.replace('"7958 kg/m^3"', "7958").replace('"100 N"', "100")
+    assert scene_of(tmp_path, plain) == demo
+
+
+def test_a_rise_time_and_an_end_time_are_read(tmp_path: Path) -> None:
+    text = TEXT.replace("momentum_ratio = 2.0", 'rise_time = "70 us"')
+    read = scene_of(tmp_path, text + '[run]\nend_time = "1.2 ms"\n')
+    assert isinstance(read.shock, hc.Pulse)
+    assert read.shock.momentum_ratio is None
+    assert read.rise_time == pytest.approx(70e-6, rel=1e-15)  # a conversion
+    assert read.end_time == pytest.approx(1.2e-3, rel=1e-15)
+
+
+def test_a_table_is_read_relative_to_the_scene(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "inner"
+    folder.mkdir()
+    (folder / "pulse.csv").write_text("time_s,force_N\n0,0\n1e-5,100\n3e-5,0\n")
+    monkeypatch.chdir(tmp_path)
+    read = scene_of(folder, TABLE_TEXT)
+    assert read.shock == hc.PulseTable((0.0, 1e-5, 3e-5), (0.0, 100.0, 0.0), "pulse.csv")
+    (folder / "scene.toml").rename(tmp_path / "scene.toml")
+    with pytest.raises(SceneError, match=r"pulse\.csv"):
+        hc.Scene.from_toml("scene.toml")
+
+
+def test_a_table_may_lie_anywhere(tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    table = tmp_path / "elsewhere" / "pulse.csv"
+    table.write_text("time_s,force_N\n0,0\n1e-5,100\n")
+    for name in ("elsewhere/pulse.csv", "./elsewhere/../elsewhere/pulse.csv", table.as_posix()):
+        read = scene_of(tmp_path, TABLE_TEXT.replace("pulse.csv", name))
+        assert read.shock.peak_force == 100.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("granules = 60", "granules = 1", "chain.granules = 1: must be an integer from 2"),
+        ("granules = 60", "granules = 60.0", "chain.granules = 60.0: must be an integer"),
+        ("granules = 60", 'granules = "60"', "chain.granules = '60': must be an integer"),
+        ("granules = 60", "granule = 60", "chain.granule = 60: unknown key, allowed are granules,"),
+        ("granules = 60\n", "", "chain.granules: missing"),
+        ('"4.75 mm"', '"4.75 s"', "chain.radius = '4.75 s': has the wrong dimension"),
+        ('"4.75 mm"', "true", "chain.radius = True: must be a number [m]"),
+        ('"4.75 mm"', "1979-05-27", "chain.radius = 1979-05-27: must be a number [m]"),
+        ('"4.75 mm"', "[1, 2]", "chain.radius = [1, 2]: must be a number [m]"),
+        ('"4.75 mm"', '"-4.75 mm"', "chain.radius = '-4.75 mm': must be a finite number above 0"),
+        ("poisson_ratio = 0.3", "poisson_ratio = 0.51", "chain.poisson_ratio = 0.51: must be"),
+        ("duration_ratio = 2", "duration_ratio = 1", "shock.duration_ratio = 1: must be"),
+        ("duration_ratio = 2\n", "", "shock.duration_ratio: missing"),
+        ("momentum_ratio = 2.0\n", "", "shock.momentum_ratio or rise_time: missing"),
+        ("momentum_ratio = 2.0", "momentum_ratio = 2.0\nrise_time = 1", "both are given"),
+        ('"cosine-triangular"', '"sine"', "shock.profile = 'sine': must be one of cosine, tria"),
+        ('profile = "cosine-triangular"\n', "", "shock.profile: missing"),
+        ("[chain]", "colour = 1\n[chain]", "colour = 1: unknown key, allowed are the sections"),
+        ("[chain]", "[chains]", "chains = "),
+        ("[chain]", "[[chain]]", "chain = "),
+        ("[shock]", "[run]\nend_tim = 1\n[shock]", "run.end_tim = 1: unknown key, allowed are end"),
+        ("[shock]", "[run]\nend_time = 0\n[shock]", "run.end_time = 0: must be a finite number ab"),
+        ("[shock]", '[run]\nend_time = "1 m"\n[shock]', "run.end_time = '1 m': has the wrong dime"),
+    ],
+)
+def test_an_impossible_scene_is_refused_with_file_key_and_value(
+    tmp_path: Path, old: str, new: str, words: str
+) -> None:
+    assert TEXT.count(old) == 1
+    said = refusal(tmp_path, TEXT.replace(old, new))
+    assert said.startswith(f"{tmp_path / 'scene.toml'}: ")
+    assert words in said
+    assert "\n" not in said
+
+
+def test_a_missing_section_is_refused(tmp_path: Path) -> None:
+    chain, shock = TEXT.split("[shock]")
+    assert "[shock]: missing section" in refusal(tmp_path, chain)
+    assert "[chain]: missing section" in refusal(tmp_path, "[shock]" + shock)
+    assert "[chain]: missing section" in refusal(tmp_path, "")
+
+
+def test_a_long_value_is_not_shown_whole(tmp_path: Path) -> None:
+    said = refusal(tmp_path, TEXT.replace('"4.75 mm"', f'"{"m" * 10_000}"'))
+    assert "'mmmm" in said
+    assert "..." in said
+    assert len(said) < 400
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"cosine-triangular"', '["cosine"]'),
+        ('"cosine-triangular"', "{}"),
+        ("granules = 60", f"granules = {'1' * 5000}"),
+        ("granules = 60", f"granules = 0x{'f' * 5000}"),
+        ('"4.75 mm"', "1" * 5000),
+        ('"4.75 mm"', f"0x{'f' * 5000}"),
+        ('"cosine-triangular"', f"0x{'f' * 5000}"),
+        ('"4.75 mm"', "[" * 5000 + "]" * 5000),
+    ],
+    ids=["list", "dict", "long", "long hex", "long radius", "hex radius", "hex profile", "nested"],
+)
+def test_values_that_are_odd_in_toml_are_refused(tmp_path: Path, old: str, new: str) -> None:
+    assert "scene.toml" in refusal(tmp_path, TEXT.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"[chain",
+        b"chain = ",
+        b"a = 1\na = 2\n",
+        b"\xff\xfe",
+        b"\x00",
+        b"\x89PNG\r\n",
+        b"{}",
+        b"a: 1",
+    ],
+    ids=repr,
+)
+def test_what_is_not_toml_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(content)
+    with pytest.raises(SceneError, match=r"scene\.toml: is not TOML"):
+        hc.Scene.from_toml(path)
+
+
+@pytest.mark.parametrize("name", [".", "missing.toml", "x" * 5000, "with\0nul.toml"])
+def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(SceneError, match="TOML"):
+        hc.Scene.from_toml(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("new", "words"),
+    [
+        ('profile = "table"', "shock.file: missing"),
+        ('profile = "table"\nfile = 3', "shock.file = 3: must be the name of a CSV file"),
+        ('profile = "table"\nfile = "no.csv"', "no.csv"),
+        ('profile = "table"\nfile = "."', "shock.file"),
+        ('profile = "table"\nfile = "a\\u0000b"', "shock.file"),
+        ('profile = "table"\nfile = "pulse.csv"\npeak_force = 1', "shock.peak_force = 1: not allo"),
+        ('profile = "cosine"\nfile = "pulse.csv"', "shock.file = 'pulse.csv': unknown key"),
+    ],
+)
+def test_an_impossible_table_section_is_refused(tmp_path: Path, new: str, words: str) -> None:
+    (tmp_path / "pulse.csv").write_text("time_s,force_N\n0,0\n1e-5,100\n")
+    assert words in refusal(tmp_path, CHAIN_TEXT + "[shock]\n" + new)
+
+
+def test_a_bad_row_is_refused_with_the_name_of_the_table(tmp_path: Path) -> None:
+    (tmp_path / "pulse.csv").write_text("time_s,force_N\n0,0\n0,100\n")
+    said = refusal(tmp_path, TABLE_TEXT)
+    assert said == f"{tmp_path / 'pulse.csv'}: time_s in row 2 = 0.0: must be above 0.0"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"4.75 mm"', "1e300"),
+        ('"4.75 mm"', "1e-300"),
+        ('"7958 kg/m^3"', "1e-320"),
+        ("duration_ratio = 2", "duration_ratio = 1.7e308"),
+        ("momentum_ratio = 2.0", "rise_time = 1e308"),
+    ],
+)
+def test_numbers_that_leave_floating_point_together_are_refused(
+    tmp_path: Path, old: str, new: str
+) -> None:
+    assert "too large or too small" in refusal(tmp_path, TEXT.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    ("change", "force"),
+    [
+        ({"radius": 1e-105}, 1.0),  # a mass of 3e-311 kg
+        ({"young_modulus": 1e-308}, 1e-300),  # a stiffness of 3e-310 N m^(-3/2)
+        ({}, 1e-310),  # the force itself
+        ({}, 1e-187),  # an energy of 1e-319 J
+        ({"radius": 1e-105, "density": 1e20}, 1.0),  # a cube of the radius of 1e-315 m^3
+        ({"young_modulus": 1e300}, 1e-20),  # a force over stiffness of 3e-319 m^(3/2)
+        ({"density": 1e-290, "young_modulus": 1e-10}, 1e-30),  # mass times length of 2e-309 kg m
+        ({"density": 1e-250}, 1e140),  # a square of the time of 3e-310 s^2
+    ],
+    ids=["mass", "stiffness", "force", "energy", "cube", "overlap", "mass times length", "time"],
+)
+def test_numbers_that_would_lose_digits_are_refused(change: dict[str, float], force: float) -> None:
+    chain = hc.Chain(60, **(STEEL | change))
+    pulse = hc.Pulse("cosine", force, 2.0, momentum_ratio=1.0)
+    with pytest.raises(SceneError, match="too small to be represented; check the units"):
+        hc.Scene(chain, pulse)
+
+
+def test_a_table_whose_momentum_ratio_underflows_is_refused() -> None:
+    """NumPy used to warn of a division by zero."""
+    chain = hc.Chain(60, **(STEEL | {"young_modulus": 2e-322}))
+    with pytest.raises(SceneError, match="too small"):
+        hc.Scene(chain, hc.PulseTable((0.0, 1e-5), (0.0, 100.0)))
+
+
+PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
+
+
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [
+        ((None, PULSE), "chain: must be a Chain"),
+        ((CHAIN, "cosine"), "shock = 'cosine': must be a Pulse or a PulseTable"),
+        ((CHAIN, PULSE, 1e-3), r"run = 0\.001: must be a Run"),
+    ],
+    ids=["chain", "shock", "run"],
+)
+def test_parts_of_another_type_are_refused(parts: tuple[Any, ...], said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        hc.Scene(*parts)
+
+
+@pytest.mark.parametrize("backend", [hc.Native(), hc.Lammps()], ids=["native", "lammps"])
+@pytest.mark.parametrize("scene", ["scene.toml", None, CHAIN], ids=["name", "none", "chain"])
+def test_what_is_no_scene_is_not_run(backend: Any, scene: Any) -> None:
+    with pytest.raises(SceneError, match=r"scene.*must be a Scene, as Scene\.from_toml reads it"):
+        backend.run(scene)
+
+
+def test_a_table_of_many_rows_is_summed_in_one_pass() -> None:
+    """20,000 rows took minutes: the end of the run was asked for at each."""
+    time = tuple(1e-9 * k for k in range(20_000))
+    scene = hc.Scene(CHAIN, hc.PulseTable(time, tuple(1.0 + k % 7 for k in range(20_000))))
+    found: list[float] = []
+    assert effort(lambda: found.append(scene.applied_impulse)) < 100  # 2 measured
+    assert found == [pytest.approx(scene.impulse, rel=1e-14, abs=0)]
+
+
+# Writing
+
+factor = st.floats(1e-9, 1e9)
+chains = st.builds(
+    hc.Chain,
+    granules=st.integers(2, 10_000),
+    radius=factor,
+    young_modulus=factor,
+    poisson_ratio=st.floats(-1.0, 0.5, exclude_min=True).filter(lambda nu: 1 - nu * nu > 1e-9),
+    density=factor,
+)
+
+
+@st.composite
+def pulses(draw: st.DrawFn) -> hc.Pulse:
+    length = draw(st.sampled_from(["momentum_ratio", "rise_time"]))
+    return hc.Pulse(
+        draw(st.sampled_from(["cosine", "triangular", "cosine-triangular"])),
+        draw(factor),
+        draw(st.floats(1.0, 100.0, exclude_min=True)),
+        **{length: draw(factor)},
+    )
+
+
+@st.composite
+def tables(draw: st.DrawFn) -> hc.PulseTable:
+    time = sorted(draw(st.lists(st.floats(0.0, 1e3), min_size=2, max_size=6, unique=True)))
+    force = draw(st.lists(st.floats(0.0, 1e6), min_size=len(time), max_size=len(time)))
+    force[draw(st.integers(0, len(time) - 1))] = draw(factor)
+    return hc.PulseTable(tuple(time), tuple(force))
+
+
+runs = st.builds(hc.Run, st.none() | factor)
+
+
+def there_and_back(scene: hc.Scene, folder: Path) -> hc.Scene:
+    path = folder / "written.toml"
+    scene.to_toml(path)
+    return hc.Scene.from_toml(path)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        paper_scene("cosine", 2.0, 2.0),
+        hc.Scene(CHAIN, hc.Pulse("triangular", 100.0, 3.0, rise_time=70e-6)),
+        hc.Scene(CHAIN, hc.Pulse("cosine-triangular", 1, 2, momentum_ratio=1), hc.Run(1.2e-3)),
+        hc.Scene(CHAIN, hc.PulseTable((1e-5, 3e-5), (1.0, 2.5))),
+        hc.Scene(CHAIN, hc.PulseTable((0.0, 1 / 3), (0.1 + 0.2, 1e150), "mine.csv"), hc.Run(1.0)),
+    ],
+    ids=["momentum ratio", "rise time", "end time", "table", "table with a name"],
+)
+def test_a_scene_written_and_read_is_equal(tmp_path: Path, scene: hc.Scene) -> None:
+    assert there_and_back(scene, tmp_path) == scene
+
+
+@given(chain=chains, pulse=pulses(), run=runs)
+@settings(deadline=None)
+def test_any_scene_written_and_read_is_equal(
+    tmp_path_factory: pytest.TempPathFactory, chain: hc.Chain, pulse: hc.Pulse, run: hc.Run
+) -> None:
+    scene = hc.Scene(chain, pulse, run)
+    assert there_and_back(scene, tmp_path_factory.getbasetemp()) == scene
+
+
+@given(chain=chains, table=tables(), run=runs)
+@settings(deadline=None)
+def test_any_table_written_and_read_is_equal(
+    tmp_path_factory: pytest.TempPathFactory, chain: hc.Chain, table: hc.PulseTable, run: hc.Run
+) -> None:
+    try:
+        scene = hc.Scene(chain, table, run)
+    except SceneError:  # a pulse as short as 1e-300 s
+        return
+    read = there_and_back(scene, tmp_path_factory.getbasetemp())
+    assert (read.chain, read.run, read.ramps) == (scene.chain, scene.run, scene.ramps)
+
+
+def test_a_written_table_lies_beside_the_scene(tmp_path: Path) -> None:
+    hc.Scene(CHAIN, hc.PulseTable((0.0, 1e-5), (1.0, 2.0))).to_toml(tmp_path / "mine.toml")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.csv", "mine.toml"]
+    assert (tmp_path / "mine.csv").read_text() == "time_s,force_N\n0.0,1.0\n1e-05,2.0\n"
+
+
+def test_a_scene_that_cannot_be_written_is_an_error(tmp_path: Path, demo: hc.Scene) -> None:
+    for path in (tmp_path, tmp_path / "no" / "scene.toml"):
+        with pytest.raises(OutputError):
+            demo.to_toml(path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scene_of_numpy_numbers_vs_one_of_plain_numbers(tmp_path: Path) -> None:
+    """Arrays go in: what is written, for TOML, CSV and LAMMPS, must not know it."""
+    from hertzchain.engines.lammps.deck import leg_commands, set_up
+
+    steel = {key: np.float64(value) for key, value in STEEL.items()}
+    row = np.array([0.0, 1e-5, 100.0])
+    for plain, numpy in (
+        (
+            hc.Scene(CHAIN, hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1e-5), hc.Run(1e-5)),
+            hc.Scene(
+                hc.Chain(60, **steel),
+                hc.Pulse("cosine", row[2], np.float64(2.0), momentum_ratio=row[1]),
+                hc.Run(row[1]),
+            ),
+        ),
+        (
+            hc.Scene(CHAIN, hc.PulseTable((0.0, 1e-5), (0.0, 100.0))),
+            hc.Scene(hc.Chain(60, **steel), hc.PulseTable(tuple(row[:2]), tuple(row[::2]))),
+        ),
+    ):
+        assert there_and_back(numpy, tmp_path).ramps == plain.ramps
+        assert set_up(numpy) == set_up(plain)
+        legs, expected = numpy.schedule(1e-7), plain.schedule(1e-7)
+        assert leg_commands(legs[0], None) == leg_commands(expected[0], None)
+
+
+# What follows from a scene
+
+
+@pytest.mark.parametrize("profile", ["cosine", "triangular", "cosine-triangular"])
+@pytest.mark.parametrize("n", [1.5, 2.0, 8.0])
+def test_impulse_is_momentum_ratio_times_that_of_a_solitary_wave(profile: str, n: float) -> None:
+    scene = paper_scene(profile, 0.7, n)
+    chain = scene.chain
+    # L_SW of section 4.1, from E, R, rho and nu: 139/32 of sqrt(m) F^(5/6) / A^(1/3) over the
+    # numbers that turn m and A into R^3 rho and sqrt(R) E / (1 - nu^2).
+    unit = math.sqrt(chain.radius**3 * chain.density) * 100.0 ** (5 / 6)
+    unit /= math.cbrt(math.sqrt(chain.radius) * chain.young_modulus / (1 - 0.3**2))
+    # A dozen roundings.
+    assert scene.impulse == pytest.approx(0.7 * PAPER_MOMENTUM * unit, rel=1e-14)
+
+
+@given(momentum_ratio=st.floats(1e-4, 1e2), n=st.floats(1.01, 60.0))
+def test_momentum_ratio_and_rise_time_mean_each_other(momentum_ratio: float, n: float) -> None:
+    scene = paper_scene("cosine", momentum_ratio, n)
+    assert scene.momentum_ratio == momentum_ratio
+    timed = replace(scene, shock=hc.Pulse("cosine", 100.0, n, rise_time=scene.rise_time))
+    assert timed.momentum_ratio == pytest.approx(momentum_ratio, rel=1e-15)  # there and back
+
+
+def test_a_table_of_a_triangle_vs_the_triangular_pulse() -> None:
+    pulse = paper_scene("triangular", 1.3, 3.0)
+    t0 = pulse.rise_time
+    assert t0 is not None
+    table = replace(pulse, shock=hc.PulseTable((0.0, t0, 3 * t0), (0.0, 100.0, 0.0)))
+    assert table.rise_time is None
+    assert table.impulse == pytest.approx(pulse.impulse, rel=1e-15)  # roundings
+    assert table.momentum_ratio == pytest.approx(1.3, rel=1e-15)
+    assert table.end_time == pytest.approx(pulse.end_time, rel=1e-15)
+
+
+def test_nothing_pushes_before_and_after_a_table() -> None:
+    table = hc.PulseTable((1e-5, 2e-5, 4e-5), (40.0, 100.0, 60.0))
+    scene = hc.Scene(hc.Chain(5, **STEEL), table)
+    # Its first and its last force are not 0: the force jumps there, and does not stay.
+    time = np.array([0.0, 0.9e-5, 1e-5, 3e-5, 4e-5, 4.1e-5, 1.0])
+    # But for the rounding of the interpolation.
+    expected = [0.0, 0.0, 40.0, 80.0, 60.0, 0.0, 0.0]
+    assert scene.applied_force(time) == pytest.approx(expected, rel=1e-15, abs=0)
+
+
+@pytest.mark.parametrize("part", [0.3, 1.0, 1.4, 2.0, 5.0])
+def test_applied_impulse_stops_where_the_run_does(part: float) -> None:
+    scene = paper_scene("cosine-triangular", 1.0, 2.0)
+    assert scene.rise_time is not None
+    short = replace(scene, run=hc.Run(part * scene.rise_time))
+    expected = math.fsum(
+        quad(ramp.force, ramp.start, min(ramp.end, short.end_time), epsabs=0, epsrel=1e-13)[0]
+        for ramp in scene.ramps
+        if ramp.start < short.end_time
+    )
+    assert short.applied_impulse == pytest.approx(expected, rel=1e-13)  # the quadrature's
+    assert short.impulse == scene.impulse
+
+
+@pytest.mark.parametrize("momentum_ratio", [1e-4, 0.5, 1.0, 2.0, 100.0])
+def test_default_end_time_vs_its_formula(momentum_ratio: float) -> None:
+    scene = paper_scene("cosine", momentum_ratio, 3.0)
+    assert scene.rise_time is not None
+    slowed = min(1.0, momentum_ratio) ** 0.2
+    natural = 1.2 * (60 + 5) / (0.9055 * slowed)
+    expected = 3 * scene.rise_time + natural * scene.units.time
+    assert scene.end_time == pytest.approx(expected, rel=1e-15)  # roundings
+
+
+def test_an_end_time_that_is_given_is_kept(demo: hc.Scene) -> None:
+    assert replace(demo, run=hc.Run(1e-3)).end_time == 1e-3
+
+
+BAD_END_TIMES: list[Any] = [0, -1.0, math.inf, math.nan, "1", True]
+
+
+@pytest.mark.parametrize("value", BAD_END_TIMES)
+def test_an_impossible_end_time_is_an_error(value: Any) -> None:
+    with pytest.raises(SceneError, match=r"end_time = .*must be a finite number above 0"):
+        hc.Run(value)

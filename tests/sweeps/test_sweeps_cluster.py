@@ -1,0 +1,592 @@
+"""Sweeps on a Dask cluster: scheduler and workers are processes of their own, on loopback."""
+
+from __future__ import annotations
+
+import http.server
+import logging
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from pathlib import Path
+
+import psutil
+import pytest
+from pandas.testing import assert_frame_equal
+
+import hertzchain as hc
+from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
+from hertzchain.sweeps import cluster
+from hertzchain.sweeps.parts import Part
+from tests.command_line import MAIN
+from tests.conftest import paper_scene
+from tests.places import ROOT
+from validation.cluster import await_workers, kill, scheduler, worker
+
+SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
+RATIOS = {"shock.momentum_ratio": "0.5:4:16:log"}
+LAMMPS = hc.Lammps(rtol=1e-2)
+PATIENCE = 120.0
+"""With processes, on a machine that does other things, too [s]."""
+
+
+@contextmanager
+def cluster_of(folder: Path, workers: int = 2, *options: str) -> Iterator[str]:
+    """A scheduler and workers without nannies: its address."""
+    with ExitStack() as stack:
+        address, _ = stack.enter_context(scheduler(folder))
+        for number in range(workers):
+            stack.enter_context(
+                worker(address, folder, "--no-nanny", *options, name=f"worker-{number}")
+            )
+        await_workers(address, workers)
+        yield address
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a cluster of two workers."""
+    with cluster_of(tmp_path_factory.mktemp("two")) as address:
+        yield address
+
+
+@pytest.fixture(scope="module")
+def lonely(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a scheduler: tests bring workers, and take them away again."""
+    with scheduler(tmp_path_factory.mktemp("lonely")) as (address, _):
+        yield address
+
+
+def sweep(
+    address: str | None = None, backends: Sequence[object] = (LAMMPS,), **more: object
+) -> hc.Sweep:
+    return hc.sweep(SCENE, RATIOS, backends=backends, peaks=True, scheduler=address, **more)  # type: ignore[arg-type]
+
+
+def assert_same(one: hc.Sweep, other: hc.Sweep) -> None:
+    assert_frame_equal(one.to_frame(), other.to_frame(), check_exact=True)
+    assert_frame_equal(one.peaks_to_frame(), other.peaks_to_frame(), check_exact=True)
+
+
+@pytest.fixture(scope="module")
+def here() -> hc.Sweep:
+    """The sweep on this machine."""
+    return sweep()
+
+
+PARTS = 16
+
+
+def command(folder: Path, address: str, rtol: float = 1e-2) -> list[str]:
+    """A sweep by LAMMPS as a command, in 16 parts of two scenes."""
+    SCENE.to_toml(folder / "chain.toml")
+    return [
+        *(sys.executable, "-c", MAIN),
+        *("sweep", "chain.toml", "--vary", "shock.momentum_ratio=0.5:4:32:log"),
+        *("--backend", "lammps", "--rtol", str(rtol), "--format", "parquet", "-o", "out"),
+        *("--scheduler", address),
+    ]
+
+
+@contextmanager
+def started(folder: Path, address: str, rtol: float = 1e-2) -> Iterator[subprocess.Popen[str]]:
+    """Such a command under way."""
+    with subprocess.Popen(
+        command(folder, address, rtol),
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def run(folder: Path, address: str, rtol: float = 1e-2) -> tuple[int, str]:
+    """Status of such a command, and what it says on standard error."""
+    with started(folder, address, rtol) as process:
+        _, said = process.communicate(timeout=PATIENCE)
+    return process.returncode, said
+
+
+def await_that(condition: Callable[[], object]) -> None:
+    until = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.05)
+
+
+def done_parts(folder: Path) -> int:
+    return len(list((folder / "out" / "scenes").glob("*.parquet")))
+
+
+def in_one_sentence(said: str) -> bool:
+    return said.startswith("hertzchain: ") and said.count("\n") == 1
+
+
+def lammps_processes(workers: Sequence[subprocess.Popen[bytes]]) -> list[psutil.Process]:
+    """The processes of workers that LAMMPS runs in."""
+    found = []
+    for process in workers:
+        with suppress(psutil.NoSuchProcess):
+            family = psutil.Process(process.pid).children(recursive=True)
+            found += [
+                one
+                for one in family
+                if "hertzchain.engines.lammps.child" in " ".join(one.cmdline())
+            ]
+    return found
+
+
+# What it finds
+
+
+@pytest.mark.lammps
+def test_tables_are_those_of_this_machine(two: str) -> None:
+    backends = (hc.Native(rtol=1e-4), LAMMPS, "formulas")
+    assert_same(sweep(two, backends), sweep(None, backends))
+
+
+@pytest.mark.lammps
+def test_a_worker_killed_in_the_middle_changes_nothing(
+    lonely: str, tmp_path: Path, here: hc.Sweep
+) -> None:
+    with ExitStack() as stack:
+        first, _second = (
+            stack.enter_context(worker(lonely, tmp_path, "--no-nanny", name=name))
+            for name in ("first", "second")
+        )
+        await_workers(lonely, 2)
+        killed: list[int] = []
+
+        def kill_it(done: int, _: int) -> None:
+            if not killed and done >= 4:
+                killed.append(done)
+                kill(first)
+
+        assert_same(sweep(lonely, progress=kill_it), here)
+        assert killed
+        assert killed[0] < here.rows
+
+
+@pytest.mark.slow
+@pytest.mark.lammps
+@pytest.mark.parametrize("with_nanny", [False, True])
+def test_a_worker_with_a_nanny_killed_changes_nothing(
+    with_nanny: bool, tmp_path: Path, here: hc.Sweep
+) -> None:
+    with scheduler(tmp_path) as (address, _), worker(address, tmp_path, "--nworkers", "2") as both:
+        await_workers(address, 2)
+        killed: list[int] = []
+        nannies = psutil.Process(both.pid)
+
+        def kill_it(done: int, _: int) -> None:
+            if not killed and done >= 4:
+                one = next(
+                    child
+                    for child in nannies.children()
+                    if "spawn_main" in " ".join(child.cmdline())
+                )
+                killed.append(one.pid)
+                if with_nanny:
+                    kill(both)
+                    stack.enter_context(worker(address, tmp_path, name="another"))
+                else:
+                    one.kill()
+
+        with ExitStack() as stack:
+            assert_same(sweep(address, progress=kill_it), here)
+        assert killed
+
+
+@pytest.mark.slow
+@pytest.mark.lammps
+def test_a_worker_that_is_told_to_end_gives_its_part_to_another(
+    tmp_path: Path, here: hc.Sweep
+) -> None:
+    """As batch systems do before they kill: no row says that LAMMPS was killed."""
+    with scheduler(tmp_path) as (address, _), ExitStack() as stack:
+        first, _second = (
+            stack.enter_context(worker(address, tmp_path, "--no-nanny", name=name))
+            for name in ("first", "second")
+        )
+        await_workers(address, 2)
+        told: list[int] = []
+
+        def tell_it(done: int, _: int) -> None:
+            if not told and done >= 4:
+                told.append(done)
+                first.terminate()
+
+        assert_same(sweep(address, progress=tell_it), here)
+
+
+@pytest.mark.lammps
+def test_one_process_for_lammps_lasts_for_all_parts_and_ends_with_the_sweep(
+    lonely: str, tmp_path: Path
+) -> None:
+    with worker(lonely, tmp_path, "--no-nanny") as only:
+        seen: set[int] = set()
+
+        def look(*_: int) -> None:
+            seen.update(process.pid for process in lammps_processes([only]))
+
+        sweep(lonely, progress=look)
+        assert len(seen) == 1
+        await_that(lambda: not lammps_processes([only]))
+
+
+# What goes wrong
+
+
+class Silent(http.server.BaseHTTPRequestHandler):
+    """Answers a web browser, and logs nothing."""
+
+    def log_message(self, *_: object) -> None:
+        """Keep it quiet."""
+
+
+@contextmanager
+def web_server() -> Iterator[str]:
+    """What listens, and is no scheduler."""
+    with http.server.HTTPServer(("127.0.0.1", 0), Silent) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield f"tcp://127.0.0.1:{server.server_port}"
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+@contextmanager
+def closed_port() -> Iterator[str]:
+    with socket.socket() as bound:  # and it does not listen
+        bound.bind(("127.0.0.1", 0))
+        yield f"tcp://127.0.0.1:{bound.getsockname()[1]}"
+
+
+@contextmanager
+def text(address: str) -> Iterator[str]:
+    yield address
+
+
+NO_SCHEDULER: dict[str, Callable[[], AbstractContextManager[str]]] = {
+    "closed": closed_port,
+    "web": web_server,
+    "abc": lambda: text("abc"),
+    "empty": lambda: text(""),
+    "protocol": lambda: text("xyz://127.0.0.1:8786"),
+    "port": lambda: text("tcp://127.0.0.1:99999"),
+    "no host": lambda: text("tcp://nobody.invalid:8786"),
+}
+
+
+@pytest.mark.parametrize("name", NO_SCHEDULER)
+def test_what_is_no_scheduler_is_refused(
+    name: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(cluster, "_PATIENCE", 0.5)
+    with NO_SCHEDULER[name]() as address, pytest.raises(RunFailed, match="cannot be reached") as it:
+        sweep(address, output=tmp_path / "out", file_format="csv")
+    assert "\n" not in str(it.value)
+    assert not (tmp_path / "out").exists()
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NO_SCHEDULER)
+def test_the_command_says_so(name: str, tmp_path: Path) -> None:
+    with NO_SCHEDULER[name]() as address:
+        status, said = run(tmp_path, address)
+    assert (status, in_one_sentence(said)) == (2, True), said
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.lammps
+def test_with_a_new_scheduler_it_goes_on(tmp_path: Path) -> None:
+    with (
+        scheduler(tmp_path) as (address, itself),
+        worker(address, tmp_path, "--no-nanny"),
+        started(tmp_path, address, rtol=1e-3) as process,
+    ):
+        await_that(lambda: done_parts(tmp_path) >= 2)
+        kill(itself)
+        _, said = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 2
+    assert in_one_sentence(said), said
+    assert f"the scheduler {address} is gone" in said
+    kept = done_parts(tmp_path)
+    assert 2 <= kept < PARTS
+    with cluster_of(tmp_path) as address:
+        status, said = run(tmp_path, address, rtol=1e-3)
+        assert status == 0
+        assert said.endswith(" rows are there, going on\n")
+    assert_there_as_here(tmp_path, 1e-3)
+
+
+def assert_there_as_here(folder: Path, rtol: float) -> None:
+    """The tables of ``command`` are those of the same sweep on this machine, in memory."""
+    swept = hc.sweep(
+        SCENE, {"shock.momentum_ratio": "0.5:4:32:log"}, backends=[hc.Lammps(rtol=rtol)]
+    )
+    found = hc.Sweep.load(folder / "out").to_frame()
+    assert_frame_equal(found, swept.to_frame(), check_exact=True)
+
+
+@pytest.mark.lammps
+def test_ctrl_c_leaves_workers_idle_and_it_goes_on(lonely: str, tmp_path: Path) -> None:
+    from distributed import Client
+
+    with worker(lonely, tmp_path, "--no-nanny") as only:
+        with started(tmp_path, lonely) as process:
+            await_that(lambda: done_parts(tmp_path) >= 2)
+            process.send_signal(signal.SIGINT)
+            _, said = process.communicate(timeout=PATIENCE)
+        assert process.returncode == 130
+        assert said.endswith("hertzchain: interrupted\n")
+        assert said.count("\n") == 2  # and where it is
+        assert 2 <= done_parts(tmp_path) < PARTS
+        with Client(lonely, set_as_default=False) as client:
+            await_that(lambda: not any(client.processing().values()))
+            await_that(lambda: not any(client.call_stack().values()))
+        await_that(lambda: not lammps_processes([only]))
+        status, said = run(tmp_path, lonely)
+        assert status == 0
+        assert said.endswith(" of 32 rows are there, going on\n")
+    assert hc.Sweep.load(tmp_path / "out").to_frame()["scene"].tolist() == list(range(32))
+
+
+@pytest.mark.slow
+@pytest.mark.lammps
+def test_it_says_that_it_waits_for_workers_and_uses_those_that_come(tmp_path: Path) -> None:
+    with scheduler(tmp_path) as (address, _):
+        with started(tmp_path, address) as process:
+            assert process.stderr is not None
+            said = process.stderr.readline()
+            assert said == f"hertzchain: {address} has no workers: the sweep waits for some\n"
+            process.send_signal(signal.SIGINT)
+            process.communicate(timeout=PATIENCE)
+            assert process.returncode == 130
+        with started(tmp_path, address) as process:
+            assert process.stderr is not None
+            process.stderr.readline()
+            with worker(address, tmp_path, "--no-nanny"):
+                _, said = process.communicate(timeout=PATIENCE)
+            assert (process.returncode, said) == (0, "")
+
+
+WITHOUT = """
+import importlib.metadata as metadata
+import sys
+
+sys.modules["hertzchain"] = None
+find = metadata.Distribution.from_name.__func__
+
+def from_name(cls, name):
+    if name == "hertzchain":
+        raise metadata.PackageNotFoundError(name)
+    return find(cls, name)
+
+metadata.Distribution.from_name = classmethod(from_name)
+"""
+
+
+def without_hertzchain(folder: Path) -> None:
+    """Let a Python that has this folder on its path have none."""
+    (folder / "sitecustomize.py").write_text(WITHOUT, encoding="utf-8")
+
+
+def other_hertzchain(folder: Path) -> None:
+    """Let a Python that has this folder on its path have another."""
+    described = folder / "hertzchain-99.0.dist-info"
+    described.mkdir()
+    text = "Metadata-Version: 2.1\nName: hertzchain\nVersion: 99.0\n"
+    (described / "METADATA").write_text(text, encoding="utf-8")
+
+
+NONE = (without_hertzchain, BackendMissing, "pip install 'hertzchain==")
+OTHER = (other_hertzchain, RunFailed, "has hertzchain 99.0, this is ")
+
+
+@pytest.mark.parametrize(
+    ("differ", "error", "said", "late"),
+    [
+        pytest.param(*NONE, False, marks=pytest.mark.slow),
+        (*NONE, True),
+        (*OTHER, False),
+        pytest.param(*OTHER, True, marks=pytest.mark.slow),
+    ],
+)
+def test_workers_without_this_hertzchain_are_named(
+    differ: Callable[[Path], None],
+    error: type[HertzchainError],
+    said: str,
+    late: bool,
+    lonely: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with ExitStack() as stack:
+        before = tmp_path / "before"
+        before.mkdir()
+        differ(before)
+
+        def start() -> None:
+            path = os.pathsep.join([str(before), os.environ.get("PYTHONPATH", "")])
+            with monkeypatch.context() as changed:
+                changed.setenv("PYTHONPATH", path)
+                stack.enter_context(worker(lonely, tmp_path, "--no-nanny"))
+
+        class Handler(logging.Handler):
+            def emit(self, _: logging.LogRecord) -> None:
+                start()
+
+        waiting = logging.getLogger(cluster.__name__)
+        if late:
+            waiting.addHandler(handler := Handler())
+            stack.callback(waiting.removeHandler, handler)
+        else:
+            start()
+            await_workers(lonely, 1)
+        with pytest.raises(error, match=said) as it:
+            sweep(lonely, output=tmp_path / "out", file_format="csv")
+        assert "\n" not in str(it.value)
+        assert not (tmp_path / "out").exists()  # made where workers come late, but for nothing
+
+
+def test_a_part_that_ends_workers_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "1")  # not 3: it takes time
+    deadly = tmp_path / "deadly.py"
+    deadly.write_text(
+        "import os\nfrom hertzchain.sweeps import measuring\n"
+        "measuring.measure = lambda *_, **__: os._exit(1)\n",
+        encoding="utf-8",
+    )
+    lost = pytest.raises(RunFailed, match="was lost with worker after worker")
+    with cluster_of(tmp_path, 2, "--preload", str(deadly)) as address, lost:
+        sweep(address, ["native"])
+
+
+# On Slurm
+
+SBATCH = """#!{python}
+import subprocess, sys
+job = subprocess.Popen(
+    ["bash", sys.argv[-1]],
+    stdin=subprocess.DEVNULL,
+    stdout=open({log!r}, "ab"),
+    stderr=subprocess.STDOUT,
+    start_new_session=True,
+)
+open({jobs!r}, "a").write(str(job.pid) + "\\n")
+print("Submitted batch job", job.pid)
+"""
+SCANCEL = """#!{python}
+import os, signal, sys
+os.killpg(int(sys.argv[-1]), signal.SIGTERM)
+"""
+
+
+@pytest.fixture
+def slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Commands that stand for those of Slurm; what has been submitted is in this file."""
+    jobs, commands = tmp_path / "jobs", tmp_path / "commands"
+    commands.mkdir()
+    log = str(tmp_path / "jobs.log")
+    for name, code in (("sbatch", SBATCH), ("scancel", SCANCEL)):
+        text = code.format(python=sys.executable, jobs=str(jobs), log=log)
+        (commands / name).write_text(text, encoding="utf-8")
+        (commands / name).chmod(0o755)
+    monkeypatch.setenv("PATH", str(commands), prepend=os.pathsep)
+    options = "{'host': '127.0.0.1', 'dashboard_address': '127.0.0.1:0'}"
+    monkeypatch.setenv("DASK_JOBQUEUE__SLURM__SCHEDULER_OPTIONS", options)
+    monkeypatch.setenv("DASK_JOBQUEUE__SLURM__LOCAL_DIRECTORY", str(tmp_path))
+    try:
+        yield jobs
+    finally:
+        for pid in jobs.read_text(encoding="utf-8").split() if jobs.exists() else ():
+            with suppress(ProcessLookupError):
+                os.killpg(int(pid), signal.SIGKILL)
+
+
+@pytest.mark.slow
+@pytest.mark.lammps
+def test_the_script_of_the_page_runs_on_what_stands_for_slurm(tmp_path: Path, slurm: Path) -> None:
+    page = (ROOT / "docs" / "clusters.md").read_text(encoding="utf-8")
+    script = page.partition("```python\n# sweep_on_slurm.py\n")[2].partition("```")[0]
+    SCENE.to_toml(tmp_path / "chain.toml")
+    for shown, smaller in {
+        "validation/scenes/demo.toml": "chain.toml",
+        "0.1:10:300:log": "0.5:4:6:log",
+        "1.1:4:30": "1.5:2:2",
+        "cores=32, processes=32": "cores=2, processes=2",
+        "64 GB": "2 GB",
+        "maximum_jobs=10": "maximum_jobs=1",
+    }.items():
+        assert shown in script
+        script = script.replace(shown, smaller)
+    (tmp_path / "sweep_on_slurm.py").write_text(script, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "sweep_on_slurm.py"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("Counts(done=24, failed=0, missed=0")
+    assert slurm.read_text(encoding="utf-8").count("\n") >= 1
+    alone = hc.sweep(
+        SCENE,
+        {"shock.momentum_ratio": "0.5:4:6:log", "shock.duration_ratio": "1.5:2:2"},
+        backends=["native", "lammps"],
+    )
+    found = hc.Sweep.load(tmp_path / "out").to_frame()
+    assert_frame_equal(found, alone.to_frame(), check_exact=True)
+
+
+# What it costs
+
+
+class Seen(Exception):
+    """Enough parts."""
+
+
+def test_parts_are_taken_as_they_are_needed(two: str) -> None:
+    """However many there are: what is in flight depends on the workers."""
+    from hertzchain.sweeps.design import design
+
+    backend = hc.Native(rtol=1e-2)
+    found = design(SCENE, {"shock.momentum_ratio": "0.5:4:1000"})
+    taken = kept = most = 0
+
+    def parts() -> Iterator[Part]:
+        nonlocal taken
+        while True:
+            taken += 1
+            yield Part(f"native-{taken:04d}", backend, taken - 1, taken)
+
+    def keep(*_: object) -> None:
+        nonlocal kept, most
+        kept += 1
+        most = max(most, taken - kept)
+        if kept == 30:
+            raise Seen
+
+    with cluster.cluster(two) as measure, pytest.raises(Seen):
+        measure(found, parts(), False, keep, lambda _: None)
+    assert most <= 2 * 3

