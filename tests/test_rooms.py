@@ -19,7 +19,7 @@ LEVELS = (
     ("observables",),
     ("engines.external",),
     ("engines.native", "engines.lammps", "engines.liggghts", "engines.yade", "theory"),
-    ("decks",),
+    ("decks", "engines.registry"),
     ("verdict",),
     ("report",),
     ("sweeps",),

@@ -17,9 +17,9 @@ from hertzchain.cli.options import (
     Ranks,
     SceneFile,
     TimeLimit,
+    lammps_options,
     load_scene,
     refuse_options_of_lammps,
-    to_lammps,
     to_step,
     to_time_limit,
 )
@@ -32,6 +32,7 @@ from hertzchain.cli.output import (
     progress,
     write_file,
 )
+from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 
 
@@ -40,7 +41,7 @@ def compare(
     backend: Annotated[
         list[Backend] | None,
         typer.Option(
-            help="What to compare with the native reference; repeatable. Default: native, lammps."
+            help="What to compare with the native reference; repeatable. Default: native, lammps.",
         ),
     ] = None,
     isolate: Isolate = False,
@@ -102,12 +103,13 @@ def compare(
         if value is not None:
             raise HertzchainError(f"{option} goes with --results FILE; leave the option out")
     loaded = load_scene(scene)
-    refuse_options_of_lammps(backend or [Backend.LAMMPS], isolate, lmp, ranks)
-    lammps = to_lammps(isolate, lmp, ranks, to_time_limit(time_limit))
-    names = comparison.DEFAULT_BACKENDS if not backend else [name.value for name in backend]
+    refuse_options_of_lammps(backend or ["lammps"], isolate, lmp, ranks)
+    lammps = ENGINES["lammps"].make(
+        time_limit=to_time_limit(time_limit), **lammps_options(isolate, lmp, ranks)
+    )
     with progress() as tell:
         record = None if report_file is None else page_plots.record_times(loaded)
-        compared = comparison.compare(loaded, names, lammps, progress=tell, record=record)
+        compared = comparison.compare(loaded, backend or None, lammps, progress=tell, record=record)
     suite = of_comparison(compared, scene.stem, begun, time.perf_counter() - begin)
     if as_json:
         print_json(compared.to_dict())

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 
 if TYPE_CHECKING:
@@ -66,16 +67,16 @@ def diagnose() -> list[Finding]:
 
 
 def _other_codes() -> list[Finding]:
-    """LIGGGHTS and Yade, which nothing needs but what asks for them."""
-    found = {name: shutil.which(name.lower()) for name in ("LIGGGHTS", "Yade")}
-    return [
-        Finding(name, True, f"{path}, not tried", needed=False)
-        if path
-        else Finding(
-            name, False, f"only for --backend {name.lower()}; apt install {name.lower()}", False
-        )
-        for name, path in found.items()
-    ]
+    """Programs of other engines, which nothing needs but what asks for them."""
+    findings = []
+    for engine in ENGINES.values():
+        if engine.program is None:
+            continue
+        path = shutil.which(engine.program)
+        how = f"only for --backend {engine.name}; apt install {engine.program}"
+        text = how if path is None else f"{path}, not tried"
+        findings.append(Finding(engine.label, path is not None, text, needed=False))
+    return findings
 
 
 def _every_lammps() -> list[Finding]:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 
 if TYPE_CHECKING:
-    from hertzchain.engines.lammps import Lammps
     from hertzchain.scene.scene import Scene
 
 _ODD_RATIO = 1e4
@@ -20,14 +21,10 @@ _ODD_RATIO = 1e4
 units, in which a wave passes as many granules; a unit may have been forgotten."""
 
 
-class Backend(StrEnum):
-    """The simulations."""
+Backend = StrEnum("Backend", {name.upper(): name for name in ENGINES})  # type: ignore[misc]
+"""The simulations, as choices of an option."""
 
-    NATIVE = "native"
-    LAMMPS = "lammps"
-    LIGGGHTS = "liggghts"
-    YADE = "yade"
-
+NATIVE = Backend("native")
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
@@ -103,17 +100,16 @@ def by_name(option: str, given: list[str], example: str) -> dict[str, str]:
 
 
 def refuse_options_of_lammps(
-    backends: list[Backend], isolate: bool, lmp: str | None, ranks: int | None
+    backends: Sequence[str], isolate: bool, lmp: str | None, ranks: int | None
 ) -> None:
     """Refuse what only LAMMPS knows where it does not run."""
     for option, given in {"isolate": isolate, "lmp": lmp, "ranks": ranks}.items():
-        if given and Backend.LAMMPS not in backends:
+        if given and "lammps" not in backends:
             raise HertzchainError(f"--{option} is for --backend lammps; leave the option out")
 
 
-def to_lammps(isolate: bool, lmp: str | None, ranks: int | None, time_limit: float) -> Lammps:
-    """LAMMPS as a module or, where one is named, as a binary."""
-    from hertzchain.engines.lammps import Lammps
+def lammps_options(isolate: bool, lmp: str | None, ranks: int | None) -> dict[str, Any]:
+    """LAMMPS as a module or, where one is named, as a binary: what ``hertzchain.Lammps`` takes."""
     from hertzchain.errors import require
 
     named = lmp or os.environ.get("HERTZCHAIN_LMP") or None
@@ -129,4 +125,4 @@ def to_lammps(isolate: bool, lmp: str | None, ranks: int | None, time_limit: flo
             "--isolate is for the lammps module; what --lmp or HERTZCHAIN_LMP names is a process of"
             " its own anyway: leave the option out"
         )
-    return Lammps(isolated=isolate, time_limit=time_limit, lmp=named, ranks=ranks or 1)
+    return {"isolated": isolate, "lmp": named, "ranks": ranks or 1}

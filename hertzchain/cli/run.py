@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hertzchain.cli.options import (
+    NATIVE,
     AsJson,
     Backend,
     Isolate,
@@ -18,20 +18,18 @@ from hertzchain.cli.options import (
     Ranks,
     SceneFile,
     TimeLimit,
+    lammps_options,
     load_scene,
     refuse_options_of_lammps,
-    to_lammps,
     to_step,
     to_time_limit,
 )
 from hertzchain.cli.output import OUT_OF_TOLERANCE, console, print_json, progress
+from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 
 if TYPE_CHECKING:
-    from hertzchain.engines.lammps import Lammps
-    from hertzchain.engines.liggghts import Liggghts
-    from hertzchain.engines.native import Native
-    from hertzchain.engines.yade import Yade
+    from hertzchain.engines.registry import Simulator
 
 DEFAULT_RTOL = 1e-6
 """What both backends aim at where nothing is asked for."""
@@ -53,7 +51,7 @@ class MethodName(StrEnum):
 
 def run(
     scene: SceneFile,
-    backend: Annotated[Backend, typer.Option(help="Who simulates.")] = Backend.NATIVE,
+    backend: Annotated[Backend, typer.Option(help="Who simulates.")] = NATIVE,
     rtol: Annotated[
         float | None,
         typer.Option(
@@ -115,9 +113,7 @@ def run(
     if trajectory is not None:
         check_trajectory_format(trajectory)
     with progress() as tell:
-        tell(
-            f"{backend.value}: running (the first native run on a machine compiles, half a minute)"
-        )
+        tell(f"{backend}: running (the first native run on a machine compiles, half a minute)")
         simulation = _simulation(
             backend,
             method,
@@ -142,12 +138,10 @@ def run(
         print_run(console(), result)
     wanted = (DEFAULT_RTOL if method is None and step is None else None) if rtol is None else rtol
     if wanted is not None and result.error_estimate > wanted:
-        from hertzchain.verdict.comparison import CODES
-
         why = (
-            f"{CODES[backend]} gets no closer with steps that can be waited for;"
+            f"{ENGINES[backend].label} gets no closer with steps that can be waited for;"
             " --backend native does"
-            if backend is not Backend.NATIVE
+            if backend != "native"
             else "granules knock against one another for long, which multiplies rounding errors"
         )
         reached = f"wanted {wanted:g}, reached {result.error_estimate:.1g}"
@@ -156,7 +150,7 @@ def run(
 
 
 def _simulation(
-    backend: Backend,
+    backend: str,
     method: MethodName | None,
     dt: float | None,
     rtol: float | None,
@@ -166,29 +160,27 @@ def _simulation(
     ranks: int | None,
     time_limit: float,
     peaks_only: bool,
-) -> Native | Lammps | Liggghts | Yade:
-    from hertzchain.engines.liggghts import Liggghts
-    from hertzchain.engines.native import Native
-    from hertzchain.engines.yade import Yade
-
+) -> Simulator:
+    engine = ENGINES[backend]
     refuse_options_of_lammps([backend], isolate, lmp, ranks)
-    if backend is Backend.NATIVE:
+    simulator: Simulator
+    if backend == "native":
         if extrapolated:
             raise HertzchainError("--extrapolated is not for --backend native; leave it out")
         name = None if method is None else method.value
-        return Native(name, dt, rtol, peaks_only, time_limit)
+        simulator = engine.make(
+            method=name, dt=dt, rtol=rtol, peaks_only=peaks_only, time_limit=time_limit
+        )
+        return simulator
     if method not in (None, MethodName.VELOCITY_VERLET):
-        from hertzchain.verdict.comparison import CODES
-
         raise HertzchainError(
-            f"--method {method}: {CODES[backend]} has only velocity-verlet; leave the option out"
+            f"--method {method}: {engine.label} has only velocity-verlet; leave the option out"
         )
     if rtol is not None and dt is not None:
         raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
+    own = lammps_options(isolate, lmp, ranks) if backend == "lammps" else {}
     wanted = DEFAULT_RTOL if rtol is None else rtol
-    if backend is Backend.LIGGGHTS:
-        return Liggghts(dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit)
-    if backend is Backend.YADE:
-        return Yade(dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit)
-    lammps = to_lammps(isolate, lmp, ranks, time_limit)
-    return replace(lammps, dt=dt, rtol=wanted, extrapolated=extrapolated)
+    simulator = engine.make(
+        dt=dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit, **own
+    )
+    return simulator

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -18,8 +17,8 @@ from hertzchain.cli.options import (
     SceneFile,
     TimeLimit,
     by_name,
+    lammps_options,
     load_scene,
-    to_lammps,
     to_time_limit,
 )
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json
@@ -105,6 +104,7 @@ def sweep(
     Stopped or killed, it goes on where it was when it is started again. A scene that fails is a row
     with the reason.
     """
+    from hertzchain.engines.lammps import Lammps
     from hertzchain.engines.native import Native
     from hertzchain.sweeps import Sweep
     from hertzchain.sweeps import sweep as measure
@@ -119,7 +119,12 @@ def sweep(
     for option, given in {"extrapolated": extrapolated, "lmp": lmp}.items():
         if given and Source.LAMMPS not in wanted:
             raise HertzchainError(f"--{option} is for --backend lammps; leave the option out")
-    lammps = replace(to_lammps(False, lmp, None, limit), rtol=rtol, extrapolated=extrapolated)
+    lammps = Lammps(
+        rtol=rtol,
+        extrapolated=extrapolated,
+        time_limit=limit,
+        **lammps_options(isolate=False, lmp=lmp, ranks=None),
+    )
     loaded = load_scene(scene)
     varied = by_name("--vary", vary, "shock.momentum_ratio=0.1:10:50:log")
     kinds: dict[Source, Callable[[], Backend]] = {

@@ -16,6 +16,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError
 from hertzchain.files import write_with
 from hertzchain.observables.result import Result
+from hertzchain.report.style import COLOURS, LABELS, MARKERS
 from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
 from hertzchain.theory import Prediction, peak_map
@@ -28,19 +29,6 @@ if TYPE_CHECKING:
     from hertzchain.verdict.comparison import Check, Comparison
     from hertzchain.verdict.judgement import Judgement
     from hertzchain.verdict.tradeoff import Row, Tradeoff
-
-COLOURS = {
-    "native": "#000000",
-    "lammps": "#0072B2",
-    "liggghts": "#CC79A7",
-    "yade": "#E69F00",
-    "eq6": "#D55E00",
-    "eq9": "#009E73",
-}
-"""Okabe and Ito's, told apart by the colour-blind too."""
-
-MARKERS = {"lammps": "o", "liggghts": "x", "yade": "+", "eq6": "s", "eq9": "^"}
-"""As Matplotlib names them."""
 
 
 def print_run(console: Console, result: Result) -> None:
@@ -184,14 +172,12 @@ def print_comparison(console: Console, comparison: Comparison) -> None:
     comparison
         What to print.
     """
-    from hertzchain.verdict.comparison import CODES
-
     native, formulas = comparison.native, comparison.formulas
     console.print(describe(comparison.scene), style="bold", end="\n\n")
     console.print("Peak force of each contact [N]; then its difference from native")
     table = Table(box=None, header_style="bold")
-    codes = [name for name in comparison.wanted if name in CODES]
-    labels = [CODES[name] for name in codes]
+    codes = [name for name in comparison.wanted if name != native.backend]
+    labels = [LABELS[name] for name in codes]
     for column in ("contact", "native", *labels, "Eq. 6", "Eq. 9", *labels, "Eq. 6", "Eq. 9"):
         table.add_column(column, justify="right")
     shown = shown_contacts(native)
@@ -349,11 +335,9 @@ def answers(comparison: Comparison) -> list[tuple[str, list[str]]]:
 
 
 def _summary(comparison: Comparison) -> Table:
-    from hertzchain.verdict.comparison import CODES
-
     simulated = [comparison.results.get(name) for name in comparison.wanted]
     table = Table(box=None, header_style="bold")
-    names = [CODES.get(name, name) for name in comparison.wanted]
+    names = [LABELS[name] for name in comparison.wanted]
     for column in ("", *names, "formulas"):
         table.add_column(column, justify="left" if not column else "right")
     for label, cells in answers(comparison):
@@ -405,19 +389,17 @@ def plot_comparison(comparison: Comparison, path: Path | str) -> None:
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    from hertzchain.verdict.comparison import CODES
-
     figure = Figure(figsize=(8, 7), layout="constrained", dpi=150)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     native, formulas = comparison.native, comparison.formulas
-    codes = {name: result for name, result in comparison.results.items() if name in CODES}
+    codes = {name: result for name, result in comparison.results.items() if name != native.backend}
     contact = native.contact
     above.plot(contact, native.peak_force, "-", color=COLOURS["native"], label="native, reference")
     others: list[tuple[str, str, FloatArray]] = [
-        (name, CODES[name], result.peak_force) for name, result in codes.items()
+        (name, LABELS[name], result.peak_force) for name, result in codes.items()
     ]
     if formulas.applicable is None:
-        others += [("eq6", "Eq. 6", formulas.eq6), ("eq9", "Eq. 9", formulas.eq9)]
+        others += [(name, LABELS[name], getattr(formulas, name)) for name in ("eq6", "eq9")]
     for name, label, values in others:
         style: dict[str, Any] = {"color": COLOURS[name], "marker": MARKERS[name]}
         style |= {"markersize": 4.5, "linestyle": "none"}
@@ -431,7 +413,7 @@ def plot_comparison(comparison: Comparison, path: Path | str) -> None:
             color=COLOURS[name],
             linewidth=0.8,
             linestyle="--",
-            label=f"{CODES[name]}, error estimate",
+            label=f"{LABELS[name]}, error estimate",
         )
     below.axhline(
         native.error_estimate,

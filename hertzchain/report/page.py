@@ -18,7 +18,6 @@ from hertzchain.files import write_text
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.report.console import (
-    COLOURS,
     answers,
     describe,
     difference,
@@ -28,7 +27,6 @@ from hertzchain.report.console import (
     similar_scene,
 )
 from hertzchain.report.page_plots import (
-    DASHES,
     LONG,
     Series,
     difference_plot,
@@ -37,6 +35,7 @@ from hertzchain.report.page_plots import (
     relative_difference,
     waterfall,
 )
+from hertzchain.report.style import COLOURS, DASHES, LABELS
 from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -135,11 +134,11 @@ def _peak_tables(comparison: Comparison, series: Series, codes: int) -> list[Tab
     return _split(comparison.native, "Peak force of each contact", header, rows)
 
 
-def _cost_table(comparison: Comparison, labels: Mapping[str, str]) -> Table:
+def _cost_table(comparison: Comparison) -> Table:
     header = ["", "method", "largest step [s]", "steps", "force evaluations", "wall time [s]"]
     rows = [
         [
-            labels[name],
+            LABELS[name],
             result.method,
             f"{result.dt:.3g}",
             f"{result.steps:,}",
@@ -150,7 +149,7 @@ def _cost_table(comparison: Comparison, labels: Mapping[str, str]) -> Table:
         for name, result in comparison.results.items()
     ]
     rows += [
-        [labels[name], "did not run", *[""] * 5]
+        [LABELS[name], "did not run", *[""] * 5]
         for name in comparison.wanted
         if name not in comparison.results
     ]
@@ -245,7 +244,7 @@ class Verdict:
         return "UNDECIDED" if self.passed is None else "PASS" if self.passed else "FAIL"
 
 
-def _verdict(comparison: Comparison, labels: Mapping[str, str], codes: Sequence[str]) -> Verdict:
+def _verdict(comparison: Comparison, codes: Sequence[str]) -> Verdict:
     checks = comparison.checks
     failed = [check for check in checks if not check.passed]
     made = [check for check in checks if check.measured is not None or check.passed]
@@ -254,7 +253,7 @@ def _verdict(comparison: Comparison, labels: Mapping[str, str], codes: Sequence[
     if not failed and ran:
         peaks = [comparison.results[name].peak_force for name in ran]
         off = max(largest_difference(found, comparison.native.peak_force) for found in peaks)
-        who = " and ".join(labels[name] for name in ran)
+        who = " and ".join(LABELS[name] for name in ran)
         sentence = (
             f"All {len(checks)} checks passed. Peaks by {who} differ from those of native by"
             f" {off:.1e} at most, within the errors that both claim."
@@ -272,7 +271,7 @@ def _verdict(comparison: Comparison, labels: Mapping[str, str], codes: Sequence[
     else:
         sentence = f"{len(failed)} of {len(checks)} checks failed."
     remarks = [
-        f"{labels[name]}: {warning}"
+        f"{LABELS[name]}: {warning}"
         for name, result in comparison.results.items()
         for warning in result.warnings
     ]
@@ -283,7 +282,7 @@ def _verdict(comparison: Comparison, labels: Mapping[str, str], codes: Sequence[
     ]
     asked = {check.name.partition(":")[0] for check in checks}
     remarks += [
-        f"{labels[name]} has not been asked"
+        f"{LABELS[name]} has not been asked"
         for name in comparison.wanted
         if name not in comparison.results and name not in asked
     ]
@@ -316,42 +315,39 @@ def comparison_page(comparison: Comparison, file: str = "scene.toml") -> str:
     file
         The name of the scene file.
     """
-    from hertzchain.verdict.comparison import CODES
-
     native, formulas = comparison.native, comparison.formulas
-    labels = {"native": "native", **CODES}
-    codes = [name for name in comparison.wanted if name in CODES]
+    codes = [name for name in comparison.wanted if name != native.backend]
     nothing = np.full(native.contact.size, np.nan)
     series: Series = []
     for name in codes:
         result = comparison.results.get(name)
-        series.append((name, labels[name], nothing if result is None else result.peak_force))
+        series.append((name, LABELS[name], nothing if result is None else result.peak_force))
     ran = [entry for entry in series if entry[0] in comparison.results]
-    equations: Series = [("eq6", "Eq. 6", formulas.eq6), ("eq9", "Eq. 9", formulas.eq9)]
+    equations: Series = [(name, LABELS[name], getattr(formulas, name)) for name in ("eq6", "eq9")]
     compared = ran + (equations if formulas.applicable is None else [])
     off = [relative_difference(values, native) for _, _, values in compared]
     plotted = plotted_contacts(native, off)
     limits = [
-        (f"{labels[name]}, error estimate", COLOURS[name], DASHES[name], result.error_estimate)
+        (f"{LABELS[name]}, error estimate", COLOURS[name], DASHES[name], result.error_estimate)
         for name, result in comparison.results.items()
-        if name in CODES
+        if name != native.backend
     ]
     limits.append(("reference, error estimate", COLOURS["native"], "solid", native.error_estimate))
-    absent = [labels[name] for name in codes if name not in comparison.results]
+    absent = [LABELS[name] for name in codes if name not in comparison.results]
     missing = f" {' and '.join(absent)}: not run." if absent else ""
     plots = [
         peak_plot(native, compared, plotted, missing),
-        waterfall(comparison.results, labels),
+        waterfall(comparison.results),
         difference_plot(native, compared, plotted, limits),
     ]
-    header = ["", *(labels[name] for name in comparison.wanted), "formulas"]
+    header = ["", *(LABELS[name] for name in comparison.wanted), "formulas"]
     return render(
         "comparison.html.jinja",
         {
             "kind": "Comparison",
             "title": describe(comparison.scene),
             "file": file,
-            "verdict": _verdict(comparison, labels, codes),
+            "verdict": _verdict(comparison, codes),
             "plots": {plot.name: plot for plot in plots if plot is not None},
             "peaks": _peak_tables(comparison, series + equations, len(codes)),
             "long": LONG,
@@ -362,11 +358,11 @@ def comparison_page(comparison: Comparison, file: str = "scene.toml") -> str:
             ),
             "rows": [CheckRow.of(check) for check in comparison.checks],
             "notes": [
-                f"{labels[name]} computed {similar}"
+                f"{LABELS[name]} computed {similar}"
                 for name, result in comparison.results.items()
                 if (similar := similar_scene(result)) is not None
             ],
-            "cost": _cost_table(comparison, labels),
+            "cost": _cost_table(comparison),
             "texts": _texts(comparison.scene),
             "versions": _versions(comparison.results),
             "numbers": comparison.to_dict(),

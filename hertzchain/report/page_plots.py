@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
-from hertzchain.report.console import COLOURS, MARKERS
+from hertzchain.report.style import COLOURS, DASHES, LABELS, MARKERS
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.scene import Scene
 
@@ -46,8 +46,6 @@ LONG = 200
 _SYMBOLS = {"o": "circle-open", "x": "x-thin-open", "+": "cross-thin-open", "s": "square-open"}
 _SYMBOLS["^"] = "triangle-up-open"
 """Plotly's names of Matplotlib's markers."""
-
-DASHES = {"lammps": "dash", "liggghts": "dot", "yade": "dashdot"}
 
 
 # When to look
@@ -360,7 +358,7 @@ def _time_unit(end: float) -> tuple[str, float]:
     return "s", 1.0
 
 
-def waterfall(results: Mapping[str, Result], labels: Mapping[str, str]) -> Plot | None:
+def waterfall(results: Mapping[str, Result]) -> Plot | None:
     """Contact force over time, contacts above one another; None where nothing was recorded."""
     native = results["native"]
     drawn, history = drawn_contacts(native), native.history
@@ -393,7 +391,7 @@ def waterfall(results: Mapping[str, Result], labels: Mapping[str, str]) -> Plot 
             peak_time = float(native.peak_time[contact - 2])
             curve = _Curve(place, f"contact {contact}", time, force, peak_time)
             more = {"line": style, "legendgroup": key, "showlegend": place == 1}
-            traces.append(curve.trace(around, unit, height, labels[key], unit_name) | more)
+            traces.append(curve.trace(around, unit, height, LABELS[key], unit_name) | more)
     y = axis("contact", tickvals=list(range(len(drawn) + 1)))
     y |= {"ticktext": ["shock", *map(str, drawn)], "range": [-0.4, len(drawn) + 1.9]}
     if long:

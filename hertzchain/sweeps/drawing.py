@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.report.console import COLOURS
+from hertzchain.report.style import COLOURS
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.scene import UNITS
 from hertzchain.sweeps.design import Axis, Listed, Span

@@ -20,9 +20,8 @@ from numpy.typing import ArrayLike
 from hertzchain import theory
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.lammps import Examination, Lammps
-from hertzchain.engines.liggghts import Liggghts
 from hertzchain.engines.native import METHODS, Native, Simulation, simulate, simulate_in_numpy
-from hertzchain.engines.yade import Yade
+from hertzchain.engines.registry import ENGINES, Simulator, compared_by_default, label_of, others
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, TooExpensive, require
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.peaks import SIGNIFICANT, largest_difference
@@ -36,14 +35,6 @@ if TYPE_CHECKING:
     import pandas
 
 VELOCITY_VERLET = METHODS["velocity-verlet"].walker
-
-CODES = {"lammps": "LAMMPS", "liggghts": "LIGGGHTS", "yade": "Yade"}
-"""What is compared with native, by the names of the backends, and what people call it."""
-
-BACKENDS = ("native", *CODES)
-
-DEFAULT_BACKENDS = ("native", "lammps")
-"""What is compared where nothing is asked for: the others are installed by hand, and slower."""
 
 SAME_STEPS_STATE = 10.0
 """Of the largest displacement and velocity: times what absolute coordinates cost at most, as the
@@ -91,10 +82,6 @@ above.
 
 YARDSTICK = 1e-6
 """Of the reference's own estimate; 1e-11 to 6e-10 measured, for LM_ratio from 1e-4 to 100."""
-
-
-Code = Lammps | Liggghts | Yade
-"""What steps by velocity Verlet, as native can."""
 
 
 @dataclass(frozen=True)
@@ -248,12 +235,13 @@ class Comparison:
 
 def compare(
     scene: Scene,
-    backends: Sequence[str] = DEFAULT_BACKENDS,
+    backends: Sequence[str] | None = None,
     lammps: Lammps | None = None,
     progress: Callable[[str], object] | None = None,
-    liggghts: Liggghts | None = None,
-    yade: Yade | None = None,
+    liggghts: Simulator | None = None,
+    yade: Simulator | None = None,
     record: ArrayLike | None = None,
+    engines: Mapping[str, Simulator] | None = None,
 ) -> Comparison:
     """Run every oracle on a scene and judge.
 
@@ -262,43 +250,42 @@ def compare(
     scene
         What to simulate.
     backends
-        Which simulations to compare: native, lammps, liggghts, yade. The native reference always
-        runs.
-    lammps
-        How LAMMPS runs; by default with steps small enough for 1e-6. Its time limit is that of the
-        reference, too.
+        Which simulations to compare: native, lammps, liggghts, yade; by default native and lammps.
+        The native reference always runs.
+    lammps, liggghts, yade
+        How these run; the same as ``engines`` with that name.
     progress
         Is called with a line of text before each part of the work.
-    liggghts, yade
-        How these run; by default with steps small enough for 1e-6 and the time limit of LAMMPS.
     record
         Increasing times [s] within the run at which each of them keeps displacement, velocity and
         contact force; nothing is kept by default.
+    engines
+        How engines run, by name; by default with steps small enough for 1e-6 and the time limit of
+        LAMMPS, which is that of the reference, too.
 
     Raises
     ------
     SceneError
         For a backend that does not exist, or times that cannot be.
     """
+    backends = compared_by_default() if backends is None else backends
     for name in backends:
-        require(name in BACKENDS, "backend", name, f"must be one of {', '.join(BACKENDS)}")
+        require(name in ENGINES, "backend", name, f"must be one of {', '.join(ENGINES)}")
     tell = progress or (lambda _: None)
     tell("native: the reference method")
-    chosen = lammps or Lammps()
-    codes: dict[str, Code] = {
-        "lammps": chosen,
-        "liggghts": liggghts or Liggghts(time_limit=chosen.time_limit),
-        "yade": yade or Yade(time_limit=chosen.time_limit),
-    }
-    native = Native("reference", time_limit=chosen.time_limit).run(scene, record)
+    named = {"lammps": lammps, "liggghts": liggghts, "yade": yade}
+    given = {name: engine for name, engine in named.items() if engine} | dict(engines or {})
+    limit = given["lammps"].time_limit if "lammps" in given else TIME_LIMIT
+    native = Native("reference", time_limit=limit).run(scene, record)
     checks = [*balance_checks(native), yardstick_check(native)]
     results, missing = {"native": native}, False
-    for name, code in codes.items():
+    for name in others():
         if name not in backends:
             continue
+        engine = given.get(name) or ENGINES[name].make(time_limit=limit)
         try:
-            tell(f"{CODES[name]}: the generated deck")
-            results[name] = code.run(scene, record)
+            tell(f"{label_of(name)}: the generated deck")
+            results[name] = engine.run(scene, record)
         except BackendMissing as problem:
             missing = True
             checks.append(Check(f"{name}: not run", None, None, None, False, str(problem)))
@@ -307,13 +294,13 @@ def compare(
             checks.append(Check(f"{name}: failed", None, None, None, False, str(problem)))
             if isinstance(problem, OverlapTooLarge | TooExpensive):
                 continue
-        if isinstance(code, Lammps):
+        if isinstance(engine, Lammps):
             tell("LAMMPS: what it makes of the deck")
-            checks += examined(scene, code)
+            checks += examined(scene, engine)
         if name in results:
-            tell(f"native: velocity Verlet at the steps of {CODES[name]}")
-            checks += code_checks(results[name], native, code.time_limit)
-    wanted = tuple(name for name in BACKENDS if name in (*DEFAULT_BACKENDS, *backends))
+            tell(f"native: velocity Verlet at the steps of {label_of(name)}")
+            checks += code_checks(results[name], native, engine.time_limit)
+    wanted = tuple(name for name in ENGINES if name in (*compared_by_default(), *backends))
     return Comparison(scene, results, wanted, formulas(native), tuple(checks), missing)
 
 

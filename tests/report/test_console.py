@@ -21,7 +21,6 @@ from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError
 from hertzchain.report.console import (
-    COLOURS,
     check_plot_format,
     describe,
     judgement_facts,
@@ -32,6 +31,7 @@ from hertzchain.report.console import (
     print_run,
     print_tradeoff,
 )
+from hertzchain.report.style import COLOURS
 from hertzchain.verdict.comparison import Check
 from hertzchain.verdict.tradeoff import Row, Tradeoff
 from tests.conftest import paper_scene

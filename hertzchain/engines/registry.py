@@ -1,0 +1,104 @@
+"""The engines: one entry each, read by everything that lists, makes, names or draws them.
+
+A further engine is a folder here and a line in ``ENGINES``.
+"""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from hertzchain.observables.result import Result
+    from hertzchain.scene.scene import Scene
+
+
+class Simulator(Protocol):
+    """An engine with its numerical parameters."""
+
+    @property
+    def time_limit(self) -> float:
+        """How long a run may take [s]."""
+        ...
+
+    def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
+        """Simulate a scene; see ``hertzchain.Native.run``."""
+        ...
+
+
+@dataclass(frozen=True)
+class Engine:
+    """What the rest of the package knows of an engine.
+
+    Parameters
+    ----------
+    name
+        Its name in options, JSON and columns.
+    label
+        Its name in text and plots.
+    home, factory
+        The module and the name in it that makes it, from ``rtol``, ``time_limit`` and what is its
+        own; loaded when used.
+    colour, marker, dash
+        Its look: a colour, a marker of Matplotlib, a dash of Plotly.
+    compared
+        Whether it is compared where nothing is asked for.
+    program
+        The program that it runs and that a user has to install; None where there is none.
+    """
+
+    name: str
+    label: str
+    home: str
+    factory: str
+    colour: str
+    marker: str
+    dash: str
+    compared: bool = False
+    program: str | None = None
+
+    def make(self, **parameters: Any) -> Any:
+        """The engine with numerical parameters: a frozen object with ``run``."""
+        return getattr(importlib.import_module(self.home), self.factory)(**parameters)
+
+
+# Okabe and Ito's colours, which the colour-blind tell apart.
+_ALL = (
+    Engine(
+        "native", "native", "hertzchain.engines.native", "Native",
+        "#000000", ".", "solid", compared=True,
+    ),
+    Engine(
+        "lammps", "LAMMPS", "hertzchain.engines.lammps", "Lammps",
+        "#0072B2", "o", "dash", compared=True,
+    ),
+    Engine(
+        "liggghts", "LIGGGHTS", "hertzchain.engines.liggghts", "Liggghts",
+        "#CC79A7", "x", "dot", program="liggghts",
+    ),
+    Engine(
+        "yade", "Yade", "hertzchain.engines.yade", "Yade",
+        "#E69F00", "+", "dashdot", program="yade",
+    ),
+)  # fmt: skip
+
+ENGINES = {engine.name: engine for engine in _ALL}
+"""By name, in the order of every table; the first is the reference that others are judged by."""
+
+
+def label_of(name: str) -> str:
+    """What people call an engine."""
+    return ENGINES[name].label
+
+
+def others() -> dict[str, Engine]:
+    """What is compared with native."""
+    return {name: engine for name, engine in ENGINES.items() if name != "native"}
+
+
+def compared_by_default() -> tuple[str, ...]:
+    """Names of what is compared where nothing is asked for: all else is installed by hand."""
+    return tuple(name for name, engine in ENGINES.items() if engine.compared)
