@@ -8,13 +8,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import backend as verlet
+from hertzchain.engines.external.engine import ExternalEngine
 from hertzchain.engines.external.observation import Observation, Simulation
 from hertzchain.engines.external.rescaling import softening
 from hertzchain.engines.lammps import deck, reading
@@ -23,10 +24,9 @@ from hertzchain.engines.lammps.engine import command, engine, run, version_of
 from hertzchain.engines.lammps.examination import Examination, examine
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.limits import TIME_LIMIT, Deadline, check_time_limit
-from hertzchain.observables.history import wanted_times
+from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
-from hertzchain.scene.scene import Scene, require_scene
+from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 _FASTEST_STEP, _FASTEST_GRANULE = 0.3e-6, 8e-9
@@ -37,7 +37,7 @@ _BLOCK = 256
 
 
 @dataclass(frozen=True)
-class Lammps:
+class Lammps(ExternalEngine):
     """A generated deck, run through the ``lammps`` Python module or by a LAMMPS binary.
 
     Parameters
@@ -81,6 +81,8 @@ class Lammps:
         that is to be isolated, or ranks without a binary.
     """
 
+    LABEL: ClassVar[str] = "LAMMPS"
+
     dt: float | None = None
     pair_style: str = "granular"
     read_every: int | None = None
@@ -95,61 +97,23 @@ class Lammps:
         names = ", ".join(deck.PAIR_STYLES)
         known = self.pair_style in deck.PAIR_STYLES
         require(known, "pair_style", self.pair_style, f"must be one of {names}")
-        check_time_limit(self.time_limit)
         require(self.ranks >= 1, "ranks", self.ranks, "must be at least 1")
         alone = "the lammps module runs on one process: name a LAMMPS binary with lmp, too"
         require(self.ranks == 1 or self.lmp is not None, "ranks", self.ranks, alone)
         apart = "a LAMMPS binary is a process of its own anyway: leave it out, or lmp"
         require(not self.isolated or self.lmp is None, "isolated", self.isolated, apart)
-        _ = self._steps  # what cannot be is said at once
+        super().__post_init__()
 
     @property
-    def _steps(self) -> verlet.Steps:
-        return verlet.Steps(self.dt, self.read_every, self.rtol, self.extrapolated)
+    def method(self) -> str:
+        """The method, as the result names it."""
+        return f"velocity-verlet, {self.pair_style}"
 
-    def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
-        """Simulate a scene.
-
-        Parameters
-        ----------
-        scene
-            What to simulate.
-        record
-            Increasing times [s] within the run at which to keep displacement, velocity and
-            contact force.
-
-        Raises
-        ------
-        SceneError
-            For what is no scene, or times that cannot be.
-        BackendMissing
-            If LAMMPS is not there.
-        StepUnstable
-            If the step asked for is so long that the motion diverges.
-        Unpredictable
-            If the motion multiplies rounding errors until no digit is left.
-        OverlapTooLarge
-            If granules would be pressed into one another by more than a radius.
-        RunFailed
-            If LAMMPS stops with an error or, in a process of its own, crashes.
-        TooExpensive
-            If it takes longer than the time limit.
-        """
-        require_scene(scene)
-        if self.isolated:
-            with Child() as child:
-                return run_in(child, self, scene, record)
-        begin = time.perf_counter()
-        times = None if record is None else wanted_times(record, scene.end_time)
-        result = verlet.run(
-            scene,
-            self._simulate(scene),
-            self._steps,
-            times,
-            code="LAMMPS",
-            method=f"velocity-verlet, {self.pair_style}",
-        )
-        return replace(result, wall_time=time.perf_counter() - begin)
+    def _run(self, scene: Scene, record: ArrayLike | None) -> Result:
+        if not self.isolated:
+            return super()._run(scene, record)
+        with Child() as child:
+            return run_in(child, self, scene, record)
 
     def examine(self, scene: Scene) -> Examination:
         """Ask LAMMPS what it makes of the deck of a scene, number by number; see ``examination``.
@@ -209,11 +173,10 @@ class Lammps:
                     within, scene, time_limit=self.time_limit
                 )
                 return found
-        return verlet.peaks_alone(scene, self._simulate(scene), self._steps, self.dt)
+        simulate = self._simulate(scene, Deadline(self.time_limit))
+        return verlet.peaks_alone(scene, simulate, self._steps, self.dt)
 
-    def _simulate(self, scene: Scene) -> verlet.Simulate:
-        """What runs the scene once; its time limit begins now."""
-        deadline = Deadline(self.time_limit)
+    def _simulate(self, scene: Scene, deadline: Deadline) -> verlet.Simulate:
         if self.lmp is None:
             return _Module(scene, self.pair_style, deadline).simulate
         program = Program.find(str(self.lmp), self.ranks, deadline)

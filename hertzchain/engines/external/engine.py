@@ -1,0 +1,172 @@
+"""An engine that steps by velocity Verlet in another code: what all of them have."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import ClassVar
+
+from numpy.typing import ArrayLike
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.external import backend as verlet
+from hertzchain.engines.external import recorded
+from hertzchain.engines.external.observation import Simulation
+from hertzchain.engines.external.program import find_program, run_program, work_folder
+from hertzchain.engines.external.readings import Granules
+from hertzchain.engines.external.rescaling import softening
+from hertzchain.limits import Deadline, check_time_limit
+from hertzchain.observables.history import wanted_times
+from hertzchain.observables.result import Result
+from hertzchain.scene.scene import Scene, require_scene
+from hertzchain.scene.schedule import Leg
+
+
+class ExternalEngine(ABC):
+    """Scene in, result out; a subclass is a frozen dataclass with these fields and its own.
+
+    It adds how one run with given steps is made and read.
+    """
+
+    LABEL: ClassVar[str]
+    """Its name in messages; in small letters, the backend of a result."""
+
+    dt: float | None
+    read_every: int | None
+    rtol: float
+    extrapolated: bool
+    time_limit: float
+
+    def __post_init__(self) -> None:
+        """Refuse impossible parameters at once."""
+        check_time_limit(self.time_limit)
+        _ = self._steps
+
+    @property
+    def _steps(self) -> verlet.Steps:
+        return verlet.Steps(self.dt, self.read_every, self.rtol, self.extrapolated)
+
+    @property
+    @abstractmethod
+    def method(self) -> str:
+        """The method, as the result names it."""
+
+    @abstractmethod
+    def _simulate(self, scene: Scene, deadline: Deadline) -> verlet.Simulate:
+        """A function that runs the scene once.
+
+        Raises
+        ------
+        BackendMissing
+            If the code is not there.
+        RunFailed
+            If it cannot simulate this scene.
+        """
+
+    def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
+        """Simulate a scene.
+
+        Parameters
+        ----------
+        scene
+            What to simulate.
+        record
+            Increasing times [s] within the run at which to keep displacement, velocity and
+            contact force.
+
+        Raises
+        ------
+        SceneError
+            For an object that is no scene, or impossible times.
+        BackendMissing
+            If the code is not there.
+        StepUnstable
+            If the step asked for is so long that the motion diverges.
+        Unpredictable
+            If rounding errors grow until no digit is left.
+        OverlapTooLarge
+            If granules would be pressed into one another by more than a radius.
+        RunFailed
+            If the code stops with an error or crashes, or cannot simulate this scene.
+        TooExpensive
+            If it takes longer than the time limit.
+        """
+        require_scene(scene)
+        return self._run(scene, record)
+
+    def _run(self, scene: Scene, record: ArrayLike | None) -> Result:
+        begin = time.perf_counter()
+        times = None if record is None else wanted_times(record, scene.end_time)
+        simulate = self._simulate(scene, Deadline(self.time_limit))
+        result = verlet.run(scene, simulate, self._steps, times, self.LABEL, self.method)
+        return replace(result, wall_time=time.perf_counter() - begin)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a program has left of a run: its version, granules at rest, and all readings."""
+
+    version: str
+    rest: Granules
+    readings: FloatArray
+
+
+class ProgramEngine(ExternalEngine):
+    """A code that is a program: it gets one file, and leaves its readings in others."""
+
+    FILE: ClassVar[str]
+    """The deck, in the folder in which the program runs."""
+
+    PACKAGE: ClassVar[str]
+    """The package that brings the program, by ``apt install``."""
+
+    FASTEST: ClassVar[tuple[float, float]]
+    """Time of a step, and of each granule in it, on a fast machine [s]."""
+
+    ENVIRONMENT: ClassVar[dict[str, str]] = {}
+    """Variables that the program is given."""
+
+    program: str
+
+    @abstractmethod
+    def _deck(self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
+        """The file that makes the program run the scene and write its readings."""
+
+    @abstractmethod
+    def _command(self, program: str) -> list[str]:
+        """The command that runs ``FILE``."""
+
+    @abstractmethod
+    def _found(self, folder: Path, granules: int) -> Found:
+        """What the program has left in its folder."""
+
+    def _refuse(self, scene: Scene) -> None:
+        """Refuse a scene that the code cannot simulate; by default none."""
+
+    def _simulate(self, scene: Scene, deadline: Deadline) -> verlet.Simulate:
+        program = find_program(self.program, f"install it with: apt install {self.PACKAGE}")
+        self._refuse(scene)
+
+        def simulate(
+            legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None
+        ) -> Simulation:
+            granules, steps = scene.chain.granules, sum(leg.steps for leg in legs)
+            # Where coordinates would cost too many digits the program gets a similar scene.
+            made = softening(scene, steps)
+            deadline.refuse(steps * (self.FASTEST[0] + granules * self.FASTEST[1]))
+            recorded.refuse_large(legs, strides, granules)
+            text = self._deck(made.scene(scene), [made.leg(leg) for leg in legs], strides)
+            with work_folder(self.LABEL) as folder:
+                (folder / self.FILE).write_text(text, encoding="ascii")
+                command = self._command(program)
+                run_program(command, folder, deadline, self.LABEL, **self.ENVIRONMENT)
+                found = self._found(folder, granules)
+            return recorded.observe(
+                scene, made, found.rest, found.readings, legs, strides, times,
+                self.LABEL, found.version,
+            )  # fmt: skip
+
+        return simulate
