@@ -39,7 +39,7 @@ from hertzchain.engines.lammps.deck import (
 )
 from hertzchain.errors import SceneError, require
 from hertzchain.observables.peaks import SIGNIFICANT
-from hertzchain.scene.pulse import PROFILES, Pulse, PulseTable
+from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse, PulseTable
 from hertzchain.scene.scene import Scene
 
 ATOMS = ("create", "data")
@@ -472,12 +472,8 @@ def _pieces(scene: Scene, made: Softening) -> list[_Piece]:
     """The legs of ``scene.schedule``, as formulas."""
     shock, pieces = scene.shock, []
     if isinstance(shock, Pulse):
-        growth = {
-            "linear": "{}",
-            "cosine": "sin(PI/2*{})^2",
-        }
         elapsed = "(time-$(v_begin:%.17g))/$(v_finish-v_begin:%.17g)"
-        rise, decay = (growth[shape].format(elapsed) for shape in PROFILES[shock.profile])
+        rise, decay = (SHAPES[shape].formula.format(elapsed) for shape in PROFILES[shock.profile])
         force = "$(v_peak_force:%.17g)"
         pieces = [
             _Piece(f"rise ({PROFILES[shock.profile][0]})", "0", "v_t0", f"{force}*{rise}"),

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +20,53 @@ from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, requ
 from hertzchain.files import read_bytes
 from hertzchain.scene.chain import to_plain_numbers
 
-Shape = Literal["linear", "cosine"]
 
-PROFILES: dict[str, tuple[Shape, Shape]] = {
+@dataclass(frozen=True)
+class Shape:
+    """The growth of a force on a ramp: from 0 to 1, while the part s of the ramp goes from 0 to 1.
+
+    Parameters
+    ----------
+    growth, rate, integral
+        The growth at s, its derivative, and its integral from 0 to s.
+    area
+        The integral from 0 to 1.
+    formula
+        The growth in the language of LAMMPS and LIGGGHTS, with ``{}`` for s.
+    is_curved
+        Whether its impulse needs several steps, however short the ramp is.
+    """
+
+    growth: Callable[[Any], Any]
+    rate: Callable[[Any], Any]
+    integral: Callable[[float], float]
+    area: float
+    formula: str
+    is_curved: bool
+
+
+def _cosine_integral(s: float) -> float:
+    """(x - sin x) / 2 pi at x = pi s, without loss of digits where x is small."""
+    x = math.pi * s
+    series = x**3 / 6 * (1 - x**2 / 20 * (1 - x**2 / 42 * (1 - x**2 / 72)))
+    return (series if x < 0.1 else x - math.sin(x)) / (2 * math.pi)
+
+
+SHAPES = {
+    "linear": Shape(lambda s: s, np.ones_like, lambda s: s * s / 2, 0.5, "{}", is_curved=False),
+    # (1 - cos) / 2 would have no digits just after the start.
+    "cosine": Shape(
+        lambda s: np.sin(np.pi / 2 * s) ** 2,
+        lambda s: np.pi / 2 * np.sin(np.pi * s),
+        _cosine_integral,
+        0.5,
+        "sin(PI/2*{})^2",
+        is_curved=True,
+    ),
+}
+"""By name; ``cosine`` is half a period of 1 - cos."""
+
+PROFILES = {
     "cosine": ("cosine", "cosine"),
     "triangular": ("linear", "linear"),
     "cosine-triangular": ("cosine", "linear"),
@@ -44,46 +89,49 @@ class Ramp:
     start_force, end_force
         Force at each corner, seen from inside [N].
     shape
-        ``linear``, or ``cosine`` for half a period of 1 - cos.
+        A name of ``SHAPES``.
+
+    Raises
+    ------
+    SceneError
+        For a shape that is not one of them.
     """
 
     start: float
     end: float
     start_force: float
     end_force: float
-    shape: Shape
+    shape: str
+
+    def __post_init__(self) -> None:
+        if self.shape not in SHAPES:
+            raise SceneError("shape", self.shape, f"must be one of {', '.join(SHAPES)}")
 
     def force(self, time: Any) -> Any:
         """The force at a time, or an array of times, between the corners [N] (Eq. 2)."""
         s = (time - self.start) / (self.end - self.start)
-        # (1 - cos) / 2 would have no digits just after the start.
-        grown = s if self.shape == "linear" else np.sin(np.pi / 2 * s) ** 2
-        return self.start_force + (self.end_force - self.start_force) * grown
+        growth = SHAPES[self.shape].growth(s)
+        return self.start_force + (self.end_force - self.start_force) * growth
 
     def force_rate(self, time: Any) -> Any:
         """Time derivative of the force at a time, or an array of times [N/s]."""
         duration = self.end - self.start
         s = (time - self.start) / duration
-        slope = np.ones_like(s) if self.shape == "linear" else np.pi / 2 * np.sin(np.pi * s)
-        return (self.end_force - self.start_force) / duration * slope
+        return (self.end_force - self.start_force) / duration * SHAPES[self.shape].rate(s)
 
     @property
     def impulse(self) -> float:
-        """Integral of the force over the whole ramp [N s]; the same for both shapes."""
-        return 0.5 * (self.start_force + self.end_force) * (self.end - self.start)
+        """Integral of the force over the whole ramp [N s]."""
+        area = SHAPES[self.shape].area
+        mean = (1 - area) * self.start_force + area * self.end_force
+        return mean * (self.end - self.start)
 
     def impulse_until(self, time: float) -> float:
         """Integral of the force from the start of the ramp to a time inside it [N s]."""
         duration = self.end - self.start
         s = (time - self.start) / duration
-        grown = s * s / 2 if self.shape == "linear" else _grown_cosine(math.pi * s)
+        grown = SHAPES[self.shape].integral(s)
         return duration * (self.start_force * s + (self.end_force - self.start_force) * grown)
-
-
-def _grown_cosine(x: float) -> float:
-    """(x - sin x) / 2 pi, without loss of digits where x is small."""
-    series = x**3 / 6 * (1 - x**2 / 20 * (1 - x**2 / 42 * (1 - x**2 / 72)))
-    return (series if x < 0.1 else x - math.sin(x)) / (2 * math.pi)
 
 
 @dataclass(frozen=True)

@@ -81,10 +81,11 @@ def applied_force(time: ArrayLike, pulse: Pulse, rise_time: float) -> FloatArray
     """
     t, n = np.asarray(time, np.float64) / rise_time, pulse.duration_ratio
     rise, decay = PROFILES[pulse.profile]
-    rising = t if rise == "linear" else (1 - np.cos(np.pi * t)) / 2
-    falling = (
-        (n - t) / (n - 1) if decay == "linear" else (1 - np.cos(np.pi * (t + n - 2) / (n - 1))) / 2
-    )
+    rising = {"linear": t, "cosine": (1 - np.cos(np.pi * t)) / 2}[rise]
+    falling = {
+        "linear": (n - t) / (n - 1),
+        "cosine": (1 - np.cos(np.pi * (t + n - 2) / (n - 1))) / 2,
+    }[decay]
     shape = np.where(t <= 1, rising, falling)
     return pulse.peak_force * np.where((t >= 0) & (t <= n), shape, 0.0)
 

@@ -14,8 +14,13 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import hertzchain as hc
-from hertzchain.errors import SceneError
-from hertzchain.scene.pulse import PROFILES, Ramp, read_pulse_table
+from hertzchain.engines.lammps.deck import force_formula
+from hertzchain.engines.liggghts import deck as liggghts
+from hertzchain.engines.native import METHODS, simulate
+from hertzchain.engines.yade import deck as yade
+from hertzchain.errors import RunFailed, SceneError
+from hertzchain.scene.pulse import PROFILES, SHAPES, Ramp, Shape, read_pulse_table
+from hertzchain.scene.schedule import Leg
 
 F0, T0 = 100.0, 70e-6
 """Peak force [N] and rise time [s] of the pulses here."""
@@ -110,6 +115,42 @@ def test_force_rate_vs_difference_quotient(profile: str, n: float) -> None:
 
 
 force = st.floats(0.0, 1e6)
+
+
+@pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+def test_a_shape_is_one_function(shape: Shape) -> None:
+    """Its rate and its integral are those of its growth, by SciPy's quadrature."""
+    assert (shape.growth(0.0), shape.growth(1.0)) == pytest.approx((0.0, 1.0), abs=1e-15)
+    assert shape.integral(1.0) == pytest.approx(shape.area, rel=1e-14)
+    for s in (1e-3, 0.09 / math.pi, 0.11 / math.pi, 0.3, 0.8):
+        assert quad(shape.rate, 0.0, s)[0] == pytest.approx(shape.growth(s), rel=1e-12)
+        assert quad(shape.growth, 0.0, s)[0] == pytest.approx(shape.integral(s), rel=1e-12)
+
+
+def test_an_unknown_shape_is_an_error() -> None:
+    with pytest.raises(SceneError, match="must be one of linear, cosine"):
+        Ramp(0.0, 1.0, 0.0, 1.0, "square")
+
+
+def test_a_further_shape_is_one_entry(monkeypatch: pytest.MonkeyPatch) -> None:
+    """But for the kernels and Yade's script, which have formulas of their own and refuse it."""
+    third = Shape(
+        lambda s: s**3, lambda s: 3 * s**2, lambda s: s**4 / 4, 0.25, "({})^3", is_curved=True
+    )
+    monkeypatch.setitem(SHAPES, "cubic", third)
+    ramp = Ramp(1.0, 3.0, 2.0, 10.0, "cubic")
+    assert quad(ramp.force, 1.0, 3.0)[0] == pytest.approx(ramp.impulse, rel=1e-12)
+    assert quad(ramp.force, 1.0, 2.5)[0] == pytest.approx(ramp.impulse_until(2.5), rel=1e-12)
+    assert quad(ramp.force_rate, 1.0, 2.5)[0] == pytest.approx(ramp.force(2.5) - 2.0, rel=1e-12)
+    assert force_formula(ramp) == "2.0+8.0*((time-1.0)/2.0)^3"
+    leg = Leg(1.0, 3.0, 10, ramp)
+    pulse = hc.Pulse("cosine", 1.0, 2.0, rise_time=1.0)
+    scene = hc.Scene(hc.Chain(3, 1.0, 1.0, 0.3, 1.0), pulse)
+    assert "^3" in liggghts.watched(scene, [leg], [1])
+    with pytest.raises(AssertionError):
+        yade.watched(scene, [leg], [1])
+    with pytest.raises(RunFailed):
+        simulate(scene, [leg], METHODS["velocity-verlet"].walker)
 
 
 @given(start=st.floats(0.0, 1.0), length=st.floats(1e-3, 10.0), before=force, after=force)

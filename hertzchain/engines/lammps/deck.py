@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from hertzchain.errors import require
 from hertzchain.scene.chain import Chain
-from hertzchain.scene.pulse import Ramp
+from hertzchain.scene.pulse import SHAPES, Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -155,5 +155,5 @@ def force_formula(ramp: Ramp) -> str:
     """The force on a ramp as a LAMMPS formula of the elapsed ``time``."""
     elapsed = f"(time-{ramp.start!r})" if ramp.start else "time"
     fraction = f"{elapsed}/{ramp.end - ramp.start!r}"
-    growth = fraction if ramp.shape == "linear" else f"sin(PI/2*{fraction})^2"
+    growth = SHAPES[ramp.shape].formula.format(fraction)
     return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")

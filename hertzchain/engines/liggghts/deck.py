@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.engines.external.rescaling import predicted_loss
+from hertzchain.scene.pulse import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -106,7 +107,7 @@ def force_formula(leg: Leg) -> str:
     assert ramp is not None
     assert ramp.start == leg.start
     fraction = f"elapsed*{leg.dt / (ramp.end - ramp.start)!r}"
-    growth = fraction if ramp.shape == "linear" else f"sin(PI/2*{fraction})^2"
+    growth = SHAPES[ramp.shape].formula.format(fraction)
     return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")
 
 

@@ -18,13 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import choice
 from hertzchain.engines.native.refinement import Refined
-from hertzchain.engines.native.simulation import SHAPES, can_leave_behind, leg_rows, table
+from hertzchain.engines.native.simulation import can_leave_behind, code_of, leg_rows, table
 from hertzchain.errors import POSITIVE, SceneError, require
 from hertzchain.limits import TIME_LIMIT, Deadline, check_time_limit, refuse_memory, usable_cores
 from hertzchain.observables.peaks import ESTIMATED, largest_differences, times_of_peaks
 from hertzchain.scene.chain import MOST_GRANULES
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
-from hertzchain.scene.pulse import PROFILES, Pulse
+from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse
 from hertzchain.scene.scene import Scene, watched_time
 from hertzchain.scene.validity import refuse_deep_overlap
 
@@ -197,8 +197,8 @@ def similar_peak_forces(
         rows[:, :2, 4], rows[:, :2, 5] = start[:, :2], end[:, :2]
         rows[:, 0, 7] = rows[:, 1, 6] = 1.0
         for k, shape in enumerate(PROFILES[profile]):
-            rows[:, k, 3] = SHAPES[shape]
-            if shape == "cosine":
+            rows[:, k, 3] = code_of(shape)
+            if SHAPES[shape].is_curved:
                 rows[:, k, 2] *= np.ceil(plan.walker.cosine_steps / rows[:, k, 2])
         return rows
 

@@ -22,6 +22,7 @@ import numpy as np
 from hertzchain.arrays import Scalar
 from hertzchain.engines.native.equations import overlap
 from hertzchain.engines.native.methods import AppliedForce, State, Stepper
+from hertzchain.scene.pulse import SHAPES
 from hertzchain.scene.schedule import Leg
 
 
@@ -97,7 +98,7 @@ class Refined:
         fewest = self.cosine_steps
         return tuple(
             replace(leg, steps=leg.steps * math.ceil(fewest / leg.steps))
-            if leg.steps < fewest and leg.ramp is not None and leg.ramp.shape == "cosine"
+            if leg.steps < fewest and leg.ramp is not None and SHAPES[leg.ramp.shape].is_curved
             else leg
             for leg in legs
         )

@@ -17,6 +17,7 @@ from hertzchain.engines.native.equations import contact_force, overlap
 from hertzchain.engines.native.integration import integrate
 from hertzchain.engines.native.methods import RungeKuttaNystrom, Stepper, SymplecticNystrom
 from hertzchain.engines.native.refinement import Walker
+from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.history import Recorder
@@ -30,9 +31,6 @@ from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
     from hertzchain.engines.native.kernels import Record, Table
-
-SHAPES = {"linear": 1, "cosine": 2}
-"""How the kernels are told the shape of a ramp."""
 
 _MOVING = 8
 """Granules that the window of a run starts with."""
@@ -278,6 +276,22 @@ def _wait(thread: threading.Thread, deadline: Deadline) -> None:
             raise deadline.passed()
 
 
+def code_of(shape: str) -> int:
+    """The number by which the kernels know a shape of ramps; they have formulas of their own.
+
+    Raises
+    ------
+    RunFailed
+        If they do not know it.
+    """
+    if shape not in _CODES:
+        raise RunFailed(f"the kernels have no formula for a ramp of shape {shape}")
+    return _CODES[shape]
+
+
+_CODES = {"linear": 1, "cosine": 2}
+
+
 def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
     """Legs [s, N] as the kernels take them: natural units, shape (legs, 8)."""
     rows = []
@@ -285,7 +299,7 @@ def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
         row = [leg.start / units.time, leg.end / units.time, leg.steps, 0.0, 0.0, 0.0, 0.0, 0.0]
         if leg.ramp is not None:
             ramp = leg.ramp
-            row[3:6] = SHAPES[ramp.shape], ramp.start / units.time, ramp.end / units.time
+            row[3:6] = code_of(ramp.shape), ramp.start / units.time, ramp.end / units.time
             row[6:8] = ramp.start_force / units.force, ramp.end_force / units.force
         rows.append(row)
     return np.array(rows, np.float64)

@@ -65,6 +65,7 @@ def _row(leg: Leg, stride: int) -> tuple[int, float, int, str, float, float, flo
         return leg.steps, leg.dt, stride, "none", 0.0, 0.0, 0.0
     # A leg starts where its ramp starts.
     assert ramp.start == leg.start
+    assert ramp.shape in ("linear", "cosine")  # the script below knows no other
     growth, fraction = ramp.end_force - ramp.start_force, leg.dt / (ramp.end - ramp.start)
     return leg.steps, leg.dt, stride, ramp.shape, ramp.start_force, growth, fraction
 

@@ -136,7 +136,7 @@ def test_the_force_is_dropped_after_the_pulse() -> None:
 
 @pytest.mark.parametrize("shape", ["linear", "cosine"])
 def test_force_formulas_against_the_ramp(shape: str) -> None:
-    ramp = Ramp(1e-5, 4e-5, 20.0, 100.0 if shape == "linear" else 5.0, shape)  # type: ignore[arg-type]
+    ramp = Ramp(1e-5, 4e-5, 20.0, 100.0 if shape == "linear" else 5.0, shape)
     for time in np.linspace(ramp.start, ramp.end, 7):
         names = {"time": time, "sin": np.sin, "PI": np.pi}
         value = eval(force_formula(ramp).replace("^", "**"), {"__builtins__": {}}, names)  # noqa: S307
