@@ -28,7 +28,7 @@ from hertzchain.observables.peaks import PeakWatch
 from hertzchain.scene import schedule
 from hertzchain.scene.pulse import Pulse, Ramp
 from hertzchain.scene.schedule import Leg
-from hertzchain.verdict import comparison
+from hertzchain.verdict import run_checks
 from validation.rows import HERE, Row
 from validation.script import Script, rows_only
 
@@ -124,7 +124,7 @@ def peaks_of_samples_everywhere() -> Iterator[None]:
 
     with ExitStack() as stack:
         stack.enter_context(peaks_of_samples())
-        for module in (comparison, native_backend):
+        for module in (run_checks, native_backend):
             stack.enter_context(patch.object(module, "simulate", in_numpy))
         yield
 

@@ -12,6 +12,7 @@ import typer
 from hertzchain.cli.options import AsJson, LargestStep, SceneFile, load_scene, to_step
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json, progress
 from hertzchain.errors import HertzchainError
+from hertzchain.limits import RTOL
 
 
 class Engine(StrEnum):
@@ -97,7 +98,7 @@ def deck(
         data = output.with_name(output.name + ".data")
     check_outputs([scene], [output, data])
     longest = to_step(dt)
-    wanted = known_answer.RTOL if rtol is None else rtol
+    wanted = RTOL if rtol is None else rtol
     with progress() as tell:
         tell("native: the step, and what the deck has to find")
         if engine is not Engine.LAMMPS:

@@ -27,12 +27,10 @@ from hertzchain.cli.options import (
 from hertzchain.cli.output import OUT_OF_TOLERANCE, console, print_json, progress
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
+from hertzchain.limits import RTOL
 
 if TYPE_CHECKING:
     from hertzchain.engines.registry import Simulator
-
-DEFAULT_RTOL = 1e-6
-"""What both backends aim at where nothing is asked for."""
 
 DEFAULT_FRAMES = 100
 """Of a trajectory: four seconds in a viewer."""
@@ -136,7 +134,7 @@ def run(
         print_json(result.to_dict())
     else:
         print_run(console(), result)
-    wanted = (DEFAULT_RTOL if method is None and step is None else None) if rtol is None else rtol
+    wanted = (RTOL if method is None and step is None else None) if rtol is None else rtol
     if wanted is not None and result.error_estimate > wanted:
         why = (
             f"{ENGINES[backend].label} gets no closer with steps that can be waited for;"
@@ -179,7 +177,7 @@ def _simulation(
     if rtol is not None and dt is not None:
         raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
     own = lammps_options(isolate, lmp, ranks) if backend == "lammps" else {}
-    wanted = DEFAULT_RTOL if rtol is None else rtol
+    wanted = RTOL if rtol is None else rtol
     simulator = engine.make(
         dt=dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit, **own
     )

@@ -23,6 +23,7 @@ from hertzchain.cli.options import (
 )
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json
 from hertzchain.errors import HertzchainError
+from hertzchain.limits import RTOL
 
 _LINES = 30.0
 """Between two lines on how far it is, where there is no terminal to draw a bar in [s]."""
@@ -75,7 +76,7 @@ def sweep(
         list[Source] | None,
         typer.Option(help="Who measures each scene; repeatable. Default: native."),
     ] = None,
-    rtol: Annotated[float, typer.Option(help="Wanted relative accuracy of the peaks.")] = 1e-6,
+    rtol: Annotated[float, typer.Option(help="Wanted relative accuracy of the peaks.")] = RTOL,
     peaks: Annotated[
         bool, typer.Option("--peaks", help="Keep the peaks of all contacts, too.")
     ] = False,

@@ -16,14 +16,12 @@ from hertzchain.decks.standalone import KnownAnswer, Layout, whole_step
 from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.engines.native import METHODS, Native, simulate
 from hertzchain.errors import POSITIVE, SceneError, Unpredictable, is_positive, require
+from hertzchain.limits import RTOL
 from hertzchain.observables.error_bound import refuse_unstable, second_order_step
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-
-RTOL = 1e-6
-"""Of the peaks, where nothing else is asked for: what the step of a deck costs them."""
 
 _FINEST = 1e-9
 """Of the peaks: three million steps."""

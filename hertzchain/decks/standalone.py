@@ -38,7 +38,7 @@ from hertzchain.engines.lammps.deck import (
     parameters,
 )
 from hertzchain.errors import SceneError, require
-from hertzchain.observables.peaks import SIGNIFICANT
+from hertzchain.observables.peaks import SIGNIFICANT, judged_contacts
 from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse, PulseTable
 from hertzchain.scene.scene import Scene
 
@@ -86,7 +86,7 @@ class KnownAnswer:
         Where a run ends before the wave is there, a contact may rise so fast that an interval
         misses much of it.
         """
-        pressed = self.force_ratio >= SIGNIFICANT * np.max(self.force_ratio)
+        pressed = judged_contacts(self.force_ratio)
         most = max(_UNCLEAR, 10 * float(np.median(self.error[pressed])))
         return np.logical_and(pressed, self.error <= most)
 

@@ -13,6 +13,7 @@ from hertzchain.engines.native import Native
 from hertzchain.engines.native.equations import acceleration, contact_force, net_force
 from hertzchain.engines.native.methods import State
 from hertzchain.errors import SceneError
+from hertzchain.limits import RTOL
 from hertzchain.scene.scene import Scene
 
 STEP = 0.05
@@ -57,7 +58,7 @@ def known_motion(scene: Scene) -> KnownMotion:
     HertzchainError
         If the scene cannot be simulated.
     """
-    native = Native(rtol=1e-6)
+    native = Native(rtol=RTOL)
     peak_time = native.run(scene).peak_time[scene.chain.granules // 2 - 1]
     time = min(scene.ramps[-1].end, float(peak_time), scene.end_time)
     history = native.run(scene, record=[time]).history

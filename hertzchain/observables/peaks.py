@@ -169,6 +169,20 @@ class PeakWatch:
         self._overlap[contacts[larger]] = overlap[larger]
 
 
+def judged_contacts(peak_force: Array, significant: float = SIGNIFICANT) -> NDArray[np.bool_]:
+    """Contacts that are pressed enough to be judged: shape (..., contacts), as the peaks.
+
+    Parameters
+    ----------
+    peak_force
+        In any unit.
+    significant
+        The fraction of the largest peak from which on a contact counts.
+    """
+    largest = peak_force.max(axis=-1, keepdims=True)
+    return np.asarray((peak_force >= significant * largest) & (peak_force > 0))
+
+
 def any_rising(force: Array, passed: NDArray[np.bool_]) -> bool:
     """Whether a contact that counts was pressed harder at the end than ever before.
 
@@ -179,8 +193,7 @@ def any_rising(force: Array, passed: NDArray[np.bool_]) -> bool:
     """
     if passed.all():
         return False
-    counts = force >= ESTIMATED * np.max(force)
-    return bool(np.any(counts & ~passed & (force > 0)))
+    return bool(np.any(judged_contacts(force, ESTIMATED) & ~passed))
 
 
 def times_of_peaks(peak_force: FloatArray, peak_time: FloatArray) -> FloatArray:
@@ -198,8 +211,7 @@ def largest_differences(
     peak_force: Array, expected: Array, significant: float = SIGNIFICANT
 ) -> FloatArray:
     """``largest_difference`` of many runs at once: shape (runs, contacts) to shape (runs,)."""
-    largest = expected.max(axis=1, keepdims=True)
-    judged = (expected >= significant * largest) & (largest > 0)
+    judged, largest = judged_contacts(expected, significant), expected.max(axis=1, keepdims=True)
     difference = np.abs(peak_force / np.where(judged, expected, 1.0) - 1.0)
     wrong = (largest == 0) & (peak_force > 0)
     return np.asarray(np.max(np.where(judged, difference, wrong), axis=1, initial=0.0))
@@ -222,5 +234,5 @@ def largest_difference(
         raise ValueError(f"must have equal shapes, got {peak_force.shape} and {expected.shape}")
     if not np.any(expected):
         return float(np.any(peak_force))
-    judged = expected >= significant * expected.max()
+    judged = judged_contacts(expected, significant)
     return float(np.max(np.abs(peak_force[judged] / expected[judged] - 1.0)))

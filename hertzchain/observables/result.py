@@ -106,6 +106,9 @@ class Result:
         None where stepping and reading are one.
     lost_digits
         What absolute coordinates cost; None where there are none.
+    scheme
+        The scheme that took the steps, as native names its methods; empty where it has no such
+        name. Velocity Verlet's work on the ramps has a known error.
     """
 
     scene: Scene
@@ -126,6 +129,7 @@ class Result:
     versions: Mapping[str, str]
     watching_share: float | None = None
     lost_digits: LostDigits | None = None
+    scheme: str = ""
 
     @cached_property
     def transition_granules(self) -> int | None:

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from rich.console import Console
 
-    from hertzchain.verdict.comparison import Check, Comparison
+    from hertzchain.verdict.check import Check
+    from hertzchain.verdict.comparison import Comparison
     from hertzchain.verdict.judgement import Judgement
     from hertzchain.verdict.tradeoff import Row, Tradeoff
 

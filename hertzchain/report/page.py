@@ -39,29 +39,14 @@ from hertzchain.report.style import COLOURS, DASHES, LABELS
 from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from hertzchain.verdict.comparison import Check, Comparison
+    from hertzchain.verdict.check import Check
+    from hertzchain.verdict.comparison import Comparison
     from hertzchain.verdict.judgement import Judgement
 
 TEMPLATES = Path(__file__).parent / "templates"
 
 _ROWS = 10_000
 """Of a table, a megabyte; all further numbers are in the page's JSON."""
-
-_WHAT_TO_DO = {
-    "native: error of the reference": "the reference cannot judge this scene: a shorter end_time"
-    " or chain leaves it more digits",
-    ": momentum [N s]": "do not use this result; what it was pushed with is not the pulse, or it"
-    " was lost on the way",
-    ": energy [J]": "do not use this result; something does work, or takes it, that is not in"
-    " Eq. 1: damping, another law, or steps too long",
-    "same steps": "do not use this result; at the same steps it is another chain: look at what"
-    " differs first in the checks above it, then at the force law and the integrator of the deck",
-    "peaks against the reference": "do not trust its error estimate; take shorter steps",
-    "lammps: ": "what LAMMPS made of the deck is not the scene: `hertzchain deck` writes the deck,"
-    " `hertzchain lint` points at what is wrong in it",
-}
-"""What to do about a failed check, by a part of its name; the first that is found."""
-
 
 # Tables
 
@@ -211,10 +196,7 @@ def _failure(check: Check) -> Failure:
     if not off:
         return Failure(check.name, "", check.reason)
     found = f"off by {off}, allowed is {tolerance} ({check.reason})"
-    for part, advice in _WHAT_TO_DO.items():
-        if part in check.name:
-            return Failure(check.name, found, advice)
-    return Failure(check.name, found, "do not use this result")
+    return Failure(check.name, found, check.kind.advice)
 
 
 @dataclass(frozen=True)
@@ -280,7 +262,7 @@ def _verdict(comparison: Comparison, codes: Sequence[str]) -> Verdict:
         for remark in (comparison.formulas.applicable, comparison.formulas.note)
         if remark
     ]
-    asked = {check.name.partition(":")[0] for check in checks}
+    asked = {check.engine for check in checks}
     remarks += [
         f"{LABELS[name]} has not been asked"
         for name in comparison.wanted

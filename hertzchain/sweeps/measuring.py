@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hertzchain.engines.lammps import Lammps
 from hertzchain.engines.native import Native
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
-from hertzchain.limits import usable_cores
+from hertzchain.limits import RTOL, usable_cores
 from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.design import Design
@@ -139,7 +139,7 @@ def _batches(
     """
     from hertzchain.engines.native import backend, similar_peak_forces
 
-    rtol = backend.RTOL if native.rtol is None else native.rtol
+    rtol = RTOL if native.rtol is None else native.rtol
     profile, granules = given["shock.profile"], given["chain.granules"]
     fit = similar.is_plain & (similar.duration * granules < _LONG)
     alike = [

@@ -15,6 +15,7 @@ import numpy as np
 
 from hertzchain.engines.lammps import Lammps
 from hertzchain.engines.native import Native
+from hertzchain.limits import RTOL
 from hertzchain.scene.pulse import PulseTable
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.natural import natural
@@ -133,7 +134,7 @@ def _seconds(backend: Backend, granules: Any, duration: Any) -> Any:
     """
     if isinstance(backend, Formulas):
         return np.full(np.shape(granules), 3e-4)
-    rtol = backend.rtol or 1e-6
+    rtol = backend.rtol or RTOL
     if isinstance(backend, Native):
         by_accuracy = 2e-8 * (1e-4 / rtol) ** 0.25
         is_chosen = backend.method is None and backend.dt is None

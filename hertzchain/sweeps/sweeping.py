@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from hertzchain.engines.lammps import Lammps
 from hertzchain.engines.native import Native
-from hertzchain.engines.native.backend import RTOL
 from hertzchain.errors import OutputError, require
+from hertzchain.limits import RTOL
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.design import Value, design
 from hertzchain.sweeps.local import Measure, measure_here
@@ -134,7 +134,7 @@ def sweep(
     samples: int | None = None,
     seed: int = 0,
     backends: str | Iterable[str | Backend] = ("native",),
-    rtol: float = 1e-6,
+    rtol: float = RTOL,
     peaks: bool = False,
     output: Path | str | None = None,
     file_format: Format = "parquet",

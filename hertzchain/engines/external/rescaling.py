@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.observables.peaks import SIGNIFICANT
+from hertzchain.observables.peaks import SIGNIFICANT, judged_contacts
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.scene import Scene
@@ -171,8 +171,9 @@ def round_off(
         At the end, in the true scene [m], shape (granules,). The last granule is pushed forwards
         only, so that it goes farthest.
     """
-    judged = peak_force[peak_force >= SIGNIFICANT * np.max(peak_force)]
-    overlap = (np.min(judged) / scene.chain.contact_stiffness) ** (2 / 3)
+    judged = peak_force[judged_contacts(peak_force)]
+    smallest = np.min(judged) if judged.size else 0.0
+    overlap = (smallest / scene.chain.contact_stiffness) ** (2 / 3)
     if overlap == 0:
         # Right where the run ends before a table pushes; else they are lost beside coordinates.
         return 0.0 if scene.applied_impulse == 0 else math.inf

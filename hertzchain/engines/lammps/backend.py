@@ -24,7 +24,7 @@ from hertzchain.engines.lammps.engine import command, engine, run, version_of
 from hertzchain.engines.lammps.examination import Examination, examine
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.limits import TIME_LIMIT, Deadline
+from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -86,7 +86,7 @@ class Lammps(ExternalEngine):
     dt: float | None = None
     pair_style: str = "granular"
     read_every: int | None = None
-    rtol: float = 1e-6
+    rtol: float = RTOL
     extrapolated: bool = False
     isolated: bool = False
     time_limit: float = TIME_LIMIT

@@ -13,7 +13,7 @@ from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.liggghts import deck
 from hertzchain.errors import RunFailed
-from hertzchain.limits import TIME_LIMIT
+from hertzchain.limits import RTOL, TIME_LIMIT
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -59,7 +59,7 @@ class Liggghts(ProgramEngine):
 
     dt: float | None = None
     read_every: int | None = None
-    rtol: float = 1e-6
+    rtol: float = RTOL
     extrapolated: bool = False
     program: str = "liggghts"
     time_limit: float = TIME_LIMIT

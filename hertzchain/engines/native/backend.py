@@ -23,7 +23,7 @@ from hertzchain.engines.native.methods import (
 from hertzchain.engines.native.refinement import Fixed, Refined, Walker
 from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.errors import POSITIVE, is_positive, require
-from hertzchain.limits import TIME_LIMIT, Deadline, check_time_limit
+from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables.error_bound import (
     SHORT,
     another_companion,
@@ -40,9 +40,6 @@ from hertzchain.observables.result import Balance, Result
 from hertzchain.scene.scene import Scene, require_scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import refuse_deep_overlap, refuse_hopeless_overlap
-
-RTOL = 1e-6
-"""Where nothing else is asked for: whether p is 9 or 10 can hang on 2e-5."""
 
 
 @dataclass(frozen=True)
@@ -195,6 +192,7 @@ class Native:
             history=history,
             wall_time=time.perf_counter() - begin,
             versions=versions(),
+            scheme=method,
         )
 
     def _as_asked(

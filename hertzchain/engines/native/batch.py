@@ -20,7 +20,14 @@ from hertzchain.engines.native import choice
 from hertzchain.engines.native.refinement import Refined
 from hertzchain.engines.native.simulation import can_leave_behind, code_of, leg_rows, table
 from hertzchain.errors import POSITIVE, SceneError, require
-from hertzchain.limits import TIME_LIMIT, Deadline, check_time_limit, refuse_memory, usable_cores
+from hertzchain.limits import (
+    RTOL,
+    TIME_LIMIT,
+    Deadline,
+    check_time_limit,
+    refuse_memory,
+    usable_cores,
+)
 from hertzchain.observables.peaks import ESTIMATED, largest_differences, times_of_peaks
 from hertzchain.scene.chain import MOST_GRANULES
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
@@ -76,7 +83,7 @@ class Batch:
 
 
 def peak_forces(
-    scenes: Sequence[Scene], rtol: float = 1e-6, time_limit: float = TIME_LIMIT
+    scenes: Sequence[Scene], rtol: float = RTOL, time_limit: float = TIME_LIMIT
 ) -> Batch:
     """Peak forces of scenes whose chains have the same number of granules.
 
@@ -136,7 +143,7 @@ def similar_peak_forces(
     momentum_ratio: ArrayLike,
     duration_ratio: ArrayLike,
     granules: int,
-    rtol: float = 1e-6,
+    rtol: float = RTOL,
     time_limit: float = TIME_LIMIT,
     cores: int | None = None,
 ) -> Batch:

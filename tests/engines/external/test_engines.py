@@ -34,7 +34,8 @@ from hertzchain.errors import (
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.pulse import Ramp
 from hertzchain.scene.schedule import Leg
-from hertzchain.verdict.comparison import Check, balance_checks, same_steps_checks
+from hertzchain.verdict.check import Check
+from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL, paper_scene
 from tests.scenes import NAMES, load
 from validation import engines

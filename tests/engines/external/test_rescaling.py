@@ -23,7 +23,8 @@ from hertzchain.engines.native import METHODS, simulate
 from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.samples import Samples
-from hertzchain.verdict.comparison import MUCH_GROWN, Check, balance_checks, same_steps_checks
+from hertzchain.verdict.check import Check
+from hertzchain.verdict.run_checks import MUCH_GROWN, balance_checks, same_steps_checks
 from tests.conftest import STEEL
 from tests.engines.lammps.test_lammps import largest
 

@@ -201,7 +201,7 @@ def test_a_process_that_cannot_be_started_is_an_error(monkeypatch: pytest.Monkey
 PARENT = """
 import os, signal, time
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from hertzchain.lammps.isolation import Child
+from hertzchain.engines.lammps.isolation import Child
 
 with Child() as child:
     print(child.call(os.getpid, time_limit=60), flush=True)
@@ -618,7 +618,7 @@ def test_lammps_that_is_missing_is_missing_in_every_scene(monkeypatch: pytest.Mo
 # Kernels on disk
 
 SMALL = """
-from hertzchain.native.kernels import compiled_and_kept
+from hertzchain.engines.native.kernels import compiled_and_kept
 
 @compiled_and_kept
 def half(values):

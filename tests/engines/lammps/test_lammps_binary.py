@@ -35,7 +35,7 @@ from hertzchain.errors import (
     TooExpensive,
 )
 from hertzchain.limits import Deadline
-from hertzchain.verdict.comparison import examination_checks
+from hertzchain.verdict.deck_checks import examination_checks
 from tests.command_line import run_here
 from tests.conftest import STEEL, paper_scene
 from tests.engines.lammps.test_lammps import largest

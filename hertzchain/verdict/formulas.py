@@ -1,0 +1,79 @@
+"""The paper's formulas next to a simulation, with its p and F_SW."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hertzchain import theory
+from hertzchain.arrays import FloatArray
+from hertzchain.observables.result import Result
+from hertzchain.scene.pulse import Pulse
+from hertzchain.theory import solitary_wave as exact
+
+
+@dataclass(frozen=True)
+class Formulas:
+    """What the paper's formulas say, given p and F_SW from a simulation.
+
+    Parameters
+    ----------
+    applicable
+        Why they do not apply, or None where they do.
+    note
+        Where the scene lies outside what the paper covers; None inside.
+    transition_granules
+        p of Eq. 3, not rounded.
+    eq6, eq9
+        Peak force of contacts 2 ... N [N], NaN where the formula says nothing, shape (N - 1,).
+    speed, exact_speed
+        V_SW of the paper and of the exact solitary wave, both at F_SW [m/s].
+    """
+
+    applicable: str | None
+    note: str | None
+    transition_granules: float | None
+    eq6: FloatArray
+    eq9: FloatArray
+    speed: float | None
+    exact_speed: float | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The formulas as JSON knows them; their peak forces are in the rows."""
+        return {
+            "not_applicable": self.applicable,
+            "outside_range": self.note,
+            "transition_granules": self.transition_granules,
+            "speed_m_s": self.speed,
+            "exact_speed_m_s": self.exact_speed,
+        }
+
+
+def formulas(reference: Result) -> Formulas:
+    """The paper's formulas with p and F_SW of a simulation, and the exact solitary wave."""
+    scene, p, wave = reference.scene, reference.transition_granules, reference.solitary_wave
+    nothing = np.full(reference.contact.size, np.nan)
+    if not isinstance(scene.shock, Pulse):
+        reason = "the shock is a pulse table: Eqs. 3 to 9 are about the profiles of Table 1"
+        return Formulas(reason, None, None, nothing, nothing, None, None)
+    if p is None or wave.peak_force is None:
+        reason = "the transition does not end within this chain and run: no p, no F_SW"
+        return Formulas(reason, None, None, nothing, nothing, None, None)
+    chain, pulse, rise_time = scene.chain, scene.shock, scene.rise_time
+    assert rise_time is not None
+    ratio = theory.effective_momentum_ratio(chain, pulse, rise_time)
+    transition = np.arange(2, p + 1)
+    eq6, eq9 = nothing.copy(), nothing.copy()
+    eq6[: p - 1] = theory.peak_force(transition, p, wave.peak_force, pulse.duration_ratio, ratio)
+    eq9[:p] = theory.peak_force_cubic(np.arange(2, p + 2), p, float(eq6[0]), wave.peak_force)
+    return Formulas(
+        applicable=None,
+        note=theory.outside_range(scene.momentum_ratio, pulse.duration_ratio),
+        transition_granules=theory.transition_granules(chain, pulse, rise_time, wave.peak_force),
+        eq6=eq6,
+        eq9=eq9,
+        speed=theory.solitary_wave_speed(chain, wave.peak_force),
+        exact_speed=exact.speed(chain, wave.peak_force),
+    )
