@@ -118,7 +118,6 @@ def test_an_oracle_loads_no_other(room: str) -> None:
     assert rooms & set(ENGINES) == {room}
 
 
-@pytest.mark.xfail(strict=True, reason="modules that are still to be cut")
 def test_a_module_is_read_in_one_sitting() -> None:
     lines = {
         name.removeprefix("hertzchain."): len(path.read_text(encoding="utf-8").splitlines())

@@ -33,7 +33,7 @@ from hertzchain.engines.native.simulation import leg_rows, table
 from hertzchain.errors import RunFailed
 from hertzchain.observables.peaks import largest_difference, largest_differences
 from hertzchain.scene.pulse import PROFILES
-from hertzchain.verdict.tradeoff import contenders
+from hertzchain.verdict.contenders import contenders
 
 HERE = Path(__file__).parent
 FIGURES: list[tuple[str, str, str, str]] = []

@@ -20,7 +20,7 @@ import hertzchain as hc
 from hertzchain.engines.lammps.engine import engine
 from hertzchain.errors import BackendMissing
 from hertzchain.files import check_outputs, write_text, write_with
-from hertzchain.report.console import check_plot_format
+from hertzchain.report.figures import check_plot_format
 from hertzchain.report.junit import ERROR, Case, Suite, case, to_xml
 from hertzchain.verdict.tradeoff import provenance
 from validation.rows import Row, print_rows

@@ -22,7 +22,8 @@ import hertzchain as hc
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import BackendMissing
 from hertzchain.files import check_writable, write_text
-from hertzchain.report.console import plot_tradeoff, print_tradeoff
+from hertzchain.report.figures import plot_tradeoff
+from hertzchain.report.tradeoff import print_tradeoff
 from hertzchain.verdict.tradeoff import Tradeoff, provenance, tradeoff
 from validation.rows import HERE, Row, did_not_run, paper_table, print_rows, row, scene_name
 

@@ -85,8 +85,9 @@ def compare(
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
     from hertzchain.files import write_text
     from hertzchain.report import console as report
-    from hertzchain.report import page, page_plots
+    from hertzchain.report import figures, page
     from hertzchain.report.junit import of_comparison, to_xml
+    from hertzchain.report.waterfall import record_times
     from hertzchain.verdict import comparison
 
     begun, begin = datetime.now(UTC), time.perf_counter()
@@ -108,14 +109,14 @@ def compare(
         time_limit=to_time_limit(time_limit), **lammps_options(isolate, lmp, ranks)
     )
     with progress() as tell:
-        record = None if report_file is None else page_plots.record_times(loaded)
+        record = None if report_file is None else record_times(loaded)
         compared = comparison.compare(loaded, backend or None, lammps, progress=tell, record=record)
     suite = of_comparison(compared, scene.stem, begun, time.perf_counter() - begin)
     if as_json:
         print_json(compared.to_dict())
     else:
         report.print_comparison(console(), compared)
-    write_file("Plot", plot, lambda path: report.plot_comparison(compared, path))
+    write_file("Plot", plot, lambda path: figures.plot_comparison(compared, path))
     write_file(
         "Report", report_file, lambda path: page.write_comparison(compared, path, scene.name)
     )
@@ -130,12 +131,11 @@ def _check_outputs(
 ) -> None:
     """Refuse, before any work is done, what could not be written."""
     from hertzchain.files import check_outputs
-    from hertzchain.report import console as report
-    from hertzchain.report import page
+    from hertzchain.report import figures, page
 
     check_outputs(inputs, [plot, report_file, junit])
     if plot is not None:
-        report.check_plot_format(plot)
+        figures.check_plot_format(plot)
     if report_file is not None:
         page.check_page_format(report_file)
 

@@ -145,7 +145,8 @@ def _binaries(named: str | None) -> Iterator[str]:
 
 def _binary(lmp: str) -> Finding:
     """A LAMMPS binary: what it says of itself, and whether a small chain runs on it."""
-    from hertzchain.engines.lammps.binary import Program, find_mpiexec
+    from hertzchain.engines.lammps.binary import Program
+    from hertzchain.engines.lammps.build import find_mpiexec
     from hertzchain.limits import Deadline
 
     name = f"LAMMPS {lmp}"

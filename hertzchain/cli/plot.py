@@ -60,7 +60,7 @@ def plot(
     logarithmic where the sweep is, and where values span more than two decades.
     """
     from hertzchain.files import check_outputs
-    from hertzchain.report.console import check_plot_format
+    from hertzchain.report.figures import check_plot_format
     from hertzchain.sweeps import Sweep
     from hertzchain.sweeps.drawing import draw
 

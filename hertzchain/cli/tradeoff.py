@@ -23,22 +23,23 @@ def tradeoff(
 ) -> None:
     """Measure error against cost of every method on a scene; half a minute for 60 granules."""
     from hertzchain.files import check_outputs, write_text
-    from hertzchain.report import console as report
+    from hertzchain.report import figures
+    from hertzchain.report.tradeoff import print_tradeoff
     from hertzchain.verdict.tradeoff import tradeoff as measure
 
     loaded = load_scene(scene)
     check_outputs([scene], [plot, output])
     if plot is not None:
-        report.check_plot_format(plot)
+        figures.check_plot_format(plot)
     with progress() as tell:
         measured = measure(loaded, progress=tell)
     if as_json:
         print_json(measured.to_dict())
     else:
-        report.print_tradeoff(console(), [measured])
+        print_tradeoff(console(), [measured])
     for remark in measured.remarks:
         typer.echo(f"hertzchain: {remark}", err=True)
-    write_file("Plot", plot, lambda path: report.plot_tradeoff([measured], path))
+    write_file("Plot", plot, lambda path: figures.plot_tradeoff([measured], path))
     write_file(
         "Table", output, lambda path: write_text(path, measured.to_frame().to_csv(index=False))
     )

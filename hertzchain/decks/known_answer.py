@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.decks.standalone import KnownAnswer, Layout, whole_step
+from hertzchain.decks.layout import KnownAnswer, Layout, whole_step
 from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.engines.native import METHODS, Native, simulate
 from hertzchain.errors import POSITIVE, SceneError, Unpredictable, is_positive, require

@@ -2,34 +2,35 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from hertzchain.arrays import FloatArray
-from hertzchain.errors import OutputError
-from hertzchain.files import write_with
 from hertzchain.observables.result import Result
-from hertzchain.report.style import COLOURS, LABELS, MARKERS
-from hertzchain.scene.pulse import Pulse, PulseTable
-from hertzchain.scene.scene import Scene
+from hertzchain.report.facts import (
+    answers,
+    cost,
+    difference,
+    judgement_facts,
+    number,
+    shown_contacts,
+    similar_scene,
+    with_unit,
+)
+from hertzchain.report.figures import describe
+from hertzchain.report.style import LABELS
+from hertzchain.scene.pulse import Pulse
 from hertzchain.theory import Prediction, peak_map
 from hertzchain.theory.prediction import constants
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from rich.console import Console
 
-    from hertzchain.verdict.check import Check
     from hertzchain.verdict.comparison import Comparison
     from hertzchain.verdict.judgement import Judgement
-    from hertzchain.verdict.tradeoff import Row, Tradeoff
 
 
 def print_run(console: Console, result: Result) -> None:
@@ -61,12 +62,12 @@ def print_run(console: Console, result: Result) -> None:
             if result.transition_granules is None
             else f"{result.transition_granules} granules",
         ),
-        ("solitary wave, F_SW", _with_unit(wave.peak_force, "N")),
-        ("far-field force", _with_unit(wave.far_field_force, "N")),
-        ("speed", _with_unit(wave.speed, "m/s")),
+        ("solitary wave, F_SW", with_unit(wave.peak_force, "N")),
+        ("far-field force", with_unit(wave.far_field_force, "N")),
+        ("speed", with_unit(wave.speed, "m/s")),
         ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
         ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
-        ("cost", _cost(result)),
+        ("cost", cost(result)),
     ]
     if (similar := similar_scene(result)) is not None:
         facts.append(("computed as", similar))
@@ -130,7 +131,7 @@ def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
     chosen = f"; F_SW and the equations are with {p}" if len(known) > 1 else ""
     facts = [
         ("transition, p", " or ".join(possible) + chosen),
-        ("far-field force", _with_unit(prediction.far_field_force, "N")),
+        ("far-field force", with_unit(prediction.far_field_force, "N")),
         ("error, at most", f"peaks {error[0]:.0%}, far field {error[1]:.0e}"),
     ]
     if p is None:
@@ -261,35 +262,6 @@ def print_judgement(console: Console, judgement: Judgement, others: str = "in --
     console.print("\nVerdict:", Text(judgement.verdict, f"bold {colour}"))
 
 
-def judgement_facts(judgement: Judgement) -> list[tuple[str, str]]:
-    """Label and value of what a judgement says of all contacts together."""
-    reference = judgement.reference
-    failed = int(np.count_nonzero(judgement.judged & ~judgement.passed))
-    judged = int(np.count_nonzero(judgement.judged))
-    weak = reference.contact.size - judgement.missing - judged
-    counts = [f"{judged} judged", f"{failed} failed", f"{judgement.missing} not given"]
-    if weak:
-        counts.append(f"{weak} below a thousandth of the largest, not judged")
-    largest = judgement.largest_difference
-    facts = [
-        ("contacts", ", ".join(counts)),
-        ("largest difference", "" if largest is None else f"{largest:.1e}"),
-        ("tolerance", f"{judgement.tolerance:.1e}"),
-        ("error of native, at most", f"{reference.error_estimate:.1e}"),
-    ]
-    if judgement.expected is not None:
-        expected = judgement.expected
-        off = (
-            f"{expected.interpolated:.1e} off; {expected.sampled:.1e} if only samples are looked at"
-        )
-        facts.append((f"velocity Verlet, steps of {expected.dt:.3g} s", off))
-    if judgement.like_steps is not None:
-        interpolated, sampled = judgement.like_steps
-        steps = f"with steps of {interpolated:.2g} s; {sampled:.2g} s if only samples are looked at"
-        facts.append(("as far off: velocity Verlet", steps))
-    return facts
-
-
 def _mark(passed: object) -> Text:
     if passed is None:
         return Text("not judged", "dim")
@@ -298,41 +270,6 @@ def _mark(passed: object) -> Text:
 
 _MOST_FAILED = 10
 """Contacts outside the transition that are shown because they failed."""
-
-
-def answers(comparison: Comparison) -> list[tuple[str, list[str]]]:
-    """What each oracle says of the transition and the wave that leaves it.
-
-    Returns
-    -------
-    Label and values, by the names in ``comparison.wanted`` and then of the formulas; empty where
-    there is none.
-    """
-    formulas = comparison.formulas
-    simulated = [comparison.results.get(name) for name in comparison.wanted]
-
-    def row(
-        label: str, shown: Callable[[Result], str], of_formulas: str = ""
-    ) -> tuple[str, list[str]]:
-        cells = ["" if result is None else shown(result) for result in simulated]
-        return label, [*cells, of_formulas]
-
-    def granules(result: Result) -> str:
-        p = result.transition_granules
-        return "none" if p is None else str(p)
-
-    eq3 = formulas.transition_granules
-    speed = f"{formulas.speed:.2f}, exact {formulas.exact_speed:.2f}" if formulas.speed else ""
-    return [
-        row("p, granules", granules, "" if eq3 is None else f"{eq3:.2f}"),
-        row("F_SW [N]", lambda result: number(result.solitary_wave.peak_force, 8)),
-        row("far-field force [N]", lambda result: number(result.solitary_wave.far_field_force, 8)),
-        row(
-            "speed [m/s]",
-            lambda result: number(result.solitary_wave.speed, 7),
-            speed and f"{speed} at F_SW",
-        ),
-    ]
 
 
 def _summary(comparison: Comparison) -> Table:
@@ -372,330 +309,6 @@ def _print_checks(console: Console, comparison: Comparison) -> None:
 _NUMERIC = ("difference", "tolerance")
 
 
-def plot_comparison(comparison: Comparison, path: Path | str) -> None:
-    """Draw peak forces along the chain and their differences from the reference.
-
-    Parameters
-    ----------
-    comparison
-        What to draw.
-    path
-        Where to; the suffix says in which format (png, pdf, svg).
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
-    from matplotlib.figure import Figure
-    from matplotlib.ticker import MaxNLocator
-
-    figure = Figure(figsize=(8, 7), layout="constrained", dpi=150)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    native, formulas = comparison.native, comparison.formulas
-    codes = {name: result for name, result in comparison.results.items() if name != native.backend}
-    contact = native.contact
-    above.plot(contact, native.peak_force, "-", color=COLOURS["native"], label="native, reference")
-    others: list[tuple[str, str, FloatArray]] = [
-        (name, LABELS[name], result.peak_force) for name, result in codes.items()
-    ]
-    if formulas.applicable is None:
-        others += [(name, LABELS[name], getattr(formulas, name)) for name in ("eq6", "eq9")]
-    for name, label, values in others:
-        style: dict[str, Any] = {"color": COLOURS[name], "marker": MARKERS[name]}
-        style |= {"markersize": 4.5, "linestyle": "none"}
-        above.plot(contact, values, fillstyle="none", label=label, **style)
-        pressed = np.where(native.peak_force > 0, native.peak_force, np.nan)
-        difference = np.abs(values / pressed - 1)
-        below.semilogy(contact, np.where(difference > 0, difference, np.nan), label=label, **style)
-    for name, result in codes.items():
-        below.axhline(
-            result.error_estimate,
-            color=COLOURS[name],
-            linewidth=0.8,
-            linestyle="--",
-            label=f"{LABELS[name]}, error estimate",
-        )
-    below.axhline(
-        native.error_estimate,
-        color=COLOURS["native"],
-        linewidth=0.8,
-        linestyle=":",
-        label="reference, error estimate",
-    )
-    p = native.transition_granules
-    if p is not None:
-        for axes in (above, below):
-            axes.axvline(p, color="0.6", linewidth=0.8)
-        above.annotate(
-            f"p = {p}",
-            (p, 0.02),
-            xycoords=("data", "axes fraction"),
-            xytext=(4, 0),
-            textcoords="offset points",
-            color="0.35",
-        )
-    above.set_ylabel("peak force [N]")
-    above.set_ylim(bottom=0)
-    below.xaxis.set_major_locator(MaxNLocator(integer=True))
-    above.set_title(describe(comparison.scene), fontsize=10)
-    below.set_ylabel("relative difference from native")
-    below.set_xlabel("contact (i lies between granules i - 1 and i)")
-    for axes in (above, below):
-        axes.legend(fontsize=8)
-        axes.grid(alpha=0.25)
-    write_with(path, figure.savefig)
-
-
-_ACCURACIES = tuple(float(f"1e-{k}") for k in range(2, 11))
-"""What a person may want of the peaks: from whether a contact breaks to whether a code is right."""
-
-
-def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
-    """Print who is the cheapest for each wanted accuracy, and how much dearer the others are.
-
-    Parameters
-    ----------
-    console
-        Where to.
-    tradeoffs
-        Of one scene; or of several, whose median times and largest errors are printed.
-    """
-    from hertzchain.verdict.tradeoff import cheapest, typical
-
-    console.print(_title(tradeoffs), style="bold", end="\n\n")
-    known = max(one.truth_error for one in tradeoffs)
-    rows = [replace(point.row, error=point.highest) for point in typical(tradeoffs)]
-    alone = [row for row in rows if row.self_contained]
-    found = {wanted: cheapest(alone, wanted, known) for wanted in _ACCURACIES}
-    found = {wanted: reached for wanted, reached in found.items() if reached}
-    best = {
-        wanted: min(reached.values(), key=lambda row: row.wall_time)
-        for wanted, reached in found.items()
-    }
-    console.print("The cheapest way to peaks of a wanted accuracy")
-    table = Table(box=None, header_style="bold")
-    table.add_column("right to", justify="right")
-    table.add_column("contender")
-    for column in ("with", "error", "force evaluations", "time [ms]"):
-        table.add_column(column, justify="right")
-    for wanted, row in best.items():
-        table.add_row(
-            _power(wanted),
-            row.contender,
-            _setting(row),
-            f"{row.error:.1e}",
-            f"{row.force_evaluations:,}",
-            f"{1e3 * row.wall_time:.3g}",
-        )
-    console.print(table)
-    console.print("\nTime as a multiple of that of the cheapest; blank: not reached")
-    table = Table(box=None, header_style="bold")
-    table.add_column("right to", no_wrap=True)
-    for wanted in best:
-        table.add_column(_power(wanted), justify="right", no_wrap=True)
-    for name in dict.fromkeys(row.contender for row in alone):
-        multiples = [
-            reached[name].wall_time / best[wanted].wall_time if name in reached else np.nan
-            for wanted, reached in found.items()
-        ]
-        table.add_row(name, *map(_multiple, multiples))
-    console.print(table)
-    console.print()
-    for row in rows:
-        if not row.self_contained:
-            console.print(
-                f"{row.contender} of a simulation, contacts of the transition only: error"
-                f" {row.error:.1%}, {1e3 * row.wall_time:.2g} ms."
-            )
-    console.print(
-        "Time: the least of some runs, on code that is loaded and compiled. LAMMPS: with the"
-        " creation of its instance,\nwithout estimating its error. rtol: the native solver chooses"
-        " method and steps; its estimate is a second run.\nThe truth is known to"
-        f" {known:.1g}."
-    )
-
-
-def _title(tradeoffs: Sequence[Tradeoff]) -> str:
-    if len(tradeoffs) == 1:
-        return describe(tradeoffs[0].scene)
-    return f"{len(tradeoffs)} scenes: median times, and the errors of the worst"
-
-
-def _power(wanted: float) -> str:
-    return f"{wanted:.0e}".replace("e-0", "e-")
-
-
-def _setting(row: Row) -> str:
-    if row.rtol is not None:
-        return f"rtol {_power(row.rtol)}"
-    if row.step is not None:
-        return f"step {row.step:.3g} s"
-    return "" if row.natural_step is None else f"step {row.natural_step:.3g} natural units"
-
-
-def _multiple(ratio: float) -> Text:
-    if np.isnan(ratio):
-        return Text("")
-    return Text(f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:,.0f}", "bold" if ratio == 1 else "")
-
-
-# Markers and lines say who computes, colours the method.
-_ENGINE_STYLES = {
-    "formulas": ("*", "none"),
-    "map": ("P", "none"),
-    "compiled": ("o", "-"),
-    "NumPy": ("s", "--"),
-    "SciPy": ("D", ":"),
-    "LAMMPS": ("^", "-."),
-}
-_METHOD_COLOURS = {
-    "velocity-verlet": "#E69F00",
-    "rk4": "#56B4E9",
-    "dprkn-6": "#009E73",
-    "srkn-6b": "#0072B2",
-    "srkn-11b": "#D55E00",
-    "reference": "#CC79A7",
-    "LAMMPS": "#E69F00",  # its scheme is velocity Verlet
-    "DOP853": "#666666",
-}
-_ODD_COLOURS = {
-    "srkn-6b, float32": "#8FB9DB",
-    "rtol, without estimate": "#999999",
-    "LAMMPS, extrapolated": "#7A4B00",
-}
-"""Of those that share engine and method with another."""
-
-
-def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
-    """Draw error against wall time, a line for each contender, and the frontier.
-
-    Parameters
-    ----------
-    tradeoffs
-        Of one scene; or of several, of which medians are drawn and the range of the errors.
-    path
-        Where to; the suffix says in which format (png, pdf, svg).
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
-    from matplotlib.figure import Figure
-
-    from hertzchain.verdict.tradeoff import frontier, typical
-
-    points = typical(tradeoffs)
-    known = max(one.truth_error for one in tradeoffs)
-    figure = Figure(figsize=(10.5, 6.5), layout="constrained", dpi=100)
-    axes = figure.subplots()
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    _draw_frontier(axes, frontier([p.row for p in points if p.row.self_contained], known), known)
-    formula_sides = itertools.cycle((True, False))
-    for name in dict.fromkeys(point.row.contender for point in points):
-        own = [point for point in points if point.row.contender == name]
-        marker, line = _ENGINE_STYLES[own[0].row.engine]
-        method = name.partition(",")[0]
-        colour = _ODD_COLOURS.get(name, _METHOD_COLOURS.get(method, "#000000"))
-        time = [point.row.wall_time for point in own]
-        error = [max(point.row.error, known) for point in own]
-        if own[0].row.engine in ("formulas", "map"):
-            there = (time[0], error[0])
-            # Above and below by turns: they may lie close to one another.
-            above = next(formula_sides)
-            axes.annotate(
-                method,
-                there,
-                (0, 7 if above else -7),
-                textcoords="offset points",
-                ha="center",
-                va="bottom" if above else "top",
-            )
-        axes.plot(
-            time,
-            error,
-            color=colour,
-            marker=marker,
-            linestyle=line,
-            fillstyle="full" if own[0].row.engine in ("compiled", "formulas") else "none",
-            markersize=9 if marker == "*" else 4.5,
-            linewidth=1.2,
-            label=name,
-        )
-        # Methods in NumPy have the range that they have compiled.
-        if len(tradeoffs) > 1 and own[0].row.engine != "NumPy":
-            lowest = [max(point.lowest, known) for point in own]
-            highest = [max(point.highest, known) for point in own]
-            axes.fill_between(time, lowest, highest, color=colour, alpha=0.12, linewidth=0)
-    axes.axhspan(known / 10, known, color="0.93", zorder=0)
-    axes.text(
-        0.99, known / 3, "below what is known of the truth", fontsize=8, color="0.35",
-        ha="right", va="center", transform=axes.get_yaxis_transform(),
-    )  # fmt: skip
-    axes.set_ylim(known / 10, None)
-    axes.set_xlabel("wall time [s]")
-    axes.set_ylabel("largest relative error of the peaks")
-    title = (
-        describe(tradeoffs[0].scene)
-        if len(tradeoffs) == 1
-        else f"{len(tradeoffs)} scenes, medians and the range of the errors"
-    )
-    axes.set_title(f"What accuracy costs: {title}", fontsize=10)
-    axes.grid(alpha=0.25)
-    figure.legend(loc="outside right center", fontsize=8, frameon=False)
-    write_with(path, figure.savefig)
-
-
-def _draw_frontier(axes: Axes, rows: Sequence[Row], known: float) -> None:
-    """The least error that a time buys: a staircase."""
-    axes.plot(
-        [row.wall_time for row in rows],
-        [max(row.error, known) for row in rows],
-        color="#F0E442",
-        linewidth=9,
-        drawstyle="steps-post",
-        solid_capstyle="round",
-        label="frontier: nothing is\ncheaper and as accurate",
-        zorder=1,
-    )
-
-
-def check_plot_format(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, for a suffix that cannot be drawn.
-
-    Raises
-    ------
-    OutputError
-        If the file name does not end in a known image format.
-    """
-    known = (".pdf", ".png", ".svg")
-    if Path(path).suffix.lower() not in known:
-        raise OutputError(f"{path}: cannot be drawn, the name must end in {', '.join(known)}")
-
-
-def describe(scene: Scene) -> str:
-    """One line that says what a scene is."""
-    shock = scene.shock
-    kind = (
-        f"pulse table of {len(shock.time)} rows"
-        if isinstance(shock, PulseTable)
-        else f"{shock.profile} pulse, n = {shock.duration_ratio:g}"
-    )
-    return (
-        f"{kind}, LM_ratio = {scene.momentum_ratio:.6g}, {shock.peak_force:.6g} N on"
-        f" {scene.chain.granules} granules"
-    )
-
-
-def shown_contacts(result: Result) -> list[int]:
-    """The transition up to contact p + 1; without p the first few contacts."""
-    p = result.transition_granules
-    last = 11 if p is None else p + 1
-    return [int(contact) for contact in result.contact if contact <= last]
-
-
 def _print_left_out(console: Console, result: Result, shown: list[int]) -> None:
     left = result.contact.size - len(shown)
     if left:
@@ -707,37 +320,3 @@ def _print_facts(console: Console, facts: list[tuple[str, str]]) -> None:
     for label, value in facts:
         table.add_row(label, value)
     console.print(table)
-
-
-def _cost(result: Result) -> str:
-    return (
-        f"{result.wall_time:.2f} s, {result.steps:,} steps of at most {result.dt:.3g} s"
-        f" ({result.backend}, {result.method})"
-    )
-
-
-def similar_scene(result: Result) -> str | None:
-    """What a code was given instead of the scene, so that coordinates cost few digits."""
-    lost = result.lost_digits
-    if lost is None or lost.young_modulus == result.scene.chain.young_modulus:
-        return None
-    return (
-        f"a similar chain of E = {lost.young_modulus:.3g} Pa, as absolute coordinates would cost"
-        f" the peaks some {lost.predicted:.0e}; now {lost.bound:.0e} at most"
-    )
-
-
-def number(value: float | None, digits: int) -> str:
-    """A number with so many significant digits; empty where there is none."""
-    return "" if value is None or np.isnan(value) else f"{value:#.{digits}g}"
-
-
-def _with_unit(value: float | None, unit: str) -> str:
-    return "unknown: the chain or the run is too short" if value is None else f"{value:.7g} {unit}"
-
-
-def difference(check: Check) -> tuple[str, str]:
-    """How far off a check is, and its tolerance; empty where nothing was measured."""
-    if check.measured is None or check.expected is None or check.tolerance is None:
-        return "", ""
-    return f"{abs(check.measured - check.expected):.1e}", f"{check.tolerance:.1e}"

@@ -17,15 +17,14 @@ from hertzchain.errors import OutputError
 from hertzchain.files import write_text
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.result import Result
-from hertzchain.report.console import (
+from hertzchain.report.facts import (
     answers,
-    describe,
     difference,
     judgement_facts,
     number,
-    shown_contacts,
     similar_scene,
 )
+from hertzchain.report.figures import describe
 from hertzchain.report.page_plots import (
     LONG,
     Series,
@@ -33,9 +32,10 @@ from hertzchain.report.page_plots import (
     peak_plot,
     plotted_contacts,
     relative_difference,
-    waterfall,
 )
+from hertzchain.report.page_tables import CheckRow, Table, cost_table, peak_tables, split
 from hertzchain.report.style import COLOURS, DASHES, LABELS
+from hertzchain.report.waterfall import waterfall
 from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -45,128 +45,8 @@ if TYPE_CHECKING:
 
 TEMPLATES = Path(__file__).parent / "templates"
 
-_ROWS = 10_000
-"""Of a table, a megabyte; all further numbers are in the page's JSON."""
 
 # Tables
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table of a page.
-
-    Parameters
-    ----------
-    caption
-        What it is.
-    header
-        Names of the columns.
-    rows
-        Cells as they are shown.
-    text
-        How many of the first columns are text; all further ones are numbers.
-    """
-
-    caption: str
-    header: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    text: int = 1
-
-
-def _peak_rows(native: Result, series: Series, codes: int) -> tuple[list[str], list[list[str]]]:
-    """Header and rows of the table of peaks: digits of simulations, per cent of formulas."""
-    labels = [label for _, label, _ in series]
-    header = ["contact", "native [N]", *(f"{label} [N]" for label in labels)]
-    header += [f"{label} − native" for label in labels]  # noqa: RUF001 - a minus sign
-    rows = []
-    columns = [values.tolist() for _, _, values in series]
-    for contact, peak, *others in zip(
-        native.contact.tolist(), native.peak_force.tolist(), *columns, strict=True
-    ):
-        cells = [str(contact), number(peak, 9)]
-        for at, value in enumerate(others):
-            cells.append(number(value, 9 if at < codes else 6))
-        for at, value in enumerate(others):
-            known = peak > 0 and not np.isnan(value)
-            off = value / peak - 1 if known else 0.0
-            cells.append((f"{off:+.1e}" if at < codes else f"{off:+.2%}") if known else "")
-        rows.append(cells)
-    return header, rows
-
-
-def _split(result: Result, caption: str, header: list[str], rows: list[list[str]]) -> list[Table]:
-    """The transition, then the rest; one table where the chain is short."""
-    if len(rows) <= 30:
-        return [Table(caption, header, rows, 0)]
-    first = len(shown_contacts(result))
-    if first >= len(rows):
-        return [Table(caption, header, rows, 0)]
-    left = rows[first : first + _ROWS]
-    p = result.transition_granules
-    of_transition = "the first contacts" if p is None else "the transition and the contact after it"
-    rest = f"{len(rows) - first:,} further contacts, {rows[first][0]} to {rows[-1][0]}"
-    if len(left) < len(rows) - first:
-        rest += f"; here to {left[-1][0]}, the rest is in the JSON"
-    told = [at for at in range(len(header)) if any(row[at] for row in left)]
-    return [
-        Table(f"{caption}: {of_transition}", header, rows[:first], 0),
-        Table(rest, [header[at] for at in told], [[row[at] for at in told] for row in left], 0),
-    ]
-
-
-def _peak_tables(comparison: Comparison, series: Series, codes: int) -> list[Table]:
-    header, rows = _peak_rows(comparison.native, series, codes)
-    return _split(comparison.native, "Peak force of each contact", header, rows)
-
-
-def _cost_table(comparison: Comparison) -> Table:
-    header = ["", "method", "largest step [s]", "steps", "force evaluations", "wall time [s]"]
-    rows = [
-        [
-            LABELS[name],
-            result.method,
-            f"{result.dt:.3g}",
-            f"{result.steps:,}",
-            f"{result.force_evaluations:,}",
-            f"{result.wall_time:.3g}",
-            f"{result.error_estimate:.1e}",
-        ]
-        for name, result in comparison.results.items()
-    ]
-    rows += [
-        [LABELS[name], "did not run", *[""] * 5]
-        for name in comparison.wanted
-        if name not in comparison.results
-    ]
-    said = "see differences" if comparison.formulas.applicable is None else ""
-    rows.append(["formulas", "Eqs. 3 to 9, given p and F_SW", "", "0", "0", "0", said])
-    return Table("What each answer cost", [*header, "error of the peaks, at most"], rows, text=2)
-
-
-@dataclass(frozen=True)
-class CheckRow:
-    """A check in a table.
-
-    Parameters
-    ----------
-    passed, name, reason
-        As the check has them.
-    cells
-        Its numbers, as they are shown.
-    """
-
-    passed: bool
-    name: str
-    reason: str
-    cells: Sequence[str]
-
-    @classmethod
-    def of(cls, check: Check) -> CheckRow:
-        """A check, with measured, expected, difference and tolerance."""
-        measured = "" if check.measured is None else f"{check.measured:.9g}"
-        expected = "" if check.expected is None else f"{check.expected:.9g}"
-        off = ["0" if text == "0.0e+00" else text for text in difference(check)]
-        return cls(check.passed, check.name, check.reason, [measured, expected, *off])
 
 
 # The verdict
@@ -331,7 +211,7 @@ def comparison_page(comparison: Comparison, file: str = "scene.toml") -> str:
             "file": file,
             "verdict": _verdict(comparison, codes),
             "plots": {plot.name: plot for plot in plots if plot is not None},
-            "peaks": _peak_tables(comparison, series + equations, len(codes)),
+            "peaks": peak_tables(comparison, series + equations, len(codes)),
             "long": LONG,
             "answers": Table(
                 "The transition and the wave that leaves it",
@@ -344,7 +224,7 @@ def comparison_page(comparison: Comparison, file: str = "scene.toml") -> str:
                 for name, result in comparison.results.items()
                 if (similar := similar_scene(result)) is not None
             ],
-            "cost": _cost_table(comparison),
+            "cost": cost_table(comparison),
             "texts": _texts(comparison.scene),
             "versions": _versions(comparison.results),
             "numbers": comparison.to_dict(),
@@ -413,7 +293,7 @@ def judgement_page(judgement: Judgement, file: str = "scene.toml", peaks: str = 
             ),
             "plots": {plot.name: plot for plot in plots},
             "facts_of_all": judgement_facts(judgement),
-            "peaks": _split(native, "Peak force of each contact", header, rows),
+            "peaks": split(native, "Peak force of each contact", header, rows),
             "long": LONG,
             "texts": _texts(native.scene),
             "versions": _versions({"native": native}),

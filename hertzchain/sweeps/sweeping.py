@@ -16,7 +16,8 @@ from hertzchain.engines.native import Native
 from hertzchain.errors import OutputError, require
 from hertzchain.limits import RTOL
 from hertzchain.scene.scene import Scene
-from hertzchain.sweeps.design import Value, design
+from hertzchain.sweeps.axes import Value
+from hertzchain.sweeps.design import design
 from hertzchain.sweeps.local import Measure, measure_here
 from hertzchain.sweeps.parts import NAMES, Backend, Formulas, cut, part_size, settings
 from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_manifest

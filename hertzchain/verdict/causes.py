@@ -9,24 +9,20 @@ a longer pulse are the same chain.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import METHODS, Native, simulate
-from hertzchain.errors import RunFailed, SceneError, TooExpensive
-from hertzchain.limits import Deadline
-from hertzchain.observables.error_bound import stable_step
-from hertzchain.observables.history import Recorder
-from hertzchain.observables.result import Result
+from hertzchain.errors import RunFailed, TooExpensive
 from hertzchain.observables.transition import FREE_END
-from hertzchain.scene.pulse import Pulse, PulseTable, Ramp
+from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.schedule import Leg
+from hertzchain.verdict.case import Case, Cause
 from hertzchain.verdict.other_laws import HERTZ, Law, peaks
+from hertzchain.verdict.sampling import samples
+from hertzchain.verdict.step_causes import known_step, long_steps
 
 EXPLAINED = 0.1
 """Of the differences, root mean square: the most that a mistake which is named may leave."""
@@ -34,8 +30,6 @@ EXPLAINED = 0.1
 FEWEST = 6
 """Contacts: fewer are on a curve with one parameter too easily."""
 
-FEWEST_SAMPLED = 12
-"""Contacts, where a million steps are tried: random numbers pass once in 1e5 cases then."""
 
 _CERTAIN = 1e-4
 """Of the differences: a mistake that leaves no more is not looked past."""
@@ -43,8 +37,6 @@ _CERTAIN = 1e-4
 _FLOOR = 1e-7
 """Differences below are beside what the trial runs are known to, 1e-8."""
 
-_LOWEST = 1e-9
-"""Of the truth: lower peaks are as good as none."""
 
 _ALIKE = 3.0
 """Times what the best mistake leaves: others that leave no more are named beside it."""
@@ -56,115 +48,6 @@ _NEAR = 0.003
 _ALONE = 100.0
 """Times as far off as any other contact: then it is that one. Chosen; of the mistakes that the
 tests make only another length of the chain, which moves the last contact, goes beyond."""
-
-
-@dataclass(frozen=True)
-class Cause:
-    """A mistake, in words, and what it leaves of the differences (``Case.residual``)."""
-
-    sentence: str
-    residual: float
-
-
-@dataclass(frozen=True, eq=False)
-class Case:
-    """Peaks to be explained.
-
-    Parameters
-    ----------
-    scene, reference
-        The scene, and the truth of it.
-    given
-        Peak forces in question [N], shape (N - 1,), NaN where there is none.
-    judged
-        The contacts to look at, shape (N - 1,).
-    dt
-        The step they were computed with [s], if it is known.
-    deadline
-        When to stop looking.
-    """
-
-    scene: Scene
-    reference: Result
-    given: FloatArray
-    judged: NDArray[np.bool_]
-    dt: float | None
-    deadline: Deadline
-
-    @property
-    def differences(self) -> FloatArray:
-        """Relative differences from the truth, of the judged contacts."""
-        return self.given[self.judged] / self.reference.peak_force[self.judged] - 1.0
-
-    @property
-    def size(self) -> float:
-        """How large the differences are: what the truth leaves of them."""
-        return self.residual(self.reference.peak_force) if self.judged.any() else 0.0
-
-    def residual(self, peak_force: FloatArray) -> float:
-        """What other peaks [N], shape (N - 1,), leave of the differences.
-
-        Logarithms, so that a thousandth and a hundredth of the truth are not both just too low.
-        """
-        lowest = _LOWEST * self.reference.peak_force[self.judged]
-        ratio = np.maximum(self.given[self.judged], lowest) / np.maximum(
-            peak_force[self.judged], lowest
-        )
-        found = float(np.sqrt(np.mean(np.log(ratio) ** 2)))
-        return found if math.isfinite(found) else math.inf
-
-    def of(self, scene: Scene) -> FloatArray:
-        """True peaks of another scene [N]; NaN where there are none."""
-        try:
-            run = Native(rtol=1e-8, peaks_only=True, time_limit=max(self.deadline.left, 1e-3))
-            return run.run(scene).peak_force
-        except TooExpensive:
-            raise
-        except (RunFailed, SceneError):
-            return np.full_like(self.given, np.nan)
-
-    def fit(
-        self, family: Callable[[float], FloatArray], trials: Sequence[float]
-    ) -> tuple[float, float]:
-        """The parameter with which a family of peaks leaves the least, and what it leaves.
-
-        Parameters
-        ----------
-        family
-            Peak forces [N] for a parameter.
-        trials
-            Increasing; looked for is the best between the neighbours of each that is better than
-            they are, as the best of them need not lie in the deepest valley.
-        """
-        from scipy.optimize import minimize_scalar
-
-        left = [self.residual(family(x)) for x in trials]
-        k = int(np.argmin(left))
-        best, least = trials[k], left[k]
-        if not math.isfinite(least):
-            return best, math.inf
-        for k in _valleys(left):
-            bounds = trials[max(k - 1, 0)], trials[min(k + 1, len(trials) - 1)]
-            square = minimize_scalar(
-                lambda x: min(self.residual(family(x)), 1e100) ** 2,
-                bounds=bounds,
-                method="bounded",
-                options={"xatol": 1e-9 * (bounds[1] - bounds[0])},
-            )
-            found = self.residual(family(float(square.x)))
-            if found < least:
-                best, least = float(square.x), found
-        return best, least
-
-
-def _valleys(values: Sequence[float]) -> list[int]:
-    """Where values are finite and no higher than their neighbours."""
-    walled = [math.inf, *values, math.inf]
-    return [
-        k
-        for k, value in enumerate(values)
-        if math.isfinite(value) and value <= min(walled[k], walled[k + 2])
-    ]
 
 
 Finder = Callable[[Case], Iterator[Cause]]
@@ -473,198 +356,6 @@ def _fit_many(
         k = min(max(int(np.searchsorted(trials, best)), 1), trials.size - 1)
         trials = best + 0.3 * (trials[k] - trials[k - 1]) * np.linspace(-1, 1, 7)
     return best, least
-
-
-@dataclass(frozen=True, eq=False)
-class Verlet:
-    """Peaks of velocity Verlet [N]: interpolated maxima, and the highest samples."""
-
-    interpolated: FloatArray
-    sampled: FloatArray
-
-
-def velocity_verlet(scene: Scene, legs: Sequence[Leg], deadline: Deadline) -> Verlet:
-    """What velocity Verlet finds on some steps, with and without interpolation.
-
-    Raises
-    ------
-    StepUnstable
-        If the motion diverges.
-    TooExpensive
-        If it was not done by the deadline.
-    """
-    unit, walker = scene.units, METHODS["velocity-verlet"].walker
-    run = simulate(scene, legs, walker, deadline=deadline)
-    nodes = _nodes(legs) / unit.time
-    # The highest sample is next to the peak: only there is the same run looked at once more.
-    after = np.searchsorted(nodes, run.peaks.time[np.isfinite(run.peaks.time)])
-    beside = np.clip(np.concatenate([after - 1, after, after + 1]), 0, nodes.size - 1)
-    recorder = Recorder(np.unique(nodes[beside]), scene.chain.granules)
-    simulate(scene, legs, walker, recorder, deadline=deadline)
-    sampled = np.max(recorder.contact_force, axis=0, initial=0.0)
-    return Verlet(run.peaks.force * unit.force, sampled * unit.force)
-
-
-def _nodes(legs: Sequence[Leg]) -> FloatArray:
-    """The ends of all steps [s]."""
-    inner = [leg.start + leg.dt * np.arange(leg.steps) for leg in legs]
-    return np.append(np.concatenate(inner), legs[-1].end)
-
-
-_MOST_LEGS = 100_000
-"""Legs of one step each that are made: half a second."""
-
-
-def steps_with_force(nodes: FloatArray, force: FloatArray, steps_after: int) -> list[Leg]:
-    """Legs of one step each, on which velocity Verlet sees these forces at these times.
-
-    Parameters
-    ----------
-    nodes, force
-        Ends of steps [s] and the force there [N], until the pulse is over.
-    steps_after
-        Steps of the length of the last one that follow without a force.
-    """
-    legs = [
-        Leg(t0, t1, 1, Ramp(t0, t1, f0, f1, "linear"))
-        for t0, t1, f0, f1 in zip(nodes, nodes[1:], force, force[1:], strict=False)
-    ]
-    if steps_after > 0:
-        end = nodes[-1] + steps_after * (nodes[-1] - nodes[-2])
-        legs.append(Leg(float(nodes[-1]), float(end), steps_after, None))
-    return legs
-
-
-def known_step(case: Case) -> Iterator[Cause]:
-    """What comes of steps of the length given: samples in place of maxima, corners passed over.
-
-    An applied force that is a step late is not among it. The pulses begin at 0, so the whole motion
-    is a step late then, and no peak changes.
-    """
-    if case.dt is None:
-        return
-    scene, dt = case.scene, case.dt
-    found = velocity_verlet(scene, scene.schedule(dt), case.deadline)
-    step = f"velocity Verlet with steps of {dt:.3g} s"
-    yield Cause(f"samples in place of maxima, {step}", case.residual(found.sampled))
-    yield Cause(f"what {step} has", case.residual(found.interpolated))
-    in_pulse = math.ceil(min(scene.ramps[-1].end, scene.end_time) / dt) + 1
-    if in_pulse > _MOST_LEGS:
-        return
-    nodes = np.asarray(dt * np.arange(in_pulse + 1), np.float64)
-    after = max(0, math.ceil(scene.end_time / dt) - in_pulse)
-    legs = steps_with_force(nodes, scene.applied_force(nodes), after)
-    passing = velocity_verlet(scene, legs, case.deadline)
-    step += ", past the corners of the pulse"
-    yield Cause(f"what {step} has", case.residual(passing.interpolated))
-    yield Cause(f"samples in place of maxima, {step}", case.residual(passing.sampled))
-
-
-def long_steps(case: Case) -> Iterator[Cause]:
-    """Velocity Verlet with steps too long, of a length to be found."""
-    scene = case.scene
-    longest = 0.8 * stable_step(scene, METHODS["velocity-verlet"].interval)
-
-    def family(dt: float) -> FloatArray:
-        try:
-            run = simulate(
-                scene, scene.schedule(dt), METHODS["velocity-verlet"].walker,
-                leave_behind=True, deadline=case.deadline,
-            )  # fmt: skip
-        except TooExpensive:
-            raise
-        except RunFailed:
-            return np.full_like(case.given, np.nan)
-        return np.asarray(run.peaks.force * scene.units.force)
-
-    dt, left = case.fit(family, list(longest * np.geomspace(0.02, 1.0, 14)))
-    yield Cause(f"what velocity Verlet with steps of some {dt:.3g} s has", left)
-
-
-def samples(case: Case) -> Iterator[Cause]:
-    """The highest of samples at equal intervals, of a length to be found.
-
-    Near its peak at t a contact force falls off as the square; the nearest of the times k h lies
-    t - k h away. So every h says how much each contact is too low, in a pattern of its own.
-    """
-    lower = case.differences
-    if np.mean(lower) >= 0 or lower.size < FEWEST_SAMPLED:
-        return
-    unit = case.scene.units.time
-    time = case.reference.peak_time[case.judged] / unit
-    bend = _shape(case, np.array([-0.02, 0.0, 0.02]), 2)[0]
-    h = math.sqrt(12 * max(float(np.mean(lower / bend)), 0.0))
-    if not 1e-4 < h < 1.0:
-        return
-    shape = _shape(case, h * np.linspace(-0.7, 0.7, 5), 4)
-    for text, slower, off in _ways(case, h):
-        trials = np.arange(math.log(0.6 * h), math.log(1.7 * h), 0.1 * h / float(np.max(time)))
-        if trials.size > 1_000_000:
-            return
-
-        def left(
-            logs: FloatArray, slower: FloatArray = slower, off: FloatArray = off
-        ) -> FloatArray:
-            step = np.exp(logs)[:, np.newaxis]
-            when = time + slower * step**2
-            away = step * np.round(when / step) - when
-            model = off * step**2
-            for k, power in enumerate(range(shape.shape[0], 0, -1)):
-                model = model + shape[k] * away**power
-            return np.asarray(np.mean((model - lower) ** 2, axis=1))
-
-        pieces = np.array_split(trials, max(1, trials.size // 500))  # what a cache holds
-        values = np.concatenate([left(piece) for piece in pieces])
-        apart = trials[1] - trials[0]
-        near = trials[np.argsort(values)[:20], np.newaxis] + apart * np.linspace(-1, 1, 401)
-        fine = np.array([left(some) for some in near])
-        best = np.unravel_index(int(np.argmin(fine)), fine.shape)
-        step = math.exp(near[best]) * unit
-        yield Cause(
-            f"samples in place of maxima, {step:.6g} s apart, {text}", math.sqrt(fine[best])
-        )
-
-
-def _ways(case: Case, h: float) -> Iterator[tuple[str, FloatArray, FloatArray]]:
-    """Who samples: what its steps do to times and peaks, over the square of the step."""
-    time, scene = case.reference.peak_time[case.judged], case.scene
-    yield "of an accurate run", np.zeros_like(time), np.zeros_like(time)
-    if h > 0.4:
-        return
-    legs = scene.schedule(h * scene.units.time)
-    run = simulate(scene, legs, METHODS["velocity-verlet"].walker, deadline=case.deadline)
-    late = (run.peaks.time[case.judged] - time / scene.units.time) / h**2
-    expected = case.reference.peak_force[case.judged]
-    off = (run.peaks.force[case.judged] * scene.units.force / expected - 1) / h**2
-    yield "of velocity Verlet with such steps", late, off
-
-
-def _shape(case: Case, offsets: FloatArray, degree: int) -> FloatArray:
-    """Contact forces around their peaks as polynomials of the time from there.
-
-    Parameters
-    ----------
-    case
-        The judged contacts are looked at.
-    offsets
-        Where to look, natural time units.
-    degree
-        Of the polynomials.
-
-    Returns
-    -------
-    Coefficients of the powers ``degree`` to 1, relative to the peak: shape (degree, contacts).
-    """
-    scene, unit = case.scene, case.scene.units.time
-    peak_time = case.reference.peak_time[case.judged]
-    wanted = peak_time + unit * offsets[:, np.newaxis]
-    times, where = np.unique(np.clip(wanted, 0.0, scene.end_time), return_inverse=True)
-    run = Native(rtol=1e-8, time_limit=max(case.deadline.left, 1e-3)).run(scene, record=times)
-    assert run.history is not None
-    contact = np.flatnonzero(case.judged)
-    force = run.history.contact_force[where.reshape(wanted.shape), contact]
-    relative = force / case.reference.peak_force[case.judged] - 1.0
-    return np.asarray(np.polyfit(offsets, relative, degree)[:-1])
 
 
 FINDERS: dict[str, Finder] = {

@@ -23,7 +23,9 @@ from hertzchain.observables.error_bound import refuse_unstable, stable_step
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene, require_scene
-from hertzchain.verdict.causes import Case, likely_cause, velocity_verlet
+from hertzchain.verdict.case import Case
+from hertzchain.verdict.causes import likely_cause
+from hertzchain.verdict.twin import velocity_verlet
 
 if TYPE_CHECKING:
     import pandas

@@ -16,10 +16,11 @@ from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
+from hertzchain.decks.layout import KnownAnswer, Layout
 from hertzchain.decks.lint.deck import Deck
 from hertzchain.decks.lint.rules import RULES, Finding, lint, lint_file
 from hertzchain.decks.lint.script import parse
-from hertzchain.decks.standalone import KnownAnswer, Layout, standalone
+from hertzchain.decks.standalone import standalone
 from hertzchain.engines.lammps.deck import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import HertzchainError

@@ -14,7 +14,8 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.decks.known_answer import known_answer, lay_out, looked_at
-from hertzchain.decks.standalone import ROUNDING, KnownAnswer, data_file, standalone, whole_step
+from hertzchain.decks.layout import ROUNDING, KnownAnswer, whole_step
+from hertzchain.decks.standalone import data_file, standalone
 from hertzchain.engines.external.rescaling import loss_of_coordinates
 from hertzchain.engines.lammps.deck import PAIR_STYLES
 from hertzchain.observables.peaks import largest_difference

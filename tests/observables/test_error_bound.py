@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.backend import (
-    _extrapolation_error,
-    _interpolation_error,
-    _rival_error,
+from hertzchain.engines.external.step_error import (
+    extrapolation_error,
+    interpolation_error,
+    rival_error,
 )
 from hertzchain.observables import hermite
 from hertzchain.observables.error_bound import (
@@ -259,7 +259,7 @@ def test_a_wave_between_two_readings_is_covered() -> None:
     scene = paper_scene("cosine", 2.0, 2.0, 10)
     legs = (Leg(0.0, 0.3 * scene.units.time, 1000, None),)
     # In steps so short the rest of the bound, which goes as their square, is less than 1e-3 of it.
-    stated = _interpolation_error(scene, legs, [1000]) / 0.3**8
+    stated = interpolation_error(scene, legs, [1000]) / 0.3**8
     assert needed < stated < 2 * needed
 
 
@@ -285,7 +285,7 @@ def test_a_contact_that_opens_between_two_readings_is_covered() -> None:
     easy, hard = (paper_scene("cosine", 2.0, 2.0, granules) for granules in (10, 9))
     for interval in (0.1, 0.3):
         legs = (Leg(0.0, interval * easy.units.time, 1, None),)
-        without, stated = (_interpolation_error(scene, legs, [1]) for scene in (easy, hard))
+        without, stated = (interpolation_error(scene, legs, [1]) for scene in (easy, hard))
         # Rounded up, not doubled: readings cost time.
         assert needed < (stated - without) / interval**3.5 < 2 * needed
 
@@ -303,7 +303,7 @@ def test_a_second_maximum_may_be_the_highest_without_what_steps_do(
 ) -> None:
     # The steps add 0.02 to the maximum of the first contact; the second has no other one.
     seen = SimpleNamespace(force=np.array([1.02, 1.0]), rival=np.array([rival, 0.0]))
-    found = _rival_error(cast(PeakWatch, seen), np.array([1.0, 1.0]))
+    found = rival_error(cast(PeakWatch, seen), np.array([1.0, 1.0]))
     assert found == pytest.approx(above, rel=1e-12, abs=1e-15)  # differences of numbers near 1
 
 
@@ -323,5 +323,5 @@ def test_an_extrapolation_is_believed_less_where_errors_are_erratic(
         (0.0, (0.05 if erratic else 0.005) * 0.04**2.5),
         (1e-3, (0.05 if erratic else 0.005) * 0.04**2.5 + (3e-3 if erratic else 1e-3)),
     ):
-        found = _extrapolation_error(scene, legs, difference, peaks)
+        found = extrapolation_error(scene, legs, difference, peaks)
         assert found == pytest.approx(expected, rel=1e-12, abs=0)

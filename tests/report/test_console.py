@@ -20,18 +20,11 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError
-from hertzchain.report.console import (
-    check_plot_format,
-    describe,
-    judgement_facts,
-    plot_comparison,
-    plot_tradeoff,
-    print_comparison,
-    print_prediction,
-    print_run,
-    print_tradeoff,
-)
+from hertzchain.report.console import print_comparison, print_prediction, print_run
+from hertzchain.report.facts import judgement_facts
+from hertzchain.report.figures import check_plot_format, describe, plot_comparison, plot_tradeoff
 from hertzchain.report.style import COLOURS
+from hertzchain.report.tradeoff import print_tradeoff
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from hertzchain.verdict.tradeoff import Row, Tradeoff
 from tests.conftest import paper_scene

@@ -26,7 +26,7 @@ from hertzchain.report.page import (
     write_comparison,
     write_judgement,
 )
-from hertzchain.report.page_plots import drawn_contacts, record_times
+from hertzchain.report.waterfall import drawn_contacts, record_times
 from hertzchain.verdict import deck_checks
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from tests.conftest import chromium, paper_scene

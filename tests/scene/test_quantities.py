@@ -137,7 +137,7 @@ HOSTILE = [
 TRY_ALL = """
 import json, math, sys
 from hertzchain.errors import SceneError
-from hertzchain.units import to_si
+from hertzchain.scene.quantities import to_si
 from tests.effort import effort
 to_si("key", "1 mm", "m")  # the units are loaded
 ends = []

@@ -15,7 +15,9 @@ from matplotlib.colors import BoundaryNorm, LogNorm
 
 import hertzchain as hc
 from hertzchain.cli import main
-from hertzchain.sweeps.drawing import LABELS, cell_edges, draw, full_name
+from hertzchain.sweeps.drawing import cell_edges, draw
+from hertzchain.sweeps.looks import LABELS
+from hertzchain.sweeps.selection import full_name
 from hertzchain.sweeps.table import COLUMNS
 from tests.conftest import paper_scene
 

@@ -19,8 +19,8 @@ from hertzchain.errors import SceneError
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.scene.schedule import Leg
-from hertzchain.verdict import causes, judgement
-from hertzchain.verdict.causes import Case, Cause
+from hertzchain.verdict import causes, judgement, sampling
+from hertzchain.verdict.case import Case, Cause
 from hertzchain.verdict.judgement import read_peaks
 from tests.conftest import paper_scene
 from tests.effort import effort
@@ -558,7 +558,7 @@ def test_samples_are_sought_in_twelve_contacts(demo_reference: hc.Result) -> Non
     case = case_of(demo_reference, history.contact_force.max(axis=0))
     for contacts, sought in ((11, False), (12, True)):
         few = replace(case, judged=np.arange(59) < contacts)
-        assert bool(next(causes.samples(few), None)) is sought
+        assert bool(next(sampling.samples(few), None)) is sought
 
 
 @pytest.mark.parametrize("factor", [0.0, 0.5, 1.1])

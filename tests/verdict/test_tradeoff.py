@@ -20,15 +20,13 @@ from hertzchain.engines.native import METHODS
 from hertzchain.errors import BackendMissing, RunFailed, SceneError
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict import tradeoff as module
+from hertzchain.verdict.contenders import Contender, Outcome, contenders
 from hertzchain.verdict.formulas import formulas
 from hertzchain.verdict.tradeoff import (
     ENGINES,
-    Contender,
-    Outcome,
     Row,
     Tradeoff,
     cheapest,
-    contenders,
     frontier,
     measured,
     timed,

@@ -1,7 +1,4 @@
-"""What can be known of somebody's deck of a chain without running it, for the rules of ``lint``.
-
-A value that cannot be known is None.
-"""
+"""What can be known of a deck of a chain without running it; None where it cannot be known."""
 
 from __future__ import annotations
 
@@ -10,7 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
-from hertzchain.decks.lint.script import Command, Script, number
+from hertzchain.decks.lint.arithmetic import number
+from hertzchain.decks.lint.script import Command, Script
 
 _DEFAULT_SKIN = {"si": 1e-3, "cgs": 0.1, "lj": 0.3}
 DEFAULT_STEP = {"si": 1e-8, "cgs": 1e-8, "lj": 0.005}

@@ -16,8 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from hertzchain.decks.lint.arithmetic import number
 from hertzchain.decks.lint.deck import DEFAULT_STEP, TOUCHING, Deck, Law, Push, Run
-from hertzchain.decks.lint.script import Command, number, parse
+from hertzchain.decks.lint.script import Command, parse
 from hertzchain.errors import HertzchainError
 from hertzchain.files import read_bytes
 

@@ -16,6 +16,14 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.observation import Simulation
 from hertzchain.engines.external.rescaling import predicted_loss
+from hertzchain.engines.external.step_error import (
+    INTERPOLATION,
+    KINK,
+    extrapolate,
+    extrapolation_error,
+    interpolation_error,
+    rival_error,
+)
 from hertzchain.errors import POSITIVE, Unpredictable, is_positive, require
 from hertzchain.observables.error_bound import (
     SHORT,
@@ -29,7 +37,7 @@ from hertzchain.observables.error_bound import (
     stable_step,
 )
 from hertzchain.observables.history import History
-from hertzchain.observables.peaks import ESTIMATED, PeakWatch, judged_contacts, largest_difference
+from hertzchain.observables.peaks import ESTIMATED, PeakWatch, largest_difference
 from hertzchain.observables.result import LostDigits, Result
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -44,12 +52,6 @@ _RECORDING_INTERVAL = 0.1
 """Natural time units between two readings where a history is wanted: an opening contact between
 them leaves r'^(3/2) h^(5/2) in the velocities, 5e-5 of the largest at 0.3."""
 
-_INTERPOLATION = 3e-4
-"""Of a peak, times the eighth power of the interval [natural units]; 1e-4 measured."""
-
-_KINK = 1.5e-3
-"""Of a peak, times the power 3.5 of the interval [natural units]: what a contact that opens next to
-one at its peak leaves between two readings, as its force has no second derivative (6e-4 seen)."""
 
 _KINK_PER_STEP = 0.02
 """What it may cost where a step is asked for, over the square of that step [natural units]."""
@@ -218,7 +220,7 @@ def peaks_alone(
         return found.peaks.force, found.steps
     halved = tuple(replace(leg, steps=2 * leg.steps) for leg in legs)
     finer = runner.simulate(halved, [2 * stride for stride in strides])
-    return _extrapolate(found, finer)[0], found.steps + finer.steps
+    return extrapolate(found, finer)[0], found.steps + finer.steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,7 +277,7 @@ class _Runner:
             run = self.simulate(legs, strides)
             lost = run.round_off(self.scene)
             by_steps = self._step_error(legs, run.peaks)
-            error = by_steps + _interpolation_error(self.scene, legs, strides) + lost
+            error = by_steps + interpolation_error(self.scene, legs, strides) + lost
             if self._is_enough(by_steps, error, lost):
                 break
             dt *= max(0.25, 0.9 * math.sqrt(self.steps.rtol / error))
@@ -300,12 +302,12 @@ class _Runner:
             runs = [*runs[-2:], self.simulate(finer, apart)]
             if len(runs) < 3:
                 continue
-            before, after = (_extrapolate(*pair) for pair in itertools.pairwise(runs))
+            before, after = (extrapolate(*pair) for pair in itertools.pairwise(runs))
             difference = largest_difference(before[0], after[0], ESTIMATED)
-            by_steps = _extrapolation_error(self.scene, finer, difference, runs[2].peaks)
-            by_steps += _rival_error(runs[2].peaks, after[0])
+            by_steps = extrapolation_error(self.scene, finer, difference, runs[2].peaks)
+            by_steps += rival_error(runs[2].peaks, after[0])
             lost = (4 * runs[2].round_off(self.scene) + runs[1].round_off(self.scene)) / 3
-            error = by_steps + _interpolation_error(self.scene, finer, apart) + lost
+            error = by_steps + interpolation_error(self.scene, finer, apart) + lost
             if self._is_enough(by_steps, error, lost):
                 break
         return _Answer(runs[2], *after, runs[1].steps + runs[2].steps, error, lost)
@@ -338,11 +340,11 @@ class _Runner:
         unit = self.scene.units.time
         interval = _READING_INTERVAL * math.pow(0.01 * unit / leg.dt, 1 / 8)
         if self.steps.dt is None:
-            interval = min(interval, math.pow(0.1 * self.steps.rtol / _INTERPOLATION, 1 / 8))
+            interval = min(interval, math.pow(0.1 * self.steps.rtol / INTERPOLATION, 1 / 8))
         if is_hard(self.scene):
             asked, step = self.steps.dt, leg.dt / unit
             error = 0.1 * self.steps.rtol if asked is None else _KINK_PER_STEP * step**2
-            interval = min(interval, math.pow(error / _KINK, 1 / 3.5))
+            interval = min(interval, math.pow(error / KINK, 1 / 3.5))
         return max(1, int(min(leg.steps, interval * unit / leg.dt)))
 
     def _step_error(self, legs: Sequence[Leg], peaks: PeakWatch) -> float:
@@ -357,73 +359,3 @@ class _Runner:
             for other in others
         )
         return second_order_safety(longest, rising) * error
-
-
-def _extrapolate(coarse: Simulation, fine: Simulation) -> tuple[FloatArray, FloatArray]:
-    """Peak forces [N] and times [s] as for steps of length 0, from runs with n and 2n steps."""
-    force = (4 * fine.peaks.force - coarse.peaks.force) / 3
-    later = fine.peaks.time - coarse.peaks.time
-    # Of two maxima of nearly the same height either run may have found another one.
-    same = np.abs(later) < max(leg.dt for leg in coarse.legs)
-    return force, np.where(same, fine.peaks.time + later / 3, fine.peaks.time)
-
-
-def _extrapolation_error(
-    scene: Scene, legs: Sequence[Leg], difference: float, peaks: PeakWatch
-) -> float:
-    """Bound of what the steps cost extrapolated peaks, as a fraction.
-
-    The error is 1/15 of the difference where errors go as dt^2 and dt^4. Contacts that open leave
-    some dt^2.5 in natural units, erratic from one step to the next, so that two extrapolations can
-    agree by chance: 0.0055 dt^2.5 was seen where they did, and 0.84 of the difference. In hard
-    scenes, and for contacts that are still pressed harder at the end, both are erratic: three times
-    the difference and 0.05 dt^2.5.
-
-    Parameters
-    ----------
-    scene, legs
-        The scene and the finer steps.
-    difference
-        Of the peaks from those of steps twice as long, extrapolated too.
-    peaks
-        Of the run with the finer steps.
-    """
-    dt = max(leg.dt for leg in legs) / scene.units.time
-    if is_hard(scene) or peaks.any_rising:
-        return 3 * difference + 0.05 * math.pow(dt, 2.5)
-    return difference + 0.005 * math.pow(dt, 2.5)
-
-
-def _rival_error(peaks: PeakWatch, extrapolated: FloatArray) -> float:
-    """By how much another maximum of a contact may be above that which was extrapolated.
-
-    What steps add to the force differs from maximum to maximum. Where they add much to one, a
-    second that is lower in every run may be the highest in truth.
-
-    Parameters
-    ----------
-    peaks
-        Of the run with the finest steps.
-    extrapolated
-        Peak forces as for steps of length 0 [N], shape (contacts,).
-    """
-    judged = judged_contacts(extrapolated, ESTIMATED)
-    highest, rival = extrapolated[judged], peaks.rival[judged]
-    step = np.abs(peaks.force[judged] - highest)
-    within = rival + 2 * step > highest
-    higher = np.where(within, (rival + 2 * step - highest) / highest, 0.0)
-    return float(np.max(higher, initial=0.0))
-
-
-def _interpolation_error(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> float:
-    """Bound of what reading now and then costs the peaks, as a fraction.
-
-    In natural units 1e-4 h^8, for what is left of the error of the derivatives 0.005 h^4 dt^2 and
-    0.4 h^2 dt^4 (measured), and in hard scenes what opening contacts leave: see ``_KINK``.
-    """
-    unit = scene.units.time
-    apart = [min(n, leg.steps) * leg.dt / unit for n, leg in zip(strides, legs, strict=True)]
-    dt = max(leg.dt for leg in legs) / unit
-    h = max(apart)
-    kinks = _KINK * h**3.5 if is_hard(scene) else 0.0
-    return _INTERPOLATION * h**8 + 0.01 * h**4 * dt**2 + h**2 * dt**4 + kinks

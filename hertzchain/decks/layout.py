@@ -1,0 +1,146 @@
+"""What a deck that stands alone is made from: its answer, its layout and its steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.deck import (
+    check_pair_style,
+)
+from hertzchain.errors import require
+from hertzchain.observables.peaks import judged_contacts
+from hertzchain.scene.scene import Scene
+
+ATOMS = ("create", "data")
+"""Where the granules come from: made in the deck, or read from a data file beside it."""
+
+
+WANTED = 1e-6
+"""Loss of digits to absolute coordinates, as a fraction of the peaks, up to which a deck computes
+the scene as it stands."""
+
+
+ROOM = 1.1
+"""Tolerance over the measured error: a shorter step or interval than the one that was measured puts
+its looks elsewhere."""
+
+
+ROUNDING = 3
+"""Room for round-off over its estimate, which is no bound; 0.2 of it measured in the gallery."""
+
+
+UNCLEAR = 1e-3
+"""Room for round-off from which on a comparison says nothing."""
+
+
+_BORDER = 1e-9
+"""So close to a whole number of steps, LAMMPS and native might round up to different ones."""
+
+
+@dataclass(frozen=True, eq=False)
+class KnownAnswer:
+    """What a deck has to find, and how well it can with its step and interval.
+
+    Parameters
+    ----------
+    force_ratio
+        True peak force of each contact over F0, shape (contacts,).
+    error
+        Of each contact, the relative difference from it of velocity Verlet with the deck's step,
+        looked at in the deck's interval, shape (contacts,).
+    """
+
+    force_ratio: FloatArray
+    error: FloatArray
+
+    @property
+    def judged(self) -> NDArray[np.bool_]:
+        """Contacts that are pressed enough to be judged, and about as well known as most.
+
+        Where a run ends before the wave is there, a contact may rise so fast that an interval
+        misses much of it.
+        """
+        pressed = judged_contacts(self.force_ratio)
+        most = max(UNCLEAR, 10 * float(np.median(self.error[pressed])))
+        return np.logical_and(pressed, self.error <= most)
+
+    @property
+    def largest_error(self) -> float:
+        """Of the contacts that are judged."""
+        return float(np.max(self.error[self.judged]))
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a deck is written; none of it changes the motion.
+
+    Parameters
+    ----------
+    step
+        The largest step, natural time units; from ``whole_step``.
+    watch_every
+        Steps between two looks at the overlaps; 0: never, which makes the deck lean.
+    pair_style
+        ``granular`` (with hertz/material) or ``gran/hertz/history``.
+    atoms
+        ``create`` or ``data``.
+    data_file
+        How the deck names its data file.
+    dump_every
+        Steps between two states written for OVITO; 0: none.
+    title
+        What the deck says it is.
+    name
+        How the deck names itself in its example commands.
+
+    Raises
+    ------
+    SceneError
+        For a pair style, a source of the granules, or a number of steps that cannot be.
+    """
+
+    step: float
+    watch_every: int
+    pair_style: str = "granular"
+    atoms: str = "create"
+    data_file: str = "chain.data"
+    dump_every: int = 0
+    title: str = "a scene"
+    name: str = "THIS_FILE"
+
+    def __post_init__(self) -> None:
+        check_pair_style(self.pair_style)
+        require(self.atoms in ATOMS, "atoms", self.atoms, f"must be one of {', '.join(ATOMS)}")
+        for key, value in (("watch_every", self.watch_every), ("dump_every", self.dump_every)):
+            require(value >= 0, key, value, "must be a number of steps, 0 for never")
+
+
+def whole_step(scene: Scene, step: float) -> float:
+    """A step with which deck and native count the same steps, on every leg.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    step
+        The step wanted, natural time units; a little less comes back where a leg would be a whole
+        number of them but for rounding.
+
+    Raises
+    ------
+    TooExpensive
+        If there would be more steps than any run can take.
+    """
+    while any(
+        round(steps) > 0 and abs(steps - round(steps)) <= max(_BORDER, 1e-14 * steps)
+        for steps in (
+            (leg.end - leg.start) / (step * scene.units.time)
+            for leg in scene.schedule(step * scene.units.time)
+        )
+    ):
+        step = float(f"{step * (1 - 1e-5):.8g}")
+    return step

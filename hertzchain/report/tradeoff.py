@@ -1,0 +1,105 @@
+"""The trade-off of a scene as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.table import Table
+from rich.text import Text
+
+from hertzchain.report.figures import title
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from hertzchain.verdict.tradeoff import Row, Tradeoff
+
+
+_ACCURACIES = tuple(float(f"1e-{k}") for k in range(2, 11))
+"""What a person may want of the peaks: from whether a contact breaks to whether a code is right."""
+
+
+def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
+    """Print who is the cheapest for each wanted accuracy, and how much dearer the others are.
+
+    Parameters
+    ----------
+    console
+        Where to.
+    tradeoffs
+        Of one scene; or of several, whose median times and largest errors are printed.
+    """
+    from hertzchain.verdict.tradeoff import cheapest, typical
+
+    console.print(title(tradeoffs), style="bold", end="\n\n")
+    known = max(one.truth_error for one in tradeoffs)
+    rows = [replace(point.row, error=point.highest) for point in typical(tradeoffs)]
+    alone = [row for row in rows if row.self_contained]
+    found = {wanted: cheapest(alone, wanted, known) for wanted in _ACCURACIES}
+    found = {wanted: reached for wanted, reached in found.items() if reached}
+    best = {
+        wanted: min(reached.values(), key=lambda row: row.wall_time)
+        for wanted, reached in found.items()
+    }
+    console.print("The cheapest way to peaks of a wanted accuracy")
+    table = Table(box=None, header_style="bold")
+    table.add_column("right to", justify="right")
+    table.add_column("contender")
+    for column in ("with", "error", "force evaluations", "time [ms]"):
+        table.add_column(column, justify="right")
+    for wanted, row in best.items():
+        table.add_row(
+            _power(wanted),
+            row.contender,
+            _setting(row),
+            f"{row.error:.1e}",
+            f"{row.force_evaluations:,}",
+            f"{1e3 * row.wall_time:.3g}",
+        )
+    console.print(table)
+    console.print("\nTime as a multiple of that of the cheapest; blank: not reached")
+    table = Table(box=None, header_style="bold")
+    table.add_column("right to", no_wrap=True)
+    for wanted in best:
+        table.add_column(_power(wanted), justify="right", no_wrap=True)
+    for name in dict.fromkeys(row.contender for row in alone):
+        multiples = [
+            reached[name].wall_time / best[wanted].wall_time if name in reached else np.nan
+            for wanted, reached in found.items()
+        ]
+        table.add_row(name, *map(_multiple, multiples))
+    console.print(table)
+    console.print()
+    for row in rows:
+        if not row.self_contained:
+            console.print(
+                f"{row.contender} of a simulation, contacts of the transition only: error"
+                f" {row.error:.1%}, {1e3 * row.wall_time:.2g} ms."
+            )
+    console.print(
+        "Time: the least of some runs, on code that is loaded and compiled. LAMMPS: with the"
+        " creation of its instance,\nwithout estimating its error. rtol: the native solver chooses"
+        " method and steps; its estimate is a second run.\nThe truth is known to"
+        f" {known:.1g}."
+    )
+
+
+def _power(wanted: float) -> str:
+    return f"{wanted:.0e}".replace("e-0", "e-")
+
+
+def _setting(row: Row) -> str:
+    if row.rtol is not None:
+        return f"rtol {_power(row.rtol)}"
+    if row.step is not None:
+        return f"step {row.step:.3g} s"
+    return "" if row.natural_step is None else f"step {row.natural_step:.3g} natural units"
+
+
+def _multiple(ratio: float) -> Text:
+    if np.isnan(ratio):
+        return Text("")
+    return Text(f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:,.0f}", "bold" if ratio == 1 else "")

@@ -1,0 +1,250 @@
+"""Contact force over time along the chain, as Plotly draws it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.observables.result import Result
+from hertzchain.report.plotly import Plot, Trace, axis, layout
+from hertzchain.report.style import COLOURS, DASHES, LABELS
+from hertzchain.scene.natural_units import force_scale
+from hertzchain.scene.scene import Scene
+
+_TIMES = 500
+"""Of a history."""
+
+
+_READINGS = 4_000_000
+"""Times and granules recorded at once: 100 MB for each simulation, displacements and all."""
+
+
+_EVEN, _DENSE, _BURST = 0.4, 0.25, 0.5
+"""Between recorded times [durations of a contact's unit of time]: at most, where they are even;
+where the wave forms in a long chain, and in the bursts after that."""
+
+
+_OF_A_BURST = 20
+"""Recorded times: the wave passes a contact in some six units of time, of these ten."""
+
+
+_OWN, _AROUND = 2.5, 8.0
+"""Contacts' units of time before and after a peak: recorded closely at least; drawn."""
+
+
+_CURVES = 20
+"""Contacts in the plot of contact force over time."""
+
+
+def record_times(scene: Scene) -> FloatArray:
+    """Times at which to record a scene so that its wave can be drawn [s], increasing.
+
+    As many as memory allows, some 500: even where that is close enough to follow the wave all the
+    way; else close while it forms, and then in bursts, geometrically apart, in each of which it
+    passes a few contacts.
+
+    Parameters
+    ----------
+    scene
+        What will be simulated.
+    """
+    count = int(np.clip(_READINGS // scene.chain.granules, 2, _TIMES))
+    unit = _contact_time(scene)
+    end = scene.end_time
+    if end <= _EVEN * unit * (count - 1):
+        return np.linspace(0.0, end, count)
+    dense = _DENSE * unit * np.arange(count * 5 // 8)
+    burst = _BURST * unit * np.arange(_OF_A_BURST)
+    bursts = (count - dense.size) // _OF_A_BURST
+    starts = np.geomspace(dense[-1] + burst[-1], end - burst[-1], bursts)
+    times = np.concatenate([dense, (starts[:, None] + burst).ravel()])
+    return np.unique(times[times <= end])
+
+
+def _contact_time(scene: Scene) -> float:
+    """The unit of time of the contacts of a scene [s]: it goes as their force to the power -1/6."""
+    return float(scene.units.time * force_scale(scene.momentum_ratio) ** (-1 / 6))
+
+
+def _followed(result: Result) -> NDArray[np.int_]:
+    """Contacts whose peak lies well within what was recorded at close times."""
+    assert result.history is not None
+    time = result.history.time
+    of_segment = np.concatenate([[0], np.cumsum(_gaps(time))])
+    contact = result.contact[np.isfinite(result.peak_time)]
+    peak_time = result.peak_time[contact - 2]
+    before = np.clip(np.searchsorted(time, peak_time, "right") - 1, 0, time.size - 2)
+    same = of_segment[before] == of_segment[before + 1]
+    first = np.searchsorted(of_segment, of_segment[before], "left")
+    last = np.searchsorted(of_segment, of_segment[before], "right") - 1
+    from_start = np.where(time[first] > 0, peak_time - time[first], np.inf)
+    to_end = np.where(last < time.size - 1, time[last] - peak_time, np.inf)
+    close = np.minimum(from_start, to_end) > _OWN * _contact_time(result.scene)
+    return np.asarray(contact[same & close])
+
+
+def _gaps(time: FloatArray) -> NDArray[np.bool_]:
+    """Where recorded times are so far apart that nothing is known between them."""
+    steps = np.diff(time)
+    return np.asarray(steps > 3 * np.min(steps))
+
+
+def drawn_contacts(result: Result) -> list[int]:
+    """The contacts, by the paper's numbers, whose force over time is drawn; close at the shock."""
+    if result.history is None or result.history.time.size < 2:
+        return []
+    followed = _followed(result)
+    if followed.size <= _CURVES:
+        return [int(contact) for contact in followed]
+    wanted = np.geomspace(followed[0], followed[-1], _CURVES)
+    nearest = np.argmin(np.abs(np.log(followed[:, None] / wanted)), axis=0)
+    return [int(contact) for contact in np.unique(followed[nearest])]
+
+
+def _time_unit(end: float) -> tuple[str, float]:
+    """The unit in which times up to an end [s] are read with ease, and what it is in seconds."""
+    for name, unit in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)):
+        if end >= 2 * unit:
+            return name, unit
+    return "s", 1.0
+
+
+def waterfall(results: Mapping[str, Result]) -> Plot | None:
+    """Contact force over time, contacts above one another; None where nothing was recorded."""
+    native = results["native"]
+    drawn, history = drawn_contacts(native), native.history
+    if not drawn or history is None:
+        return None
+    scene = native.scene
+    long = bool(np.any(_gaps(history.time)))
+    # The waves of a long chain are as narrow as lines: each is drawn around its own peak.
+    around = _AROUND * _contact_time(scene) if long else np.inf
+    unit_name, unit = _time_unit(around if long else scene.end_time)
+    largest = max(float(np.max(native.peak_force)), scene.shock.peak_force)
+    height = 1.6 / largest
+    shock_time = _shock_times(scene)
+    shock = scene.applied_force(shock_time)
+    highest = float(shock_time[np.argmax(shock)])
+    of_shock = _Curve(0, "shock", shock_time, shock, highest)
+    grey = {"color": "#777", "width": 1.5}
+    traces = [
+        of_shock.trace(around, unit, height, "applied force", unit_name)
+        | {"line": grey, "legendgroup": "shock"}
+    ]
+    for key, result in results.items():
+        if result.history is None:
+            continue
+        style: dict[str, Any] = {"color": COLOURS[key], "width": 1.5}
+        if key != "native":
+            style |= {"dash": DASHES[key], "width": 2.5}
+        for place, contact in enumerate(drawn, start=1):
+            time, force = _with_peak(result, contact)
+            peak_time = float(native.peak_time[contact - 2])
+            curve = _Curve(place, f"contact {contact}", time, force, peak_time)
+            more = {"line": style, "legendgroup": key, "showlegend": place == 1}
+            traces.append(curve.trace(around, unit, height, LABELS[key], unit_name) | more)
+    y = axis("contact", tickvals=list(range(len(drawn) + 1)))
+    y |= {"ticktext": ["shock", *map(str, drawn)], "range": [-0.4, len(drawn) + 1.9]}
+    if long:
+        x = axis(f"time before and after its peak [{unit_name}]")
+        x["range"] = [-around / unit, around / unit]
+    else:
+        x = axis(f"time [{unit_name}]", range=[0, scene.end_time / unit])
+    own = " The chain is long: each line has its own zero of time, its peak." if long else ""
+    return Plot(
+        "waterfall",
+        f"Contact force over time of {len(drawn)} contacts, one above the other: the wave runs from"
+        " the shocked end to the free end.",
+        f"Contact force over time: a line for each of {len(drawn)} contacts, by their numbers, and"
+        f" the applied force below them; {largest:.4g} N are {height * largest:.1f} lines high."
+        f" Each line has its exact peak.{own}",
+        traces,
+        layout(x, y, 260 + 22 * len(drawn)),
+    )
+
+
+def _shock_times(scene: Scene) -> FloatArray:
+    """Times at which the applied force is drawn [s]: its corners, between them, and the end."""
+    corners = [ramp.start for ramp in scene.ramps] + [scene.ramps[-1].end]
+    even = np.linspace(corners[0], corners[-1], 200)
+    if len(corners) > even.size:  # a table may have thousands of rows
+        corners = [corners[0], corners[-1]]
+    time = np.unique(np.concatenate([[0.0, scene.end_time], even, corners]))
+    return time[time <= scene.end_time]
+
+
+def _with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
+    """Times [s] and contact forces [N] of a contact, with its peak between them."""
+    assert result.history is not None
+    time, force = result.history.time, result.history.contact_force[:, contact - 2]
+    peak_time = result.peak_time[contact - 2]
+    if np.isnan(peak_time) or peak_time in time:
+        return time, force
+    at = int(np.searchsorted(time, peak_time))
+    return np.insert(time, at, peak_time), np.insert(force, at, result.peak_force[contact - 2])
+
+
+@dataclass(frozen=True, eq=False)
+class _Curve:
+    """A line of a waterfall.
+
+    Parameters
+    ----------
+    place
+        Which line, from below.
+    what
+        Whose force it is.
+    time, force
+        [s], [N], shape (times,).
+    peak_time
+        When it is highest [s].
+    """
+
+    place: int
+    what: str
+    time: FloatArray
+    force: FloatArray
+    peak_time: float
+
+    def trace(self, around: float, unit: float, height: float, name: str, unit_name: str) -> Trace:
+        """As Plotly takes it.
+
+        Parameters
+        ----------
+        around
+            How long before and after its peak it is drawn [s]; infinite: always, and from time 0.
+        unit
+            Of the time [s].
+        height
+            Of a Newton, in lines.
+        name, unit_name
+            In the legend; of the unit.
+        """
+        inside = np.abs(self.time - self.peak_time) <= around
+        time, force = self.time[inside], self.force[inside]
+        still = np.zeros(force.size, bool)  # points that only say that a line is straight
+        still[1:-1] = (force[:-2] == 0) & (force[1:-1] == 0) & (force[2:] == 0)
+        time, force = time[~still], force[~still]
+        zero = self.peak_time if np.isfinite(around) else 0.0
+        return {
+            "type": "scatter",
+            "mode": "lines",
+            "name": name,
+            "x": [_rounded((t - zero) / unit) for t in time],
+            "y": [_rounded(self.place + height * f) for f in force],
+            "customdata": [
+                [_rounded(f, 9), _rounded(t / unit, 9)] for t, f in zip(time, force, strict=True)
+            ],
+            "hovertemplate": f"{self.what}, {name}<br>%{{customdata[1]:.6g}} {unit_name}"
+            "<br>%{customdata[0]:.6g} N<extra></extra>",
+        }
+
+
+def _rounded(value: float, digits: int = 7) -> float:
+    """As many digits as a plot or its hover text shows, so that the page stays small."""
+    return float(f"{value:.{digits}g}")

@@ -1,0 +1,176 @@
+"""What varies in a sweep: lists and ranges of one parameter each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import is_finite, require
+from hertzchain.scene.quantities import to_si
+from hertzchain.scene.scene import UNITS
+
+_MOST_LISTED = 100_000
+"""Values of one list; they are kept in memory and with the sweep."""
+
+
+_FORMS = "A,B,C or LOW:HIGH:COUNT, LOW:HIGH:COUNT:log, or to be sampled LOW:HIGH, LOW:HIGH:log"
+
+
+Value = float | int | str
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A parameter that takes values one by one.
+
+    Parameters
+    ----------
+    name
+        Of the parameter, as the scene file has it.
+    values
+        In SI; text for profiles.
+    """
+
+    name: str
+    values: tuple[Value, ...]
+
+    @property
+    def count(self) -> int:
+        """How many values there are."""
+        return len(self.values)
+
+    @property
+    def ends(self) -> tuple[Value, ...]:
+        """Values that have to be possible for all to be."""
+        return self.values
+
+    def at(self, index: NDArray[np.int64]) -> NDArray[Any]:
+        """The values of these numbers."""
+        return np.asarray(self.values)[index]
+
+
+@dataclass(frozen=True)
+class Span:
+    """A parameter that takes values between two, equally spaced or drawn.
+
+    Parameters
+    ----------
+    name
+        Of the parameter, as the scene file has it.
+    low, high
+        The ends, in SI; both are taken by a grid.
+    count
+        Of values on a grid; None for one that is sampled.
+    log
+        Whether logarithms are equally spaced, or drawn.
+    """
+
+    name: str
+    low: float
+    high: float
+    count: int | None
+    log: bool
+
+    @property
+    def ends(self) -> tuple[Value, ...]:
+        """Values that have to be possible for all to be."""
+        ends = self.low, self.high
+        return tuple(map(int, ends)) if self.name == "chain.granules" else ends
+
+    def at(self, index: NDArray[np.int64]) -> NDArray[Any]:
+        """The values of these numbers on the grid."""
+        assert self.count is not None
+        return self.between(index / max(self.count - 1, 1))
+
+    def between(self, fraction: FloatArray) -> NDArray[Any]:
+        """The values at fractions of the way from one end to the other, 0 to 1."""
+        if self.name == "chain.granules":  # each whole number has the same share
+            if self.log:
+                edges = self.low - 0.5, self.high + 0.5
+                drawn = edges[0] * (edges[1] / edges[0]) ** fraction
+                return np.clip(np.rint(drawn), self.low, self.high).astype(np.int64)
+            share = np.floor(self.low + fraction * (self.high - self.low + 1))
+            return np.clip(share, self.low, self.high).astype(np.int64)
+        if self.log:
+            inside = self.low ** (1 - fraction) * self.high**fraction
+        else:
+            inside = self.low + fraction * (self.high - self.low)
+        # Both ends to the last digit.
+        return np.where(fraction == 0, self.low, np.where(fraction == 1, self.high, inside))
+
+
+Axis = Listed | Span
+
+
+def axis_of(name: str, given: str | Iterable[Value]) -> Axis:
+    """The values of a parameter, from a list or from text as the command line has it."""
+    if isinstance(given, str) and ":" in given:
+        return _range(name, given)
+    several = isinstance(given, Iterable) and not isinstance(given, bytes | Mapping)
+    several = several and getattr(given, "ndim", 1) == 1  # NumPy's numbers look iterable
+    require(several, name, given, f"must be a list of values, or text: {_FORMS}")
+    pieces: list[Any] = given.split(",") if isinstance(given, str) else list(given)
+    require(0 < len(pieces) <= _MOST_LISTED, name, None, f"must take 1 to {_MOST_LISTED:,} values")
+    values = tuple(_value(name, piece) for piece in pieces)
+    require(len(set(values)) == len(values), name, None, "must not take a value twice")
+    return Listed(name, values)
+
+
+def _range(name: str, given: str) -> Axis:
+    numeric = name != "shock.profile"
+    require(numeric, name, given, "has no range: name its values, cosine,triangular")
+    low_text, high_text, *rest = (piece.strip() for piece in given.split(":"))
+    log = bool(rest) and rest[-1] == "log"
+    rest = rest[: len(rest) - log]
+    require(len(rest) <= 1, name, given, f"must be {_FORMS}")
+    low, high = float(_value(name, low_text)), float(_value(name, high_text))
+    require(is_finite(low) and is_finite(high), name, given, "must be between finite numbers")
+    require(low < high, name, given, "is empty: the first end must be below the second")
+    require(not log or low > 0, name, given, "must be above 0 at both ends to be logarithmic")
+    if not rest:
+        return Span(name, low, high, None, log)
+    allowed = "must have at least 2 values, a whole number: LOW:HIGH:COUNT"
+    count = _count(rest[0])
+    require(count >= 2, name, given, allowed)
+    span = Span(name, low, high, count, log)
+    if name != "chain.granules":
+        return span
+    # Whole numbers as near to the grid as there are, each of them once.
+    require(count <= _MOST_LISTED, name, given, f"must take at most {_MOST_LISTED:,} values")
+    spaced = np.geomspace if log else np.linspace
+    whole = np.rint(spaced(low, high, count)).astype(np.int64)
+    return Listed(name, tuple(dict.fromkeys(whole.tolist())))
+
+
+def _count(text: str) -> int:
+    """A whole number, 1e3 too; 0 for what is none."""
+    try:
+        number = float(text)
+    except ValueError:
+        return 0
+    return int(number) if number.is_integer() else 0
+
+
+def is_whole(value: object, least: int) -> bool:
+    """Whether a value is an integer of at least so much (booleans are not)."""
+    return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= least
+
+
+def _value(name: str, given: Any) -> Value:
+    """One value, in SI."""
+    key = name.partition(".")[2]
+    if key == "profile":
+        require(isinstance(given, str), name, given, "must be the name of a profile")
+        return str(given).strip()
+    number = given.item() if isinstance(given, np.generic) else given
+    number = to_si(name, number.strip() if isinstance(number, str) else number, UNITS.get(key, ""))
+    if key == "granules":
+        require(number.is_integer(), name, given, "must be a whole number")
+        return int(number)
+    return number

@@ -1,0 +1,166 @@
+"""Colours, scales and names of what is drawn of a sweep."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.report.style import COLOURS
+from hertzchain.sweeps.axes import Span
+from hertzchain.sweeps.selection import TEXT, Rows
+from hertzchain.sweeps.table import COUNTS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Normalize
+
+
+LABELS = {
+    "scene": "number of the scene",
+    "backend": "backend",
+    "chain.granules": "granules N",
+    "chain.radius": "radius R [m]",
+    "chain.young_modulus": "Young's modulus E [Pa]",
+    "chain.poisson_ratio": "Poisson's ratio",
+    "chain.density": "density [kg/m³]",
+    "shock.profile": "profile",
+    "shock.peak_force": "F0 [N]",
+    "shock.duration_ratio": "n",
+    "shock.momentum_ratio": "LM_ratio",
+    "shock.rise_time": "rise time t0 [s]",
+    "run.end_time": "end of the run [s]",
+    "transition_granules": "p, granules in the transition",
+    "solitary_wave_force_N": "F_SW [N]",
+    "far_field_force_N": "peak force far from the shock [N]",
+    "speed_m_s": "wave speed [m/s]",
+    "largest_peak_force_N": "largest peak force [N]",
+    "largest_peak_contact": "contact of the largest peak",
+    "overlap_ratio": "largest overlap / R",
+    "eq3_transition_granules": "p by Eq. 3, granules",
+    "error_estimate": "error estimate of the peaks, relative",
+    "force_evaluations": "force evaluations",
+}
+"""What the columns of a sweep are called on an axis."""
+
+
+_WHOLE = (*COUNTS, "chain.granules", "scene")
+
+
+_NAMED: dict[str, dict[str, str]] = {
+    "cosine": {"color": "#0072B2", "marker": "o"},
+    "triangular": {"color": "#D55E00", "marker": "s"},
+    "cosine-triangular": {"color": "#009E73", "marker": "^"},
+    "table": {"color": "#CC79A7", "marker": "D"},
+    "native": {"color": COLOURS["native"], "marker": "o"},
+    "lammps": {"color": COLOURS["lammps"], "marker": "s"},
+    "formulas": {"color": COLOURS["eq6"], "marker": "^"},
+}
+"""Okabe and Ito's colours, told apart by the colour-blind, too."""
+
+
+_MARKERS, _DASHES = "os^Dv<>P", ("-", "--", "-.", ":")
+
+
+_FEW = len(_MARKERS)
+"""Values of a colour that a legend names; more have a colour bar."""
+
+
+_DECADES = 100.0
+"""Ratio of the largest value to the smallest from which an axis is logarithmic."""
+
+
+_PLAIN = (1e-3, 1e4)
+"""Between these, numbers on a logarithmic axis are written out: 0.1, and no power of ten."""
+
+
+def looks_of(values: NDArray[Any], name: str) -> dict[Any, dict[str, Any]]:
+    """How each of a few values, or names, is drawn; empty where there are too many.
+
+    Markers are open and of several sizes: where lines agree, one is seen inside the other.
+    """
+    from matplotlib import colormaps
+
+    found = sorted(set(values), key=list(_NAMED).index) if name in TEXT else np.unique(values)
+    if len(found) > _FEW:
+        return {}
+    shades = colormaps["viridis"](np.linspace(0, 0.88, len(found)))
+    looks = {}
+    for k, value in enumerate(found):
+        look: dict[str, Any] = {"color": shades[k], "marker": _MARKERS[k]}
+        label = value if name in TEXT else f"{value:.4g}"
+        if name in TEXT:
+            look = dict(_NAMED[value])
+        looks[value] = look | {
+            "label": label,
+            "linestyle": _DASHES[k % len(_DASHES)],
+            "fillstyle": "full" if k == 0 else "none",
+            "markersize": 4 + k * min(2.5, 8 / len(found)),
+        }
+    return looks
+
+
+def legend(axes: Axes, colour: str) -> None:
+    """Name the colours above the axes."""
+    axes.figure.legend(loc="outside right upper", title=LABELS[colour], fontsize="small")
+
+
+def colour_bar(axes: Axes, rows: Rows, name: str) -> Any:
+    """A colour bar for a column of numbers; what has its colours."""
+    from matplotlib.cm import ScalarMappable
+
+    values = rows.column[name]
+    scale = ScalarMappable(_norm(values, name in _WHOLE, is_log(rows, name)), "viridis")
+    bar = axes.figure.colorbar(scale, ax=axes, label=LABELS[name])
+    if name in _WHOLE and not is_log(rows, name):
+        bar.locator = _at_whole_numbers()
+        bar.minorticks_off()
+        bar.update_ticks()
+    return scale
+
+
+def _norm(values: FloatArray, whole: bool, log: bool) -> Normalize:
+    from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
+
+    low, high = float(np.min(values)), float(np.max(values))
+    if log:
+        return LogNorm(low, high)
+    colours = 256  # of the colour map
+    if whole and high - low < colours:
+        return BoundaryNorm(np.arange(low, high + 2) - 0.5, colours)
+    return Normalize(low, high)
+
+
+def is_log(rows: Rows, name: str) -> bool:
+    """Whether logarithms of a column are equally spaced, or its values span decades."""
+    axis = rows.axes.get(name)
+    if isinstance(axis, Span) and axis.log:
+        return True
+    values = rows.column[name]
+    low, high = float(np.min(values)), float(np.max(values))
+    return low > 0 and high / low > _DECADES and math.isfinite(high)
+
+
+def scale(rows: Rows, name: str, set_scale: Callable[[str], None], axis: Any) -> None:
+    """Make an axis of the picture logarithmic, or have it marked at whole numbers."""
+    if is_log(rows, name):
+        set_scale("log")
+        low, high = float(np.min(rows.column[name])), float(np.max(rows.column[name]))
+        if low >= _PLAIN[0] and high <= _PLAIN[1]:
+            digits = "23456789" if high < 5 * low else "235" if high < 50 * low else ""
+            axis.set_major_formatter(lambda value, _: f"{value:g}")
+            axis.set_minor_formatter(
+                lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in digits else ""
+            )
+    elif name in _WHOLE:
+        axis.set_major_locator(_at_whole_numbers())
+
+
+def _at_whole_numbers() -> Any:
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(integer=True, min_n_ticks=1, steps=[1, 2, 5, 10])

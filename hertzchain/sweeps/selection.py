@@ -1,0 +1,274 @@
+"""The rows of a sweep that are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.errors import HertzchainError, SceneError, require
+from hertzchain.scene.quantities import to_si
+from hertzchain.scene.scene import UNITS
+from hertzchain.sweeps.axes import Axis, Listed, Span
+from hertzchain.sweeps.table import COLUMNS
+
+if TYPE_CHECKING:
+    import pandas
+
+
+TITLES = {
+    "shock.profile": "{} pulse",
+    "shock.duration_ratio": "n = {:.4g}",
+    "shock.momentum_ratio": "LM_ratio = {:.4g}",
+    "shock.rise_time": "t0 = {:.4g} s",
+    "shock.peak_force": "F0 = {:.4g} N",
+    "chain.granules": "{} granules",
+    "chain.radius": "R = {:.4g} m",
+    "chain.young_modulus": "E = {:.4g} Pa",
+    "chain.poisson_ratio": "Poisson's ratio {:.4g}",
+    "chain.density": "{:.4g} kg/m³",
+    "run.end_time": "until {:.4g} s",
+    "backend": "{}",
+}
+"""How a title says what is the same in all rows."""
+
+
+_ALWAYS = 6
+"""Of the titles: so many are told where they do not vary; the others where they were fixed."""
+
+
+TEXT = ("backend", "shock.profile", "failure")
+
+
+_OTHER_MEASURE = {
+    "shock.momentum_ratio": "shock.rise_time",
+    "shock.rise_time": "shock.momentum_ratio",
+}
+"""Either says how long a pulse lasts, and follows from the other."""
+
+
+_AS_GIVEN = 1e-3
+"""How near, relatively, a value has to be to one of the sweep to be that one: three digits."""
+
+
+class Drawable(Protocol):
+    """What is drawn of a ``Sweep``, which draws itself by ``draw``."""
+
+    @property
+    def manifest(self) -> Mapping[str, Any]:
+        """What was asked for."""
+        ...
+
+    @property
+    def rows(self) -> int:
+        """Scenes times backends."""
+        ...
+
+    def to_frame(self, columns: Sequence[str] | None = None) -> pandas.DataFrame:
+        """One row per scene and backend."""
+        ...
+
+
+def full_name(name: str) -> str:
+    """The name of a column, given with its section or without.
+
+    Raises
+    ------
+    SceneError
+        If there is none.
+    """
+    found = [one for one in COLUMNS if name in (one, one.partition(".")[2] or one)]
+    allowed = f"is no column of a sweep, which has {', '.join(COLUMNS)}"
+    require(len(found) == 1, name, None, allowed)
+    return found[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """What is to be drawn: rows with numbers, and where each is among all that varies.
+
+    Parameters
+    ----------
+    column
+        Those that are drawn, by name, shape (rows,).
+    place
+        For each axis that is crossed, and the backend, which of its values a row has: numbers from
+        0, shape (rows,).
+    axes
+        What varies, by name.
+    left
+        Names of all that takes several values and is not fixed; ``backend`` may be among them.
+    fixed
+        What is the same in all rows, by name.
+    backends
+        Of the sweep.
+    remarks
+        On rows that are not there.
+    """
+
+    column: Mapping[str, NDArray[Any]]
+    place: Mapping[str, NDArray[np.int64]]
+    axes: Mapping[str, Axis]
+    left: tuple[str, ...]
+    fixed: Mapping[str, Any]
+    backends: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+    @property
+    def default_colour(self) -> str | None:
+        """The backend, where there are several."""
+        return "backend" if "backend" in self.left else None
+
+    @property
+    def drawn(self) -> tuple[str, ...]:
+        """What is left and was sampled."""
+        return tuple(name for name in self.left if name not in self.place)
+
+    def behind(self, name: str | None) -> str | None:
+        """The parameter that varies where a column does; None where that is not one alone."""
+        for one in (name, _OTHER_MEASURE.get(name or "")):
+            if one in self.left:
+                return one
+        return None
+
+    def count(self, name: str) -> int:
+        """How many values an axis that is crossed takes."""
+        return len(self.backends) if name == "backend" else self.axes[name].count or 0
+
+    def hidden(self, *shown: str | None) -> tuple[str, ...]:
+        """What varies and is not shown."""
+        seen = {self.behind(name) for name in shown}
+        return tuple(name for name in self.left if name not in seen)
+
+
+def selected_rows(
+    sweep: Drawable, numbers: tuple[str, str], colour: str | None, where: Mapping[str, Any]
+) -> Rows:
+    """The rows of a sweep that have the numbers and lie where they are wanted."""
+    manifest = sweep.manifest
+    axes = {axis.name: axis for axis in map(_axis, manifest["vary"])}
+    backends = tuple(one["name"] for one in manifest["backends"])
+    fixed = {full_name(name): value for name, value in where.items()}
+    allowed = f"is fixed twice: by {' and '.join(where)}"
+    require(len(fixed) == len(where), next(iter(fixed), ""), None, allowed)
+    fixed_to = {name: _number(name, value, axes, backends) for name, value in fixed.items()}
+
+    named = ("scene", "backend", "failure", *numbers, *([colour] if colour else []))
+    frame = sweep.to_frame(list(dict.fromkeys(named)))
+    remarks = []
+    if len(frame) < sweep.rows:
+        there = f"{len(frame):,} of {sweep.rows:,} rows are there"
+        remarks.append(f"the sweep is not complete, {there}")
+    place = _places(frame, axes, backends, manifest["samples"])
+    keep = np.ones(len(frame), np.bool_)
+    for name, number in fixed_to.items():
+        keep &= place[name] == number
+    frame, place = frame[keep], {name: found[keep] for name, found in place.items()}
+    values = {name: _column(frame, name) for name in dict.fromkeys((*named[3:], "backend"))}
+    lacking = {name: np.isnan(found) for name, found in values.items() if name not in TEXT}
+    lost = np.any(list(lacking.values()), axis=0)
+    without = " or ".join(name for name, holes in lacking.items() if holes.any())
+    if lost.all():
+        what = f"no row has {without}" if lost.size else "its rows are not there yet"
+        raise HertzchainError(f"there is nothing to draw: {what}")
+    if lost.any():
+        failed = int((frame["failure"].notna().to_numpy() & lost).sum())
+        more = f"; {failed:,} of them failed" if failed else ""
+        remarks.append(
+            f"{int(lost.sum()):,} of {lost.size:,} rows have no {without} and are left out{more}"
+        )
+    several = [name for name, axis in axes.items() if axis.count is None or axis.count > 1]
+    several += ["backend"] if len(backends) > 1 else []
+    return Rows(
+        {name: found[~lost] for name, found in values.items()},
+        {name: found[~lost] for name, found in place.items()},
+        axes,
+        tuple(name for name in several if name not in fixed),
+        _same_in_all(manifest, axes, backends, fixed_to),
+        backends,
+        tuple(remarks),
+    )
+
+
+def _axis(entry: Mapping[str, Any]) -> Axis:
+    """An axis, as JSON knows it."""
+    return Span(**entry) if "low" in entry else Listed(entry["name"], tuple(entry["values"]))
+
+
+def _number(name: str, wanted: Any, axes: Mapping[str, Axis], backends: Sequence[str]) -> int:
+    """Which of the values that a parameter takes is meant, from 0."""
+    if name == "backend":
+        require(wanted in backends, name, wanted, f"is not in the sweep: {', '.join(backends)}")
+        return backends.index(wanted)
+    allowed = f"does not vary in this sweep; what does: {', '.join(axes)}"
+    require(name in axes, name, None, allowed)
+    axis = axes[name]
+    allowed = "was drawn, so that hardly two rows have the same: it cannot be fixed"
+    require(axis.count is not None, name, None, allowed)
+    assert axis.count is not None
+    values = axis.at(np.arange(axis.count))
+    if name in TEXT:
+        require(wanted in values, name, wanted, f"is not in the sweep: {', '.join(values)}")
+        return int(np.nonzero(values == wanted)[0][0])
+    given = wanted.strip() if isinstance(wanted, str) else wanted
+    number = float(to_si(name, given, UNITS.get(name.partition(".")[2], "")))
+    off = np.abs(values - number)
+    nearest = np.argsort(off, kind="stable")[:2]
+    if not off[nearest[0]] <= _AS_GIVEN * abs(values[nearest[0]]):
+        said = " and ".join(f"{value:.5g}" for value in values[np.sort(nearest)])
+        raise SceneError(name, wanted, f"is not in the sweep; the nearest there: {said}")
+    return int(nearest[0])
+
+
+def _places(
+    frame: pandas.DataFrame,
+    axes: Mapping[str, Axis],
+    backends: Sequence[str],
+    samples: Mapping[str, Any] | None,
+) -> dict[str, NDArray[np.int64]]:
+    """Where rows are on each axis that is crossed: by their numbers, which no digit is lost of."""
+    crossed = {name: axis.count for name, axis in axes.items() if axis.count is not None}
+    shape = (*crossed.values(), *([samples["count"]] if samples else []))
+    found = np.unravel_index(frame["scene"].to_numpy(np.int64), shape)
+    place = {name: at.astype(np.int64) for name, at in zip(crossed, found, strict=False)}
+    place["backend"] = np.zeros(len(frame), np.int64)
+    for number, name in enumerate(backends):
+        place["backend"][(frame["backend"] == name).to_numpy(np.bool_)] = number
+    return place
+
+
+def _column(frame: pandas.DataFrame, name: str) -> NDArray[Any]:
+    if name in TEXT:  # each name is kept once, however many rows have it
+        codes, names = frame[name].factorize()
+        found: NDArray[Any] = np.asarray(names, object)[codes]
+        return found
+    return frame[name].to_numpy(np.float64, na_value=np.nan)
+
+
+def _same_in_all(
+    manifest: Mapping[str, Any],
+    axes: Mapping[str, Axis],
+    backends: Sequence[str],
+    fixed_to: Mapping[str, int],
+) -> dict[str, Any]:
+    """What the title may name: what does not vary, and what was fixed."""
+    base = {
+        f"{section}.{key}": value
+        for section, part in manifest["scene"].items()
+        for key, value in part.items()
+        if value is not None
+    }
+    varies = {*axes, *(_OTHER_MEASURE[name] for name in axes if name in _OTHER_MEASURE)}
+    told = list(TITLES)[:_ALWAYS]
+    same = {name: base[name] for name in told if name in base and name not in varies}
+    if "shock.time_s" in base:
+        same["shock.profile"] = "table"
+    for name, axis in axes.items():
+        if name in fixed_to or axis.count == 1:
+            same[name] = axis.at(np.array([fixed_to.get(name, 0)]))[0]
+    if "backend" in fixed_to or len(backends) == 1:
+        same["backend"] = backends[fixed_to.get("backend", 0)]
+    return {name: same[name] for name in TITLES if name in same}

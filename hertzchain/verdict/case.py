@@ -1,0 +1,129 @@
+"""Peaks that are wrong, and what is known of the scene: the case that causes have to explain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native import Native
+from hertzchain.errors import RunFailed, SceneError, TooExpensive
+from hertzchain.limits import Deadline
+from hertzchain.observables.result import Result
+from hertzchain.scene.scene import Scene
+
+_LOWEST = 1e-9
+"""Of the truth: lower peaks are as good as none."""
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A mistake, in words, and what it leaves of the differences (``Case.residual``)."""
+
+    sentence: str
+    residual: float
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Peaks to be explained.
+
+    Parameters
+    ----------
+    scene, reference
+        The scene, and the truth of it.
+    given
+        Peak forces in question [N], shape (N - 1,), NaN where there is none.
+    judged
+        The contacts to look at, shape (N - 1,).
+    dt
+        The step they were computed with [s], if it is known.
+    deadline
+        When to stop looking.
+    """
+
+    scene: Scene
+    reference: Result
+    given: FloatArray
+    judged: NDArray[np.bool_]
+    dt: float | None
+    deadline: Deadline
+
+    @property
+    def differences(self) -> FloatArray:
+        """Relative differences from the truth, of the judged contacts."""
+        return self.given[self.judged] / self.reference.peak_force[self.judged] - 1.0
+
+    @property
+    def size(self) -> float:
+        """How large the differences are: what the truth leaves of them."""
+        return self.residual(self.reference.peak_force) if self.judged.any() else 0.0
+
+    def residual(self, peak_force: FloatArray) -> float:
+        """What other peaks [N], shape (N - 1,), leave of the differences.
+
+        Logarithms, so that a thousandth and a hundredth of the truth are not both just too low.
+        """
+        lowest = _LOWEST * self.reference.peak_force[self.judged]
+        ratio = np.maximum(self.given[self.judged], lowest) / np.maximum(
+            peak_force[self.judged], lowest
+        )
+        found = float(np.sqrt(np.mean(np.log(ratio) ** 2)))
+        return found if math.isfinite(found) else math.inf
+
+    def of(self, scene: Scene) -> FloatArray:
+        """True peaks of another scene [N]; NaN where there are none."""
+        try:
+            run = Native(rtol=1e-8, peaks_only=True, time_limit=max(self.deadline.left, 1e-3))
+            return run.run(scene).peak_force
+        except TooExpensive:
+            raise
+        except (RunFailed, SceneError):
+            return np.full_like(self.given, np.nan)
+
+    def fit(
+        self, family: Callable[[float], FloatArray], trials: Sequence[float]
+    ) -> tuple[float, float]:
+        """The parameter with which a family of peaks leaves the least, and what it leaves.
+
+        Parameters
+        ----------
+        family
+            Peak forces [N] for a parameter.
+        trials
+            Increasing; looked for is the best between the neighbours of each that is better than
+            they are, as the best of them need not lie in the deepest valley.
+        """
+        from scipy.optimize import minimize_scalar
+
+        left = [self.residual(family(x)) for x in trials]
+        k = int(np.argmin(left))
+        best, least = trials[k], left[k]
+        if not math.isfinite(least):
+            return best, math.inf
+        for k in _valleys(left):
+            bounds = trials[max(k - 1, 0)], trials[min(k + 1, len(trials) - 1)]
+            square = minimize_scalar(
+                lambda x: min(self.residual(family(x)), 1e100) ** 2,
+                bounds=bounds,
+                method="bounded",
+                options={"xatol": 1e-9 * (bounds[1] - bounds[0])},
+            )
+            found = self.residual(family(float(square.x)))
+            if found < least:
+                best, least = float(square.x), found
+        return best, least
+
+
+def _valleys(values: Sequence[float]) -> list[int]:
+    """Where values are finite and no higher than their neighbours."""
+    walled = [math.inf, *values, math.inf]
+    return [
+        k
+        for k, value in enumerate(values)
+        if math.isfinite(value) and value <= min(walled[k], walled[k + 2])
+    ]

@@ -1,0 +1,288 @@
+"""The contenders of a trade-off: every method that finds peaks, each a function of a setting."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hertzchain import theory
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.engines.lammps import Lammps
+from hertzchain.engines.native import METHODS, Native, choice, simulate, simulate_in_numpy
+from hertzchain.engines.native.equations import acceleration, contact_force, net_force, overlap
+from hertzchain.errors import RunFailed
+from hertzchain.observables.peaks import PeakWatch
+from hertzchain.observables.result import Result
+from hertzchain.observables.samples import Samples
+from hertzchain.scene.pulse import Pulse
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+if TYPE_CHECKING:
+    pass
+
+
+_SCIPY_INTERVAL = 0.1
+"""Natural time units between two samples of SciPy's dense output; peaks are off by 1e-12 for it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What one run of a contender found.
+
+    Parameters
+    ----------
+    peak_force
+        Of contacts 2 ... N [N], shape (contacts,), NaN where a contender says nothing.
+    force_evaluations
+        How often the right-hand side of Eq. 1 was evaluated for the whole chain; 0 for a formula.
+    """
+
+    peak_force: FloatArray
+    force_evaluations: int
+
+
+@dataclass(frozen=True)
+class Contender:
+    """One way to the peaks.
+
+    Parameters
+    ----------
+    name
+        What it is called; no two are called the same.
+    engine
+        One of ENGINES.
+    steps
+        Largest steps to run with, natural time units, from cheap to dear; empty where it has none.
+    rtols
+        Relative accuracies to ask for, from cheap to dear; empty where none is asked for.
+    run
+        Runs a scene with a step [s] or an accuracy; with NaN where the contender has neither.
+    self_contained
+        Whether it says the peaks of all contacts, knowing nothing but the scene.
+    """
+
+    name: str
+    engine: str
+    run: Callable[[Scene, float], Outcome]
+    steps: tuple[float, ...] = ()
+    rtols: tuple[float, ...] = ()
+    self_contained: bool = True
+
+
+def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
+    """Everything that is measured, in the order in which it is shown.
+
+    One more contender is one more entry here: a name, an engine, the settings and a function
+    (scene, setting) -> Outcome. One more engine is one more name in ENGINES and a marker in
+    ``report``.
+
+    Parameters
+    ----------
+    scene
+        What they will run.
+    truth
+        Where the formulas have p and F_SW from.
+    """
+    finer = {name: _halvings(*ends) for name, ends in _STEPS.items()}
+    finer["reference"] = finer["reference"][::2]
+    return (
+        *_formulas(scene, truth),
+        *_map(scene),
+        *(
+            Contender(f"{name}, compiled", "compiled", functools.partial(_compiled, name), steps)
+            for name, steps in finer.items()
+        ),
+        Contender("srkn-6b, float32", "compiled", _compiled_float32, finer["srkn-6b"][:11]),
+        Contender("rtol, with estimate", "compiled", _with_estimate, rtols=_decades(2, 10)),
+        Contender("rtol, without estimate", "compiled", _without_estimate, rtols=_decades(2, 10)),
+        *(
+            Contender(f"{name}, NumPy", "NumPy", functools.partial(_numpy, name), steps[:9:2])
+            for name, steps in finer.items()
+            if name != "reference"
+        ),
+        # Its halved steps cost NumPy a second, whatever the step it starts from.
+        Contender(
+            "reference, NumPy",
+            "NumPy",
+            functools.partial(_numpy, "reference"),
+            (METHODS["reference"].step,),
+        ),
+        Contender("DOP853, SciPy", "SciPy", _scipy, rtols=_decades(4, 12)),
+        Contender("LAMMPS", "LAMMPS", _lammps, _halvings(0.4, 0.4 / 2**9)[::2]),
+        Contender(
+            "LAMMPS, extrapolated",
+            "LAMMPS",
+            functools.partial(_lammps, extrapolated=True),
+            _halvings(0.4, 0.4 / 2**7)[::2],
+        ),
+    )
+
+
+def _halvings(first: float, last: float) -> tuple[float, ...]:
+    """From one step to another, each shorter by the square root of 2."""
+    count = round(2 * math.log2(first / last))
+    return tuple(first * 2 ** (-k / 2) for k in range(count + 1))
+
+
+def _decades(first: int, last: int) -> tuple[float, ...]:
+    return tuple(float(f"1e-{k}") for k in range(first, last + 1))
+
+
+_STEPS = {
+    "velocity-verlet": (0.4, 0.4 / 2**10),
+    "rk4": (0.4, 0.4 / 2**7.5),
+    "dprkn-6": (0.8, 0.8 / 2**5.5),
+    "srkn-6b": (1.2, 1.2 / 2**7),
+    "srkn-11b": (1.2, 1.2 / 2**4.5),
+    "reference": (0.8, 0.8 / 2**5),
+}
+"""First and last step of each native method, natural time units: errors from some per cent to
+1e-12, or to what a tenth of a second buys. Of the reference method only the start of its halvings.
+"""
+
+
+def _formulas(scene: Scene, truth: Result) -> tuple[Contender, ...]:
+    """Eqs. 6 and 9 at the contacts that they speak of, given p and F_SW of the truth."""
+    p, wave_force, pulse = truth.transition_granules, truth.solitary_wave.peak_force, scene.shock
+    if p is None or wave_force is None or not isinstance(pulse, Pulse):
+        return ()
+    contacts, rise_time = truth.contact.size, scene.rise_time
+    assert rise_time is not None
+
+    def eq6(last: int) -> FloatArray:
+        ratio = theory.effective_momentum_ratio(scene.chain, pulse, rise_time)
+        transition = np.arange(2, last + 1)
+        return theory.peak_force(transition, p, wave_force, pulse.duration_ratio, ratio)
+
+    def eq9() -> FloatArray:
+        return theory.peak_force_cubic(np.arange(2, p + 2), p, float(eq6(2)[0]), wave_force)
+
+    def contender(name: str, forces: Callable[[], FloatArray]) -> Contender:
+        def run(_: Scene, __: float) -> Outcome:
+            said = forces()
+            return Outcome(np.append(said, np.full(contacts - said.size, np.nan)), 0)
+
+        return Contender(name, "formulas", run, self_contained=False)
+
+    return (
+        contender("Eq. 6, given p and F_SW", lambda: eq6(p)),
+        contender("Eq. 9, given p and F_SW", eq9),
+    )
+
+
+def _map(scene: Scene) -> tuple[Contender, ...]:
+    """The map of peaks, where it knows the scene."""
+    contacts = scene.chain.granules - 1
+
+    def run(scene: Scene, _: float) -> Outcome:
+        said = theory.predict(scene).peak_force
+        return Outcome(np.append(said, np.full(contacts - said.size, np.nan)), 0)
+
+    known = theory.predict(scene).peak_force
+    if not np.any(np.isfinite(known)):
+        return ()
+    return (Contender("map", "map", run, self_contained=known.size == contacts),)
+
+
+def _compiled(
+    method: str, scene: Scene, step: float, dtype: type[np.floating[Any]] = np.float64
+) -> Outcome:
+    """A native method with steps as asked, without what tells its error."""
+    walker = METHODS[method].walker
+    run = simulate(scene, scene.schedule(step), walker, dtype=dtype, leave_behind=True)
+    return Outcome(run.peaks.force * scene.units.force, run.evaluations)
+
+
+def _compiled_float32(scene: Scene, step: float) -> Outcome:
+    """Single precision, by the method that is cheapest where that is enough."""
+    return _compiled("srkn-6b", scene, step, np.float32)
+
+
+def _with_estimate(scene: Scene, rtol: float) -> Outcome:
+    """What a user gets who asks for an accuracy: method and step chosen, the error estimated."""
+    result = Native(rtol=rtol, peaks_only=True).run(scene)
+    return Outcome(result.peak_force, result.force_evaluations)
+
+
+def _without_estimate(scene: Scene, rtol: float) -> Outcome:
+    """The first run of that: what is left where nobody asks how sure the peaks are."""
+    chosen = choice.plan(rtol)
+    legs = scene.schedule(chosen.step * scene.units.time)
+    run = simulate(scene, legs, chosen.walker, leave_behind=True)
+    return Outcome(run.peaks.force * scene.units.force, run.evaluations)
+
+
+def _numpy(method: str, scene: Scene, step: float) -> Outcome:
+    """A native method as its equations are written."""
+    run = simulate_in_numpy(scene, scene.schedule(step), METHODS[method].walker)
+    return Outcome(run.peaks.force * scene.units.force, run.evaluations)
+
+
+def _scipy(scene: Scene, rtol: float) -> Outcome:
+    """SciPy's DOP853 from corner to corner of the pulse, peaks from its dense output."""
+    from scipy.integrate import solve_ivp
+
+    units, granules = scene.units, scene.chain.granules
+    state, evaluations = np.zeros(2 * granules), 0
+    watch = PeakWatch(granules - 1)
+    for si in scene.schedule(math.inf):
+        leg = si.in_units(units.time, units.force)
+
+        def rates(time: float, state: Array, leg: Leg = leg) -> Array:
+            pushed = 0.0 if leg.ramp is None else leg.ramp.force(time)
+            return np.concatenate([state[granules:], acceleration(state[:granules], pushed)])
+
+        # Overlaps ahead of the front are small: an absolute tolerance as large would leave noise.
+        found = solve_ivp(
+            rates,
+            (leg.start, leg.end),
+            state,
+            method="DOP853",
+            rtol=rtol,
+            atol=1e-3 * rtol,
+            dense_output=True,
+        )
+        if not found.success or found.sol is None:
+            raise RunFailed(f"SciPy: {found.message}")
+        state, evaluations = found.y[:, -1], evaluations + found.nfev
+        count = math.ceil((leg.end - leg.start) / _SCIPY_INTERVAL) + 1
+        time = np.linspace(leg.start, leg.end, max(count, 2))
+        _show(watch, time, found.sol(time).T, leg)
+    return Outcome(watch.force * units.force, evaluations)
+
+
+def _show(watch: PeakWatch, time: FloatArray, states: FloatArray, leg: Leg) -> None:
+    """Let the peaks be found between states, shape (samples, 2 granules), as everywhere else."""
+    displacement, velocity = np.split(states, 2, axis=1)
+    pressed = overlap(displacement)
+    force, stiffness = contact_force(pressed), 1.5 * np.sqrt(np.maximum(pressed, 0))
+    nothing = np.zeros_like(time)
+    applied = nothing if leg.ramp is None else leg.ramp.force(time)
+    applied_rate = nothing if leg.ramp is None else leg.ramp.force_rate(time)
+    samples = Samples(
+        time,
+        displacement,
+        velocity,
+        acceleration=net_force(force, applied),
+        overlap=pressed,
+        contact_force=force,
+        jerk=net_force(stiffness * overlap(velocity), applied_rate),
+    )
+    # Of a contact that does no more than touch a peak below 0 may be found, which is none.
+    with np.errstate(invalid="ignore"):
+        watch.show(samples)
+
+
+def _lammps(scene: Scene, step: float, extrapolated: bool = False) -> Outcome:
+    """The deck from the creation of its instance on, without what finds a step or tells an error.
+
+    Where extrapolated, ``step`` is that of the finer run.
+    """
+    peaks, steps = Lammps(dt=step, extrapolated=extrapolated).peaks_alone(scene)
+    return Outcome(peaks, steps)

@@ -1,0 +1,101 @@
+"""Causes that lie in what was kept of a right run: peaks of samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native import METHODS, Native, simulate
+from hertzchain.verdict.case import Case, Cause
+
+FEWEST_SAMPLED = 12
+"""Contacts, where a million steps are tried: random numbers pass once in 1e5 cases then."""
+
+
+def samples(case: Case) -> Iterator[Cause]:
+    """The highest of samples at equal intervals, of a length to be found.
+
+    Near its peak at t a contact force falls off as the square; the nearest of the times k h lies
+    t - k h away. So every h says how much each contact is too low, in a pattern of its own.
+    """
+    lower = case.differences
+    if np.mean(lower) >= 0 or lower.size < FEWEST_SAMPLED:
+        return
+    unit = case.scene.units.time
+    time = case.reference.peak_time[case.judged] / unit
+    bend = _shape(case, np.array([-0.02, 0.0, 0.02]), 2)[0]
+    h = math.sqrt(12 * max(float(np.mean(lower / bend)), 0.0))
+    if not 1e-4 < h < 1.0:
+        return
+    shape = _shape(case, h * np.linspace(-0.7, 0.7, 5), 4)
+    for text, slower, off in _ways(case, h):
+        trials = np.arange(math.log(0.6 * h), math.log(1.7 * h), 0.1 * h / float(np.max(time)))
+        if trials.size > 1_000_000:
+            return
+
+        def left(
+            logs: FloatArray, slower: FloatArray = slower, off: FloatArray = off
+        ) -> FloatArray:
+            step = np.exp(logs)[:, np.newaxis]
+            when = time + slower * step**2
+            away = step * np.round(when / step) - when
+            model = off * step**2
+            for k, power in enumerate(range(shape.shape[0], 0, -1)):
+                model = model + shape[k] * away**power
+            return np.asarray(np.mean((model - lower) ** 2, axis=1))
+
+        pieces = np.array_split(trials, max(1, trials.size // 500))  # what a cache holds
+        values = np.concatenate([left(piece) for piece in pieces])
+        apart = trials[1] - trials[0]
+        near = trials[np.argsort(values)[:20], np.newaxis] + apart * np.linspace(-1, 1, 401)
+        fine = np.array([left(some) for some in near])
+        best = np.unravel_index(int(np.argmin(fine)), fine.shape)
+        step = math.exp(near[best]) * unit
+        yield Cause(
+            f"samples in place of maxima, {step:.6g} s apart, {text}", math.sqrt(fine[best])
+        )
+
+
+def _ways(case: Case, h: float) -> Iterator[tuple[str, FloatArray, FloatArray]]:
+    """Who samples: what its steps do to times and peaks, over the square of the step."""
+    time, scene = case.reference.peak_time[case.judged], case.scene
+    yield "of an accurate run", np.zeros_like(time), np.zeros_like(time)
+    if h > 0.4:
+        return
+    legs = scene.schedule(h * scene.units.time)
+    run = simulate(scene, legs, METHODS["velocity-verlet"].walker, deadline=case.deadline)
+    late = (run.peaks.time[case.judged] - time / scene.units.time) / h**2
+    expected = case.reference.peak_force[case.judged]
+    off = (run.peaks.force[case.judged] * scene.units.force / expected - 1) / h**2
+    yield "of velocity Verlet with such steps", late, off
+
+
+def _shape(case: Case, offsets: FloatArray, degree: int) -> FloatArray:
+    """Contact forces around their peaks as polynomials of the time from there.
+
+    Parameters
+    ----------
+    case
+        The judged contacts are looked at.
+    offsets
+        Where to look, natural time units.
+    degree
+        Of the polynomials.
+
+    Returns
+    -------
+    Coefficients of the powers ``degree`` to 1, relative to the peak: shape (degree, contacts).
+    """
+    scene, unit = case.scene, case.scene.units.time
+    peak_time = case.reference.peak_time[case.judged]
+    wanted = peak_time + unit * offsets[:, np.newaxis]
+    times, where = np.unique(np.clip(wanted, 0.0, scene.end_time), return_inverse=True)
+    run = Native(rtol=1e-8, time_limit=max(case.deadline.left, 1e-3)).run(scene, record=times)
+    assert run.history is not None
+    contact = np.flatnonzero(case.judged)
+    force = run.history.contact_force[where.reshape(wanted.shape), contact]
+    relative = force / case.reference.peak_force[case.judged] - 1.0
+    return np.asarray(np.polyfit(offsets, relative, degree)[:-1])

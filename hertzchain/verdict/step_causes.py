@@ -1,0 +1,61 @@
+"""Steps that are too long as a cause of wrong peaks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native import METHODS, simulate
+from hertzchain.errors import RunFailed, TooExpensive
+from hertzchain.observables.error_bound import stable_step
+from hertzchain.verdict.case import Case, Cause
+from hertzchain.verdict.twin import MOST_LEGS, steps_with_force, velocity_verlet
+
+
+def known_step(case: Case) -> Iterator[Cause]:
+    """What comes of steps of the length given: samples in place of maxima, corners passed over.
+
+    An applied force that is a step late is not among it. The pulses begin at 0, so the whole motion
+    is a step late then, and no peak changes.
+    """
+    if case.dt is None:
+        return
+    scene, dt = case.scene, case.dt
+    found = velocity_verlet(scene, scene.schedule(dt), case.deadline)
+    step = f"velocity Verlet with steps of {dt:.3g} s"
+    yield Cause(f"samples in place of maxima, {step}", case.residual(found.sampled))
+    yield Cause(f"what {step} has", case.residual(found.interpolated))
+    in_pulse = math.ceil(min(scene.ramps[-1].end, scene.end_time) / dt) + 1
+    if in_pulse > MOST_LEGS:
+        return
+    nodes = np.asarray(dt * np.arange(in_pulse + 1), np.float64)
+    after = max(0, math.ceil(scene.end_time / dt) - in_pulse)
+    legs = steps_with_force(nodes, scene.applied_force(nodes), after)
+    passing = velocity_verlet(scene, legs, case.deadline)
+    step += ", past the corners of the pulse"
+    yield Cause(f"what {step} has", case.residual(passing.interpolated))
+    yield Cause(f"samples in place of maxima, {step}", case.residual(passing.sampled))
+
+
+def long_steps(case: Case) -> Iterator[Cause]:
+    """Velocity Verlet with steps too long, of a length to be found."""
+    scene = case.scene
+    longest = 0.8 * stable_step(scene, METHODS["velocity-verlet"].interval)
+
+    def family(dt: float) -> FloatArray:
+        try:
+            run = simulate(
+                scene, scene.schedule(dt), METHODS["velocity-verlet"].walker,
+                leave_behind=True, deadline=case.deadline,
+            )  # fmt: skip
+        except TooExpensive:
+            raise
+        except RunFailed:
+            return np.full_like(case.given, np.nan)
+        return np.asarray(run.peaks.force * scene.units.force)
+
+    dt, left = case.fit(family, list(longest * np.geomspace(0.02, 1.0, 14)))
+    yield Cause(f"what velocity Verlet with steps of some {dt:.3g} s has", left)

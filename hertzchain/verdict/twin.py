@@ -1,0 +1,76 @@
+"""Velocity Verlet on a scene, and what a known force at each step makes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native import METHODS, simulate
+from hertzchain.limits import Deadline
+from hertzchain.observables.history import Recorder
+from hertzchain.scene.pulse import Ramp
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+
+@dataclass(frozen=True, eq=False)
+class Verlet:
+    """Peaks of velocity Verlet [N]: interpolated maxima, and the highest samples."""
+
+    interpolated: FloatArray
+    sampled: FloatArray
+
+
+def velocity_verlet(scene: Scene, legs: Sequence[Leg], deadline: Deadline) -> Verlet:
+    """What velocity Verlet finds on some steps, with and without interpolation.
+
+    Raises
+    ------
+    StepUnstable
+        If the motion diverges.
+    TooExpensive
+        If it was not done by the deadline.
+    """
+    unit, walker = scene.units, METHODS["velocity-verlet"].walker
+    run = simulate(scene, legs, walker, deadline=deadline)
+    nodes = _nodes(legs) / unit.time
+    # The highest sample is next to the peak: only there is the same run looked at once more.
+    after = np.searchsorted(nodes, run.peaks.time[np.isfinite(run.peaks.time)])
+    beside = np.clip(np.concatenate([after - 1, after, after + 1]), 0, nodes.size - 1)
+    recorder = Recorder(np.unique(nodes[beside]), scene.chain.granules)
+    simulate(scene, legs, walker, recorder, deadline=deadline)
+    sampled = np.max(recorder.contact_force, axis=0, initial=0.0)
+    return Verlet(run.peaks.force * unit.force, sampled * unit.force)
+
+
+def _nodes(legs: Sequence[Leg]) -> FloatArray:
+    """The ends of all steps [s]."""
+    inner = [leg.start + leg.dt * np.arange(leg.steps) for leg in legs]
+    return np.append(np.concatenate(inner), legs[-1].end)
+
+
+MOST_LEGS = 100_000
+"""Legs of one step each that are made: half a second."""
+
+
+def steps_with_force(nodes: FloatArray, force: FloatArray, steps_after: int) -> list[Leg]:
+    """Legs of one step each, on which velocity Verlet sees these forces at these times.
+
+    Parameters
+    ----------
+    nodes, force
+        Ends of steps [s] and the force there [N], until the pulse is over.
+    steps_after
+        Steps of the length of the last one that follow without a force.
+    """
+    legs = [
+        Leg(t0, t1, 1, Ramp(t0, t1, f0, f1, "linear"))
+        for t0, t1, f0, f1 in zip(nodes, nodes[1:], force, force[1:], strict=False)
+    ]
+    if steps_after > 0:
+        end = nodes[-1] + steps_after * (nodes[-1] - nodes[-2])
+        legs.append(Leg(float(nodes[-1]), float(end), steps_after, None))
+    return legs
