@@ -21,21 +21,7 @@ from hertzchain.errors import SceneError, require
 from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.scene import Run, Scene, require_scene
 from hertzchain.sweeps.axes import Axis, Span, Value, axis_of, is_whole
-
-PARAMETERS = (
-    "chain.granules",
-    "chain.radius",
-    "chain.young_modulus",
-    "chain.poisson_ratio",
-    "chain.density",
-    "shock.profile",
-    "shock.peak_force",
-    "shock.duration_ratio",
-    "shock.momentum_ratio",
-    "shock.rise_time",
-    "run.end_time",
-)
-"""What can vary, as the scene file names it."""
+from hertzchain.sweeps.columns import PARAMETERS
 
 MOST_SCENES = 10**8
 """Of a sweep: a day of two cores where a scene takes a millisecond. Chosen."""

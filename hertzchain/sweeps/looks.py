@@ -12,43 +12,19 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.report.style import COLOURS
 from hertzchain.sweeps.axes import Span
+from hertzchain.sweeps.columns import ALL
 from hertzchain.sweeps.selection import TEXT, Rows
-from hertzchain.sweeps.table import COUNTS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Normalize
 
 
-LABELS = {
-    "scene": "number of the scene",
-    "backend": "backend",
-    "chain.granules": "granules N",
-    "chain.radius": "radius R [m]",
-    "chain.young_modulus": "Young's modulus E [Pa]",
-    "chain.poisson_ratio": "Poisson's ratio",
-    "chain.density": "density [kg/m³]",
-    "shock.profile": "profile",
-    "shock.peak_force": "F0 [N]",
-    "shock.duration_ratio": "n",
-    "shock.momentum_ratio": "LM_ratio",
-    "shock.rise_time": "rise time t0 [s]",
-    "run.end_time": "end of the run [s]",
-    "transition_granules": "p, granules in the transition",
-    "solitary_wave_force_N": "F_SW [N]",
-    "far_field_force_N": "peak force far from the shock [N]",
-    "speed_m_s": "wave speed [m/s]",
-    "largest_peak_force_N": "largest peak force [N]",
-    "largest_peak_contact": "contact of the largest peak",
-    "overlap_ratio": "largest overlap / R",
-    "eq3_transition_granules": "p by Eq. 3, granules",
-    "error_estimate": "error estimate of the peaks, relative",
-    "force_evaluations": "force evaluations",
-}
+LABELS = {column.name: column.label for column in ALL if column.label}
 """What the columns of a sweep are called on an axis."""
 
 
-_WHOLE = (*COUNTS, "chain.granules", "scene")
+_WHOLE = tuple(column.name for column in ALL if column.kind == "int")
 
 
 _NAMED: dict[str, dict[str, str]] = {

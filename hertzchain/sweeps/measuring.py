@@ -217,4 +217,4 @@ class _LammpsRunner(AbstractContextManager[_Run]):
 def _predict(rows: Rows, row: int, scene: Scene) -> None:
     from hertzchain import theory
 
-    rows.add_prediction(row, theory.predict(scene), theory.peak_map.PEAK_ERROR)
+    rows.add_prediction(row, theory.predict(scene))

@@ -13,34 +13,29 @@ from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.scene import UNITS
 from hertzchain.sweeps.axes import Axis, Listed, Span
-from hertzchain.sweeps.table import COLUMNS
+from hertzchain.sweeps.columns import ALL, COLUMNS, PARAMETERS
 
 if TYPE_CHECKING:
     import pandas
 
 
-TITLES = {
-    "shock.profile": "{} pulse",
-    "shock.duration_ratio": "n = {:.4g}",
-    "shock.momentum_ratio": "LM_ratio = {:.4g}",
-    "shock.rise_time": "t0 = {:.4g} s",
-    "shock.peak_force": "F0 = {:.4g} N",
-    "chain.granules": "{} granules",
-    "chain.radius": "R = {:.4g} m",
-    "chain.young_modulus": "E = {:.4g} Pa",
-    "chain.poisson_ratio": "Poisson's ratio {:.4g}",
-    "chain.density": "{:.4g} kg/m³",
-    "run.end_time": "until {:.4g} s",
-    "backend": "{}",
-}
+_ALWAYS = (
+    "shock.profile",
+    "shock.duration_ratio",
+    "shock.momentum_ratio",
+    "shock.rise_time",
+    "shock.peak_force",
+    "chain.granules",
+)
+"""Said by a title where they do not vary, in this order; the others where they were fixed."""
+
+_SAID = {column.name: column.title for column in ALL if column.title}
+
+TITLES = {name: _SAID[name] for name in dict.fromkeys((*_ALWAYS, *PARAMETERS, "backend"))}
 """How a title says what is the same in all rows."""
 
 
-_ALWAYS = 6
-"""Of the titles: so many are told where they do not vary; the others where they were fixed."""
-
-
-TEXT = ("backend", "shock.profile", "failure")
+TEXT = tuple(column.name for column in ALL if column.kind == "str")
 
 
 _OTHER_MEASURE = {
@@ -262,7 +257,7 @@ def _same_in_all(
         if value is not None
     }
     varies = {*axes, *(_OTHER_MEASURE[name] for name in axes if name in _OTHER_MEASURE)}
-    told = list(TITLES)[:_ALWAYS]
+    told = list(_ALWAYS)
     same = {name: base[name] for name in told if name in base and name not in varies}
     if "shock.time_s" in base:
         same["shock.profile"] = "table"

@@ -22,9 +22,10 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from hertzchain.errors import OutputError, require
 from hertzchain.files import write_text, write_with
+from hertzchain.sweeps.columns import COLUMNS, COUNTS
 from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import Part
-from hertzchain.sweeps.table import COLUMNS, COUNTS, PEAK_COLUMNS
+from hertzchain.sweeps.table import PEAK_COLUMNS
 
 if TYPE_CHECKING:
     import pandas

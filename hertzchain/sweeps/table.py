@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,44 +13,14 @@ from hertzchain.errors import HertzchainError
 from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Result
 from hertzchain.observables.transition import solitary_waves, transitions
-from hertzchain.scene.validity import IMPOSSIBLE_OVERLAP, overlap_ratio
-from hertzchain.sweeps.design import PARAMETERS
+from hertzchain.scene.validity import IMPOSSIBLE_OVERLAP
+from hertzchain.sweeps.columns import COLUMNS, COUNTS, FOUND_COLUMNS, BatchFound
 
 if TYPE_CHECKING:
     import pandas
 
     from hertzchain.engines.native import Batch
-    from hertzchain.scene.scene import Scene
     from hertzchain.theory import Prediction
-
-NUMBERS = (
-    "solitary_wave_force_N",
-    "far_field_force_N",
-    "speed_m_s",
-    "largest_peak_force_N",
-    "overlap_ratio",
-    "error_estimate",
-    "eq3_transition_granules",
-)
-COUNTS = ("transition_granules", "largest_peak_contact", "force_evaluations")
-
-FOUND = (
-    "transition_granules",
-    "solitary_wave_force_N",
-    "far_field_force_N",
-    "speed_m_s",
-    "largest_peak_force_N",
-    "largest_peak_contact",
-    "overlap_ratio",
-    "eq3_transition_granules",
-    "error_estimate",
-    "force_evaluations",
-    "failure",
-)
-"""What is found, in the order of the table, behind the parameters."""
-
-COLUMNS = ("scene", "backend", *PARAMETERS, *FOUND)
-"""Of the table."""
 
 PEAK_COLUMNS = ("scene", "backend", "contact", "peak_force_N", "peak_time_s")
 """Of the table of peaks."""
@@ -80,10 +50,13 @@ class Rows:
     ) -> None:
         self.numbers, self.backend = numbers, backend
         self._parameters = dict(parameters)
-        self._found: dict[str, FloatArray] = {
-            name: np.full(numbers.size, np.nan) for name in NUMBERS
+        # No count is 0: a chain has two granules, and a run takes steps.
+        self._found: dict[str, NDArray[Any]] = {
+            column.name: np.zeros(numbers.size, np.int64)
+            if column.kind == "int"
+            else np.full(numbers.size, np.nan)
+            for column in FOUND_COLUMNS
         }
-        self._counts = {name: np.zeros(numbers.size, np.int64) for name in COUNTS}
         self._failure: NDArray[Any] = np.full(numbers.size, None, object)
         self._peaks: list[tuple[FloatArray, FloatArray] | None] | None = (
             [None] * numbers.size if peaks else None
@@ -100,36 +73,28 @@ class Rows:
 
     def add_result(self, row: int, result: Result) -> None:
         """Fill in what a simulation found."""
-        wave = result.solitary_wave
-        self._counts["transition_granules"][row] = result.transition_granules or 0
-        self._counts["force_evaluations"][row] = result.force_evaluations
-        self._fill(row, result.peak_force, result.peak_time, result.scene)
-        for name, value in (
-            ("solitary_wave_force_N", wave.peak_force),
-            ("far_field_force_N", wave.far_field_force),
-            ("speed_m_s", wave.speed),
-            ("error_estimate", result.error_estimate),
-        ):
-            self._found[name][row] = np.nan if value is None else value
+        self._fill(row, {column.name: column.of_result for column in FOUND_COLUMNS}, result)
+        if self._peaks is not None:
+            self._peaks[row] = result.peak_force, result.peak_time
         self.versions = result.versions
 
-    def add_prediction(self, row: int, prediction: Prediction, error: float) -> None:
+    def add_prediction(self, row: int, prediction: Prediction) -> None:
         """Fill in what the formulas say."""
         if np.isnan(prediction.peak_force).any():
             self._failure[row] = prediction.missing
             return
-        self._counts["transition_granules"][row] = prediction.transition_granules or 0
-        nothing = np.full(prediction.peak_force.size, np.nan)
-        self._fill(row, prediction.peak_force, nothing, prediction.scene)
-        speed = None if prediction.speed is None else prediction.speed.exact
-        for name, value in (
-            ("solitary_wave_force_N", prediction.wave_force),
-            ("far_field_force_N", prediction.far_field_force),
-            ("speed_m_s", speed),
-            ("eq3_transition_granules", prediction.eq3),
-            ("error_estimate", error),
-        ):
-            self._found[name][row] = np.nan if value is None else value
+        getters = {column.name: column.of_prediction for column in FOUND_COLUMNS}
+        self._fill(row, getters, prediction)
+        if self._peaks is not None:
+            self._peaks[row] = prediction.peak_force, np.full(prediction.peak_force.size, np.nan)
+
+    def _fill(
+        self, row: int, getters: Mapping[str, Callable[[Any], float | None] | None], found: Any
+    ) -> None:
+        for name, getter in getters.items():
+            value = None if getter is None else getter(found)
+            if value is not None:
+                self._found[name][row] = value
 
     def add_batch(
         self,
@@ -165,46 +130,27 @@ class Rows:
         largest = peak_force[np.arange(rows.size), at]
         ratio = np.power(largest / force, 2 / 3) * length / radius
         lost: NDArray[np.bool_] = ~(batch.error_estimate < 1) | ~(ratio <= IMPOSSIBLE_OVERLAP)
-        for name, values in (
-            ("solitary_wave_force_N", near),
-            ("far_field_force_N", far),
-            ("speed_m_s", speed),
-            ("largest_peak_force_N", largest),
-            ("overlap_ratio", ratio),
-            ("error_estimate", batch.error_estimate),
-        ):
-            self._found[name][rows] = np.where(lost, np.nan, values)
-        for name, counts in (
-            ("transition_granules", p),
-            ("largest_peak_contact", at + 2),
-            ("force_evaluations", batch.force_evaluations),
-        ):
-            self._counts[name][rows] = np.where(lost, 0, counts)
+        found = BatchFound(batch, near, far, speed, p, largest, at + 2, ratio)
+        for column in FOUND_COLUMNS:
+            if column.of_batch is not None:
+                values = self._found[column.name]
+                values[rows] = np.where(lost, values[rows], column.of_batch(found))
         if self._peaks is not None:
             for k in np.nonzero(~lost)[0]:
                 self._peaks[rows[k]] = peak_force[k], peak_time[k]
         return lost
-
-    def _fill(self, row: int, force: FloatArray, time: FloatArray, scene: Scene) -> None:
-        at = int(np.argmax(force))
-        self._counts["largest_peak_contact"][row] = at + 2
-        self._found["largest_peak_force_N"][row] = force[at]
-        self._found["overlap_ratio"][row] = overlap_ratio(scene.chain, float(force[at]))
-        if self._peaks is not None:
-            self._peaks[row] = force, time
 
     def table(self) -> pandas.DataFrame:
         """One row per scene, with the columns ``COLUMNS``; nothing where nothing was found."""
         import pandas
 
         scene_columns = {"scene": self.numbers, "backend": np.full(self.numbers.size, self.backend)}
-        # No count is 0: a chain has two granules, and a run takes steps.
-        counts = {
-            name: pandas.arrays.IntegerArray(values, values == 0)
-            for name, values in self._counts.items()
+        found = {
+            name: pandas.arrays.IntegerArray(values, values == 0) if name in COUNTS else values
+            for name, values in self._found.items()
         }
         failure = pandas.array(self._failure, dtype="string")
-        columns = {**scene_columns, **self._parameters, **self._found, **counts, "failure": failure}
+        columns = {**scene_columns, **self._parameters, **found, "failure": failure}
         return pandas.DataFrame({name: columns[name] for name in COLUMNS})
 
     def peaks(self) -> pandas.DataFrame | None:

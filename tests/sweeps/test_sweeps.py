@@ -30,11 +30,12 @@ from hertzchain.limits import usable_cores
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.sweeps import measuring
 from hertzchain.sweeps import parts as parts_of_sweeps
-from hertzchain.sweeps.design import MOST_SCENES, PARAMETERS, Design, design
+from hertzchain.sweeps.columns import COLUMNS, FOUND, PARAMETERS
+from hertzchain.sweeps.design import MOST_SCENES, Design, design
 from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import MOST_PEAKS, Formulas, Part, cut, is_short, part_size
 from hertzchain.sweeps.store import Folder
-from hertzchain.sweeps.table import COLUMNS, FOUND, Rows
+from hertzchain.sweeps.table import Rows
 from tests.command_line import MAIN, process
 from tests.conftest import paper_scene
 

@@ -15,10 +15,10 @@ from matplotlib.colors import BoundaryNorm, LogNorm
 
 import hertzchain as hc
 from hertzchain.cli import main
+from hertzchain.sweeps.columns import COLUMNS
 from hertzchain.sweeps.drawing import cell_edges, draw
 from hertzchain.sweeps.looks import LABELS
 from hertzchain.sweeps.selection import full_name
-from hertzchain.sweeps.table import COLUMNS
 from tests.conftest import paper_scene
 
 BASE = paper_scene("cosine", 1.0, 4.0, granules=12)

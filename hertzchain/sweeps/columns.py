@@ -1,0 +1,184 @@
+"""The columns of a sweep: one entry each, read by its tables, plots and files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.scene.validity import overlap_ratio
+from hertzchain.theory.peak_map import PEAK_ERROR
+
+if TYPE_CHECKING:
+    from hertzchain.engines.native import Batch
+    from hertzchain.observables.result import Result
+    from hertzchain.theory import Prediction
+
+
+@dataclass(frozen=True, eq=False)
+class BatchFound:
+    """Similar scenes that were measured together, in SI; arrays of shape (scenes,).
+
+    Parameters
+    ----------
+    batch
+        What was found in natural units.
+    near, far, speed
+        Of the solitary wave: F_SW and the far-field force [N], speed [m/s].
+    transition
+        p; 0 where there is none.
+    largest, contact
+        The largest peak force [N], and its contact.
+    overlap
+        The largest overlap over the radius.
+    """
+
+    batch: Batch
+    near: FloatArray
+    far: FloatArray
+    speed: FloatArray
+    transition: Any
+    largest: FloatArray
+    contact: Any
+    overlap: FloatArray
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the table.
+
+    Parameters
+    ----------
+    name
+        With its unit, where it has one.
+    label
+        On an axis; empty where it cannot be drawn.
+    kind
+        ``float``, ``int`` or ``str``. A missing float is NaN; no int is 0, which stands for a
+        missing one.
+    title
+        How a title says a value that is the same in all rows, for those that can vary.
+    of_result, of_prediction, of_batch
+        The value in what a simulation, the formulas or a batch found; None where they have none.
+    """
+
+    name: str
+    label: str
+    kind: str = "float"
+    title: str = ""
+    of_result: Callable[[Result], float | None] | None = None
+    of_prediction: Callable[[Prediction], float | None] | None = None
+    of_batch: Callable[[BatchFound], Any] | None = None
+
+
+_PARAMETERS = (
+    Column("chain.granules", "granules N", "int", "{} granules"),
+    Column("chain.radius", "radius R [m]", title="R = {:.4g} m"),
+    Column("chain.young_modulus", "Young's modulus E [Pa]", title="E = {:.4g} Pa"),
+    Column("chain.poisson_ratio", "Poisson's ratio", title="Poisson's ratio {:.4g}"),
+    Column("chain.density", "density [kg/m³]", title="{:.4g} kg/m³"),
+    Column("shock.profile", "profile", "str", "{} pulse"),
+    Column("shock.peak_force", "F0 [N]", title="F0 = {:.4g} N"),
+    Column("shock.duration_ratio", "n", title="n = {:.4g}"),
+    Column("shock.momentum_ratio", "LM_ratio", title="LM_ratio = {:.4g}"),
+    Column("shock.rise_time", "rise time t0 [s]", title="t0 = {:.4g} s"),
+    Column("run.end_time", "end of the run [s]", title="until {:.4g} s"),
+)
+
+PARAMETERS = tuple(column.name for column in _PARAMETERS)
+"""What can vary, as the scene file names it."""
+
+FOUND_COLUMNS = (
+    Column(
+        "transition_granules",
+        "p, granules in the transition",
+        "int",
+        of_result=lambda found: found.transition_granules,
+        of_prediction=lambda found: found.transition_granules,
+        of_batch=lambda found: found.transition,
+    ),
+    Column(
+        "solitary_wave_force_N",
+        "F_SW [N]",
+        of_result=lambda found: found.solitary_wave.peak_force,
+        of_prediction=lambda found: found.wave_force,
+        of_batch=lambda found: found.near,
+    ),
+    Column(
+        "far_field_force_N",
+        "peak force far from the shock [N]",
+        of_result=lambda found: found.solitary_wave.far_field_force,
+        of_prediction=lambda found: found.far_field_force,
+        of_batch=lambda found: found.far,
+    ),
+    Column(
+        "speed_m_s",
+        "wave speed [m/s]",
+        of_result=lambda found: found.solitary_wave.speed,
+        of_prediction=lambda found: None if found.speed is None else found.speed.exact,
+        of_batch=lambda found: found.speed,
+    ),
+    Column(
+        "largest_peak_force_N",
+        "largest peak force [N]",
+        of_result=lambda found: float(np.max(found.peak_force)),
+        of_prediction=lambda found: float(np.max(found.peak_force)),
+        of_batch=lambda found: found.largest,
+    ),
+    Column(
+        "largest_peak_contact",
+        "contact of the largest peak",
+        "int",
+        of_result=lambda found: int(np.argmax(found.peak_force)) + 2,
+        of_prediction=lambda found: int(np.argmax(found.peak_force)) + 2,
+        of_batch=lambda found: found.contact,
+    ),
+    Column(
+        "overlap_ratio",
+        "largest overlap / R",
+        of_result=lambda found: found.overlap_ratio,
+        of_prediction=lambda found: overlap_ratio(
+            found.scene.chain, float(np.max(found.peak_force))
+        ),
+        of_batch=lambda found: found.overlap,
+    ),
+    Column(
+        "eq3_transition_granules",
+        "p by Eq. 3, granules",
+        of_prediction=lambda found: found.eq3,
+    ),
+    Column(
+        "error_estimate",
+        "error estimate of the peaks, relative",
+        of_result=lambda found: found.error_estimate,
+        of_prediction=lambda _: PEAK_ERROR,
+        of_batch=lambda found: found.batch.error_estimate,
+    ),
+    Column(
+        "force_evaluations",
+        "force evaluations",
+        "int",
+        of_result=lambda found: found.force_evaluations,
+        of_batch=lambda found: found.batch.force_evaluations,
+    ),
+)
+"""What is found, in the order of the table, behind the parameters."""
+
+ALL = (
+    Column("scene", "number of the scene", "int"),
+    Column("backend", "backend", "str", "{}"),
+    *_PARAMETERS,
+    *FOUND_COLUMNS,
+    Column("failure", "", "str"),
+)
+
+COLUMNS = tuple(column.name for column in ALL)
+"""Of the table."""
+
+FOUND = (*(column.name for column in FOUND_COLUMNS), "failure")
+"""What is found, and the reason where nothing is."""
+
+COUNTS = tuple(column.name for column in FOUND_COLUMNS if column.kind == "int")
