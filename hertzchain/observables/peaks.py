@@ -191,9 +191,12 @@ def any_rising(force: Array, passed: NDArray[np.bool_]) -> bool:
     force, passed
         Peak force of each contact, and whether it has let up since, shape (contacts,).
     """
-    if passed.all():
-        return False
-    return bool(np.any(judged_contacts(force, ESTIMATED) & ~passed))
+    return not passed.all() and bool(are_rising(force, passed))
+
+
+def are_rising(force: Array, passed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """``any_rising`` of many runs at once: shape (..., contacts) to shape (...)."""
+    return np.asarray(np.any(judged_contacts(force, ESTIMATED) & ~passed, axis=-1))
 
 
 def times_of_peaks(peak_force: FloatArray, peak_time: FloatArray) -> FloatArray:

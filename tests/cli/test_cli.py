@@ -25,7 +25,7 @@ from hertzchain.cli.diagnosis import PACKAGES
 from hertzchain.engines.native import Native
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
-from hertzchain.verdict import comparison, tradeoff
+from hertzchain.verdict import run_checks, tradeoff
 from tests.command_line import MAIN, PATIENCE, Command, Outcome, is_refused, process
 from tests.places import ROOT
 from tests.processes import names
@@ -870,7 +870,7 @@ def test_the_order_and_number_of_backends_do_not_matter(hertzchain: Command) -> 
 
 
 def test_out_of_tolerance_is_status_1(hertzchain: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(comparison, "MOMENTUM", -1.0)  # no difference is that small
+    monkeypatch.setattr(run_checks, "MOMENTUM_ERROR", -1.0)  # no difference is that small
     scene_file()
     outcome = hertzchain("compare", "scene.toml", "--backend", "native")
     assert outcome.status == 1
@@ -886,7 +886,7 @@ def test_out_of_tolerance_is_status_1(hertzchain: Command, monkeypatch: pytest.M
 def test_lammps_out_of_tolerance_is_status_1(
     hertzchain: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(comparison, "SAME_STEPS_PEAKS", 1e-15)
+    monkeypatch.setattr(run_checks, "SAME_STEPS_PEAKS", 1e-15)
     scene_file()
     outcome = hertzchain("compare", "scene.toml", "--json")
     assert outcome.status == 1

@@ -297,8 +297,8 @@ def test_the_pages_build_and_document_every_public_name(built: Path) -> None:
     documented = {name for kind in kinds for name in inventory.data[kind]}
     wanted = {f"hertzchain.{name}" for name in hc.__all__}
     wanted |= {f"hertzchain.theory.{name}" for name in theory.__all__}
-    wanted |= {f"hertzchain.engines.lammps.{name}" for name in lammps.__all__} - {
-        "hertzchain.engines.lammps.Lammps"  # hertzchain.Lammps
+    wanted |= {f"hertzchain.lammps.{name}" for name in lammps.__all__} - {
+        "hertzchain.lammps.Lammps"  # hertzchain.Lammps
     }
     wanted |= {
         f"hertzchain.errors.{name}"

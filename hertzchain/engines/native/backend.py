@@ -240,10 +240,18 @@ class Native:
 def _estimate(
     scene: Scene, legs: Sequence[Leg], plan: choice.Plan, run: Simulation, deadline: Deadline
 ) -> float:
-    """Upper bound of the error of the peaks, from a second run with other steps."""
-    other = [Leg(leg.start, leg.end, choice.other_step(leg.steps), leg.ramp) for leg in legs]
-    coarse = simulate(scene, other, plan.coarser, leave_behind=True, deadline=deadline)
-    difference = largest_difference(coarse.peaks.force, run.peaks.force, ESTIMATED)
+    """Upper bound of the error of the peaks, from one run or two with other steps."""
+    others = [
+        tuple(replace(leg, steps=choice.other_step(leg.steps)) for leg in legs),
+    ]
+    if run.peaks.any_rising:
+        # Forces at an instant are erratic from step to step: one difference may be small by chance.
+        others.append(another_companion(legs).legs)
+    difference = 0.0
+    for other in others:
+        coarse = simulate(scene, other, plan.coarser, leave_behind=True, deadline=deadline)
+        forces = coarse.peaks.force, run.peaks.force
+        difference = max(difference, largest_difference(*forces, ESTIMATED))
     return float(plan.estimate(difference, run.evaluations))
 
 
@@ -253,7 +261,7 @@ def _error_bound(
     # Errors of steps of 0.6 natural time units and more say little of those of longer ones.
     others = [companion(legs, min(stable_step(scene, method.interval), scene.units.time))]
     longest = max(leg.dt for leg in legs) / scene.units.time
-    if isinstance(method.walker, Fixed) or longest > SHORT:
+    if isinstance(method.walker, Fixed) or longest > SHORT or run.peaks.any_rising:
         others.append(another_companion(legs))
     error, walker = 0.0, method.walker
     if isinstance(walker, Refined):

@@ -28,7 +28,7 @@ from hertzchain.limits import (
     refuse_memory,
     usable_cores,
 )
-from hertzchain.observables.peaks import ESTIMATED, largest_differences, times_of_peaks
+from hertzchain.observables.peaks import ESTIMATED, are_rising, largest_differences, times_of_peaks
 from hertzchain.scene.chain import MOST_GRANULES
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
 from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse
@@ -257,9 +257,17 @@ def _accurate_enough(
         force[wanted], time[wanted], end[wanted], evaluations[wanted] = _march(
             rows, plan.walker, granules, leave_behind, deadline, cores
         )
-        rows[:, :, 2] = choice.other_steps(rows[:, :, 2])
+        steps = rows[:, :, 2].copy()
+        rows[:, :, 2] = choice.other_steps(steps)
         others, *_ = _march(rows, plan.coarser, granules, leave_behind, deadline, cores)
         differences = largest_differences(others, force[wanted], ESTIMATED)
+        rising = are_rising(force[wanted], time[wanted] < end[wanted, None])
+        if rising.any():
+            # Forces at an instant are erratic: one difference may be small by chance.
+            rows[:, :, 2] = choice.more_steps(steps)
+            more, *_ = _march(rows[rising], plan.coarser, granules, leave_behind, deadline, cores)
+            again = largest_differences(more, force[wanted[rising]], ESTIMATED)
+            differences[rising] = np.maximum(differences[rising], again)
         found = plan.estimate(differences, evaluations[wanted])
         error[wanted] = np.where(np.isnan(found), np.inf, found)  # NaN: the motion diverged
         hopeless = plan.hopeless(error, before, granules * evaluations)
