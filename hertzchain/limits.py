@@ -1,4 +1,4 @@
-"""What a run may cost: refused before it starts, or stopped while it runs."""
+"""What a run may cost, refused before it starts or stopped while it runs; the default accuracy."""
 
 from __future__ import annotations
 

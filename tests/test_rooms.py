@@ -101,6 +101,11 @@ def test_imports_go_down_only() -> None:
     assert wrong == []
 
 
+def test_public_names_are_for_scripts_outside() -> None:
+    """Through ``hertzchain.lammps`` an engine could be imported unseen."""
+    assert [name for name, imported in IMPORTS.items() if imported & set(OUTSIDE[2:])] == []
+
+
 def test_there_is_no_cycle() -> None:
     """Imports within functions and for types alone count, too."""
     try:

@@ -109,7 +109,7 @@ def refuse_options_of_lammps(
 
 
 def lammps_options(isolate: bool, lmp: str | None, ranks: int | None) -> dict[str, Any]:
-    """LAMMPS as a module or, where one is named, as a binary: what ``hertzchain.Lammps`` takes."""
+    """Keywords of ``hertzchain.Lammps``: the module or, where one is named, a binary."""
     from hertzchain.errors import require
 
     named = lmp or os.environ.get("HERTZCHAIN_LMP") or None

@@ -16,7 +16,14 @@ import math
 from importlib.metadata import version
 
 from hertzchain.decks.layout import WANTED, KnownAnswer, Layout
-from hertzchain.decks.standalone_run import comment, final_state, run, trajectory, verdict, watch
+from hertzchain.decks.standalone_run import (
+    comment,
+    final_state_commands,
+    run_commands,
+    trajectory_commands,
+    verdict_commands,
+    watch_commands,
+)
 from hertzchain.engines.external.rescaling import (
     NONE,
     Softening,
@@ -63,10 +70,12 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
         _granules(layout),
         _consequences(scene, made),
         _law(layout, made),
-        *([] if known is None else [watch()]),
-        trajectory(layout),
-        run(scene, made),
-        final_state() if known is None else verdict(scene, layout, made, known, steps),
+        *([] if known is None else [watch_commands()]),
+        trajectory_commands(layout),
+        run_commands(scene, made),
+        final_state_commands()
+        if known is None
+        else verdict_commands(scene, layout, made, known, steps),
     ]
     return "\n\n".join("\n".join(lines) for lines in sections if lines) + "\n"
 

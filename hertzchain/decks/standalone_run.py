@@ -33,7 +33,7 @@ def comment(text: str) -> list[str]:
     return textwrap.wrap(text, 98, initial_indent="# ", subsequent_indent="# ")
 
 
-def watch() -> list[str]:
+def watch_commands() -> list[str]:
     """The commands that watch the peaks."""
     return [
         "# ---- Watching: the largest overlap of each contact, kept by the granule behind it",
@@ -56,7 +56,7 @@ def watch() -> list[str]:
     ]
 
 
-def trajectory(layout: Layout) -> list[str]:
+def trajectory_commands(layout: Layout) -> list[str]:
     """The commands that write a trajectory, where one is wanted."""
     if not layout.dump_every:
         return []
@@ -102,7 +102,7 @@ def _pieces(scene: Scene, made: Softening) -> list[_Piece]:
     return pieces[: len(scene.schedule(scene.end_time))]
 
 
-def run(scene: Scene, made: Softening) -> list[str]:
+def run_commands(scene: Scene, made: Softening) -> list[str]:
     """The commands that run the scene, leg by leg."""
     pieces = _pieces(scene, made)
     last = pieces[-1]
@@ -141,12 +141,12 @@ def run(scene: Scene, made: Softening) -> list[str]:
     return lines
 
 
-def final_state() -> list[str]:
+def final_state_commands() -> list[str]:
     """The commands that print the state at the end."""
     return ["write_dump all custom chain.final id x vx fx modify sort id format float %.17g"]
 
 
-def verdict(
+def verdict_commands(
     scene: Scene, layout: Layout, made: Softening, known: KnownAnswer, steps: int
 ) -> list[str]:
     """The commands that compare the peaks with the known ones and judge."""

@@ -1,6 +1,6 @@
-"""The engines: one entry each, read by everything that lists, makes, names or draws them.
+"""The engines: one entry each, read by ``run``, ``compare``, ``doctor`` and every report.
 
-A further engine is a folder here and a line in ``ENGINES``.
+A further engine is a folder here and a line in ``_ALL``.
 """
 
 from __future__ import annotations
@@ -29,6 +29,20 @@ class Simulator(Protocol):
         ...
 
 
+MARKERS = {
+    ".": "circle",
+    "o": "circle-open",
+    "x": "x-thin-open",
+    "+": "cross-thin-open",
+    "s": "square-open",
+    "^": "triangle-up-open",
+    "v": "triangle-down-open",
+    "D": "diamond-open",
+    "*": "star-open",
+}
+"""Markers of Matplotlib, and what Plotly calls them."""
+
+
 @dataclass(frozen=True)
 class Engine:
     """What the rest of the package knows of an engine.
@@ -40,10 +54,10 @@ class Engine:
     label
         Its name in text and plots.
     home, factory
-        The module and the name in it that makes it, from ``rtol``, ``time_limit`` and what is its
-        own; loaded when used.
+        The module and the name in it that makes it, loaded when used. It takes ``dt``, ``rtol``,
+        ``extrapolated`` and ``time_limit`` as keywords, and may take others.
     colour, marker, dash
-        Its look: a colour, a marker of Matplotlib, a dash of Plotly.
+        Its look: a colour, a marker of Matplotlib that is in ``MARKERS``, a dash of Plotly.
     compared
         Whether it is compared where nothing is asked for.
     program
@@ -59,6 +73,10 @@ class Engine:
     dash: str
     compared: bool = False
     program: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.marker not in MARKERS:
+            raise ValueError(f"marker {self.marker!r} must be one of {' '.join(MARKERS)}")
 
     def make(self, **parameters: Any) -> Any:
         """The engine with numerical parameters: a frozen object with ``run``."""

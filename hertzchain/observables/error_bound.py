@@ -1,4 +1,4 @@
-"""How wrong are the peaks: an upper bound from a second run with other steps."""
+"""How wrong are the peaks: an upper bound from one run or two with other steps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people see: tables on the terminal and plots."""
+"""Results, comparisons and judgements as text for a terminal."""
 
 from __future__ import annotations
 
@@ -302,6 +302,9 @@ def _print_checks(console: Console, comparison: Comparison) -> None:
     for check in comparison.checks:
         if not check.passed:
             console.print(Text(check.name, "red") + Text(f": {check.reason}", ""))
+    for check in comparison.checks:
+        if check.remark:
+            console.print(f"{check.name}: {check.remark}.")
     colour = "green" if comparison.verdict == "pass" else "red"
     console.print("\nVerdict:", Text(comparison.verdict, f"bold {colour}"))
 

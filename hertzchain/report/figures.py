@@ -98,7 +98,7 @@ def plot_comparison(comparison: Comparison, path: Path | str) -> None:
     write_with(path, figure.savefig)
 
 
-def title(tradeoffs: Sequence[Tradeoff]) -> str:
+def tradeoff_title(tradeoffs: Sequence[Tradeoff]) -> str:
     """The title of a trade-off: its scene, or the number of scenes."""
     if len(tradeoffs) == 1:
         return describe(tradeoffs[0].scene)

@@ -33,7 +33,7 @@ from hertzchain.report.page_plots import (
     plotted_contacts,
     relative_difference,
 )
-from hertzchain.report.page_tables import CheckRow, Table, cost_table, peak_tables, split
+from hertzchain.report.page_tables import CheckRow, Table, cost_table, peak_tables, split_table
 from hertzchain.report.style import COLOURS, DASHES, LABELS
 from hertzchain.report.waterfall import waterfall
 from hertzchain.scene.scene import Scene
@@ -44,9 +44,6 @@ if TYPE_CHECKING:
     from hertzchain.verdict.judgement import Judgement
 
 TEMPLATES = Path(__file__).parent / "templates"
-
-
-# Tables
 
 
 # The verdict
@@ -142,6 +139,7 @@ def _verdict(comparison: Comparison, codes: Sequence[str]) -> Verdict:
         for remark in (comparison.formulas.applicable, comparison.formulas.note)
         if remark
     ]
+    remarks += [f"{check.name}: {check.remark}" for check in checks if check.remark]
     asked = {check.engine for check in checks}
     remarks += [
         f"{LABELS[name]} has not been asked"
@@ -293,7 +291,7 @@ def judgement_page(judgement: Judgement, file: str = "scene.toml", peaks: str = 
             ),
             "plots": {plot.name: plot for plot in plots},
             "facts_of_all": judgement_facts(judgement),
-            "peaks": split(native, "Peak force of each contact", header, rows),
+            "peaks": split_table(native, "Peak force of each contact", header, rows),
             "long": LONG,
             "texts": _texts(native.scene),
             "versions": _versions({"native": native}),

@@ -1,4 +1,4 @@
-"""Plots of pages, as Plotly takes them, and the times to record for them."""
+"""Plots along the chain, as Plotly takes them."""
 
 from __future__ import annotations
 
@@ -9,25 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.registry import MARKERS as SYMBOLS
 from hertzchain.observables.result import Result
 from hertzchain.report.plotly import Plot, Trace, axis, layout
 from hertzchain.report.style import COLOURS, MARKERS
 
 _POINTS = 150
-"""Contacts of long chains in the other plots: more cannot be told apart."""
+"""Contacts of long chains in plots along the chain: more cannot be told apart."""
 
 LONG = 200
 """Contacts from which on plots have a logarithmic axis and the table is folded."""
-
-_SYMBOLS = {"o": "circle-open", "x": "x-thin-open", "+": "cross-thin-open", "s": "square-open"}
-_SYMBOLS["^"] = "triangle-up-open"
-"""Plotly's names of Matplotlib's markers."""
-
-
-# When to look
-
-
-# Plots, as Plotly takes them
 
 
 def _contact_axis(contacts: int) -> dict[str, Any]:
@@ -55,7 +46,7 @@ def _known(values: FloatArray) -> list[float | None]:
 
 def _marker(name: str) -> dict[str, Any]:
     return {
-        "symbol": _SYMBOLS[MARKERS[name]],
+        "symbol": SYMBOLS[MARKERS[name]],
         "size": 8,
         "color": COLOURS[name],
         "line": {"width": 1.5, "color": COLOURS[name]},

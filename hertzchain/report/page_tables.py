@@ -71,7 +71,9 @@ def _peak_rows(native: Result, series: Series, codes: int) -> tuple[list[str], l
     return header, rows
 
 
-def split(result: Result, caption: str, header: list[str], rows: list[list[str]]) -> list[Table]:
+def split_table(
+    result: Result, caption: str, header: list[str], rows: list[list[str]]
+) -> list[Table]:
     """The transition, then the rest; one table where the chain is short."""
     if len(rows) <= 30:
         return [Table(caption, header, rows, 0)]
@@ -94,7 +96,7 @@ def split(result: Result, caption: str, header: list[str], rows: list[list[str]]
 def peak_tables(comparison: Comparison, series: Series, codes: int) -> list[Table]:
     """Peak forces of all contacts, in a table or two."""
     header, rows = _peak_rows(comparison.native, series, codes)
-    return split(comparison.native, "Peak force of each contact", header, rows)
+    return split_table(comparison.native, "Peak force of each contact", header, rows)
 
 
 def cost_table(comparison: Comparison) -> Table:

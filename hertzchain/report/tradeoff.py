@@ -10,7 +10,7 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from hertzchain.report.figures import title
+from hertzchain.report.figures import tradeoff_title
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -34,7 +34,7 @@ def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
     """
     from hertzchain.verdict.tradeoff import cheapest, typical
 
-    console.print(title(tradeoffs), style="bold", end="\n\n")
+    console.print(tradeoff_title(tradeoffs), style="bold", end="\n\n")
     known = max(one.truth_error for one in tradeoffs)
     rows = [replace(point.row, error=point.highest) for point in typical(tradeoffs)]
     alone = [row for row in rows if row.self_contained]

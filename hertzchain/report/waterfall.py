@@ -1,4 +1,4 @@
-"""Contact force over time along the chain, as Plotly draws it."""
+"""Contact force over time along the chain, as Plotly takes it, and the times to record for it."""
 
 from __future__ import annotations
 

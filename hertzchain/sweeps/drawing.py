@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.sweeps.looks import LABELS, colour_bar, is_log, legend, looks_of, scale
+from hertzchain.sweeps.looks import LABELS, colour_bar, is_log, legend, looks_of, set_scale
 from hertzchain.sweeps.selection import TEXT, TITLES, Drawable, Rows, full_name, selected_rows
 
 if TYPE_CHECKING:
@@ -91,16 +91,13 @@ def draw(
     else:
         drawn = _draw_lines(axes, rows, x, y, colour or rows.default_colour)
     axes.set(xlabel=LABELS[x], ylabel=LABELS[y])
-    scale(rows, x, axes.set_xscale, axes.xaxis)
-    scale(rows, y, axes.set_yscale, axes.yaxis)
+    set_scale(rows, x, axes.set_xscale, axes.xaxis)
+    set_scale(rows, y, axes.set_yscale, axes.yaxis)
     axes.set_title(_title(rows, {x, y, colour}), fontsize="medium")
     remarks = (*rows.remarks, *drawn)
     if remarks:
         figure.supxlabel(textwrap.fill("; ".join(remarks), 120), fontsize=7, color="0.35")
     return Drawn(figure, remarks)
-
-
-# Which rows
 
 
 # Lines and points

@@ -121,10 +121,10 @@ def is_log(rows: Rows, name: str) -> bool:
     return low > 0 and high / low > _DECADES and math.isfinite(high)
 
 
-def scale(rows: Rows, name: str, set_scale: Callable[[str], None], axis: Any) -> None:
+def set_scale(rows: Rows, name: str, to: Callable[[str], None], axis: Any) -> None:
     """Make an axis of the picture logarithmic, or have it marked at whole numbers."""
     if is_log(rows, name):
-        set_scale("log")
+        to("log")
         low, high = float(np.min(rows.column[name])), float(np.max(rows.column[name]))
         if low >= _PLAIN[0] and high <= _PLAIN[1]:
             digits = "23456789" if high < 5 * low else "235" if high < 50 * low else ""

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import require
+from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.natural_units import PAPER_MOMENTUM
 from hertzchain.scene.pulse import PROFILES, Pulse
@@ -81,6 +81,9 @@ def applied_force(time: ArrayLike, pulse: Pulse, rise_time: float) -> FloatArray
     """
     t, n = np.asarray(time, np.float64) / rise_time, pulse.duration_ratio
     rise, decay = PROFILES[pulse.profile]
+    if not {rise, decay} <= {"linear", "cosine"}:
+        allowed = "has a ramp that Table 1 does not have"
+        raise SceneError("profile", pulse.profile, allowed)
     rising = {"linear": t, "cosine": (1 - np.cos(np.pi * t)) / 2}[rise]
     falling = {
         "linear": (n - t) / (n - 1),

@@ -47,6 +47,8 @@ class Check:
         Whether abs(measured - expected) <= tolerance; False where nothing could be measured.
     reason
         Why this tolerance, or why there is no number and what to do.
+    remark
+        A sentence on what the check cannot show, if there is one; reports print it.
     """
 
     kind: Kind
@@ -56,6 +58,7 @@ class Check:
     tolerance: float | None
     passed: bool
     reason: str
+    remark: str = ""
 
     @property
     def name(self) -> str:

@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,10 +22,6 @@ from hertzchain.observables.samples import Samples
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-
-if TYPE_CHECKING:
-    pass
-
 
 _SCIPY_INTERVAL = 0.1
 """Natural time units between two samples of SciPy's dense output; peaks are off by 1e-12 for it."""
@@ -56,7 +52,7 @@ class Contender:
     name
         What it is called; no two are called the same.
     engine
-        One of ENGINES.
+        One of ``tradeoff.ENGINES``.
     steps
         Largest steps to run with, natural time units, from cheap to dear; empty where it has none.
     rtols
@@ -79,8 +75,8 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
     """Everything that is measured, in the order in which it is shown.
 
     One more contender is one more entry here: a name, an engine, the settings and a function
-    (scene, setting) -> Outcome. One more engine is one more name in ENGINES and a marker in
-    ``report``.
+    (scene, setting) -> Outcome. One more engine is one more name in ``tradeoff.ENGINES`` and a
+    marker in ``report.figures``.
 
     Parameters
     ----------

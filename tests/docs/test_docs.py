@@ -306,6 +306,8 @@ def test_the_pages_build_and_document_every_public_name(built: Path) -> None:
         if isinstance(value, type) and issubclass(value, hc.HertzchainError)
     } - {"hertzchain.errors.HertzchainError"}
     assert wanted - documented == set()
+    methods = {f"hertzchain.{name}.run" for name in ("Native", "Lammps", "Liggghts", "Yade")}
+    assert methods <= set(inventory.data["py:method"])  # those of a base class, too
 
 
 def test_docstrings_are_read_as_they_are_meant(built: Path) -> None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from hertzchain.cli import diagnosis
 from hertzchain.engines.registry import ENGINES, Engine
+from hertzchain.report import style
 from tests.command_line import process
 from tests.conftest import paper_scene
 
@@ -35,7 +37,7 @@ START = """
 from hertzchain.engines.registry import ENGINES, Engine
 
 ENGINES["dummy"] = Engine(
-    "dummy", "Dummy", "dummy", "Dummy", "#56B4E9", "^", "dot", program="dummy-program"
+    "dummy", "Dummy", "dummy", "Dummy", "#56B4E9", "D", "dot", program="dummy-program"
 )
 
 from hertzchain.cli import main
@@ -77,16 +79,33 @@ def test_doctor_and_run_know_it(monkeypatch: pytest.MonkeyPatch) -> None:
     done = process("run", "scene.toml", "--backend", "dummy", "--dt", "100 ns", code=START)
     assert done.status == 0, done.err
     assert "velocity-verlet" in done.out
-    assert [one for one in diagnosis._other_codes() if one.name == "Dummy"] == []
     monkeypatch.setitem(
         ENGINES, "dummy",
-        Engine("dummy", "Dummy", "dummy", "Dummy", "#56B4E9", "^", "dot", program="no-such-one"),
+        Engine("dummy", "Dummy", "dummy", "Dummy", "#56B4E9", "D", "dot", program="no-such-one"),
     )  # fmt: skip
     (found,) = [one for one in diagnosis._other_codes() if one.name == "Dummy"]
     assert found.text == "only for --backend dummy; apt install no-such-one"
 
 
 def test_entries_are_told_apart() -> None:
-    for what in ("name", "label", "colour", "marker", "dash"):
-        assert len({getattr(engine, what) for engine in ENGINES.values()}) == len(ENGINES)
+    for look in (style.LABELS, style.COLOURS, style.MARKERS, style.DASHES):
+        assert len(set(look.values())) == len(look)  # formulas have looks, too
     assert all(name == engine.name for name, engine in ENGINES.items())
+
+
+def test_a_marker_that_plotly_does_not_have_is_refused() -> None:
+    with pytest.raises(ValueError, match="marker 'h' must be one of"):
+        replace(ENGINES["yade"], marker="h")
+
+
+def test_same_steps_are_for_velocity_verlet_alone(folder: Path) -> None:
+    code = DUMMY.replace('"velocity-verlet"', '"rk4"')
+    (folder / "dummy.py").write_text(code)
+    done = process("compare", "scene.toml", "--backend", "dummy", "--json", code=START)
+    assert done.status == 0, done.err
+    names = [check["name"] for check in json.loads(done.out)["checks"]]
+    assert [name for name in names if name.startswith("dummy")] == [
+        "dummy: peaks against the reference",
+        "dummy: momentum [N s]",
+        "dummy: energy [J]",
+    ]

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import hertzchain as hc
+from hertzchain import theory
 from hertzchain.engines.lammps.deck import force_formula
 from hertzchain.engines.liggghts import deck as liggghts
 from hertzchain.engines.native import METHODS, simulate
@@ -147,10 +148,13 @@ def test_a_further_shape_is_one_entry(monkeypatch: pytest.MonkeyPatch) -> None:
     pulse = hc.Pulse("cosine", 1.0, 2.0, rise_time=1.0)
     scene = hc.Scene(hc.Chain(3, 1.0, 1.0, 0.3, 1.0), pulse)
     assert "^3" in liggghts.watched(scene, [leg], [1])
-    with pytest.raises(AssertionError):
+    with pytest.raises(RunFailed, match="no formula for a ramp of shape cubic"):
         yade.watched(scene, [leg], [1])
-    with pytest.raises(RunFailed):
+    with pytest.raises(RunFailed, match="no formula for a ramp of shape cubic"):
         simulate(scene, [leg], METHODS["velocity-verlet"].walker)
+    monkeypatch.setitem(PROFILES, "cosine", ("cubic", "cosine"))
+    with pytest.raises(SceneError, match="has a ramp that Table 1 does not have"):
+        theory.applied_force(0.5, pulse, 1.0)
 
 
 @given(start=st.floats(0.0, 1.0), length=st.floats(1e-3, 10.0), before=force, after=force)

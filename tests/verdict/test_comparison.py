@@ -221,6 +221,22 @@ def test_a_backend_that_does_not_exist_is_refused() -> None:
         hc.compare(SCENE, ["native", "edem"])
 
 
+def test_engines_by_name() -> None:
+    lammps = hc.Lammps(rtol=1e-4)
+    with pytest.raises(SceneError, match="engines = 'lamps': must be one of lammps, liggghts"):
+        hc.compare(SCENE, engines={"lamps": lammps})
+    with pytest.raises(SceneError, match="engines = 'lammps': is given twice"):
+        hc.compare(SCENE, lammps=lammps, engines={"lammps": lammps})
+
+
+@pytest.mark.lammps
+def test_an_engine_by_name_is_the_keyword_of_before() -> None:
+    scene, lammps = paper_scene("cosine", 1.0, 2.0, granules=5), hc.Lammps(rtol=1e-4)
+    one, other = hc.compare(scene, engines={"lammps": lammps}), hc.compare(scene, lammps=lammps)
+    assert one.rows == other.rows
+    assert one.results["lammps"].dt == other.results["lammps"].dt
+
+
 def test_progress_is_told_before_each_part() -> None:
     told: list[str] = []
     hc.compare(paper_scene("cosine", 0.5, 2.0, granules=2), ["native"], progress=told.append)

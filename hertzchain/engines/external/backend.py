@@ -67,7 +67,7 @@ _HALVINGS = 6
 
 STABLE = 2.0
 """Product of step and frequency up to which velocity Verlet is stable: see
-``accuracy.stable_step``."""
+``error_bound.stable_step``."""
 
 _ERRATIC_STEP = 0.05
 """Natural time units; above, opening contacts may make the difference of two runs too small. In

@@ -26,7 +26,7 @@ one at its peak leaves between two readings, as its force has no second derivati
 
 
 _FEW_STEPS = 16
-"""Steps of the finest of three runs; with fewer, errors fall as no power of dt yet."""
+"""Steps of a leg in the finest of three runs; with fewer, errors fall as no power of dt yet."""
 
 
 def extrapolate(coarse: Simulation, fine: Simulation) -> tuple[FloatArray, FloatArray]:
@@ -60,7 +60,7 @@ def extrapolation_error(
     """
     dt = max(leg.dt for leg in legs) / scene.units.time
     if is_hard(scene) or peaks.any_rising:
-        few = sum(leg.steps for leg in legs) < _FEW_STEPS
+        few = max(leg.steps for leg in legs) < _FEW_STEPS
         return (6 if few else 3) * difference + 0.05 * math.pow(dt, 2.5)
     return difference + 0.005 * math.pow(dt, 2.5)
 

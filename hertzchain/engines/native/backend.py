@@ -54,7 +54,7 @@ class Method:
         The step taken where none is asked for, in natural units.
     interval
         Up to which product of step and frequency oscillations do not grow, by more than one per
-        cent in a step; see ``accuracy.stable_step``. From the tables of coefficients; motions of
+        cent in a step; see ``error_bound.stable_step``. From the tables of coefficients; motions of
         random scenes diverge from steps a tenth (velocity Verlet, RK4) to a half longer on.
     safety
         The bound of the error over what differences say, for methods of higher order: an opening
@@ -245,7 +245,8 @@ def _estimate(
         tuple(replace(leg, steps=choice.other_step(leg.steps)) for leg in legs),
     ]
     if run.peaks.any_rising:
-        # Forces at an instant are erratic from step to step: one difference may be small by chance.
+        # Forces at an instant are erratic from step to step: one difference may be small by chance,
+        # and none falls with a power of the step.
         others.append(another_companion(legs).legs)
     difference = 0.0
     for other in others:

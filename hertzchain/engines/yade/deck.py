@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.engines.external.rescaling import predicted_loss
+from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -65,7 +66,8 @@ def _row(leg: Leg, stride: int) -> tuple[int, float, int, str, float, float, flo
         return leg.steps, leg.dt, stride, "none", 0.0, 0.0, 0.0
     # A leg starts where its ramp starts.
     assert ramp.start == leg.start
-    assert ramp.shape in ("linear", "cosine")  # the script below knows no other
+    if ramp.shape not in ("linear", "cosine"):
+        raise RunFailed(f"the script for Yade has no formula for a ramp of shape {ramp.shape}")
     growth, fraction = ramp.end_force - ramp.start_force, leg.dt / (ramp.end - ramp.start)
     return leg.steps, leg.dt, stride, ramp.shape, ramp.start_force, growth, fraction
 
