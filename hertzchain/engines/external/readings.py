@@ -5,6 +5,7 @@ LAMMPS, LIGGGHTS and Yade hold positions, velocities and net forces of the granu
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -130,3 +131,20 @@ def _net(contact: Array, applied: Array) -> Array:
     passed_on[:, 0] = applied
     passed_on[:, 1:-1] = contact
     return passed_on[:, :-1] - passed_on[:, 1:]
+
+
+def stops(leg: Leg, stride: int) -> list[int]:
+    """Steps of a leg at which it is read: every ``stride``, and the first and the last."""
+    return [*range(0, leg.steps, stride), leg.steps]
+
+
+def count_readings(legs: Sequence[Leg], strides: Sequence[int]) -> int:
+    """Readings of a run, without a list of them: there may be too many for the memory."""
+    return sum(len(range(0, leg.steps, n)) + 1 for leg, n in zip(legs, strides, strict=True))
+
+
+def reading_times(leg: Leg, stride: int) -> FloatArray:
+    """Times of the readings of a leg [s], shape (readings,)."""
+    times = leg.start + leg.dt * np.array(stops(leg, stride))
+    times[-1] = leg.end  # to the last digit, so that nothing falls between legs
+    return times

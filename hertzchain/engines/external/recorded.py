@@ -9,7 +9,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.observation import Observation, Simulation
-from hertzchain.engines.external.readings import Granules
+from hertzchain.engines.external.readings import Granules, count_readings, reading_times
 from hertzchain.engines.external.rescaling import Softening
 from hertzchain.errors import RunFailed
 from hertzchain.limits import refuse_memory
@@ -24,11 +24,6 @@ _BLOCK = 256
 """Readings handed on at a time."""
 
 
-def stops(leg: Leg, stride: int) -> list[int]:
-    """Steps of a leg at which it is read: every ``stride``, and the first and the last."""
-    return [*range(0, leg.steps, stride), leg.steps]
-
-
 def refuse_large(legs: Sequence[Leg], strides: Sequence[int], granules: int) -> None:
     """Refuse a run whose readings do not fit into memory.
 
@@ -37,8 +32,7 @@ def refuse_large(legs: Sequence[Leg], strides: Sequence[int], granules: int) -> 
     TooExpensive
         If they do not.
     """
-    readings = sum(leg.steps // stride + 2 for leg, stride in zip(legs, strides, strict=True))
-    refuse_memory(float(_BYTES) * readings * granules)
+    refuse_memory(float(_BYTES) * count_readings(legs, strides) * granules)
 
 
 def observe(
@@ -80,20 +74,18 @@ def observe(
     StepUnstable, OverlapTooLarge
         See ``Observation``.
     """
-    wanted = sum(len(stops(leg, stride)) for leg, stride in zip(legs, strides, strict=True))
+    wanted = count_readings(legs, strides)
     if len(readings) != wanted:
         raise RunFailed(f"{code} left {len(readings)} readings, not the {wanted} it was asked for")
     seen = Observation(scene, made, at_rest, times, code)
     at = 0
     for leg, stride in zip(legs, strides, strict=True):
-        given, read = made.leg(leg), stops(leg, stride)
-        time = given.start + given.dt * np.array(read)
-        time[-1] = given.end  # to the last digit, so that nothing falls between legs
-        arrays = readings[at : at + len(read)]
-        for first in range(0, len(read) - 1, _BLOCK):
+        time = reading_times(made.leg(leg), stride)
+        arrays = readings[at : at + time.size]
+        for first in range(0, time.size - 1, _BLOCK):
             block = slice(first, first + _BLOCK + 1)
             seen.show(time[block], arrays[block], leg)
-        at += len(read)
+        at += time.size
     return seen.simulation(tuple(legs), version, watching_share=None)
 
 

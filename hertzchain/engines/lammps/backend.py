@@ -17,6 +17,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import backend as verlet
 from hertzchain.engines.external.engine import ExternalEngine
 from hertzchain.engines.external.observation import Observation, Simulation
+from hertzchain.engines.external.readings import reading_times, stops
 from hertzchain.engines.external.rescaling import softening
 from hertzchain.engines.lammps import deck, reading
 from hertzchain.engines.lammps.binary import Binary, Program
@@ -266,13 +267,11 @@ def _read(
     ------
     Times and arrays of successive readings; the first reading is the last of those before.
     """
-    stops = [*range(0, leg.steps, stride), leg.steps]
-    times = leg.start + leg.dt * np.array(stops)
-    times[-1] = leg.end  # to the last digit, so that nothing falls between legs
-    arrays = np.zeros((min(len(stops), _BLOCK + 1), len(reading.ARRAYS), granules, 3))
+    steps, times = stops(leg, stride), reading_times(leg, stride)
+    arrays = np.zeros((min(times.size, _BLOCK + 1), len(reading.ARRAYS), granules, 3))
     reading.read(lammps, arrays[0])
-    for first in range(0, len(stops) - 1, _BLOCK):
-        block = stops[first : first + _BLOCK + 1]
+    for first in range(0, times.size - 1, _BLOCK):
+        block = steps[first : first + _BLOCK + 1]
         for k, (done, stop) in enumerate(itertools.pairwise(block), start=1):
             begin = time.perf_counter()
             run(lammps, stop - done)

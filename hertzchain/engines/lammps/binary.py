@@ -19,7 +19,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.dumps import read_blocks, read_frames
 from hertzchain.engines.external.observation import Observation, Simulation
 from hertzchain.engines.external.program import find_program, run_program, work_folder
-from hertzchain.engines.external.readings import Granules
+from hertzchain.engines.external.readings import Granules, count_readings, reading_times, stops
 from hertzchain.engines.external.rescaling import softening
 from hertzchain.engines.lammps import deck, reading
 from hertzchain.engines.lammps.build import HOW_TO_GET_IT, Build, all_said, find_mpiexec, look
@@ -228,7 +228,7 @@ class Binary:
             steps * (_FASTEST_STEP + granules * _FASTEST_GRANULE / self.program.ranks)
         )
         with work_folder("LAMMPS") as folder:
-            _refuse_dumps(sum(map(_frames, legs, strides)), granules, folder)
+            _refuse_dumps(count_readings(legs, strides), granules, folder)
             rest = _write(_REST, ("x", "mass", "radius"))
             lines = [deck.set_up(made.scene(scene), self.pair_style) + reading.COMMANDS, rest]
             for k, (before, leg, stride) in enumerate(
@@ -255,11 +255,6 @@ def _write(file: str, columns: Sequence[str], append: bool = False) -> str:
     return _LOOK.format(file=file, columns=" ".join(columns), append=more)
 
 
-def _frames(leg: Leg, stride: int) -> int:
-    """How often a leg is looked at: at its start, every ``stride`` steps and at its end."""
-    return len(range(0, leg.steps, stride)) + 1
-
-
 def _read(
     path: Path, leg: Leg, stride: int, deadline: Deadline
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
@@ -275,9 +270,7 @@ def _read(
     RunFailed
         If frames are missing.
     """
-    steps = np.minimum(np.arange(_frames(leg, stride)) * stride, leg.steps)
-    times = leg.start + leg.dt * steps
-    times[-1] = leg.end  # to the last digit, so that nothing falls between legs
+    steps, times = np.array(stops(leg, stride)), reading_times(leg, stride)
     first, at, last = None, 0, None
     for step, values in read_blocks(path, ("x", "vx", "fx"), _BLOCK):
         if deadline.left < 0:

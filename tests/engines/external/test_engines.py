@@ -18,8 +18,8 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.decks import known_answer
-from hertzchain.engines.external.readings import Granules
-from hertzchain.engines.external.recorded import observe, read_array, stops
+from hertzchain.engines.external.readings import Granules, stops
+from hertzchain.engines.external.recorded import observe, read_array
 from hertzchain.engines.external.rescaling import NONE
 from hertzchain.engines.liggghts import deck as liggghts_deck
 from hertzchain.engines.yade import deck as yade_deck
