@@ -110,7 +110,9 @@ def compare(
     )
     with progress() as tell:
         record = None if report_file is None else record_times(loaded)
-        compared = comparison.compare(loaded, backend or None, lammps, progress=tell, record=record)
+        compared = comparison.compare(
+            loaded, backend or None, progress=tell, record=record, engines={"lammps": lammps}
+        )
     suite = of_comparison(compared, scene.stem, begun, time.perf_counter() - begin)
     if as_json:
         print_json(compared.to_dict())

@@ -161,15 +161,13 @@ def _simulation(
 ) -> Simulator:
     engine = ENGINES[backend]
     refuse_options_of_lammps([backend], isolate, lmp, ranks)
-    simulator: Simulator
     if backend == "native":
         if extrapolated:
             raise HertzchainError("--extrapolated is not for --backend native; leave it out")
         name = None if method is None else method.value
-        simulator = engine.make(
+        return engine.make(
             method=name, dt=dt, rtol=rtol, peaks_only=peaks_only, time_limit=time_limit
         )
-        return simulator
     if method not in (None, MethodName.VELOCITY_VERLET):
         raise HertzchainError(
             f"--method {method}: {engine.label} has only velocity-verlet; leave the option out"
@@ -178,7 +176,4 @@ def _simulation(
         raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
     own = lammps_options(isolate, lmp, ranks) if backend == "lammps" else {}
     wanted = RTOL if rtol is None else rtol
-    simulator = engine.make(
-        dt=dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit, **own
-    )
-    return simulator
+    return engine.make(dt=dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit, **own)

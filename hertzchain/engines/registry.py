@@ -78,9 +78,11 @@ class Engine:
         if self.marker not in MARKERS:
             raise ValueError(f"marker {self.marker!r} must be one of {' '.join(MARKERS)}")
 
-    def make(self, **parameters: Any) -> Any:
+    def make(self, **parameters: Any) -> Simulator:
         """The engine with numerical parameters: a frozen object with ``run``."""
-        return getattr(importlib.import_module(self.home), self.factory)(**parameters)
+        factory = getattr(importlib.import_module(self.home), self.factory)
+        made: Simulator = factory(**parameters)
+        return made
 
 
 # Okabe and Ito's colours, which the colour-blind tell apart.

@@ -202,14 +202,14 @@ def code_checks(result: Result, reference: Result, time_limit: float) -> list[Ch
     ]
 
 
+_NOT_AT_THE_SAME_STEPS = Kind("same steps")
+
+
 def _same_steps_unless_refused(result: Result, time_limit: float) -> list[Check]:
     try:
         return same_steps_checks(result, time_limit)
     except RunFailed as problem:
         return [unmeasured(_NOT_AT_THE_SAME_STEPS, result.backend, str(problem))]
-
-
-_NOT_AT_THE_SAME_STEPS = Kind("same steps")
 
 
 def _or_none(values: FloatArray) -> list[float | None]:

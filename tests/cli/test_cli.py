@@ -28,7 +28,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.verdict import run_checks, tradeoff
 from tests.command_line import MAIN, PATIENCE, Command, Outcome, is_refused, process
 from tests.places import ROOT
-from tests.processes import names
+from tests.processes import names, posix
 
 Changes = Mapping[str, str | None]
 """What is different about a scene: keys and TOML values, None for no such key."""
@@ -314,8 +314,6 @@ def test_a_full_standard_output_is_refused() -> None:
         is_refused(process("run", "scene.toml", stdout=full), "No space left on device")
 
 
-needs_signals = pytest.mark.skipif(os.name != "posix", reason="needs signals")
-
 SAY_WHEN = """
 import hertzchain.engines.native.simulation as simulation
 whole = simulation.stoppable
@@ -331,7 +329,7 @@ simulation.stoppable = said
 """The compiled work says that it begins."""
 
 
-@needs_signals
+@posix
 def test_an_interrupted_run_ends_with_130_and_writes_nothing() -> None:
     scene_file({"chain.granules": "2000"})
     # 1e9 steps: whole minutes.
@@ -377,7 +375,7 @@ atexit.register(signal.raise_signal, signal.SIGINT)
 """Ctrl-C while Python ends: what is registered first is done last."""
 
 
-@needs_signals
+@posix
 @pytest.mark.parametrize(
     ("name", "module", "how", "status", "said"),
     [
@@ -397,7 +395,7 @@ def test_a_stop_at_the_start_is_one_line(
     assert names() == ["scene.toml"]
 
 
-@needs_signals
+@posix
 def test_an_interrupt_after_all_is_done_is_too_late() -> None:
     outcome = process("--version", code=AT_EXIT + MAIN)
     assert outcome == Outcome(0, f"hertzchain {version('hertzchain')}\n", "")

@@ -18,7 +18,7 @@ from hertzchain.engines.external.observation import Simulation
 from hertzchain.engines.external.program import find_program, run_program, work_folder
 from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.external.rescaling import softening
-from hertzchain.limits import Deadline, check_time_limit
+from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables.history import wanted_times
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene, require_scene
@@ -114,6 +114,7 @@ class Found:
     readings: FloatArray
 
 
+@dataclass(frozen=True)
 class ProgramEngine(ExternalEngine):
     """A code that is a program: it gets one file, and leaves its readings in others."""
 
@@ -129,7 +130,12 @@ class ProgramEngine(ExternalEngine):
     ENVIRONMENT: ClassVar[dict[str, str]] = {}
     """Variables that the program is given."""
 
-    program: str
+    dt: float | None = None
+    read_every: int | None = None
+    rtol: float = RTOL
+    extrapolated: bool = False
+    program: str = ""
+    time_limit: float = TIME_LIMIT
 
     @abstractmethod
     def _deck(self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:

@@ -9,9 +9,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.observation import Simulation
-from hertzchain.observables.error_bound import (
-    is_hard,
-)
+from hertzchain.observables.error_bound import is_hard
 from hertzchain.observables.peaks import ESTIMATED, PeakWatch, judged_contacts
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -19,11 +17,9 @@ from hertzchain.scene.schedule import Leg
 INTERPOLATION = 3e-4
 """Of a peak, times the eighth power of the interval [natural units]; 1e-4 measured."""
 
-
 KINK = 1.5e-3
 """Of a peak, times the power 3.5 of the interval [natural units]: what a contact that opens next to
 one at its peak leaves between two readings, as its force has no second derivative (6e-4 seen)."""
-
 
 _FEW_STEPS = 16
 """Steps of a leg in the finest of three runs; with fewer, errors fall as no power of dt yet."""

@@ -13,7 +13,6 @@ from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.liggghts import deck
 from hertzchain.errors import RunFailed
-from hertzchain.limits import RTOL, TIME_LIMIT
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -57,12 +56,7 @@ class Liggghts(ProgramEngine):
     FASTEST: ClassVar[tuple[float, float]] = (0.3e-6, 8e-9)  # 4e-6 measured with 60 granules
     ENVIRONMENT: ClassVar[dict[str, str]] = {"OMP_NUM_THREADS": "1"}
 
-    dt: float | None = None
-    read_every: int | None = None
-    rtol: float = RTOL
-    extrapolated: bool = False
     program: str = "liggghts"
-    time_limit: float = TIME_LIMIT
 
     @property
     def method(self) -> str:

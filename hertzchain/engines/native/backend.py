@@ -241,9 +241,7 @@ def _estimate(
     scene: Scene, legs: Sequence[Leg], plan: choice.Plan, run: Simulation, deadline: Deadline
 ) -> float:
     """Upper bound of the error of the peaks, from one run or two with other steps."""
-    others = [
-        tuple(replace(leg, steps=choice.other_step(leg.steps)) for leg in legs),
-    ]
+    others = [tuple(replace(leg, steps=choice.other_step(leg.steps)) for leg in legs)]
     if run.peaks.any_rising:
         # Forces at an instant are erratic from step to step: one difference may be small by chance,
         # and none falls with a power of the step.

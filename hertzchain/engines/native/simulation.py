@@ -276,6 +276,9 @@ def _wait(thread: threading.Thread, deadline: Deadline) -> None:
             raise deadline.passed()
 
 
+_CODES = {"linear": 1, "cosine": 2}
+
+
 def code_of(shape: str) -> int:
     """The number by which the kernels know a shape of ramps; they have formulas of their own.
 
@@ -287,9 +290,6 @@ def code_of(shape: str) -> int:
     if shape not in _CODES:
         raise RunFailed(f"the kernels have no formula for a ramp of shape {shape}")
     return _CODES[shape]
-
-
-_CODES = {"linear": 1, "cosine": 2}
 
 
 def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:

@@ -11,7 +11,6 @@ from hertzchain.engines.external import recorded
 from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.yade import deck
-from hertzchain.limits import RTOL, TIME_LIMIT
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -57,12 +56,7 @@ class Yade(ProgramEngine):
     # Modules for this Python are not for that within Yade.
     ENVIRONMENT: ClassVar[dict[str, str]] = {"PYTHONPATH": ""}
 
-    dt: float | None = None
-    read_every: int | None = None
-    rtol: float = RTOL
-    extrapolated: bool = False
     program: str = "yade"
-    time_limit: float = TIME_LIMIT
 
     @property
     def method(self) -> str:
