@@ -30,61 +30,94 @@ class Dummy:
     def run(self, scene, record=None):
         found = hc.Native("velocity-verlet", self.dt or 0.01 * scene.units.time).run(scene, record)
         return replace(found, backend="dummy")
+
+
+class Other(Dummy):
+    def run(self, scene, record=None):
+        found = hc.Native("rk4", self.dt or 0.01 * scene.units.time).run(scene, record)
+        return replace(found, backend="other")
 """
-"""An engine: its folder."""
+"""Engines: their folder."""
 
 START = """
+import contextlib, dataclasses, json, sys
 from hertzchain.engines.registry import ENGINES, Engine
 
-ENGINES["dummy"] = Engine(
-    "dummy", "Dummy", "dummy", "Dummy", "#56B4E9", "D", "dot", program="dummy-program"
-)
+dummy = Engine("dummy", "Dummy", "dummy", "Dummy", "#56B4E9", "D", "dot", program="dummy-program")
+ENGINES["dummy"] = dummy
+ENGINES["other"] = dataclasses.replace(dummy, name="other", label="Other", factory="Other")
 
 from hertzchain.cli import main
 
-main()
+for name, arguments in json.loads(sys.argv[1]).items():
+    sys.argv[1:] = arguments
+    with open(name, "w") as file, contextlib.redirect_stdout(file):
+        try:
+            main()
+        except SystemExit as end:
+            assert end.code == 0, (name, end.code)
 """
-"""The line of the registry, and the command line."""
+"""A line of the registry for each engine, and the command line; what it prints is kept in files."""
+
+COMMANDS = {
+    "compared.json": (
+        *("compare", "scene.toml", "--backend", "dummy", "--json"),
+        *("--plot", "plot.svg", "--report", "page.html", "--junit", "junit.xml"),
+    ),
+    "run.txt": ("run", "scene.toml", "--backend", "dummy", "--dt", "100 ns"),
+    "other.json": ("compare", "scene.toml", "--backend", "other", "--json"),
+}
 
 
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The current folder, with a scene and the engine."""
-    monkeypatch.chdir(tmp_path)
-    paper_scene("cosine", 1.0, 2.0, granules=12).to_toml("scene.toml")
-    (tmp_path / "dummy.py").write_text(DUMMY)
-    return tmp_path
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a scene, the engines, and what commands say of them."""
+    here = tmp_path_factory.mktemp("registry")
+    paper_scene("cosine", 1.0, 2.0, granules=12).to_toml(here / "scene.toml")
+    (here / "dummy.py").write_text(DUMMY)
+    done = process(json.dumps(COMMANDS), code=START, cwd=here)
+    assert done.status == 0, done.err
+    return here
+
+
+def checks_of(file: Path) -> list[str]:
+    """The names of the checks of a comparison that was kept."""
+    return [check["name"] for check in json.loads(file.read_text(encoding="utf-8"))["checks"]]
 
 
 def test_a_further_engine_is_a_folder_and_a_line(folder: Path) -> None:
-    done = process(
-        "compare", "scene.toml", "--backend", "dummy", "--json",
-        "--plot", "plot.svg", "--report", "page.html", "--junit", "junit.xml", code=START,
-    )  # fmt: skip
-    assert done.status == 0, done.err
-    found = json.loads(done.out)
-    assert {check["name"] for check in found["checks"]} >= {
+    assert set(checks_of(folder / "compared.json")) >= {
         "dummy: displacement, same steps",
         "dummy: peaks against the reference",
         "dummy: energy [J]",
     }
+    found = json.loads((folder / "compared.json").read_text(encoding="utf-8"))
     assert all(row["dummy_N"] > 0 for row in found["rows"])
     for file, wanted in (("page.html", "Dummy, error estimate"), ("junit.xml", "dummy: energy")):
         assert wanted in (folder / file).read_text(encoding="utf-8")
     assert "Dummy" in (folder / "plot.svg").read_text(encoding="utf-8")
 
 
-@pytest.mark.usefixtures("folder")
-def test_doctor_and_run_know_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    done = process("run", "scene.toml", "--backend", "dummy", "--dt", "100 ns", code=START)
-    assert done.status == 0, done.err
-    assert "velocity-verlet" in done.out
+def test_run_knows_it(folder: Path) -> None:
+    assert "velocity-verlet" in (folder / "run.txt").read_text(encoding="utf-8")
+
+
+def test_doctor_knows_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(
         ENGINES, "dummy",
         Engine("dummy", "Dummy", "dummy", "Dummy", "#56B4E9", "D", "dot", program="no-such-one"),
     )  # fmt: skip
     (found,) = [one for one in diagnosis._other_codes() if one.name == "Dummy"]
     assert found.text == "only for --backend dummy; apt install no-such-one"
+
+
+def test_same_steps_are_for_velocity_verlet_alone(folder: Path) -> None:
+    names = checks_of(folder / "other.json")
+    assert [name for name in names if name.startswith("other")] == [
+        "other: peaks against the reference",
+        "other: momentum [N s]",
+        "other: energy [J]",
+    ]
 
 
 def test_entries_are_told_apart() -> None:
@@ -96,16 +129,3 @@ def test_entries_are_told_apart() -> None:
 def test_a_marker_that_plotly_does_not_have_is_refused() -> None:
     with pytest.raises(ValueError, match="marker 'h' must be one of"):
         replace(ENGINES["yade"], marker="h")
-
-
-def test_same_steps_are_for_velocity_verlet_alone(folder: Path) -> None:
-    code = DUMMY.replace('"velocity-verlet"', '"rk4"')
-    (folder / "dummy.py").write_text(code)
-    done = process("compare", "scene.toml", "--backend", "dummy", "--json", code=START)
-    assert done.status == 0, done.err
-    names = [check["name"] for check in json.loads(done.out)["checks"]]
-    assert [name for name in names if name.startswith("dummy")] == [
-        "dummy: peaks against the reference",
-        "dummy: momentum [N s]",
-        "dummy: energy [J]",
-    ]

@@ -861,7 +861,10 @@ def test_no_part_is_kept_in_memory_that_is_written(
         (Formulas(), 1300, True),  # 3e-4 s each
         (Formulas(), 1400, False),
         (hc.Native(rtol=1e-4), 100, True),
-        (hc.Native("velocity-verlet"), 2, False),
+        (hc.Native("velocity-verlet"), 110, True),
+        (hc.Native("velocity-verlet"), 130, False),
+        (hc.Native("reference"), 500, True),
+        (hc.Native("reference"), 700, False),
         (hc.Native(dt=1e-7), 2, False),
         (hc.Lammps(rtol=1e-2), 2, False),
     ],

@@ -155,6 +155,7 @@ def test_tables_are_those_of_this_machine(two: str) -> None:
     assert_same(sweep(two, backends), sweep(None, backends))
 
 
+@pytest.mark.slow
 @pytest.mark.lammps
 def test_a_worker_killed_in_the_middle_changes_nothing(
     lonely: str, tmp_path: Path, here: hc.Sweep
@@ -346,6 +347,7 @@ def assert_there_as_here(folder: Path, rtol: float) -> None:
     assert_frame_equal(found, swept.to_frame(), check_exact=True)
 
 
+@pytest.mark.slow
 @pytest.mark.lammps
 def test_ctrl_c_leaves_workers_idle_and_it_goes_on(lonely: str, tmp_path: Path) -> None:
     from distributed import Client

@@ -231,7 +231,7 @@ def test_all_scenes_are_measured(module: ModuleType) -> None:
 
 
 def test_a_scene_that_fails_in_its_sweep_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    swept = transition_scenes._swept
+    swept = functools.cache(transition_scenes._swept)  # figures have scenes in common
 
     def hasty(backend: hc.Native | hc.Lammps, ratios: Sequence[float]) -> pd.DataFrame:
         if isinstance(backend, hc.Native):
