@@ -26,17 +26,29 @@ from tests.conftest import paper_scene
 from tests.effort import effort
 from validation.mistakes import in_set_up
 
-SCENES = [
-    ("cosine", 0.3, 2.0),
-    pytest.param(("triangular", 1.0, 4.0), marks=pytest.mark.slow),
-    ("cosine-triangular", 2.0, 2.0),
-    pytest.param(("cosine", 2.5, 6.0), marks=pytest.mark.slow),
-]
+QUICK = ("cosine", 0.3, 2.0), ("cosine-triangular", 2.0, 2.0)
+MORE = ("triangular", 1.0, 4.0), ("cosine", 2.5, 6.0)
+SCENES = [*QUICK, *(pytest.param(scene, marks=pytest.mark.slow) for scene in MORE)]
 
 
 @pytest.fixture(scope="module", params=SCENES, ids=str)
 def truth(request: pytest.FixtureRequest) -> hc.Result:
     return hc.Native("reference").run(paper_scene(*request.param))
+
+
+def in_turn(names: str, cases: dict[str, tuple[object, ...]]) -> pytest.MarkDecorator:
+    """Cases by their names, on all scenes; the quick scenes take turns where tests are not slow."""
+    marked = [
+        pytest.param(
+            scene,
+            *case,
+            id=f"{scene}-{name}",
+            marks=[] if scene == QUICK[k % 2] else pytest.mark.slow,
+        )
+        for k, (name, case) in enumerate(cases.items())
+        for scene in (*QUICK, *MORE)
+    ]
+    return pytest.mark.parametrize(f"truth, {names}", marked, indirect=["truth"])
 
 
 def exact(scene: hc.Scene) -> FloatArray:
@@ -67,7 +79,7 @@ def test_true_peaks_pass_without_a_cause(truth: hc.Result) -> None:
     assert found.to_frame().columns.tolist() == columns
 
 
-@pytest.mark.parametrize("size", [2e-3, 0.05])
+@in_turn("size", {"weak": (2e-3,), "strong": (0.05,)})
 def test_noise_has_no_cause(truth: hc.Result, size: float) -> None:
     noise = np.random.default_rng(0).standard_normal(truth.peak_force.size)
     assert named(truth, truth.peak_force * (1 + size * noise)) == ""
@@ -228,7 +240,7 @@ def test_other_numbers_are_named(truth: hc.Result) -> None:
     assert "a chain of 61 granules" in named(truth, exact(longer)[:59])
 
 
-@pytest.mark.parametrize("h", [0.06, 0.1, 0.3])
+@in_turn("h", {"0.06": (0.06,), "0.1": (0.1,), "0.3": (0.3,)})
 def test_samples_in_place_of_maxima_are_named(truth: hc.Result, h: float) -> None:
     step = h * truth.scene.units.time
     times = np.arange(0.0, truth.scene.end_time, step)
@@ -284,15 +296,14 @@ def plain_code(scene: hc.Scene, dt: float, damping: Damping, euler: bool = False
     return np.asarray(highest * unit.force)
 
 
-@pytest.mark.parametrize(
-    ("damping", "words"),
-    [
-        (lambda _, rate: 0.02 * rate, "a dashpot in each contact"),
-        (lambda pressed, rate: 0.1 * pressed**0.25 * rate, "Tsuji's"),
-        (lambda pressed, rate: 0.1 * np.sqrt(pressed) * rate, "viscoelastic spheres"),
-        (lambda pressed, rate: 0.002 * np.sqrt(pressed) * rate, "viscoelastic spheres"),
-    ],
-    ids=["dashpot", "Tsuji", "viscoelastic", "weak"],
+@in_turn(
+    "damping, words",
+    {
+        "dashpot": (lambda _, rate: 0.02 * rate, "a dashpot in each contact"),
+        "Tsuji": (lambda pressed, rate: 0.1 * pressed**0.25 * rate, "Tsuji's"),
+        "viscoelastic": (lambda over, rate: 0.1 * np.sqrt(over) * rate, "viscoelastic spheres"),
+        "weak": (lambda over, rate: 0.002 * np.sqrt(over) * rate, "viscoelastic spheres"),
+    },
 )
 def test_damping_is_named(truth: hc.Result, damping: Damping, words: str) -> None:
     found = named(truth, plain_code(truth.scene, 0.01, damping))
@@ -307,22 +318,21 @@ def test_explicit_euler_is_named(truth: hc.Result) -> None:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (
+@in_turn(
+    "change, words",
+    {
+        "stiffness": (
             ("hertz/material ${young_modulus} 0.0", "hertz/material $(2*v_young_modulus) 0.0"),
             "of half",
         ),
-        (
+        "damping": (
             (
                 "hertz/material ${young_modulus} 0.0 ${poisson_ratio}",
                 "hertz/material ${young_modulus} 0.2 ${poisson_ratio} damping tsuji",
             ),
             "Tsuji's",
         ),
-    ],
-    ids=["stiffness", "damping"],
+    },
 )
 def test_a_wrong_deck_of_lammps_is_named(
     truth: hc.Result, change: tuple[str, str], words: str

@@ -709,6 +709,7 @@ def test_kernels_of_other_types_are_not_taken(small: Path) -> None:
     assert read_small(small)[0] == 2
 
 
+@pytest.mark.slow
 def test_kernels_of_processes_that_compile_at_once(tmp_path: Path) -> None:
     threads = [threading.Thread(target=call_small, args=(tmp_path / "small",)) for _ in range(2)]
     failed: list[object] = []
@@ -727,6 +728,7 @@ def test_kernels_of_processes_that_compile_at_once(tmp_path: Path) -> None:
     assert not list((tmp_path / "small" / "__pycache__").glob("*.tmp*"))
 
 
+@pytest.mark.slow
 @linux
 def test_kernels_that_cannot_be_kept_anywhere_are_compiled(tmp_path: Path) -> None:
     # Root may write into every folder, but not into a file; and there is no HOME.
