@@ -289,6 +289,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "html"
 
 
+@pytest.mark.slow
 def test_the_pages_build_and_document_every_public_name(built: Path) -> None:
     from sphinx.util.inventory import InventoryFile
 
@@ -310,6 +311,7 @@ def test_the_pages_build_and_document_every_public_name(built: Path) -> None:
     assert methods <= set(inventory.data["py:method"])  # those of a base class, too
 
 
+@pytest.mark.slow
 def test_docstrings_are_read_as_they_are_meant(built: Path) -> None:
     """Two things that Sphinx makes of them without a word."""
     pages = sorted((built / "api").glob("*.html"))
@@ -322,6 +324,7 @@ def test_docstrings_are_read_as_they_are_meant(built: Path) -> None:
         assert "<ol" not in html, f"{page.name}: a line that starts with a letter and a dot"
 
 
+@pytest.mark.slow
 def test_the_pages_need_no_network(built: Path) -> None:
     for page in built.rglob("*.html"):
         loaded = re.findall(
@@ -331,6 +334,7 @@ def test_the_pages_need_no_network(built: Path) -> None:
         assert loaded == [], page.name
 
 
+@pytest.mark.slow
 def test_the_pages_have_every_command_and_option(built: Path) -> None:
     page = (built / "command-line.html").read_text(encoding="utf-8")
     text = re.sub(r"<[^>]+>", "", page)

@@ -12,6 +12,7 @@ import tarfile
 import tomllib
 import zipfile
 from email import message_from_bytes
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -21,7 +22,7 @@ from hatchling.builders.wheel import WheelBuilder
 
 import hertzchain as hc
 from hatch_build import description
-from tests.command_line import run_program
+from tests.command_line import run_here, run_program
 from tests.places import ROOT
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -37,23 +38,26 @@ COPIES = re.findall(r"^    cp (\S+) (\S+)", README, re.MULTILINE)
 TARGETS = re.findall(r"^    make (\S+)", README, re.MULTILINE)
 
 
-def run(command: str, folder: Path) -> str:
-    """Run a command of the README in a folder that has what the README finds in the clone."""
-    done = run_program(*shlex.split(command), folder=folder)
-    assert done.status == 0, done.out + done.err
-    return done.out
-
-
 @pytest.mark.lammps
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_command_works(command: str, tmp_path: Path) -> None:
+def test_a_command_works(
+    command: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """The first as users run it, the others in this process; in a folder with what a clone has."""
     for name in ("validation", "lammps_inputs"):
         (tmp_path / name).symlink_to(ROOT / name)
     (tmp_path / ".venv").symlink_to(Path(sys.executable).parent.parent)
     for source, target in COPIES:
         shutil.copy(ROOT / source, tmp_path / target)
     before = {path.name for path in tmp_path.iterdir()}
-    assert run(command, tmp_path).strip()
+    monkeypatch.chdir(tmp_path)
+    run = run_program if command == COMMANDS[0] else partial(run_here, capfd)
+    done = run(*shlex.split(command))
+    assert done.status == 0, done.out + done.err
+    assert done.out.strip()
     written = re.findall(r"(?:-o|--report) (\S+)", command)
     assert {path.name for path in tmp_path.iterdir()} - before == set(written)
     for name in written:
