@@ -8,8 +8,6 @@ does at the time hits both alike. It takes two cores that rest to see what the c
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 import json
 import os
 import signal
@@ -20,15 +18,16 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from datetime import UTC, datetime
 from pathlib import Path
 
+import pandas
 from rich.console import Console
 from rich.table import Table
 
 import hertzchain as hc
 from hertzchain.files import check_writable, write_text
 from validation.rows import load
+from validation.script import dated, leave_with
 
 TITLE = "Two workers of a Dask cluster beside one"
 
@@ -73,13 +72,8 @@ def scheduler(folder: Path, port: int = 0) -> Iterator[tuple[str, subprocess.Pop
     described = folder / "scheduler.json"
     described.unlink(missing_ok=True)
     command = ["distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port)]
-    command += [
-        "--no-dashboard",
-        "--dashboard-address",
-        "127.0.0.1:0",
-        "--scheduler-file",
-        str(described),
-    ]
+    command += ["--no-dashboard", "--dashboard-address", "127.0.0.1:0"]
+    command += ["--scheduler-file", str(described)]
     with running(command, log := folder / "scheduler.log") as process:
         until = time.monotonic() + _PATIENCE
         while True:
@@ -136,40 +130,29 @@ def seconds(workers: int, scenes: int) -> float:
 
 
 def measure(pairs: int, scenes: int) -> list[tuple[int, int, float, float]]:
-    """Sweep with one worker and with two in turn.
-
-    Returns
-    -------
-    For each sweep: workers, scenes, what it took [s], and how many times that is in the sweep of
-    the same pair with one worker.
-    """
+    """Workers, scenes, seconds, and how many times the one worker's, of pairs of sweeps in turn."""
     measured = []
     for number in range(pairs):
         order = (1, 2) if number % 2 == 0 else (2, 1)
         took = {workers: seconds(workers, scenes) for workers in order}
-        measured += [
-            (workers, scenes, took[workers], took[1] / took[workers]) for workers in (1, 2)
-        ]
+        measured += [(count, scenes, took[count], took[1] / took[count]) for count in (1, 2)]
     return measured
 
 
-def main() -> None:
-    """Print what sweeps took; exit 1 where two workers are too slow, 2 where nothing can run."""
+def run() -> bool:
+    """Print what sweeps took; whether two workers are fast enough."""
     parser = argparse.ArgumentParser(description=TITLE)
     parser.add_argument("--pairs", type=int, default=3, help="of sweeps, by one worker and by two")
     parser.add_argument("--scenes", type=int, default=128, help="of each sweep")
     parser.add_argument("-o", "--output", type=Path, help="write the table as CSV")
     chosen = parser.parse_args()
-    try:
-        if chosen.output is not None:
-            check_writable(chosen.output)
-        before = os.getloadavg()[0]
-        measured = measure(chosen.pairs, chosen.scenes)
-    except hc.HertzchainError as problem:
-        print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
-        sys.exit(2)
+    if chosen.output is not None:
+        check_writable(chosen.output)
+    before = os.getloadavg()[0]
+    measured = measure(chosen.pairs, chosen.scenes)
     print(TITLE)
-    table = Table("workers", "scenes", "seconds", "ratio")
+    columns = ["workers", "scenes", "seconds", "ratio"]
+    table = Table(*columns)
     for workers, scenes, took, ratio in measured:
         table.add_row(str(workers), str(scenes), f"{took:.2f}", f"{ratio:.2f}")
     Console(width=100).print(table)
@@ -177,17 +160,11 @@ def main() -> None:
     facts = f"{os.cpu_count()} cores, load before {before:.1f}"
     print(f"Median of the ratios {middle:.2f}, wanted {WANTED}; {facts}")
     if chosen.output is not None:
-        text = io.StringIO()
-        text.write(f"# {datetime.now(UTC):%Y-%m-%d}; hertzchain {hc.__version__}; {facts}\n")
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["workers", "scenes", "seconds", "ratio"])
-        writer.writerows(
-            (workers, scenes, f"{took:.3f}", f"{ratio:.3f}")
-            for workers, scenes, took, ratio in measured
-        )
-        write_text(chosen.output, text.getvalue())
-    sys.exit(0 if middle >= WANTED else 1)
+        rows = pandas.DataFrame(measured, columns=columns)
+        text = rows.to_csv(index=False, float_format="%.3f")
+        write_text(chosen.output, dated(f"hertzchain {hc.__version__}; {facts}", text))
+    return middle >= WANTED
 
 
 if __name__ == "__main__":
-    main()
+    leave_with(run)

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table
 from scipy.integrate import quad
@@ -26,7 +28,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import BackendMissing
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
-from validation.drawing import BACKENDS
+from validation.drawing import BACKENDS, new_figure
 from validation.rows import (
     STEEL,
     Row,
@@ -40,10 +42,6 @@ from validation.rows import (
     simulate,
 )
 from validation.script import Script
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 TITLE = "Constants of the solitary wave, and Eqs. 4 and 5"
 
@@ -104,26 +102,14 @@ def far_field_scene(granules: int) -> hc.Scene:
 
 @dataclass(frozen=True, eq=False)
 class Wave:
-    """A wave far from the shock, scaled to height 1.
+    """A wave far from the shock, scaled to height 1."""
 
-    Parameters
-    ----------
-    shift
-        Time between the peaks of neighbouring contacts.
-    momentum
-        Integral of the force over time.
-    granule_momentum
-        Sum of the velocities of the granules, at the time of the peak.
-    force
-        At the times X times the exact shift from the peak, shape as X.
-    peak_force, speed, si_momentum
-        Of the wave itself, not scaled [N], [m/s], [N s]; the momentum is that of the granules.
-    """
-
-    shift: float
-    momentum: float
-    granule_momentum: float
-    force: FloatArray
+    shift: float  # time between the peaks of neighbouring contacts
+    momentum: float  # integral of the force over time
+    granule_momentum: float  # sum of the velocities of the granules, at the time of the peak
+    force: FloatArray  # at the times X times the exact shift from the peak, shape as X
+    # peak_force, speed, si_momentum: of the wave itself, not scaled [N], [m/s], [N s]; the momentum
+    # is that of the granules.
     peak_force: float
     speed: float
     si_momentum: float
@@ -143,16 +129,8 @@ def _middle(scene: hc.Scene) -> int:
 def far_field(scene: hc.Scene, backend: hc.Native | hc.Lammps, times: FloatArray) -> Wave:
     """The wave two thirds down the chain; its speed is that of the 20 contacts around.
 
-    The peak of LAMMPS is later than native's by 1e-5 or so; the force is moved there.
-
-    Parameters
-    ----------
-    scene
-        As from ``far_field_scene``.
-    backend
-        Who simulates.
-    times
-        As from ``wave_times`` [s].
+    The times are ``wave_times`` [s]. The peak of LAMMPS is later than native's by 1e-5 or so; the
+    force is moved there.
     """
     result, middle, unit = backend.run(scene, record=times), _middle(scene), scene.units
     height = result.peak_force[middle] / unit.force
@@ -316,17 +294,9 @@ COLUMNS = ("kind", "what", "x", "paper", "nesterenko", "exact", "native", "lammp
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     """Constants, the force over time, and the times between peaks.
 
-    Parameters
-    ----------
-    quick
-        Take a shorter chain, and four of the scenes of Tables 2 to 4.
-    with_lammps
-        Whether to run LAMMPS, too.
-
-    Returns
-    -------
-    Columns kind (constant, si, force, shift), what, x (time from the peak, or contact), then the
-    number by each; problem.
+    In the quick form the chain is shorter, and 4 of the scenes of Tables 2 to 4 are taken. Columns
+    kind (constant, si, force, shift), what, x (time from the peak, or contact), then the number by
+    each; problem.
     """
     scene = far_field_scene(75 if quick else 90)
     times, problems = wave_times(scene), []
@@ -472,19 +442,10 @@ the contacts of the scenes of Tables 2 to 4. Eq. 4b would have to give 0."""
 
 
 def eq4b_errors(shifts: pandas.DataFrame, backend: str) -> pandas.DataFrame:
-    """Error of Eq. 4b at each contact of each scene [%].
+    """Error of Eq. 4b at each contact of each scene against the times of a backend [%].
 
-    Parameters
-    ----------
-    shifts
-        The rows of the table that are about it.
-    backend
-        Whose times.
-
-    Returns
-    -------
-    Columns what, x (contact), below_1, and for the two readings ``t_{i+1} - t_i`` and
-    ``t_i - t_{i-1}``, which is NaN at contact 2: contact 1 is the shock.
+    Columns what, x (contact), below_1, and for the two readings ``t_{i+1} - t_i`` and ``t_i -
+    t_{i-1}``, which is NaN at contact 2: contact 1 is the shock.
     """
     before = shifts.groupby("what", sort=False)[backend].shift(1)
     return pandas.DataFrame(
@@ -530,9 +491,7 @@ _STYLES: dict[str, dict[str, Any]] = {
 
 def draw(table: pandas.DataFrame) -> Figure:
     """The force over time and what each is off by; constants; Eq. 4b."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(12, 8.5), layout="constrained", dpi=100)
+    figure = new_figure(12, 8.5)
     (top, constants), (bottom, eq4b) = figure.subplots(2, 2)
     force = table[table["kind"] == "force"]
     for name, style in _STYLES.items():
@@ -616,13 +575,8 @@ SCRIPT = Script(
     TITLE,
     "Which constants of the solitary wave are right, and do Eqs. 4 and 5 agree with one another?",
     "exact wave, native, LAMMPS, Nesterenko's long wave; the paper's Eqs. 4 and 5, L_SW and V_SW",
-    measure,
-    promises,
-    draw,
-    show,
-)
-compare, main = SCRIPT.compare, SCRIPT.main
-
+    measure, promises, draw, show,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

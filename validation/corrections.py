@@ -14,10 +14,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from scipy.integrate import quad
 
 import hertzchain as hc
@@ -28,14 +30,21 @@ from hertzchain.observables.transition import SMALLEST, STEADY
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
 from validation.claims import far_field, first_within
-from validation.drawing import BACKENDS
+from validation.drawing import BACKENDS, new_figure
 from validation.mistakes import printed_peak_force
-from validation.rows import Row, did_not_run, load, paper_table, row, scene_name, simulate
+from validation.rows import (
+    Row,
+    did_not_run,
+    effective_ratio,
+    eq3,
+    load,
+    paper_table,
+    pulse_of,
+    row,
+    scene_name,
+    simulate,
+)
 from validation.script import Script
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 TITLE = "Corrections: how the paper is read, and how else it could be"
 
@@ -63,33 +72,16 @@ HIGH = (EQUAL, CRITERION, EQ3)
 
 @dataclass(frozen=True, eq=False)
 class Simulated:
-    """A scene of Tables 2 to 4 with its peaks by one backend, forces in F0.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    peak_force
-        Of contacts 2 ... N, shape (N - 1,).
-    p
-        As hertzchain reads it; 5 where there is none.
-    """
+    """A scene of Tables 2 to 4 with its peaks by one backend, forces in F0."""
 
     scene: hc.Scene
-    peak_force: FloatArray
-    p: int
+    peak_force: FloatArray  # of contacts 2 ... N, shape (N - 1,)
+    p: int  # as hertzchain reads it
 
     @property
     def pulse(self) -> hc.Pulse:
         """Profile, F0 and n."""
-        assert isinstance(self.scene.shock, hc.Pulse)
-        return self.scene.shock
-
-    @property
-    def rise_time(self) -> float:
-        """t0 [s]."""
-        assert self.scene.rise_time is not None
-        return self.scene.rise_time
+        return pulse_of(self.scene)[0]
 
     @property
     def after(self) -> float:
@@ -103,19 +95,11 @@ class Simulated:
 
     def eq3(self, wave_force: float) -> float:
         """Eq. 3, with V_SW of a wave of this height, in F0."""
-        return theory.transition_granules(
-            self.scene.chain, self.pulse, self.rise_time, wave_force * self.pulse.peak_force
-        )
+        return eq3(self.scene, wave_force * self.pulse.peak_force)
 
 
 def simulated(result: hc.Result) -> Simulated:
-    """What is needed of a result.
-
-    Raises
-    ------
-    RunFailed
-        If its transition does not end.
-    """
+    """What is needed of a result; RunFailed if its transition does not end."""
     p = result.transition_granules
     if p is None:
         raise RunFailed(f"{result.backend}: no transition ends in a scene of Tables 2 to 4")
@@ -131,18 +115,10 @@ Criterion = Callable[[FloatArray], int]
 def by_changes(
     threshold: float = STEADY, every: bool = True, floor: int = SMALLEST, of_first: bool = False
 ) -> Criterion:
-    """The change from a peak to the next is below a threshold.
+    """The change from a peak to the next is below a threshold, a fraction of the second of the two.
 
-    Parameters
-    ----------
-    threshold
-        As a fraction.
-    every
-        Whether all later changes have to be, too.
-    floor
-        The smallest p.
-    of_first
-        A fraction of the first of the two peaks, F_k, instead of the second, F_{k+1}.
+    With ``every`` all later changes have to be, too; p is at least ``floor``; ``of_first`` takes a
+    fraction of the first of the two.
     """
 
     def p(peak_force: FloatArray) -> int:
@@ -166,8 +142,6 @@ def by_far_field(threshold: float = STEADY) -> Criterion:
 
     return p
 
-
-USED = "as hertzchain reads it"
 
 CRITERIA: dict[str, Criterion] = {
     "every change below 1 % of F_{k+1}, at least 5": by_changes(),
@@ -223,18 +197,9 @@ EXPONENTS: dict[str, PeakForce] = {
 def ejected(
     case: Simulated, start: float, end: float, times: float = 2.0, rise_time: float | None = None
 ) -> float:
-    """An integral of the force of a pulse, over L_Applied(t0_hat).
+    """Integral of a pulse's force from start to end [s], times a factor, over L_Applied(t0_hat).
 
-    Parameters
-    ----------
-    case
-        The scene.
-    start, end
-        Of the integral [s].
-    times
-        What it is multiplied with.
-    rise_time
-        Of the pulse [s]; t0_hat by default.
+    The rise time of the pulse is t0_hat by default [s].
     """
     unit = theory.unit_rise_time(case.scene.chain, case.pulse)
     rise_time = unit if rise_time is None else rise_time
@@ -252,7 +217,7 @@ def ejected(
 def delta_l(case: Simulated) -> dict[str, float]:
     """Delta L over L_Applied(t0_hat), read in several ways; for LM_ratio below 1."""
     unit = theory.unit_rise_time(case.scene.chain, case.pulse)
-    own, n = case.rise_time, case.pulse.duration_ratio
+    own, n = pulse_of(case.scene)[1], case.pulse.duration_ratio
     less, end = unit - own, n * unit
     return {
         "twice the last t0_hat - t0 of the pulse of t0_hat": ejected(case, end - less, end),
@@ -273,20 +238,12 @@ Cases = Mapping[str, Simulated]
 
 @dataclass(frozen=True)
 class Entry:
-    """A number that Tables 3 and 4 print.
-
-    Parameters
-    ----------
-    table, scene, contact
-        Which.
-    percent
-        The error of Eq. 6 that is printed [%].
-    """
+    """A number that Tables 3 and 4 print."""
 
     table: int
     scene: str
     contact: int
-    percent: float
+    percent: float  # the error of Eq. 6
 
 
 def entries() -> list[Entry]:
@@ -300,7 +257,7 @@ def entries() -> list[Entry]:
     return found
 
 
-def deviations(
+def errors(
     cases: Cases,
     printed: list[Entry],
     formula: PeakForce = corrected_peak_force,
@@ -310,36 +267,26 @@ def deviations(
     ratio: Mapping[str, float] | None = None,
     first_contact: int = 2,
 ) -> FloatArray:
-    """How far the error of Eq. 6 is from each that is printed [percentage points].
+    """The error of Eq. 6 where one is printed [%].
 
-    Parameters
-    ----------
-    cases
-        By the names of the scenes.
-    printed
-        Which entries.
-    formula
-        Eq. 6.
-    p, wave, ratio
-        What goes into it: p, F_SW in F0, and the ratio that is raised to a power, by the names of
-        the scenes; by default as hertzchain reads them.
-    first_contact
-        Which contact is F_2.
+    What goes into Eq. 6 (p, F_SW in F0, the ratio that is raised to a power, which contact is F_2)
+    is by default as hertzchain reads it.
     """
-    off = np.empty(len(printed))
+    found = np.empty(len(printed))
     for k, entry in enumerate(printed):
         case = cases[entry.scene]
-        power = effective_ratio(case) if ratio is None else ratio[entry.scene]
+        power = effective_ratio(case.scene) if ratio is None else ratio[entry.scene]
         contact = np.array([float(entry.contact)])
         force = formula(contact, p(case), wave(case), case.pulse.duration_ratio, power)[0]
         true = case.peak_force[entry.contact - 2 + first_contact - 2]
-        off[k] = abs(100 * abs(force / true - 1) - entry.percent)
-    return off
+        found[k] = 100 * abs(force / true - 1)
+    return found
 
 
-def effective_ratio(case: Simulated) -> float:
-    """What Eq. 6 raises to a power: with Delta L below LM_ratio 1."""
-    return theory.effective_momentum_ratio(case.scene.chain, case.pulse, case.rise_time)
+def deviations(cases: Cases, printed: list[Entry], *args: PeakForce, **readings: Any) -> FloatArray:
+    """How far ``errors`` are from those that are printed [percentage points]."""
+    known = np.array([entry.percent for entry in printed])
+    return np.asarray(np.abs(errors(cases, printed, *args, **readings) - known))
 
 
 Score = tuple[int, str, str, float]
@@ -348,13 +295,7 @@ and a score is that of hertzchain."""
 
 
 def scores(cases: Cases) -> Iterator[Score]:
-    """Scores of all readings that the tables can tell apart.
-
-    Parameters
-    ----------
-    cases
-        The 24 scenes of Tables 2 to 4.
-    """
+    """Scores of all readings that the tables can tell apart, from their 24 scenes."""
     printed = entries()
     table_3 = [entry for entry in printed if entry.table == 3]
     short = [entry for entry in table_3 if cases[entry.scene].pulse.duration_ratio == 2]
@@ -366,9 +307,11 @@ def scores(cases: Cases) -> Iterator[Score]:
     yield 2, MEAN, "F_2 between granules 2 and 3", mean(first_contact=3)
     for what, formula in EXPONENTS.items():
         off = deviations(cases, printed, formula)
+        rounded = [f"{error:.1f}" for error in errors(cases, printed, formula)]
+        equal = [f"{entry.percent:.1f}" == own for entry, own in zip(printed, rounded, strict=True)]
         yield 3, MEAN, what, float(np.mean(off))
         yield 3, LARGEST, what, float(np.max(off))
-        yield 3, EQUAL, what, float(np.sum(_round_equal(cases, printed, formula)))
+        yield 3, EQUAL, what, float(np.sum(equal))
     yield from _eq4b(cases)
     yield 5, TABLE_3, "Eq. 6b: LM_ratio and Delta L", float(np.mean(deviations(cases, table_3)))
     plain = {name: case.scene.momentum_ratio for name, case in cases.items()}
@@ -396,18 +339,6 @@ def plateau_scores() -> Iterator[Score]:
     for what in list(CRITERIA)[:2]:
         after = peaks[CRITERIA[what](peaks) - 1]
         yield 6, PLATEAU, what, float(abs(after / far_field(peaks) - 1))
-
-
-def _round_equal(cases: Cases, printed: list[Entry], formula: PeakForce) -> list[bool]:
-    """Whether an error is the printed one after rounding to one decimal."""
-    equal = []
-    for entry in printed:
-        case = cases[entry.scene]
-        n, contact = case.pulse.duration_ratio, np.array([float(entry.contact)])
-        force = formula(contact, case.p, case.after, n, effective_ratio(case))[0]
-        error = 100 * abs(force / case.peak_force[entry.contact - 2] - 1)
-        equal.append(f"{error:.1f}" == f"{entry.percent:.1f}")
-    return equal
 
 
 def _eq4b(cases: Cases) -> Iterator[Score]:
@@ -462,34 +393,25 @@ def matches(cases: Cases, criterion: Criterion) -> list[bool]:
 def stiffness_scores(scene: hc.Scene, measured: FloatArray | None) -> Iterator[Score]:
     """A of Eq. 1 as it is read and as it is printed.
 
-    Parameters
-    ----------
-    scene
-        Whose chain.
-    measured
-        Force over overlap^(3/2) of each contact, as LAMMPS has it [N m^(-3/2)]; None without.
+    ``measured`` is the force over overlap^(3/2) of each contact, as LAMMPS has it [N m^(-3/2)].
     """
     chain = scene.chain
     below = 3 * (1 - chain.poisson_ratio**2)
     effective = chain.young_modulus / (2 * (1 - chain.poisson_ratio**2))
     hertz = 4 / 3 * effective * math.sqrt(chain.radius / 2)
+    printed = math.sqrt(2 * chain.radius * chain.young_modulus) / below
     readings = {
         "sqrt(2R) E / (3 (1 - nu^2))": chain.contact_stiffness,
-        "printed: sqrt(2RE) / (3 (1 - nu^2))": math.sqrt(2 * chain.radius * chain.young_modulus)
-        / below,
+        "printed: sqrt(2RE) / (3 (1 - nu^2))": printed,
     }
     for what, stiffness in readings.items():
         yield 1, STIFFNESS, what, abs(stiffness / hertz - 1)
         if measured is not None:
             yield 1, MEASURED, what, float(np.max(np.abs(measured / stiffness - 1)))
     if measured is not None:
-        yield 2, NUMBERS, "i = 2 ... N", float(abs(np.sum(measured > 0) - (chain.granules - 1)))
-        yield (
-            2,
-            NUMBERS,
-            "printed: i = 2 ... N - 1",
-            float(abs(np.sum(measured > 0) - (chain.granules - 2))),
-        )
+        pressed = int(np.sum(measured > 0))
+        yield 2, NUMBERS, "i = 2 ... N", float(abs(pressed - (chain.granules - 1)))
+        yield 2, NUMBERS, "printed: i = 2 ... N - 1", float(abs(pressed - (chain.granules - 2)))
 
 
 # What is measured
@@ -502,17 +424,9 @@ COLUMNS = (
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     """Scores of all readings, and how far each entry of Tables 3 and 4 is missed.
 
-    Parameters
-    ----------
-    quick
-        Ask LAMMPS for its contact stiffness alone, not for the peaks of the 24 scenes.
-    with_lammps
-        Whether LAMMPS is there.
-
-    Returns
-    -------
-    Columns kind (score, entry), number (of the correction), what, reading, backend, score (for an
-    entry: its deviation in percentage points), scene, contact, problem.
+    In the quick form LAMMPS is asked for its contact stiffness alone, not for the peaks of the 24
+    scenes. Columns kind (score, entry), number (of the correction), what, reading, backend, score
+    (for an entry: its deviation in percentage points), scene, contact, problem.
     """
     names = list({scene_name(line): None for k in (2, 3, 4) for line in paper_table(k)})
     found = simulate(
@@ -522,8 +436,8 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     rows: list[dict[str, object]] = []
     for backend in ("native", "lammps"):
         own = {name: result for (name, who), result in found.items() if who == backend}
-        problems: list[dict[str, object]] = [
-            {"kind": "failed", "what": name, "backend": backend, "problem": str(problem)}
+        problems = [
+            _failed(name, backend, problem)
             for name, problem in own.items()
             if isinstance(problem, hc.HertzchainError)
         ]
@@ -548,12 +462,15 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
         except BackendMissing:
             raise
         except hc.HertzchainError as problem:
-            rows.append({"kind": "failed", "what": "contact stiffness", "backend": "lammps",
-                         "problem": str(problem)})  # fmt: skip
+            rows.append(_failed("contact stiffness", "lammps", problem))
     for score in stiffness_scores(load("demo"), stiffness):
         rows.append(_scored("lammps" if score[1] in (MEASURED, NUMBERS) else "", score))
     rows += [_scored("native", score) for score in plateau_scores()]
     return pandas.DataFrame(rows, columns=list(COLUMNS))
+
+
+def _failed(what: str, backend: str, problem: hc.HertzchainError) -> dict[str, object]:
+    return {"kind": "failed", "what": what, "backend": backend, "problem": str(problem)}
 
 
 def _scored(backend: str, score: Score) -> dict[str, object]:
@@ -605,7 +522,7 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     rows = [did_not_run(e["what"], e["backend"], e["problem"]) for e in failed]
     known = table[table["kind"] == "score"].fillna({"backend": ""})
     for key, own in known.groupby(["number", "what", "backend"], sort=False):
-        number, what, backend = int(own["number"].iloc[0]), str(key[1]), str(key[2])
+        number, what, backend = int(str(key[0])), str(key[1]), str(key[2])
         readings = dict(zip(own["reading"], own["score"], strict=True))
         used, *others = readings.values()
         name = f"#{number} {own['reading'].iloc[0]}: {what}"
@@ -625,21 +542,14 @@ def promises(table: pandas.DataFrame) -> list[Row]:
 
 def draw(table: pandas.DataFrame) -> Figure:
     """The 92 entries with Eq. 6 as read and as printed; criteria for p; the other readings."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(13, 8.5), layout="constrained", dpi=100)
+    figure = new_figure(13, 8.5, TITLE)
     grid = figure.add_gridspec(2, 2)
     _draw_entries(figure.add_subplot(grid[0, :]), table[table["kind"] == "entry"])
     own = table[(table["kind"] == "score") & (table["backend"] == "native")]
-    _draw_scores(
-        figure.add_subplot(grid[1, 0]), own[own["what"] == CRITERION],
-        "#6: p that come out, of 24", False,
-    )  # fmt: skip
-    _draw_scores(
-        figure.add_subplot(grid[1, 1]), own[own["what"].isin((MEAN, TABLE_3, SHORT))],
-        "mean deviation [percentage points]", True,
-    )  # fmt: skip
-    figure.suptitle(TITLE, fontsize="medium")
+    criteria, others = own["what"] == CRITERION, own["what"].isin((MEAN, TABLE_3, SHORT))
+    left, right = (figure.add_subplot(grid[1, k]) for k in (0, 1))
+    _draw_scores(left, own[criteria], "#6: p that come out, of 24", False)
+    _draw_scores(right, own[others], "mean deviation [percentage points]", True)
     return figure
 
 
@@ -673,14 +583,12 @@ def _draw_scores(axes: Axes, scores: pandas.DataFrame, label: str, logarithmic: 
     for y, value in zip(place, scores["score"], strict=True):
         axes.text(value, y, f" {value:.2g}", va="center", fontsize="x-small")
     names = [
-        reading if logarithmic is False else f"#{number:g} {reading}"
+        f"#{number:g} {reading}" if logarithmic else reading
         for number, reading in zip(scores["number"], scores["reading"], strict=True)
     ]
     axes.set_yticks(place, labels=names, fontsize="x-small")
-    axes.set(xlabel=label)
+    axes.set(xlabel=label, xscale="log" if logarithmic else "linear")
     axes.set_title("blue: the reading that is used", fontsize="small")
-    if logarithmic:
-        axes.set_xscale("log")
     axes.margins(x=0.1)
 
 
@@ -688,12 +596,8 @@ SCRIPT = Script(
     TITLE,
     "Is each reading of what the paper prints wrongly or leaves open the best there is?",
     "native, LAMMPS; the paper's Tables 2 to 4, Hertz's law",
-    measure,
-    promises,
-    draw,
-)
-compare, main = SCRIPT.compare, SCRIPT.main
-
+    measure, promises, draw,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

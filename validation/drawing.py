@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from matplotlib.figure import Figure
+
 _OPEN = {"linestyle": "none", "fillstyle": "none"}
 
 BACKENDS: dict[str, dict[str, Any]] = {
@@ -33,3 +35,11 @@ RATIO_COLOURS: dict[float, str] = {
     2.5: "#b08a00",
 }
 """Of the LM_ratio of Figures 3 to 5: from dark to light, as viridis, whose end is darkened."""
+
+
+def new_figure(width: float, height: float, title: str | None = None) -> Figure:
+    """An empty figure [inches]."""
+    figure = Figure(figsize=(width, height), layout="constrained", dpi=100)
+    if title is not None:
+        figure.suptitle(title, fontsize="medium")
+    return figure

@@ -8,22 +8,18 @@ computes the native column anew and holds the others against it.
 from __future__ import annotations
 
 import argparse
-import csv
-import io
-import sys
 from collections.abc import Callable, Mapping
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
-from rich.progress import track
+import pandas
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.files import check_writable, write_text
 from hertzchain.observables.peaks import largest_difference
-from validation.rows import HERE, Row, load, print_rows, row
+from validation.rows import HERE, Row, load, print_rows, progress, row
+from validation.script import dated, facts_of, leave_with
 
 TITLE = "Every engine at the same steps, largest difference of a peak"
 
@@ -57,28 +53,12 @@ def native_peaks(scene: hc.Scene, dt: float) -> FloatArray:
 
 
 def measure(quick: bool) -> tuple[str, list[Row]]:
-    """Run every engine on every scene.
+    """The peaks by every engine on every scene (quick: three) as CSV, and a row for each of both.
 
-    Parameters
-    ----------
-    quick
-        Three scenes only.
-
-    Returns
-    -------
-    The table as CSV, whose first line says what ran, and a row for each scene and engine.
-
-    Raises
-    ------
-    BackendMissing
-        If one of the engines is not there.
+    The first line of the table says what ran.
     """
     lines, rows, versions = [], [], {"hertzchain": hc.__version__}
-    console = Console(stderr=True)
-    chosen = names()[::8] if quick else names()
-    for name in track(
-        chosen, TITLE, console=console, transient=True, disable=not console.is_terminal
-    ):
+    for name in progress(names()[::8] if quick else names(), TITLE):
         scene = load(name)
         dt = STEP * scene.units.time
         peaks = {"native": native_peaks(scene, dt)}
@@ -92,49 +72,37 @@ def measure(quick: bool) -> tuple[str, list[Row]]:
             [name, k + 2, repr(dt), *(f"{peaks[who][k]:.15g}" for who in peaks)]
             for k in range(scene.chain.granules - 1)
         ]
-    text = io.StringIO()
-    facts = "; ".join(f"{name} {version}" for name, version in versions.items())
-    text.write(f"# {datetime.now(UTC):%Y-%m-%d}; {facts}\n")
-    columns = ["native", *ENGINES]
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["scene", "contact", "dt_s", *(f"{name}_N" for name in columns)])
-    writer.writerows(lines)
-    return text.getvalue(), rows
+    columns = ["scene", "contact", "dt_s", *(f"{who}_N" for who in ("native", *ENGINES))]
+    table = pandas.DataFrame(lines, columns=columns).to_csv(index=False)
+    return dated(facts_of(versions), table), rows
 
 
 def recorded(path: Path = RECORDED) -> dict[str, tuple[float, dict[str, FloatArray]]]:
     """The step [s] and the peaks of each engine [N] that were recorded, by scene."""
-    with path.open(newline="", encoding="utf-8") as stream:
-        entries = list(csv.DictReader(line for line in stream if not line.startswith("#")))
-    found = {}
-    for name in dict.fromkeys(entry["scene"] for entry in entries):
-        own = [entry for entry in entries if entry["scene"] == name]
-        peaks = {
-            who: np.array([float(entry[f"{who}_N"]) for entry in own])
-            for who in ("native", *ENGINES)
-        }
-        found[name] = float(own[0]["dt_s"]), peaks
-    return found
+    table = pandas.read_csv(path, comment="#")
+    return {
+        str(name): (
+            float(own["dt_s"].iloc[0]),
+            {who: own[f"{who}_N"].to_numpy(np.float64) for who in ("native", *ENGINES)},
+        )
+        for name, own in table.groupby("scene", sort=False)
+    }
 
 
-def main() -> None:
-    """Print the largest differences; exit 1 where one is too large, 2 without an engine."""
+def run() -> bool:
+    """Print the largest differences; whether none is too large."""
     parser = argparse.ArgumentParser(description=TITLE)
     parser.add_argument("--quick", action="store_true", help="three scenes")
     parser.add_argument("-o", "--output", type=Path, help="write the peaks as CSV")
     chosen = parser.parse_args()
-    try:
-        if chosen.output is not None:
-            check_writable(chosen.output)
-        text, rows = measure(chosen.quick)
-        print_rows(TITLE, rows)
-        if chosen.output is not None:
-            write_text(chosen.output, text)
-    except hc.HertzchainError as problem:
-        print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
-        sys.exit(2)
-    sys.exit(0 if all(entry.passed for entry in rows) else 1)
+    if chosen.output is not None:
+        check_writable(chosen.output)
+    text, rows = measure(chosen.quick)
+    print_rows(TITLE, rows)
+    if chosen.output is not None:
+        write_text(chosen.output, text)
+    return all(entry.passed for entry in rows)
 
 
 if __name__ == "__main__":
-    main()
+    leave_with(run)

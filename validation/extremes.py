@@ -26,10 +26,12 @@ import traceback
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
@@ -52,15 +54,10 @@ from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.pulse import PROFILES
 from tests.oracles import eighth_order
+from validation.drawing import new_figure
 from validation.random_scenes import KINDS
 from validation.rows import STEEL, Row, row
 from validation.script import Script
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 RANGES = {
     "young_modulus": (1e3, 1e13),
@@ -111,75 +108,39 @@ STEPS = (1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 0.95, 1.05, 1.5, 3.0)
 
 @dataclass(frozen=True)
 class Outcome:
-    """One run.
+    """One run."""
 
-    Parameters
-    ----------
-    scene
-        Number of the scene.
-    profile, momentum_ratio, duration_ratio, granules, overlap_ratio
-        The scene; of the overlap only its scale under F0, over R.
-    run
-        Which backend or method.
-    step
-        Asked for, over the longest stable one; NaN where an accuracy was asked for.
-    outcome
-        ``right``, a reason, or what went wrong.
-    stated, measured
-        What the run says of its error; difference to the converged run. NaN where refused.
-    bound
-        Largest difference allowed: what both runs say of their errors.
-    seconds
-        Wall time.
-    """
-
-    scene: int
+    scene: int  # its number
     profile: str
     momentum_ratio: float
     duration_ratio: float
     granules: int
-    overlap_ratio: float
-    run: str
-    step: float
-    outcome: str
-    stated: float = math.nan
-    measured: float = math.nan
-    bound: float = math.nan
-    seconds: float = math.nan
+    overlap_ratio: float  # its scale under F0, over R
+    run: str  # which backend or method
+    step: float  # asked for, over the longest stable one; NaN where an accuracy was asked for
+    outcome: str  # ``right``, a reason, or what went wrong
+    stated: float = math.nan  # what the run says of its error; NaN where refused, as the next two
+    measured: float = math.nan  # difference to the converged run
+    bound: float = math.nan  # largest difference allowed: what both runs say of their errors
+    seconds: float = math.nan  # wall time
 
 
 def random_scene(rng: np.random.Generator) -> hc.Scene:
     """A scene from RANGES."""
     drawn = {name: float(10 ** rng.uniform(*np.log10(ends))) for name, ends in RANGES.items()}
-    chain = hc.Chain(
-        granules=round(drawn["granules"]),
-        radius=drawn["radius"],
-        young_modulus=drawn["young_modulus"],
-        poisson_ratio=float(rng.uniform(-0.99, 0.5)),
-        density=drawn["density"],
-    )
-    pulse = hc.Pulse(
-        str(rng.choice(list(PROFILES))),
-        drawn["peak_force"],
-        1 + drawn["duration_ratio"],
-        momentum_ratio=drawn["momentum_ratio"],
-    )
-    return hc.Scene(chain, pulse)
+    granules, poisson_ratio = round(drawn.pop("granules")), float(rng.uniform(-0.99, 0.5))
+    shock = {name: drawn.pop(name) for name in ("peak_force", "momentum_ratio")}
+    n = 1 + drawn.pop("duration_ratio")
+    chain = hc.Chain(granules, poisson_ratio=poisson_ratio, **drawn)
+    profile = str(rng.choice(list(PROFILES)))
+    return hc.Scene(chain, hc.Pulse(profile, duration_ratio=n, **shock))
 
 
 class Judge:
     """Runs a scene in several ways and says what became of each.
 
-    Parameters
-    ----------
-    number
-        Of the scene.
-    scene
-        The scene.
-    child
-        The process that LAMMPS runs in.
-    rtol
-        How close the converged run is to be; None for the other solver.
+    ``rtol`` is how close the converged run is to be; None for the other solver. LAMMPS runs in the
+    process ``child``.
     """
 
     def __init__(self, number: int, scene: hc.Scene, child: Child, rtol: float | None) -> None:
@@ -193,18 +154,16 @@ class Judge:
             "granules": scene.chain.granules,
             "overlap_ratio": scene.units.length / scene.chain.radius,
         }
-        self._converged: tuple[FloatArray, float] | None = None
 
+    @functools.cached_property
     def converged(self) -> tuple[FloatArray, float]:
         """Peaks that are much closer than the others [N], and their own error."""
-        if self._converged is None and self.rtol is None:
+        if self.rtol is None:
             truth = eighth_order.solve(self.scene)
-            self._converged = truth.force, truth.error + ORACLE_ERROR
-        elif self._converged is None:
-            backend = hc.Native(rtol=self.rtol, peaks_only=True, time_limit=JUDGE_LIMIT)
-            result = backend.run(self.scene)
-            self._converged = result.peak_force, result.error_estimate
-        return self._converged
+            return truth.force, truth.error + ORACLE_ERROR
+        backend = hc.Native(rtol=self.rtol, peaks_only=True, time_limit=JUDGE_LIMIT)
+        result = backend.run(self.scene)
+        return result.peak_force, result.error_estimate
 
     def native(self, name: str, backend: hc.Native, step: float = math.nan) -> Outcome:
         """Run the native backend and compare with the converged run."""
@@ -217,51 +176,37 @@ class Judge:
     def batch(self, rtol: float, name: str = "") -> Outcome:
         """Run a batch, which is in single precision from 1e-4 on, and compare."""
         found = hc.peak_forces([self.scene], rtol)
-        expected, error = self.converged()
-        measured = largest_difference(found.peak_force[0], expected)
-        stated = float(found.error_estimate[0])
-        bound = stated + error
-        return Outcome(
-            **self.facts,
-            run=name or f"batch {rtol:g}",
-            step=math.nan,
-            outcome=RIGHT if measured <= bound else "wrong",
-            stated=stated,
-            measured=measured,
-            bound=bound,
-        )
+        peaks, stated = found.peak_force[0], float(found.error_estimate[0])
+        outcome = functools.partial(Outcome, **self.facts, run=name or f"batch {rtol:g}")
+        return self._compared(functools.partial(outcome, step=math.nan), peaks, stated)
 
     def _judge(self, name: str, run: Callable[[], hc.Result], step: float) -> Outcome:
+        outcome = functools.partial(Outcome, **self.facts, run=name, step=step)
         begin = time.perf_counter()
         try:
             result = run()
         except HertzchainError as problem:
             seconds = time.perf_counter() - begin
             reason = REASONS.get(type(problem), f"{type(problem).__name__}: {problem}")
-            return Outcome(**self.facts, run=name, step=step, outcome=reason, seconds=seconds)
+            return outcome(outcome=reason, seconds=seconds)
         except Exception:
             last = traceback.format_exc().strip().splitlines()[-1]
-            return Outcome(**self.facts, run=name, step=step, outcome=f"traceback: {last}")
-        seconds = time.perf_counter() - begin
+            return outcome(outcome=f"traceback: {last}")
+        outcome = functools.partial(outcome, seconds=time.perf_counter() - begin)
         json.dumps(result.to_dict(), allow_nan=False)
         try:
-            expected, error = self.converged()
+            return self._compared(outcome, result.peak_force, result.error_estimate)
         except HertzchainError as problem:
-            outcome = f"not judged: {problem}"
-            return Outcome(**self.facts, run=name, step=step, outcome=outcome, seconds=seconds)
-        measured = largest_difference(result.peak_force, expected)
-        bound = result.error_estimate + error
-        finite = bool(np.all(np.isfinite(result.peak_force)))
-        return Outcome(
-            **self.facts,
-            run=name,
-            step=step,
-            outcome=RIGHT if finite and measured <= bound else "wrong",
-            stated=result.error_estimate,
-            measured=measured,
-            bound=bound,
-            seconds=seconds,
-        )
+            return outcome(outcome=f"not judged: {problem}")
+
+    def _compared(
+        self, outcome: functools.partial[Outcome], peaks: FloatArray, stated: float
+    ) -> Outcome:
+        expected, error = self.converged
+        measured, bound = largest_difference(peaks, expected), stated + error
+        right = bool(np.all(np.isfinite(peaks))) and measured <= bound
+        said = RIGHT if right else "wrong"
+        return outcome(outcome=said, stated=stated, measured=measured, bound=bound)
 
 
 def random_outcomes(first: int, with_lammps: bool) -> list[Outcome]:
@@ -319,7 +264,7 @@ def bound_outcomes(kind: str, first: int, with_lammps: bool) -> list[Outcome]:
                 continue
             judge = Judge(number, scene, child, rtol=None)
             try:
-                judge.converged()
+                judge.converged  # noqa: B018 - works it out
             except ArithmeticError:
                 continue  # chaotic: the other solver does not say what is right
             rtol = float(10 ** rng.uniform(-10, -2))
@@ -414,38 +359,33 @@ def show(console: Console, table: pandas.DataFrame) -> None:
         shown.add_column(column, justify="left" if column == "run" else "right")
     for run, group in table.groupby("run", sort=False):
         shares = (float((group["outcome"] == outcome).mean()) for outcome in outcomes)
+        over, under = group["measured"] / group["bound"], group["stated"] / _seen(group)
+        cells = [f"{share:.1%}" if share else "" for share in shares]
         shown.add_row(
-            str(run),
-            str(len(group)),
-            *(f"{share:.1%}" if share else "" for share in shares),
-            f"{(group['measured'] / group['bound']).max():.2f}",
-            f"{(group['stated'] / np.maximum(group['measured'], 1e-16)).median():.0f}",
+            str(run), str(len(group)), *cells, f"{over.max():.2f}", f"{under.median():.0f}"
         )
     console.print(shown)
 
 
-COLOURS = dict(
-    zip(
-        [RIGHT, *REASONS.values()],
-        ("tab:green", "tab:red", "tab:purple", "tab:orange", "black", "tab:blue"),
-        strict=True,
-    )
-)
+def _seen(group: pandas.DataFrame) -> pandas.Series:
+    """Errors; none is smaller than round-off."""
+    return group["measured"].clip(lower=1e-16)
+
+
+COLOURS = ("tab:green", "tab:red", "tab:purple", "tab:orange", "black", "tab:blue")
+"""Of RIGHT and REASONS."""
 
 
 def draw(table: pandas.DataFrame) -> Figure:
     """Draw outcomes over the ranges, errors against what was stated, and errors over the step."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(12, 9), layout="constrained")
+    figure = new_figure(12, 9)
     axes = figure.subplots(2, 2)
     random = table[table["step"].isna() & table["run"].isin(["native", "lammps"])]
     _plot_outcomes(axes[0, 0], random, "momentum_ratio", "LM_ratio")
     _plot_outcomes(axes[0, 1], random, "overlap_ratio", "overlap under F0 / R")
     right = random[random["outcome"] == RIGHT]
     for run, group in right.groupby("run", sort=False):
-        measured = np.maximum(group["measured"], 1e-16)
-        axes[1, 0].loglog(group["bound"], measured, ".", ms=3, label=str(run))
+        axes[1, 0].loglog(group["bound"], _seen(group), ".", ms=3, label=str(run))
     ends = [1e-8, 1]
     axes[1, 0].plot(ends, ends, "k-", lw=0.8)
     axes[1, 0].set(xlabel="stated error", ylabel="error", title="Random scenes")
@@ -457,16 +397,15 @@ def draw(table: pandas.DataFrame) -> Figure:
         axes[1, 1].loglog(answered["stated"].max(), "--", lw=0.8, color=line.get_color())
     axes[1, 1].axvline(1.0, color="k", lw=0.8)
     axes[1, 1].set(
-        xlabel="step / longest stable step",
-        ylabel="largest error; dashed: stated",
+        xlabel="step / longest stable step", ylabel="largest error; dashed: stated",
         title="Every method; refused right of the line",
-    )
+    )  # fmt: skip
     axes[1, 1].legend(fontsize="small")
     return figure
 
 
 def _plot_outcomes(axes: Axes, table: pandas.DataFrame, column: str, label: str) -> None:
-    for outcome, colour in COLOURS.items():
+    for outcome, colour in zip((RIGHT, *REASONS.values()), COLOURS, strict=True):
         some = table[(table["outcome"] == outcome) & (table["run"] == "native")]
         axes.loglog(some[column], some["granules"], ".", ms=2, color=colour, label=outcome)
         some = table[(table["outcome"] == outcome) & (table["run"] == "lammps")]
@@ -479,13 +418,8 @@ SCRIPT = Script(
     "Scenes at the extremes",
     "Is every scene that can be typed answered, with an error that holds, or refused?",
     "native, LAMMPS; native to 1e-9",
-    measure,
-    promises,
-    draw,
-    show,
-)
-compare, main = SCRIPT.compare, SCRIPT.main
-
+    measure, promises, draw, show,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

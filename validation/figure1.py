@@ -8,24 +8,23 @@ when the pulse is over. The paper does not say which n its figure has; here it i
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import pandas
+from matplotlib.figure import Figure
 
 import hertzchain as hc
 from hertzchain import theory
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.examination import examine
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.scene.pulse import PROFILES
-from validation.drawing import BACKENDS
+from validation.drawing import BACKENDS, new_figure
 from validation.drawing import PROFILES as PROFILE_STYLES
-from validation.rows import STEEL, Row, did_not_run, largest, problems_as_text, row
+from validation.rows import STEEL, Row, did_not_run, largest, problems_as_text, pulse_of, row
 from validation.script import Script
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE = "Figure 1: the three shocks of Table 1"
 
@@ -51,17 +50,8 @@ def scene_of(profile: str) -> hc.Scene:
 
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:  # noqa: ARG001 - all of it is quick
-    """The force over the rise, the decay and a time after, from each source.
+    """The force over the rise, the decay and a time after, from each source; quick or not.
 
-    Parameters
-    ----------
-    quick
-        Makes no difference: it takes two seconds.
-    with_lammps
-        Whether to ask LAMMPS, too.
-
-    Returns
-    -------
     Columns profile, source (paper, native, lammps), ramp (0 rise, 1 decay, 2 after), time (t / t0),
     force (F / F0), paper (Eq. 2 then), momentum (of the chain at the end of a run over F0 t0; NaN
     for the paper), problem. Each ramp is seen from inside at both of its corners.
@@ -70,39 +60,30 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:  # noqa: ARG001
     with Child() as child:
         for profile in PROFILES:
             scene = scene_of(profile)
-            tables += [_by_paper(scene), _by_native(scene)]
+            at = _ramp_times(scene)
+            momentum = hc.Native("reference").run(scene).balance.momentum
+            tables.append(_table(scene, "paper", *at, None, np.nan))
+            tables.append(_table(scene, "native", *at, scene.applied_force(at[1]), momentum))
             if with_lammps:
                 tables.append(_by_lammps(scene, child))
     return pandas.concat(tables, ignore_index=True)
 
 
 def _table(
-    scene: hc.Scene,
-    source: str,
-    ramp: np.ndarray,
-    time: np.ndarray,
-    force: np.ndarray,
-    momentum: float,
+    scene: hc.Scene, source: str, ramp: Any, time: FloatArray, force: Any, momentum: float
 ) -> pandas.DataFrame:
-    """What one source says [s, N, N s]."""
-    assert isinstance(scene.shock, hc.Pulse)
-    t0, scale = scene.rise_time, scene.shock.peak_force
-    assert t0 is not None
-    return pandas.DataFrame(
-        {
-            "profile": scene.shock.profile,
-            "source": source,
-            "ramp": ramp,
-            "time": time / t0,
-            "force": force / scale,
-            "paper": theory.applied_force(time, scene.shock, t0) / scale,
-            "momentum": momentum / (scale * t0),
-            "problem": "",
-        }
-    )
+    """What one source says [s, N, N s]; by default the force of Eq. 2."""
+    pulse, t0 = pulse_of(scene)
+    scale, paper = pulse.peak_force, theory.applied_force(time, pulse, t0)
+    columns = {
+        "profile": pulse.profile, "source": source, "ramp": ramp, "time": time / t0,
+        "force": (paper if force is None else force) / scale, "paper": paper / scale,
+        "momentum": momentum / (scale * t0), "problem": "",
+    }  # fmt: skip
+    return pandas.DataFrame(columns)
 
 
-def _ramp_times(scene: hc.Scene) -> tuple[np.ndarray, np.ndarray]:
+def _ramp_times(scene: hc.Scene) -> tuple[FloatArray, FloatArray]:
     """Ramp and time [s] of each reading of a formula, each ramp from corner to corner."""
     rise, decay = scene.ramps
     times = [np.linspace(ramp.start, ramp.end, _READINGS + 1) for ramp in (rise, decay)]
@@ -110,29 +91,14 @@ def _ramp_times(scene: hc.Scene) -> tuple[np.ndarray, np.ndarray]:
     return np.repeat([0, 1, 2], [*map(len, times), after.size]), np.concatenate([*times, after])
 
 
-def _by_paper(scene: hc.Scene) -> pandas.DataFrame:
-    assert isinstance(scene.shock, hc.Pulse)
-    assert scene.rise_time is not None
-    ramp, time = _ramp_times(scene)
-    force = theory.applied_force(time, scene.shock, scene.rise_time)
-    return _table(scene, "paper", ramp, time, force, np.nan)
-
-
-def _by_native(scene: hc.Scene) -> pandas.DataFrame:
-    ramp, time = _ramp_times(scene)
-    momentum = hc.Native("reference").run(scene).balance.momentum
-    return _table(scene, "native", ramp, time, scene.applied_force(time), momentum)
-
-
 def _by_lammps(scene: hc.Scene, child: Child) -> pandas.DataFrame:
-    assert isinstance(scene.shock, hc.Pulse)
     lammps = hc.Lammps(extrapolated=True)
     try:
         seen = child.call(examine, scene, time_limit=lammps.time_limit)
         momentum = run_in(child, lammps, scene).balance.momentum
     except hc.HertzchainError as problem:
-        names = {"profile": scene.shock.profile, "source": "lammps", "problem": str(problem)}
-        return pandas.DataFrame([names])
+        profile = pulse_of(scene)[0].profile
+        return pandas.DataFrame([{"profile": profile, "source": "lammps", "problem": str(problem)}])
     ramp = np.repeat(np.arange(len(seen.time)), seen.time.shape[1])
     # After the pulse every reading says the same; those close to it are shown.
     time = np.where(seen.time <= 1.5 * scene.ramps[-1].end, seen.time, np.nan).ravel()
@@ -161,33 +127,19 @@ def promises(table: pandas.DataFrame) -> list[Row]:
         rows.append(row(f"{what}: area, n / 2", backend, area, n / 2, 2e-15, AREA))
         top = rise["force"].iloc[-1]
         rows.append(row(f"{what}: F(t0)", backend, top, 1, 1e-15, CORNER))
-        jumps = [
-            rise["force"].iloc[0],
-            decay["force"].iloc[0] - top,
-            after["force"].iloc[0] - decay["force"].iloc[-1],
-        ]
-        jump = max(map(abs, jumps))
+        start, decays, ends = (ramp["force"].iloc[0] for ramp in (rise, decay, after))
+        jump = max(abs(start), abs(decays - top), abs(ends - decay["force"].iloc[-1]))
         rows.append(row(f"{what}: largest jump at a corner", backend, jump, 0, 1e-15, CORNER))
         if backend != "paper":
             off = largest(own["momentum"] / (n / 2) - 1)
-            rows.append(
-                row(
-                    f"{what}: momentum that the chain has gained, over F0 n t0 / 2, less 1",
-                    backend,
-                    off,
-                    0,
-                    1e-13,
-                    MOMENTUM,
-                )
-            )
+            name = f"{what}: momentum that the chain has gained, over F0 n t0 / 2, less 1"
+            rows.append(row(name, backend, off, 0, 1e-13, MOMENTUM))
     return rows
 
 
 def draw(table: pandas.DataFrame) -> Figure:
     """The paper's three panels."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10, 3.6), layout="constrained", dpi=100)
+    figure = new_figure(10, 3.6, "Figure 1: shocks, n = 4 (chosen)")
     panels = figure.subplots(1, 3, sharey=True)
     time = np.linspace(0, 6, 601)
     for axes, letter, profile in zip(panels, "abc", PROFILES, strict=True):
@@ -200,7 +152,6 @@ def draw(table: pandas.DataFrame) -> Figure:
         axes.grid(alpha=0.3)
     panels[0].set_ylabel("F / F0")
     panels[0].legend(fontsize="small")
-    figure.suptitle("Figure 1: shocks, n = 4 (chosen)", fontsize="medium")
     return figure
 
 
@@ -208,12 +159,8 @@ SCRIPT = Script(
     TITLE,
     "Do the simulations apply the force that Eq. 2 and Table 1 say?",
     "Eq. 2 as written, the ramps of native, LAMMPS asked for its force; area and corners",
-    measure,
-    promises,
-    draw,
-)
-compare, main = SCRIPT.compare, SCRIPT.main
-
+    measure, promises, draw,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

@@ -17,10 +17,11 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas
+from matplotlib.figure import Figure
 
 import hertzchain as hc
 from hertzchain import theory
@@ -29,12 +30,9 @@ from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.scene.natural_units import natural_units
 from hertzchain.theory.paper import SHIFT
-from validation.drawing import BACKENDS
+from validation.drawing import BACKENDS, new_figure
 from validation.rows import STEEL, Row, did_not_run, problems_as_text, row
 from validation.script import Script
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE = "Figure 2: velocity of the granules in space"
 
@@ -68,18 +66,10 @@ _LAMMPS = hc.Lammps(rtol=1e-5)
 
 @dataclass(frozen=True)
 class Profile:
-    """Velocity over position at the crest of a wave whose largest force is 1, natural units.
+    """Velocity over position at the crest of a wave whose largest force is 1, natural units."""
 
-    Parameters
-    ----------
-    label
-        Who says so.
-    velocity
-        Takes positions [granules from the crest], of any shape.
-    """
-
-    label: str
-    velocity: Any
+    label: str  # who says so
+    velocity: Any  # takes positions [granules from the crest], of any shape
 
     def width(self, fraction: float) -> float:
         """Granules between the points where the velocity is a fraction of its peak."""
@@ -126,18 +116,8 @@ def paper_profile() -> Profile:
 def width(x: FloatArray, velocity: FloatArray, fraction: float) -> float:
     """Distance between the points on either side of the peak where a fraction of it is left.
 
-    Parameters
-    ----------
-    x
-        Increasing positions, close to one another: between them a cubic spline is taken.
-    velocity
-        There, of the shape of ``x``.
-    fraction
-        Of the peak.
-
-    Returns
-    -------
-    In the unit of ``x``; NaN where the velocity does not fall so far on both sides.
+    Between the increasing positions ``x``, close to one another, a cubic spline is taken. NaN where
+    the velocity does not fall so far on both sides.
     """
     centre, peak = _crest(x, velocity)
     crossings = _spline(x, velocity).solve(fraction * peak, extrapolate=False)
@@ -160,15 +140,7 @@ def _spline(x: FloatArray, velocity: FloatArray) -> Any:
 
 
 def span(width: float, fraction: float) -> float:
-    """Length of the compact wave, a cosine to the fourth, with a width at a fraction of its peak.
-
-    Parameters
-    ----------
-    width
-        Between the points where a fraction of the peak is left.
-    fraction
-        That fraction.
-    """
+    """Length of the compact wave, cosine to the fourth, with a width at a fraction of its peak."""
     return width * math.pi / (2 * math.acos(fraction**0.25))
 
 
@@ -176,17 +148,8 @@ def span(width: float, fraction: float) -> float:
 
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
-    """Velocity over position of each wave with each backend.
+    """Velocity over position of each wave; in the quick form LAMMPS has the intermediate wave only.
 
-    Parameters
-    ----------
-    quick
-        LAMMPS simulates the intermediate wave only.
-    with_lammps
-        Whether to run LAMMPS, too.
-
-    Returns
-    -------
     Columns wave, backend, force_N (peak of the contact that is passed), speed (granules per natural
     time unit of a wave of that force), x (granules from the crest, increasing), velocity (over the
     natural unit of such a wave), velocity_m_s, at_once (which of the times), problem.
@@ -325,9 +288,7 @@ def _of_the_paper(expected: dict[float, float]) -> list[Row]:
 
 def draw(table: pandas.DataFrame) -> Figure:
     """The paper's three panels, then all three waves on one scale."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10, 6.8), layout="constrained", dpi=100)
+    figure = new_figure(10, 6.8)
     parts: Any = figure.subfigures(2, 1, height_ratios=(1, 1.35))
     top, bottom = parts
     waves = list(dict.fromkeys(table["wave"]))
@@ -388,12 +349,8 @@ SCRIPT = Script(
     TITLE,
     "Has the wave one width, about 5 granules, whatever its height?",
     "native, LAMMPS, the exact solitary wave; the paper's profile (section 5.1)",
-    measure,
-    promises,
-    draw,
-)
-compare, main = SCRIPT.compare, SCRIPT.main
-
+    measure, promises, draw,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

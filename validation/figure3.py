@@ -12,17 +12,16 @@ that we have. All is drawn from a sweep, and two commands draw (b) without Eq. 3
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas
+from matplotlib.figure import Figure
 
-import hertzchain as hc
-from hertzchain import theory
 from hertzchain.scene.pulse import PROFILES
-from validation.drawing import BACKENDS, RATIO_COLOURS
+from validation.drawing import BACKENDS, RATIO_COLOURS, new_figure
 from validation.drawing import PROFILES as PROFILE_STYLES
-from validation.rows import Row, largest, row
+from validation.rows import Row, eq3, largest, row
 from validation.script import Script
 from validation.transition_scenes import (
     CHOSEN,
@@ -34,9 +33,6 @@ from validation.transition_scenes import (
     separated,
     transitions,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE = "Figure 3: peaks and p over LM_ratio"
 
@@ -65,36 +61,15 @@ _UNITY = {"cosine": 1.0070, "triangular": 0.9619, "cosine-triangular": 0.9665}
 
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
-    """Peaks, p and Eq. 3.
-
-    Parameters
-    ----------
-    quick
-        Run LAMMPS on three scenes only.
-    with_lammps
-        Whether to run LAMMPS, too.
-
-    Returns
-    -------
-    What ``transitions`` gives, and eq3: p by Eq. 3 with the simulated F_SW, not rounded.
-    """
+    """What ``transitions`` gives, and eq3: p by Eq. 3 with the simulated F_SW, not rounded."""
     table = transitions(quick, with_lammps)
-    eq3 = [
-        _eq3(profile, ratio, wave_force)
-        for profile, ratio, wave_force in zip(
-            table["profile"], table["momentum_ratio"], table["wave_force_N"], strict=True
+    found = [
+        eq3(scene_of(*key), force) if np.isfinite(force) else np.nan
+        for *key, force in table[["profile", "momentum_ratio", "wave_force_N"]].itertuples(
+            index=False
         )
     ]
-    return table.assign(eq3=eq3)
-
-
-def _eq3(profile: str, momentum_ratio: float, wave_force: float) -> float:
-    if not np.isfinite(wave_force):
-        return np.nan
-    scene = scene_of(profile, momentum_ratio)
-    assert isinstance(scene.shock, hc.Pulse)
-    assert scene.rise_time is not None
-    return theory.transition_granules(scene.chain, scene.shock, scene.rise_time, wave_force)
+    return table.assign(eq3=found)
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
@@ -108,11 +83,10 @@ def promises(table: pandas.DataFrame) -> list[Row]:
         p = exact["p"].iloc[0]
         rows.append(row(f"{scene}: p, native's", "lammps", own["p"].iloc[0], p, 0, WHOLE))
     for scene, own in by_scene(table, "native").items():
-        eq3, p = own["eq3"].iloc[0], own["p"].iloc[0]
-        profile, ratio = own[["profile", "momentum_ratio"]].iloc[0]
+        profile, ratio, by_eq3, p = own[["profile", "momentum_ratio", "eq3", "p"]].iloc[0]
         found = _EQ3[profile][MOMENTUM_RATIOS.index(ratio)]
         what = f"{scene}: p by Eq. 3 less p simulated (paper: 0)"
-        rows.append(row(what, "native", eq3 - p, found, 0.006, EQ3))
+        rows.append(row(what, "native", by_eq3 - p, found, 0.006, EQ3))
     return rows + _over_ratios(native[native["contact"] == 2]) + _far(native)
 
 
@@ -153,10 +127,8 @@ def _far(native: pandas.DataFrame) -> list[Row]:
 
 def draw(table: pandas.DataFrame) -> Figure:
     """(a) a panel for each profile; (b) p beside Eq. 3."""
-    from matplotlib.figure import Figure
-
     table, _ = separated(table)
-    figure = Figure(figsize=(10, 8), layout="constrained", dpi=100)
+    figure = new_figure(10, 8, f"Figure 3: {CHOSEN}")
     parts: Any = figure.subfigures(2, 1, height_ratios=(1.2, 1))
     top, bottom = parts
     panels = top.subplots(1, 3, sharey=True)
@@ -166,7 +138,6 @@ def draw(table: pandas.DataFrame) -> Figure:
     panels[0].set_ylabel("peak force [N]")
     panels[0].legend(fontsize="small", loc="upper left")
     _draw_p(bottom.subplots(), table[table["contact"] == 2])
-    figure.suptitle(f"Figure 3: {CHOSEN}", fontsize="medium")
     return figure
 
 
@@ -182,15 +153,11 @@ def _draw_peaks(axes: Any, table: pandas.DataFrame) -> None:
             if backend == "native":
                 look["linestyle"] = "-"
             axes.plot(seen["contact"], seen["peak_force_N"], **look)
+        end = (own["contact"].max(), own["peak_force_N"].iloc[-1])
         axes.annotate(
-            f"{ratio:g}",
-            (own["contact"].max(), own["peak_force_N"].iloc[-1]),
-            (6, 0),
-            textcoords="offset points",
-            va="center",
-            color=colour,
+            f"{ratio:g}", end, (6, 0), textcoords="offset points", va="center", color=colour,
             fontsize="small",
-        )
+        )  # fmt: skip
     for style in BACKENDS.values():
         axes.plot([], [], **style)
     axes.annotate(
@@ -222,12 +189,8 @@ SCRIPT = Script(
     TITLE,
     "Do both backends find the same peaks and p, and does p go with LM_ratio as the paper says?",
     "native, LAMMPS, Eq. 3",
-    measure,
-    promises,
-    draw,
-)
-compare, main = SCRIPT.compare, SCRIPT.main
-
+    measure, promises, draw,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

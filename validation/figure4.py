@@ -10,22 +10,21 @@ LM_ratio differ in the shape of their transition.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 from rich.console import Console
 
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from validation.drawing import PROFILES as PROFILE_STYLES
+from validation.drawing import new_figure
 from validation.rows import Row, row
 from validation.script import Script
 from validation.transition_scenes import CHOSEN, found_by_both, separated, transitions
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE = "Figure 4: normalized peaks and Eq. 8"
 
@@ -38,21 +37,11 @@ SIDES = {"LM_ratio < 1": (0.0, 1.0), "LM_ratio > 1": (1.0, np.inf)}
 
 @dataclass(frozen=True)
 class Cubic:
-    """1 + a j + b j^2 + c j^3, fitted.
+    """1 + a j + b j^2 + c j^3, fitted."""
 
-    Parameters
-    ----------
-    coefficients
-        a, b and c, shape (3,).
-    standard_errors
-        Of them, shape (3,).
-    rms
-        Root of the mean square of what remains.
-    """
-
-    coefficients: FloatArray
-    standard_errors: FloatArray
-    rms: float
+    coefficients: FloatArray  # a, b and c, shape (3,)
+    standard_errors: FloatArray  # of them, shape (3,)
+    rms: float  # root of the mean square of what remains
 
     def __call__(self, j: ArrayLike) -> FloatArray:
         """The value at a normalized contact."""
@@ -62,15 +51,7 @@ class Cubic:
 
 
 def fit_cubic(j: ArrayLike, normalized: ArrayLike) -> Cubic:
-    """The cubic through 1 at j = 0 with the least squares of the rest.
-
-    Parameters
-    ----------
-    j
-        Normalized contacts, shape (points,), at least four of them.
-    normalized
-        Normalized peaks, shape (points,).
-    """
+    """The cubic through 1 at j = 0 with the least squares of the rest, at least four points."""
     at, wanted = np.asarray(j, np.float64), np.asarray(normalized, np.float64) - 1
     powers = np.stack([at, at**2, at**3], axis=1)
     coefficients = np.asarray(np.linalg.lstsq(powers, wanted, rcond=None)[0], np.float64)
@@ -86,19 +67,9 @@ def rms(values: ArrayLike) -> float:
 
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
-    """Normalized peaks of contacts 2 to p + 1.
+    """Normalized peaks of contacts 2 to p + 1: of ``transitions``, without LM_ratio = 1.
 
-    Parameters
-    ----------
-    quick
-        Run LAMMPS on three scenes only.
-    with_lammps
-        Whether to run LAMMPS, too.
-
-    Returns
-    -------
-    Of what ``transitions`` gives the contacts of the transition, without LM_ratio = 1, and
-    j (Eq. 7a), normalized (Eq. 7b), eq8.
+    Further columns j (Eq. 7a), normalized (Eq. 7b), eq8.
     """
     table = transitions(quick, with_lammps)
     table = table[table["momentum_ratio"] != 1]
@@ -190,10 +161,8 @@ def show(console: Console, table: pandas.DataFrame) -> None:
 
 def draw(table: pandas.DataFrame) -> Figure:
     """The paper's two panels."""
-    from matplotlib.figure import Figure
-
     table, _ = separated(table)
-    figure = Figure(figsize=(10, 4.8), layout="constrained", dpi=100)
+    figure = new_figure(10, 4.8, f"Figure 4: {CHOSEN}")
     panels = figure.subplots(1, 2, sharey=True)
     found = fits(table)
     line = np.linspace(0, 1, 201)
@@ -212,7 +181,6 @@ def draw(table: pandas.DataFrame) -> Figure:
         axes.grid(alpha=0.3)
         axes.legend(fontsize="small")
     panels[0].set_ylabel("normalized peak force (Eq. 7b)")
-    figure.suptitle(f"Figure 4: {CHOSEN}", fontsize="medium")
     return figure
 
 
@@ -228,13 +196,8 @@ SCRIPT = Script(
     TITLE,
     "Do normalized peaks lie on Eq. 8?",
     "native, LAMMPS, Eqs. 7 and 8, a refit",
-    measure,
-    promises,
-    draw,
-    show,
-)
-compare, main = SCRIPT.compare, SCRIPT.main
-
+    measure, promises, draw, show,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

@@ -11,17 +11,17 @@ errors of Eq. 6 of 3.9 % at most: that is what is held against them here.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas
+from matplotlib.figure import Figure
 
-import hertzchain as hc
 from hertzchain import theory
 from hertzchain.scene.pulse import PROFILES
-from validation.drawing import BACKENDS, RATIO_COLOURS
+from validation.drawing import BACKENDS, RATIO_COLOURS, new_figure
 from validation.drawing import PROFILES as PROFILE_STYLES
-from validation.rows import Row, largest, row
+from validation.rows import Row, effective_ratio, largest, row
 from validation.script import Script
 from validation.transition_scenes import (
     CHOSEN,
@@ -33,9 +33,6 @@ from validation.transition_scenes import (
     separated,
     transitions,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE = "Figure 5: peaks by Eqs. 6 and 9"
 
@@ -82,19 +79,9 @@ SAME = (
 
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
-    """Peaks of contacts 2 to p, simulated and by the formulas.
+    """Peaks of contacts 2 to p of ``transitions`` without LM_ratio = 1, and by the formulas.
 
-    Parameters
-    ----------
-    quick
-        Run LAMMPS on three scenes only.
-    with_lammps
-        Whether to run LAMMPS, too.
-
-    Returns
-    -------
-    Of what ``transitions`` gives the contacts of the transition, without LM_ratio = 1, and
-    eq6_N, eq9_N (F_2 from Eq. 6), eq9_simulated_N (F_2 from the simulation).
+    Further columns eq6_N, eq9_N (F_2 from Eq. 6), eq9_simulated_N (F_2 from the simulation).
     """
     table = transitions(quick, with_lammps)
     table = table[table["momentum_ratio"] != 1]
@@ -108,11 +95,8 @@ def _with_formulas(own: pandas.DataFrame) -> pandas.DataFrame:
     if first["problem"]:
         return own
     scene = scene_of(first["profile"], first["momentum_ratio"])
-    assert isinstance(scene.shock, hc.Pulse)
-    assert scene.rise_time is not None
-    ratio = theory.effective_momentum_ratio(scene.chain, scene.shock, scene.rise_time)
     contact, p, wave = own["contact"].to_numpy().astype(int), int(first["p"]), first["wave_force_N"]
-    eq6 = theory.peak_force(contact, p, wave, DURATION_RATIO, ratio)
+    eq6 = theory.peak_force(contact, p, wave, DURATION_RATIO, effective_ratio(scene))
     return own.assign(
         eq6_N=eq6,
         eq9_N=theory.peak_force_cubic(contact, p, float(eq6[0]), wave),
@@ -155,10 +139,10 @@ def errors(own: pandas.DataFrame) -> pandas.DataFrame:
 
 def draw(table: pandas.DataFrame) -> Figure:
     """The paper's two panels, one row each, with a panel for each profile."""
-    from matplotlib.figure import Figure
-
     table, _ = separated(table)
-    figure = Figure(figsize=(10, 7.5), layout="constrained", dpi=100)
+    figure = new_figure(
+        10, 7.5, f"Figure 5: {CHOSEN}, and so is n; numbers in the panels: LM_ratio"
+    )
     panels = figure.subplots(2, 3, sharex="row", sharey="row")
     for letter, below, line in zip("ab", (True, False), panels, strict=True):
         for axes, profile in zip(line, PROFILES, strict=True):
@@ -177,9 +161,6 @@ def draw(table: pandas.DataFrame) -> Figure:
     for label, look in _LOOKS.items():
         panels[1, 0].plot([], [], color="0.2", linestyle="none", label=label, **look)
     panels[1, 0].legend(fontsize="small")
-    figure.suptitle(
-        f"Figure 5: {CHOSEN}, and so is n; numbers in the panels: LM_ratio", fontsize="medium"
-    )
     return figure
 
 
@@ -194,13 +175,9 @@ _LOOKS: dict[str, dict[str, Any]] = {
 def _draw_scene(axes: Any, some: pandas.DataFrame, colour: str, label: str) -> None:
     """One scene: what was simulated, on a line, and both formulas."""
     native, lammps = (some[some["backend"] == backend] for backend in BACKENDS)
-    series = (
-        (native, "peak_force_N"),
-        (lammps, "peak_force_N"),
-        (native, "eq6_N"),
-        (native, "eq9_N"),
-    )
-    for (own, column), look in zip(series, _LOOKS.values(), strict=True):
+    columns = ("peak_force_N", "peak_force_N", "eq6_N", "eq9_N")
+    found = (native, lammps, native, native)
+    for own, column, look in zip(found, columns, _LOOKS.values(), strict=True):
         axes.plot(own["contact"], own[column], color=colour, linestyle="none", **look)
     axes.plot(native["contact"], native["peak_force_N"], color=colour, linewidth=0.8)
     end = (some["contact"].max(), some["peak_force_N"].iloc[-1])
@@ -211,12 +188,8 @@ SCRIPT = Script(
     TITLE,
     "How far are Eqs. 6 and 9 from the peaks of the transition?",
     "native, LAMMPS, Eq. 6 as corrected, Eq. 9",
-    measure,
-    promises,
-    draw,
-)
-compare, main = SCRIPT.compare, SCRIPT.main
-
+    measure, promises, draw,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

@@ -13,13 +13,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.progress import track
 
 import hertzchain as hc
 from hertzchain import theory
@@ -28,13 +32,9 @@ from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.transition import transition_granules
 from hertzchain.scene.pulse import PROFILES as RAMPS
 from validation import peak_forces, table2
-from validation.drawing import PROFILES
-from validation.rows import STEEL, Row, did_not_run, load, row, simulate
+from validation.drawing import PROFILES, new_figure
+from validation.rows import STEEL, Row, did_not_run, load, progress, row, simulate
 from validation.script import Script
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 TITLE = "Where Eqs. 3, 6 and 9 hold"
 
@@ -67,17 +67,8 @@ LONGER = 160
 
 
 def errors(profile: str, ratio: float, n: float, peak_force: FloatArray) -> dict[str, float]:
-    """What the formulas miss, given the peaks of a simulation.
+    """What the formulas miss, given the peaks over F0 of a simulation, contacts 2 ... N.
 
-    Parameters
-    ----------
-    profile, ratio, n
-        Of the pulse: its name, LM_ratio, n.
-    peak_force
-        Of contacts 2 ... N over F0, shape (N - 1,).
-
-    Returns
-    -------
     p; F_SW over F0 as wave_force; p of Eq. 3 as eq3; eq3_error [% of p], and eq6_error and
     eq9_error, the largest over contacts 2 ... p [%]: all NaN where there is no p.
     """
@@ -108,17 +99,10 @@ def errors(profile: str, ratio: float, n: float, peak_force: FloatArray) -> dict
 
 @dataclass(frozen=True)
 class Point:
-    """A point of a map.
+    """A point of a map."""
 
-    Parameters
-    ----------
-    name
-        Of its scene; empty for the points of a grid.
-    profile, ratio, n
-        Of its pulse: name, LM_ratio, n.
-    """
-
-    name: str
+    name: str  # of its scene; empty for the points of a grid
+    # profile, ratio, n: of its pulse: name, LM_ratio, n.
     profile: str
     ratio: float
     n: float
@@ -150,12 +134,7 @@ def sample(quick: bool) -> list[Point]:
 
 
 def simulated(part: str, points: Iterable[Point], granules: int) -> pandas.DataFrame:
-    """Native's errors at points, by batches; with the peaks that they come from.
-
-    Returns
-    -------
-    A row for each point, with its peaks over F0 in the column peak_force.
-    """
+    """Native's errors at points, by batches; with the peaks over F0 they come from, peak_force."""
     records: list[dict[str, Any]] = []
     points = list(points)
     for profile in RAMPS:
@@ -190,10 +169,8 @@ def _record(
 def paper_errors() -> dict[str, tuple[Point, float, float]]:
     """The 24 scenes of Tables 2 to 4, with the errors that their scripts find natively.
 
-    Returns
-    -------
-    By the names of the scenes: the point, the error of Eq. 3 [% of p] and the largest error of
-    Eq. 6 [%], NaN where the table does not have it.
+    By name the point, the error of Eq. 3 [% of p] and the largest error of Eq. 6 [%]; NaN where its
+    table does not have it.
     """
     found = {
         entry["scene"]: (100 * abs(entry["eq3"] / entry["p"] - 1), math.nan)
@@ -215,27 +192,16 @@ def _point_of(name: str) -> Point:
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     """Errors of the formulas on the grids, in the paper's scenes and in the sample.
 
-    Parameters
-    ----------
-    quick
-        A coarse grid, three points for LAMMPS instead of twelve.
-    with_lammps
-        Whether to run LAMMPS, too.
-
-    Returns
-    -------
-    Columns part (map, longer, paper, sample), scene, profile, momentum_ratio, duration_ratio,
-    granules, backend, p, wave_force (F_SW / F0), eq3 (its p), eq3_error [% of p], eq6_error and
-    eq9_error, the largest of the transition [%], least_p and most_p (if changes from contact to
-    contact are off by 2 rtol), peak_difference from native, expected_eq3 and expected_eq6 (errors
-    that the scripts of the tables find [%]), problem.
+    In the quick form the grid is coarse, and LAMMPS has three points instead of twelve. Columns
+    part (map, longer, paper, sample), scene, profile, momentum_ratio, duration_ratio, granules,
+    backend, p, wave_force (F_SW / F0), eq3 (its p), eq3_error [% of p], eq6_error and eq9_error,
+    the largest of the transition [%], least_p and most_p (if changes from contact to contact are
+    off by 2 rtol), peak_difference from native, expected_eq3 and expected_eq6 (errors that the
+    scripts of the tables find [%]), problem.
     """
     size = QUICK_SIZE if quick else SIZE
-    console = Console(stderr=True)
     parts = []
-    for profile in track(
-        RAMPS, TITLE, console=console, transient=True, disable=not console.is_terminal
-    ):
+    for profile in progress(RAMPS, TITLE):
         parts.append(_with_doubt(simulated("map", grid(profile, size), GRANULES)))
         corners = grid(profile, (3, 2) if quick else (7, 5))
         parts += [simulated("longer", corners, granules) for granules in (GRANULES, LONGER)]
@@ -318,17 +284,10 @@ HOLD = (15, 23, 23)
 
 @dataclass(frozen=True)
 class Rule:
-    """Where equations are within 5 %, whatever the profile: a rule of thumb.
+    """Where equations are within 5 %, whatever the profile: a rule of thumb."""
 
-    Parameters
-    ----------
-    equations
-        Their columns.
-    ratios, durations
-        LM_ratio and n, from and to.
-    """
-
-    equations: tuple[str, ...]
+    equations: tuple[str, ...]  # their columns
+    # ratios, durations: LM_ratio and n, from and to.
     ratios: tuple[float, float]
     durations: tuple[float, float]
 
@@ -516,13 +475,7 @@ _LEVELS = (0, 1, 2, 5, 10, 20, 50, 200)
 
 def draw(table: pandas.DataFrame) -> Figure:
     """A map for each profile and equation; what is outside 5 % is hatched."""
-    from matplotlib import colormaps
-    from matplotlib.colors import BoundaryNorm
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    figure = Figure(figsize=(12, 11), layout="constrained", dpi=100)
+    figure = new_figure(12, 11)
     panels = figure.subplots(3, 3, sharex=True, sharey=True)
     # Light where a formula holds, dark where it fails: read alike in grey.
     colours = colormaps["cividis_r"].resampled(len(_LEVELS) - 1)
@@ -586,12 +539,8 @@ SCRIPT = Script(
     TITLE,
     "In which part of the plane of LM_ratio and n are the paper's formulas within 5 %?",
     "Eqs. 3, 6, 9; native, LAMMPS",
-    measure,
-    promises,
-    draw,
-)
-compare, main = SCRIPT.compare, SCRIPT.main
-
+    measure, promises, draw,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

@@ -16,21 +16,11 @@ FOLDER = HERE.parent / "lammps_inputs"
 
 @dataclass(frozen=True)
 class Entry:
-    """A deck of the gallery.
+    """A deck of the gallery."""
 
-    Parameters
-    ----------
-    scene
-        The scene file, without its suffix; the deck is ``in.`` and this.
-    rtol
-        What the step may cost the peaks.
-    watch_every
-        Steps between two looks; None: as many as the generator takes.
-    """
-
-    scene: str
-    rtol: float = 1e-6
-    watch_every: int | None = None
+    scene: str  # the scene file, without its suffix; the deck is ``in.`` and this
+    rtol: float = 1e-6  # what the step may cost the peaks
+    watch_every: int | None = None  # steps between two looks; None: as many as the generator takes
 
     @property
     def name(self) -> str:

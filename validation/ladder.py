@@ -12,13 +12,14 @@ import functools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 from rich.console import Console
-from rich.progress import track
 from rich.table import Table
 from scipy.integrate import trapezoid
 from scipy.special import beta
@@ -31,14 +32,10 @@ from hertzchain.engines.native.equations import contact_force
 from hertzchain.observables.peaks import SIGNIFICANT, largest_difference
 from hertzchain.scene.schedule import Leg
 from hertzchain.theory.solitary_wave import solitary_wave
-from validation.drawing import BACKENDS
+from validation.drawing import BACKENDS, new_figure
 from validation.limits import Piece, peaks_by_scipy, table_scene, two_granules
-from validation.rows import STEEL, Row, did_not_run, load, row
+from validation.rows import STEEL, Row, did_not_run, load, progress, row
 from validation.script import Script
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 TITLE = "The ladder: from one force to a whole scene"
 
@@ -364,51 +361,29 @@ def whole_scene(backend: str, quick: bool) -> list[Sample]:
 
 @dataclass(frozen=True)
 class Promise:
-    """What has to hold of some samples.
+    """What has to hold of some samples."""
 
-    Parameters
-    ----------
-    what
-        Of which.
-    tolerance
-        Of each backend, as a fraction of the largest value expected; or its own number where
-        nothing is expected.
-    reason
-        Why.
-    order
-        For errors over steps: the order of each method; the tolerance is that of the order.
-    each
-        Whether the tolerance is a fraction of each value expected, not of the largest.
-    """
-
-    what: str
+    what: str  # of which
+    # Of each backend, as a fraction of the largest value expected; or its own number where nothing
+    # is expected.
     tolerance: Mapping[str, float]
-    reason: str
+    reason: str  # why
+    # For errors over steps: the order of each method; the tolerance is that of the order.
     order: Mapping[str, float] | None = None
+    # Whether the tolerance is a fraction of each value expected, not of the largest.
     each: bool = False
 
 
 @dataclass(frozen=True)
 class Rung:
-    """A rung of the ladder.
+    """A rung of the ladder."""
 
-    Parameters
-    ----------
-    number, name
-        From 1 on.
-    isolates
-        What it adds to those below: the cause of a failure here, if those are right.
-    measure
-        Takes the backend and whether to be quick.
-    promises
-        What has to hold.
-    """
-
+    # number, name: from 1 on.
     number: int
     name: str
-    isolates: str
-    measure: Callable[[str, bool], list[Sample]]
-    promises: tuple[Promise, ...]
+    isolates: str  # what it adds to those below: the cause of a failure here, if those are right
+    measure: Callable[[str, bool], list[Sample]]  # takes the backend and whether to be quick
+    promises: tuple[Promise, ...]  # what has to hold
 
     @property
     def title(self) -> str:
@@ -523,27 +498,15 @@ _COLUMNS = ["rung", "backend", "what", "of", "x", "measured", "expected", "probl
 
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
-    """Climb the ladder with each backend.
+    """Climb the ladder; in the quick form one profile on the fourth rung, 20 granules on the last.
 
-    Parameters
-    ----------
-    quick
-        One profile on the fourth rung, 20 granules on the last.
-    with_lammps
-        Whether to run LAMMPS, too.
-
-    Returns
-    -------
     Columns rung, backend, what, of (material, scene or method), x (overlap [m], time in natural
     units, step, contact or position), measured, expected, problem: why a rung could not be
     measured.
     """
-    console = Console(stderr=True)
     backends = ("native", "lammps") if with_lammps else ("native",)
     rows: list[Sample] = []
-    for rung in track(
-        RUNGS, TITLE, console=console, transient=True, disable=not console.is_terminal
-    ):
+    for rung in progress(RUNGS, TITLE):
         for backend in backends:
             place = {"rung": rung.number, "backend": backend, "problem": ""}
             try:
@@ -629,9 +592,7 @@ def show(console: Console, table: pandas.DataFrame) -> None:
 
 def draw(table: pandas.DataFrame) -> Figure:
     """Six panels, one for each rung."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(13, 8), layout="constrained", dpi=100)
+    figure = new_figure(13, 8)
     panels = figure.subplots(2, 3).flat
     for axes, rung, draw_panel in zip(panels, RUNGS, _PANELS, strict=True):
         draw_panel(axes, table[table["rung"] == rung.number])
@@ -747,13 +708,8 @@ SCRIPT = Script(
     TITLE,
     f"On which rung do native, LAMMPS and what is known part? ({ADVICE})",
     "native, LAMMPS; Hertz, quadrature, the exact solitary wave, SciPy's DOP853, Table 2",
-    measure,
-    promises,
-    draw,
-    show,
-)
-compare, main = SCRIPT.compare, SCRIPT.main
-
+    measure, promises, draw, show,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

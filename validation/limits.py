@@ -13,12 +13,13 @@ import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, NullLocator
 from rich.console import Console
-from rich.progress import track
 from rich.table import Table
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
@@ -27,11 +28,9 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, natural_units
 from hertzchain.scene.scene import Run
-from validation.rows import STEEL, Row, row
+from validation.drawing import new_figure
+from validation.rows import STEEL, Row, progress, row
 from validation.script import Script
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE = "Limits, approached by scenes"
 
@@ -56,20 +55,9 @@ Piece = tuple[Callable[[float], float], float, float]
 
 
 def peaks_by_scipy(pieces: Sequence[Piece], granules: int, velocity: float = 0.0) -> FloatArray:
-    """Peak forces of Eq. 1 by SciPy's DOP853, in natural units, to some 1e-10.
+    """Peak forces of Eq. 1 by SciPy's DOP853, to about 1e-10, shape (granules - 1,); natural units.
 
-    Parameters
-    ----------
-    pieces
-        The force on the first granule.
-    granules
-        N.
-    velocity
-        Of the first granule at the start.
-
-    Returns
-    -------
-    Shape (granules - 1,).
+    The first granule feels the force of the pieces, and starts with a velocity.
     """
     state = np.zeros(2 * granules)
     state[granules] = velocity
@@ -252,46 +240,28 @@ def _pushed(pieces: tuple[Piece, ...]) -> Callable[[hc.Scene], FloatArray]:
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit, and the scenes that go there.
+    """A limit, and the scenes that go there."""
 
-    Parameters
-    ----------
-    name, parameter
-        What they are called.
-    sequence
-        Values of the parameter, falling towards 0.
-    scene
-        The scene of a value.
-    expected
-        What is found in the limit, in natural units: the peak forces of a scene, or F(t).
-    rate, why
-        Exponent with which the distance falls, and the reason.
-    tolerance, why_tolerance
-        How far the measured exponent may be off, and the reason.
-    step
-        The step of LAMMPS at a value, natural time units.
-    agreement, why_agreement
-        How far the two distances of a scene may differ, as a fraction, and the reason.
-    contact
-        The place of the only contact that is looked at; None for all.
-    history
-        Whether F(t) is looked at instead of peaks.
-    """
-
+    # name, parameter: what they are called.
     name: str
     parameter: str
-    sequence: tuple[float, ...]
-    scene: Callable[[float], hc.Scene]
+    sequence: tuple[float, ...]  # values of the parameter, falling towards 0
+    scene: Callable[[float], hc.Scene]  # the scene of a value
+    # What is found in the limit, in natural units: the peak forces of a scene, or F(t).
     expected: Callable[[hc.Scene], FloatArray]
+    # rate, why: exponent with which the distance falls, and the reason.
     rate: float
     why: str
+    # tolerance, why_tolerance: how far the measured exponent may be off, and the reason.
     tolerance: float
     why_tolerance: str
-    step: Callable[[float], float]
+    step: Callable[[float], float]  # the step of LAMMPS at a value, natural time units
+    # agreement, why_agreement: how far the two distances of a scene may differ, as a fraction, and
+    # the reason.
     agreement: float
     why_agreement: str
-    contact: int | None = None
-    history: bool = False
+    contact: int | None = None  # the place of the only contact that is looked at; None for all
+    history: bool = False  # whether F(t) is looked at instead of peaks
 
 
 _IMPULSE = (
@@ -432,24 +402,13 @@ def _history(result: hc.Result) -> FloatArray:
 
 
 def measure(quick: bool = False, with_lammps: bool = True) -> pandas.DataFrame:
-    """Distances from every limit; a value of 0 is the limit itself, as a scene.
+    """Distances from every limit; the quick form leaves the last scene of each sequence out.
 
-    Parameters
-    ----------
-    quick
-        Leave the last scene of each sequence out.
-    with_lammps
-        Whether to run LAMMPS; its distances are NaN otherwise.
-
-    Returns
-    -------
-    Columns limit, parameter, value, native, lammps.
+    Columns limit, parameter, value (0 is the limit itself, as a scene), native, lammps (NaN
+    without).
     """
-    console = Console(stderr=True)
     rows = []
-    for limit in track(
-        LIMITS, TITLE, console=console, transient=True, disable=not console.is_terminal
-    ):
+    for limit in progress(LIMITS, TITLE):
         values = limit.sequence[:-1] if quick else limit.sequence
         work = [(value, limit.scene(value), limit.step(value)) for value in values]
         if limit.name in THEMSELVES:
@@ -471,13 +430,7 @@ def rate(table: pandas.DataFrame, limit: Limit, backend: str) -> float:
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """What has to hold: rates, distances that agree, and limits that are scenes themselves.
-
-    Parameters
-    ----------
-    table
-        As from ``measure``, or read from its file.
-    """
+    """What has to hold: rates, distances that agree, and limits that are scenes themselves."""
     backends = [name for name in ("native", "lammps") if table[name].notna().any()]
     rows = []
     for limit in LIMITS:
@@ -533,10 +486,7 @@ def show(console: Console, table: pandas.DataFrame) -> None:
 
 def draw(table: pandas.DataFrame) -> Figure:
     """Draw distance over parameter, a panel for each limit."""
-    from matplotlib.figure import Figure
-    from matplotlib.ticker import NullFormatter, NullLocator
-
-    figure = Figure(figsize=(13, 9), layout="constrained", dpi=100)
+    figure = new_figure(13, 9)
     panels = figure.subplots(3, 4).flat
     for axes, limit in zip(panels, LIMITS, strict=False):
         own = table[(table["limit"] == limit.name) & (table["value"] > 0)]
@@ -566,13 +516,8 @@ SCRIPT = Script(
     TITLE,
     "Do scenes that approach a known limit get there, at the rate that theory says?",
     "native, LAMMPS; theory, quadrature, SciPy's DOP853",
-    measure,
-    promises,
-    draw,
-    show,
-)
-compare, main = SCRIPT.compare, SCRIPT.main
-
+    measure, promises, draw, show,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

@@ -16,12 +16,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas
+from matplotlib.figure import Figure
 from rich.console import Console
-from rich.progress import track
 from rich.table import Table
 
 import hertzchain as hc
@@ -30,11 +29,9 @@ from hertzchain.engines.native import METHODS, simulate
 from hertzchain.engines.native.simulation import Simulation
 from hertzchain.scene.scene import Run
 from hertzchain.theory.solitary_wave import solitary_wave
-from validation.rows import STEEL, Row, row
+from validation.drawing import new_figure
+from validation.rows import STEEL, Row, progress, row
 from validation.script import Script
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE = "A wave down 90,000 granules"
 
@@ -53,23 +50,12 @@ _START = 100
 
 @dataclass(frozen=True)
 class Contender:
-    """Who carries a wave, and how far.
+    """Who carries a wave, and how far."""
 
-    Parameters
-    ----------
-    name
-        How it is called.
-    method
-        One of METHODS; LAMMPS otherwise.
-    step
-        Natural time units.
-    marks
-        Numbers of contacts, increasing; the chain is a little longer than the last.
-    """
-
-    name: str
-    method: str
-    step: float
+    name: str  # how it is called
+    method: str  # one of METHODS; LAMMPS otherwise
+    step: float  # natural time units
+    # Numbers of contacts, increasing; the chain is a little longer than the last.
     marks: tuple[int, ...]
 
 
@@ -143,15 +129,7 @@ def by_lammps(contender: Contender) -> pandas.DataFrame:
 
 
 def wave_at(contender: Contender, force: FloatArray, time: FloatArray) -> pandas.DataFrame:
-    """Amplitude, speed and what theory says of the two, at each mark.
-
-    Parameters
-    ----------
-    contender
-        Whose marks.
-    force, time
-        Peaks, natural units, shape (contacts,), from contact 2 on.
-    """
+    """Amplitude, speed and what theory says of both, at each mark; peaks are from contact 2 on."""
     rows = []
     before = _START
     for mark in contender.marks:
@@ -169,27 +147,15 @@ def wave_at(contender: Contender, force: FloatArray, time: FloatArray) -> pandas
 
 
 def measure(quick: bool = False, with_lammps: bool = True) -> pandas.DataFrame:
-    """Everyone's wave at each mark.
+    """Everyone's wave at each mark; the quick form takes 3,000 granules instead of 90,000.
 
-    Parameters
-    ----------
-    quick
-        Some 3,000 granules instead of 90,000.
-    with_lammps
-        Whether to run LAMMPS.
-
-    Returns
-    -------
-    Columns contender, step, granule, amplitude (the highest peak of the last 900 contacts),
-    speed (since the mark before), relation (speed over that of an exact wave of the same peaks,
-    less 1), loss (of the peaks, per granule, since the mark before), momentum (over the impulse,
-    less 1), energy, and kicks (force evaluations); natural units.
+    Columns contender, step, granule, amplitude (the highest peak of the last 900 contacts), speed
+    (since the mark before), relation (speed over that of an exact wave of the same peaks, less 1),
+    loss (of the peaks, per granule, since the mark before), momentum (over the impulse, less 1),
+    energy, and kicks (force evaluations); natural units.
     """
-    console = Console(stderr=True)
     tables = []
-    for contender in track(
-        contenders(quick), TITLE, console=console, transient=True, disable=not console.is_terminal
-    ):
+    for contender in progress(contenders(quick), TITLE):
         if contender.method in METHODS:
             tables.append(by_native(contender))
         elif with_lammps:
@@ -221,13 +187,7 @@ def last(table: pandas.DataFrame, contender: str, quantity: str) -> float:
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """What has to hold of every wave.
-
-    Parameters
-    ----------
-    table
-        As from ``measure``, or read from its file.
-    """
+    """What has to hold of every wave."""
     rows = []
     for name in dict.fromkeys(table["contender"]):
         backend = "lammps" if name == "LAMMPS" else "native"
@@ -355,9 +315,7 @@ _STYLES = {
 
 def draw(table: pandas.DataFrame) -> Figure:
     """Draw what drifts over the granule number, a panel for each quantity."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(12, 8), layout="constrained", dpi=100)
+    figure = new_figure(12, 8)
     panels = figure.subplots(2, 3, sharex=True)
     titles = {
         "momentum": "momentum, from the impulse",
@@ -402,13 +360,8 @@ SCRIPT = Script(
     TITLE,
     "What drifts in a wave that goes a million steps?",
     "native methods, LAMMPS; the exact solitary wave",
-    measure,
-    promises,
-    draw,
-    show,
-)
-compare, main = SCRIPT.compare, SCRIPT.main
-
+    measure, promises, draw, show,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.progress import track
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.files import check_writable, write_with
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.theory import peak_map
+from validation.rows import progress
+from validation.script import leave_with
 
 GRANULES = 120
 """The free end is out of reach of contact 80. Contact 118 stands for the far field: at LM_ratio 10
@@ -39,13 +39,9 @@ def node(profile: str, momentum_ratio: float, duration_ratio: float) -> FloatArr
 def encode(values: FloatArray) -> NDArray[np.int32]:
     """What the file holds of a grid: see hertzchain.theory.peak_map.
 
-    What is within a step of the prediction counts as 0, so that smooth regions cost nothing; the
-    next prediction starts from what the reader will have, so that errors do not add up.
-
-    Parameters
-    ----------
-    values
-        ln(F / F0), shape (LM_ratio, n, columns).
+    The values are ln(F / F0), shape (LM_ratio, n, columns). What is within a step of the prediction
+    counts as 0, so that smooth regions cost nothing; the next prediction starts from what the
+    reader will have, so that errors do not add up.
     """
     target = np.moveaxis(values, 2, 0)
     spacing = 2**5
@@ -64,31 +60,27 @@ def encode(values: FloatArray) -> NDArray[np.int32]:
 
 def simulated(profile: str) -> FloatArray:
     """ln(F / F0) on the whole grid, shape (LM_ratio, n, columns)."""
-    console = Console(stderr=True)
     momentum_ratio, duration_ratio = peak_map.grid()
-    rows = track(momentum_ratio.tolist(), profile, console=console, disable=not console.is_terminal)
+    rows = progress(momentum_ratio.tolist(), profile)
     return np.array([[node(profile, ratio, n) for n in duration_ratio.tolist()] for ratio in rows])
 
 
-def main() -> None:
+def run() -> bool:
     """Write the map."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-o", "--output", type=Path, default=peak_map.FILE, help="where to")
     output = parser.parse_args().output
-    try:
-        check_writable(output)
-        counts = {}
-        for profile in PROFILES:
-            counts[profile] = encode(simulated(profile))
-            print(f"{profile}: {np.count_nonzero(counts[profile])} counts", file=sys.stderr)
-        write_with(
-            output,
-            lambda path: np.savez_compressed(path, **counts),  # type: ignore[arg-type]  # names
-        )
-    except hc.HertzchainError as problem:
-        print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
-        sys.exit(2)
+    check_writable(output)
+    counts = {}
+    for profile in PROFILES:
+        counts[profile] = encode(simulated(profile))
+        print(f"{profile}: {np.count_nonzero(counts[profile])} counts", file=sys.stderr)
+    write_with(
+        output,
+        lambda path: np.savez_compressed(path, **counts),  # type: ignore[arg-type]  # names
+    )
+    return True
 
 
 if __name__ == "__main__":
-    main()
+    leave_with(run)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 from unittest.mock import patch
@@ -17,8 +17,6 @@ from unittest.mock import patch
 import numpy as np
 
 import hertzchain as hc
-import validation.table3
-import validation.table4
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
@@ -29,7 +27,8 @@ from hertzchain.scene import schedule
 from hertzchain.scene.pulse import Pulse, Ramp
 from hertzchain.scene.schedule import Leg
 from hertzchain.verdict import run_checks
-from validation.rows import HERE, Row
+from validation import peak_forces
+from validation.rows import Row, load
 from validation.script import Script, rows_only
 
 TITLE = "Planted mistakes: a row passes where the check that names the mistake fails"
@@ -38,74 +37,55 @@ CAUGHT = "that of the check, which has to be exceeded, with the verdict fail"
 FORMULA = "that of a row of Tables 3 and 4, which has to be exceeded"
 
 Plant = Callable[[], AbstractContextManager[Any]]
+"""Makes a mistake, for as long as the context lasts."""
 
 
 @dataclass(frozen=True)
 class Mistake:
-    """Something to get wrong.
-
-    Parameters
-    ----------
-    what
-        The mistake.
-    plant
-        Makes it, for as long as the context lasts.
-    check
-        The check of the comparison that has to name it.
-    pair_style
-        What it is made in.
-    read_every
-        Steps between two readings of LAMMPS; None for its own choice.
-    """
+    """Something to get wrong."""
 
     what: str
     plant: Plant
-    check: str
-    pair_style: str = "granular"
-    read_every: int | None = None
+    check: str  # the check of the comparison that has to name it
+    pair_style: str = "granular"  # what it is made in
+    read_every: int | None = None  # steps between two readings of LAMMPS; None for its own choice
 
 
 def in_set_up(*changes: tuple[str, str]) -> Plant:
     """Other text for some of what makes the chain."""
-    return lambda: _altered(deck, "set_up", changes)
+
+    def planted() -> AbstractContextManager[Any]:
+        original = deck.set_up
+
+        def altered(*arguments: Any) -> str:
+            text = original(*arguments)
+            for old, new in changes:
+                if old not in text:
+                    raise ValueError(f"there is no {old!r} to get wrong")
+                text = text.replace(old, new)
+            return text
+
+        return patch.object(deck, "set_up", altered)
+
+    return planted
 
 
-@contextmanager
-def _altered(module: Any, name: str, changes: Sequence[tuple[str, str]]) -> Iterator[None]:
-    original = getattr(module, name)
-
-    def altered(*arguments: Any) -> str:
-        text: str = original(*arguments)
-        for old, new in changes:
-            if old not in text:
-                raise ValueError(f"there is no {old!r} to get wrong")
-            text = text.replace(old, new)
-        return text
-
-    with patch.object(module, name, altered):
-        yield
-
-
-@contextmanager
-def force_at(time: str) -> Iterator[None]:
+def force_at(time: str) -> AbstractContextManager[Any]:
     """Another time in the formula of the applied force."""
     original = deck.force_formula
-    with patch.object(
+    return patch.object(
         deck, "force_formula", lambda ramp: re.sub(r"\btime\b", time, original(ramp))
-    ):
-        yield
+    )
 
 
-@contextmanager
-def force_that_stays() -> Iterator[None]:
+def force_that_stays() -> AbstractContextManager[Any]:
     """The force is not dropped after the pulse."""
     original = deck.leg_commands
 
     def without_unfix(leg: Leg, before: Leg | None) -> list[str]:
         return [line for line in original(leg, before) if line != "unfix shock"]
 
-    with patch.object(deck, "leg_commands", without_unfix):
-        yield
+    return patch.object(deck, "leg_commands", without_unfix)
 
 
 def peaks_of_samples() -> AbstractContextManager[Any]:
@@ -122,23 +102,24 @@ def peaks_of_samples_everywhere() -> Iterator[None]:
             options.pop(option, None)
         return simulate_in_numpy(*arguments, **options)
 
-    with ExitStack() as stack:
-        stack.enter_context(peaks_of_samples())
-        for module in (run_checks, native_backend):
-            stack.enter_context(patch.object(module, "simulate", in_numpy))
+    with (
+        peaks_of_samples(),
+        patch.object(run_checks, "simulate", in_numpy),
+        patch.object(native_backend, "simulate", in_numpy),
+    ):
         yield
 
 
-@contextmanager
-def other_legs(change: Callable[[tuple[Leg, ...], float], Sequence[Leg]]) -> Iterator[None]:
+def other_legs(
+    change: Callable[[tuple[Leg, ...], float], Sequence[Leg]],
+) -> AbstractContextManager[Any]:
     """Another schedule, for all backends: ``change`` gets the right legs and the step."""
     original = schedule.lay_steps
 
     def changed(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, ...]:
         return tuple(change(original(ramps, end_time, dt), dt))
 
-    with patch("hertzchain.scene.scene.lay_steps", changed):
-        yield
+    return patch("hertzchain.scene.scene.lay_steps", changed)
 
 
 def without_corners(legs: tuple[Leg, ...], dt: float) -> list[Leg]:
@@ -158,8 +139,7 @@ def first_corner_late(legs: tuple[Leg, ...], _: float) -> list[Leg]:
     return [replace(rise, end=corner), replace(decay, start=corner), *rest]
 
 
-@contextmanager
-def corner_of_the_pulse_late() -> Iterator[None]:
+def corner_of_the_pulse_late() -> AbstractContextManager[Any]:
     """The pulse itself has its first corner a thousandth late, and the same impulse."""
     original = Pulse.ramps
 
@@ -168,12 +148,10 @@ def corner_of_the_pulse_late() -> Iterator[None]:
         corner = 1.001 * rise.end
         return replace(rise, end=corner), replace(decay, start=corner)
 
-    with patch.object(Pulse, "ramps", late):
-        yield
+    return patch.object(Pulse, "ramps", late)
 
 
-@contextmanager
-def native_force_late() -> Iterator[None]:
+def native_force_late() -> AbstractContextManager[Any]:
     """The compiled kernels are given the force one step late."""
     original = simulation.leg_rows
 
@@ -182,20 +160,14 @@ def native_force_late() -> Iterator[None]:
         rows[:, 4:6] += ((rows[:, 1] - rows[:, 0]) / rows[:, 2])[:, np.newaxis]
         return rows
 
-    with patch.object(simulation, "leg_rows", late):
-        yield
+    return patch.object(simulation, "leg_rows", late)
 
 
 def of_the_chain(name: str, factor: float) -> Plant:
     """Another contact stiffness or mass in everything but LAMMPS, which makes its own."""
     original = getattr(hc.Chain, name).fget
-
-    @contextmanager
-    def planted() -> Iterator[None]:
-        with patch.object(hc.Chain, name, property(lambda chain: factor * original(chain))):
-            yield
-
-    return planted
+    changed = property(lambda chain: factor * original(chain))
+    return lambda: patch.object(hc.Chain, name, changed)
 
 
 def printed_peak_force(
@@ -254,27 +226,22 @@ MISTAKES = (
     Mistake("stiffness times 1 + 1e-9", stiffer("1.000000001"), STIFFNESS),
     Mistake(
         "stiffness times 1.001, gran/hertz/history",
-        in_set_up(("${stiffness}", "$(1.001*v_stiffness)")),
-        STIFFNESS,
-        _CLOSED,
+        in_set_up(("${stiffness}", "$(1.001*v_stiffness)")), STIFFNESS, _CLOSED,
     ),
     Mistake(
         "stiffness without 1 - nu^2",
-        in_set_up((_HERTZ, _HERTZ.replace("${poisson_ratio}", "0.0"))),
-        STIFFNESS,
+        in_set_up((_HERTZ, _HERTZ.replace("${poisson_ratio}", "0.0"))), STIFFNESS,
     ),
     Mistake("contact law linear", in_set_up((_HERTZ, "hooke 1e7 0.0")), EXPONENT),
     Mistake("mass times 1.001", heavier("1.001"), GRANULE_MASS),
     Mistake("mass times 1 + 1e-9", heavier("1.000000001"), GRANULE_MASS),
     Mistake(
         "density set before diameter",
-        in_set_up((_DIAMETER + _DENSITY, _DENSITY + _DIAMETER)),
-        GRANULE_MASS,
+        in_set_up((_DIAMETER + _DENSITY, _DENSITY + _DIAMETER)), GRANULE_MASS,
     ),
     Mistake(
         "sites a millionth too far apart",
-        in_set_up(("lattice sc $(2*v_radius)", "lattice sc $(2.000002*v_radius)")),
-        POSITION,
+        in_set_up(("lattice sc $(2*v_radius)", "lattice sc $(2.000002*v_radius)")), POSITION,
     ),
     Mistake("force one step late", lambda: force_at("(time-dt)"), APPLIED),
     Mistake("force one step early", lambda: force_at("(time+dt)"), APPLIED),
@@ -283,25 +250,19 @@ MISTAKES = (
     Mistake("friction, linear", with_friction("linear_history 1e6 1.0 0.5"), TANGENTIAL),
     Mistake(
         "rolling friction alone",
-        with_friction("linear_nohistory 0.0 0.0 rolling sds 1e3 1.0 0.1"),
-        TANGENTIAL,
+        with_friction("linear_nohistory 0.0 0.0 rolling sds 1e3 1.0 0.1"), TANGENTIAL,
     ),
     Mistake(
         "friction, gran/hertz/history",
-        in_set_up(("NULL 0.0 0.0 0.0 0", "NULL 0.0 0.0 0.5 0")),
-        TANGENTIAL,
-        _CLOSED,
+        in_set_up(("NULL 0.0 0.0 0.0 0", "NULL 0.0 0.0 0.5 0")), TANGENTIAL, _CLOSED,
     ),
     Mistake(
         "damping tsuji with e = 1",
-        in_set_up((_HERTZ, _HERTZ.replace(" 0.0 ", " 1.0 ") + " damping tsuji")),
-        DAMPING,
+        in_set_up((_HERTZ, _HERTZ.replace(" 0.0 ", " 1.0 ") + " damping tsuji")), DAMPING,
     ),
     Mistake(
         "damping, gran/hertz/history",
-        in_set_up(("NULL 0.0 0.0 0.0 0", "NULL 1.0 0.0 0.0 0")),
-        DAMPING,
-        _CLOSED,
+        in_set_up(("NULL 0.0 0.0 0.0 0", "NULL 1.0 0.0 0.0 0")), DAMPING, _CLOSED,
     ),
     Mistake(
         "contact 7 missing",
@@ -326,55 +287,42 @@ MISTAKES = (
     Mistake("force one step late, native", native_force_late, "native: momentum [N s]"),
     Mistake("A of Eq. 1 times 1.001, native", of_the_chain("contact_stiffness", 1.001), STIFFNESS),
     Mistake("m of Eq. 1 times 1.001, native", of_the_chain("granule_mass", 1.001), GRANULE_MASS),
-)
+)  # fmt: skip
 """Where each is planted, and the check that names it."""
 
 
 def small_scene() -> hc.Scene:
     """The demo scene with 12 granules."""
-    scene = hc.Scene.from_toml(HERE / "scenes" / "demo.toml")
+    scene = load("demo")
     return replace(scene, chain=replace(scene.chain, granules=12))
 
 
 def compared(mistake: Mistake, make: Callable[[], hc.Scene] = small_scene) -> hc.Comparison:
     """What the comparison says under a mistake, with steps of 0.01 natural time units.
 
-    Parameters
-    ----------
-    mistake
-        What is wrong.
-    make
-        Makes the scene, under the mistake: a scene keeps what it has worked out.
+    The scene is made under the mistake: it keeps what it has worked out.
     """
     with mistake.plant():
         scene = make()
-        lammps = hc.Lammps(
-            dt=0.01 * scene.units.time, pair_style=mistake.pair_style, read_every=mistake.read_every
-        )
+        dt, read_every = 0.01 * scene.units.time, mistake.read_every
+        lammps = hc.Lammps(dt, pair_style=mistake.pair_style, read_every=read_every)
         return hc.compare(scene, lammps=lammps)
 
 
 def plant_all(quick: bool, with_lammps: bool) -> list[Row]:
     """Plant every mistake; one row each, which passes where the mistake is caught and named.
 
-    The column of backends has the check that names it.
-
-    Parameters
-    ----------
-    quick
-        Plant every fourth mistake, and hold Eq. 6 as printed against one scene of each profile
-        instead of three.
-    with_lammps
-        Without it nothing is planted but Eq. 6 as printed.
+    The column of backends has the check that names it. In the quick form every fourth mistake is
+    planted, and Eq. 6 as printed is held against one scene of each profile instead of three;
+    without LAMMPS nothing is planted but that.
     """
     mistakes = MISTAKES[:: 4 if quick else 1] if with_lammps else ()
     rows = [_row(mistake, compared(mistake)) for mistake in mistakes]
-    for script in (validation.table3, validation.table4):
+    for number in (3, 4):
         with printed_formula():
-            found = script.SCRIPT.promises(script.SCRIPT.measure(quick, False))
+            found = peak_forces.promises(peak_forces.measure(number, quick, False))
         worst = max(found, key=lambda entry: abs(entry.measured - entry.expected))
-        seen_by = f"{script.__name__.rpartition('.')[2]}: {worst.what}"
-        what = "exponent of Eq. 6 as printed"
+        what, seen_by = "exponent of Eq. 6 as printed", f"table{number}: {worst.what}"
         rows.append(
             replace(worst, what=what, backend=seen_by, passed=not worst.passed, reason=FORMULA)
         )
@@ -397,8 +345,6 @@ SCRIPT = Script(
     "the checks of the comparison; mistakes that are planted",
     **rows_only(plant_all),
 )
-compare, main = SCRIPT.compare, SCRIPT.main
-
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

@@ -21,14 +21,11 @@ import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pandas
-from rich.console import Console
-from rich.progress import track
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
@@ -39,7 +36,8 @@ from hertzchain.errors import RunFailed, require
 from hertzchain.files import check_writable, write_text
 from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import largest_difference
-from validation.rows import STEEL, Row, print_rows, row
+from validation.rows import STEEL, Row, print_rows, progress, row
+from validation.script import dated, leave_with
 
 TITLE = "One chain on several MPI ranks"
 
@@ -69,21 +67,11 @@ NOT_WATCHING = "deck, not watching"
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """One run.
+    """One run."""
 
-    Parameters
-    ----------
-    seconds
-        Wall time.
-    processor_seconds
-        Of all its processes; ranks that wait use their processor.
-    peaks
-        Peak forces [N], shape (contacts,); None where a deck does not watch.
-    """
-
-    seconds: float
-    processor_seconds: float
-    peaks: FloatArray | None
+    seconds: float  # wall time
+    processor_seconds: float  # of all its processes; ranks that wait use their processor
+    peaks: FloatArray | None  # peak forces [N], shape (contacts,); None where a deck does not watch
 
 
 Way = Callable[[hc.Scene, Program], Timing]
@@ -154,43 +142,17 @@ WAYS: Mapping[str, Way] = {
 def measure(
     lmp: str, ranks: Sequence[int], granules: Sequence[int], repeats: int
 ) -> tuple[pandas.DataFrame, str]:
-    """Time every way on every number of granules and ranks, one rank first.
+    """Times of every way on every number of granules and ranks, one rank first; which LAMMPS.
 
     A step is what a longer run takes more than one that ends after the pulse, so that starting
     LAMMPS and making the chain are left out. Runs to be compared take turns. A processor share,
-    over wall time and ranks, of less than some 0.9 in a deck tells that others were on the machine;
-    in a run, that Python read by itself what the ranks had written.
-
-    Parameters
-    ----------
-    lmp
-        Path or name of the binary.
-    ranks
-        Numbers of ranks; 1 is always there.
-    granules
-        Some of STEPS.
-    repeats
-        How often each run is made.
-
-    Returns
-    -------
-    The table, and which LAMMPS it was.
-
-    Raises
-    ------
-    BackendMissing
-        If there is no such binary, or no mpiexec.
-    RunFailed
-        If a run fails, or a deck does.
+    over wall time and ranks, of less than about 0.9 in a deck tells that others were on the
+    machine; in a run, that Python read by itself what the ranks had written.
     """
     programs = [Program.find(lmp, count, Deadline(LONGEST)) for count in sorted({1, *ranks})]
     build = programs[0].build
     lines: list[dict[str, float | str]] = []
-    console = Console(stderr=True)
-    todo = [(size, way) for size in granules for way in WAYS]
-    for size, way in track(
-        todo, TITLE, console=console, transient=True, disable=not console.is_terminal
-    ):
+    for size, way in progress([(size, way) for size in granules for way in WAYS], TITLE):
         lines += compared(size, way, programs, max(1, repeats // 3) if size > 100_000 else repeats)
     return pandas.DataFrame(lines), f"LAMMPS {build.version} with {build.mpi}"
 
@@ -227,13 +189,7 @@ def _difference(peaks: FloatArray | None, alone: FloatArray | None) -> float:
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """What has to hold, whatever the machine: that peaks are the same, not times.
-
-    Parameters
-    ----------
-    table
-        As from ``measure``, or read from its file.
-    """
+    """What has to hold, whatever the machine: that peaks are the same, not times."""
     on_ranks = table[(table["ranks"] > 1) & (table["way"] != NOT_WATCHING)]
     return [
         row(
@@ -260,8 +216,8 @@ def default_lmp() -> str:
     return os.environ.get("HERTZCHAIN_LMP") or str(Path(sys.executable).parent / "lmp")
 
 
-def main() -> None:
-    """Print the table; exit 1 where peaks differ, 2 without a binary."""
+def run() -> bool:
+    """Print the table; whether peaks are the same."""
     parser = argparse.ArgumentParser(description=TITLE)
     parser.add_argument("--lmp", default=default_lmp(), help="the binary")
     parser.add_argument("--ranks", type=int, nargs="+", default=[2], help="beside one rank")
@@ -272,24 +228,19 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=REPEATS, help=f"of each run; {REPEATS}")
     parser.add_argument("-o", "--output", type=Path, help="write the table as CSV")
     chosen = parser.parse_args()
-    try:
-        require(min(chosen.ranks) >= 1, "ranks", min(chosen.ranks), "must be at least 1")
-        require(chosen.repeats >= 1, "repeats", chosen.repeats, "must be at least 1")
-        if chosen.output is not None:
-            check_writable(chosen.output)
-        table, lammps = measure(chosen.lmp, chosen.ranks, chosen.granules, chosen.repeats)
-        print(table.to_string(index=False, float_format="{:.3g}".format))
-        rows = promises(table)
-        print_rows(TITLE, rows)
-        if chosen.output is not None:
-            facts = f"{machine()}; {lammps}; hertzchain {hc.__version__}"
-            head = f"# {datetime.now(UTC):%Y-%m-%d}; {facts}\n"
-            write_text(chosen.output, head + table.to_csv(index=False, float_format="%.6g"))
-    except hc.HertzchainError as problem:
-        print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
-        sys.exit(2)
-    sys.exit(0 if all(entry.passed for entry in rows) else 1)
+    require(min(chosen.ranks) >= 1, "ranks", min(chosen.ranks), "must be at least 1")
+    require(chosen.repeats >= 1, "repeats", chosen.repeats, "must be at least 1")
+    if chosen.output is not None:
+        check_writable(chosen.output)
+    table, lammps = measure(chosen.lmp, chosen.ranks, chosen.granules, chosen.repeats)
+    print(table.to_string(index=False, float_format="{:.3g}".format))
+    rows = promises(table)
+    print_rows(TITLE, rows)
+    if chosen.output is not None:
+        facts = f"{machine()}; {lammps}; hertzchain {hc.__version__}"
+        write_text(chosen.output, dated(facts, table.to_csv(index=False, float_format="%.6g")))
+    return all(entry.passed for entry in rows)
 
 
 if __name__ == "__main__":
-    main()
+    leave_with(run)

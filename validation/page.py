@@ -37,13 +37,7 @@ _NAMED = 10
 
 
 def make_folder(folder: Path) -> None:
-    """Make the folder of a report, before any work is done.
-
-    Raises
-    ------
-    OutputError
-        If it is a file, or cannot be made or written to.
-    """
+    """Make the folder of a report, before any work is done; OutputError if that cannot be."""
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"{folder}: is a file, must be the name of a folder")
     try:
@@ -56,21 +50,11 @@ def make_folder(folder: Path) -> None:
 
 @dataclass(frozen=True)
 class Section:
-    """One script in the page.
+    """One script in the page."""
 
-    Parameters
-    ----------
-    outcome
-        What became of it.
-    drawing
-        Its figure as a data URI; empty where there is none.
-    missing
-        Why there is no figure.
-    """
-
-    outcome: Outcome
-    drawing: str
-    missing: str
+    outcome: Outcome  # what became of it
+    drawing: str  # its figure as a data URI; empty where there is none
+    missing: str  # why there is no figure
 
     @property
     def passed(self) -> int:
@@ -89,20 +73,7 @@ class Section:
 
 
 def write_outcome(folder: Path, outcome: Outcome) -> Section:
-    """Write the table (CSV) and the figure (SVG) of a script, and hand back its section.
-
-    Parameters
-    ----------
-    folder
-        Where to; files of the same names are replaced.
-    outcome
-        What became of the script.
-
-    Raises
-    ------
-    OutputError
-        If something cannot be written.
-    """
+    """Write the table (CSV) and the figure (SVG) of a script, and hand back its section."""
     if outcome.table is None:
         return Section(outcome, "", "it could not be measured")
     write_table(folder / f"{outcome.name}.csv", outcome.table)
@@ -118,22 +89,7 @@ def write_outcome(folder: Path, outcome: Outcome) -> Section:
 
 
 def write_report(folder: Path, sections: Sequence[Section], document: dict[str, Any]) -> None:
-    """Write index.html.
-
-    Parameters
-    ----------
-    folder
-        Where to; a file of the same name is replaced.
-    sections
-        Of all scripts.
-    document
-        The same as JSON, to be saved from the page.
-
-    Raises
-    ------
-    OutputError
-        If something cannot be written.
-    """
+    """Write index.html, with the document as JSON to be saved from the page."""
     outcomes = [section.outcome for section in sections]
     rows = [entry for outcome in outcomes for entry in outcome.rows]
     failed = [(o.name, entry) for o in outcomes for entry in o.rows if not entry.passed]

@@ -3,29 +3,28 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas
+from matplotlib.figure import Figure
 
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from validation.drawing import BACKENDS
+from validation.drawing import BACKENDS, new_figure
 from validation.rows import (
     Row,
     did_not_run,
+    effective_ratio,
     load,
     paper_table,
     problems_as_text,
+    pulse_of,
     row,
     scene_name,
     simulate,
 )
 from validation.script import Script
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ENTRY = (
     "percentage points; the paper prints one decimal of a difference of forces that it integrated"
@@ -39,15 +38,7 @@ MEAN = "percentage points; rounding to one decimal gives 0.025, the paper's own 
 
 
 def table_script(number: int, title: str) -> Script:
-    """The script of Table 3 or 4.
-
-    Parameters
-    ----------
-    number
-        3 (LM_ratio below 1, Eq. 6b) or 4 (above 1, Eq. 6a).
-    title
-        What it is.
-    """
+    """The script of Table 3 (LM_ratio below 1, Eq. 6b) or 4 (above 1, Eq. 6a)."""
     return Script(
         title,
         "Does Eq. 6 miss each peak force of the transition by as much as the paper says?",
@@ -61,19 +52,8 @@ def table_script(number: int, title: str) -> Script:
 def measure(number: int, quick: bool, with_lammps: bool) -> pandas.DataFrame:
     """Error of Eq. 6 at each contact of each scene, with each backend as the exact one.
 
-    Parameters
-    ----------
-    number
-        Of the table.
-    quick
-        Take one scene of each profile instead of three.
-    with_lammps
-        Whether to run LAMMPS, too.
-
-    Returns
-    -------
-    Columns scene, backend, contact, error_percent and paper_percent, NaN where there is no such
-    entry, problem.
+    In the quick form one scene of each profile instead of three. Columns scene, backend, contact,
+    error_percent and paper_percent, NaN where there is no such entry, problem.
     """
     printed: dict[str, list[float]] = {}
     for entry in paper_table(number):
@@ -84,33 +64,24 @@ def measure(number: int, quick: bool, with_lammps: bool) -> pandas.DataFrame:
     for (name, backend), result in found.items():
         known = isinstance(result, hc.Result)
         error = _errors_percent(result) if isinstance(result, hc.Result) else np.zeros(0)
-        entries = pandas.DataFrame(
-            {
-                "error_percent": pandas.Series(error, dtype=np.float64),
-                "paper_percent": pandas.Series(printed[name], dtype=np.float64),
-            }
-        )
-        entries.insert(0, "scene", name)
-        entries.insert(1, "backend", backend)
-        entries.insert(2, "contact", np.arange(2, len(entries) + 2))
-        tables.append(entries.assign(problem="" if known else str(result)))
+        contact = np.arange(2, max(error.size, len(printed[name])) + 2)
+        entries = {
+            "scene": name, "backend": backend, "contact": contact,
+            "error_percent": pandas.Series(error, dtype=np.float64),
+            "paper_percent": pandas.Series(printed[name], dtype=np.float64),
+            "problem": "" if known else str(result),
+        }  # fmt: skip
+        tables.append(pandas.DataFrame(entries))
     return pandas.concat(tables, ignore_index=True)
 
 
 def _errors_percent(result: hc.Result) -> FloatArray:
     """Error of Eq. 6 at contacts 2 ... p, with p and F_SW of the simulation [%]."""
-    scene, p, wave_force = (
-        result.scene,
-        result.transition_granules,
-        result.solitary_wave.peak_force,
-    )
-    assert isinstance(scene.shock, hc.Pulse)
-    assert scene.rise_time is not None
+    p, wave_force = result.transition_granules, result.solitary_wave.peak_force
     if p is None or wave_force is None:
         return np.zeros(0)
-    ratio = theory.effective_momentum_ratio(scene.chain, scene.shock, scene.rise_time)
-    contact = np.arange(2, p + 1)
-    formula = theory.peak_force(contact, p, wave_force, scene.shock.duration_ratio, ratio)
+    n, ratio = pulse_of(result.scene)[0].duration_ratio, effective_ratio(result.scene)
+    formula = theory.peak_force(np.arange(2, p + 1), p, wave_force, n, ratio)
     return 100 * np.abs(formula / result.peak_force[: p - 1] - 1)
 
 
@@ -142,11 +113,9 @@ def promises(table: pandas.DataFrame) -> list[Row]:
 
 def draw(title: str, table: pandas.DataFrame) -> Figure:
     """Printed and simulated errors, a panel for each scene."""
-    from matplotlib.figure import Figure
-
     names = list(dict.fromkeys(table["scene"]))
     rows = -(-len(names) // 3)
-    figure = Figure(figsize=(9, 0.8 + 2.1 * rows), layout="constrained", dpi=100)
+    figure = new_figure(9, 0.8 + 2.1 * rows, title)
     panels = figure.subplots(rows, 3, sharey=True, squeeze=False)
     for axes, name in zip(panels.flat, names, strict=False):
         own = table[table["scene"] == name]
@@ -163,5 +132,4 @@ def draw(title: str, table: pandas.DataFrame) -> Figure:
     for axes in panels[-1]:
         axes.set_xlabel("contact")
     panels[0, 0].legend(fontsize="x-small")
-    figure.suptitle(title, fontsize="medium")
     return figure

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import pandas
@@ -15,10 +16,14 @@ from rich.progress import track
 from rich.table import Table
 
 import hertzchain as hc
+from hertzchain import theory
 from hertzchain.engines.lammps import run_many
 from hertzchain.errors import BackendMissing
+from hertzchain.observables.history import History
 
 HERE = Path(__file__).parent
+
+_Any = TypeVar("_Any")
 
 STEEL = {"radius": 4.75e-3, "young_modulus": 193e9, "poisson_ratio": 0.3, "density": 7958.0}
 """The paper's granules (section 5.2), where a script makes its own scenes."""
@@ -26,29 +31,15 @@ STEEL = {"radius": 4.75e-3, "young_modulus": 193e9, "poisson_ratio": 0.3, "densi
 
 @dataclass(frozen=True)
 class Row:
-    """One number beside the one it should be.
+    """One number beside the one it should be."""
 
-    Parameters
-    ----------
-    what
-        What was measured, on which scene.
-    backend
-        Who simulated.
-    measured, expected, tolerance
-        The numbers.
-    passed
-        Whether they agree.
-    reason
-        Why this tolerance.
-    """
-
-    what: str
-    backend: str
+    what: str  # what was measured, on which scene
+    backend: str  # who simulated
     measured: float
     expected: float
     tolerance: float
-    passed: bool
-    reason: str
+    passed: bool  # whether they agree
+    reason: str  # why this tolerance
 
 
 def row(
@@ -101,6 +92,30 @@ def problems_as_text(table: pandas.DataFrame) -> pandas.DataFrame:
     return table.assign(problem=table["problem"].astype(object).fillna(""))
 
 
+def pulse_of(scene: hc.Scene) -> tuple[hc.Pulse, float]:
+    """The pulse of a scene that has one, and its t0 [s]."""
+    pulse, rise_time = scene.shock, scene.rise_time
+    assert isinstance(pulse, hc.Pulse)
+    assert rise_time is not None
+    return pulse, rise_time
+
+
+def eq3(scene: hc.Scene, wave_force: float) -> float:
+    """Number p of granules by Eq. 3, not rounded, with F_SW [N] of a simulation."""
+    return theory.transition_granules(scene.chain, *pulse_of(scene), wave_force)
+
+
+def effective_ratio(scene: hc.Scene) -> float:
+    """What Eq. 6 raises to a power: LM_ratio, with Delta L where it is below 1."""
+    return theory.effective_momentum_ratio(scene.chain, *pulse_of(scene))
+
+
+def history_of(result: hc.Result) -> History:
+    """The history of a run that has recorded one."""
+    assert result.history is not None
+    return result.history
+
+
 Found = dict[tuple[str, str], hc.Result | hc.HertzchainError]
 """A result, or why there is none, for each (name of the scene, backend)."""
 
@@ -117,30 +132,14 @@ def simulate(
     lammps: hc.Lammps | None = None,
     native: hc.Native | None = None,
 ) -> Found:
-    """Run scenes with both backends, LAMMPS in a process of its own.
+    """Run scenes, by their names, with both backends, LAMMPS in a process of its own.
 
-    Parameters
-    ----------
-    scenes
-        By their names.
-    label
-        What the progress bar says.
-    with_lammps
-        Whether to run LAMMPS, too.
-    lammps, native
-        How; by default with steps small enough for 1e-6, and with the reference method.
-
-    Raises
-    ------
-    BackendMissing
-        If LAMMPS is asked for and not there.
+    By default with steps small enough for 1e-6, and with the reference method. The progress bar has
+    a label.
     """
-    console = Console(stderr=True)
     found: Found = {}
     by_lammps = run_many(scenes.values(), lammps) if with_lammps else None
-    for name, scene in track(
-        scenes.items(), label, console=console, transient=True, disable=not console.is_terminal
-    ):
+    for name, scene in progress(scenes.items(), label):
         try:
             found[name, "native"] = (native or hc.Native("reference")).run(scene)
         except hc.HertzchainError as problem:
@@ -152,14 +151,26 @@ def simulate(
     return found
 
 
+def progress(work: Iterable[_Any], label: str) -> Iterable[_Any]:
+    """The same, with a bar on a terminal that says how much is done."""
+    console = Console(stderr=True)
+    return track(work, label, console=console, transient=True, disable=not console.is_terminal)
+
+
+def output(width: int = 120) -> Console:
+    """Standard output; a pipe, which has no width to fit a table into, has at least this one."""
+    console = Console(highlight=False, markup=False)
+    if not console.is_terminal:
+        console.width = max(console.width, width)
+    return console
+
+
 def print_rows(title: str, rows: Sequence[Row]) -> None:
     """Print a table that a person can read, and how many rows passed.
 
     Its column "times" has the differences in units of the tolerance.
     """
-    console = Console(highlight=False, markup=False)
-    if not console.is_terminal:  # a pipe has no width to fit a table into
-        console.width = max(console.width, 150)
+    console = output(150)
     table = Table(title=title, title_justify="left", box=None)
     table.add_column("", no_wrap=True)
     table.add_column("backend")
@@ -173,7 +184,7 @@ def print_rows(title: str, rows: Sequence[Row]) -> None:
             entry.backend,
             *(f"{number:.4g}" for number in numbers),
             f"{entry.tolerance:.2g}",
-            _times(entry),
+            f"{abs(numbers[2]) / entry.tolerance:.2g}" if entry.tolerance else "",
             "pass" if entry.passed else "FAIL",
         )
     console.print(table)
@@ -181,9 +192,3 @@ def print_rows(title: str, rows: Sequence[Row]) -> None:
         console.print(f"Tolerance: {reason}.")
     passed = sum(entry.passed for entry in rows)
     console.print(f"{passed} of {len(rows)} rows pass\n")
-
-
-def _times(entry: Row) -> str:
-    if entry.tolerance == 0:
-        return ""
-    return f"{abs(entry.measured - entry.expected) / entry.tolerance:.2g}"

@@ -40,8 +40,8 @@ import validation.table4
 from hertzchain.files import check_writable, write_text
 from hertzchain.report.junit import to_xml
 from validation.page import make_folder, write_outcome, write_report
-from validation.rows import Row, did_not_run, print_rows
-from validation.script import Script, as_json, junit_suite, missing_suites, why_no_lammps
+from validation.rows import Row, did_not_run, output, print_rows
+from validation.script import Script, as_json, junit_suite, missing_suites, say, why_no_lammps
 
 MODULES: tuple[ModuleType, ...] = (
     validation.figure1,
@@ -65,26 +65,13 @@ TITLE = "Every script: rows that pass"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one script.
+    """What became of one script."""
 
-    Parameters
-    ----------
-    name
-        Of its module.
-    script
-        Itself.
-    table
-        What it measured; None where it could not.
-    rows
-        What had to hold.
-    begun, seconds
-        When it began, and how long it took.
-    """
-
-    name: str
+    name: str  # of its module
     script: Script
-    table: pandas.DataFrame | None
-    rows: tuple[Row, ...]
+    table: pandas.DataFrame | None  # what it measured; None where it could not
+    rows: tuple[Row, ...]  # what had to hold
+    # begun, seconds: when it began, and how long it took.
     begun: datetime
     seconds: float
 
@@ -95,15 +82,7 @@ class Outcome:
 
 
 def run_scripts(quick: bool, with_lammps: bool) -> Iterator[Outcome]:
-    """Run one script after another, with a progress bar.
-
-    Parameters
-    ----------
-    quick
-        Run each in its quick form.
-    with_lammps
-        Whether LAMMPS is there.
-    """
+    """Run one script after another, with a progress bar."""
     console = Console(stderr=True)
     columns = (
         TextColumn("{task.description}"),
@@ -131,9 +110,6 @@ def run_scripts(quick: bool, with_lammps: bool) -> Iterator[Outcome]:
 
 def print_summary(outcomes: Sequence[Outcome]) -> None:
     """Print how many rows of each script pass."""
-    console = Console(highlight=False, markup=False)
-    if not console.is_terminal:
-        console.width = max(console.width, 120)
     table = Table(title=TITLE, title_justify="left", box=None)
     for column in ("script", "question"):
         table.add_column(column)
@@ -148,7 +124,7 @@ def print_summary(outcomes: Sequence[Outcome]) -> None:
             f"{outcome.seconds:.1f}",
             "FAIL" if outcome.failed else "pass",
         )
-    console.print(table)
+    output().print(table)
 
 
 def to_dict(outcomes: Sequence[Outcome]) -> dict[str, object]:
@@ -170,12 +146,10 @@ def to_dict(outcomes: Sequence[Outcome]) -> dict[str, object]:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """The command line.
+    """The command line; hands back the exit status.
 
-    Returns
-    -------
-    The exit status: 1 when a row fails, 2 where LAMMPS is missing (the rest is measured) or
-    something cannot be written.
+    It is 1 when a row fails, 2 where LAMMPS is missing (the rest is measured) or something cannot
+    be written.
     """
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="less of each, in some seconds")
@@ -210,8 +184,7 @@ def run(arguments: Sequence[str]) -> int:
             ]
             write_text(chosen.junit, to_xml([*suites, *missing_suites(missing, begun)]))
     except hc.HertzchainError as problem:
-        print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
-        return 2
+        return say(problem)
     if chosen.json:
         print(json.dumps(to_dict(outcomes), indent=2, allow_nan=False))
     else:
@@ -221,10 +194,5 @@ def run(arguments: Sequence[str]) -> int:
     return 2 if missing else 0
 
 
-def main() -> None:
-    """Print every table and the summary; exit 1 when a row is off."""
-    sys.exit(run(sys.argv[1:]))
-
-
 if __name__ == "__main__":
-    main()
+    sys.exit(run(sys.argv[1:]))

@@ -6,14 +6,16 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, NoReturn
 
 import numpy as np
 import pandas
+from matplotlib import rc_context
+from matplotlib.figure import Figure
 from rich.console import Console
 
 import hertzchain as hc
@@ -23,10 +25,8 @@ from hertzchain.files import check_outputs, write_text, write_with
 from hertzchain.report.figures import check_plot_format
 from hertzchain.report.junit import ERROR, Case, Suite, case, to_xml
 from hertzchain.verdict.tradeoff import provenance
-from validation.rows import Row, print_rows
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from validation.drawing import new_figure
+from validation.rows import Row, output, print_rows
 
 
 def why_no_lammps() -> str | None:
@@ -40,47 +40,21 @@ def why_no_lammps() -> str | None:
 
 @dataclass(frozen=True)
 class Script:
-    """A script that measures a table, judges it and draws it.
-
-    Parameters
-    ----------
-    title
-        What it is.
-    question
-        What it asks, as a sentence.
-    oracles
-        Who answers, and what the answers are held against.
-    measure
-        Takes whether to be quick, and whether LAMMPS is there; hands back the table.
-    promises
-        What has to hold of such a table, be it measured now or read from its file.
-    draw
-        Draws it.
-    show
-        Prints it; by default only the rows are printed.
-    """
+    """A script that measures a table, judges it and draws it."""
 
     title: str
-    question: str
-    oracles: str
+    question: str  # what it asks, as a sentence
+    oracles: str  # who answers, and what the answers are held against
+    # Takes whether to be quick, and whether LAMMPS is there; hands back the table.
     measure: Callable[[bool, bool], pandas.DataFrame]
+    # What has to hold of such a table, be it measured now or read from its file.
     promises: Callable[[pandas.DataFrame], list[Row]]
     draw: Callable[[pandas.DataFrame], Figure]
+    # Prints it; by default only the rows are printed.
     show: Callable[[Console, pandas.DataFrame], None] | None = None
 
     def compare(self, quick: bool = False) -> list[Row]:
-        """The rows, with both backends.
-
-        Parameters
-        ----------
-        quick
-            Less of it, in some seconds.
-
-        Raises
-        ------
-        BackendMissing
-            If LAMMPS is not there.
-        """
+        """The rows, with both backends; BackendMissing if LAMMPS is not there."""
         problem = why_no_lammps()
         if problem is not None:
             raise BackendMissing(problem)
@@ -93,9 +67,7 @@ class Script:
     def run(self, arguments: Sequence[str]) -> int:
         """Measure, print, write if asked.
 
-        Returns
-        -------
-        The exit status: 1 when a row fails, 2 where LAMMPS is missing (the rest is measured) or
+        The exit status is 1 when a row fails, 2 where LAMMPS is missing (the rest is measured) or
         something cannot be written.
         """
         parser = argparse.ArgumentParser(description=f"{self.title}. {self.question}")
@@ -128,19 +100,30 @@ class Script:
             if chosen.plot is not None:
                 write_figure(chosen.plot, self.draw(table))
         except hc.HertzchainError as problem:
-            print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
-            return 2
+            return say(problem)
         if not all(entry.passed for entry in rows):
             return 1
         return 2 if missing else 0
 
     def _print(self, table: pandas.DataFrame, rows: Sequence[Row]) -> None:
         if self.show is not None:
-            console = Console(highlight=False, markup=False)
-            if not console.is_terminal:  # a pipe has no width to fit a table into
-                console.width = max(console.width, 120)
-            self.show(console, table)
+            self.show(output(), table)
         print_rows(f"{self.title}: what has to hold", rows)
+
+
+def say(problem: hc.HertzchainError) -> int:
+    """Say in one line why nothing can be done; the exit status 2."""
+    print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
+    return 2
+
+
+def leave_with(measure: Callable[[], bool]) -> NoReturn:
+    """Leave Python with status 0 or 1, as was measured, or 2 where it could not be."""
+    try:
+        status = 0 if measure() else 1
+    except hc.HertzchainError as problem:
+        status = say(problem)
+    sys.exit(status)
 
 
 def as_json(rows: Sequence[Row]) -> list[dict[str, Any]]:
@@ -155,17 +138,7 @@ def as_json(rows: Sequence[Row]) -> list[dict[str, Any]]:
 
 
 def junit_suite(name: str, rows: Sequence[Row], begun: datetime, seconds: float) -> Suite:
-    """Rows as cases.
-
-    Parameters
-    ----------
-    name
-        Of the script.
-    rows
-        What had to hold.
-    begun, seconds
-        When it ran, and for how long.
-    """
+    """The rows of a script as test cases."""
     cases = tuple(
         case(
             f"{entry.what} ({entry.backend})" if entry.backend else entry.what,
@@ -191,27 +164,22 @@ def write_table(path: Path, table: pandas.DataFrame) -> None:
     """Write a table as CSV whose first line says when, with what and on what it was measured.
 
     Read it with ``pandas.read_csv(path, comment="#")``.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
     """
-    facts = [f"{name} {value}" for name, value in provenance().items()]
-    head = f"# {datetime.now(UTC):%Y-%m-%d}; {'; '.join(facts)}\n"
-    write_text(path, head + table.to_csv(index=False))
+    write_text(path, dated(facts_of(provenance()), table.to_csv(index=False)))
+
+
+def facts_of(versions: Mapping[str, str]) -> str:
+    """Names and versions on one line."""
+    return "; ".join(f"{name} {version}" for name, version in versions.items())
+
+
+def dated(facts: str, csv: str) -> str:
+    """A CSV below a line of its date and of facts."""
+    return f"# {datetime.now(UTC):%Y-%m-%d}; {facts}\n{csv}"
 
 
 def write_figure(path: Path, figure: Figure) -> None:
-    """Write a figure; the suffix says the format. Drawn twice, a file is the same.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
-    """
-    from matplotlib import rc_context
-
+    """Write a figure; the suffix says the format. Drawn twice, a file is the same."""
     undated: dict[str, Any] = {"metadata": {"Date": None}} if path.suffix == ".svg" else {}
     with rc_context({"svg.hashsalt": "hertzchain", "svg.fonttype": "none"}):
         write_with(path, lambda name: figure.savefig(name, **undated))
@@ -221,13 +189,7 @@ def write_figure(path: Path, figure: Figure) -> None:
 
 
 def rows_only(compare: Callable[[bool, bool], list[Row]]) -> dict[str, Any]:
-    """``measure``, ``promises`` and ``draw`` of a script whose table is its rows.
-
-    Parameters
-    ----------
-    compare
-        Takes whether to be quick, and whether LAMMPS is there.
-    """
+    """``measure``, ``promises`` and ``draw`` of a script whose table is the rows of ``compare``."""
 
     def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
         columns = [field.name for field in fields(Row)]
@@ -248,11 +210,9 @@ def draw_rows(table: pandas.DataFrame) -> Figure:
 
     Rows without a tolerance have to be met exactly and are left out.
     """
-    from matplotlib.figure import Figure
-
     known = table[table["tolerance"] > 0]
     times = (known["measured"] - known["expected"]).abs() / known["tolerance"]
-    figure = Figure(figsize=(8, 1.2 + 0.16 * len(known)), layout="constrained", dpi=100)
+    figure = new_figure(8, 1.2 + 0.16 * len(known))
     axes = figure.subplots()
     place = np.arange(len(known))
     for passed, marker, colour, label in (

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from operator import itemgetter
 
 import numpy as np
 import pandas
+from matplotlib.figure import Figure
 
 import hertzchain as hc
-from hertzchain import theory
-from validation.drawing import BACKENDS
+from validation.drawing import BACKENDS, new_figure
 from validation.rows import (
     Row,
     did_not_run,
+    eq3,
     load,
     paper_table,
     problems_as_text,
@@ -21,9 +22,6 @@ from validation.rows import (
     simulate,
 )
 from validation.script import Script
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE = "Table 2: granules in the transition, p"
 
@@ -34,16 +32,8 @@ PRINTED = "the paper prints one decimal: equal after rounding, or off by at most
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     """Simulated p, and p of Eq. 3 with the simulated F_SW.
 
-    Parameters
-    ----------
-    quick
-        Run LAMMPS on three scenes only, one of each profile, two of them with p above 5.
-    with_lammps
-        Whether to run LAMMPS, too.
-
-    Returns
-    -------
-    Columns scene, backend, p, eq3, paper_p, paper_eq3, problem.
+    In the quick form LAMMPS runs three scenes only, one of each profile, two of them with p above
+    5. Columns scene, backend, p, eq3, paper_p, paper_eq3, problem.
     """
     entries = paper_table(2)
     names = [scene_name(entry) for entry in entries]
@@ -54,54 +44,40 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
         found |= simulate(some, TITLE, with_lammps)
     rows = []
     for (name, backend), result in found.items():
-        entry = entries[names.index(name)]
-        p = eq3 = None
+        p = by_eq3 = None
         if isinstance(result, hc.Result):
-            p, eq3 = result.transition_granules, _eq3(result)
-        rows.append(
-            {
-                "scene": name,
-                "backend": backend,
-                "p": np.nan if p is None else p,
-                "eq3": np.nan if eq3 is None else eq3,
-                "paper_p": float(entry["p_numerical"]),
-                "paper_eq3": float(entry["p_analytic"]),
-                "problem": "" if isinstance(result, hc.Result) else str(result),
-            }
-        )
+            p, wave_force = result.transition_granules, result.solitary_wave.peak_force
+            by_eq3 = None if wave_force is None else eq3(result.scene, wave_force)
+        entry = entries[names.index(name)]
+        rows.append({
+            "scene": name, "backend": backend,
+            "p": np.nan if p is None else p, "eq3": np.nan if by_eq3 is None else by_eq3,
+            "paper_p": float(entry["p_numerical"]), "paper_eq3": float(entry["p_analytic"]),
+            "problem": "" if isinstance(result, hc.Result) else str(result),
+        })  # fmt: skip
     return pandas.DataFrame(rows)
 
 
-def _eq3(result: hc.Result) -> float | None:
-    scene, wave_force = result.scene, result.solitary_wave.peak_force
-    assert isinstance(scene.shock, hc.Pulse)
-    assert scene.rise_time is not None
-    if wave_force is None:
-        return None
-    return theory.transition_granules(scene.chain, scene.shock, scene.rise_time, wave_force)
+_READ = itemgetter("scene", "backend", "eq3", "paper_eq3")
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
     """Both p against those that are printed."""
     rows = []
     for entry in problems_as_text(table).to_dict("records"):
-        name, backend, eq3, printed = (
-            entry[key] for key in ("scene", "backend", "eq3", "paper_eq3")
-        )
+        name, backend, found, printed = _READ(entry)
         if entry["problem"]:
             rows.append(did_not_run(name, backend, entry["problem"]))
             continue
         rows.append(row(f"{name}, p simulated", backend, entry["p"], entry["paper_p"], 0.0, EXACT))
-        passed = round(eq3, 1) == printed or abs(eq3 - printed) <= 0.05
-        rows.append(Row(f"{name}, p by Eq. 3", backend, eq3, printed, 0.05, passed, PRINTED))
+        passed = round(found, 1) == printed or abs(found - printed) <= 0.05
+        rows.append(Row(f"{name}, p by Eq. 3", backend, found, printed, 0.05, passed, PRINTED))
     return rows
 
 
 def draw(table: pandas.DataFrame) -> Figure:
     """Each p as it is printed and as it is found."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(8, 4.2), layout="constrained", dpi=100)
+    figure = new_figure(8, 4.2)
     axes = figure.subplots()
     names = list(dict.fromkeys(table["scene"]))
     place = np.arange(len(names))
@@ -130,12 +106,8 @@ SCRIPT = Script(
     TITLE,
     "Is the number of granules in the transition what the paper found, simulated and by Eq. 3?",
     "native, LAMMPS, Eq. 3; the paper's Table 2",
-    measure,
-    promises,
-    draw,
-)
-compare, main = SCRIPT.compare, SCRIPT.main
-
+    measure, promises, draw,
+)  # fmt: skip
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

@@ -5,8 +5,6 @@ from __future__ import annotations
 from validation.peak_forces import table_script
 
 SCRIPT = table_script(3, "Table 3: error of the peak forces in %, LM_ratio below 1, Eq. 6b")
-compare, main = SCRIPT.compare, SCRIPT.main
-
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

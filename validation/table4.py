@@ -5,8 +5,6 @@ from __future__ import annotations
 from validation.peak_forces import table_script
 
 SCRIPT = table_script(4, "Table 4: error of the peak forces in %, LM_ratio above 1, Eq. 6a")
-compare, main = SCRIPT.compare, SCRIPT.main
-
 
 if __name__ == "__main__":
-    main()
+    SCRIPT.main()

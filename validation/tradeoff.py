@@ -11,12 +11,9 @@ import argparse
 import functools
 import sys
 from collections.abc import Sequence
-from datetime import UTC, datetime
 from pathlib import Path
 
 import pandas
-from rich.console import Console
-from rich.progress import track
 
 import hertzchain as hc
 from hertzchain.engines.lammps.isolation import Child
@@ -25,7 +22,18 @@ from hertzchain.files import check_writable, write_text
 from hertzchain.report.figures import plot_tradeoff
 from hertzchain.report.tradeoff import print_tradeoff
 from hertzchain.verdict.tradeoff import Tradeoff, provenance, tradeoff
-from validation.rows import HERE, Row, did_not_run, paper_table, print_rows, row, scene_name
+from validation.rows import (
+    Row,
+    did_not_run,
+    load,
+    output,
+    paper_table,
+    print_rows,
+    progress,
+    row,
+    scene_name,
+)
+from validation.script import dated, facts_of
 
 TITLE = "Error against cost"
 
@@ -43,35 +51,17 @@ LONGEST = 3600.0
 
 
 def measure(quick: bool = False) -> dict[str, Tradeoff | hc.HertzchainError]:
-    """Every contender on every scene, in another process, which LAMMPS may crash.
+    """Every contender on every scene, in another process, which LAMMPS may crash; or what failed.
 
-    Parameters
-    ----------
-    quick
-        One scene, and no run repeated for the sake of its time.
-
-    Returns
-    -------
-    What was measured, or why nothing was, by the names of the scenes.
-
-    Raises
-    ------
-    BackendMissing
-        If LAMMPS is not there.
+    The quick form has one scene, and no run repeated for the sake of its time. BackendMissing if
+    LAMMPS is not there.
     """
     entries = [entry for number in (2, 3, 4) for entry in paper_table(number)]
     names = sorted({scene_name(entry) for entry in entries})
-    console = Console(stderr=True)
     found: dict[str, Tradeoff | hc.HertzchainError] = {}
     with Child() as child:
-        for name in track(
-            names[:1] if quick else names,
-            TITLE,
-            console=console,
-            transient=True,
-            disable=not console.is_terminal,
-        ):
-            scene = hc.Scene.from_toml(HERE / "scenes" / f"{name}.toml")
+        for name in progress(names[:1] if quick else names, TITLE):
+            scene = load(name)
             how = functools.partial(tradeoff, scene, enough=0.0 if quick else ENOUGH)
             try:
                 one: Tradeoff = child.call(how, time_limit=LONGEST)
@@ -86,26 +76,14 @@ def measure(quick: bool = False) -> dict[str, Tradeoff | hc.HertzchainError]:
 
 def table_of(tradeoffs: dict[str, Tradeoff]) -> pandas.DataFrame:
     """All rows of all scenes, the scene first and what is known of its truth last."""
-    frames = [
-        one.to_frame().assign(truth_error=one.truth_error).pipe(_with_scene, name)
-        for name, one in tradeoffs.items()
-    ]
-    return pandas.concat(frames, ignore_index=True)
-
-
-def _with_scene(table: pandas.DataFrame, name: str) -> pandas.DataFrame:
-    table.insert(0, "scene", name)
-    return table
+    frames = {
+        name: one.to_frame().assign(truth_error=one.truth_error) for name, one in tradeoffs.items()
+    }
+    return pandas.concat(frames, names=["scene"]).reset_index("scene").reset_index(drop=True)
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """What has to hold of a measurement, whatever the machine: errors, not times.
-
-    Parameters
-    ----------
-    table
-        As from ``table_of``, or read from its file.
-    """
+    """What has to hold of a measurement, whatever the machine: errors, not times."""
     rows = []
     asked = table[table["contender"] == "rtol, with estimate"]
     for rtol in sorted(asked["rtol"].unique(), reverse=True):
@@ -128,16 +106,9 @@ def write(folder: Path, tradeoffs: dict[str, Tradeoff]) -> None:
     """Write ``tradeoff.csv``, whose first line says when, with what and on what, and the plot.
 
     Read it with ``pandas.read_csv(path, comment="#")``.
-
-    Raises
-    ------
-    OutputError
-        If they cannot be written.
     """
-    facts = [f"{name} {value}" for name, value in provenance().items()]
-    head = f"# {datetime.now(UTC):%Y-%m-%d}; {'; '.join(facts)}\n"
     csv = table_of(tradeoffs).to_csv(index=False, float_format="%.4g")
-    write_text(folder / "tradeoff.csv", head + csv)
+    write_text(folder / "tradeoff.csv", dated(facts_of(provenance()), csv))
     plot_tradeoff(list(tradeoffs.values()), folder / "tradeoff.png")
 
 
@@ -163,11 +134,7 @@ def run(arguments: Sequence[str]) -> int:
         whole = not rows
         if tradeoffs:
             rows += promises(table_of(tradeoffs))
-        console = Console(highlight=False, markup=False)
-        if not console.is_terminal:  # a pipe has no width to fit a table into
-            console.width = max(console.width, 120)
-        if tradeoffs:
-            print_tradeoff(console, list(tradeoffs.values()))
+            print_tradeoff(output(), list(tradeoffs.values()))
         print()
         print_rows(f"{TITLE}: what has to hold", rows)
         if chosen.output is not None and whole:
@@ -178,10 +145,5 @@ def run(arguments: Sequence[str]) -> int:
     return 0 if all(entry.passed for entry in rows) else 1
 
 
-def main() -> None:
-    """Measure all scenes; exit 1 when a promise is not kept."""
-    sys.exit(run(sys.argv[1:]))
-
-
 if __name__ == "__main__":
-    main()
+    sys.exit(run(sys.argv[1:]))

@@ -60,18 +60,11 @@ def scene_of(profile: str, momentum_ratio: float) -> hc.Scene:
 def transitions(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     """Peaks and p of all scenes, from a sweep of each backend.
 
-    Parameters
-    ----------
-    quick
-        LAMMPS simulates three of them; native, which takes a second for all, all.
-    with_lammps
-        Whether to run LAMMPS, too: extrapolated from two runs, right to 1e-6 all the same.
-
-    Returns
-    -------
-    Columns profile, momentum_ratio, backend, contact (2 to 20), peak_force_N, error_estimate (of
-    the peaks, relative), p, wave_force_N (F_SW, of contact p + 1), problem: why there are no peaks,
-    or no p, in the one line that stands there instead.
+    In the quick form LAMMPS simulates three of them; native, which takes a second for all, all.
+    LAMMPS is extrapolated from two runs, right to 1e-6 all the same. Columns profile,
+    momentum_ratio, backend, contact (2 to 20), peak_force_N, error_estimate (of the peaks,
+    relative), p, wave_force_N (F_SW, of contact p + 1), problem: why there are no peaks, or no p,
+    in the one line that stands there instead.
     """
     tables = [_swept(hc.Native("reference"), MOMENTUM_RATIOS)]
     if with_lammps:
@@ -96,13 +89,7 @@ def _swept(backend: hc.Native | hc.Lammps, ratios: Sequence[float]) -> pandas.Da
 
 
 def separated(table: pandas.DataFrame) -> tuple[pandas.DataFrame, list[Row]]:
-    """What has run, and a row that fails for each scene that has not.
-
-    Parameters
-    ----------
-    table
-        As ``transitions`` makes it, or as it was read from a file.
-    """
+    """What has run, and a row that fails for each scene that has not."""
     table = problems_as_text(table)
     failed = table["problem"] != ""
     rows = [

@@ -20,6 +20,7 @@ from hertzchain.theory import peak_map
 from tests.conftest import paper_scene
 from tests.test_public_names import modules_after
 from validation import make_map
+from validation.script import leave_with
 
 FAR = 300
 """Granules; peaks beyond contact 298 differ from it by 1e-7 at most, which is what they are right
@@ -175,7 +176,7 @@ def test_the_script_writes_what_the_reader_reads(
         make_map, "simulated", lambda profile: peak_map.table(profile).astype(np.float64)
     )
     monkeypatch.setattr(sys, "argv", ["make_map.py", "-o", str(output)])
-    make_map.main()
+    assert make_map.run()
     with np.load(output) as file:
         assert set(file) == set(PROFILES)
         for profile in PROFILES:
@@ -189,7 +190,7 @@ def test_the_script_refuses_a_folder_that_is_not_there(
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["make_map.py", "-o", "no/map.npz"])
     with pytest.raises(SystemExit) as caught:
-        make_map.main()
+        leave_with(make_map.run)
     assert caught.value.code == 2
     assert "does not exist" in capsys.readouterr().err
 

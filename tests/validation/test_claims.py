@@ -15,7 +15,7 @@ import hertzchain as hc
 from hertzchain import theory
 from tests import scenes
 from validation import claims, constants, corrections, mistakes
-from validation.rows import STEEL, Found, Row
+from validation.rows import STEEL, Found, Row, effective_ratio
 
 # Nesterenko's wave
 
@@ -124,7 +124,7 @@ def test_every_later_change_counts_or_only_the_first() -> None:
 def test_delta_l_read_as_the_theory_reads_it() -> None:
     case = corrections.simulated(hc.Native(rtol=1e-3).run(scenes.load("cosine_LM0.3_n2")))
     first = next(iter(corrections.delta_l(case).values()))
-    expected = corrections.effective_ratio(case) - case.scene.momentum_ratio
+    expected = effective_ratio(case.scene) - case.scene.momentum_ratio
     assert first == pytest.approx(expected, rel=1e-8, abs=0)
 
 

@@ -34,7 +34,7 @@ def test_every_run_is_right_or_refused(table: pd.DataFrame) -> None:
 @pytest.mark.lammps
 @pytest.mark.slow
 def test_with_lammps() -> None:
-    assert [entry for entry in extremes.compare(quick=True) if not entry.passed] == []
+    assert [entry for entry in extremes.SCRIPT.compare(quick=True) if not entry.passed] == []
 
 
 @pytest.mark.parametrize("outcome", ["wrong", "traceback: ValueError", "RunFailed: lost"])
