@@ -32,22 +32,9 @@ from validation.drawing import BACKENDS, new_figure
 from validation.drawing import PROFILES as PROFILE_STYLES
 from validation.figure2 import width
 from validation.limits import impulse_scene
-from validation.rows import (
-    STEEL,
-    Found,
-    Row,
-    did_not_run,
-    ends,
-    history_of,
-    largest,
-    load,
-    paper_table,
-    pulse_of,
-    row,
-    scene_name,
-    simulate,
-)
+from validation.rows import Row, did_not_run, ends, largest, row
 from validation.script import Script
+from validation.shipped import STEEL, Found, history_of, load, pulse_of, simulate, table_scenes
 
 TITLE = "Claims of the text"
 
@@ -352,8 +339,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     Columns claim (a letter), scene, profile, n, momentum_ratio, contact, what, paper (as claimed),
     quadrature, native, lammps, problem.
     """
-    names = {scene_name(entry): None for k in (2, 3, 4) for entry in paper_table(k)}
-    scenes = {name: load(name) for name in (QUICK if quick else names)}
+    scenes = {name: load(name) for name in (QUICK if quick else table_scenes())}
     impulse = impulse_scene(0.02, granules=40)
     lammps = hc.Lammps(extrapolated=True)
     found = simulate(scenes | {IMPULSE: impulse}, TITLE, with_lammps, lammps)

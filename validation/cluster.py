@@ -26,8 +26,8 @@ from rich.table import Table
 
 import hertzchain as hc
 from hertzchain.files import check_writable, write_text
-from validation.rows import load
 from validation.script import dated, leave_with
+from validation.shipped import load
 
 TITLE = "Two workers of a Dask cluster beside one"
 

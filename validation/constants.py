@@ -29,19 +29,9 @@ from hertzchain.errors import BackendMissing
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
 from validation.drawing import BACKENDS, new_figure
-from validation.rows import (
-    STEEL,
-    Row,
-    did_not_run,
-    ends,
-    largest,
-    load,
-    paper_table,
-    row,
-    scene_name,
-    simulate,
-)
+from validation.rows import Row, did_not_run, ends, largest, row
 from validation.script import Script
+from validation.shipped import STEEL, load, simulate, table_scenes
 
 TITLE = "Constants of the solitary wave, and Eqs. 4 and 5"
 
@@ -250,8 +240,7 @@ QUICK = ("cosine_LM0.3_n2", "cosine-triangular_LM0.8_n8", "cosine-triangular_LM2
 
 def _shifts(quick: bool, with_lammps: bool) -> list[dict[str, object]]:
     """Time between the peaks of contacts i and i + 1, i = 2 ... p, and Eq. 4b with F_i and p."""
-    names = {scene_name(entry): None for number in (2, 3, 4) for entry in paper_table(number)}
-    scenes = {name: load(name) for name in (QUICK if quick else names)}
+    scenes = {name: load(name) for name in (QUICK if quick else table_scenes())}
     found = simulate(scenes, "Eq. 4b", with_lammps, hc.Lammps(extrapolated=True))
     rows: list[dict[str, object]] = []
     for name, scene in scenes.items():

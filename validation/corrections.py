@@ -32,19 +32,18 @@ from hertzchain.theory import solitary_wave as exact
 from validation.claims import far_field, first_within
 from validation.drawing import BACKENDS, new_figure
 from validation.mistakes import printed_peak_force
-from validation.rows import (
-    Row,
-    did_not_run,
+from validation.rows import Row, did_not_run, row
+from validation.script import Script
+from validation.shipped import (
     effective_ratio,
     eq3,
     load,
     paper_table,
     pulse_of,
-    row,
     scene_name,
     simulate,
+    table_scenes,
 )
-from validation.script import Script
 
 TITLE = "Corrections: how the paper is read, and how else it could be"
 
@@ -428,11 +427,8 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     scenes. Columns kind (score, entry), number (of the correction), what, reading, backend, score
     (for an entry: its deviation in percentage points), scene, contact, problem.
     """
-    names = list({scene_name(line): None for k in (2, 3, 4) for line in paper_table(k)})
-    found = simulate(
-        {name: load(name) for name in names}, TITLE, with_lammps and not quick,
-        hc.Lammps(extrapolated=True),
-    )  # fmt: skip
+    scenes, lammps = {name: load(name) for name in table_scenes()}, hc.Lammps(extrapolated=True)
+    found = simulate(scenes, TITLE, with_lammps and not quick, lammps)
     rows: list[dict[str, object]] = []
     for backend in ("native", "lammps"):
         own = {name: result for (name, who), result in found.items() if who == backend}

@@ -18,8 +18,9 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.files import check_writable, write_text
 from hertzchain.observables.peaks import largest_difference
-from validation.rows import HERE, Row, load, print_rows, progress, row
+from validation.rows import Row, print_rows, progress, row
 from validation.script import dated, facts_of, leave_with
+from validation.shipped import HERE, load
 
 TITLE = "Every engine at the same steps, largest difference of a peak"
 

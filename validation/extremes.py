@@ -56,8 +56,9 @@ from hertzchain.scene.pulse import PROFILES
 from tests.oracles import eighth_order
 from validation.drawing import new_figure
 from validation.random_scenes import KINDS
-from validation.rows import STEEL, Row, row
+from validation.rows import Row, row
 from validation.script import Script
+from validation.shipped import STEEL
 
 RANGES = {
     "young_modulus": (1e3, 1e13),

@@ -23,8 +23,9 @@ from hertzchain.engines.lammps.isolation import Child
 from hertzchain.scene.pulse import PROFILES
 from validation.drawing import BACKENDS, new_figure
 from validation.drawing import PROFILES as PROFILE_STYLES
-from validation.rows import STEEL, Row, did_not_run, largest, problems_as_text, pulse_of, row
+from validation.rows import Row, did_not_run, largest, problems_as_text, row
 from validation.script import Script
+from validation.shipped import STEEL, pulse_of
 
 TITLE = "Figure 1: the three shocks of Table 1"
 

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 import pandas
 from matplotlib.figure import Figure
+from scipy.interpolate import CubicSpline
 
 import hertzchain as hc
 from hertzchain import theory
@@ -31,8 +32,9 @@ from hertzchain.engines.lammps.isolation import Child
 from hertzchain.scene.natural_units import natural_units
 from hertzchain.theory.paper import SHIFT
 from validation.drawing import BACKENDS, new_figure
-from validation.rows import STEEL, Row, did_not_run, problems_as_text, row
+from validation.rows import Row, did_not_run, problems_as_text, row
 from validation.script import Script
+from validation.shipped import STEEL, history_of
 
 TITLE = "Figure 2: velocity of the granules in space"
 
@@ -106,8 +108,6 @@ def paper_profile() -> Profile:
     known = SHIFT * theory.granule_velocity(x + 0.5)
 
     def velocity(at: FloatArray) -> FloatArray:
-        from scipy.interpolate import CubicSpline
-
         return np.asarray(CubicSpline(x, known, bc_type=("clamped", "not-a-knot"))(np.abs(at)))
 
     return Profile("paper, section 5.1", velocity)
@@ -119,24 +119,13 @@ def width(x: FloatArray, velocity: FloatArray, fraction: float) -> float:
     Between the increasing positions ``x``, close to one another, a cubic spline is taken. NaN where
     the velocity does not fall so far on both sides.
     """
-    centre, peak = _crest(x, velocity)
-    crossings = _spline(x, velocity).solve(fraction * peak, extrapolate=False)
-    before, after = crossings[crossings < centre], crossings[crossings > centre]
-    return float(after[0] - before[-1]) if before.size and after.size else float("nan")
-
-
-def _crest(x: FloatArray, velocity: FloatArray) -> tuple[float, float]:
-    """Place and height of the peak."""
-    spline = _spline(x, velocity)
+    spline = CubicSpline(x, velocity)
     turns = np.append(spline.derivative().roots(extrapolate=False), x[np.argmax(velocity)])
     heights = spline(turns)
-    return float(turns[np.argmax(heights)]), float(np.max(heights))
-
-
-def _spline(x: FloatArray, velocity: FloatArray) -> Any:
-    from scipy.interpolate import CubicSpline
-
-    return CubicSpline(x, velocity)
+    centre = turns[np.argmax(heights)]
+    crossings = spline.solve(fraction * np.max(heights), extrapolate=False)
+    before, after = crossings[crossings < centre], crossings[crossings > centre]
+    return float(after[0] - before[-1]) if before.size and after.size else float("nan")
 
 
 def span(width: float, fraction: float) -> float:
@@ -173,8 +162,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
 
 def _seen(name: str, result: hc.Result) -> pandas.DataFrame:
     """A wave as one backend has it, by its own peaks."""
-    history = result.history
-    assert history is not None
+    history = history_of(result)
     force = float(result.peak_force[CONTACT - 2])
     begin, end = result.peak_time[CONTACT - 2 : CONTACT]
     units = natural_units(result.scene.chain, force)
@@ -186,19 +174,13 @@ def _seen(name: str, result: hc.Result) -> pandas.DataFrame:
     near = np.abs(x) <= HALF_WIDTH
     order = np.argsort(x[near])
     velocity = history.velocity[near][order]
-    return pandas.DataFrame(
-        {
-            "wave": name,
-            "backend": result.backend,
-            "force_N": force,
-            "speed": units.time / (end - begin),
-            "x": x[near][order],
-            "velocity": velocity / units.velocity,
-            "velocity_m_s": velocity,
-            "at_once": at_once[near][order],
-            "problem": "",
-        }
-    )
+    columns = {
+        "wave": name, "backend": result.backend, "force_N": force,
+        "speed": units.time / (end - begin), "x": x[near][order],
+        "velocity": velocity / units.velocity, "velocity_m_s": velocity,
+        "at_once": at_once[near][order], "problem": "",
+    }  # fmt: skip
+    return pandas.DataFrame(columns)
 
 
 # What has to hold
@@ -275,20 +257,18 @@ def _of_the_paper(expected: dict[float, float]) -> list[Row]:
     x = np.linspace(-4, 4, 1601)
     paper, exact = paper_profile().velocity(x), exact_profile().velocity(x)
     off = np.max(np.abs(paper - exact)) / np.max(exact)
-    rows = [
-        row("largest difference from the exact wave, of its peak", "paper", off, 0.02, 5e-4, FOUND)
-    ]
-    for fraction, known in expected.items():
+    name = "largest difference from the exact wave, of its peak"
+    rows = [row(name, "paper", off, 0.02, 5e-4, FOUND)]
+    for (fraction, known), found in zip(expected.items(), (1.0223, 1.0447), strict=True):
         name = f"width above {100 * fraction:g} % over the exact one"
         ratio = paper_profile().width(fraction) / known
-        found = {0.5: 1.0223, 0.01: 1.0447}[fraction]
         rows.append(row(name, "paper", ratio, found, 1e-4, FOUND))
     return rows
 
 
 def draw(table: pandas.DataFrame) -> Figure:
     """The paper's three panels, then all three waves on one scale."""
-    figure = new_figure(10, 6.8)
+    figure = new_figure(10, 6.8, f"{TITLE} (heights chosen)")
     parts: Any = figure.subfigures(2, 1, height_ratios=(1, 1.35))
     top, bottom = parts
     waves = list(dict.fromkeys(table["wave"]))
@@ -297,11 +277,8 @@ def draw(table: pandas.DataFrame) -> Figure:
         for backend, style in BACKENDS.items():
             # One look in five: as the others, but not all in one another.
             seen = own[(own["backend"] == backend) & (own["at_once"] % 5 == 0)]
-            axes.plot(
-                seen["x"],
-                1e3 * seen["velocity_m_s"],
-                **(style | {"markersize": 0.7 * style["markersize"]}),
-            )
+            smaller = style | {"markersize": 0.7 * style["markersize"]}
+            axes.plot(seen["x"], 1e3 * seen["velocity_m_s"], **smaller)
         shock = WAVES[wave]
         name = f"{wave}\n{shock.profile}, {shock.peak_force:g} N, LM_ratio {shock.momentum_ratio}"
         axes.set_title(name, fontsize="small")
@@ -315,20 +292,12 @@ def draw(table: pandas.DataFrame) -> Figure:
     for axes in (linear, log):
         for formula, colour, line in formulas:
             axes.plot(x, formula.velocity(x), line, color=colour, label=formula.label)
-        for wave, marker, colour in zip(
-            waves, "os^", ("#0072B2", "#009E73", "#CC79A7"), strict=True
-        ):
+        colours = ("#0072B2", "#009E73", "#CC79A7")
+        for wave, marker, colour in zip(waves, "os^", colours, strict=True):
             seen = table[(table["wave"] == wave) & (table["backend"] == "native")]
             seen = seen[seen["at_once"] % 5 == 0]
-            axes.plot(
-                seen["x"],
-                seen["velocity"],
-                marker,
-                color=colour,
-                label=wave,
-                markersize=5,
-                fillstyle="none",
-            )
+            look: dict[str, Any] = {"color": colour, "markersize": 5, "fillstyle": "none"}
+            axes.plot(seen["x"], seen["velocity"], marker, label=wave, **look)
         axes.set(xlabel="granules from the crest", xlim=(-5, 5))
         axes.grid(alpha=0.3)
     linear.set_ylabel("velocity, natural units of the wave")
@@ -339,9 +308,6 @@ def draw(table: pandas.DataFrame) -> Figure:
     log.annotate(f"{wide:.2f} granules\nabove 1 %", (0, 0.007 * peak), ha="center", va="top")
     log.set_title("the same, on a logarithmic scale", fontsize="small")
     log.set(yscale="log", ylim=(1e-6, 3))
-    figure.suptitle(
-        "Figure 2: velocity of the granules in space (heights chosen)", fontsize="medium"
-    )
     return figure
 
 

@@ -21,8 +21,9 @@ from matplotlib.figure import Figure
 from hertzchain.scene.pulse import PROFILES
 from validation.drawing import BACKENDS, RATIO_COLOURS, new_figure
 from validation.drawing import PROFILES as PROFILE_STYLES
-from validation.rows import Row, eq3, largest, row
+from validation.rows import Row, largest, row
 from validation.script import Script
+from validation.shipped import eq3
 from validation.transition_scenes import (
     CHOSEN,
     FORCE,

@@ -24,7 +24,7 @@ from validation.drawing import PROFILES as PROFILE_STYLES
 from validation.drawing import new_figure
 from validation.rows import Row, row
 from validation.script import Script
-from validation.transition_scenes import CHOSEN, found_by_both, separated, transitions
+from validation.transition_scenes import CHOSEN, found_by_both, in_transition, separated
 
 TITLE = "Figure 4: normalized peaks and Eq. 8"
 
@@ -71,20 +71,15 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
 
     Further columns j (Eq. 7a), normalized (Eq. 7b), eq8.
     """
-    table = transitions(quick, with_lammps)
-    table = table[table["momentum_ratio"] != 1]
-    inside = (table["contact"] <= table["p"] + 1) | (table["problem"] != "")
-    parts = []
-    for _, own in table[inside].groupby(["profile", "momentum_ratio", "backend"], sort=False):
-        if own["problem"].iloc[0]:
-            parts.append(own)
-            continue
-        second, wave = own["peak_force_N"].iloc[0], own["wave_force_N"].iloc[0]
-        contact = own["contact"].to_numpy().astype(int)
-        j = theory.normalized_contact(contact, int(own["p"].iloc[0]))
-        normalized = theory.normalized_peak_force(own["peak_force_N"].to_numpy(), second, wave)
-        parts.append(own.assign(j=j, normalized=normalized, eq8=theory.peak_force_fit(j)))
-    return pandas.concat(parts, ignore_index=True)
+    return in_transition(quick, with_lammps, 1, _normalized)
+
+
+def _normalized(own: pandas.DataFrame) -> pandas.DataFrame:
+    second, wave = own["peak_force_N"].iloc[0], own["wave_force_N"].iloc[0]
+    contact = own["contact"].to_numpy().astype(int)
+    j = theory.normalized_contact(contact, int(own["p"].iloc[0]))
+    normalized = theory.normalized_peak_force(own["peak_force_N"].to_numpy(), second, wave)
+    return own.assign(j=j, normalized=normalized, eq8=theory.peak_force_fit(j))
 
 
 def fits(table: pandas.DataFrame) -> dict[tuple[str, str], tuple[Cubic, float]]:
@@ -133,9 +128,8 @@ def promises(table: pandas.DataFrame) -> list[Row]:
             if side == "LM_ratio > 1":
                 what += ", beside the paper's"
                 rows.append(row(what, backend, value, PAPER[k], _SCATTER[k], SCATTER))
-        for formula, value, expected in zip(
-            ("Eq. 8", "refit"), (left, cubic.rms), _RMS[side], strict=True
-        ):
+        both = zip(("Eq. 8", "refit"), (left, cubic.rms), _RMS[side], strict=True)
+        for formula, value, expected in both:
             what = f"{side}: rms of normalized peaks less {formula}"
             rows.append(row(what, backend, value, expected, 1e-4, RMS[side]))
     for scene, native, own in found_by_both(table):
@@ -150,12 +144,8 @@ def promises(table: pandas.DataFrame) -> list[Row]:
 def show(console: Console, table: pandas.DataFrame) -> None:
     """Print the coefficients with their standard errors."""
     for (side, backend), (cubic, left) in fits(separated(table)[0]).items():
-        terms = ", ".join(
-            f"{letter} = {value:.3f} +- {error:.3f}"
-            for letter, value, error in zip(
-                "abc", cubic.coefficients, cubic.standard_errors, strict=True
-            )
-        )
+        found = zip("abc", cubic.coefficients, cubic.standard_errors, strict=True)
+        terms = ", ".join(f"{name} = {value:.3f} +- {error:.3f}" for name, value, error in found)
         console.print(f"{side}, {backend}: {terms}; rms {cubic.rms:.4f}, of Eq. 8 {left:.4f}")
 
 

@@ -21,17 +21,18 @@ from hertzchain import theory
 from hertzchain.scene.pulse import PROFILES
 from validation.drawing import BACKENDS, RATIO_COLOURS, new_figure
 from validation.drawing import PROFILES as PROFILE_STYLES
-from validation.rows import Row, effective_ratio, largest, row
+from validation.rows import Row, largest, row
 from validation.script import Script
+from validation.shipped import effective_ratio
 from validation.transition_scenes import (
     CHOSEN,
     DURATION_RATIO,
     MOMENTUM_RATIOS,
     by_scene,
     found_by_both,
+    in_transition,
     scene_of,
     separated,
-    transitions,
 )
 
 TITLE = "Figure 5: peaks by Eqs. 6 and 9"
@@ -83,17 +84,11 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
 
     Further columns eq6_N, eq9_N (F_2 from Eq. 6), eq9_simulated_N (F_2 from the simulation).
     """
-    table = transitions(quick, with_lammps)
-    table = table[table["momentum_ratio"] != 1]
-    inside = (table["contact"] <= table["p"]) | (table["problem"] != "")
-    groups = table[inside].groupby(["profile", "momentum_ratio", "backend"], sort=False)
-    return pandas.concat([_with_formulas(own) for _, own in groups], ignore_index=True)
+    return in_transition(quick, with_lammps, 0, _with_formulas)
 
 
 def _with_formulas(own: pandas.DataFrame) -> pandas.DataFrame:
     first = own.iloc[0]
-    if first["problem"]:
-        return own
     scene = scene_of(first["profile"], first["momentum_ratio"])
     contact, p, wave = own["contact"].to_numpy().astype(int), int(first["p"]), first["wave_force_N"]
     eq6 = theory.peak_force(contact, p, wave, DURATION_RATIO, effective_ratio(scene))

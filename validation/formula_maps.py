@@ -33,8 +33,9 @@ from hertzchain.observables.transition import transition_granules
 from hertzchain.scene.pulse import PROFILES as RAMPS
 from validation import peak_forces, table2
 from validation.drawing import PROFILES, new_figure
-from validation.rows import STEEL, Row, did_not_run, load, progress, row, simulate
+from validation.rows import Row, did_not_run, progress, row
 from validation.script import Script
+from validation.shipped import STEEL, load, pulse_of, simulate
 
 TITLE = "Where Eqs. 3, 6 and 9 hold"
 
@@ -102,9 +103,8 @@ class Point:
     """A point of a map."""
 
     name: str  # of its scene; empty for the points of a grid
-    # profile, ratio, n: of its pulse: name, LM_ratio, n.
     profile: str
-    ratio: float
+    ratio: float  # LM_ratio
     n: float
 
     def scene(self) -> hc.Scene:
@@ -154,14 +154,10 @@ def _record(
     part: str, point: Point, granules: int, backend: str, peak_force: FloatArray
 ) -> dict[str, Any]:
     place = {
-        "part": part,
-        "scene": point.name,
-        "profile": point.profile,
-        "momentum_ratio": point.ratio,
-        "duration_ratio": point.n,
-        "granules": granules,
-        "backend": backend,
-    }
+        "part": part, "scene": point.name, "profile": point.profile,
+        "momentum_ratio": point.ratio, "duration_ratio": point.n,
+        "granules": granules, "backend": backend,
+    }  # fmt: skip
     found = errors(point.profile, point.ratio, point.n, peak_force)
     return place | found | {"peak_force": peak_force}
 
@@ -180,13 +176,11 @@ def paper_errors() -> dict[str, tuple[Point, float, float]]:
         table = peak_forces.measure(number, False, False)
         for name, largest in table.groupby("scene")["error_percent"].max().items():
             found[str(name)] = math.nan, float(largest)
-    return {name: (_point_of(name), *entry) for name, entry in found.items()}
-
-
-def _point_of(name: str) -> Point:
-    scene = load(name)
-    assert isinstance(scene.shock, hc.Pulse)
-    return Point(name, scene.shock.profile, scene.momentum_ratio, scene.shock.duration_ratio)
+    points = {}
+    for name, entry in found.items():
+        pulse, ratio = pulse_of(load(name))[0], load(name).momentum_ratio
+        points[name] = Point(name, pulse.profile, ratio, pulse.duration_ratio), *entry
+    return points
 
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
@@ -229,19 +223,13 @@ def _sampled(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     points = sample(quick)
     batch = simulated("sample", points, SAMPLE_GRANULES).assign(problem="")
     peaks = dict(zip(batch["scene"], batch["peak_force"], strict=True))
-    found = simulate(
-        {point.name: point.scene() for point in points},
-        TITLE,
-        with_lammps,
-        hc.Lammps(rtol=RTOL, extrapolated=True),
-    )
+    scenes = {point.name: point.scene() for point in points}
+    found = simulate(scenes, TITLE, with_lammps, hc.Lammps(rtol=RTOL, extrapolated=True))
     records = []
     for point in points:
         for backend in ("native", "lammps") if with_lammps else ("native",):
-            result, name = (
-                found[point.name, backend],
-                "native alone" if backend == "native" else backend,
-            )
+            result = found[point.name, backend]
+            name = "native alone" if backend == "native" else backend
             force, problem = np.zeros(SAMPLE_GRANULES - 1), str(result)
             if isinstance(result, hc.Result):
                 force, problem = result.peak_force / result.scene.units.force, ""
@@ -252,7 +240,6 @@ def _sampled(quick: bool, with_lammps: bool) -> pandas.DataFrame:
 
 
 # What has to hold
-
 
 SIDES = {"below": "LM_ratio < 1", "above": "LM_ratio > 1"}
 
@@ -287,9 +274,8 @@ class Rule:
     """Where equations are within 5 %, whatever the profile: a rule of thumb."""
 
     equations: tuple[str, ...]  # their columns
-    # ratios, durations: LM_ratio and n, from and to.
-    ratios: tuple[float, float]
-    durations: tuple[float, float]
+    ratios: tuple[float, float]  # of LM_ratio, from and to
+    durations: tuple[float, float]  # of n
 
     @property
     def name(self) -> str:
@@ -362,13 +348,12 @@ def promises(table: pandas.DataFrame) -> list[Row]:
 def _map_rows(profile: str, own: pandas.DataFrame) -> list[Row]:
     ratios, durations = _axes_of(own)
     spacing = math.log(durations[1] / durations[0])
+    doubtful = 100 * float((own["least_p"] != own["most_p"]).mean())
+    what = f"{profile}: points where p hangs on the digits of peaks [%]"
     rows = [
         row(f"{profile}: points without p", "native", own["p"].isna().sum(), 0, 0.0, _EVERYWHERE),
-        row(
-            f"{profile}: points where p hangs on the digits of peaks [%]", "native",
-            100 * float((own["least_p"] != own["most_p"]).mean()), 0.0, 3.0, _DOUBT,
-        ),
-    ]  # fmt: skip
+        row(what, "native", doubtful, 0.0, 3.0, _DOUBT),
+    ]
     middle = ratios.size // 2
     for side, columns in (("below", slice(None, middle + 1)), ("above", slice(middle, None))):
         for k, (name, equation) in enumerate(EQUATIONS.items()):
@@ -377,18 +362,12 @@ def _map_rows(profile: str, own: pandas.DataFrame) -> list[Row]:
             cells = error.shape[1] - 1
             islands = name == "eq3" and side == "above"
             allowed, reason = (200 / cells, _ISLANDS) if islands else (100 / cells, _EDGE)
-            rows.append(
-                row(
-                    f"{what}: share within 5 % [%]", "native", 100 * share(error <= WITHIN),
-                    SHARES[profile, side][k], allowed, reason,
-                )
-            )  # fmt: skip
-            rows.append(
-                row(
-                    f"{what}: largest error [%]", "native", float(np.max(error)),
-                    LARGEST[profile, side][k], 15 * spacing**2 + _ROUNDING, _TOP,
-                )
-            )  # fmt: skip
+            for title, found, known, off, why in (
+                ("share within 5 %", 100 * share(error <= WITHIN), SHARES, allowed, reason),
+                ("largest error", np.max(error), LARGEST, 15 * spacing**2 + _ROUNDING, _TOP),
+            ):
+                expected = known[profile, side][k]
+                rows.append(row(f"{what}: {title} [%]", "native", found, expected, off, why))
     return rows
 
 
@@ -458,17 +437,12 @@ def _sample_rows(own: pandas.DataFrame) -> list[Row]:
         rows.append(row(f"{name}: peaks, off", backend, off, 0.0, 2 * RTOL, _BATCH))
         for column, equation in EQUATIONS.items() if backend == "lammps" else ():
             measured, expected = entry[f"{column}_error"], known[f"{column}_error"]
-            rows.append(
-                row(
-                    f"{name}: error of {equation} [%]", backend, measured, expected,
-                    2 * _ROUNDING, f"percent; {_SAME}, on both sides",
-                )
-            )  # fmt: skip
+            what, reason = f"{name}: error of {equation} [%]", f"percent; {_SAME}, on both sides"
+            rows.append(row(what, backend, measured, expected, 2 * _ROUNDING, reason))
     return rows
 
 
 # The figure
-
 
 _LEVELS = (0, 1, 2, 5, 10, 20, 50, 200)
 
@@ -487,10 +461,9 @@ def draw(table: pandas.DataFrame) -> Figure:
             shown = _draw_map(axes, own[own["part"] == "map"], f"{name}_error", colours, norm)
             for part, marker, size in (("paper", "o", 6), ("sample", "D", 5)):
                 points = own[own["part"] == part]
-                axes.plot(
-                    points["momentum_ratio"], points["duration_ratio"], marker, markersize=size,
-                    color="white" if part == "paper" else "black", markeredgecolor="black",
-                )  # fmt: skip
+                look: dict[str, Any] = {"markersize": size, "markeredgecolor": "black"}
+                look["color"] = "white" if part == "paper" else "black"
+                axes.plot(points["momentum_ratio"], points["duration_ratio"], marker, **look)
             axes.set_title(f"{equation}, {style['label']}", fontsize="medium")
     for axes in panels[:, 0]:
         axes.set_ylabel("n, duration / rise time")

@@ -30,12 +30,14 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import examine
 from hertzchain.engines.native.equations import contact_force
 from hertzchain.observables.peaks import SIGNIFICANT, largest_difference
+from hertzchain.scene.pulse import PROFILES
 from hertzchain.scene.schedule import Leg
 from hertzchain.theory.solitary_wave import solitary_wave
 from validation.drawing import BACKENDS, new_figure
-from validation.limits import Piece, peaks_by_scipy, table_scene, two_granules
-from validation.rows import STEEL, Row, did_not_run, load, progress, row
+from validation.limits import Piece, constant, peaks_by_scipy, table_scene, two_granules
+from validation.rows import Row, did_not_run, progress, row
 from validation.script import Script
+from validation.shipped import STEEL, history_of, load, pulse_of
 
 TITLE = "The ladder: from one force to a whole scene"
 
@@ -88,16 +90,12 @@ def sphere_mass(material: Mapping[str, float]) -> float:
     return material["density"] * math.pi / 6 * (2 * material["radius"]) ** 3
 
 
-def _whole(_: float) -> float:
-    return 1.0
-
-
 def pushed_scene(granules: int, end_time: float) -> hc.Scene:
     """A force that jumps to F0 and stays, watched for so long [natural time units].
 
     The same at every time, so that no rung that has it depends on when a force is taken.
     """
-    return table_scene(granules, ((_whole, 0.0, end_time),))
+    return table_scene(granules, ((constant, 0.0, end_time),))
 
 
 def demo(granules: int) -> hc.Scene:
@@ -110,10 +108,7 @@ def demo(granules: int) -> hc.Scene:
 def demo_peaks(granules: int) -> FloatArray:
     """Peaks of the demo scene over F0, by SciPy's DOP853 from the force of Table 1."""
     scene = demo(granules)
-    pulse, units = scene.shock, scene.units
-    assert isinstance(pulse, hc.Pulse)
-    assert scene.rise_time is not None
-    rise_time = scene.rise_time
+    (pulse, rise_time), units = pulse_of(scene), scene.units
 
     def force(time: float) -> float:
         applied = theory.applied_force(time * units.time, pulse, rise_time)
@@ -139,7 +134,6 @@ def wave_at(x: FloatArray) -> FloatArray:
 
 
 # The rungs
-
 
 Sample = dict[str, Any]
 """A row of the table, without its rung and backend."""
@@ -187,6 +181,11 @@ def force_at_rest(backend: str, _: bool) -> list[Sample]:
     return found
 
 
+def _code(backend: str, dt: float) -> hc.Native | hc.Lammps:
+    """LAMMPS with this step, or the reference."""
+    return hc.Lammps(dt) if backend == "lammps" else hc.Native("reference")
+
+
 PEAK, HISTORY = "peak force / F0", "F(t) / F0"
 HANDED_ON = "momentum handed on"
 
@@ -196,13 +195,10 @@ def two_granule_collision(backend: str, _: bool) -> list[Sample]:
     scene = pushed_scene(2, 5.0)
     units = scene.units
     times = np.append(np.linspace(0.25, 4.25, 17), _PARTING)
-    code: hc.Native | hc.Lammps = hc.Native("reference")
-    if backend == "lammps":
-        code = hc.Lammps(_STEP * units.time)
-    result = code.run(scene, record=times * units.time)
-    assert result.history is not None
-    force = result.history.contact_force[:-1, 0] / units.force
-    handed_on = result.history.velocity[-1, 1] / units.velocity
+    result = _code(backend, _STEP * units.time).run(scene, record=times * units.time)
+    history = history_of(result)
+    force = history.contact_force[:-1, 0] / units.force
+    handed_on = history.velocity[-1, 1] / units.velocity
     known = [two_granules(time) for time in times[:-1]]
     return [
         *_samples(PEAK, "pair", 0.0, result.peak_force / units.force, 1.25),
@@ -222,12 +218,10 @@ def order_in_dt(backend: str, _: bool) -> list[Sample]:
     truth = hc.Native("reference", dt=_STEP * units.time).run(scene).peak_force
     found = []
     if backend == "native":
-        by_scipy = peaks_by_scipy(((_whole, 0.0, 8.0),), 10)
+        by_scipy = peaks_by_scipy(((constant, 0.0, 8.0),), 10)
         judged = by_scipy >= SIGNIFICANT * np.max(by_scipy)
-        found = _samples(
-            TRUTH, "10 granules", np.flatnonzero(judged) + 2,
-            truth[judged] / units.force, by_scipy[judged],
-        )  # fmt: skip
+        contact, known = np.flatnonzero(judged) + 2, truth[judged] / units.force
+        found = _samples(TRUTH, "10 granules", contact, known, by_scipy[judged])
     for method in _STEPS if backend == "native" else ("velocity-verlet",):
         for step in _STEPS[method]:
             dt = step * units.time
@@ -247,9 +241,7 @@ SAME_FORCE, SAME_PEAKS = "contact force", "peaks"
 def same_steps(backend: str, quick: bool) -> list[Sample]:
     """Rung 4: native velocity Verlet and LAMMPS on the same steps, and what force they apply."""
     found = []
-    for profile in (
-        ("cosine-triangular",) if quick else ("cosine", "triangular", "cosine-triangular")
-    ):
+    for profile in ("cosine-triangular",) if quick else PROFILES:
         pulse = hc.Pulse(profile, 100.0, 2.5, momentum_ratio=2.0)
         scene = hc.Scene(hc.Chain(12, **STEEL), pulse)
         units, dt = scene.units, _STEP * scene.units.time
@@ -261,12 +253,9 @@ def same_steps(backend: str, quick: bool) -> list[Sample]:
             result = hc.Lammps(dt, read_every=1).run(scene, record=times)
             found += _twins(profile, times / units.time, result, twin)
             seen = examine(scene)
-            assert scene.rise_time is not None
-            known = theory.applied_force(seen.time, pulse, scene.rise_time)
-            found += _samples(
-                APPLIED, profile, seen.time / units.time,
-                seen.applied_force / units.force, known / units.force,
-            )  # fmt: skip
+            known = theory.applied_force(seen.time, *pulse_of(scene)) / units.force
+            applied = seen.applied_force / units.force
+            found += _samples(APPLIED, profile, seen.time / units.time, applied, known)
         momentum = result.balance.momentum / theory.applied_momentum(pulse, scene.rise_time or 0.0)
         found += _samples(MOMENTUM, profile, 0.0, momentum, 1.0)
     return found
@@ -280,9 +269,7 @@ def _ends_of_steps(leg: Leg) -> FloatArray:
 
 def _twins(name: str, time: FloatArray, result: hc.Result, twin: hc.Result) -> list[Sample]:
     """LAMMPS against native: at the end, over time, and the peaks; natural units."""
-    units, seen, known = result.scene.units, result.history, twin.history
-    assert seen is not None
-    assert known is not None
+    units, seen, known = result.scene.units, history_of(result), history_of(twin)
     last = np.full(result.displacement.size, result.scene.end_time / units.time)
     over_time = np.repeat(time, result.displacement.size)
     over_contacts = np.repeat(time, result.contact.size)
@@ -308,24 +295,19 @@ def solitary_wave_far_down(backend: str, _: bool) -> list[Sample]:
     """Rung 5: the wave that runs down a long chain, against the exact one."""
     pulse = hc.Pulse("cosine", 100.0, 6.0, momentum_ratio=0.5)
     scene = hc.Scene(hc.Chain(120, **STEEL), pulse)
-    units, wave = scene.units, solitary_wave()
-    code: hc.Native | hc.Lammps = hc.Native("reference")
-    if backend == "lammps":
-        code = hc.Lammps(_WAVE_STEP * units.time)
-    place = _LOOKED_AT - 2
+    units, wave, place = scene.units, solitary_wave(), _LOOKED_AT - 2
     before = hc.Native().run(scene)  # only to know when to look
     height = before.peak_force[place] / units.force
     pace = wave.speed * height ** (1 / 6) / units.time
     times = before.peak_time[place] + np.linspace(-5, 5, 81) / pace
-    result = code.run(scene, record=times)
-    assert result.history is not None
+    result = _code(backend, _WAVE_STEP * units.time).run(scene, record=times)
     first, last = _FIRST - 2, _LAST - 2
     took = (result.peak_time[last] - result.peak_time[first]) / units.time
     heights = result.peak_force / units.force
     height = heights[place]
     with np.errstate(divide="ignore", invalid="ignore"):  # a wave that does not come has no height
         x = wave.speed * height ** (1 / 6) * (times - result.peak_time[place]) / units.time
-        force = result.history.contact_force[:, place] / units.force / height
+        force = history_of(result).contact_force[:, place] / units.force / height
         carried = trapezoid(force, times / units.time) * height ** (1 / 6)
         speed = (_LAST - _FIRST) / took / height ** (1 / 6)
     return [
@@ -348,14 +330,12 @@ def whole_scene(backend: str, quick: bool) -> list[Sample]:
     result = (hc.Native(rtol=1e-6) if backend == "native" else hc.Lammps(rtol=1e-6)).run(scene)
     truth = demo_peaks(scene.chain.granules)
     p, force = result.transition_granules, scene.units.force
-    wave = result.solitary_wave.peak_force
+    wave = (result.solitary_wave.peak_force or math.nan) / force
     return [
         *_samples(PEAKS, "demo", result.contact, result.peak_force / force, truth),
-        *_samples(P, "demo", 0.0, math.nan if p is None else p, _PAPER_P),
+        *_samples(P, "demo", 0.0, p or math.nan, _PAPER_P),
         # F_SW is the peak of contact p + 1.
-        *_samples(
-            WAVE, "demo", 0.0, math.nan if wave is None else wave / force, truth[_PAPER_P - 1]
-        ),
+        *_samples(WAVE, "demo", 0.0, wave, truth[_PAPER_P - 1]),
     ]
 
 
@@ -363,11 +343,11 @@ def whole_scene(backend: str, quick: bool) -> list[Sample]:
 class Promise:
     """What has to hold of some samples."""
 
-    what: str  # of which
+    what: str
     # Of each backend, as a fraction of the largest value expected; or its own number where nothing
     # is expected.
     tolerance: Mapping[str, float]
-    reason: str  # why
+    reason: str
     # For errors over steps: the order of each method; the tolerance is that of the order.
     order: Mapping[str, float] | None = None
     # Whether the tolerance is a fraction of each value expected, not of the largest.
@@ -378,7 +358,6 @@ class Promise:
 class Rung:
     """A rung of the ladder."""
 
-    # number, name: from 1 on.
     number: int
     name: str
     isolates: str  # what it adds to those below: the cause of a failure here, if those are right
@@ -493,7 +472,6 @@ RUNGS = (
 
 # The script
 
-
 _COLUMNS = ["rung", "backend", "what", "of", "x", "measured", "expected", "problem"]
 
 
@@ -576,9 +554,8 @@ def show(console: Console, table: pandas.DataFrame) -> None:
         printed.add_column(column, justify="right")
     for rung in RUNGS:
         own = [entry.passed for entry in rows if entry.what.startswith(f"{rung.number} ")]
-        printed.add_row(
-            rung.title, rung.isolates, str(sum(own)), str(len(own)), "pass" if all(own) else "FAIL"
-        )
+        cells = (str(sum(own)), str(len(own)), "pass" if all(own) else "FAIL")
+        printed.add_row(rung.title, rung.isolates, *cells)
     console.print(printed)
     lowest = lowest_failing(rows)
     if lowest is None:
@@ -618,15 +595,12 @@ def _draw_force(axes: Axes, table: pandas.DataFrame) -> None:
         known = some.sort_values("x")
         truth = None if k else "Hertz"
         axes.plot(known["x"], known["expected"], color="0.7", linewidth=3, label=truth)
-        axes.annotate(
-            str(of), (known["x"].iloc[0], known["expected"].iloc[0]), (6, -9),
-            textcoords="offset points", fontsize="small",
-        )  # fmt: skip
+        start = known["x"].iloc[0], known["expected"].iloc[0]
+        axes.annotate(str(of), start, (6, -9), textcoords="offset points", fontsize="small")
         for backend, style in BACKENDS.items():
             found = some[some["backend"] == backend]
-            axes.plot(
-                found["x"], found["measured"], **(style | {"label": None if k else style["label"]})
-            )
+            look = style | {"label": None if k else style["label"]}
+            axes.plot(found["x"], found["measured"], **look)
     axes.set(xscale="log", yscale="log", xlabel="overlap [m]", ylabel="contact force [N]")
 
 
@@ -637,13 +611,7 @@ def _draw_collision(axes: Axes, table: pandas.DataFrame) -> None:
     axes.set(xlabel="time [natural units]", ylabel="contact force / F0")
 
 
-_METHOD_MARKERS = {
-    "velocity-verlet": "o",
-    "rk4": "^",
-    "srkn-6b": "v",
-    "dprkn-6": "D",
-    "srkn-11b": "P",
-}
+_METHOD_MARKERS = dict(zip(_ORDERS, "o^vDP", strict=True))
 
 
 def _draw_orders(axes: Axes, table: pandas.DataFrame) -> None:
@@ -677,8 +645,7 @@ def _draw_same_steps(axes: Axes, table: pandas.DataFrame) -> None:
         off = (own["measured"] - own["expected"]).abs()
         largest = own.groupby("of")["expected"].transform(lambda values: values.abs().max())
         worst = (off / largest).groupby(own["x"]).max().clip(lower=1e-17)
-        label = what
-        axes.plot(worst.index, worst, marker, color=colour, markersize=4, label=label)
+        axes.plot(worst.index, worst, marker, color=colour, markersize=4, label=what)
     axes.axhline(2.2e-10, color="0.4", linewidth=0.8, linestyle="--")
     axes.annotate("tolerance", (0, 2.2e-10), (0, -11), textcoords="offset points", fontsize="small")
     axes.set(yscale="log", xlabel="time [natural units]", ylabel="LAMMPS - native, of the largest")

@@ -29,8 +29,9 @@ from hertzchain.arrays import FloatArray
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, natural_units
 from hertzchain.scene.scene import Run
 from validation.drawing import new_figure
-from validation.rows import STEEL, Row, progress, row
+from validation.rows import Row, progress, row
 from validation.script import Script
+from validation.shipped import STEEL, history_of, pulse_of
 
 TITLE = "Limits, approached by scenes"
 
@@ -48,7 +49,6 @@ _TIMES = np.linspace(0.5, 3.75, 14)
 
 
 # What lies in the limits
-
 
 Piece = tuple[Callable[[float], float], float, float]
 """A smooth piece of a force on the first granule, its start and its end."""
@@ -115,7 +115,8 @@ def _none(_: float) -> float:
     return 0.0
 
 
-def _whole(_: float) -> float:
+def constant(_: float) -> float:
+    """A force of 1."""
     return 1.0
 
 
@@ -152,17 +153,13 @@ def two_granules(time: float) -> float:
 
 
 def _scene(
-    granules: int,
-    profile: str,
-    duration_ratio: float,
-    rise_time: float,
-    end_time: float | None = None,
+    granules: int, profile: str, n: float, rise_time: float, end_time: float | None = None
 ) -> hc.Scene:
     """A scene from times in natural units."""
     chain = hc.Chain(granules, **STEEL)
     force = chain.contact_stiffness * (_DEPTH * chain.radius) ** 1.5
     unit = natural_units(chain, force).time
-    pulse = hc.Pulse(profile, force, duration_ratio, rise_time=rise_time * unit)
+    pulse = hc.Pulse(profile, force, n, rise_time=rise_time * unit)
     return hc.Scene(chain, pulse, Run(None if end_time is None else end_time * unit))
 
 
@@ -179,8 +176,7 @@ def slow_scene(profile: str, granules: int, slowness: float) -> hc.Scene:
 
 def step_scene(granules: int, rise_time: float) -> hc.Scene:
     """A fast rise and a slow fall, by t0^2 / 200 in each natural time unit."""
-    duration_ratio = 1 + 200 * rise_time**-3
-    return _scene(granules, "triangular", duration_ratio, rise_time, 3.0 * granules)
+    return _scene(granules, "triangular", 1 + 200 * rise_time**-3, rise_time, 3.0 * granules)
 
 
 def release_scene(excess: float) -> hc.Scene:
@@ -205,8 +201,7 @@ def table_scene(granules: int, pieces: Sequence[Piece]) -> hc.Scene:
 
 # What happens in the limits
 
-
-CONSTANT: tuple[Piece, ...] = ((_whole, 0.0, 30.0),)
+CONSTANT: tuple[Piece, ...] = ((constant, 0.0, 30.0),)
 RELEASE: tuple[Piece, ...] = ((_rise, 0.0, _DURATION), (_none, _DURATION, _DURATION + 20))
 START: tuple[Piece, ...] = ((_decay, 0.0, _DURATION), (_none, _DURATION, _DURATION + 20))
 """Pushes whose force jumps: at the start, at the end, at the start."""
@@ -242,11 +237,10 @@ def _pushed(pieces: tuple[Piece, ...]) -> Callable[[hc.Scene], FloatArray]:
 class Limit:
     """A limit, and the scenes that go there."""
 
-    # name, parameter: what they are called.
     name: str
     parameter: str
     sequence: tuple[float, ...]  # values of the parameter, falling towards 0
-    scene: Callable[[float], hc.Scene]  # the scene of a value
+    scene: Callable[[float], hc.Scene]  # of a value
     # What is found in the limit, in natural units: the peak forces of a scene, or F(t).
     expected: Callable[[hc.Scene], FloatArray]
     # rate, why: exponent with which the distance falls, and the reason.
@@ -370,35 +364,18 @@ def distance(found: FloatArray, expected: FloatArray) -> float:
     return float(np.max(np.abs(found / expected - 1)))
 
 
-def by_native(limit: Limit, scene: hc.Scene) -> FloatArray:
+def looked_at(limit: Limit, scene: hc.Scene, code: hc.Native | hc.Lammps) -> FloatArray:
     """Peaks or F(t) of a scene, natural units."""
-    native = hc.Native("reference")
-    if not limit.history:
-        return _looked_at(limit, native.run(scene).peak_force / scene.units.force)
-    return _history(native.run(scene, record=_when(scene)))
-
-
-def by_lammps(limit: Limit, scene: hc.Scene, step: float) -> FloatArray:
-    """Peaks or F(t) of a scene, natural units; peaks are extrapolated."""
-    lammps = hc.Lammps(step * scene.units.time, extrapolated=not limit.history)
-    if not limit.history:
-        return _looked_at(limit, lammps.peaks_alone(scene)[0] / scene.units.force)
-    return _history(lammps.run(scene, record=_when(scene)))
-
-
-def _looked_at(limit: Limit, peak_force: FloatArray) -> FloatArray:
-    return peak_force if limit.contact is None else peak_force[[limit.contact]]
-
-
-def _when(scene: hc.Scene) -> FloatArray:
-    """When to look at F(t): its clock starts where the force would have jumped."""
-    assert scene.rise_time is not None
-    return np.asarray(_TIMES * scene.units.time + scene.rise_time / 2)
-
-
-def _history(result: hc.Result) -> FloatArray:
-    assert result.history is not None
-    return np.asarray(result.history.contact_force[:, 0] / result.scene.units.force)
+    if limit.history:
+        # The clock of F(t) starts where the force would have jumped.
+        times = np.asarray(_TIMES * scene.units.time + pulse_of(scene)[1] / 2)
+        force = history_of(code.run(scene, record=times)).contact_force[:, 0]
+    elif isinstance(code, hc.Lammps):
+        force = code.peaks_alone(scene)[0]
+    else:
+        force = code.run(scene).peak_force
+    force = force / scene.units.force
+    return force if limit.contact is None else force[[limit.contact]]
 
 
 def measure(quick: bool = False, with_lammps: bool = True) -> pandas.DataFrame:
@@ -415,11 +392,12 @@ def measure(quick: bool = False, with_lammps: bool = True) -> pandas.DataFrame:
             work.append((0.0, table_scene(*THEMSELVES[limit.name]), 0.01))
         for value, scene, step in work:
             expected = limit.expected(scene)
-            native = distance(by_native(limit, scene), expected)
-            lammps = math.nan
+            native = distance(looked_at(limit, scene, hc.Native("reference")), expected)
+            off = math.nan
             if with_lammps:
-                lammps = distance(by_lammps(limit, scene, step), expected)
-            rows.append((limit.name, limit.parameter, value, native, lammps))
+                lammps = hc.Lammps(step * scene.units.time, extrapolated=not limit.history)
+                off = distance(looked_at(limit, scene, lammps), expected)
+            rows.append((limit.name, limit.parameter, value, native, off))
     return pandas.DataFrame(rows, columns=["limit", "parameter", "value", "native", "lammps"])
 
 
@@ -447,9 +425,8 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     for name in THEMSELVES:
         for backend in backends:
             itself = table[(table["limit"] == name) & (table["value"] == 0)]
-            allowed, reason = _ITSELF[backend]
             off = float(itself[backend].iloc[0])
-            rows.append(row(f"{name}: itself", backend, off, 0.0, allowed, reason))
+            rows.append(row(f"{name}: itself", backend, off, 0.0, *_ITSELF[backend]))
     return rows
 
 
@@ -474,13 +451,9 @@ def show(console: Console, table: pandas.DataFrame) -> None:
             if k > 0 and value[k] > 0:
                 slopes = np.log(distances[k] / distances[k - 1]) / np.log(value[k] / value[k - 1])
                 rates = [f"{slope:.3f}" for slope in slopes]
-            printed.add_row(
-                "" if k else limit.name,
-                f"{limit.parameter} {value[k]:g}",
-                *(f"{distance:.3e}" for distance in distances[k]),
-                *rates,
-                "" if k else f"{limit.rate:.3f}",
-            )
+            name, expected = ("", "") if k else (limit.name, f"{limit.rate:.3f}")
+            found = (f"{distance:.3e}" for distance in distances[k])
+            printed.add_row(name, f"{limit.parameter} {value[k]:g}", *found, *rates, expected)
     console.print(printed)
 
 
@@ -494,10 +467,8 @@ def draw(table: pandas.DataFrame) -> Figure:
         law = own["native"].iloc[-1] * (value / value[-1]) ** limit.rate
         axes.loglog(value, law, "-", color="0.7", linewidth=3, label="theory's exponent")
         axes.loglog(value, own["native"], "o-", color="#000000", label="native", markersize=4)
-        axes.loglog(
-            value, own["lammps"], "s", color="#0072B2", label="LAMMPS", fillstyle="none",
-            markersize=9,
-        )  # fmt: skip
+        look: dict[str, Any] = {"color": "#0072B2", "fillstyle": "none", "markersize": 9}
+        axes.loglog(value, own["lammps"], "s", label="LAMMPS", **look)
         axes.set_title(f"{limit.name}\nexponent {limit.rate:.4g}", fontsize="medium")
         axes.set_xlabel(limit.parameter)
         axes.set_xticks(value, labels=[f"{number:g}" for number in value])

@@ -30,8 +30,9 @@ from hertzchain.engines.native.simulation import Simulation
 from hertzchain.scene.scene import Run
 from hertzchain.theory.solitary_wave import solitary_wave
 from validation.drawing import new_figure
-from validation.rows import STEEL, Row, progress, row
+from validation.rows import Row, progress, row
 from validation.script import Script
+from validation.shipped import STEEL
 
 TITLE = "A wave down 90,000 granules"
 

@@ -28,8 +28,9 @@ from hertzchain.scene.pulse import Pulse, Ramp
 from hertzchain.scene.schedule import Leg
 from hertzchain.verdict import run_checks
 from validation import peak_forces
-from validation.rows import Row, load
+from validation.rows import Row
 from validation.script import Script, rows_only
+from validation.shipped import load
 
 TITLE = "Planted mistakes: a row passes where the check that names the mistake fails"
 

@@ -36,8 +36,9 @@ from hertzchain.errors import RunFailed, require
 from hertzchain.files import check_writable, write_text
 from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import largest_difference
-from validation.rows import STEEL, Row, print_rows, progress, row
+from validation.rows import Row, print_rows, progress, row
 from validation.script import dated, leave_with
+from validation.shipped import STEEL
 
 TITLE = "One chain on several MPI ranks"
 
@@ -132,11 +133,7 @@ def _run_deck(program: Program, folder: Path) -> None:
         raise RunFailed(f"{' '.join(command)}: {said[-1] if said else 'says nothing'}")
 
 
-WAYS: Mapping[str, Way] = {
-    "run": by_run,
-    "deck": by_deck(WATCH),
-    NOT_WATCHING: by_deck(0),
-}
+WAYS: Mapping[str, Way] = {"run": by_run, "deck": by_deck(WATCH), NOT_WATCHING: by_deck(0)}
 
 
 def measure(
@@ -169,35 +166,27 @@ def compared(
         if (k, at) not in best or found.seconds < best[k, at].seconds:
             best[k, at] = found
     each = [(best[k, 1].seconds - best[k, 0].seconds) / steps for k in range(len(programs))]
-    return [
-        {
-            "granules": granules,
-            "way": way,
-            "ranks": program.ranks,
-            "steps": steps,
-            "seconds_per_step": each[k],
-            "gain": each[0] / each[k],
-            "processor_share": best[k, 1].processor_seconds / best[k, 1].seconds / program.ranks,
-            "peak_difference": _difference(best[k, 1].peaks, best[0, 1].peaks),
-        }
-        for k, program in enumerate(programs)
-    ]
-
-
-def _difference(peaks: FloatArray | None, alone: FloatArray | None) -> float:
-    return float("nan") if peaks is None or alone is None else largest_difference(peaks, alone)
+    lines: list[dict[str, float | str]] = []
+    for k, program in enumerate(programs):
+        last, alone = best[k, 1], best[0, 1].peaks
+        lines.append({
+            "granules": granules, "way": way, "ranks": program.ranks, "steps": steps,
+            "seconds_per_step": each[k], "gain": each[0] / each[k],
+            "processor_share": last.processor_seconds / last.seconds / program.ranks,
+            "peak_difference": float("nan") if last.peaks is None or alone is None
+            else largest_difference(last.peaks, alone),
+        })  # fmt: skip
+    return lines
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
     """What has to hold, whatever the machine: that peaks are the same, not times."""
     on_ranks = table[(table["ranks"] > 1) & (table["way"] != NOT_WATCHING)]
-    return [
-        row(
-            f"{entry['way']}, {entry['granules']:,} granules on {entry['ranks']} ranks, peaks",
-            "lammps", entry["peak_difference"], 0.0, SAME, REASON,
-        )
-        for entry in on_ranks.to_dict("records")
-    ]  # fmt: skip
+    rows = []
+    for entry in on_ranks.to_dict("records"):
+        what = f"{entry['way']}, {entry['granules']:,} granules on {entry['ranks']} ranks, peaks"
+        rows.append(row(what, "lammps", entry["peak_difference"], 0.0, SAME, REASON))
+    return rows
 
 
 def machine() -> str:

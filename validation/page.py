@@ -52,7 +52,7 @@ def make_folder(folder: Path) -> None:
 class Section:
     """One script in the page."""
 
-    outcome: Outcome  # what became of it
+    outcome: Outcome
     drawing: str  # its figure as a data URI; empty where there is none
     missing: str  # why there is no figure
 
@@ -61,15 +61,9 @@ class Section:
         """Number of rows that pass."""
         return len(self.outcome.rows) - self.outcome.failed
 
-    @property
-    def failures(self) -> list[CheckRow]:
-        """Rows that failed."""
-        return [_cells(entry) for entry in self.outcome.rows if not entry.passed]
-
-    @property
-    def others(self) -> list[CheckRow]:
-        """Rows that pass."""
-        return [_cells(entry) for entry in self.outcome.rows if entry.passed]
+    def rows(self, passed: bool) -> list[CheckRow]:
+        """Rows that pass, or those that fail."""
+        return [_cells(entry) for entry in self.outcome.rows if entry.passed == passed]
 
 
 def write_outcome(folder: Path, outcome: Outcome) -> Section:
@@ -94,7 +88,7 @@ def write_report(folder: Path, sections: Sequence[Section], document: dict[str, 
     rows = [entry for outcome in outcomes for entry in outcome.rows]
     failed = [(o.name, entry) for o in outcomes for entry in o.rows if not entry.passed]
     named = [
-        Failure(f"{name}: {entry.what} ({entry.backend})", _found(entry), entry.reason)
+        Failure(f"{name}: {_name(entry)}", _found(entry), entry.reason)
         for name, entry in failed[:_NAMED]
     ]
     more = [f"{len(failed) - _NAMED} more rows failed, see below"] if len(failed) > _NAMED else []
@@ -125,67 +119,52 @@ def _found(entry: Row) -> str:
 
 
 def _cells(entry: Row) -> CheckRow:
-    numbers = [entry.measured, entry.expected]
-    shown = [f"{value:.6g}" if math.isfinite(value) else "" for value in numbers]
-    off = abs(entry.measured - entry.expected)
-    times = _times(entry)
-    cells = [
-        *shown,
-        f"{off:.2g}" if math.isfinite(off) else "",
-        f"{entry.tolerance:.2g}",
-        "" if times is None else f"{times:.2g}",
-    ]
-    return CheckRow(entry.passed, f"{entry.what} ({entry.backend})", entry.reason, cells)
+    off, times = abs(entry.measured - entry.expected), _times(entry)
+    numbers = (entry.measured, ".6g"), (entry.expected, ".6g"), (off, ".2g")
+    cells = [f"{value:{form}}" if math.isfinite(value) else "" for value, form in numbers]
+    cells += [f"{entry.tolerance:.2g}", "" if times is None else f"{times:.2g}"]
+    return CheckRow(entry.passed, _name(entry), entry.reason, cells)
+
+
+def _name(entry: Row) -> str:
+    return f"{entry.what} ({entry.backend})"
 
 
 def _times(entry: Row) -> float | None:
     """The difference in units of the tolerance; None where that is no number."""
     off = abs(entry.measured - entry.expected)
-    if not math.isfinite(off) or not entry.tolerance > 0:
-        return None
-    return off / entry.tolerance
+    return off / entry.tolerance if math.isfinite(off) and entry.tolerance > 0 else None
 
 
 def _overview(outcomes: Sequence[Outcome]) -> Plot:
     """Every row: how far off it is, in tolerances, script by script."""
     names = [outcome.name for outcome in outcomes]
-    kinds = (
+    traces = []
+    for passed, label, symbol, colour in (
         (True, "passes", "circle-open", "#0072B2"),
         (False, "fails", "x", "#D55E00"),
-    )
-    traces = []
-    for passed, label, symbol, colour in kinds:
+    ):
         points = [
             (line, place, entry)
             for line, outcome in enumerate(outcomes)
             for place, entry in enumerate(outcome.rows)
             if entry.passed == passed
         ]
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": label,
-                "x": [_drawn_at(entry) for _, _, entry in points],
-                # Neighbours lie on seven heights, so that they do not cover one another.
-                "y": [line + 0.1 * (place % 7 - 3) for line, place, _ in points],
-                "customdata": [
-                    [
-                        names[line],
-                        _broken(f"{entry.what} ({entry.backend})"),
-                        f"{entry.measured:.6g}",
-                        f"{entry.expected:.6g}",
-                        f"{entry.tolerance:.2g}",
-                        _broken(entry.reason),
-                    ]
-                    for line, _, entry in points
-                ],
-                "hovertemplate": "<b>%{customdata[0]}</b>: %{customdata[1]}<br>measured"
-                " %{customdata[2]}, expected %{customdata[3]}, tolerance %{customdata[4]}"
-                "<br>%{customdata[5]}<extra></extra>",
-                "marker": {"symbol": symbol, "color": colour, "size": 8, "line": {"width": 1.3}},
-            }
-        )
+        traces.append({
+            "type": "scatter", "mode": "markers", "name": label,
+            "x": [_drawn_at(entry) for _, _, entry in points],
+            # Neighbours lie on seven heights, so that they do not cover one another.
+            "y": [line + 0.1 * (place % 7 - 3) for line, place, _ in points],
+            "customdata": [
+                [names[line], _broken(_name(entry)), f"{entry.measured:.6g}",
+                 f"{entry.expected:.6g}", f"{entry.tolerance:.2g}", _broken(entry.reason)]
+                for line, _, entry in points
+            ],
+            "hovertemplate": "<b>%{customdata[0]}</b>: %{customdata[1]}<br>measured"
+            " %{customdata[2]}, expected %{customdata[3]}, tolerance %{customdata[4]}"
+            "<br>%{customdata[5]}<extra></extra>",
+            "marker": {"symbol": symbol, "color": colour, "size": 8, "line": {"width": 1.3}},
+        })  # fmt: skip
     x = axis("difference / tolerance", type="log", exponentformat="power", tickangle=0)
     y = axis("", tickvals=list(range(len(names))), ticktext=names)
     y["range"] = [len(names) - 0.4, -0.6]

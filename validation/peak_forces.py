@@ -12,19 +12,9 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from validation.drawing import BACKENDS, new_figure
-from validation.rows import (
-    Row,
-    did_not_run,
-    effective_ratio,
-    load,
-    paper_table,
-    problems_as_text,
-    pulse_of,
-    row,
-    scene_name,
-    simulate,
-)
+from validation.rows import Row, did_not_run, problems_as_text, row
 from validation.script import Script
+from validation.shipped import effective_ratio, load, paper_table, pulse_of, scene_name, simulate
 
 ENTRY = (
     "percentage points; the paper prints one decimal of a difference of forces that it integrated"

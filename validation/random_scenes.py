@@ -10,7 +10,7 @@ import numpy as np
 
 import hertzchain as hc
 from hertzchain.scene.pulse import PROFILES
-from validation.rows import STEEL
+from validation.shipped import STEEL
 
 Draw = Callable[[np.random.Generator, int], hc.Scene]
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -16,17 +14,8 @@ from rich.progress import track
 from rich.table import Table
 
 import hertzchain as hc
-from hertzchain import theory
-from hertzchain.engines.lammps import run_many
-from hertzchain.errors import BackendMissing
-from hertzchain.observables.history import History
-
-HERE = Path(__file__).parent
 
 _Any = TypeVar("_Any")
-
-STEEL = {"radius": 4.75e-3, "young_modulus": 193e9, "poisson_ratio": 0.3, "density": 7958.0}
-"""The paper's granules (section 5.2), where a script makes its own scenes."""
 
 
 @dataclass(frozen=True)
@@ -48,17 +37,6 @@ def row(
     """A row that passes where the difference is within the tolerance."""
     passed = bool(abs(measured - expected) <= tolerance)
     return Row(what, backend, float(measured), float(expected), float(tolerance), passed, reason)
-
-
-def paper_table(number: int) -> list[dict[str, str]]:
-    """The rows of one of the paper's tables as they are printed."""
-    with (HERE / "paper" / f"table{number}.csv").open(newline="", encoding="utf-8") as stream:
-        return list(csv.DictReader(stream))
-
-
-def scene_name(entry: dict[str, str]) -> str:
-    """The scene file of a row of a table, without its suffix."""
-    return f"{entry['profile']}_LM{entry['momentum_ratio']}_n{entry['duration_ratio']}"
 
 
 def largest(values: ArrayLike) -> float:
@@ -90,65 +68,6 @@ def did_not_run(what: str, backend: str, problem: hc.HertzchainError | str) -> R
 def problems_as_text(table: pandas.DataFrame) -> pandas.DataFrame:
     """A table whose column ``problem`` is text, also where it was read from a file without any."""
     return table.assign(problem=table["problem"].astype(object).fillna(""))
-
-
-def pulse_of(scene: hc.Scene) -> tuple[hc.Pulse, float]:
-    """The pulse of a scene that has one, and its t0 [s]."""
-    pulse, rise_time = scene.shock, scene.rise_time
-    assert isinstance(pulse, hc.Pulse)
-    assert rise_time is not None
-    return pulse, rise_time
-
-
-def eq3(scene: hc.Scene, wave_force: float) -> float:
-    """Number p of granules by Eq. 3, not rounded, with F_SW [N] of a simulation."""
-    return theory.transition_granules(scene.chain, *pulse_of(scene), wave_force)
-
-
-def effective_ratio(scene: hc.Scene) -> float:
-    """What Eq. 6 raises to a power: LM_ratio, with Delta L where it is below 1."""
-    return theory.effective_momentum_ratio(scene.chain, *pulse_of(scene))
-
-
-def history_of(result: hc.Result) -> History:
-    """The history of a run that has recorded one."""
-    assert result.history is not None
-    return result.history
-
-
-Found = dict[tuple[str, str], hc.Result | hc.HertzchainError]
-"""A result, or why there is none, for each (name of the scene, backend)."""
-
-
-def load(name: str) -> hc.Scene:
-    """A scene that is shipped."""
-    return hc.Scene.from_toml(HERE / "scenes" / f"{name}.toml")
-
-
-def simulate(
-    scenes: Mapping[str, hc.Scene],
-    label: str,
-    with_lammps: bool,
-    lammps: hc.Lammps | None = None,
-    native: hc.Native | None = None,
-) -> Found:
-    """Run scenes, by their names, with both backends, LAMMPS in a process of its own.
-
-    By default with steps small enough for 1e-6, and with the reference method. The progress bar has
-    a label.
-    """
-    found: Found = {}
-    by_lammps = run_many(scenes.values(), lammps) if with_lammps else None
-    for name, scene in progress(scenes.items(), label):
-        try:
-            found[name, "native"] = (native or hc.Native("reference")).run(scene)
-        except hc.HertzchainError as problem:
-            found[name, "native"] = problem
-        if by_lammps is not None:
-            found[name, "lammps"] = beside = next(by_lammps)
-            if isinstance(beside, BackendMissing):
-                raise beside
-    return found
 
 
 def progress(work: Iterable[_Any], label: str) -> Iterable[_Any]:

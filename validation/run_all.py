@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
@@ -22,43 +23,18 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 import hertzchain as hc
-import validation.claims
-import validation.constants
-import validation.corrections
-import validation.figure1
-import validation.figure2
-import validation.figure3
-import validation.figure4
-import validation.figure5
-import validation.formula_maps
-import validation.ladder
-import validation.limits
-import validation.mistakes
-import validation.table2
-import validation.table3
-import validation.table4
 from hertzchain.files import check_writable, write_text
 from hertzchain.report.junit import to_xml
 from validation.page import make_folder, write_outcome, write_report
 from validation.rows import Row, did_not_run, output, print_rows
 from validation.script import Script, as_json, junit_suite, missing_suites, say, why_no_lammps
 
-MODULES: tuple[ModuleType, ...] = (
-    validation.figure1,
-    validation.figure2,
-    validation.figure3,
-    validation.figure4,
-    validation.figure5,
-    validation.table2,
-    validation.table3,
-    validation.table4,
-    validation.constants,
-    validation.claims,
-    validation.corrections,
-    validation.formula_maps,
-    validation.ladder,
-    validation.limits,
-    validation.mistakes,
+_NAMES = (
+    "figure1 figure2 figure3 figure4 figure5 table2 table3 table4 constants claims corrections"
+    " formula_maps ladder limits mistakes"
+)
+MODULES: tuple[ModuleType, ...] = tuple(
+    import_module(f"validation.{name}") for name in _NAMES.split()
 )
 TITLE = "Every script: rows that pass"
 

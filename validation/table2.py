@@ -10,18 +10,9 @@ from matplotlib.figure import Figure
 
 import hertzchain as hc
 from validation.drawing import BACKENDS, new_figure
-from validation.rows import (
-    Row,
-    did_not_run,
-    eq3,
-    load,
-    paper_table,
-    problems_as_text,
-    row,
-    scene_name,
-    simulate,
-)
+from validation.rows import Row, did_not_run, problems_as_text, row
 from validation.script import Script
+from validation.shipped import eq3, load, paper_table, scene_name, simulate
 
 TITLE = "Table 2: granules in the transition, p"
 

@@ -22,18 +22,9 @@ from hertzchain.files import check_writable, write_text
 from hertzchain.report.figures import plot_tradeoff
 from hertzchain.report.tradeoff import print_tradeoff
 from hertzchain.verdict.tradeoff import Tradeoff, provenance, tradeoff
-from validation.rows import (
-    Row,
-    did_not_run,
-    load,
-    output,
-    paper_table,
-    print_rows,
-    progress,
-    row,
-    scene_name,
-)
+from validation.rows import Row, did_not_run, output, print_rows, progress, row
 from validation.script import dated, facts_of
+from validation.shipped import load, table_scenes
 
 TITLE = "Error against cost"
 
@@ -56,8 +47,7 @@ def measure(quick: bool = False) -> dict[str, Tradeoff | hc.HertzchainError]:
     The quick form has one scene, and no run repeated for the sake of its time. BackendMissing if
     LAMMPS is not there.
     """
-    entries = [entry for number in (2, 3, 4) for entry in paper_table(number)]
-    names = sorted({scene_name(entry) for entry in entries})
+    names = sorted(table_scenes())
     found: dict[str, Tradeoff | hc.HertzchainError] = {}
     with Child() as child:
         for name in progress(names[:1] if quick else names, TITLE):

@@ -7,14 +7,16 @@ of its tables.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import functools
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 import pandas
 
 import hertzchain as hc
 from hertzchain.scene.pulse import PROFILES
-from validation.rows import STEEL, Row, did_not_run, problems_as_text
+from validation.rows import Row, did_not_run, problems_as_text
+from validation.shipped import STEEL
 
 MOMENTUM_RATIOS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 2.5)
 """Chosen."""
@@ -73,8 +75,24 @@ def transitions(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     return pandas.concat(tables, ignore_index=True)
 
 
-def _swept(backend: hc.Native | hc.Lammps, ratios: Sequence[float]) -> pandas.DataFrame:
-    """What a backend finds of all profiles with some LM_ratio."""
+def in_transition(
+    quick: bool, with_lammps: bool, beyond: int, add: Callable[[pandas.DataFrame], pandas.DataFrame]
+) -> pandas.DataFrame:
+    """``transitions`` without LM_ratio 1, up to contact p and some beyond.
+
+    Columns are added to each scene of each backend that ran.
+    """
+    table = transitions(quick, with_lammps)
+    table = table[table["momentum_ratio"] != 1]
+    inside = (table["contact"] <= table["p"] + beyond) | (table["problem"] != "")
+    groups = table[inside].groupby(["profile", "momentum_ratio", "backend"], sort=False)
+    parts = [own if own["problem"].iloc[0] else add(own) for _, own in groups]
+    return pandas.concat(parts, ignore_index=True)
+
+
+@functools.cache
+def _swept(backend: hc.Native | hc.Lammps, ratios: tuple[float, ...]) -> pandas.DataFrame:
+    """What a backend finds of all profiles with some LM_ratio; once for all figures."""
     vary: dict[str, Iterable[str | float]] = {
         "shock.profile": list(PROFILES),
         "shock.momentum_ratio": ratios,

@@ -15,7 +15,8 @@ import hertzchain as hc
 from hertzchain import theory
 from tests import scenes
 from validation import claims, constants, corrections, mistakes
-from validation.rows import STEEL, Found, Row, effective_ratio
+from validation.rows import Row
+from validation.shipped import STEEL, Found, effective_ratio
 
 # Nesterenko's wave
 

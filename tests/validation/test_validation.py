@@ -17,9 +17,9 @@ import validation.script
 from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.verdict.tradeoff import ENGINES, Tradeoff
 from tests import scenes
-from validation import peak_forces, rows, run_all, table2, table3, table4, tradeoff
-from validation.rows import paper_table, scene_name
+from validation import peak_forces, rows, run_all, shipped, table2, table3, table4, tradeoff
 from validation.script import Script, rows_of, rows_only
+from validation.shipped import paper_table, scene_name
 
 SCRIPTS = {module.__name__.removeprefix("validation."): module for module in run_all.MODULES}
 TABLES = [table2, table3, table4]
@@ -100,9 +100,9 @@ def test_what_is_kept_of_a_script_keeps_its_promises(name: str) -> None:
 
 @pytest.mark.parametrize("script", TABLES, ids=name_of)
 def test_a_wrong_simulation_fails(script: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
-    def doctored(wanted: Mapping[str, hc.Scene], *_: object) -> rows.Found:
+    def doctored(wanted: Mapping[str, hc.Scene], *_: object) -> shipped.Found:
         # The last contact of each transition 2 % high: p moves, and F_SW with it.
-        found: rows.Found = {}
+        found: shipped.Found = {}
         for name, scene in wanted.items():
             result = hc.Native("reference").run(scene)
             peaks = result.peak_force.copy()
@@ -124,7 +124,7 @@ def test_a_scene_that_kills_lammps_fails_alone(
         yield RunFailed("LAMMPS crashed (SIGSEGV)")
         yield from (replace(result, backend="lammps") for result in by_native[1:])
 
-    monkeypatch.setattr(rows, "run_many", run_many)
+    monkeypatch.setattr(shipped, "run_many", run_many)
     measured = script.SCRIPT.promises(script.SCRIPT.measure(True, True))
     (failed,) = [entry for entry in measured if not entry.passed]
     assert failed.what.endswith(": LAMMPS crashed (SIGSEGV)")

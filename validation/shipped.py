@@ -1,0 +1,90 @@
+"""The scenes and tables that are shipped, what both backends find of scenes, and Eqs. 3 and 6."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+
+import hertzchain as hc
+from hertzchain import theory
+from hertzchain.engines.lammps import run_many
+from hertzchain.errors import BackendMissing
+from hertzchain.observables.history import History
+from validation.rows import progress
+
+HERE = Path(__file__).parent
+
+STEEL = {"radius": 4.75e-3, "young_modulus": 193e9, "poisson_ratio": 0.3, "density": 7958.0}
+"""The paper's granules (section 5.2), where a script makes its own scenes."""
+
+
+def paper_table(number: int) -> list[dict[str, str]]:
+    """The rows of one of the paper's tables as they are printed."""
+    with (HERE / "paper" / f"table{number}.csv").open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+def scene_name(entry: dict[str, str]) -> str:
+    """The scene file of a row of a table, without its suffix."""
+    return f"{entry['profile']}_LM{entry['momentum_ratio']}_n{entry['duration_ratio']}"
+
+
+def pulse_of(scene: hc.Scene) -> tuple[hc.Pulse, float]:
+    """The pulse of a scene that has one, and its t0 [s]."""
+    pulse, rise_time = scene.shock, scene.rise_time
+    assert isinstance(pulse, hc.Pulse)
+    assert rise_time is not None
+    return pulse, rise_time
+
+
+def eq3(scene: hc.Scene, wave_force: float) -> float:
+    """Number p of granules by Eq. 3, not rounded, with F_SW [N] of a simulation."""
+    return theory.transition_granules(scene.chain, *pulse_of(scene), wave_force)
+
+
+def effective_ratio(scene: hc.Scene) -> float:
+    """What Eq. 6 raises to a power: LM_ratio, with Delta L where it is below 1."""
+    return theory.effective_momentum_ratio(scene.chain, *pulse_of(scene))
+
+
+def history_of(result: hc.Result) -> History:
+    """The history of a run that has recorded one."""
+    assert result.history is not None
+    return result.history
+
+
+def table_scenes() -> list[str]:
+    """Names of the 24 scenes of Tables 2, 3 and 4, in this order."""
+    entries = (entry for number in (2, 3, 4) for entry in paper_table(number))
+    return list(dict.fromkeys(map(scene_name, entries)))
+
+
+Found = dict[tuple[str, str], hc.Result | hc.HertzchainError]
+"""A result, or why there is none, for each (name of the scene, backend)."""
+
+
+def load(name: str) -> hc.Scene:
+    """A scene that is shipped."""
+    return hc.Scene.from_toml(HERE / "scenes" / f"{name}.toml")
+
+
+def simulate(
+    scenes: Mapping[str, hc.Scene], label: str, with_lammps: bool, lammps: hc.Lammps | None = None
+) -> Found:
+    """Run scenes, by their names, with both backends, LAMMPS in a process of its own.
+
+    LAMMPS takes steps small enough for 1e-6 by default. The progress bar has a label.
+    """
+    found: Found = {}
+    by_lammps = run_many(scenes.values(), lammps) if with_lammps else None
+    for name, scene in progress(scenes.items(), label):
+        try:
+            found[name, "native"] = hc.Native("reference").run(scene)
+        except hc.HertzchainError as problem:
+            found[name, "native"] = problem
+        if by_lammps is not None:
+            found[name, "lammps"] = beside = next(by_lammps)
+            if isinstance(beside, BackendMissing):
+                raise beside
+    return found
