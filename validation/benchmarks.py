@@ -34,8 +34,8 @@ from hertzchain.errors import RunFailed
 from hertzchain.observables.peaks import largest_difference, largest_differences
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.verdict.contenders import contenders
+from validation.shipped import HERE, load
 
-HERE = Path(__file__).parent
 FIGURES: list[tuple[str, str, str, str]] = []
 
 
@@ -52,7 +52,7 @@ def _summary(pytestconfig: pytest.Config) -> Iterator[None]:
 @pytest.fixture(scope="module")
 def demo() -> hc.Scene:
     """The demo scene."""
-    return hc.Scene.from_toml(HERE / "scenes" / "demo.toml")
+    return load("demo")
 
 
 @pytest.fixture(scope="module")
@@ -88,9 +88,8 @@ def plain_deck(scene: hc.Scene, dt: float) -> None:
         command(lammps, deck.set_up(scene))
         before = None
         for leg in scene.schedule(dt):
-            command(
-                lammps, "\n".join([*deck.leg_commands(leg, before), f"run {leg.steps} post no"])
-            )
+            lines = [*deck.leg_commands(leg, before), f"run {leg.steps} post no"]
+            command(lammps, "\n".join(lines))
             before = leg
 
 
@@ -106,18 +105,16 @@ def test_a_lammps_over_native(benchmark: Any, demo: hc.Scene, truth: FloatArray)
     finer = hc.Lammps(rtol=1e-6, extrapolated=True).run(demo).dt
     extrapolated = best(lambda: plain_deck(demo, finer), 3)
     extrapolated += best(lambda: plain_deck(demo, 2 * finer), 3)
-    FIGURES.extend(
-        [
-            ("A", "native, peaks to 1e-6 with their error", f"{ours * 1e3:.3f} ms", ""),
-            ("A", "native, one plain run at the same step", f"{once * 1e3:.3f} ms", ""),
-            ("A", "LAMMPS, one plain run of the deck", f"{lammps * 1e3:.0f} ms", ""),
-            ("A", "LAMMPS, two runs to extrapolate from", f"{extrapolated * 1e3:.0f} ms", ""),
-            ("A", "plain LAMMPS over native with error", f"{lammps / ours:.0f}", "400, aim 1000"),
-            ("A", "plain LAMMPS over one native run", f"{lammps / once:.0f}", "400, aim 1000"),
-            ("A", "extrapolated LAMMPS over native", f"{extrapolated / ours:.0f}", "80"),
-            ("A", "extrapolated LAMMPS over one native run", f"{extrapolated / once:.0f}", "80"),
-        ]
-    )
+    FIGURES.extend([
+        ("A", "native, peaks to 1e-6 with their error", f"{ours * 1e3:.3f} ms", ""),
+        ("A", "native, one plain run at the same step", f"{once * 1e3:.3f} ms", ""),
+        ("A", "LAMMPS, one plain run of the deck", f"{lammps * 1e3:.0f} ms", ""),
+        ("A", "LAMMPS, two runs to extrapolate from", f"{extrapolated * 1e3:.0f} ms", ""),
+        ("A", "plain LAMMPS over native with error", f"{lammps / ours:.0f}", "400, aim 1000"),
+        ("A", "plain LAMMPS over one native run", f"{lammps / once:.0f}", "400, aim 1000"),
+        ("A", "extrapolated LAMMPS over native", f"{extrapolated / ours:.0f}", "80"),
+        ("A", "extrapolated LAMMPS over one native run", f"{extrapolated / once:.0f}", "80"),
+    ])  # fmt: skip
 
 
 def test_b_scipy_over_native(benchmark: Any, demo: hc.Scene) -> None:
@@ -141,14 +138,9 @@ def test_c_long_chain(benchmark: Any, demo: hc.Scene, granules: int) -> None:
     assert result.error_estimate <= 1e-6
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     each = seconds(benchmark) / granules * 1e6
-    FIGURES.append(
-        (
-            "C",
-            f"{granules:,} granules: time; per granule",
-            f"{seconds(benchmark):.3f} s; {each:.1f} us",
-            f"10 s, 500 MB; {memory:.0f} MB so far" if granules == 1_000_000 else "linear",
-        )
-    )
+    found = f"{seconds(benchmark):.3f} s; {each:.1f} us"
+    target = f"10 s, 500 MB; {memory:.0f} MB so far" if granules == 1_000_000 else "linear"
+    FIGURES.append(("C", f"{granules:,} granules: time; per granule", found, target))
 
 
 def random_pulses(number: int) -> tuple[FloatArray, FloatArray]:
@@ -186,15 +178,13 @@ def square_root() -> float:
 
 
 def test_e_granule_and_stage_over_square_root(benchmark: Any, demo: hc.Scene) -> None:
-    scene = replace(
-        hc.Scene(replace(demo.chain, granules=1000), demo.shock),
-        run=hc.Run(100 * demo.units.time),
-    )
+    chain, run_time = replace(demo.chain, granules=1000), hc.Run(100 * demo.units.time)
+    scene = hc.Scene(chain, demo.shock, run_time)
     walker = Fixed(SRKN_11B)
     legs = scene.schedule(0.4 * scene.units.time)
     run = benchmark(simulate, scene, legs, walker, window=False)
-    chain = seconds(benchmark) / (run.evaluations * 1000) / square_root()
-    FIGURES.append(("E", "granule and stage over sqrt, 1,000 granules", f"{chain:.2f}", "2"))
+    spent_there = seconds(benchmark) / (run.evaluations * 1000) / square_root()
+    FIGURES.append(("E", "granule and stage over sqrt, 1,000 granules", f"{spent_there:.2f}", "2"))
     ratio, n = random_pulses(1000)
     rows = np.concatenate(
         [
@@ -237,15 +227,11 @@ def test_f_choice_over_best_in_hindsight(benchmark: Any, demo: hc.Scene, rtol: f
     rng = np.random.default_rng(2026)
     ratios = []
     for _ in range(40):
-        ratio, n, granules = (
-            float(np.exp(rng.uniform(np.log(low), np.log(high))))
-            for low, high in ((0.05, 10.0), (1.1, 60.0), (2.0, 501.0))
-        )
+        ranges = ((0.05, 10.0), (1.1, 60.0), (2.0, 501.0))
+        ratio, n, granules = (float(np.exp(rng.uniform(*np.log(ends)))) for ends in ranges)
         profile = list(PROFILES)[rng.integers(3)]
-        scene = hc.Scene(
-            replace(demo.chain, granules=int(granules)),
-            hc.Pulse(profile, 100.0, n, momentum_ratio=ratio),
-        )
+        pulse = hc.Pulse(profile, 100.0, n, momentum_ratio=ratio)
+        scene = hc.Scene(replace(demo.chain, granules=int(granules)), pulse)
         chosen = best(hc_run(scene, rtol), 3)
         ratios.append(chosen / best_in_hindsight(scene, rtol))
     benchmark.pedantic(hc_run(scene, rtol), rounds=3)

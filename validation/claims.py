@@ -5,7 +5,7 @@ Forces are in units of F0 and momenta in units of L_Applied(t0_hat) unless somet
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -373,17 +373,10 @@ _WHOLE_PERCENT = (
 _TENTHS = "a tenth of a per cent, as found; Eq. 4a needs 0"
 
 SHARES = {
-    1.0: (0.951, 1.018),
-    1.05: (0.933, 1.004),
-    1.25: (0.864, 0.943),
-    1.5: (0.786, 0.867),
-    2.0: (0.661, 0.733),
-    2.5: (0.568, 0.629),
-    3.5: (0.441, 0.486),
-    5.0: (0.330, 0.360),
-    7.0: (0.247, 0.266),
-    10.0: (0.179, 0.191),
-}
+    1.0: (0.951, 1.018), 1.05: (0.933, 1.004), 1.25: (0.864, 0.943), 1.5: (0.786, 0.867),
+    2.0: (0.661, 0.733), 2.5: (0.568, 0.629), 3.5: (0.441, 0.486), 5.0: (0.330, 0.360),
+    7.0: (0.247, 0.266), 10.0: (0.179, 0.191),
+}  # fmt: skip
 """Smallest and largest share of the primary wave, over profiles and n of 2 and 10, at LM_ratio."""
 
 EQ5 = (
@@ -442,12 +435,12 @@ def _claim_a(table: pandas.DataFrame, backend: str) -> list[Row]:
     ]
 
 
-def _claim_b(table: pandas.DataFrame, backend: str) -> list[Row]:
+def _claim_b(table: pandas.DataFrame, backend: str) -> Iterator[Row]:
     """Below LM_ratio 1 ejection gains Delta L."""
     gained = table[table["what"] == THROWN].set_index("scene")
     low, high = ends(gained["paper"] / gained[backend])
     what = "b. Delta L / momentum gained (paper: 1)"
-    rows = [
+    yield from [
         row(f"{what}, lowest", backend, low, 0.0043, 6e-5, _FOUND),
         row(f"{what}, highest", backend, high, 11.0, 0.06, _FOUND),
     ]
@@ -456,26 +449,24 @@ def _claim_b(table: pandas.DataFrame, backend: str) -> list[Row]:
         ("cosine_LM0.3_n2", 0.040, 0.442),
     ):
         what = f"b. {name}: momentum gained (paper: {claimed})"
-        rows.append(row(what, backend, gained[backend][name], found, 6e-4, _FOUND))
+        yield row(what, backend, gained[backend][name], found, 6e-4, _FOUND)
     off = largest(table[table["what"] == BALANCE][backend])
     tolerance, reason = _WAVE_ALONE[backend]
     what = "b. L_SW - L_Applied - momentum gained, largest (paper: 0)"
-    rows.append(row(what, backend, off, 0.0, tolerance, reason))
-    return rows
+    yield row(what, backend, off, 0.0, tolerance, reason)
 
 
-def _claim_c(table: pandas.DataFrame, backend: str) -> list[Row]:
+def _claim_c(table: pandas.DataFrame, backend: str) -> Iterator[Row]:
     """Above LM_ratio 1 only a share of the momentum goes into the primary wave."""
     own = table[table["what"] == SHARE]
     long, what = own["scene"].str.endswith(LONG), "share of L_Applied in the wave"
     name = f"c. LM_ratio 1.4 to 2.5: {what}"
-    rows = _by_ends(name, backend, own[~long][backend], (0.615, 0.897), 6e-4, _FOUND)
+    yield from _by_ends(name, backend, own[~long][backend], (0.615, 0.897), 6e-4, _FOUND)
     if backend == "native":
         for ratio, expected in SHARES.items():
             shares = own[long & (own["momentum_ratio"] == ratio)]["native"]
             name = f"c. LM_ratio {ratio:g}, N 200: {what}"
-            rows += _by_ends(name, "native", shares, expected, 6e-4, _FOUND)
-    return rows
+            yield from _by_ends(name, "native", shares, expected, 6e-4, _FOUND)
 
 
 def _claim_d(table: pandas.DataFrame, backend: str) -> list[Row]:
@@ -496,20 +487,18 @@ def _claim_d(table: pandas.DataFrame, backend: str) -> list[Row]:
     ]  # fmt: skip
 
 
-def _claim_e(table: pandas.DataFrame) -> list[Row]:
+def _claim_e(table: pandas.DataFrame) -> Iterator[Row]:
     """The conditions on the profile: decay >= rise, rise >= t0/2, decay <= (n - 1) t0/2."""
     own = table[table["claim"] == "e"]
-    rows = []
     for profile, by_profile in own.groupby("profile", sort=False):
         margins = by_profile[by_profile["what"] == DECAY_RISE]
         off = largest(margins["quadrature"] - (margins["n"] - 2) / 2)
         what = f"e. {profile}: decay - rise (paper: >= 0) from (n - 2) t0 / 2"
-        rows.append(row(what, "", off, 0.0, 1e-12, _AREA))
+        yield row(what, "", off, 0.0, 1e-12, _AREA)
         for name in (RISE, DECAY):
             off = largest(by_profile[by_profile["what"] == name]["quadrature"])
             what = f"e. {profile}: {name} (paper: >= 0)"
-            rows.append(row(what, "", off, 0.0, 1e-12, _AREA))
-    return rows
+            yield row(what, "", off, 0.0, 1e-12, _AREA)
 
 
 def _claim_f(table: pandas.DataFrame, backend: str) -> list[Row]:
@@ -523,12 +512,12 @@ def _claim_f(table: pandas.DataFrame, backend: str) -> list[Row]:
     ]
 
 
-def _claim_g(table: pandas.DataFrame, backend: str) -> list[Row]:
+def _claim_g(table: pandas.DataFrame, backend: str) -> Iterator[Row]:
     """Below LM_ratio 1 the wave is lower than F0, above it is higher."""
     own = table[table["what"] == HEIGHT]
     _, below = ends(own[own["momentum_ratio"] < 1][backend])
     above, _ = ends(own[own["momentum_ratio"] > 1][backend])
-    rows = [
+    yield from [
         row("g. LM_ratio 0.3 to 0.8: far field / F0 (paper: below 1), highest", backend, below,
             0.787, 6e-4, _FOUND),
         row("g. LM_ratio 1.4 to 2.5: far field / F0 (paper: above 1), lowest", backend, above,
@@ -537,21 +526,18 @@ def _claim_g(table: pandas.DataFrame, backend: str) -> list[Row]:
     if backend == "native":
         values = table[table["what"] == JUST_ABOVE][backend]
         what = f"g. {JUST_ABOVE} (paper: above 1)"
-        rows += _by_ends(what, backend, values, (0.975, 1.065), 6e-4, _FOUND)
-    return rows
+        yield from _by_ends(what, backend, values, (0.975, 1.065), 6e-4, _FOUND)
 
 
-def _claim_h(table: pandas.DataFrame, backend: str) -> list[Row]:
+def _claim_h(table: pandas.DataFrame, backend: str) -> Iterator[Row]:
     """Each contact of the transition hands on the momentum of the wave, in a pulse of Eq. 4a."""
     own = table[table["claim"] == "h"]
-    rows = []
     for side, what, expected, tolerance, reason in EQ5:
         if backend == "native" or what == HANDED_ON:
             on_side = (own["momentum_ratio"] < 1) == (side == "below")
             values = own[on_side & (own["what"] == what)][backend]
             name = f"h. LM_ratio {side} 1: {what} (paper: 0)"
-            rows += _by_ends(name, backend, values, expected, tolerance, reason)
-    return rows
+            yield from _by_ends(name, backend, values, expected, tolerance, reason)
 
 
 # What is shown

@@ -46,13 +46,9 @@ def running(command: list[str], log: Path) -> Iterator[subprocess.Popen[bytes]]:
     """A module of Python as a process, with all processes it starts; killed in the end."""
     with log.open("ab") as stream:
         process = subprocess.Popen(  # noqa: S603 - this interpreter, modules of Dask
-            [sys.executable, "-m", *command],
-            stdin=subprocess.DEVNULL,
-            stdout=stream,
-            stderr=stream,
-            cwd=log.parent,
-            start_new_session=True,
-        )
+            [sys.executable, "-m", *command], cwd=log.parent, start_new_session=True,
+            stdin=subprocess.DEVNULL, stdout=stream, stderr=stream,
+        )  # fmt: skip
     try:
         yield process
     finally:
@@ -116,13 +112,8 @@ def seconds(workers: int, scenes: int) -> float:
         await_workers(address, workers)
 
         def sweep(count: int, rtol: float) -> float:
-            begin = time.perf_counter()
-            hc.sweep(
-                load("demo"),
-                {"shock.momentum_ratio": f"1:2:{count}"},
-                backends=[hc.Lammps(rtol=rtol)],
-                scheduler=address,
-            )
+            begin, vary = time.perf_counter(), {"shock.momentum_ratio": f"1:2:{count}"}
+            hc.sweep(load("demo"), vary, backends=[hc.Lammps(rtol=rtol)], scheduler=address)
             return time.perf_counter() - begin
 
         sweep(4 * workers, 1e-2)  # what is imported is imported

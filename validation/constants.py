@@ -9,6 +9,7 @@ xi_tt = (xi^(3/2) + ((xi^(3/2))_xx - 3/8 xi^(-1/2) xi_x^2) / 12)_xx
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,7 +32,7 @@ from hertzchain.theory import solitary_wave as exact
 from validation.drawing import BACKENDS, new_figure
 from validation.rows import Row, did_not_run, ends, largest, row
 from validation.script import Script
-from validation.shipped import STEEL, load, simulate, table_scenes
+from validation.shipped import STEEL, history_of, load, pulse_of, simulate, table_scenes
 
 TITLE = "Constants of the solitary wave, and Eqs. 4 and 5"
 
@@ -98,11 +99,9 @@ class Wave:
     momentum: float  # integral of the force over time
     granule_momentum: float  # sum of the velocities of the granules, at the time of the peak
     force: FloatArray  # at the times X times the exact shift from the peak, shape as X
-    # peak_force, speed, si_momentum: of the wave itself, not scaled [N], [m/s], [N s]; the momentum
-    # is that of the granules.
-    peak_force: float
-    speed: float
-    si_momentum: float
+    peak_force: float  # of the wave itself, not scaled [N], as the next two
+    speed: float  # [m/s]
+    si_momentum: float  # of the granules [N s]
 
 
 def wave_times(scene: hc.Scene) -> FloatArray:
@@ -126,8 +125,7 @@ def far_field(scene: hc.Scene, backend: hc.Native | hc.Lammps, times: FloatArray
     height = result.peak_force[middle] / unit.force
     scale = height ** (-1 / 6)  # the time unit of a wave of this height
     delay = float(result.peak_time[middle + 10] - result.peak_time[middle - 10]) / 20
-    history = result.history
-    assert history is not None
+    history = history_of(result)
     late = float(times[X.size // 2] - result.peak_time[middle]) / (unit.time * scale * WAVE.shift)
     curve = make_interp_spline(X, history.contact_force[:, middle] / (height * unit.force), k=7)
     force = np.asarray(curve(X - late))
@@ -135,14 +133,11 @@ def far_field(scene: hc.Scene, backend: hc.Native | hc.Lammps, times: FloatArray
     near = np.abs(np.arange(velocity.size) - middle - 0.5) < _HALF_WIDTH
     together = float(np.sum(velocity[near]))
     return Wave(
-        float(delay / unit.time / scale),
-        float(np.sum(force)) / _POINTS_PER_GRANULE * WAVE.shift,
-        together / unit.velocity / float(height * scale),
-        force,
-        float(result.peak_force[middle]),
-        2 * scene.chain.radius / delay,
+        float(delay / unit.time / scale), _sum(force) * WAVE.shift,
+        together / unit.velocity / float(height * scale), force,
+        float(result.peak_force[middle]), 2 * scene.chain.radius / delay,
         scene.chain.granule_mass * together,
-    )
+    )  # fmt: skip
 
 
 def width(force: FloatArray, level: float) -> float:
@@ -248,17 +243,15 @@ def _shifts(quick: bool, with_lammps: bool) -> list[dict[str, object]]:
         if not isinstance(result, hc.Result):
             rows.append({"kind": "shift", "what": name, "problem": f"native: {result}"})
             continue
-        p, pulse = result.transition_granules, scene.shock
+        p = result.transition_granules
         if p is None:
             problem = "native: the transition does not end in this chain"
             rows.append({"kind": "shift", "what": name, "problem": problem})
             continue
-        assert isinstance(pulse, hc.Pulse)
         contact, force = np.arange(2, p + 1), result.peak_force[: p - 1] / scene.units.force
+        n, ratio = pulse_of(scene)[0].duration_ratio, scene.momentum_ratio
         columns = {
-            "paper": theory.peak_shift(
-                contact, force, p, pulse.duration_ratio, scene.momentum_ratio
-            ),
+            "paper": theory.peak_shift(contact, force, p, n, ratio),
             "native": _between_peaks(result)[: p - 1],
         }
         beside = found.get((name, "lammps"))
@@ -337,16 +330,14 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     failed = table[table["problem"].notna()].drop_duplicates("what")
     rows = [did_not_run(e["what"], "", e["problem"]) for e in failed.to_dict("records")]
     constants = table[table["kind"] == "constant"].set_index("what")
-    for what, entry in constants.iterrows():
-        for backend, tolerance, reason in _simulated(table):
-            off = entry[backend] / entry["exact"] - 1
-            rows.append(row(f"{what}: relative error", backend, off, 0.0, tolerance, reason))
-    for backend, tolerance, reason in _simulated(table):
-        in_si = table[(table["kind"] == "si") & table["what"].str.endswith(backend)]
-        for wave in in_si.to_dict("records"):
-            off = wave[backend] / wave["exact"] - 1
-            what = f"{wave['what']}: relative error"
-            rows.append(row(what, backend, off, 0.0, tolerance, reason))
+    ran = _simulated(table)
+    judged = [(constants.loc[what], str(what), *by) for what in constants.index for by in ran]
+    for by in ran:
+        in_si = table[(table["kind"] == "si") & table["what"].str.endswith(by[0])]
+        judged += [(entry, entry["what"], *by) for _, entry in in_si.iterrows()]
+    for entry, what, backend, tolerance, reason in judged:
+        off = entry[backend] / entry["exact"] - 1
+        rows.append(row(f"{what}: relative error", backend, off, 0.0, tolerance, reason))
     for what, found in FOUND.items():
         for who, expected in zip(("paper", "nesterenko"), found, strict=True):
             if not math.isnan(expected):
@@ -357,7 +348,7 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     share = constants["exact"]["share within sqrt(10) pi R"]
     what = "share of the force within sqrt(10) pi R, 5 granules"
     rows.append(row(what, "exact", share, 1.0, 2e-5, "the paper: about; 1.2e-5 is outside"))
-    return rows + _of_eq4b(table[table["kind"] == "shift"])
+    return [*rows, *_of_eq4b(table[table["kind"] == "shift"])]
 
 
 def _simulated(table: pandas.DataFrame) -> list[tuple[str, float, str]]:
@@ -370,29 +361,24 @@ def _simulated(table: pandas.DataFrame) -> list[tuple[str, float, str]]:
 def _constants_against_one_another(printed: pandas.Series) -> list[Row]:
     reason = "five decimals, from closed formulas: equal constants would have equal numbers"
     return [
-        row(f"L_SW in natural units, by {what}", "paper", value, expected, 1e-5, reason)
-        for what, value, expected in (
-            ("139/32", printed["L_SW, 139/32"] / MOMENTUM_UNIT, 1.65178),
-            ("53/32", printed["Eq. 5, 53/32"], 1.65625),
-            ("1.543 * 1.077", printed["Eq. 5, 1.543 * 1.077"], 1.66181),
-        )
-    ] + [
-        row(f"speed in natural units, by {what}", "paper", value, expected, 1e-5, reason)
-        for what, value, expected in (
-            ("7/10", printed["V_SW, 7/10"] / SPEED_UNIT, 0.92041),
-            ("1 / 1.077", 1 / printed["Eq. 4b, 1.077"], 0.92851),
+        row(f"{what} in natural units, by {number}", "paper", value, expected, 1e-5, reason)
+        for what, number, value, expected in (
+            ("L_SW", "139/32", printed["L_SW, 139/32"] / MOMENTUM_UNIT, 1.65178),
+            ("L_SW", "53/32", printed["Eq. 5, 53/32"], 1.65625),
+            ("L_SW", "1.543 * 1.077", printed["Eq. 5, 1.543 * 1.077"], 1.66181),
+            ("speed", "7/10", printed["V_SW, 7/10"] / SPEED_UNIT, 0.92041),
+            ("speed", "1 / 1.077", 1 / printed["Eq. 4b, 1.077"], 0.92851),
         )
     ]
 
 
-def _of_the_force(table: pandas.DataFrame) -> list[Row]:
+def _of_the_force(table: pandas.DataFrame) -> Iterator[Row]:
     """Eq. 4a: S^(3/2) with the shift 1.077 against the exact force over time."""
     force = table[table["kind"] == "force"]
     what = "force over time: largest difference / height"
-    rows = []
     for backend, tolerance, reason in _simulated(table):
         off = largest(force[backend] - force["exact"])
-        rows.append(row(what, backend, off, 0.0, tolerance, reason))
+        yield row(what, backend, off, 0.0, tolerance, reason)
     reason = "four decimals; how far the formulas are from the exact wave at its points"
     with_its_shift = theory.contact_force(force["x"], 1.0, WAVE.shift)
     for formula, who, values, expected in (
@@ -401,19 +387,16 @@ def _of_the_force(table: pandas.DataFrame) -> list[Row]:
         ("cos^6", "nesterenko", force["nesterenko"], 0.0475),
     ):
         off = largest(values - force["exact"])
-        rows.append(row(f"{what}, {formula}", who, off, expected, 6e-5, reason))
+        yield row(f"{what}, {formula}", who, off, expected, 6e-5, reason)
     reason = "two digits; S falls like a power of time, the wave as an exponential of one"
     for granules, expected in ((2, 1.6), (3, 37.0), (4, 3.3e5)):
         at = force.iloc[(force["x"] - granules * WAVE.shift).abs().argmin()]
         what = f"S^(3/2) / exact force, {granules} granules before the peak"
         ratio = float(at["paper"] / at["exact"])
-        rows.append(row(what, "paper", ratio, expected, 0.05 * expected, reason))
+        yield row(what, "paper", ratio, expected, 0.05 * expected, reason)
     integral = quad(lambda x: float(theory.wave_profile(x)) ** 1.5, -40, 40, epsabs=1e-12)[0]
     reason = "the paper prints three decimals"
-    rows.append(
-        row("integral of S^(3/2)", "quadrature", integral, paper.FORCE_INTEGRAL, 5e-4, reason)
-    )
-    return rows
+    yield row("integral of S^(3/2)", "quadrature", integral, paper.FORCE_INTEGRAL, 5e-4, reason)
 
 
 EQ4B = {
@@ -437,20 +420,14 @@ def eq4b_errors(shifts: pandas.DataFrame, backend: str) -> pandas.DataFrame:
     t_{i-1}``, which is NaN at contact 2: contact 1 is the shock.
     """
     before = shifts.groupby("what", sort=False)[backend].shift(1)
-    return pandas.DataFrame(
-        {
-            "what": shifts["what"],
-            "x": shifts["x"],
-            "below_1": shifts["what"].str.contains("_LM0."),
-            "t_{i+1} - t_i": 100 * (shifts["paper"] / shifts[backend] - 1),
-            "t_i - t_{i-1}": 100 * (shifts["paper"] / before - 1),
-        }
-    )
+    after, before = (100 * (shifts["paper"] / shift - 1) for shift in (shifts[backend], before))
+    below = shifts["what"].str.contains("_LM0.")
+    columns = {"below_1": below, "t_{i+1} - t_i": after, "t_i - t_{i-1}": before}
+    return shifts[["what", "x"]].assign(**columns)
 
 
-def _of_eq4b(shifts: pandas.DataFrame) -> list[Row]:
+def _of_eq4b(shifts: pandas.DataFrame) -> Iterator[Row]:
     reason = "one decimal of the per cents that were found"
-    rows = []
     for backend in ("native", "lammps"):
         if not shifts[backend].notna().any():
             continue
@@ -461,12 +438,11 @@ def _of_eq4b(shifts: pandas.DataFrame) -> list[Row]:
                 own = own[own["x"] != 2]
             found = ends(own[reading])[end == "highest"]
             what = f"Eq. 4b, LM_ratio {side}: {end} error against {reading} [%]"
-            rows.append(row(what, backend, found, expected, 0.06, reason))
+            yield row(what, backend, found, expected, 0.06, reason)
     if shifts["lammps"].notna().any():
         off = largest(shifts["lammps"] / shifts["native"] - 1)
         reason = "extrapolated peak times are right to 1e-6 of a shift that is a tenth of the time"
-        rows.append(row("times between peaks: LAMMPS / native - 1", "lammps", off, 0, 1e-5, reason))
-    return rows
+        yield row("times between peaks: LAMMPS / native - 1", "lammps", off, 0, 1e-5, reason)
 
 
 # What is shown
@@ -480,7 +456,7 @@ _STYLES: dict[str, dict[str, Any]] = {
 
 def draw(table: pandas.DataFrame) -> Figure:
     """The force over time and what each is off by; constants; Eq. 4b."""
-    figure = new_figure(12, 8.5)
+    figure = new_figure(12, 8.5, TITLE)
     (top, constants), (bottom, eq4b) = figure.subplots(2, 2)
     force = table[table["kind"] == "force"]
     for name, style in _STYLES.items():
@@ -503,29 +479,26 @@ def draw(table: pandas.DataFrame) -> Figure:
     for below, colour, marker in ((True, "#0072B2", "o"), (False, "#D55E00", "^")):
         own = errors[errors["below_1"] == below]
         label = f"LM_ratio {'below' if below else 'above'} 1"
+        look: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 5}
         for number, (_, scene) in enumerate(own.groupby("what", sort=False)):
-            eq4b.plot(
-                scene["x"], scene["t_{i+1} - t_i"], color=colour, marker=marker, markersize=5,
-                linewidth=0.8, label=None if number else label,
-            )  # fmt: skip
+            named = None if number else label
+            eq4b.plot(scene["x"], scene["t_{i+1} - t_i"], linewidth=0.8, label=named, **look)
     eq4b.axhline(0, color="0.5", linewidth=0.8)
     eq4b.set(xlabel="contact i", ylabel="error of Eq. 4b against peak times, native [%]")
     eq4b.legend(fontsize="small")
     for axes in figure.axes:
         axes.grid(alpha=0.3)
-    figure.suptitle(TITLE, fontsize="medium")
     return figure
 
 
 def _draw_constants(axes: Axes, constants: pandas.DataFrame) -> None:
     place = np.arange(len(constants))[::-1]
+    off = {name: 100 * (constants[name] / constants["exact"] - 1) for name in _WHO}
     for up, name, marker in ((0.12, "paper", "D"), (-0.12, "nesterenko", "^")):
-        off = 100 * (constants[name] / constants["exact"] - 1)
-        label = {"paper": "paper", "nesterenko": "Nesterenko"}[name]
-        axes.plot(off, place + up, marker, color=_STYLES[name]["color"], label=label)
+        colour = _STYLES[name]["color"]
+        axes.plot(off[name], place + up, marker, color=colour, label=_WHO[name])
     for backend, style in BACKENDS.items():
-        off = 100 * (constants[backend] / constants["exact"] - 1)
-        axes.plot(off, place, **style)
+        axes.plot(off[backend], place, **style)
     axes.set_yticks(place, labels=constants["what"], fontsize="small")
     axes.set(xlabel="off by, against the exact wave [%]", title="Constants")
     axes.axvline(0, color="0.5", linewidth=0.8)
@@ -551,13 +524,8 @@ def show(console: Console, table: pandas.DataFrame) -> None:
     console.print(printed)
 
 
-_WHO = {
-    "exact": "exact",
-    "paper": "paper",
-    "nesterenko": "Nesterenko",
-    "native": "native",
-    "lammps": "LAMMPS",
-}
+_WHO = {"exact": "exact", "paper": "paper", "nesterenko": "Nesterenko"}
+_WHO |= {"native": "native", "lammps": "LAMMPS"}
 
 
 SCRIPT = Script(

@@ -20,7 +20,7 @@ from hertzchain.files import check_writable, write_text
 from hertzchain.observables.peaks import largest_difference
 from validation.rows import Row, print_rows, progress, row
 from validation.script import dated, facts_of, leave_with
-from validation.shipped import HERE, load
+from validation.shipped import HERE, load, table_scenes
 
 TITLE = "Every engine at the same steps, largest difference of a peak"
 
@@ -45,7 +45,7 @@ ENGINES: Mapping[str, Callable[[float], hc.Lammps | hc.Liggghts | hc.Yade]] = {
 
 def names() -> list[str]:
     """The 24 scenes of Tables 2, 3 and 4."""
-    return sorted(path.stem for path in (HERE / "scenes").glob("*_LM*.toml"))
+    return sorted(table_scenes())
 
 
 def native_peaks(scene: hc.Scene, dt: float) -> FloatArray:

@@ -2,13 +2,9 @@
 
 Scenes are drawn at random over ranges that reach far beyond what is physical (see RANGES), and run
 with both backends; every method is run with steps from a thousandth of the stable one to three
-times that, and batches in single precision. Each run must be one of:
-
-- right: its peaks differ from those of a converged run by no more than what both say of their own
-  error;
-- refused, with a reason from a closed list (REASONS).
-
-Anything else is wrong.
+times that, and batches in single precision. Each run must be right (its peaks differ from those of
+a converged run by no more than what both say of their own error) or refused, with a reason from a
+closed list (REASONS).
 
 Error bounds are also held against another solver, tests/oracles/eighth_order.py, on scenes of
 moderate length that are drawn to be hard on them (validation/random_scenes.py): end times anywhere,

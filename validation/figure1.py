@@ -98,8 +98,8 @@ def _by_lammps(scene: hc.Scene, child: Child) -> pandas.DataFrame:
         seen = child.call(examine, scene, time_limit=lammps.time_limit)
         momentum = run_in(child, lammps, scene).balance.momentum
     except hc.HertzchainError as problem:
-        profile = pulse_of(scene)[0].profile
-        return pandas.DataFrame([{"profile": profile, "source": "lammps", "problem": str(problem)}])
+        names = {"profile": pulse_of(scene)[0].profile, "source": "lammps"}
+        return pandas.DataFrame([names | {"problem": str(problem)}])
     ramp = np.repeat(np.arange(len(seen.time)), seen.time.shape[1])
     # After the pulse every reading says the same; those close to it are shown.
     time = np.where(seen.time <= 1.5 * scene.ramps[-1].end, seen.time, np.nan).ravel()

@@ -6,16 +6,16 @@ the natural unit of a wave of that contact force, so that nothing is fitted. Bes
 paper's profile (section 5.1) and the exact solitary wave. The paper does not say which peak
 velocities its figure has; these are chosen.
 
-How wide a wave is that falls off faster than any exponential is a matter of definition. Two widths
-are measured: where the velocity is above half, and above 1 % of its peak. The paper's "about 5
-granules" is sqrt(10) pi R, the length of Nesterenko's compact wave, a fourth power of a cosine; a
-wave is said to span as many granules as that compact wave which is as wide at 1 %.
+Two widths are measured: where the velocity is above half, and above 1 % of its peak. The paper's
+"about 5 granules" is sqrt(10) pi R, the length of Nesterenko's compact wave, a fourth power of a
+cosine; a wave spans as many granules as that compact wave which is as wide at 1 %.
 """
 
 from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -249,21 +249,20 @@ def promises(table: pandas.DataFrame) -> list[Row]:
             spanned = span(float(np.mean([each[k] for each in each_wave])), fraction)
             name = f"granules that it spans by its width at {100 * fraction:g} % (paper: about 5)"
             rows.append(row(name, backend, spanned, known, 0.01, SPAN))
-    return rows + _of_the_paper(expected)
+    return [*rows, *_of_the_paper(expected)]
 
 
-def _of_the_paper(expected: dict[float, float]) -> list[Row]:
+def _of_the_paper(expected: dict[float, float]) -> Iterator[Row]:
     """The paper's profile beside the exact one."""
     x = np.linspace(-4, 4, 1601)
     paper, exact = paper_profile().velocity(x), exact_profile().velocity(x)
     off = np.max(np.abs(paper - exact)) / np.max(exact)
     name = "largest difference from the exact wave, of its peak"
-    rows = [row(name, "paper", off, 0.02, 5e-4, FOUND)]
+    yield row(name, "paper", off, 0.02, 5e-4, FOUND)
     for (fraction, known), found in zip(expected.items(), (1.0223, 1.0447), strict=True):
         name = f"width above {100 * fraction:g} % over the exact one"
         ratio = paper_profile().width(fraction) / known
-        rows.append(row(name, "paper", ratio, found, 1e-4, FOUND))
-    return rows
+        yield row(name, "paper", ratio, found, 1e-4, FOUND)
 
 
 def draw(table: pandas.DataFrame) -> Figure:

@@ -11,7 +11,7 @@ points::
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -342,15 +342,15 @@ def promises(table: pandas.DataFrame) -> list[Row]:
         rows.append(Row(f"rule: {rule.name}: largest", "native", worst, 0.0, WITHIN, passed, _RULE))
     rows += _longer_rows(table[table["part"] == "longer"])
     rows += _paper_rows(table[table["part"] == "paper"])
-    return rows + _sample_rows(table[table["part"] == "sample"])
+    return [*rows, *_sample_rows(table[table["part"] == "sample"])]
 
 
-def _map_rows(profile: str, own: pandas.DataFrame) -> list[Row]:
+def _map_rows(profile: str, own: pandas.DataFrame) -> Iterator[Row]:
     ratios, durations = _axes_of(own)
     spacing = math.log(durations[1] / durations[0])
     doubtful = 100 * float((own["least_p"] != own["most_p"]).mean())
     what = f"{profile}: points where p hangs on the digits of peaks [%]"
-    rows = [
+    yield from [
         row(f"{profile}: points without p", "native", own["p"].isna().sum(), 0, 0.0, _EVERYWHERE),
         row(what, "native", doubtful, 0.0, 3.0, _DOUBT),
     ]
@@ -367,8 +367,7 @@ def _map_rows(profile: str, own: pandas.DataFrame) -> list[Row]:
                 ("largest error", np.max(error), LARGEST, 15 * spacing**2 + _ROUNDING, _TOP),
             ):
                 expected = known[profile, side][k]
-                rows.append(row(f"{what}: {title} [%]", "native", found, expected, off, why))
-    return rows
+                yield row(f"{what}: {title} [%]", "native", found, expected, off, why)
 
 
 def share(holds: NDArray[np.bool_]) -> float:
@@ -389,20 +388,20 @@ def _on_grid(own: pandas.DataFrame, column: str) -> FloatArray:
     return values.to_numpy(np.float64).reshape(durations.size, ratios.size)
 
 
-def _longer_rows(own: pandas.DataFrame) -> list[Row]:
+def _longer_rows(own: pandas.DataFrame) -> Iterator[Row]:
     short, long = (
         own[own["granules"] == granules].reset_index(drop=True) for granules in (GRANULES, LONGER)
     )
     what = f"{LONGER} granules in place of {GRANULES}"
     if short.empty or len(short) != len(long):
-        return [did_not_run(what, "native", "nothing was measured")]
+        yield did_not_run(what, "native", "nothing was measured")
+        return
     differ = float((short["p"] != long["p"]).sum())
-    rows = [row(f"{what}: points with another p", "native", differ, 0.0, 0.0, _WHOLE)]
+    yield row(f"{what}: points with another p", "native", differ, 0.0, 0.0, _WHOLE)
     for name, equation in EQUATIONS.items():
         off = np.max(np.abs((short[f"{name}_error"] - long[f"{name}_error"]).to_numpy()))
         title = f"{what}: error of {equation} [%], off"
-        rows.append(row(title, "native", float(off), 0.0, _ROUNDING, f"percent; {_SAME}"))
-    return rows
+        yield row(title, "native", float(off), 0.0, _ROUNDING, f"percent; {_SAME}")
 
 
 def _paper_rows(own: pandas.DataFrame) -> list[Row]:
@@ -423,23 +422,21 @@ def _paper_rows(own: pandas.DataFrame) -> list[Row]:
     return rows
 
 
-def _sample_rows(own: pandas.DataFrame) -> list[Row]:
-    rows = []
+def _sample_rows(own: pandas.DataFrame) -> Iterator[Row]:
     batch = own[own["backend"] == "native"].set_index("scene").to_dict("index")
     for entry in own[own["backend"] != "native"].to_dict("records"):
         name, backend = entry["scene"], entry["backend"]
         if entry["problem"]:
-            rows.append(did_not_run(name, backend, entry["problem"]))
+            yield did_not_run(name, backend, entry["problem"])
             continue
         known = batch[name]
-        rows.append(row(f"{name}: p", backend, entry["p"], known["p"], 0.0, _WHOLE))
+        yield row(f"{name}: p", backend, entry["p"], known["p"], 0.0, _WHOLE)
         off = entry["peak_difference"]
-        rows.append(row(f"{name}: peaks, off", backend, off, 0.0, 2 * RTOL, _BATCH))
+        yield row(f"{name}: peaks, off", backend, off, 0.0, 2 * RTOL, _BATCH)
         for column, equation in EQUATIONS.items() if backend == "lammps" else ():
             measured, expected = entry[f"{column}_error"], known[f"{column}_error"]
             what, reason = f"{name}: error of {equation} [%]", f"percent; {_SAME}, on both sides"
-            rows.append(row(what, backend, measured, expected, 2 * _ROUNDING, reason))
-    return rows
+            yield row(what, backend, measured, expected, 2 * _ROUNDING, reason)
 
 
 # The figure

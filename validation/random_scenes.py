@@ -10,7 +10,7 @@ import numpy as np
 
 import hertzchain as hc
 from hertzchain.scene.pulse import PROFILES
-from validation.shipped import STEEL
+from validation.shipped import STEEL, pulse_of
 
 Draw = Callable[[np.random.Generator, int], hc.Scene]
 
@@ -68,8 +68,7 @@ def ends_early(rng: np.random.Generator, longest: int) -> hc.Scene:
 def first_instants(rng: np.random.Generator, longest: int) -> hc.Scene:
     """An end time of 1e-10 to twice the rise time."""
     scene = any_pulse(rng, longest)
-    assert scene.rise_time is not None
-    end = scene.rise_time * _spread(rng, 1e-10, 2.0)
+    end = pulse_of(scene)[1] * _spread(rng, 1e-10, 2.0)
     return hc.Scene(scene.chain, scene.shock, hc.Run(end))
 
 
@@ -96,10 +95,6 @@ def pulse_table(rng: np.random.Generator, longest: int) -> hc.Scene:
 
 
 KINDS: dict[str, Draw] = {
-    "any pulse": any_pulse,
-    "two maxima": two_maxima,
-    "sharp decay": sharp_decay,
-    "ends early": ends_early,
-    "first instants": first_instants,
-    "pulse table": pulse_table,
+    kind.__name__.replace("_", " "): kind
+    for kind in (any_pulse, two_maxima, sharp_decay, ends_early, first_instants, pulse_table)
 }

@@ -60,15 +60,11 @@ class Outcome:
 def run_scripts(quick: bool, with_lammps: bool) -> Iterator[Outcome]:
     """Run one script after another, with a progress bar."""
     console = Console(stderr=True)
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
+        *columns, TimeElapsedColumn(),
+        console=console, transient=True, disable=not console.is_terminal,
+    ) as bar:  # fmt: skip
         task = bar.add_task("", total=len(MODULES))
         for module in MODULES:
             name, script = module.__name__.removeprefix("validation."), module.SCRIPT
@@ -92,33 +88,24 @@ def print_summary(outcomes: Sequence[Outcome]) -> None:
     for column in ("pass", "of", "time [s]", ""):
         table.add_column(column, justify="right")
     for outcome in outcomes:
-        table.add_row(
-            outcome.name,
-            outcome.script.question,
-            str(len(outcome.rows) - outcome.failed),
-            str(len(outcome.rows)),
-            f"{outcome.seconds:.1f}",
-            "FAIL" if outcome.failed else "pass",
-        )
+        rows, failed = len(outcome.rows), outcome.failed
+        cells = (str(rows - failed), str(rows), f"{outcome.seconds:.1f}")
+        table.add_row(outcome.name, outcome.script.question, *cells, "FAIL" if failed else "pass")
     output().print(table)
 
 
 def to_dict(outcomes: Sequence[Outcome]) -> dict[str, object]:
     """All outcomes as JSON knows them."""
-    return {
-        "verdict": "fail" if any(outcome.failed for outcome in outcomes) else "pass",
-        "scripts": [
-            {
-                "name": outcome.name,
-                "title": outcome.script.title,
-                "question": outcome.script.question,
-                "oracles": outcome.script.oracles,
-                "seconds": outcome.seconds,
-                "rows": as_json(outcome.rows),
-            }
-            for outcome in outcomes
-        ],
-    }
+    scripts = []
+    for outcome in outcomes:
+        own = outcome.script
+        said = {"title": own.title, "question": own.question, "oracles": own.oracles}
+        scripts.append(
+            {"name": outcome.name} | said
+            | {"seconds": outcome.seconds, "rows": as_json(outcome.rows)}
+        )  # fmt: skip
+    failed = any(outcome.failed for outcome in outcomes)
+    return {"verdict": "fail" if failed else "pass", "scripts": scripts}
 
 
 def run(arguments: Sequence[str]) -> int:

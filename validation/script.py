@@ -128,29 +128,21 @@ def leave_with(measure: Callable[[], bool]) -> NoReturn:
 
 def as_json(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """Rows as JSON knows them; null stands for what could not be measured."""
-    return [
-        {
-            key: None if isinstance(value, float) and not np.isfinite(value) else value
-            for key, value in asdict(entry).items()
-        }
-        for entry in rows
-    ]
+
+    def known(value: Any) -> Any:
+        return None if isinstance(value, float) and not np.isfinite(value) else value
+
+    return [{key: known(value) for key, value in asdict(entry).items()} for entry in rows]
 
 
 def junit_suite(name: str, rows: Sequence[Row], begun: datetime, seconds: float) -> Suite:
     """The rows of a script as test cases."""
-    cases = tuple(
-        case(
-            f"{entry.what} ({entry.backend})" if entry.backend else entry.what,
-            entry.measured,
-            entry.expected,
-            entry.tolerance,
-            entry.passed,
-            entry.reason,
-        )
-        for entry in rows
-    )
-    return Suite(f"validation.{name}", cases, begun, seconds)
+    cases = []
+    for entry in rows:
+        what = f"{entry.what} ({entry.backend})" if entry.backend else entry.what
+        numbers = (entry.measured, entry.expected, entry.tolerance)
+        cases.append(case(what, *numbers, entry.passed, entry.reason))
+    return Suite(f"validation.{name}", tuple(cases), begun, seconds)
 
 
 def missing_suites(missing: str | None, begun: datetime) -> list[Suite]:
@@ -215,10 +207,8 @@ def draw_rows(table: pandas.DataFrame) -> Figure:
     figure = new_figure(8, 1.2 + 0.16 * len(known))
     axes = figure.subplots()
     place = np.arange(len(known))
-    for passed, marker, colour, label in (
-        (True, "o", "#0072B2", "passes"),
-        (False, "X", "#D55E00", "fails"),
-    ):
+    looks = (True, "o", "#0072B2", "passes"), (False, "X", "#D55E00", "fails")
+    for passed, marker, colour, label in looks:
         some = (known["passed"] == passed).to_numpy()
         if some.any():
             seen = np.clip(times.to_numpy()[some], 1e-6, None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from operator import itemgetter
+from typing import Any
 
 import numpy as np
 import pandas
@@ -77,9 +78,8 @@ def draw(table: pandas.DataFrame) -> Figure:
         (-0.1, "p", "paper, numerical", "#000000"),
         (0.1, "eq3", "paper, Eq. 3", "#999999"),
     ):
-        axes.plot(
-            place + shift, printed[f"paper_{column}"], "_", color=colour, markersize=26, label=paper
-        )
+        look: dict[str, Any] = {"color": colour, "markersize": 26, "label": paper}
+        axes.plot(place + shift, printed[f"paper_{column}"], "_", **look)
         for backend, style in BACKENDS.items():
             own = table[table["backend"] == backend]
             where = np.array([names.index(name) for name in own["scene"]])
