@@ -186,15 +186,13 @@ def test_e_granule_and_stage_over_square_root(benchmark: Any, demo: hc.Scene) ->
     spent_there = seconds(benchmark) / (run.evaluations * 1000) / square_root()
     FIGURES.append(("E", "granule and stage over sqrt, 1,000 granules", f"{spent_there:.2f}", "2"))
     ratio, n = random_pulses(1000)
-    rows = np.concatenate(
-        [
-            leg_rows(walker.cut(pulse.schedule(0.4 * pulse.units.time)), pulse.units)[None]
-            for pulse in (
-                hc.Scene(demo.chain, hc.Pulse("cosine", 100.0, float(b), momentum_ratio=float(a)))
-                for a, b in zip(ratio, n, strict=True)
-            )
-        ]
+    scenes = (
+        hc.Scene(demo.chain, hc.Pulse("cosine", 100.0, float(b), momentum_ratio=float(a)))
+        for a, b in zip(ratio, n, strict=True)
     )
+    rows = np.stack([
+        leg_rows(walker.cut(one.schedule(0.4 * one.units.time)), one.units) for one in scenes
+    ])  # fmt: skip
     evaluations = np.zeros(1000)
 
     def batch() -> None:

@@ -237,14 +237,9 @@ _BOUNDED = {
 """Largest drift of energy and amplitude."""
 
 _RELATION = {
-    "velocity-verlet": 4e-5,
-    "srkn-6b": 2e-9,
-    "srkn-11b": 3e-13,
-    "reference": 1e-14,
-    "reference, half the step": 1e-14,
-    "rk4": 1e-6,
-    "dprkn-6": 3e-11,
-}
+    "velocity-verlet": 4e-5, "srkn-6b": 2e-9, "srkn-11b": 3e-13, "reference": 1e-14,
+    "reference, half the step": 1e-14, "rk4": 1e-6, "dprkn-6": 3e-11,
+}  # fmt: skip
 """Largest difference from the speed of an exact wave of the same height."""
 
 _LOSSES = {"rk4": (5, 2.0), "dprkn-6": (7, 4.0)}

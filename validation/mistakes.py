@@ -225,65 +225,43 @@ def also(commands: str) -> Plant:
 MISTAKES = (
     Mistake("stiffness times 1.001", stiffer("1.001"), STIFFNESS),
     Mistake("stiffness times 1 + 1e-9", stiffer("1.000000001"), STIFFNESS),
-    Mistake(
-        "stiffness times 1.001, gran/hertz/history",
-        in_set_up(("${stiffness}", "$(1.001*v_stiffness)")), STIFFNESS, _CLOSED,
-    ),
-    Mistake(
-        "stiffness without 1 - nu^2",
-        in_set_up((_HERTZ, _HERTZ.replace("${poisson_ratio}", "0.0"))), STIFFNESS,
-    ),
+    Mistake("stiffness times 1.001, gran/hertz/history",
+        in_set_up(("${stiffness}", "$(1.001*v_stiffness)")), STIFFNESS, _CLOSED),
+    Mistake("stiffness without 1 - nu^2",
+        in_set_up((_HERTZ, _HERTZ.replace("${poisson_ratio}", "0.0"))), STIFFNESS),
     Mistake("contact law linear", in_set_up((_HERTZ, "hooke 1e7 0.0")), EXPONENT),
     Mistake("mass times 1.001", heavier("1.001"), GRANULE_MASS),
     Mistake("mass times 1 + 1e-9", heavier("1.000000001"), GRANULE_MASS),
-    Mistake(
-        "density set before diameter",
-        in_set_up((_DIAMETER + _DENSITY, _DENSITY + _DIAMETER)), GRANULE_MASS,
-    ),
-    Mistake(
-        "sites a millionth too far apart",
-        in_set_up(("lattice sc $(2*v_radius)", "lattice sc $(2.000002*v_radius)")), POSITION,
-    ),
+    Mistake("density set before diameter",
+        in_set_up((_DIAMETER + _DENSITY, _DENSITY + _DIAMETER)), GRANULE_MASS),
+    Mistake("sites a millionth too far apart",
+        in_set_up(("lattice sc $(2*v_radius)", "lattice sc $(2.000002*v_radius)")), POSITION),
     Mistake("force one step late", lambda: force_at("(time-dt)"), APPLIED),
     Mistake("force one step early", lambda: force_at("(time+dt)"), APPLIED),
     Mistake("force not dropped after the pulse", force_that_stays, APPLIED),
     Mistake("friction, Mindlin", with_friction("mindlin NULL 1.0 0.5"), TANGENTIAL),
     Mistake("friction, linear", with_friction("linear_history 1e6 1.0 0.5"), TANGENTIAL),
-    Mistake(
-        "rolling friction alone",
-        with_friction("linear_nohistory 0.0 0.0 rolling sds 1e3 1.0 0.1"), TANGENTIAL,
-    ),
-    Mistake(
-        "friction, gran/hertz/history",
-        in_set_up(("NULL 0.0 0.0 0.0 0", "NULL 0.0 0.0 0.5 0")), TANGENTIAL, _CLOSED,
-    ),
-    Mistake(
-        "damping tsuji with e = 1",
-        in_set_up((_HERTZ, _HERTZ.replace(" 0.0 ", " 1.0 ") + " damping tsuji")), DAMPING,
-    ),
-    Mistake(
-        "damping, gran/hertz/history",
-        in_set_up(("NULL 0.0 0.0 0.0 0", "NULL 1.0 0.0 0.0 0")), DAMPING, _CLOSED,
-    ),
-    Mistake(
-        "contact 7 missing",
+    Mistake("rolling friction alone",
+        with_friction("linear_nohistory 0.0 0.0 rolling sds 1e3 1.0 0.1"), TANGENTIAL),
+    Mistake("friction, gran/hertz/history",
+        in_set_up(("NULL 0.0 0.0 0.0 0", "NULL 0.0 0.0 0.5 0")), TANGENTIAL, _CLOSED),
+    Mistake("damping tsuji with e = 1",
+        in_set_up((_HERTZ, _HERTZ.replace(" 0.0 ", " 1.0 ") + " damping tsuji")), DAMPING),
+    Mistake("damping, gran/hertz/history",
+        in_set_up(("NULL 0.0 0.0 0.0 0", "NULL 1.0 0.0 0.0 0")), DAMPING, _CLOSED),
+    Mistake("contact 7 missing",
         also("group left id 6\ngroup right id 7\nneigh_modify exclude group left right\n"),
-        STIFFNESS,
-    ),
-    Mistake(
-        "contacts missing in the skin", also("neighbor 0.0 bin\nneigh_modify once yes\n"), STIFFNESS
-    ),
+        STIFFNESS),
+    Mistake("contacts missing in the skin",
+        also("neighbor 0.0 bin\nneigh_modify once yes\n"), STIFFNESS),
     Mistake("peaks of samples only, LAMMPS", peaks_of_samples, SAME_PEAKS),
-    Mistake(
-        "peaks of samples only, LAMMPS, each step read", peaks_of_samples, SAME_PEAKS, read_every=1
-    ),
-    Mistake(
-        "peaks of samples only, everywhere", peaks_of_samples_everywhere, REFERENCE, read_every=1
-    ),
+    Mistake("peaks of samples only, LAMMPS, each step read",
+        peaks_of_samples, SAME_PEAKS, read_every=1),
+    Mistake("peaks of samples only, everywhere",
+        peaks_of_samples_everywhere, REFERENCE, read_every=1),
     Mistake("steps that pass over the corners", lambda: other_legs(without_corners), MOMENTUM),
-    Mistake(
-        "step to the first corner a thousandth late", lambda: other_legs(first_corner_late), APPLIED
-    ),
+    Mistake("step to the first corner a thousandth late",
+        lambda: other_legs(first_corner_late), APPLIED),
     Mistake("first corner of the pulse a thousandth late", corner_of_the_pulse_late, APPLIED),
     Mistake("force one step late, native", native_force_late, "native: momentum [N s]"),
     Mistake("A of Eq. 1 times 1.001, native", of_the_chain("contact_stiffness", 1.001), STIFFNESS),
