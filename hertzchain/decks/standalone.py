@@ -6,8 +6,7 @@ largest overlap of each contact itself, makes peak forces of it, and compares th
 ones that it carries, over the largest applied force: by similarity they hold for any other
 granules and forces that keep LM_ratio, n and N.
 
-It is one text for every LAMMPS from 29 Sep 2021 on. What only later ones know is not in it:
-ternary(), d_name in formulas, fix set, compute reduce of local values.
+It is one text for every LAMMPS from ``dialect.OLDEST`` on.
 """
 
 from __future__ import annotations
@@ -33,11 +32,11 @@ from hertzchain.engines.external.rescaling import (
 from hertzchain.engines.lammps.deck import (
     GRANULES,
     MOTION,
-    PAIR_STYLES,
     SKIN,
     START,
     parameters,
 )
+from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, PAIR_STYLES
 from hertzchain.errors import SceneError
 from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
@@ -118,8 +117,8 @@ def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int)
         changing = "any but N, R and rho, which stand in the data file, is changed"
     what = (
         f"{layout.title}: a chain of {scene.chain.granules} elastic spheres in Hertz contact,"
-        f" pushed at one end. Written by hertzchain {version('hertzchain')} for LAMMPS of 29 Sep"
-        " 2021 and later. SI units throughout. Equations are those of Hasan and Nemat-Nasser,"
+        f" pushed at one end. Written by hertzchain {version('hertzchain')} for LAMMPS of"
+        f" {OLDEST} and later. SI units throughout. Equations are those of Hasan and Nemat-Nasser,"
         " Growth of shock-induced solitary waves in granular crystals."
     )
     lines = [
@@ -285,10 +284,10 @@ def _law(layout: Layout, made: Softening) -> list[str]:
         '    "v_unit_length*(v_unit_length<v_radius/10)+v_radius/10*(v_unit_length>=v_radius/10)"',
         "variable answer equal v_stiffness*v_depth^1.5",
         "displace_atoms first move $(v_depth:%.17g) 0 0 units box",
-        "run 0 post no",
+        NO_STEP,
         "variable pressed equal $(fmax/v_answer-1:%.17g)",
         "displace_atoms first move $(-0.75*v_depth:%.17g) 0 0 units box",
-        "run 0 post no",
+        NO_STEP,
         "variable pressed_less equal $(8*fmax/v_answer-1:%.17g)",
         "set atom 1 x 0",
         "variable heavier equal $(mass(all)/(v_granules*v_mass)-1:%.17g)",

@@ -13,6 +13,7 @@ from hertzchain.engines.external.rescaling import (
     Softening,
     loss_of_coordinates,
 )
+from hertzchain.engines.lammps.dialect import LET_GO, NO_STEP, PUSH, write_dump
 from hertzchain.observables.peaks import SIGNIFICANT
 from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse
 from hertzchain.scene.scene import Scene
@@ -133,9 +134,9 @@ def run_commands(scene: Scene, made: Softening) -> list[str]:
                 force = force.replace("$(v_finish-v_begin", f"$({piece.finish}-v_begin")
             lines.append(f"variable force equal {force}")
             if not pushed:
-                lines.append("fix shock first addforce v_force 0.0 0.0")
+                lines.append(PUSH)
         elif pushed:
-            lines.append("unfix shock")
+            lines.append(LET_GO)
         pushed = piece.force is not None
         lines.append("run ${steps} post no")
     return lines
@@ -143,7 +144,7 @@ def run_commands(scene: Scene, made: Softening) -> list[str]:
 
 def final_state_commands() -> list[str]:
     """The commands that print the state at the end."""
-    return ["write_dump all custom chain.final id x vx fx modify sort id format float %.17g"]
+    return [write_dump("chain.final", ("x", "vx", "fx"))]
 
 
 def verdict_commands(
@@ -215,7 +216,7 @@ def verdict_commands(
         "variable good atom (c_true>0)*(v_off<=v_allowed)",
         "compute good all reduce sum v_good",
         "thermo_style custom step c_worst c_where c_expected c_there c_limit c_good",
-        "run 0 post no",
+        NO_STEP,
         "",
         'print ""',
         'if "$(v_law) == 0" then &',

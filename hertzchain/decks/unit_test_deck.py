@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.dialect import NO_FRICTION, hertz
 from hertzchain.scene.chain import Chain
 
 
@@ -121,7 +122,7 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
         "pair_style: granular",
         *_block(
             "pair_coeff",
-            ["* * hertz/material ${emod} 0.0 ${poisson} tangential linear_nohistory 0.0 0.0"],
+            [f"* * {hertz('${emod}', '${poisson}')} {NO_FRICTION}"],
         ),
         *_block("run_segments", [" ".join(map(str, motion.segments))]),
         *_block("init_forces", _rows(start.force)),

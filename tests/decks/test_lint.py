@@ -21,7 +21,7 @@ from hertzchain.decks.lint.deck import Deck
 from hertzchain.decks.lint.rules import RULES, Finding, lint, lint_file
 from hertzchain.decks.lint.script import parse
 from hertzchain.decks.standalone import standalone
-from hertzchain.engines.lammps.deck import PAIR_STYLES
+from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import HertzchainError
 from tests import scenes

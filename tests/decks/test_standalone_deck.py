@@ -17,7 +17,7 @@ from hertzchain.decks.known_answer import known_answer, lay_out, looked_at
 from hertzchain.decks.layout import ROUNDING, KnownAnswer, whole_step
 from hertzchain.decks.standalone import data_file, standalone
 from hertzchain.engines.external.rescaling import loss_of_coordinates
-from hertzchain.engines.lammps.deck import PAIR_STYLES
+from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL, paper_scene
 from validation.gallery import FOLDER, GALLERY, Entry

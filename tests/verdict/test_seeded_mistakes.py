@@ -12,7 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps import deck, examine
-from hertzchain.engines.lammps.deck import PAIR_STYLES
+from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.check import Check

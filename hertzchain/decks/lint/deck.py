@@ -9,10 +9,7 @@ from itertools import pairwise
 
 from hertzchain.decks.lint.arithmetic import number
 from hertzchain.decks.lint.script import Command, Script
-
-_DEFAULT_SKIN = {"si": 1e-3, "cgs": 0.1, "lj": 0.3}
-DEFAULT_STEP = {"si": 1e-8, "cgs": 1e-8, "lj": 0.005}
-"""What LAMMPS takes where a deck says nothing, in its units."""
+from hertzchain.engines.lammps.dialect import DEFAULT_SKIN, DEFAULT_STEP, NUMBERS_OF
 
 TOUCHING = 1e-9
 """Relative: sites that differ by less from a diameter differ by the rounding of what is written."""
@@ -56,11 +53,6 @@ class Law:
     command: Command
     normal: str
     numbers: tuple[str, ...]
-
-
-_NUMBERS_OF = {
-    "hooke": 2, "hertz": 2, "hertz/material": 3, "dmt": 4, "jkr": 4, "mdr": 6,
-}  # fmt: skip
 
 
 class Deck:
@@ -359,7 +351,7 @@ class Deck:
     def skin(self) -> float | None:
         """How much wider than a contact neighbours are looked for."""
         given = [command for command in self.named("neighbor") if len(command.words) > 1]
-        return number(given[-1].words[1]) if given else _DEFAULT_SKIN.get(self.units)
+        return number(given[-1].words[1]) if given else DEFAULT_SKIN.get(self.units)
 
     @cached_property
     def is_heap(self) -> bool:
@@ -392,7 +384,7 @@ class Deck:
 
 
 def _law(command: Command, words: tuple[str, ...]) -> list[Law]:
-    if not words or words[0] not in _NUMBERS_OF:
+    if not words or words[0] not in NUMBERS_OF:
         return []
-    count = _NUMBERS_OF[words[0]]
+    count = NUMBERS_OF[words[0]]
     return [Law(command, words[0], words[1 : 1 + count])] if len(words) > count else []

@@ -17,8 +17,15 @@ from pathlib import Path
 from typing import Literal
 
 from hertzchain.decks.lint.arithmetic import number
-from hertzchain.decks.lint.deck import DEFAULT_STEP, TOUCHING, Deck, Law, Push, Run
+from hertzchain.decks.lint.deck import TOUCHING, Deck, Law, Push, Run
 from hertzchain.decks.lint.script import Command, parse
+from hertzchain.engines.lammps.dialect import (
+    DEFAULT_STEP,
+    NO_DAMPING_NONE,
+    NO_FRICTION,
+    WALL_IS_NAN,
+    hertz,
+)
 from hertzchain.errors import HertzchainError
 from hertzchain.files import read_bytes
 
@@ -185,7 +192,7 @@ def _damping(deck: Deck) -> Found:
             continue
         if damping == "none":
             text = (
-                "damping none is an error in LAMMPS up to 2025 at least: leave the word out and"
+                f"damping none is an error in LAMMPS {NO_DAMPING_NONE}: leave the word out and"
                 f" give 0.0 as the second number of {law.normal}, which damps nothing"
             )
             yield law.command, "error", text
@@ -257,7 +264,7 @@ def _tangential(deck: Deck) -> Found:
         if "tangential" not in law.command.words:
             text = (
                 "the tangential law is missing, which is an error: without friction it is"
-                " tangential linear_nohistory 0.0 0.0"
+                f" {NO_FRICTION}"
             )
             yield law.command, "error", text
     style = deck.pair_style
@@ -500,8 +507,8 @@ def _wall(deck: Deck) -> Found:
         if words[4:5] == ("hertz/history",) and number(" ".join(words[7:8])) == 0:
             text = (
                 "wall/gran hertz/history with gamma_n = 0 makes positions NaN at the first touch"
-                " (LAMMPS 2023 to 2025; 2022 does not): write wall/gran granular hertz/material"
-                " with damping 0.0 and tangential linear_nohistory 0.0 0.0"
+                f" ({WALL_IS_NAN}): write wall/gran granular hertz/material"
+                f" with damping 0.0 and {NO_FRICTION}"
             )
             yield wall, "error", text
         elif words[4:5] == ("granular",) and not deck.is_heap:
@@ -519,8 +526,7 @@ def _not_hertz(deck: Deck) -> Found:
         if deck.first_run is not None and not deck.is_partial:
             text = (
                 "there is no pair style: granules do not feel one another; write pair_style"
-                " granular and pair_coeff * * hertz/material E 0.0 nu tangential linear_nohistory"
-                " 0.0 0.0"
+                f" granular and {_HERTZ}"
             )
             yield deck.first_run, "error", text
         return
@@ -530,8 +536,7 @@ def _not_hertz(deck: Deck) -> Found:
     if not deck.is_granular:
         text = (
             f"pair_style {style.words[1]} is no contact of spheres: Hertz's law is pair_style"
-            " granular with pair_coeff * * hertz/material E 0.0 nu tangential linear_nohistory"
-            " 0.0 0.0"
+            f" granular with {_HERTZ}"
         )
         if "$" not in style.words[1]:
             yield style, "error", text
@@ -554,6 +559,8 @@ def _not_hertz(deck: Deck) -> Found:
             text = "mdr is an elastic-plastic law, not Hertz's: hertz/material is elastic"
             yield law.command, "warning", text
 
+
+_HERTZ = f"pair_coeff * * {hertz('E', 'nu')} {NO_FRICTION}"
 
 _HOOKE = (
     "{} is a linear spring, not Hertz's law: there are no solitary waves in it (with a stiffness"

@@ -1,6 +1,19 @@
 """Oracle 2: a LAMMPS deck of the same scene, run through LAMMPS's own Python module."""
 
-from hertzchain.engines.lammps.backend import Lammps, run_many
-from hertzchain.engines.lammps.examination import Examination, examine
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hertzchain.engines.lammps.backend import Lammps, run_many
+    from hertzchain.engines.lammps.examination import Examination, examine
 
 __all__ = ["Examination", "Lammps", "examine", "run_many"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load the backend when it is first used: the dialect alone is loaded at once."""
+    if name in __all__:
+        return getattr(importlib.import_module(f"{__name__}.backend"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

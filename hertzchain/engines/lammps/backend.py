@@ -21,6 +21,7 @@ from hertzchain.engines.external.readings import reading_times, stops
 from hertzchain.engines.external.rescaling import softening
 from hertzchain.engines.lammps import deck, reading
 from hertzchain.engines.lammps.binary import Binary, Program
+from hertzchain.engines.lammps.dialect import NO_STEP, PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine, run, version_of
 from hertzchain.engines.lammps.examination import Examination, examine
 from hertzchain.engines.lammps.isolation import Child
@@ -95,8 +96,8 @@ class Lammps(ExternalEngine):
     ranks: int = 1
 
     def __post_init__(self) -> None:
-        names = ", ".join(deck.PAIR_STYLES)
-        known = self.pair_style in deck.PAIR_STYLES
+        names = ", ".join(PAIR_STYLES)
+        known = self.pair_style in PAIR_STYLES
         require(known, "pair_style", self.pair_style, f"must be one of {names}")
         require(self.ranks >= 1, "ranks", self.ranks, "must be at least 1")
         alone = "the lammps module runs on one process: name a LAMMPS binary with lmp, too"
@@ -248,7 +249,7 @@ class _Module:
             before = None
             for leg, stride in zip(legs, strides, strict=True):
                 given = made.leg(leg)
-                command(lammps, "\n".join([*deck.leg_commands(given, before), "run 0 post no"]))
+                command(lammps, "\n".join([*deck.leg_commands(given, before), NO_STEP]))
                 before = given
                 begin = time.perf_counter()
                 for reached, arrays in _read(lammps, given, stride, granules, clock):

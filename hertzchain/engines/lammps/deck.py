@@ -8,30 +8,12 @@ pieces.
 
 from __future__ import annotations
 
+from hertzchain.engines.lammps.dialect import DEFAULT_SKIN, LET_GO, PAIR_STYLES, PUSH
 from hertzchain.errors import require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.pulse import SHAPES, Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-
-# Both are Hertz's law without damping and without tangential force. The second takes
-# Kn = 2E / (3 (1 - nu^2)) with F = Kn sqrt(R*) overlap^(3/2), R* = R/2.
-PAIR_STYLES = {
-    "granular": (
-        "pair_style granular",
-        "pair_coeff * * hertz/material ${young_modulus} 0.0 ${poisson_ratio} &",
-        "    tangential linear_nohistory 0.0 0.0",
-    ),
-    "gran/hertz/history": (
-        "variable stiffness equal 2*v_young_modulus/(3*(1-v_poisson_ratio^2))",
-        "pair_style gran/hertz/history ${stiffness} NULL 0.0 0.0 0.0 0",
-        "pair_coeff * *",
-    ),
-}
-
-_DEFAULT_SKIN = 1e-3
-"""What LAMMPS adds to the cutoff where a deck in SI units says nothing [m]."""
-
 
 START = (
     "units si",
@@ -125,7 +107,7 @@ def _neighbour_skin(radius: float) -> list[str]:
     Much wider than a granule, it counts far granules as neighbours; much narrower, they are looked
     for again and again.
     """
-    if radius / 100 <= _DEFAULT_SKIN <= radius:
+    if radius / 100 <= DEFAULT_SKIN["si"] <= radius:
         return []
     return list(SKIN)
 
@@ -145,9 +127,9 @@ def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
     if leg.ramp is not None:
         lines.append(f"variable force equal {force_formula(leg.ramp)}")
         if not pushed:
-            lines.append("fix shock first addforce v_force 0.0 0.0")
+            lines.append(PUSH)
     elif pushed:
-        lines.append("unfix shock")
+        lines.append(LET_GO)
     return lines
 
 

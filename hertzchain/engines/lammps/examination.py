@@ -17,6 +17,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import contact_forces
 from hertzchain.engines.lammps import deck, reading
+from hertzchain.engines.lammps.dialect import NO_STEP, go_on
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -34,7 +35,7 @@ _SCHEDULED_STEP = 0.01
 _STEPS_PER_LEG = 4
 """At which the applied force is read, besides the start of the leg."""
 
-_STEP = "run 1 pre no post no"
+_STEP = go_on(1)
 """Neighbours are those that a run goes on with: looked for anew, none would be missing."""
 
 
@@ -156,7 +157,7 @@ def _ask_module(stages: Sequence[Stage]) -> Iterator[Look]:
 def _pulse(legs: Sequence[Leg]) -> Iterator[Stage]:
     """The forces on the chain, which stays at rest, leg by leg."""
     for before, leg in zip((None, *legs[:-1]), legs, strict=True):
-        yield Stage("\n".join([*deck.leg_commands(leg, before), "run 0 post no"]), ("fx",))
+        yield Stage("\n".join([*deck.leg_commands(leg, before), NO_STEP]), ("fx",))
         for _ in range(leg.steps):
             yield Stage(_STEP, ("fx",))
 
@@ -198,7 +199,7 @@ def _spin(scene: Scene) -> Stage:
     # Neither alike nor opposite from one granule to the next, about any axis.
     spins = [f"variable spin{axis} atom {spin!r}*(1+0.5*cos(id-1+{axis}))" for axis in range(3)]
     rest = ["velocity all set 0.0 0.0 0.0 units box", "set group all omega v_spin0 v_spin1 v_spin2"]
-    go = [f"timestep {0.1 * time!r}", "run 0 post no", "run 2 pre no post no"]
+    go = [f"timestep {0.1 * time!r}", NO_STEP, go_on(2)]
     return Stage("\n".join([*spins, *rest, *go]), ("fy", "fz", "tqx", "tqy", "tqz"))
 
 

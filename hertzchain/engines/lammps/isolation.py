@@ -19,7 +19,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Any, BinaryIO, Self
 
-from hertzchain.engines.lammps.engine import is_out_of_memory, not_enough_memory
+from hertzchain.engines.lammps.dialect import is_out_of_memory, not_enough_memory, was_killed
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
 
@@ -215,9 +215,6 @@ def _failure(status: int, said: str) -> RunFailed:
         except ValueError:  # a real-time signal
             name = f"signal {-status}"
         if name == "SIGKILL":
-            return RunFailed(
-                "LAMMPS was killed (SIGKILL), perhaps for want of memory: free some, or take a"
-                " shorter chain"
-            )
+            return was_killed()
         how = f"{'crashed' if name in _CRASHES else 'was stopped'} ({name})"
     return RunFailed(f"LAMMPS {how}{words}; hertzchain doctor says whether it works here")

@@ -9,11 +9,12 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import Granules
+from hertzchain.engines.lammps.dialect import NO_STEP
 
 ARRAYS = ("x", "v", "f")
 """What is read: positions [m], velocities [m/s] and net forces [N], three components each."""
 
-COMMANDS = "atom_modify sort 0 0\nthermo_style custom step\ntimer off\nrun 0 post no\n"
+COMMANDS = f"atom_modify sort 0 0\nthermo_style custom step\ntimer off\n{NO_STEP}\n"
 """What only reading needs: granules in the order of their ids, and stops that cost little."""
 
 _DOUBLE_2D = 3

@@ -14,7 +14,8 @@ import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.external.readings import Granules, contact_forces, samples
 from hertzchain.engines.lammps import reading
-from hertzchain.engines.lammps.deck import PAIR_STYLES, set_up
+from hertzchain.engines.lammps.deck import set_up
+from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.lammps.reading import ARRAYS, granules, read
 from hertzchain.engines.native import METHODS, simulate

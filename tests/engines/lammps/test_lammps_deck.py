@@ -12,7 +12,8 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.deck import PAIR_STYLES, force_formula, leg_commands, set_up
+from hertzchain.engines.lammps.deck import force_formula, leg_commands, set_up
+from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.scene.pulse import Ramp
 from tests import scenes
