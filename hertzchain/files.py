@@ -29,13 +29,6 @@ def read_bytes(path: Path, most: int) -> bytes:
         The file.
     most
         Bytes that it may have.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read, is larger, or a pipe that nobody writes to.
-    ValueError
-        If the name is none.
     """
     content = b""
     with open(path, "rb", buffering=0, opener=_open_at_once) as stream:
@@ -56,13 +49,7 @@ def _open_at_once(name: str, flags: int) -> int:
 
 
 def write_text(path: Path | str, text: str) -> None:
-    """Write a text file, whole or not at all.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
-    """
+    """Write a text file, whole or not at all."""
     write_texts({Path(path): text})
 
 
@@ -73,11 +60,6 @@ def write_texts(texts: Mapping[Path, str]) -> None:
     ----------
     texts
         What to write, by where to.
-
-    Raises
-    ------
-    OutputError
-        If one of them cannot be written.
     """
 
     def writer(text: str) -> Callable[[Path], object]:
@@ -95,11 +77,6 @@ def write_with(path: Path | str, write: Callable[[Path], object]) -> None:
         Where the file is wanted; its folder must exist.
     write
         Is called with a path of the same suffix and writes the file there.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written; nothing is left behind then.
     """
     _write({Path(path): write})
 
@@ -171,13 +148,7 @@ class _Undisturbed:
 
 
 def check_writable(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, if a file could not be written.
-
-    Raises
-    ------
-    OutputError
-        If the folder is missing or read-only, or the path is a directory.
-    """
+    """Raise an OutputError, before any work is done, if a file could not be written."""
     path = Path(path)
     try:
         path.stat()
@@ -205,11 +176,6 @@ def check_outputs(inputs: Sequence[Path | None], outputs: Sequence[Path | None])
         Files that are read; None for those that are not there.
     outputs
         Files that are wanted; None for those that are not.
-
-    Raises
-    ------
-    OutputError
-        If one cannot be written, is an input, or is wanted for two things.
     """
     read = {path.resolve() for path in inputs if path is not None}
     taken: set[Path] = set()

@@ -40,11 +40,6 @@ class Deadline:
         ----------
         least
             What it takes at least [s].
-
-        Raises
-        ------
-        TooExpensive
-            If that is more than the limit.
         """
         if least > self.limit:
             raise TooExpensive(
@@ -62,13 +57,7 @@ class Deadline:
 
 
 def check_time_limit(seconds: float) -> None:
-    """Refuse a time limit that cannot be.
-
-    Raises
-    ------
-    SceneError
-        If it is not a finite number above 0.
-    """
+    """Refuse a time limit that cannot be."""
     require(is_positive(seconds), "time_limit", seconds, f"{POSITIVE} [s]")
 
 
@@ -79,11 +68,6 @@ def refuse_memory(needed: float) -> None:
     ----------
     needed
         What it takes at least [bytes].
-
-    Raises
-    ------
-    TooExpensive
-        If that is more than there is.
     """
     if needed < 1e8:
         return  # asking takes longer than most runs of that size

@@ -168,13 +168,7 @@ def _binary(lmp: str) -> Finding:
 
 
 def _try(lmp: str, ranks: int) -> None:
-    """Run three granules.
-
-    Raises
-    ------
-    HertzchainError
-        If that does not work, or gives other peaks.
-    """
+    """Run three granules."""
     import numpy as np
 
     from hertzchain.engines.lammps import Lammps

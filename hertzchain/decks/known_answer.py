@@ -53,11 +53,6 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> floa
         machine.
     rtol
         Wanted relative accuracy of the peaks, between 0 and 1.
-
-    Raises
-    ------
-    HertzchainError
-        For a step or an accuracy that cannot be, or a scene that cannot be simulated.
     """
     unit = scene.units.time
     if dt is not None:
@@ -95,11 +90,6 @@ def lay_out(
         Steps between two looks, 0: none; by default so many that 0.005 natural time units pass.
     how
         Everything else in a ``Layout``.
-
-    Raises
-    ------
-    HertzchainError
-        As for ``deck_step``, and for a layout that cannot be.
     """
     step = deck_step(scene, dt, rtol)
     if watch_every is None:
@@ -116,11 +106,6 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
         What to simulate.
     layout
         Of the deck; where it does not watch, nothing has to be found: None.
-
-    Raises
-    ------
-    HertzchainError
-        If the scene cannot be simulated, or no digit of its peaks is sure, or nothing is pressed.
     """
     if layout.watch_every == 0:
         return None
@@ -184,11 +169,6 @@ def yade_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> str:
         As for ``deck_step``.
     title
         What the script says it is.
-
-    Raises
-    ------
-    HertzchainError
-        As for ``deck_step``.
     """
     from hertzchain.engines.yade.deck import READING_INTERVAL, deck
 
@@ -213,11 +193,6 @@ def liggghts_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> st
         As for ``deck_step``.
     title
         What the deck says it is.
-
-    Raises
-    ------
-    HertzchainError
-        As for ``deck_step``.
     """
     from hertzchain.engines.liggghts.deck import deck
 

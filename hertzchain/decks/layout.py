@@ -129,11 +129,6 @@ def whole_step(scene: Scene, step: float) -> float:
     step
         The step wanted, natural time units; a little less comes back where a leg would be a whole
         number of them but for rounding.
-
-    Raises
-    ------
-    TooExpensive
-        If there would be more steps than any run can take.
     """
     while any(
         round(steps) > 0 and abs(steps - round(steps)) <= max(_BORDER, 1e-14 * steps)

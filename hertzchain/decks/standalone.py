@@ -53,11 +53,6 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
         How.
     known
         What it has to find; None where peaks are not watched.
-
-    Raises
-    ------
-    SceneError
-        If peaks are watched and nothing is known of them, or the other way round.
     """
     if (known is None) != (layout.watch_every == 0):
         raise SceneError("watch_every", layout.watch_every, "must be 0 where no peaks are known")

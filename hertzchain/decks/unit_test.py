@@ -50,13 +50,6 @@ def known_motion(scene: Scene) -> KnownMotion:
     ----------
     scene
         What makes the wave.
-
-    Raises
-    ------
-    SceneError
-        If the piece is too long, or coordinates leave too few digits to overlaps so small.
-    HertzchainError
-        If the scene cannot be simulated.
     """
     native = Native(rtol=RTOL)
     peak_time = native.run(scene).peak_time[scene.chain.granules // 2 - 1]
@@ -100,11 +93,6 @@ def let_go(scene: Scene, position: FloatArray, velocity: FloatArray) -> KnownMot
         Material, size, and natural units.
     position, velocity
         Shape (granules,) [m, m/s].
-
-    Raises
-    ------
-    SceneError
-        If coordinates leave too few digits.
     """
     units = scene.units
     dt = STEP * units.time

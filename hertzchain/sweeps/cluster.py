@@ -51,13 +51,6 @@ def cluster(scheduler: str) -> Iterator[Measure]:
     ----------
     scheduler
         Its address (``tcp://host:8786``).
-
-    Raises
-    ------
-    BackendMissing
-        If distributed is not installed, or hertzchain is not on a worker.
-    RunFailed
-        If the scheduler cannot be reached, or a worker has another version of hertzchain.
     """
     try:
         import distributed  # noqa: F401 - what is imported below
@@ -91,16 +84,7 @@ class _Cluster:
     def measure(
         self, design: Design, parts: Iterable[Part], peaks: bool, keep: Keep, tell: Tell
     ) -> None:
-        """Measure parts of a sweep: ``Measure``.
-
-        Raises
-        ------
-        BackendMissing
-            If hertzchain or a backend is not there on a worker.
-        RunFailed
-            If the scheduler is lost, a part ends worker after worker, or hertzchain on a worker is
-            not this one.
-        """
+        """Measure parts of a sweep: ``Measure``."""
         from hertzchain.sweeps.on_worker import end
 
         try:  # the loop is a function: its jump back is outside this try on Python 3.13
@@ -188,13 +172,7 @@ def _lost(scheduler: str) -> RunFailed:
 
 
 def _ask(client: Client, time_limit: float, method: str, *arguments: Any, **options: Any) -> Any:
-    """What a method of a client returns.
-
-    Raises
-    ------
-    OSError
-        If the scheduler is lost, or does not answer within the time limit [s].
-    """
+    """What a method of a client returns."""
     if client.status != "running":
         raise ConnectionError
 
@@ -241,13 +219,7 @@ def _connected(scheduler: str) -> Iterator[Client]:
 
 
 async def _knock(scheduler: str) -> None:
-    """Connect to a scheduler and leave: a client waits for ever where something else listens.
-
-    Raises
-    ------
-    OSError, ValueError, TypeError
-        If there is none.
-    """
+    """Connect to a scheduler and leave: a client waits for ever where something else listens."""
     from distributed import Security
     from distributed.comm.core import connect
 

@@ -131,13 +131,7 @@ class Design:
         return points
 
     def scene(self, parameters: Mapping[str, NDArray[Any]], k: int) -> Scene:
-        """The k-th of the scenes that these parameters are of.
-
-        Raises
-        ------
-        SceneError
-            If its values, each possible in itself, are not possible together.
-        """
+        """The k-th of the scenes that these parameters are of."""
         return _with(self.base, {name: values[k].item() for name, values in parameters.items()})
 
     def to_dict(self) -> dict[str, Any]:

@@ -68,12 +68,6 @@ def draw(
     where
         Values, by the name of a parameter or ``backend``, that the rows are to have. Of numbers
         the nearest of the sweep is taken, if it is the same to three digits.
-
-    Raises
-    ------
-    HertzchainError
-        For a column that does not exist or cannot be drawn so, a value that the sweep has not,
-        several values in one place of a map, too many lines, and where nothing is left to draw.
     """
     from matplotlib.figure import Figure
 

@@ -81,11 +81,6 @@ def measure(
         The process that LAMMPS runs in; by default one for this part.
     tell
         Is told how many more scenes are done, from time to time.
-
-    Raises
-    ------
-    BackendMissing
-        If the backend is not there.
     """
     begin = time.perf_counter()
     numbers = np.arange(part.start, part.stop)

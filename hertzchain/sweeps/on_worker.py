@@ -55,15 +55,6 @@ def work(sweep: str, wanted: str, packed: bytes) -> Measured:
         Version of hertzchain.
     packed
         By ``Errand``.
-
-    Raises
-    ------
-    RunFailed
-        If hertzchain is of another version here.
-    BackendMissing
-        If the backend is not there.
-    Reschedule
-        If the worker ends, or the sweep; for Dask, which gives the part to another, if to any.
     """
     worker = get_worker()
     check_version(f"the worker {worker.address}", version("hertzchain"), wanted)
@@ -84,15 +75,7 @@ def end(sweep: str, dask_worker: Worker) -> None:
 
 
 def check_version(who: str, found: str | None, wanted: str) -> None:
-    """Refuse a version of hertzchain that is not the one of the sweep; None for no hertzchain.
-
-    Raises
-    ------
-    BackendMissing
-        If there is none.
-    RunFailed
-        If it is another.
-    """
+    """Refuse a version of hertzchain that is not the one of the sweep; None for no hertzchain."""
     if found is None:
         raise BackendMissing(f"{who} has no hertzchain: pip install 'hertzchain=={wanted}' there")
     if found != wanted:

@@ -68,13 +68,7 @@ class Drawable(Protocol):
 
 
 def full_name(name: str) -> str:
-    """The name of a column, given with its section or without.
-
-    Raises
-    ------
-    SceneError
-        If there is none.
-    """
+    """The name of a column, given with its section or without."""
     found = [one for one in COLUMNS if name in (one, one.partition(".")[2] or one)]
     allowed = f"is no column of a sweep, which has {', '.join(COLUMNS)}"
     require(len(found) == 1, name, None, allowed)

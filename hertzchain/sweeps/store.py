@@ -141,25 +141,13 @@ class Folder(AbstractContextManager["Folder"]):
         return self._path("scenes", part).exists()
 
     def keep(self, part: Part, measured: Measured) -> None:
-        """Keep what a part has become.
-
-        Raises
-        ------
-        OutputError
-            If it cannot be written; it is not done then.
-        """
+        """Keep what a part has become."""
         if measured.peaks is not None:
             self._write("peaks", part, measured.peaks)
         self._write("scenes", part, measured.table)
 
     def finish(self) -> None:
-        """Put parts in CSV together, as few programs read many files as one table.
-
-        Raises
-        ------
-        OutputError
-            If they cannot be written.
-        """
+        """Put parts in CSV together, as few programs read many files as one table."""
         if self._format != "csv":
             return
         for table in TABLES:
@@ -205,15 +193,7 @@ class Folder(AbstractContextManager["Folder"]):
 
 
 def check_format(name: Format) -> None:
-    """Raise an error, before any work is done, for a format that cannot be written.
-
-    Raises
-    ------
-    SceneError
-        If there is no such format.
-    OutputError
-        If what writes it is not installed.
-    """
+    """Raise an error, before any work is done, for a format that cannot be written."""
     require(name in ("parquet", "csv"), "file_format", name, "must be parquet or csv")
     if name == "parquet" and importlib.util.find_spec("pyarrow") is None:
         raise OutputError(
@@ -223,13 +203,7 @@ def check_format(name: Format) -> None:
 
 
 def read_manifest(folder: Path) -> Mapping[str, Any]:
-    """What sweep a folder has.
-
-    Raises
-    ------
-    OutputError
-        If it has none.
-    """
+    """What sweep a folder has."""
     there = _read_manifest(folder) if folder.is_dir() else None
     if there is None:
         raise OutputError(f"{folder}: is no sweep, must be what hertzchain sweep -o wrote")

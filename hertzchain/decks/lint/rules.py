@@ -747,13 +747,7 @@ def lint(text: str) -> list[Finding]:
 
 
 def lint_file(path: Path) -> list[Finding]:
-    """The findings in a file.
-
-    Raises
-    ------
-    HertzchainError
-        If it cannot be read, in one sentence.
-    """
+    """The findings in a file."""
     try:
         content = read_bytes(path, MOST_BYTES)
     except (OSError, ValueError) as problem:

@@ -99,12 +99,6 @@ class Steps:
     extrapolated
         Whether peaks and their times are extrapolated from two runs, one with half the steps of the
         other (Richardson).
-
-    Raises
-    ------
-    SceneError
-        For a step that is not a finite number above 0, readings less than one step apart, or an
-        error that is not between 0 and 1.
     """
 
     dt: float | None
@@ -145,18 +139,6 @@ def run(
         What it is called; in small letters, the name of its backend.
     method
         What the result says of how it was computed.
-
-    Raises
-    ------
-    StepUnstable
-        If the step asked for is so long that the motion diverges.
-    Unpredictable
-        If the motion multiplies rounding errors, or absolute coordinates cut the overlaps, until no
-        digit is left.
-    OverlapTooLarge
-        If granules would be pressed into one another by more than a radius.
-    RunFailed
-        If the code fails.
     """
     begin = time.perf_counter()
     refuse_hopeless_overlap(scene)

@@ -28,11 +28,6 @@ def read_frames(path: Path, columns: tuple[str, ...]) -> tuple[FloatArray, Float
     Returns
     -------
     Steps, shape (frames,), and values, shape (frames, columns, granules).
-
-    Raises
-    ------
-    RunFailed
-        If the file is not there, is no dump, ends early or has other columns.
     """
     blocks = list(read_blocks(path, columns))
     return np.concatenate([steps for steps, _ in blocks]), np.concatenate(
@@ -57,11 +52,6 @@ def read_blocks(
     Yields
     ------
     Steps, shape (frames,), and values, shape (frames, columns, granules).
-
-    Raises
-    ------
-    RunFailed
-        If the file is not there, is no dump, ends early or has other columns.
     """
     try:
         with path.open(encoding="ascii") as file:

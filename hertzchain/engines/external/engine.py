@@ -56,15 +56,7 @@ class ExternalEngine(ABC):
 
     @abstractmethod
     def _simulate(self, scene: Scene, deadline: Deadline) -> verlet.Simulate:
-        """A function that runs the scene once.
-
-        Raises
-        ------
-        BackendMissing
-            If the code is not there.
-        RunFailed
-            If it cannot simulate this scene.
-        """
+        """A function that runs the scene once."""
 
     def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
         """Simulate a scene.

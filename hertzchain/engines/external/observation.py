@@ -35,11 +35,6 @@ class Observation:
         Wanted times of a history [s], if any.
     code
         What it is called.
-
-    Raises
-    ------
-    RunFailed
-        If the code made another number of granules.
     """
 
     def __init__(
@@ -76,13 +71,6 @@ class Observation:
             (readings, 3, granules).
         leg
             Of the true scene.
-
-        Raises
-        ------
-        StepUnstable
-            If the motion has diverged.
-        OverlapTooLarge
-            If granules touch the next but one.
         """
         if not np.all(np.isfinite(arrays)):
             raise diverged(self._code)

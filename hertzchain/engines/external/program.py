@@ -41,11 +41,6 @@ def work_folder(code: str) -> Iterator[Path]:
     ----------
     code
         What runs there, for the error.
-
-    Raises
-    ------
-    RunFailed
-        If there is no room, or files cannot be written.
     """
     try:
         with tempfile.TemporaryDirectory(prefix="hertzchain-") as folder:
@@ -69,11 +64,6 @@ def find_program(name: str, what_to_do: str) -> str:
         A path, or what it is called on the search path.
     what_to_do
         What the error says, after a colon, where it is not there.
-
-    Raises
-    ------
-    BackendMissing
-        If it is not there or cannot be executed.
     """
     found = shutil.which(name)
     if found is None:
@@ -105,15 +95,6 @@ def run_program(
     Returns
     -------
     Its standard output and error, the last part of it where that is long.
-
-    Raises
-    ------
-    BackendMissing
-        If it cannot be started.
-    RunFailed
-        If it ends with another status than 0; with its last line that names an error.
-    TooExpensive
-        If it takes longer.
     """
     own_group: dict[str, Any] = {"start_new_session": True}
     if sys.platform == "win32":

@@ -25,13 +25,7 @@ _BLOCK = 256
 
 
 def refuse_large(legs: Sequence[Leg], strides: Sequence[int], granules: int) -> None:
-    """Refuse a run whose readings do not fit into memory.
-
-    Raises
-    ------
-    TooExpensive
-        If they do not.
-    """
+    """Refuse a run whose readings do not fit into memory."""
     refuse_memory(float(_BYTES) * count_readings(legs, strides) * granules)
 
 
@@ -66,13 +60,6 @@ def observe(
         Wanted times of a history [s], if any.
     code, version
         What it is called, and which one it is.
-
-    Raises
-    ------
-    RunFailed
-        If there are other readings than these, or other granules.
-    StepUnstable, OverlapTooLarge
-        See ``Observation``.
     """
     wanted = count_readings(legs, strides)
     if len(readings) != wanted:
@@ -100,11 +87,6 @@ def read_array(path: Path, shape: tuple[int | None, ...], code: str) -> FloatArr
         What it has to be, with None where any length will do.
     code
         Who left it.
-
-    Raises
-    ------
-    RunFailed
-        If it is not there or has another shape.
     """
     try:
         found = np.load(path, allow_pickle=False)

@@ -103,11 +103,6 @@ class Program:
             MPI ranks; 1 for none.
         deadline
             When it has to have said what it is.
-
-        Raises
-        ------
-        BackendMissing
-            If there is no such LAMMPS, or none with the package GRANULAR, or no mpiexec.
         """
         build = look(lmp, deadline)
         if not build.has_granular:
@@ -127,19 +122,7 @@ class Program:
         return cls((mpiexec, "-n", str(ranks), program), ranks, build)
 
     def run(self, commands: str, folder: Path, deadline: Deadline) -> None:
-        """Run a deck to its end in a folder.
-
-        Raises
-        ------
-        BackendMissing
-            If it cannot be started, or mpiexec does not belong to it.
-        StepUnstable
-            If granules were lost.
-        RunFailed
-            If LAMMPS stops with an error, crashes or is killed.
-        TooExpensive
-            If it is not done at the deadline.
-        """
+        """Run a deck to its end in a folder."""
         # Ranks along the chain. Where mpiexec is of another MPI each rank believes to be alone:
         # that number of ranks is then an error of this command.
         lines = [f"processors {self.ranks} 1 1", commands, ""]
@@ -268,11 +251,6 @@ def _read(
     ------
     Times [s], shape (readings,), and positions, velocities and net forces, shape (readings, 3,
     granules); the first reading is the last of those before.
-
-    Raises
-    ------
-    RunFailed
-        If frames are missing.
     """
     steps, times = np.array(stops(leg, stride)), reading_times(leg, stride)
     first, at, last = None, 0, None
@@ -301,13 +279,7 @@ def _at_rest(path: Path) -> Granules:
 
 
 def _refuse_dumps(frames: int, granules: int, folder: Path) -> None:
-    """Refuse a run whose dumps would not fit.
-
-    Raises
-    ------
-    TooExpensive
-        If they are larger than anybody expects, or than what is free.
-    """
+    """Refuse a run whose dumps would not fit."""
     needed = frames * (_FRAME + 3.3 * _NUMBER * granules)
     free = shutil.disk_usage(folder).free
     if needed > min(_LARGEST, free):

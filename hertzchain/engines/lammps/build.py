@@ -25,13 +25,6 @@ def look(lmp: str, deadline: Deadline) -> Build:
         Path or name of the binary.
     deadline
         When it has to have said it.
-
-    Raises
-    ------
-    BackendMissing
-        If it is not there, cannot be started or is no LAMMPS.
-    TooExpensive
-        If it says nothing until the deadline.
     """
     program = find_program(lmp, HOW_TO_GET_IT)
     file = Path(program).stat()

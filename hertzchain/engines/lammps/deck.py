@@ -56,11 +56,6 @@ def set_up(scene: Scene, pair_style: str = "granular") -> str:
         What to simulate.
     pair_style
         ``granular`` (with hertz/material) or ``gran/hertz/history``.
-
-    Raises
-    ------
-    SceneError
-        For another pair style.
     """
     check_pair_style(pair_style)
     lines = [
@@ -79,13 +74,7 @@ def set_up(scene: Scene, pair_style: str = "granular") -> str:
 
 
 def check_pair_style(pair_style: str) -> None:
-    """Refuse a pair style that is none of PAIR_STYLES.
-
-    Raises
-    ------
-    SceneError
-        If it is none.
-    """
+    """Refuse a pair style that is none of PAIR_STYLES."""
     names = ", ".join(PAIR_STYLES)
     require(pair_style in PAIR_STYLES, "pair_style", pair_style, f"must be one of {names}")
 

@@ -30,13 +30,7 @@ _QUIET = ["-log", "none", "-screen", "none", "-nocite"]
 
 @contextmanager
 def engine() -> Iterator[Any]:
-    """A fresh LAMMPS instance, closed afterwards.
-
-    Raises
-    ------
-    BackendMissing
-        If no instance can be created; it says why and what to do.
-    """
+    """A fresh LAMMPS instance, closed afterwards."""
     try:
         _load_mpi()
         with _search_path_kept():
@@ -57,13 +51,7 @@ def engine() -> Iterator[Any]:
 
 
 def command(instance: Any, text: str) -> None:
-    """Give LAMMPS one or more commands.
-
-    Raises
-    ------
-    RunFailed
-        With what LAMMPS says and the line it stopped at.
-    """
+    """Give LAMMPS one or more commands."""
     try:
         instance.commands_string(text)
     except Exception as problem:
@@ -71,13 +59,7 @@ def command(instance: Any, text: str) -> None:
 
 
 def run(instance: Any, steps: int) -> None:
-    """Take steps that go on from those before, as cheaply as LAMMPS can.
-
-    Raises
-    ------
-    RunFailed
-        With what LAMMPS says.
-    """
+    """Take steps that go on from those before, as cheaply as LAMMPS can."""
     try:
         instance.command(go_on(steps))
     except Exception as problem:
@@ -100,13 +82,7 @@ def version_of(instance: Any) -> str:
 
 
 def look() -> tuple[str, bool]:
-    """The version of LAMMPS, which is really started, and whether it has the package GRANULAR.
-
-    Raises
-    ------
-    BackendMissing
-        If no instance can be created.
-    """
+    """The version of LAMMPS, which is really started, and whether it has the package GRANULAR."""
     with engine() as instance:
         return version_of(instance), bool(instance.has_package(PACKAGE))
 

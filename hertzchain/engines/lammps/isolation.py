@@ -75,15 +75,6 @@ class Child:
             Anything that can be pickled.
         time_limit
             The process is killed after that [s].
-
-        Raises
-        ------
-        HertzchainError
-            What the function raised.
-        RunFailed
-            If the process crashes, is killed or cannot be started.
-        TooExpensive
-            If it takes longer than the limit.
         """
         request = pickle.dumps(pickle.dumps((function, arguments)))
         begin = time.monotonic()
@@ -142,13 +133,7 @@ class _Process:
         self._talk: threading.Thread | None = None
 
     def ask(self, request: bytes, until: float) -> tuple[bool, Any] | None:
-        """The answer to a request; None where the process has ended.
-
-        Raises
-        ------
-        TimeoutError
-            If none has come at a time of the monotonic clock [s].
-        """
+        """The answer to a request; None where the process has ended."""
         answers: queue.SimpleQueue[tuple[bool, Any] | None] = queue.SimpleQueue()
         self._talk = threading.Thread(target=self._exchange, args=(request, answers), daemon=True)
         self._talk.start()
