@@ -23,12 +23,7 @@ _PATIENCE = 5.0
 def read_bytes(path: Path, most: int) -> bytes:
     """The whole of a file, which may be a pipe, but neither endless nor silent for ever.
 
-    Parameters
-    ----------
-    path
-        The file.
-    most
-        Bytes that it may have.
+    What has more bytes than ``most`` is an OSError; a name that is none is a ValueError.
     """
     content = b""
     with open(path, "rb", buffering=0, opener=_open_at_once) as stream:
@@ -54,13 +49,7 @@ def write_text(path: Path | str, text: str) -> None:
 
 
 def write_texts(texts: Mapping[Path, str]) -> None:
-    """Write text files that belong together: all of them, whole, or none.
-
-    Parameters
-    ----------
-    texts
-        What to write, by where to.
-    """
+    """Write text files that belong together: all of them, whole, or none."""
 
     def writer(text: str) -> Callable[[Path], object]:
         return lambda part: part.write_text(text, encoding="utf-8", newline="\n")
@@ -71,12 +60,7 @@ def write_texts(texts: Mapping[Path, str]) -> None:
 def write_with(path: Path | str, write: Callable[[Path], object]) -> None:
     """Let a function write a file next to its place, then move it there.
 
-    Parameters
-    ----------
-    path
-        Where the file is wanted; its folder must exist.
-    write
-        Is called with a path of the same suffix and writes the file there.
+    The function gets a path of the same suffix. Nothing is left behind where it fails.
     """
     _write({Path(path): write})
 
@@ -170,12 +154,7 @@ def check_writable(path: Path | str) -> None:
 def check_outputs(inputs: Sequence[Path | None], outputs: Sequence[Path | None]) -> None:
     """Raise an OutputError, before any work is done, for what cannot be written, or not safely.
 
-    Parameters
-    ----------
-    inputs
-        Files that are read; None for those that are not there.
-    outputs
-        Files that are wanted; None for those that are not.
+    That is also what is read, or wanted for two things; None stands for no file.
     """
     read = {path.resolve() for path in inputs if path is not None}
     taken: set[Path] = set()

@@ -16,13 +16,7 @@ TIME_LIMIT = 3600.0
 
 
 class Deadline:
-    """The end of the time that a run may take.
-
-    Parameters
-    ----------
-    limit
-        What it may take from now on [s].
-    """
+    """The end of the time that a run may take, which is so long from now on [s]."""
 
     def __init__(self, limit: float) -> None:
         self.limit = limit
@@ -34,13 +28,7 @@ class Deadline:
         return self._end - time.monotonic()
 
     def refuse(self, least: float) -> None:
-        """Refuse a run that is not to be done in this time.
-
-        Parameters
-        ----------
-        least
-            What it takes at least [s].
-        """
+        """Refuse a run that takes longer than this, at least so long [s]."""
         if least > self.limit:
             raise TooExpensive(
                 f"this scene takes at least {in_words(least)}, the time limit is"
@@ -62,13 +50,7 @@ def check_time_limit(seconds: float) -> None:
 
 
 def refuse_memory(needed: float) -> None:
-    """Refuse a run that does not fit into the memory of this machine, where that can be told.
-
-    Parameters
-    ----------
-    needed
-        What it takes at least [bytes].
-    """
+    """Refuse a run that takes at least so many bytes where this machine is known to have fewer."""
     if needed < 1e8:
         return  # asking takes longer than most runs of that size
     try:

@@ -82,14 +82,8 @@ def lay_out(
 ) -> Layout:
     """The layout of a deck whose step and interval suit a scene.
 
-    Parameters
-    ----------
-    scene, dt, rtol
-        As for ``deck_step``.
-    watch_every
-        Steps between two looks, 0: none; by default so many that 0.005 natural time units pass.
-    how
-        Everything else in a ``Layout``.
+    Steps between two looks (0: none) are by default so many that 0.005 natural time units pass.
+    What else a ``Layout`` has is handed on.
     """
     step = deck_step(scene, dt, rtol)
     if watch_every is None:
@@ -98,15 +92,7 @@ def lay_out(
 
 
 def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
-    """The true peaks of a scene, and what step and interval of a deck cost them.
-
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    layout
-        Of the deck; where it does not watch, nothing has to be found: None.
-    """
+    """The true peaks of a scene, and what a deck's step and interval cost them; None without looks."""
     if layout.watch_every == 0:
         return None
     truth = Native("reference", peaks_only=True).run(scene)
@@ -124,21 +110,9 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
 def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, FloatArray]:
     """Peaks of velocity Verlet over F0, and the least that looks now and then can find of them.
 
-    The least is found where the peak lies in the middle between two looks or, of contacts that are
-    pressed hardest at the end or shortly before, where the last look is a whole interval before it.
-
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    step
-        The largest step, natural time units.
-    watch_every
-        Steps between two looks.
-
-    Returns
-    -------
-    The largest contact force, and the least of it, shape (contacts,) each.
+    Both have the shape (contacts,); the step is in natural time units. The least is found where the
+    peak lies in the middle between two looks or, of contacts that are pressed hardest at the end or
+    shortly before, where the last look is a whole interval before it.
     """
     unit, granules = scene.units.time, scene.chain.granules
     legs = scene.schedule(step * unit)
@@ -161,15 +135,7 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
 
 
 def yade_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> str:
-    """A script for Yade that finds the peaks of a scene and compares them with the true ones.
-
-    Parameters
-    ----------
-    scene, dt, rtol
-        As for ``deck_step``.
-    title
-        What the script says it is.
-    """
+    """A script for Yade that finds the peaks of a scene and compares them with the true ones."""
     from hertzchain.engines.yade.deck import READING_INTERVAL, deck
 
     step = deck_step(scene, dt, rtol)
@@ -185,15 +151,7 @@ def yade_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> str:
 
 
 def liggghts_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> str:
-    """A deck for LIGGGHTS that compares the motion at its end with Eq. 1 at the same steps.
-
-    Parameters
-    ----------
-    scene, dt, rtol
-        As for ``deck_step``.
-    title
-        What the deck says it is.
-    """
+    """A deck for LIGGGHTS that compares the motion at its end with Eq. 1 at the same steps."""
     from hertzchain.engines.liggghts.deck import deck
 
     step = deck_step(scene, dt, rtol) * scene.units.time

@@ -120,15 +120,9 @@ class Layout:
 
 
 def whole_step(scene: Scene, step: float) -> float:
-    """A step with which deck and native count the same steps, on every leg.
+    """A step with which deck and native count the same steps, on every leg [natural time units].
 
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    step
-        The step wanted, natural time units; a little less comes back where a leg would be a whole
-        number of them but for rounding.
+    A little less than is wanted where a leg would be a whole number of steps but for rounding.
     """
     while any(
         round(steps) > 0 and abs(steps - round(steps)) <= max(_BORDER, 1e-14 * steps)

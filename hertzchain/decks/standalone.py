@@ -45,14 +45,7 @@ from hertzchain.scene.scene import Scene
 def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -> str:
     """A deck that runs with ``lmp -in FILE``, alone or on several processors.
 
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    layout
-        How.
-    known
-        What it has to find; None where peaks are not watched.
+    It carries what it has to find; None where peaks are not watched.
     """
     if (known is None) != (layout.watch_every == 0):
         raise SceneError("watch_every", layout.watch_every, "must be 0 where no peaks are known")

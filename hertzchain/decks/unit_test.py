@@ -45,11 +45,6 @@ def known_motion(scene: Scene) -> KnownMotion:
 
     Their positions are those of the scene, from near the middle of the piece; the overlaps of
     these numbers, exactly, are what the motion starts from.
-
-    Parameters
-    ----------
-    scene
-        What makes the wave.
     """
     native = Native(rtol=RTOL)
     peak_time = native.run(scene).peak_time[scene.chain.granules // 2 - 1]
@@ -85,15 +80,7 @@ def _pressed(force: FloatArray) -> tuple[int, int]:
 
 
 def let_go(scene: Scene, position: FloatArray, velocity: FloatArray) -> KnownMotion:
-    """What Eq. 1 makes of granules from given positions and velocities on.
-
-    Parameters
-    ----------
-    scene
-        Material, size, and natural units.
-    position, velocity
-        Shape (granules,) [m, m/s].
-    """
+    """The motion by Eq. 1 from positions [m] and velocities [m/s] on, shape (granules,) each."""
     units = scene.units
     dt = STEP * units.time
     diameter = 2 * scene.chain.radius

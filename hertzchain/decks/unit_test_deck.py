@@ -55,17 +55,7 @@ class KnownMotion:
 
 
 def unit_test(motion: KnownMotion, title: str, date: str) -> str:
-    """The YAML file of a test.
-
-    Parameters
-    ----------
-    motion
-        What is tested.
-    title
-        Where it comes from, in a few words.
-    date
-        When it was written.
-    """
+    """The YAML file of a test; the title says in a few words where it comes from."""
     chain, start = motion.chain, motion.start
     granules = start.position.size
     room = 4 * chain.radius

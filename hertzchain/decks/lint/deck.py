@@ -56,13 +56,7 @@ class Law:
 
 
 class Deck:
-    """A parsed deck, with what rules ask of it.
-
-    Parameters
-    ----------
-    script
-        Its commands.
-    """
+    """A parsed deck, with what rules ask of it."""
 
     def __init__(self, script: Script) -> None:
         self.script = script

@@ -730,13 +730,7 @@ RULES: dict[str, Callable[[Deck], Found]] = {
 
 
 def lint(text: str) -> list[Finding]:
-    """The findings in a deck, in the order of its lines.
-
-    Parameters
-    ----------
-    text
-        The deck.
-    """
+    """The findings in a deck, in the order of its lines."""
     deck = Deck(parse(text))
     found = {
         Finding(1 if command is None else command.line, name, severity, sentence)

@@ -92,16 +92,9 @@ class Script:
     def value(
         self, text: str, place: int, known: Mapping[str, float] | None = None
     ) -> float | None:
-        """The value of a formula at a command.
+        """The value of a formula, or a number, where variables have the values of a command.
 
-        Parameters
-        ----------
-        text
-            The formula, as LAMMPS has it; a number too.
-        place
-            The number of the command: variables have the value that they have there.
-        known
-            Values of keywords such as ``time``.
+        ``known`` are values of keywords such as ``time``.
         """
         return known_value(text, self._definition, place, known or {}, 0)
 
@@ -120,13 +113,7 @@ def _latest(made: Sequence[Definition], place: int) -> Definition | None:
 
 
 def parse(text: str) -> Script:
-    """Read an input script; any text gives one.
-
-    Parameters
-    ----------
-    text
-        The whole file.
-    """
+    """Read an input script; any text gives one."""
     commands: list[Command] = []
     made: dict[str, list[Definition]] = {}
 

@@ -125,20 +125,8 @@ def run(
 ) -> Result:
     """Simulate a scene by another code, with the error of its peaks.
 
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    simulate
-        Runs it once.
-    steps
-        Which steps.
-    times
-        Wanted times of a history [s], if any.
-    code
-        What it is called; in small letters, the name of its backend.
-    method
-        What the result says of how it was computed.
+    ``code`` is what it is called, in small letters the name of its backend; ``method`` is what the
+    result says of how it was computed; ``times`` are those of a history [s], if any is wanted.
     """
     begin = time.perf_counter()
     refuse_hopeless_overlap(scene)
@@ -185,14 +173,10 @@ def run(
 def peaks_alone(
     scene: Scene, simulate: Simulate, steps: Steps, dt: float
 ) -> tuple[FloatArray, int]:
-    """Simulate with a step, and nothing besides: what the peaks themselves cost.
+    """Peak forces [N], shape (contacts,), and the number of steps: what the peaks themselves cost.
 
-    Neither runs that find a step nor runs that tell the error: one run, or the two that are
-    extrapolated.
-
-    Returns
-    -------
-    Peak forces [N], shape (contacts,), and the number of steps taken.
+    One run, or the two that are extrapolated: neither runs that find a step nor runs that tell the
+    error.
     """
     runner = _Runner(scene, simulate, steps)
     legs = scene.schedule(2 * dt if steps.extrapolated else dt)

@@ -16,19 +16,7 @@ _HEADER = 9
 
 
 def read_frames(path: Path, columns: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-    """The frames of a dump file, granules in the order of their ids.
-
-    Parameters
-    ----------
-    path
-        The file.
-    columns
-        Names of the columns wanted; the dump has an ``id`` besides.
-
-    Returns
-    -------
-    Steps, shape (frames,), and values, shape (frames, columns, granules).
-    """
+    """Steps, shape (frames,), and values, shape (frames, columns, granules), of a whole dump."""
     blocks = list(read_blocks(path, columns))
     return np.concatenate([steps for steps, _ in blocks]), np.concatenate(
         [values for _, values in blocks]
@@ -38,20 +26,9 @@ def read_frames(path: Path, columns: tuple[str, ...]) -> tuple[FloatArray, Float
 def read_blocks(
     path: Path, columns: tuple[str, ...], frames: int = 256
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """The frames of a dump file, so many at a time: memory holds no more of them.
+    """As ``read_frames``, but so many frames at a time: memory holds no more of them.
 
-    Parameters
-    ----------
-    path
-        The file; each frame has as many granules as the first.
-    columns
-        Names of the columns wanted; the dump has an ``id`` besides.
-    frames
-        At a time.
-
-    Yields
-    ------
-    Steps, shape (frames,), and values, shape (frames, columns, granules).
+    The dump has an ``id`` besides the columns, and each frame as many granules as the first.
     """
     try:
         with path.open(encoding="ascii") as file:

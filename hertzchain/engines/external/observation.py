@@ -62,15 +62,9 @@ class Observation:
     def show(self, time: FloatArray, arrays: FloatArray, leg: Leg) -> None:
         """Take note of successive readings on a leg, the first of them the last of those before.
 
-        Parameters
-        ----------
-        time
-            In the scene that the code was given [s], shape (readings,).
-        arrays
-            There, too: positions [m], velocities [m/s] and net forces [N] along the chain, shape
-            (readings, 3, granules).
-        leg
-            Of the true scene.
+        As the code was given the scene: times [s], shape (readings,), and positions [m], velocities
+        [m/s] and net forces [N] along the chain, shape (readings, 3, granules). The leg is of the
+        true scene.
         """
         if not np.all(np.isfinite(arrays)):
             raise diverged(self._code)

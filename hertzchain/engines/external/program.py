@@ -35,13 +35,7 @@ _GRACE = 2.0
 
 @contextmanager
 def work_folder(code: str) -> Iterator[Path]:
-    """A folder for a run that is gone afterwards; a disk that is full is one sentence.
-
-    Parameters
-    ----------
-    code
-        What runs there, for the error.
-    """
+    """A folder for a run that is gone afterwards; a disk that is full is one sentence."""
     try:
         with tempfile.TemporaryDirectory(prefix="hertzchain-") as folder:
             if shutil.disk_usage(folder).free < _LEAST:
@@ -56,14 +50,9 @@ def work_folder(code: str) -> Iterator[Path]:
 
 
 def find_program(name: str, what_to_do: str) -> str:
-    """The path of a program.
+    """The path of a program, given as a path or as it is called on the search path.
 
-    Parameters
-    ----------
-    name
-        A path, or what it is called on the search path.
-    what_to_do
-        What the error says, after a colon, where it is not there.
+    The error of one that is not there ends with what to do.
     """
     found = shutil.which(name)
     if found is None:
@@ -74,27 +63,11 @@ def find_program(name: str, what_to_do: str) -> str:
 def run_program(
     command: Sequence[str], folder: Path, deadline: Deadline, code: str, **environment: str
 ) -> str:
-    """Run a program to its end, and say what it said.
+    """Run a program to its end in a folder; what it said, the last part of it where that is long.
 
     It is in a process group of its own, which is killed at the deadline, at Ctrl-C, and whatever
-    else ends the waiting, with all processes that it has started itself.
-
-    Parameters
-    ----------
-    command
-        Program and arguments.
-    folder
-        Where it runs.
-    deadline
-        When it has to be done.
-    code
-        What it is called in errors.
-    environment
-        Added to that of this process.
-
-    Returns
-    -------
-    Its standard output and error, the last part of it where that is long.
+    else ends the waiting, with all processes that it has started itself. The error of another
+    status than 0 has its last line that names an error.
     """
     own_group: dict[str, Any] = {"start_new_session": True}
     if sys.platform == "win32":

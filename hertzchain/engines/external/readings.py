@@ -17,13 +17,7 @@ from hertzchain.scene.schedule import Leg
 
 @dataclass(frozen=True, eq=False)
 class Granules:
-    """What a code made of the granules, before the shock.
-
-    Parameters
-    ----------
-    position, mass, diameter
-        [m], [kg], [m], shape (granules,).
-    """
+    """What a code made of the granules before the shock: [m], [kg], [m], shape (granules,) each."""
 
     position: FloatArray
     mass: FloatArray
@@ -33,39 +27,23 @@ class Granules:
 def contact_forces(net_force: FloatArray) -> FloatArray:
     """Force in each contact from the net forces on the granules [N].
 
+    Shape (..., granules - 1) from shape (..., granules).
+
     Nothing pushes the granules beyond a contact but that contact, so its force is the sum of the
     net forces there. Summed from the free end, where forces are small, nothing is lost.
-
-    Parameters
-    ----------
-    net_force
-        Shape (..., granules).
-
-    Returns
-    -------
-    Shape (..., granules - 1).
     """
     return np.cumsum(net_force[..., :0:-1], axis=-1)[..., ::-1]
 
 
 def samples(time: FloatArray, arrays: FloatArray, at_rest: Granules, leg: Leg) -> Samples:
-    """Successive readings as samples, whose derivatives are those of the positions.
+    """Successive readings on a leg as samples, whose derivatives are those of the positions.
+
+    The readings, at least two: times [s], shape (readings,), and positions [m], velocities [m/s]
+    and net forces [N] along the chain, shape (readings, 3, granules).
 
     Velocity Verlet's velocities and accelerations are not: they are the central differences of
     its positions over a step, so they differ from the derivatives by dt^2/6 times the third and
     dt^2/12 times the fourth. These follow from the forces, with Hertz's exponent and no stiffness.
-
-    Parameters
-    ----------
-    time
-        [s], shape (readings,), at least two, all on the leg.
-    arrays
-        Positions [m], velocities [m/s] and net forces [N] along the chain, shape
-        (readings, 3, granules).
-    at_rest
-        The granules before the shock.
-    leg
-        The steps and the force.
     """
     position, velocity, force = (np.ascontiguousarray(arrays[:, k]) for k in range(3))
     reach = (at_rest.diameter[:-1] + at_rest.diameter[1:]) / 2
@@ -120,12 +98,8 @@ def _applied(time: Array, leg: Leg) -> tuple[Array, Array]:
 def _net(contact: Array, applied: Array) -> Array:
     """What pushes each granule on less what it passes on, shape (readings, granules).
 
-    Parameters
-    ----------
-    contact
-        Force in each contact, or a derivative of it, shape (readings, granules - 1).
-    applied
-        That on the first granule, shape (readings,).
+    From the force in each contact, or a derivative of it, shape (readings, granules - 1), and that
+    on the first granule, shape (readings,).
     """
     passed_on = np.zeros((contact.shape[0], contact.shape[1] + 2))
     passed_on[:, 0] = applied

@@ -77,17 +77,7 @@ def observe(
 
 
 def read_array(path: Path, shape: tuple[int | None, ...], code: str) -> FloatArray:
-    """An array that a run has left in a file of NumPy's.
-
-    Parameters
-    ----------
-    path
-        The file (.npy).
-    shape
-        What it has to be, with None where any length will do.
-    code
-        Who left it.
-    """
+    """An array that a run has left in a file (.npy); in its shape None stands for any length."""
     try:
         found = np.load(path, allow_pickle=False)
     except (OSError, ValueError, EOFError) as problem:

@@ -100,13 +100,6 @@ def softening(scene: Scene, steps: int) -> Softening:
     Otherwise overlaps become as deep as they may, but no deeper than is useful: where the chain
     flies farther than it is long, coordinates grow with the overlaps, and only the box of LAMMPS
     would become larger.
-
-    Parameters
-    ----------
-    scene
-        The true scene.
-    steps
-        Number of steps.
     """
     radius, length = scene.chain.radius, scene.units.length
     deepest = _DEEPEST * radius / _overlap(_highest_peak(scene))
@@ -121,15 +114,6 @@ def predicted_loss(scene: Scene, steps: int, made: Softening = NONE) -> float:
     """What absolute coordinates will cost the peaks, as a fraction, before the run.
 
     The same as ``round_off``, from peaks and flight as they are expected: an estimate, no bound.
-
-    Parameters
-    ----------
-    scene
-        The true scene.
-    steps
-        Number of steps.
-    made
-        The similar scene that is computed; the true one by default.
     """
     each, flight = loss_of_coordinates(scene, steps)
     length = scene.units.length * made.length
@@ -141,13 +125,6 @@ def loss_of_coordinates(scene: Scene, steps: int) -> tuple[float, float]:
 
     The loss is the first of them, times the largest coordinate in natural units: 2 R N, and the
     second, how far the chain flies.
-
-    Parameters
-    ----------
-    scene
-        The true scene.
-    steps
-        Number of steps.
     """
     return _loss(1.0, _overlap(_lowest_peak(scene)), steps), _flight(scene)
 
@@ -157,19 +134,9 @@ def round_off(
 ) -> float:
     """Bound of what absolute coordinates have cost the peaks, as a fraction.
 
-    Parameters
-    ----------
-    scene
-        The true scene.
-    made
-        The similar scene that was computed.
-    steps
-        Number of steps.
-    peak_force
-        Of all contacts [N], shape (contacts,); the smallest that is judged loses most.
-    displacement
-        At the end, in the true scene [m], shape (granules,). The last granule is pushed forwards
-        only, so that it goes farthest.
+    From the peak forces of all contacts [N], of which the smallest that is judged loses most, and
+    the displacements at the end of the true scene [m], shape (granules,). The last granule is
+    pushed forwards only, so that it goes farthest.
     """
     judged = peak_force[judged_contacts(peak_force)]
     smallest = np.min(judged) if judged.size else 0.0

@@ -39,20 +39,14 @@ def extrapolation_error(
 ) -> float:
     """Bound of what the steps cost extrapolated peaks, as a fraction.
 
+    ``difference`` is that from the peaks of steps twice as long, extrapolated too; legs and peaks
+    are those of the finer steps.
+
     The error is 1/15 of the difference where errors go as dt^2 and dt^4. Contacts that open leave
     some dt^2.5 in natural units, erratic from one step to the next, so that two extrapolations can
     agree by chance: 0.0055 dt^2.5 was seen where they did, and 0.84 of the difference. In hard
     scenes, and for contacts that are still pressed harder at the end, both are erratic: three times
     the difference and 0.05 dt^2.5; six times where the finest run has few steps (4.4 seen).
-
-    Parameters
-    ----------
-    scene, legs
-        The scene and the finer steps.
-    difference
-        Of the peaks from those of steps twice as long, extrapolated too.
-    peaks
-        Of the run with the finer steps.
     """
     dt = max(leg.dt for leg in legs) / scene.units.time
     if is_hard(scene) or peaks.any_rising:
@@ -65,14 +59,7 @@ def rival_error(peaks: PeakWatch, extrapolated: FloatArray) -> float:
     """By how much another maximum of a contact may be above that which was extrapolated.
 
     What steps add to the force differs from maximum to maximum. Where they add much to one, a
-    second that is lower in every run may be the highest in truth.
-
-    Parameters
-    ----------
-    peaks
-        Of the run with the finest steps.
-    extrapolated
-        Peak forces as for steps of length 0 [N], shape (contacts,).
+    second that is lower in every run may be the highest in truth. A fraction.
     """
     judged = judged_contacts(extrapolated, ESTIMATED)
     highest, rival = extrapolated[judged], peaks.rival[judged]

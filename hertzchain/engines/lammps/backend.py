@@ -262,11 +262,9 @@ class _Module:
 def _read(
     lammps: Any, leg: Leg, stride: int, granules: int, clock: _Clock
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Run a leg, reading every ``stride`` steps.
+    """Run a leg, reading every ``stride`` steps: times and arrays of successive readings.
 
-    Yields
-    ------
-    Times and arrays of successive readings; the first reading is the last of those before.
+    The first reading of a block is the last of the block before.
     """
     steps, times = stops(leg, stride), reading_times(leg, stride)
     arrays = np.zeros((min(times.size, _BLOCK + 1), len(reading.ARRAYS), granules, 3))

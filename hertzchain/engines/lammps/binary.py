@@ -93,17 +93,7 @@ class Program:
 
     @classmethod
     def find(cls, lmp: str, ranks: int, deadline: Deadline) -> Program:
-        """Find a binary, and mpiexec where there are ranks.
-
-        Parameters
-        ----------
-        lmp
-            Path or name of the binary.
-        ranks
-            MPI ranks; 1 for none.
-        deadline
-            When it has to have said what it is.
-        """
+        """Find a binary with the package GRANULAR, and mpiexec where there are several ranks."""
         build = look(lmp, deadline)
         if not build.has_granular:
             raise BackendMissing(
@@ -245,12 +235,10 @@ def _leg(number: int, before: Leg | None, leg: Leg, stride: int) -> list[str]:
 def _read(
     path: Path, leg: Leg, stride: int, deadline: Deadline
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """What was dumped on a leg, block by block.
+    """What was dumped on a leg, block by block; the first reading is the last of those before.
 
-    Yields
-    ------
     Times [s], shape (readings,), and positions, velocities and net forces, shape (readings, 3,
-    granules); the first reading is the last of those before.
+    granules).
     """
     steps, times = np.array(stops(leg, stride)), reading_times(leg, stride)
     first, at, last = None, 0, None

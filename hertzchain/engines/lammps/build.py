@@ -18,13 +18,6 @@ def look(lmp: str, deadline: Deadline) -> Build:
 
     A file is asked once in a process, unless it changes. A script that starts now this and now that
     LAMMPS is taken for the first.
-
-    Parameters
-    ----------
-    lmp
-        Path or name of the binary.
-    deadline
-        When it has to have said it.
     """
     program = find_program(lmp, HOW_TO_GET_IT)
     file = Path(program).stat()

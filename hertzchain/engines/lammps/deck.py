@@ -48,15 +48,7 @@ MOTION = (
 
 
 def set_up(scene: Scene, pair_style: str = "granular") -> str:
-    """The commands that make the chain, at rest, ready to run.
-
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    pair_style
-        ``granular`` (with hertz/material) or ``gran/hertz/history``.
-    """
+    """The commands that make the chain, at rest, ready to run, with one of ``PAIR_STYLES``."""
     check_pair_style(pair_style)
     lines = [
         *START,
@@ -102,15 +94,7 @@ def _neighbour_skin(radius: float) -> list[str]:
 
 
 def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
-    """The commands between two legs: the new step and the new force, where they are new.
-
-    Parameters
-    ----------
-    leg
-        The leg that follows.
-    before
-        The one that has just been run, if any.
-    """
+    """The commands between two legs: the new step and the new force, where they are new."""
     lines = [] if before is not None and before.dt == leg.dt else [f"timestep {leg.dt!r}"]
     pushed = before is not None and before.ramp is not None
     if leg.ramp is not None:

@@ -72,14 +72,9 @@ class Examination:
 
 @dataclass(frozen=True)
 class Stage:
-    """Commands, and what is looked at when they are done.
+    """Commands, each on a line of its own, and what is looked at when they are done.
 
-    Parameters
-    ----------
-    commands
-        For LAMMPS, each on a line of its own.
-    columns
-        As ``dump custom`` calls them.
+    The columns are called as ``dump custom`` calls them.
     """
 
     commands: str

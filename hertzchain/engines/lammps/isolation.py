@@ -67,14 +67,9 @@ class Child:
         return None if self._process is None else self._process.popen.pid
 
     def call(self, function: Callable[..., Any], *arguments: Any, time_limit: float) -> Any:
-        """What a function returns there.
+        """What a function returns, or raises, there; all of it can be pickled.
 
-        Parameters
-        ----------
-        function, arguments
-            Anything that can be pickled.
-        time_limit
-            The process is killed after that [s].
+        The process is killed when the time limit is over [s].
         """
         request = pickle.dumps(pickle.dumps((function, arguments)))
         begin = time.monotonic()

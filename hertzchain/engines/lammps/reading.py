@@ -22,16 +22,10 @@ _DOUBLE_2D = 3
 
 
 def read(instance: Any, into: FloatArray) -> None:
-    """Copy what LAMMPS holds now; its order is that of the ids.
+    """Copy what LAMMPS, on one process, holds now into (array, granule, component), contiguous.
 
-    LAMMPS may move its arrays while it runs, so it is asked each time where they are.
-
-    Parameters
-    ----------
-    instance
-        LAMMPS, on one process.
-    into
-        The arrays, shape (3, granules, 3): array, granule, component; contiguous.
+    Granules are in the order of their ids. LAMMPS may move its arrays while it runs, so it is asked
+    each time where they are.
     """
     target, size = into.ctypes.data, into[0].nbytes
     for name in ARRAYS:
@@ -57,14 +51,10 @@ _COLUMNS = {
 
 
 def column(instance: Any, name: str) -> FloatArray:
-    """A copy of what LAMMPS holds now, as ``dump custom`` calls it, shape (granules,).
+    """A copy of what LAMMPS, on one process, holds now, shape (granules,).
 
-    Parameters
-    ----------
-    instance
-        LAMMPS, on one process.
-    name
-        ``mass`` or a component of position, net force or torque (``x``, ``fx``, ``tqx``).
+    ``mass``, or a component of position, net force or torque as ``dump custom`` calls it (``x``,
+    ``fx``, ``tqx``).
     """
     arrays = instance.numpy
     if name == "mass":

@@ -29,13 +29,7 @@ GRANULES = ("x", "mass", "diameter")
 
 
 def set_up(scene: Scene) -> str:
-    """The commands that make the chain, at rest, ready to run.
-
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    """
+    """The commands that make the chain, at rest, ready to run."""
     chain, radius = scene.chain, scene.chain.radius
     end, across = radius * (2 * chain.granules - 1), f"{-radius!r} {radius!r}"
     sites = [
@@ -78,15 +72,7 @@ def set_up(scene: Scene) -> str:
 
 
 def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
-    """The commands between two legs: the new step and the new force.
-
-    Parameters
-    ----------
-    leg
-        The leg that follows.
-    before
-        The one that has just been run, if any.
-    """
+    """The commands between two legs: the new step and the new force."""
     # Back to 0, so that readings are counted from the start of each leg.
     lines = [] if before is None else ["reset_timestep 0"]
     lines += [f"timestep {leg.dt!r}"]
@@ -112,15 +98,7 @@ def force_formula(leg: Leg) -> str:
 
 
 def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
-    """A whole deck that leaves the granules at rest and readings of them behind.
-
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    legs, strides
-        The steps, and how many of them lie between two readings on each leg.
-    """
+    """A whole deck that leaves the granules at rest, and readings every so many steps, behind."""
     lines = [set_up(scene), *_dump("rest", 1, AT_REST, GRANULES), "run 0", "undump rest"]
     for before, leg, stride in zip((None, *legs[:-1]), legs, strides, strict=True):
         lines += [
@@ -161,18 +139,8 @@ def deck(scene: Scene, dt: float, velocity: ArrayLike, title: str = "a scene") -
     """A whole deck that runs with ``liggghts -in FILE`` and says whether it found what it should.
 
     The language has no way to keep the highest force of each contact, so the deck leaves frames of
-    the motion behind, and what it compares are the velocities at the end.
-
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    dt
-        The largest step [s].
-    velocity
-        At the end, by velocity Verlet at the same steps, from elsewhere [m/s], shape (granules,).
-    title
-        What the deck says it is.
+    the motion behind, and what it compares are the velocities at the end [m/s], shape (granules,),
+    which are from elsewhere: velocity Verlet at the same steps, of ``dt`` at most [s].
     """
     legs = scene.schedule(dt)
     steps = sum(leg.steps for leg in legs)

@@ -33,13 +33,6 @@ def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
 
     ``step`` runs between contact forces and motion. It hands the state on to ``see(leg, step,
     positions, velocities, net forces)`` every so many steps of each leg, and at both of its ends.
-
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    legs, strides
-        The steps, and how many of them lie between two readings on each leg.
     """
     chain = scene.chain
     rows = "\n".join(f"    {_row(leg, stride)}," for leg, stride in zip(legs, strides, strict=True))
@@ -149,15 +142,7 @@ O.engines = [
 
 
 def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
-    """A whole script that leaves the granules at rest and readings of them behind.
-
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    legs, strides
-        The steps, and how many of them lie between two readings on each leg.
-    """
+    """A whole script that leaves the granules at rest, and readings every so many steps, behind."""
     return f"""\
 from yade import config
 
@@ -189,19 +174,8 @@ def deck(
 ) -> str:
     """A whole script that runs with ``yade -n -x FILE.py`` and says whether its peaks are right.
 
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    dt
-        The largest step [s].
-    peak_force
-        The true peaks, from elsewhere [N], shape (contacts,).
-    tolerance
-        What may be between them and those of these steps, as a fraction; what absolute coordinates
-        cost comes on top.
-    title
-        What the script says it is.
+    The true peaks are from elsewhere [N], shape (contacts,). Those of these steps, of ``dt`` at
+    most [s], may differ from them by ``tolerance``, a fraction, and what absolute coordinates cost.
     """
     legs = scene.schedule(dt)
     steps = sum(leg.steps for leg in legs)
