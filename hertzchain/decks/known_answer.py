@@ -92,7 +92,7 @@ def lay_out(
 
 
 def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
-    """The true peaks of a scene, and what a deck's step and interval cost them; None without looks."""
+    """The true peaks of a scene, and what the steps and looks of a deck cost them; None without."""
     if layout.watch_every == 0:
         return None
     truth = Native("reference", peaks_only=True).run(scene)

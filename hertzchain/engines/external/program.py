@@ -26,7 +26,7 @@ _KEPT = 20_000
 _LEAST = 1e6
 """Bytes that must be free for temporary files, whatever the run."""
 
-_SLICE = 0.5
+SLICE = 0.5
 """Seconds of waiting in one go; on Windows Ctrl-C has to wait for their end."""
 
 _GRACE = 2.0
@@ -69,20 +69,16 @@ def run_program(
     else ends the waiting, with all processes that it has started itself. The error of another
     status than 0 has its last line that names an error.
     """
-    own_group: dict[str, Any] = {"start_new_session": True}
-    if sys.platform == "win32":
-        own_group = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
     said = folder / SAID
     with said.open("wb") as output:
         try:
-            process = subprocess.Popen(  # noqa: S603 - what the user named
-                list(command),
+            process = start(
+                command,
                 cwd=folder,
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 env={**os.environ, **environment},
-                **own_group,
             )
         except OSError as problem:
             raise BackendMissing(
@@ -98,10 +94,19 @@ def run_program(
     return text
 
 
+def start(command: Sequence[str], **options: Any) -> subprocess.Popen[bytes]:
+    """Start a program in a process group of its own, which Ctrl-C does not reach."""
+    if sys.platform == "win32":
+        options["creationflags"] = subprocess.CREATE_NEW_PROCESS_GROUP
+    else:
+        options["start_new_session"] = True
+    return subprocess.Popen(list(command), **options)  # noqa: S603 - the user's, or this one
+
+
 def _wait(process: subprocess.Popen[bytes], deadline: Deadline) -> None:
     while True:
         try:
-            process.wait(min(max(deadline.left, 0.0), _SLICE))
+            process.wait(min(max(deadline.left, 0.0), SLICE))
         except subprocess.TimeoutExpired:
             if deadline.left <= 0:
                 raise deadline.passed() from None
@@ -122,10 +127,11 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
     except (OSError, subprocess.TimeoutExpired):
         pass
     finally:
-        _kill_now(process)
+        kill(process)
 
 
-def _kill_now(process: subprocess.Popen[bytes]) -> None:
+def kill(process: subprocess.Popen[bytes]) -> None:
+    """Kill the group of a program at once, and wait until it is gone."""
     with suppress(OSError):
         if sys.platform == "win32":
             process.kill()
@@ -135,12 +141,15 @@ def _kill_now(process: subprocess.Popen[bytes]) -> None:
 
 
 def _how(status: int) -> str:
-    if status >= 0:
-        return f"ended with status {status}"
+    return f"ended with status {status}" if status >= 0 else f"was ended by {signal_name(status)}"
+
+
+def signal_name(status: int) -> str:
+    """The signal that ended a process, from its status below 0."""
     try:
-        return f"was ended by {signal.Signals(-status).name}"
+        return signal.Signals(-status).name
     except ValueError:  # a real-time signal
-        return f"was ended by signal {-status}"
+        return f"signal {-status}"
 
 
 def _last_words(text: str) -> str:

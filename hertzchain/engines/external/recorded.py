@@ -9,7 +9,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.observation import Observation, Simulation
-from hertzchain.engines.external.readings import Granules, count_readings, reading_times
+from hertzchain.engines.external.readings import BLOCK, Granules, count_readings, reading_times
 from hertzchain.engines.external.rescaling import Softening
 from hertzchain.errors import RunFailed
 from hertzchain.limits import refuse_memory
@@ -19,9 +19,6 @@ from hertzchain.scene.schedule import Leg
 _BYTES = 180
 """Of memory for a granule in a reading, at least: 187 measured for a dump, as text and as numbers.
 Yade's arrays take as much in its own process, while it makes them."""
-
-_BLOCK = 256
-"""Readings handed on at a time."""
 
 
 def refuse_large(legs: Sequence[Leg], strides: Sequence[int], granules: int) -> None:
@@ -69,8 +66,8 @@ def observe(
     for leg, stride in zip(legs, strides, strict=True):
         time = reading_times(made.leg(leg), stride)
         arrays = readings[at : at + time.size]
-        for first in range(0, time.size - 1, _BLOCK):
-            block = slice(first, first + _BLOCK + 1)
+        for first in range(0, time.size - 1, BLOCK):
+            block = slice(first, first + BLOCK + 1)
             seen.show(time[block], arrays[block], leg)
         at += time.size
     return seen.simulation(tuple(legs), version, watching_share=None)

@@ -17,12 +17,12 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import backend as verlet
 from hertzchain.engines.external.engine import ExternalEngine
 from hertzchain.engines.external.observation import Observation, Simulation
-from hertzchain.engines.external.readings import reading_times, stops
+from hertzchain.engines.external.readings import BLOCK, reading_times, stops
 from hertzchain.engines.external.rescaling import softening
 from hertzchain.engines.lammps import deck, reading
 from hertzchain.engines.lammps.binary import Binary, Program
-from hertzchain.engines.lammps.dialect import NO_STEP, PAIR_STYLES
-from hertzchain.engines.lammps.engine import command, engine, run, version_of
+from hertzchain.engines.lammps.dialect import NO_STEP
+from hertzchain.engines.lammps.engine import command, engine, least_time, run, version_of
 from hertzchain.engines.lammps.examination import Examination, examine
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import HertzchainError, SceneError, require
@@ -30,12 +30,6 @@ from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-
-_FASTEST_STEP, _FASTEST_GRANULE = 0.3e-6, 8e-9
-"""Time of a step, and of each granule in it, on a fast machine [s]; 0.5e-6 and 2e-8 measured."""
-
-_BLOCK = 256
-"""Readings handed on at a time."""
 
 
 @dataclass(frozen=True)
@@ -96,9 +90,7 @@ class Lammps(ExternalEngine):
     ranks: int = 1
 
     def __post_init__(self) -> None:
-        names = ", ".join(PAIR_STYLES)
-        known = self.pair_style in PAIR_STYLES
-        require(known, "pair_style", self.pair_style, f"must be one of {names}")
+        deck.check_pair_style(self.pair_style)
         require(self.ranks >= 1, "ranks", self.ranks, "must be at least 1")
         alone = "the lammps module runs on one process: name a LAMMPS binary with lmp, too"
         require(self.ranks == 1 or self.lmp is not None, "ranks", self.ranks, alone)
@@ -145,11 +137,6 @@ class Lammps(ExternalEngine):
         Neither runs that find a step nor runs that tell the error: one run of the deck, or the two
         that are extrapolated.
 
-        Parameters
-        ----------
-        scene
-            What to simulate.
-
         Returns
         -------
         tuple
@@ -158,13 +145,7 @@ class Lammps(ExternalEngine):
         Raises
         ------
         SceneError
-            If no step was asked for.
-        BackendMissing
-            If LAMMPS is not there.
-        RunFailed
-            If LAMMPS stops with an error or, isolated, crashes, or the motion diverges.
-        TooExpensive
-            If it takes longer than the time limit.
+            If no step was asked for. Otherwise as ``run``.
         """
         if self.dt is None:
             raise SceneError("dt", None, "missing, a run without estimates needs it")
@@ -241,7 +222,7 @@ class _Module:
         scene, steps = self.scene, sum(leg.steps for leg in legs)
         granules = scene.chain.granules
         made = softening(scene, steps)
-        self.deadline.refuse(steps * (_FASTEST_STEP + granules * _FASTEST_GRANULE))
+        self.deadline.refuse(least_time(steps, granules))
         clock = _Clock(self.deadline)
         with engine() as lammps:
             command(lammps, deck.set_up(made.scene(scene), self.pair_style) + reading.COMMANDS)
@@ -267,10 +248,10 @@ def _read(
     The first reading of a block is the last of the block before.
     """
     steps, times = stops(leg, stride), reading_times(leg, stride)
-    arrays = np.zeros((min(times.size, _BLOCK + 1), len(reading.ARRAYS), granules, 3))
+    arrays = np.zeros((min(times.size, BLOCK + 1), len(reading.ARRAYS), granules, 3))
     reading.read(lammps, arrays[0])
-    for first in range(0, times.size - 1, _BLOCK):
-        block = steps[first : first + _BLOCK + 1]
+    for first in range(0, times.size - 1, BLOCK):
+        block = steps[first : first + BLOCK + 1]
         for k, (done, stop) in enumerate(itertools.pairwise(block), start=1):
             begin = time.perf_counter()
             run(lammps, stop - done)

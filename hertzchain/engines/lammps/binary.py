@@ -19,7 +19,13 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.dumps import read_blocks, read_frames
 from hertzchain.engines.external.observation import Observation, Simulation
 from hertzchain.engines.external.program import find_program, run_program, work_folder
-from hertzchain.engines.external.readings import Granules, count_readings, reading_times, stops
+from hertzchain.engines.external.readings import (
+    BLOCK,
+    Granules,
+    count_readings,
+    reading_times,
+    stops,
+)
 from hertzchain.engines.external.rescaling import softening
 from hertzchain.engines.lammps import deck, reading
 from hertzchain.engines.lammps.build import HOW_TO_GET_IT, all_said, find_mpiexec, look
@@ -37,14 +43,12 @@ from hertzchain.engines.lammps.dialect import (
     was_killed,
     write_dump,
 )
+from hertzchain.engines.lammps.engine import least_time
 from hertzchain.engines.lammps.examination import Look, Stage
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-
-_BLOCK = 256
-"""Readings handed on at a time."""
 
 _LARGEST = 8e9
 """What dumps may take at most [bytes]: nobody expects more in a folder for temporary files."""
@@ -54,9 +58,6 @@ _NUMBER = 24.0
 
 _FRAME = 200.0
 """Bytes of what is in a frame besides."""
-
-_FASTEST_STEP, _FASTEST_GRANULE = 0.3e-6, 8e-9
-"""Time of a step, and of each granule in it, on a fast machine [s]."""
 
 
 _DECK, _RELEASE, _REST = "in.chain", "release.sh", "rest.dump"
@@ -206,9 +207,7 @@ class Binary:
         made = softening(scene, steps)
         given = [made.leg(leg) for leg in legs]
         granules = scene.chain.granules
-        self.deadline.refuse(
-            steps * (_FASTEST_STEP + granules * _FASTEST_GRANULE / self.program.ranks)
-        )
+        self.deadline.refuse(least_time(steps, granules, self.program.ranks))
         with work_folder("LAMMPS") as folder:
             _refuse_dumps(count_readings(legs, strides), granules, folder)
             rest = write_dump(_REST, ("x", "mass", "radius"))
@@ -242,7 +241,7 @@ def _read(
     """
     steps, times = np.array(stops(leg, stride)), reading_times(leg, stride)
     first, at, last = None, 0, None
-    for step, values in read_blocks(path, ("x", "vx", "fx"), _BLOCK):
+    for step, values in read_blocks(path, ("x", "vx", "fx"), BLOCK):
         if deadline.left < 0:
             raise deadline.passed()
         first = step[0] if first is None else first

@@ -10,15 +10,14 @@ import contextlib
 import os
 import pickle
 import queue
-import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable
 from types import TracebackType
 from typing import Any, BinaryIO, Self
 
+from hertzchain.engines.external.program import SLICE, kill, signal_name, start
 from hertzchain.engines.lammps.dialect import is_out_of_memory, not_enough_memory, was_killed
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
@@ -32,9 +31,6 @@ _CRASHES = {"SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL", "SIGTRAP", "SIGS
 
 _KEPT = 4096
 """Bytes of what the process says on standard error: its last words."""
-
-_SLICE = 0.5
-"""Seconds of waiting in one go; on Windows Ctrl-C has to wait for their end."""
 
 _PATIENCE = 5.0
 """Seconds in which a process that says nothing more has to end by itself."""
@@ -72,16 +68,13 @@ class Child:
         The process is killed when the time limit is over [s].
         """
         request = pickle.dumps(pickle.dumps((function, arguments)))
-        begin = time.monotonic()
+        deadline = Deadline(time_limit)
         process = self._process
         if process is None:
             process = self._process = _Process()
         try:
-            answer = process.ask(request, begin + time_limit)
-        except TimeoutError:
-            self.end()
-            raise Deadline(time_limit).passed() from None
-        except BaseException:  # Ctrl-C: an answer that nobody waits for must not come later
+            answer = process.ask(request, deadline)
+        except BaseException:  # time limit, Ctrl-C: no answer may come that nobody waits for
             self.end()
             raise
         if answer is None:
@@ -103,19 +96,14 @@ class _Process:
     """One such process and what it says on standard error."""
 
     def __init__(self) -> None:
-        # In a group of its own Ctrl-C does not reach it, but this process, which then kills it.
-        own_group: dict[str, Any] = {"start_new_session": True}
-        if sys.platform == "win32":
-            own_group = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
         try:
             # -P: sys.path is given, and Python 3.13.0 to 3.13.2 cannot import NumPy where they
             # should look in a folder that is gone (python/cpython#130932).
-            self.popen = subprocess.Popen(  # noqa: S603 - this interpreter, this package
+            self.popen = start(
                 [sys.executable, "-P", "-c", _PROGRAM, *sys.path],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
-                **own_group,
             )
         except OSError as problem:
             raise RunFailed(
@@ -127,18 +115,18 @@ class _Process:
         self._listener.start()
         self._talk: threading.Thread | None = None
 
-    def ask(self, request: bytes, until: float) -> tuple[bool, Any] | None:
+    def ask(self, request: bytes, deadline: Deadline) -> tuple[bool, Any] | None:
         """The answer to a request; None where the process has ended."""
         answers: queue.SimpleQueue[tuple[bool, Any] | None] = queue.SimpleQueue()
         self._talk = threading.Thread(target=self._exchange, args=(request, answers), daemon=True)
         self._talk.start()
         while True:
-            left = until - time.monotonic()
+            left = deadline.left
             try:
-                return answers.get(timeout=min(max(left, 0.0), _SLICE))
+                return answers.get(timeout=min(max(left, 0.0), SLICE))
             except queue.Empty:
                 if left <= 0:
-                    raise TimeoutError from None
+                    raise deadline.passed() from None
 
     def last_words(self) -> tuple[int, str]:
         """Status with which the process ended, and what it said last."""
@@ -149,8 +137,7 @@ class _Process:
 
     def end(self) -> None:
         """Kill the process, and wait until it is gone."""
-        self.popen.kill()
-        self.popen.wait()
+        kill(self.popen)
         for thread in (self._talk, self._listener):
             if thread is not None:
                 thread.join(_PATIENCE)
@@ -190,10 +177,7 @@ def _failure(status: int, said: str) -> RunFailed:
     if status >= 0:
         how = f"ended with status {status}"
     else:
-        try:
-            name = signal.Signals(-status).name
-        except ValueError:  # a real-time signal
-            name = f"signal {-status}"
+        name = signal_name(status)
         if name == "SIGKILL":
             return was_killed()
         how = f"{'crashed' if name in _CRASHES else 'was stopped'} ({name})"
