@@ -19,7 +19,7 @@ from hertzchain.cli.options import (
     TimeLimit,
     lammps_options,
     load_scene,
-    refuse_options_of_lammps,
+    refuse_without_need,
     to_step,
     to_time_limit,
 )
@@ -100,11 +100,10 @@ def compare(
                     " one of them out"
                 )
         _judge(scene, results, tolerance, dt, time_limit, as_json, report_file, junit)
-    for option, value in (("--tolerance", tolerance), ("--dt", dt)):
-        if value is not None:
-            raise HertzchainError(f"{option} goes with --results FILE; leave the option out")
+    refuse_without_need(False, tolerance=tolerance is not None, dt=dt is not None)
     loaded = load_scene(scene)
-    refuse_options_of_lammps(backend or ["lammps"], isolate, lmp, ranks)
+    with_lammps = not backend or "lammps" in backend
+    refuse_without_need(with_lammps, isolate=isolate, lmp=lmp, ranks=ranks)
     lammps = ENGINES["lammps"].make(
         time_limit=to_time_limit(time_limit), **lammps_options(isolate, lmp, ranks)
     )

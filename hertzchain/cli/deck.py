@@ -9,7 +9,15 @@ from typing import Annotated
 
 import typer
 
-from hertzchain.cli.options import AsJson, LargestStep, SceneFile, load_scene, to_step
+from hertzchain.cli.options import (
+    AsJson,
+    LargestStep,
+    SceneFile,
+    load_scene,
+    refuse_step_and_accuracy,
+    refuse_without_need,
+    to_step,
+)
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json, progress
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
@@ -80,17 +88,14 @@ def deck(
     from hertzchain.files import check_outputs, write_texts
 
     loaded = load_scene(scene)
-    if rtol is not None and dt is not None:
-        raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
-    options = {
-        "--watch-every": watch_every is not None,
-        "--pair-style": pair_style is not PairStyle.GRANULAR,
-        "--atoms": atoms is not Atoms.CREATE,
-        "--dump-every": dump_every != 0,
-    }
-    for option, is_given in options.items():
-        if is_given and engine is not Engine.LAMMPS:
-            raise HertzchainError(f"{option} is for --engine lammps; leave the option out")
+    refuse_step_and_accuracy(rtol, dt)
+    refuse_without_need(
+        engine is Engine.LAMMPS,
+        watch_every=watch_every is not None,
+        pair_style=pair_style is not PairStyle.GRANULAR,
+        atoms=atoms is not Atoms.CREATE,
+        dump_every=dump_every != 0,
+    )
     if output is None and atoms is Atoms.DATA:
         raise HertzchainError("--atoms data writes two files: name the deck with -o")
     data = None
@@ -102,8 +107,7 @@ def deck(
     with progress() as tell:
         tell("native: the step, and what the deck has to find")
         if engine is not Engine.LAMMPS:
-            make = known_answer.yade_deck if engine is Engine.YADE else known_answer.liggghts_deck
-            text = make(loaded, longest, wanted, scene.stem)
+            text = known_answer.FOREIGN[engine.value](loaded, longest, wanted, scene.stem)
         else:
             layout = known_answer.lay_out(
                 loaded,

@@ -35,18 +35,9 @@ LMP = "HERTZCHAIN_LMP"
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at.
+    """One thing that was looked at: its name, whether it works, and what was found or what to do.
 
-    Parameters
-    ----------
-    name
-        What it is.
-    works
-        Whether it works.
-    text
-        What was found, or what to do.
-    needed
-        Whether what hertzchain does by default needs it.
+    ``needed`` is what hertzchain does by default.
     """
 
     name: str

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -99,13 +98,27 @@ def by_name(option: str, given: list[str], example: str) -> dict[str, str]:
     return found
 
 
-def refuse_options_of_lammps(
-    backends: Sequence[str], isolate: bool, lmp: str | None, ranks: int | None
-) -> None:
-    """Refuse what only LAMMPS knows where it does not run."""
-    for option, given in {"isolate": isolate, "lmp": lmp, "ranks": ranks}.items():
-        if given and "lammps" not in backends:
-            raise HertzchainError(f"--{option} is for --backend lammps; leave the option out")
+NEEDS = {
+    **dict.fromkeys(("isolate", "lmp", "ranks", "extrapolated"), "is for --backend lammps"),
+    **dict.fromkeys(("watch_every", "pair_style", "atoms", "dump_every"), "is for --engine lammps"),
+    **dict.fromkeys(("tolerance", "dt"), "goes with --results FILE"),
+    "frames": "goes with --trajectory FILE",
+}
+"""What options need that go with others only."""
+
+
+def refuse_without_need(is_met: bool, **given: object) -> None:
+    """Refuse options that are given, in their order, where what they need is not."""
+    for option, is_given in given.items():
+        if is_given and not is_met:
+            name = option.replace("_", "-")
+            raise HertzchainError(f"--{name} {NEEDS[option]}; leave the option out")
+
+
+def refuse_step_and_accuracy(rtol: float | None, dt: object) -> None:
+    """Refuse both a step and an accuracy, which chooses the step."""
+    if rtol is not None and dt is not None:
+        raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
 
 
 def lammps_options(isolate: bool, lmp: str | None, ranks: int | None) -> dict[str, Any]:

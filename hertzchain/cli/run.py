@@ -20,7 +20,8 @@ from hertzchain.cli.options import (
     TimeLimit,
     lammps_options,
     load_scene,
-    refuse_options_of_lammps,
+    refuse_step_and_accuracy,
+    refuse_without_need,
     to_step,
     to_time_limit,
 )
@@ -103,8 +104,7 @@ def run(
     loaded = load_scene(scene)
     step = to_step(dt)
     limit = to_time_limit(time_limit)
-    if frames is not None and trajectory is None:
-        raise HertzchainError("--frames goes with --trajectory FILE; leave the option out")
+    refuse_without_need(trajectory is not None, frames=frames is not None)
     check_outputs([scene], [output, trajectory])
     if output is not None:
         check_result_format(output)
@@ -160,7 +160,7 @@ def _simulation(
     peaks_only: bool,
 ) -> Simulator:
     engine = ENGINES[backend]
-    refuse_options_of_lammps([backend], isolate, lmp, ranks)
+    refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
     if backend == "native":
         if extrapolated:
             raise HertzchainError("--extrapolated is not for --backend native; leave it out")
@@ -172,8 +172,7 @@ def _simulation(
         raise HertzchainError(
             f"--method {method}: {engine.label} has only velocity-verlet; leave the option out"
         )
-    if rtol is not None and dt is not None:
-        raise HertzchainError("--rtol chooses the step: leave --dt out, or --rtol")
+    refuse_step_and_accuracy(rtol, dt)
     own = lammps_options(isolate, lmp, ranks) if backend == "lammps" else {}
     wanted = RTOL if rtol is None else rtol
     return engine.make(dt=dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit, **own)

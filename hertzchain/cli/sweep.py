@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -19,22 +19,24 @@ from hertzchain.cli.options import (
     by_name,
     lammps_options,
     load_scene,
+    refuse_without_need,
     to_time_limit,
 )
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json
+from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
+
+if TYPE_CHECKING:
+    from hertzchain.sweeps import Counts
 
 _LINES = 30.0
 """Between two lines on how far it is, where there is no terminal to draw a bar in [s]."""
 
 
-class Source(StrEnum):
-    """Who measures the scenes of a sweep."""
-
-    NATIVE = "native"
-    LAMMPS = "lammps"
-    FORMULAS = "formulas"
+_SOURCES = (*(name for name, engine in ENGINES.items() if engine.swept), "formulas")
+Source = StrEnum("Source", {name.upper(): name for name in _SOURCES})  # type: ignore[misc]
+"""Who measures the scenes of a sweep."""
 
 
 class FileFormat(StrEnum):
@@ -105,61 +107,37 @@ def sweep(
     Stopped or killed, it goes on where it was when it is started again. A scene that fails is a row
     with the reason.
     """
-    from hertzchain.engines.lammps import Lammps
-    from hertzchain.engines.native import Native
-    from hertzchain.sweeps import Sweep
     from hertzchain.sweeps import sweep as measure
-    from hertzchain.sweeps.parts import Backend, Formulas
+    from hertzchain.sweeps.parts import backend_named
 
     if output.suffix.lower() in (".csv", ".parquet"):
         raise HertzchainError(
             f"-o {output}: is to be a folder; for one file of text in it say --format csv"
         )
     limit = to_time_limit(time_limit)
-    wanted = backend or [Source.NATIVE]
-    for option, given in {"extrapolated": extrapolated, "lmp": lmp}.items():
-        if given and Source.LAMMPS not in wanted:
-            raise HertzchainError(f"--{option} is for --backend lammps; leave the option out")
-    lammps = Lammps(
-        rtol=rtol,
-        extrapolated=extrapolated,
-        time_limit=limit,
-        **lammps_options(isolate=False, lmp=lmp, ranks=None),
-    )
+    wanted = backend or [Source("native")]
+    refuse_without_need("lammps" in wanted, extrapolated=extrapolated, lmp=lmp)
+    common = {"rtol": rtol, "time_limit": limit}
+    # An accuracy that no simulation has is refused before the scene is read.
+    own = {"extrapolated": extrapolated, **lammps_options(isolate=False, lmp=lmp, ranks=None)}
+    lammps = backend_named("lammps", **common, **own)
     loaded = load_scene(scene)
     varied = by_name("--vary", vary, "shock.momentum_ratio=0.1:10:50:log")
-    kinds: dict[Source, Callable[[], Backend]] = {
-        Source.NATIVE: lambda: Native(rtol=rtol, time_limit=limit),
-        Source.LAMMPS: lambda: lammps,
-        Source.FORMULAS: Formulas,
-    }
-    backends = [kinds[one]() for one in wanted]
+    backends = [lammps if one == "lammps" else backend_named(one, **common) for one in wanted]
     begin = time.perf_counter()
-    try:
-        with _counting() as tell:
-            swept = measure(
-                loaded,
-                varied,
-                samples=samples,
-                seed=seed,
-                backends=backends,
-                peaks=peaks,
-                output=output,
-                file_format=file_format.value,
-                scheduler=scheduler,
-                progress=tell,
-            )
-    except HertzchainError:
-        raise
-    except BaseException:
-        with suppress(HertzchainError):  # it was stopped before there was a sweep
-            counts = Sweep.load(output).count()
-            typer.echo(
-                f"hertzchain: what is done is in {output}, {counts.done:,} rows; the same command"
-                " goes on from there",
-                err=True,
-            )
-        raise
+    with _going_on(output), _counting() as tell:
+        swept = measure(
+            loaded,
+            varied,
+            samples=samples,
+            seed=seed,
+            backends=backends,
+            peaks=peaks,
+            output=output,
+            file_format=file_format.value,
+            scheduler=scheduler,
+            progress=tell,
+        )
     counts = swept.count()
     if as_json:
         print_json(
@@ -174,6 +152,31 @@ def sweep(
         )
     else:
         typer.echo(f"{counts.done:,} rows in {output}, {_how_to_open(output, file_format)}")
+    _warn(counts, rtol)
+    raise typer.Exit(OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE)
+
+
+@contextmanager
+def _going_on(output: Path) -> Iterator[None]:
+    """Where a sweep is stopped, say that the same command resumes it."""
+    from hertzchain.sweeps import Sweep
+
+    try:
+        yield
+    except HertzchainError:
+        raise
+    except BaseException:
+        with suppress(HertzchainError):  # it was stopped before there was a sweep
+            typer.echo(
+                f"hertzchain: what is done is in {output}, {Sweep.load(output).count().done:,}"
+                " rows; the same command goes on from there",
+                err=True,
+            )
+        raise
+
+
+def _warn(counts: Counts, rtol: float) -> None:
+    """Say which rows have no numbers, and which are less accurate than was asked for."""
     if counts.failed:
         typer.echo(
             f"hertzchain: {counts.failed:,} of {counts.done:,} rows have no numbers, the column"
@@ -186,7 +189,6 @@ def sweep(
             " accurate: see the column error_estimate",
             err=True,
         )
-    raise typer.Exit(OUT_OF_TOLERANCE if counts.failed or counts.missed else DONE)
 
 
 def _how_to_open(output: Path, file_format: FileFormat) -> str:

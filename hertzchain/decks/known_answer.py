@@ -159,6 +159,10 @@ def liggghts_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> st
     return deck(scene, step, Native("velocity-verlet", step).run(scene).velocity, title)
 
 
+FOREIGN = {"liggghts": liggghts_deck, "yade": yade_deck}
+"""Decks of other codes than LAMMPS, by the names of the engines."""
+
+
 def _refuse_lost_digits(scene: Scene, legs: Sequence[Leg]) -> None:
     """Refuse a deck in real units whose coordinates would cost so much that it judges nothing."""
     lost = predicted_loss(scene, sum(leg.steps for leg in legs))

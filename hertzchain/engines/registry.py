@@ -60,6 +60,8 @@ class Engine:
         Its look: a colour, a marker of Matplotlib that is in ``MARKERS``, a dash of Plotly.
     compared
         Whether it is compared where nothing is asked for.
+    swept
+        Whether it measures the scenes of sweeps.
     program
         The program that it runs and that a user has to install; None where there is none.
     """
@@ -72,6 +74,7 @@ class Engine:
     marker: str
     dash: str
     compared: bool = False
+    swept: bool = False
     program: str | None = None
 
     def __post_init__(self) -> None:
@@ -89,11 +92,11 @@ class Engine:
 _ALL = (
     Engine(
         "native", "native", "hertzchain.engines.native", "Native",
-        "#000000", ".", "solid", compared=True,
+        "#000000", ".", "solid", compared=True, swept=True,
     ),
     Engine(
         "lammps", "LAMMPS", "hertzchain.engines.lammps", "Lammps",
-        "#0072B2", "o", "dash", compared=True,
+        "#0072B2", "o", "dash", compared=True, swept=True,
     ),
     Engine(
         "liggghts", "LIGGGHTS", "hertzchain.engines.liggghts", "Liggghts",

@@ -27,15 +27,7 @@ Value = float | int | str
 
 @dataclass(frozen=True)
 class Listed:
-    """A parameter that takes values one by one.
-
-    Parameters
-    ----------
-    name
-        Of the parameter, as the scene file has it.
-    values
-        In SI; text for profiles.
-    """
+    """A parameter, as the scene file names it, that takes values one by one: in SI, or text."""
 
     name: str
     values: tuple[Value, ...]
@@ -57,18 +49,10 @@ class Listed:
 
 @dataclass(frozen=True)
 class Span:
-    """A parameter that takes values between two, equally spaced or drawn.
+    """A parameter, as the scene file names it, that takes values between two, in SI.
 
-    Parameters
-    ----------
-    name
-        Of the parameter, as the scene file has it.
-    low, high
-        The ends, in SI; both are taken by a grid.
-    count
-        Of values on a grid; None for one that is sampled.
-    log
-        Whether logarithms are equally spaced, or drawn.
+    A grid of ``count`` values, both ends among them, or drawn where that is None; equally spaced,
+    or their logarithms.
     """
 
     name: str

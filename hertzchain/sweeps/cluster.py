@@ -45,12 +45,9 @@ grow with the sweep."""
 
 @contextmanager
 def cluster(scheduler: str) -> Iterator[Measure]:
-    """What measures parts of a sweep as ``measure_here`` does, on the workers of a scheduler.
+    """What measures parts of a sweep as ``measure_here`` does, on the workers of a Dask scheduler.
 
-    Parameters
-    ----------
-    scheduler
-        Its address (``tcp://host:8786``).
+    Its address is of the form ``tcp://host:8786``.
     """
     try:
         import distributed  # noqa: F401 - what is imported below
@@ -64,13 +61,7 @@ def cluster(scheduler: str) -> Iterator[Measure]:
 
 
 class _Cluster:
-    """A sweep on a cluster, with the parts that are handed out.
-
-    Parameters
-    ----------
-    client, scheduler
-        A connection to the scheduler, and its address.
-    """
+    """A sweep on a cluster, with the parts that are handed out."""
 
     def __init__(self, client: Client, scheduler: str) -> None:
         self._client, self._scheduler = client, scheduler

@@ -22,18 +22,9 @@ if TYPE_CHECKING:
 class BatchFound:
     """Similar scenes that were measured together, in SI; arrays of shape (scenes,).
 
-    Parameters
-    ----------
-    batch
-        What was found in natural units.
-    near, far, speed
-        Of the solitary wave: F_SW and the far-field force [N], speed [m/s].
-    transition
-        p; 0 where there is none.
-    largest, contact
-        The largest peak force [N], and its contact.
-    overlap
-        The largest overlap over the radius.
+    ``batch`` has them in natural units. Of the solitary wave: F_SW and the far-field force [N],
+    speed [m/s] and p, 0 where there is none. The largest peak force [N], its contact, and the
+    largest overlap over the radius.
     """
 
     batch: Batch
@@ -178,7 +169,35 @@ ALL = (
 COLUMNS = tuple(column.name for column in ALL)
 """Of the table."""
 
-FOUND = (*(column.name for column in FOUND_COLUMNS), "failure")
-"""What is found, and the reason where nothing is."""
-
 COUNTS = tuple(column.name for column in FOUND_COLUMNS if column.kind == "int")
+"""Whole numbers that are found: 0 stands for a missing one."""
+
+WHOLE = tuple(column.name for column in ALL if column.kind == "int")
+TEXT = tuple(column.name for column in ALL if column.kind == "str")
+
+LABELS = {column.name: column.label for column in ALL if column.label}
+"""What columns are called on an axis."""
+
+PEAK_COLUMNS = ("scene", "backend", "contact", "peak_force_N", "peak_time_s")
+"""Of the table of peaks."""
+
+OTHER_MEASURE = {
+    "shock.momentum_ratio": "shock.rise_time",
+    "shock.rise_time": "shock.momentum_ratio",
+}
+"""Either says how long a pulse lasts, and follows from the other."""
+
+IN_TITLES = (
+    "shock.profile",
+    "shock.duration_ratio",
+    "shock.momentum_ratio",
+    "shock.rise_time",
+    "shock.peak_force",
+    "chain.granules",
+)
+"""Said by a title where they do not vary, in this order; the others where they were fixed."""
+
+_TITLES = {column.name: column.title for column in ALL if column.title}
+
+TITLES = {name: _TITLES[name] for name in dict.fromkeys((*IN_TITLES, *PARAMETERS, "backend"))}
+"""How a title says what is the same in all rows, in its order."""

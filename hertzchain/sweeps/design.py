@@ -21,7 +21,7 @@ from hertzchain.errors import SceneError, require
 from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.scene import Run, Scene, require_scene
 from hertzchain.sweeps.axes import Axis, Span, Value, axis_of, is_whole
-from hertzchain.sweeps.columns import PARAMETERS
+from hertzchain.sweeps.columns import OTHER_MEASURE, PARAMETERS, TEXT, WHOLE
 
 MOST_SCENES = 10**8
 """Of a sweep: a day of two cores where a scene takes a millisecond. Chosen."""
@@ -34,16 +34,8 @@ MOST_GRANULES = 1_000_000
 class Design:
     """The scenes of a sweep, numbered from 0: the last axis changes first, samples before it.
 
-    Parameters
-    ----------
-    base
-        What all of them have in common.
-    axes
-        What varies. Those without a count are sampled together, all others crossed.
-    samples
-        Points that are drawn in the space of all axes without a count; None where there are none.
-    seed
-        Of the drawn points.
+    The base is what all of them have in common. Axes without a count are sampled together: that
+    many points of a scrambled sequence with this seed. All others are crossed.
     """
 
     base: Scene
@@ -85,17 +77,9 @@ class Design:
         return (np.unique(spread)[:, None] * drawn + first).ravel()
 
     def parameters(self, scenes: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
-        """The parameters of scenes, by name: all of them, NaN or "" where a scene has none.
+        """All parameters, by name and in SI, of scenes of increasing numbers, shape (some,).
 
-        Parameters
-        ----------
-        scenes
-            Their numbers, increasing, shape (some,).
-
-        Returns
-        -------
-        dict
-            Arrays of that shape, in SI; ``shock.momentum_ratio`` and ``shock.rise_time`` as given.
+        NaN or "" where a scene has none; ``shock.momentum_ratio`` and ``shock.rise_time`` as given.
         """
         base = _flat(self.base)
         found = {name: np.full(scenes.size, base[name]) for name in PARAMETERS}
@@ -107,9 +91,9 @@ class Design:
             for axis, fraction in zip(self.sampled, points.T, strict=True):
                 found[axis.name] = axis.between(fraction)
         names = {axis.name for axis in self.axes}
-        for given, other in (("momentum_ratio", "rise_time"), ("rise_time", "momentum_ratio")):
-            if f"shock.{given}" in names:
-                found[f"shock.{other}"] = np.full(scenes.size, np.nan)
+        for given, other in OTHER_MEASURE.items():
+            if given in names:
+                found[other] = np.full(scenes.size, np.nan)
         return found
 
     def _points(self, samples: NDArray[np.int64]) -> FloatArray:
@@ -233,9 +217,9 @@ def _check(scene: Scene, name: str, value: Value) -> None:
     if key == "granules" and isinstance(value, int):
         allowed = f"must be at most {MOST_GRANULES:,} in a sweep: run a longer chain by itself"
         require(value <= MOST_GRANULES, name, value, allowed)
-    others = {"momentum_ratio": {"rise_time": None}, "rise_time": {"momentum_ratio": None}}
+    other = {OTHER_MEASURE[name].partition(".")[2]: None} if name in OTHER_MEASURE else {}
     try:
-        replace(part, **{key: value}, **others.get(key, {}))
+        replace(part, **{key: value}, **other)
     except SceneError as problem:
         raise SceneError(name, problem.value, problem.allowed) from None
 
@@ -252,10 +236,8 @@ def _flat(scene: Scene) -> dict[str, Any]:
     flat["run.end_time"] = scene.run.end_time
     # What is typed as 100 is 100.0: a column has one type, whoever wrote the scene.
     given = {name: np.nan if flat.get(name) is None else flat[name] for name in PARAMETERS}
-    texts_and_counts = ("shock.profile", "chain.granules")
-    return {
-        name: value if name in texts_and_counts else float(value) for name, value in given.items()
-    }
+    kept = (*TEXT, *WHOLE)
+    return {name: value if name in kept else float(value) for name, value in given.items()}
 
 
 def _with(base: Scene, flat: Mapping[str, Any]) -> Scene:

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.sweeps.looks import LABELS, colour_bar, is_log, legend, looks_of, set_scale
-from hertzchain.sweeps.selection import TEXT, TITLES, Drawable, Rows, full_name, selected_rows
+from hertzchain.sweeps.columns import LABELS, TEXT, TITLES
+from hertzchain.sweeps.looks import colour_bar, is_log, legend, looks_of, set_scale
+from hertzchain.sweeps.selection import Drawable, Rows, full_name, selected_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,15 +33,7 @@ _MOST_VECTORS = 5000
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A picture of a sweep.
-
-    Parameters
-    ----------
-    figure
-        It; the remarks are beneath it in small letters.
-    remarks
-        What it does not show, a sentence each.
-    """
+    """A picture of a sweep, and sentences on what it does not show, which are beneath it, too."""
 
     figure: Figure
     remarks: tuple[str, ...]
@@ -254,19 +247,9 @@ def _draw_cells(axes: Axes, rows: Rows, x: str, y: str, colour: str) -> None:
 
 
 def cell_edges(values: FloatArray, log: bool) -> FloatArray:
-    """Edges half way between values, and as far beyond the first and the last.
+    """Edges, shape (values + 1,), half way between increasing values, and as far beyond the ends.
 
-    Parameters
-    ----------
-    values
-        Increasing, at least two of them, shape (values,).
-    log
-        Whether half way is meant in logarithms.
-
-    Returns
-    -------
-    FloatArray
-        Shape (values + 1,).
+    ``log`` means half way in logarithms; there are at least two values.
     """
     at = np.log(values) if log else values
     between = (at[1:] + at[:-1]) / 2

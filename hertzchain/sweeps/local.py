@@ -34,20 +34,10 @@ class _Stopped(Exception):
 def measure_here(
     design: Design, parts: Iterable[Part], peaks: bool, keep: Keep, tell: Tell
 ) -> None:
-    """Measure parts of a sweep.
+    """Measure parts of a sweep: ``Measure``.
 
-    Parameters
-    ----------
-    design
-        What scenes there are.
-    parts
-        Of it.
-    peaks
-        Whether the peaks of all contacts are wanted.
-    keep
-        Is called with each part and what it has become, in this thread.
-    tell
-        Is told how many more scenes are done, from any thread.
+    ``keep`` is called with each part and what it has become, in this thread; ``tell`` with how many
+    more scenes are done, from any thread.
     """
     here: dict[Backend, bool] = {}
     with _Workers(design, peaks, keep, tell) as workers:

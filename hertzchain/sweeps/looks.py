@@ -12,19 +12,12 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.report.style import COLOURS
 from hertzchain.sweeps.axes import Span
-from hertzchain.sweeps.columns import ALL
-from hertzchain.sweeps.selection import TEXT, Rows
+from hertzchain.sweeps.columns import LABELS, TEXT, WHOLE
+from hertzchain.sweeps.selection import Rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Normalize
-
-
-LABELS = {column.name: column.label for column in ALL if column.label}
-"""What the columns of a sweep are called on an axis."""
-
-
-_WHOLE = tuple(column.name for column in ALL if column.kind == "int")
 
 
 _NAMED: dict[str, dict[str, str]] = {
@@ -90,9 +83,9 @@ def colour_bar(axes: Axes, rows: Rows, name: str) -> Any:
     from matplotlib.cm import ScalarMappable
 
     values = rows.column[name]
-    scale = ScalarMappable(_norm(values, name in _WHOLE, is_log(rows, name)), "viridis")
+    scale = ScalarMappable(_norm(values, name in WHOLE, is_log(rows, name)), "viridis")
     bar = axes.figure.colorbar(scale, ax=axes, label=LABELS[name])
-    if name in _WHOLE and not is_log(rows, name):
+    if name in WHOLE and not is_log(rows, name):
         bar.locator = _at_whole_numbers()
         bar.minorticks_off()
         bar.update_ticks()
@@ -132,7 +125,7 @@ def set_scale(rows: Rows, name: str, to: Callable[[str], None], axis: Any) -> No
             axis.set_minor_formatter(
                 lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in digits else ""
             )
-    elif name in _WHOLE:
+    elif name in WHOLE:
         axis.set_major_locator(_at_whole_numbers())
 
 

@@ -40,15 +40,7 @@ within its time limit."""
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What a part has become.
-
-    Parameters
-    ----------
-    table
-        One row per scene: see ``table.COLUMNS``.
-    peaks
-        One row per scene and contact; None where they are not wanted.
-    """
+    """What a part has become: one row per scene, and, where wanted, one per scene and contact."""
 
     table: pandas.DataFrame
     peaks: pandas.DataFrame | None
@@ -65,22 +57,8 @@ def measure(
     """Measure the scenes of a part.
 
     A scene that fails has a row with the reason. The numbers are the same wherever this is called,
-    and however often.
-
-    Parameters
-    ----------
-    design
-        What scenes there are.
-    part
-        Which of them, and by which backend.
-    peaks
-        Whether the peaks of all contacts are wanted.
-    cores
-        How many the compiled batch uses; by default all.
-    child
-        The process that LAMMPS runs in; by default one for this part.
-    tell
-        Is told how many more scenes are done, from time to time.
+    and however often. The compiled batch uses all cores unless told, LAMMPS runs in ``child`` or in
+    a process for this part, and ``tell`` is called with how many more scenes are done.
     """
     begin = time.perf_counter()
     numbers = np.arange(part.start, part.stop)
@@ -127,10 +105,7 @@ def _batches(
 ) -> NDArray[np.bool_]:
     """Measure what the compiled batch takes, one profile and one length of chain after another.
 
-    Returns
-    -------
-    NDArray
-        Which scenes are left, shape (scenes,).
+    Which scenes are left, shape (scenes,).
     """
     from hertzchain.engines.native import backend, similar_peak_forces
 

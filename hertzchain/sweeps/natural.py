@@ -20,18 +20,11 @@ _PLAIN = 1e200
 
 @dataclass(frozen=True, eq=False)
 class Natural:
-    """What similarity makes of scenes; arrays of shape (scenes,), NaN for pulse tables.
+    """Similarity of scenes; arrays of shape (scenes,), NaN for pulse tables.
 
-    Parameters
-    ----------
-    length, time
-        Natural units [m], [s].
-    momentum_ratio, rise_time
-        LM_ratio and t0 [s], whichever was given.
-    duration
-        Of a run that is watched until every contact has peaked, in natural units.
-    is_plain
-        Whether all that follows from a scene is far from the ends of floating point.
+    Natural units [m], [s]; LM_ratio and t0 [s], whichever was given; how long a run is watched
+    until every contact has peaked [natural units]; and whether all that follows from a scene is far
+    from the ends of floating point.
     """
 
     length: FloatArray

@@ -23,14 +23,8 @@ class Errand:
 
     A worker cannot be sent ``work`` itself: one that has no hertzchain would fail to read what it
     is sent, and end without a word. What is to be measured is pickled in itself, and not read
-    before it is known that versions are the same.
-
-    Parameters
-    ----------
-    sweep
-        A name that no other sweep has: parts of one share processes.
-    design, part, peaks
-        As for ``measure``.
+    before it is known that versions are the same. Parts of a sweep, whose name no other has, share
+    processes.
     """
 
     sweep: str
@@ -45,16 +39,11 @@ class Errand:
 
 
 def work(sweep: str, wanted: str, packed: bytes) -> Measured:
-    """Measure a part, in a thread of a worker.
+    """Measure a part that an ``Errand`` brought, in a thread of a worker.
 
-    Parameters
-    ----------
-    sweep
-        A name that no other sweep has.
-    wanted
-        Version of hertzchain.
-    packed
-        By ``Errand``.
+    hertzchain has to be of the version that is wanted.
+
+    Where the worker ends, or the sweep, Dask is to give the part to another, if to any.
     """
     worker = get_worker()
     check_version(f"the worker {worker.address}", version("hertzchain"), wanted)

@@ -47,22 +47,24 @@ class Formulas:
 
 Backend = Native | Lammps | Formulas
 
-NAMES: dict[type, str] = {Native: "native", Lammps: "lammps", Formulas: "formulas"}
-"""Of the backends, in the table."""
+KINDS: dict[str, type[Backend]] = {"native": Native, "lammps": Lammps, "formulas": Formulas}
+"""The backends by their names in the table."""
+
+NAMES: dict[type, str] = {kind: name for name, kind in KINDS.items()}
+
+
+def backend_named(name: str, **parameters: Any) -> Backend:
+    """A backend with numerical parameters, of which the formulas have none."""
+    kind = KINDS[name]
+    return Formulas() if kind is Formulas else kind(**parameters)
 
 
 @dataclass(frozen=True)
 class Part:
     """Scenes of a sweep that one backend measures, and that are kept, together.
 
-    Parameters
-    ----------
-    name
-        The parts of a backend in the order of their names are in that of their scenes.
-    backend
-        Who measures them.
-    start, stop
-        The first scene, and the one behind the last.
+    The parts of a backend in the order of their names are in that of their scenes: from ``start``
+    to the one before ``stop``.
     """
 
     name: str
@@ -126,16 +128,9 @@ def _mean_seconds(design: Design, backend: Backend) -> float:
 
 
 def _seconds(backend: Backend, granules: Any, duration: Any) -> Any:
-    """What a scene takes, roughly, on one core [s].
+    """What scenes of N granules and durations [natural units] take, roughly, on one core [s].
 
     Measured on chains of 60 granules; the size of parts hangs on it, and where they are measured.
-
-    Parameters
-    ----------
-    backend
-        Who measures.
-    granules, duration
-        N, and natural time units that pass; arrays of one shape.
     """
     if isinstance(backend, Formulas):
         return np.full(np.shape(granules), 3e-4)

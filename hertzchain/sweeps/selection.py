@@ -13,36 +13,10 @@ from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.scene import UNITS
 from hertzchain.sweeps.axes import Axis, Listed, Span
-from hertzchain.sweeps.columns import ALL, COLUMNS, PARAMETERS
+from hertzchain.sweeps.columns import COLUMNS, IN_TITLES, OTHER_MEASURE, TEXT, TITLES
 
 if TYPE_CHECKING:
     import pandas
-
-
-_ALWAYS = (
-    "shock.profile",
-    "shock.duration_ratio",
-    "shock.momentum_ratio",
-    "shock.rise_time",
-    "shock.peak_force",
-    "chain.granules",
-)
-"""Said by a title where they do not vary, in this order; the others where they were fixed."""
-
-_SAID = {column.name: column.title for column in ALL if column.title}
-
-TITLES = {name: _SAID[name] for name in dict.fromkeys((*_ALWAYS, *PARAMETERS, "backend"))}
-"""How a title says what is the same in all rows."""
-
-
-TEXT = tuple(column.name for column in ALL if column.kind == "str")
-
-
-_OTHER_MEASURE = {
-    "shock.momentum_ratio": "shock.rise_time",
-    "shock.rise_time": "shock.momentum_ratio",
-}
-"""Either says how long a pulse lasts, and follows from the other."""
 
 
 _AS_GIVEN = 1e-3
@@ -79,23 +53,10 @@ def full_name(name: str) -> str:
 class Rows:
     """What is to be drawn: rows with numbers, and where each is among all that varies.
 
-    Parameters
-    ----------
-    column
-        Those that are drawn, by name, shape (rows,).
-    place
-        For each axis that is crossed, and the backend, which of its values a row has: numbers from
-        0, shape (rows,).
-    axes
-        What varies, by name.
-    left
-        Names of all that takes several values and is not fixed; ``backend`` may be among them.
-    fixed
-        What is the same in all rows, by name.
-    backends
-        Of the sweep.
-    remarks
-        On rows that are not there.
+    The columns that are drawn, by name, shape (rows,). For each axis that is crossed, and the
+    backend, which of its values a row has: numbers from 0, shape (rows,). What varies; of it what
+    takes several values and is ``left`` as it is not fixed; what is the same in all rows; and
+    remarks on rows that are not there.
     """
 
     column: Mapping[str, NDArray[Any]]
@@ -118,7 +79,7 @@ class Rows:
 
     def behind(self, name: str | None) -> str | None:
         """The parameter that varies where a column does; None where that is not one alone."""
-        for one in (name, _OTHER_MEASURE.get(name or "")):
+        for one in (name, OTHER_MEASURE.get(name or "")):
             if one in self.left:
                 return one
         return None
@@ -250,9 +211,8 @@ def _same_in_all(
         for key, value in part.items()
         if value is not None
     }
-    varies = {*axes, *(_OTHER_MEASURE[name] for name in axes if name in _OTHER_MEASURE)}
-    told = list(_ALWAYS)
-    same = {name: base[name] for name in told if name in base and name not in varies}
+    varies = {*axes, *(OTHER_MEASURE[name] for name in axes if name in OTHER_MEASURE)}
+    same = {name: base[name] for name in IN_TITLES if name in base and name not in varies}
     if "shock.time_s" in base:
         same["shock.profile"] = "table"
     for name, axis in axes.items():

@@ -22,10 +22,9 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from hertzchain.errors import OutputError, require
 from hertzchain.files import write_text, write_with
-from hertzchain.sweeps.columns import COLUMNS, COUNTS
+from hertzchain.sweeps.columns import COLUMNS, COUNTS, PEAK_COLUMNS
 from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import Part
-from hertzchain.sweeps.table import PEAK_COLUMNS
 
 if TYPE_CHECKING:
     import pandas
@@ -75,12 +74,7 @@ class Memory(AbstractContextManager["Memory"]):
 class Folder(AbstractContextManager["Folder"]):
     """A sweep that is kept in a folder; as a context it is there for one process alone.
 
-    Parameters
-    ----------
-    folder
-        Where.
-    manifest
-        What the sweep is, as JSON knows it, the format of its files included.
+    The manifest is what the sweep is, as JSON knows it, the format of its files included.
     """
 
     def __init__(self, folder: Path, manifest: Mapping[str, Any]) -> None:

@@ -11,15 +11,22 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hertzchain.engines.lammps import Lammps
-from hertzchain.engines.native import Native
 from hertzchain.errors import OutputError, require
 from hertzchain.limits import RTOL
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.axes import Value
 from hertzchain.sweeps.design import design
 from hertzchain.sweeps.local import Measure, measure_here
-from hertzchain.sweeps.parts import NAMES, Backend, Formulas, cut, part_size, settings
+from hertzchain.sweeps.parts import (
+    KINDS,
+    NAMES,
+    Backend,
+    Formulas,
+    backend_named,
+    cut,
+    part_size,
+    settings,
+)
 from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_manifest
 
 if TYPE_CHECKING:
@@ -241,20 +248,14 @@ class _Counter:
 
 
 def _backends(given: str | Iterable[str | Backend], rtol: float) -> tuple[Backend, ...]:
-    by_name: dict[str, Callable[[], Backend]] = {
-        "native": lambda: Native(rtol=rtol),
-        "lammps": lambda: Lammps(rtol=rtol),
-        "formulas": Formulas,
-    }
     found: list[Backend] = []
     each: Iterable[Any] = given
     if isinstance(given, str) or not isinstance(given, Iterable):
         each = (given,)
     for one in each:
         if isinstance(one, str):
-            allowed = f"must be one of {', '.join(by_name)}"
-            require(one in by_name, "backends", one, allowed)
-            found.append(by_name[one]())
+            require(one in KINDS, "backends", one, f"must be one of {', '.join(KINDS)}")
+            found.append(backend_named(one, rtol=rtol))
         else:
             allowed = "must be Native, Lammps or the name of a backend"
             require(isinstance(one, Backend), "backends", one, allowed)

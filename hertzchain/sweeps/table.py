@@ -14,7 +14,7 @@ from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Result
 from hertzchain.observables.transition import solitary_waves, transitions
 from hertzchain.scene.validity import IMPOSSIBLE_OVERLAP
-from hertzchain.sweeps.columns import COLUMNS, COUNTS, FOUND_COLUMNS, BatchFound
+from hertzchain.sweeps.columns import COLUMNS, COUNTS, FOUND_COLUMNS, PEAK_COLUMNS, BatchFound
 
 if TYPE_CHECKING:
     import pandas
@@ -22,23 +22,11 @@ if TYPE_CHECKING:
     from hertzchain.engines.native import Batch
     from hertzchain.theory import Prediction
 
-PEAK_COLUMNS = ("scene", "backend", "contact", "peak_force_N", "peak_time_s")
-"""Of the table of peaks."""
-
 
 class Rows:
-    """Rows that are being filled in.
+    """Rows of scenes that are being filled in, rise time and LM_ratio among them.
 
-    Parameters
-    ----------
-    numbers
-        Of the scenes, shape (rows,).
-    backend
-        Who measures them.
-    parameters
-        Of the scenes, by name, shape (rows,); rise time and LM_ratio are filled in.
-    peaks
-        Whether the peaks of all contacts are kept.
+    Numbers of the scenes, and their parameters by name, have the shape (rows,).
     """
 
     def __init__(
@@ -104,22 +92,10 @@ class Rows:
         length: FloatArray,
         time: FloatArray,
     ) -> NDArray[np.bool_]:
-        """Fill in what a batch of similar scenes found, in one go.
+        """Fill in what a batch of similar scenes found, in units of [N], [m], [s], in one go.
 
-        Parameters
-        ----------
-        rows
-            Which these are, shape (some,).
-        batch
-            In natural units.
-        force, length, time
-            These units [N], [m], [s], shape (some,).
-
-        Returns
-        -------
-        NDArray
-            Which of them are not filled in, as no digit of their peaks is sure or granules would
-            be pressed into one another by more than a radius, shape (some,).
+        Which of them are not filled in, shape (some,), as no digit of their peaks is sure or
+        granules would be pressed into one another by more than a radius.
         """
         radius = self._parameters["chain.radius"][rows]
         peak_force, passed = batch.peak_force * force[:, None], batch.peak_passed
@@ -154,7 +130,7 @@ class Rows:
         return pandas.DataFrame({name: columns[name] for name in COLUMNS})
 
     def peaks(self) -> pandas.DataFrame | None:
-        """One row per scene and contact: scene, backend, contact, peak_force_N, peak_time_s."""
+        """One row per scene and contact, with the columns ``PEAK_COLUMNS``."""
         if self._peaks is None:
             return None
         import pandas
@@ -164,12 +140,11 @@ class Rows:
         sizes = np.array([force.size for force, _ in found], np.int64)
         contact = np.concatenate([np.arange(2, size + 2) for size in sizes] or [np.zeros(0, int)])
         none = [np.zeros(0)]
-        return pandas.DataFrame(
-            {
-                "scene": np.repeat(self.numbers[there], sizes),
-                "backend": np.full(contact.size, self.backend),
-                "contact": contact,
-                "peak_force_N": np.concatenate([force for force, _ in found] or none),
-                "peak_time_s": np.concatenate([time for _, time in found] or none),
-            }
+        columns = (
+            np.repeat(self.numbers[there], sizes),
+            np.full(contact.size, self.backend),
+            contact,
+            np.concatenate([force for force, _ in found] or none),
+            np.concatenate([time for _, time in found] or none),
         )
+        return pandas.DataFrame(dict(zip(PEAK_COLUMNS, columns, strict=True)))

@@ -15,9 +15,8 @@ from matplotlib.colors import BoundaryNorm, LogNorm
 
 import hertzchain as hc
 from hertzchain.cli import main
-from hertzchain.sweeps.columns import COLUMNS
+from hertzchain.sweeps.columns import COLUMNS, LABELS
 from hertzchain.sweeps.drawing import cell_edges, draw
-from hertzchain.sweeps.looks import LABELS
 from hertzchain.sweeps.selection import full_name
 from tests.conftest import paper_scene
 
