@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import backend as verlet
 from hertzchain.engines.external import recorded
-from hertzchain.engines.external.observation import Simulation
+from hertzchain.engines.external.observation import Observation, Simulation
 from hertzchain.engines.external.program import find_program, run_program, work_folder
 from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.external.rescaling import softening
@@ -23,6 +23,10 @@ from hertzchain.observables.history import wanted_times
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene, require_scene
 from hertzchain.scene.schedule import Leg
+
+Code = Callable[[Scene, Sequence[Leg], Sequence[int], Observation], tuple[str, float | None]]
+"""Runs a scene with steps on each leg, and so many between two readings, and shows them; returns
+its version, and the time spent on watching over that spent on steps, where it is known."""
 
 
 class ExternalEngine(ABC):
@@ -33,6 +37,9 @@ class ExternalEngine(ABC):
 
     LABEL: ClassVar[str]
     """Its name in messages; in small letters, the backend of a result."""
+
+    FASTEST: ClassVar[tuple[float, float]]
+    """Time of a step, and of each granule in it, on a fast machine [s]."""
 
     dt: float | None
     read_every: int | None
@@ -55,8 +62,28 @@ class ExternalEngine(ABC):
         """The method, as the result names it."""
 
     @abstractmethod
+    def _code(self, scene: Scene, deadline: Deadline) -> Code:
+        """What runs the scene, or a similar one; it is there, and can."""
+
+    def _least_time(self, steps: int, granules: float) -> float:
+        """Time of a run on a fast machine [s]."""
+        return steps * (self.FASTEST[0] + granules * self.FASTEST[1])
+
     def _simulate(self, scene: Scene, deadline: Deadline) -> verlet.Simulate:
-        """A function that runs the scene once."""
+        code = self._code(scene, deadline)
+
+        def simulate(
+            legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None
+        ) -> Simulation:
+            steps = sum(leg.steps for leg in legs)
+            # Where coordinates would cost too many digits the code gets a similar scene; what is
+            # read is at once that of the true one again.
+            made = softening(scene, steps)
+            deadline.refuse(self._least_time(steps, scene.chain.granules))
+            seen = Observation(scene, made, legs, times, self.LABEL)
+            return seen.simulation(*code(made.scene(scene), seen.legs, strides, seen))
+
+        return simulate
 
     def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
         """Simulate a scene.
@@ -116,9 +143,6 @@ class ProgramEngine(ExternalEngine):
     PACKAGE: ClassVar[str]
     """The package that brings the program, by ``apt install``."""
 
-    FASTEST: ClassVar[tuple[float, float]]
-    """Time of a step, and of each granule in it, on a fast machine [s]."""
-
     ENVIRONMENT: ClassVar[dict[str, str]] = {}
     """Variables that the program is given."""
 
@@ -144,27 +168,21 @@ class ProgramEngine(ExternalEngine):
     def _refuse(self, scene: Scene) -> None:
         """Refuse a scene that the code cannot simulate; by default none."""
 
-    def _simulate(self, scene: Scene, deadline: Deadline) -> verlet.Simulate:
+    def _code(self, scene: Scene, deadline: Deadline) -> Code:
         program = find_program(self.program, f"install it with: apt install {self.PACKAGE}")
         self._refuse(scene)
 
-        def simulate(
-            legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None
-        ) -> Simulation:
-            granules, steps = scene.chain.granules, sum(leg.steps for leg in legs)
-            # Where coordinates would cost too many digits the program gets a similar scene.
-            made = softening(scene, steps)
-            deadline.refuse(steps * (self.FASTEST[0] + granules * self.FASTEST[1]))
-            recorded.refuse_large(legs, strides, granules)
-            text = self._deck(made.scene(scene), [made.leg(leg) for leg in legs], strides)
+        def run(
+            scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation
+        ) -> tuple[str, None]:
+            recorded.refuse_large(legs, strides, scene.chain.granules)
+            text = self._deck(scene, legs, strides)
             with work_folder(self.LABEL) as folder:
                 (folder / self.FILE).write_text(text, encoding="ascii")
                 command = self._command(program)
                 run_program(command, folder, deadline, self.LABEL, **self.ENVIRONMENT)
-                found = self._found(folder, granules)
-            return recorded.observe(
-                scene, made, found.rest, found.readings, legs, strides, times,
-                self.LABEL, found.version,
-            )  # fmt: skip
+                found = self._found(folder, scene.chain.granules)
+            recorded.show(seen, found.rest, found.readings, strides)
+            return found.version, None
 
-        return simulate
+        return run

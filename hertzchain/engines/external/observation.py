@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,9 +29,9 @@ class Observation:
     scene
         The true scene.
     made
-        How that which the code was given differs from it.
-    at_rest
-        The granules that the code made, before the shock.
+        How that which the code is given differs from it.
+    legs
+        Of the true scene.
     times
         Wanted times of a history [s], if any.
     code
@@ -41,39 +42,45 @@ class Observation:
         self,
         scene: Scene,
         made: Softening,
-        at_rest: readings.Granules,
+        legs: Sequence[Leg],
         times: FloatArray | None,
         code: str,
     ) -> None:
-        count, wanted = at_rest.mass.size, scene.chain.granules
-        if count != wanted:
-            raise RunFailed(
-                f"{code} made {count} granules of a chain of {wanted}: do not trust this version"
-                " with it"
-            )
-        self._scene, self._made, self._at_rest, self._code = scene, made, at_rest, code
+        self._scene, self._made, self._legs, self.code = scene, made, tuple(legs), code
+        self.legs = [made.leg(leg) for leg in legs]  # as the code is given them
         self._fastest = scene.impulse / scene.chain.granule_mass
         self._peaks = PeakWatch(scene.chain.granules - 1)
         self._recorder = None if times is None else Recorder(times, scene.chain.granules)
         self._work = 0.0
         self._samples: Samples | None = None
-        self._velocity = np.zeros(wanted)
+        self._velocity = np.zeros(scene.chain.granules)
 
-    def show(self, time: FloatArray, arrays: FloatArray, leg: Leg) -> None:
+    def begin(self, at_rest: readings.Granules) -> None:
+        """Take note of the granules that the code made, before the shock."""
+        count, wanted = at_rest.mass.size, self._scene.chain.granules
+        if count != wanted:
+            raise RunFailed(
+                f"{self.code} made {count} granules of a chain of {wanted}: do not trust this"
+                " version with it"
+            )
+        self._at_rest = at_rest
+
+    def show(self, number: int, time: FloatArray, arrays: FloatArray) -> None:
         """Take note of successive readings on a leg, the first of them the last of those before.
 
-        As the code was given the scene: times [s], shape (readings,), and positions [m], velocities
-        [m/s] and net forces [N] along the chain, shape (readings, 3, granules). The leg is of the
-        true scene.
+        As the code was given the scene: the leg, from 0, times [s], shape (readings,), and
+        positions [m], velocities [m/s] and net forces [N] along the chain, shape (readings, 3,
+        granules).
         """
         if not np.all(np.isfinite(arrays)):
-            raise diverged(self._code)
-        seen = readings.samples(time, arrays, self._at_rest, self._made.leg(leg))
+            raise diverged(self.code)
+        leg = self._legs[number]
+        seen = readings.samples(time, arrays, self._at_rest, self.legs[number])
         self._refuse_second_neighbours(seen)
         samples = self._made.true(seen)
         # All the impulse in one granule: no granule is ever faster.
         if np.max(np.abs(samples.velocity)) > 2 * self._fastest:
-            raise diverged(self._code)
+            raise diverged(self.code)
         self._peaks.show(samples)
         if leg.ramp is not None:
             self._work += float(work_done(samples, leg.ramp))
@@ -82,14 +89,12 @@ class Observation:
         self._samples = samples
         self._velocity = arrays[-1, 1] / self._made.time
 
-    def simulation(
-        self, legs: tuple[Leg, ...], version: str, watching_share: float | None
-    ) -> Simulation:
-        """What was found, once all of the true scene's legs are over."""
+    def simulation(self, version: str, watching_share: float | None) -> Simulation:
+        """What was found, once all legs are over."""
         assert self._samples is not None
         return Simulation(
             made=self._made,
-            legs=legs,
+            legs=self._legs,
             peaks=self._peaks,
             displacement=self._samples.displacement[-1],
             velocity=self._velocity,
@@ -108,7 +113,7 @@ class Observation:
         together = np.max(seen.overlap[:, :-1] + seen.overlap[:, 1:], initial=0.0)
         if max(alone, together) >= np.min(self._at_rest.diameter):
             raise OverlapTooLarge(
-                f"{self._code} would push granules through one another: choose a smaller dt, or"
+                f"{self.code} would push granules through one another: choose a smaller dt, or"
                 " else a smaller force or a stiffer material"
             )
 

@@ -58,19 +58,29 @@ def observe(
     code, version
         What it is called, and which one it is.
     """
-    wanted = count_readings(legs, strides)
+    seen = Observation(scene, made, legs, times, code)
+    show(seen, at_rest, readings, strides)
+    return seen.simulation(version, watching_share=None)
+
+
+def show(
+    seen: Observation, at_rest: Granules, readings: FloatArray, strides: Sequence[int]
+) -> None:
+    """Show an observation all readings of a run, leg by leg."""
+    wanted = count_readings(seen.legs, strides)
     if len(readings) != wanted:
-        raise RunFailed(f"{code} left {len(readings)} readings, not the {wanted} it was asked for")
-    seen = Observation(scene, made, at_rest, times, code)
+        raise RunFailed(
+            f"{seen.code} left {len(readings)} readings, not the {wanted} it was asked for"
+        )
+    seen.begin(at_rest)
     at = 0
-    for leg, stride in zip(legs, strides, strict=True):
-        time = reading_times(made.leg(leg), stride)
+    for number, (leg, stride) in enumerate(zip(seen.legs, strides, strict=True)):
+        time = reading_times(leg, stride)
         arrays = readings[at : at + time.size]
         for first in range(0, time.size - 1, BLOCK):
             block = slice(first, first + BLOCK + 1)
-            seen.show(time[block], arrays[block], leg)
+            seen.show(number, time[block], arrays[block])
         at += time.size
-    return seen.simulation(tuple(legs), version, watching_share=None)
 
 
 def read_array(path: Path, shape: tuple[int | None, ...], code: str) -> FloatArray:

@@ -15,14 +15,13 @@ from numpy.typing import ArrayLike
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import backend as verlet
-from hertzchain.engines.external.engine import ExternalEngine
-from hertzchain.engines.external.observation import Observation, Simulation
+from hertzchain.engines.external.engine import Code, ExternalEngine
+from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.external.readings import BLOCK, reading_times, stops
-from hertzchain.engines.external.rescaling import softening
 from hertzchain.engines.lammps import deck, reading
 from hertzchain.engines.lammps.binary import Binary, Program
 from hertzchain.engines.lammps.dialect import NO_STEP
-from hertzchain.engines.lammps.engine import command, engine, least_time, run, version_of
+from hertzchain.engines.lammps.engine import command, engine, run, version_of
 from hertzchain.engines.lammps.examination import Examination, examine
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.errors import HertzchainError, SceneError, require
@@ -78,6 +77,7 @@ class Lammps(ExternalEngine):
     """
 
     LABEL: ClassVar[str] = "LAMMPS"
+    FASTEST: ClassVar[tuple[float, float]] = (0.3e-6, 8e-9)  # 0.5e-6 and 2e-8 measured
 
     dt: float | None = None
     pair_style: str = "granular"
@@ -159,11 +159,14 @@ class Lammps(ExternalEngine):
         simulate = self._simulate(scene, Deadline(self.time_limit))
         return verlet.peaks_alone(scene, simulate, self._steps, self.dt)
 
-    def _simulate(self, scene: Scene, deadline: Deadline) -> verlet.Simulate:
+    def _code(self, scene: Scene, deadline: Deadline) -> Code:  # noqa: ARG002 - it can run all
         if self.lmp is None:
-            return _Module(scene, self.pair_style, deadline).simulate
+            return _Module(self.pair_style, deadline).run
         program = Program.find(str(self.lmp), self.ranks, deadline)
-        return Binary(scene, self.pair_style, deadline, program).simulate
+        return Binary(self.pair_style, deadline, program).run
+
+    def _least_time(self, steps: int, granules: float) -> float:
+        return super()._least_time(steps, granules / self.ranks)
 
 
 def run_many(
@@ -205,39 +208,28 @@ def run_in(child: Child, lammps: Lammps, scene: Scene, record: ArrayLike | None 
 
 @dataclass(frozen=True)
 class _Module:
-    """A scene, run in this process through LAMMPS's own Python module."""
+    """Runs scenes in this process, through LAMMPS's own Python module."""
 
-    scene: Scene
     pair_style: str
     deadline: Deadline
 
-    def simulate(
-        self, legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None
-    ) -> Simulation:
-        """Run the deck of the scene once, reading it every so many steps of each leg.
-
-        Where coordinates would cost too many digits, LAMMPS gets a similar scene; what is read is
-        at once that of the true one again.
-        """
-        scene, steps = self.scene, sum(leg.steps for leg in legs)
-        granules = scene.chain.granules
-        made = softening(scene, steps)
-        self.deadline.refuse(least_time(steps, granules))
+    def run(
+        self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation
+    ) -> tuple[str, float]:
+        """Run the deck of a scene, reading it every so many steps of each leg."""
         clock = _Clock(self.deadline)
         with engine() as lammps:
-            command(lammps, deck.set_up(made.scene(scene), self.pair_style) + reading.COMMANDS)
-            seen = Observation(scene, made, reading.granules(lammps), times, "LAMMPS")
+            command(lammps, deck.set_up(scene, self.pair_style) + reading.COMMANDS)
+            seen.begin(reading.granules(lammps))
             before = None
-            for leg, stride in zip(legs, strides, strict=True):
-                given = made.leg(leg)
-                command(lammps, "\n".join([*deck.leg_commands(given, before), NO_STEP]))
-                before = given
+            for number, (leg, stride) in enumerate(zip(legs, strides, strict=True)):
+                command(lammps, "\n".join([*deck.leg_commands(leg, before), NO_STEP]))
+                before = leg
                 begin = time.perf_counter()
-                for reached, arrays in _read(lammps, given, stride, granules, clock):
-                    seen.show(reached, arrays[..., 0], leg)
+                for reached, arrays in _read(lammps, leg, stride, scene.chain.granules, clock):
+                    seen.show(number, reached, arrays[..., 0])
                 clock.whole += time.perf_counter() - begin
-            watching_share = clock.watching_share(_cost_of_a_stop(lammps))
-            return seen.simulation(tuple(legs), version_of(lammps), watching_share)
+            return version_of(lammps), clock.watching_share(_cost_of_a_stop(lammps))
 
 
 def _read(

@@ -17,7 +17,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.dumps import read_blocks, read_frames
-from hertzchain.engines.external.observation import Observation, Simulation
+from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.external.program import find_program, run_program, work_folder
 from hertzchain.engines.external.readings import (
     BLOCK,
@@ -26,7 +26,6 @@ from hertzchain.engines.external.readings import (
     reading_times,
     stops,
 )
-from hertzchain.engines.external.rescaling import softening
 from hertzchain.engines.lammps import deck, reading
 from hertzchain.engines.lammps.build import HOW_TO_GET_IT, all_said, find_mpiexec, look
 from hertzchain.engines.lammps.dialect import (
@@ -43,7 +42,6 @@ from hertzchain.engines.lammps.dialect import (
     was_killed,
     write_dump,
 )
-from hertzchain.engines.lammps.engine import least_time
 from hertzchain.engines.lammps.examination import Look, Stage
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
@@ -188,40 +186,30 @@ def _explained(problem: RunFailed, said: str) -> RunFailed:
 
 @dataclass(frozen=True)
 class Binary:
-    """A scene, run by a LAMMPS binary."""
+    """Runs scenes by a LAMMPS binary."""
 
-    scene: Scene
     pair_style: str
     deadline: Deadline
     program: Program
 
-    def simulate(
-        self, legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None
-    ) -> Simulation:
-        """Run the deck of the scene once; it dumps its state every so many steps of each leg.
-
-        Where coordinates would cost too many digits, LAMMPS gets a similar scene; what is read is
-        at once that of the true one again.
-        """
-        scene, steps = self.scene, sum(leg.steps for leg in legs)
-        made = softening(scene, steps)
-        given = [made.leg(leg) for leg in legs]
-        granules = scene.chain.granules
-        self.deadline.refuse(least_time(steps, granules, self.program.ranks))
+    def run(
+        self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation
+    ) -> tuple[str, None]:
+        """Run the deck of a scene; it dumps its state every so many steps of each leg."""
         with work_folder("LAMMPS") as folder:
-            _refuse_dumps(count_readings(legs, strides), granules, folder)
+            _refuse_dumps(count_readings(legs, strides), scene.chain.granules, folder)
             rest = write_dump(_REST, ("x", "mass", "radius"))
-            lines = [deck.set_up(made.scene(scene), self.pair_style) + reading.COMMANDS, rest]
+            lines = [deck.set_up(scene, self.pair_style) + reading.COMMANDS, rest]
             for k, (before, leg, stride) in enumerate(
-                zip((None, *given[:-1]), given, strides, strict=True)
+                zip((None, *legs[:-1]), legs, strides, strict=True)
             ):
                 lines += _leg(k, before, leg, stride)
             self.program.run("\n".join(lines), folder, self.deadline)
-            seen = Observation(scene, made, _at_rest(folder / _REST), times, "LAMMPS")
-            for k, (leg, stride) in enumerate(zip(given, strides, strict=True)):
+            seen.begin(_at_rest(folder / _REST))
+            for k, (leg, stride) in enumerate(zip(legs, strides, strict=True)):
                 for reached, arrays in _read(folder / f"{k}.dump", leg, stride, self.deadline):
-                    seen.show(reached, arrays, legs[k])
-            return seen.simulation(tuple(legs), self.program.build.version, None)
+                    seen.show(k, reached, arrays)
+        return self.program.build.version, None
 
 
 def _leg(number: int, before: Leg | None, leg: Leg, stride: int) -> list[str]:

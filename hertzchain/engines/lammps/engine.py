@@ -28,11 +28,6 @@ HOW_TO_GET_IT = f"install it with: {INSTALL}"
 _QUIET = ["-log", "none", "-screen", "none", "-nocite"]
 
 
-def least_time(steps: int, granules: int, ranks: int = 1) -> float:
-    """Time of a run on a fast machine [s]; 0.5e-6 of a step, 2e-8 of a granule measured."""
-    return steps * (0.3e-6 + granules * 8e-9 / ranks)
-
-
 @contextmanager
 def engine() -> Iterator[Any]:
     """A fresh LAMMPS instance, closed afterwards."""

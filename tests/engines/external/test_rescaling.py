@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.engines.external import engine
 from hertzchain.engines.external.rescaling import (
     NONE,
     TOLERABLE,
@@ -18,7 +19,6 @@ from hertzchain.engines.external.rescaling import (
     round_off,
     softening,
 )
-from hertzchain.engines.lammps import backend
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
 from hertzchain.observables.peaks import largest_difference
@@ -307,7 +307,7 @@ def test_the_loss_is_predicted_and_bounded(
 def test_the_loss_is_bounded_where_nothing_is_done_about_it(
     granules: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(backend, "softening", lambda *_: NONE)
+    monkeypatch.setattr(engine, "softening", lambda *_: NONE)
     scene = scene_of(1e-9, granules)
     dt = 0.02 * scene.units.time
     result = hc.Lammps(dt).run(scene)
@@ -328,7 +328,7 @@ def test_no_shorter_steps_where_coordinates_cost_more_than_they(
     assert plain.error_estimate <= 1e-5
     # The same chain in natural units, whose overlaps have few digits: the wanted error cannot be
     # had. Shorter steps would only round more often, and lose more.
-    monkeypatch.setattr(backend, "softening", lambda *_: NONE)
+    monkeypatch.setattr(engine, "softening", lambda *_: NONE)
     lost = lammps.run(scene_of(1e-9, 5))
     assert lost.lost_digits is not None
     assert lost.error_estimate > lost.lost_digits.bound > 1e-5
@@ -372,7 +372,7 @@ def test_granules_that_touch_the_next_but_one_are_refused(
     depth: float, power: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Expected peaks can be wrong, under tables of many pushes; nothing is to be made of that.
-    monkeypatch.setattr(backend, "softening", lambda *_: Softening(power))
+    monkeypatch.setattr(engine, "softening", lambda *_: Softening(power))
     scene = scene_of(depth, 5)
     with pytest.raises(OverlapTooLarge, match="through one another"):
         hc.Lammps(0.02 * scene.units.time).run(scene)
