@@ -2,7 +2,7 @@
 
 Three codes with three pair laws, three integrators and three authors find the same peaks. What they
 found is kept in ``validation/results/engines.csv``, to be read without installing them; a test
-computes the native column anew and holds the others against it.
+computes the native column again and holds the others against it.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """One solitary wave down 90,000 granules, a million steps: what drifts, by how much, and why.
 
-Every native method at the same step, 0.1 natural time units. To measure anew what is kept in
+Every native method at the same step, 0.1 natural time units. To measure again what is kept in
 ``validation/results``::
 
     make long-run
 
-The moving window keeps some 50 granules of 90,000, so that a million steps take seconds. It does
+The moving window keeps about 50 granules of 90,000, so that a million steps take seconds. It does
 not under RK4 and DPRKN6: what the wave loses stays behind as motion of all granules that it passed,
 none of them is ever quiet, and the cost grows as the square of the length. They go 4,000 granules,
 which is enough to see a loss that is the same at each. LAMMPS goes 2,000: it moves all granules at

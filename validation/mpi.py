@@ -49,7 +49,7 @@ WATCH = 2
 """Steps between two looks of a deck at its overlaps, as in the long chain of the gallery."""
 
 STEPS: dict[int, int] = {60: 9_000, 1_000: 6_000, 10_000: 900, 100_000: 120, 1_000_000: 30}
-"""Steps after the pulse that are timed, by the number of granules; a full run takes some 150 for
+"""Steps after the pulse that are timed, by the number of granules; a full run takes about 150 for
 each granule."""
 
 REPEATS = 6

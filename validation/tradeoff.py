@@ -1,6 +1,6 @@
 """Error against cost of every way to the peaks, on all 24 scenes of the paper's tables.
 
-To measure anew what is kept in ``validation/results``, on a machine that does nothing else::
+To measure again what is kept in ``validation/results``, on a machine that does nothing else::
 
     .venv/bin/python validation/tradeoff.py -o validation/results
 """
