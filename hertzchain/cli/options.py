@@ -19,7 +19,6 @@ _ODD_RATIO = 1e4
 """LM_ratio from which on a scene is remarked on. Chosen: the pulse then lasts 33,000 natural time
 units, in which a wave passes as many granules; a unit may have been forgotten."""
 
-
 Backend = StrEnum("Backend", {name.upper(): name for name in ENGINES})  # type: ignore[misc]
 """The simulations, as choices of an option."""
 

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 _LINES = 30.0
 """Between two lines on how far it is, where there is no terminal to draw a bar in [s]."""
 
-
 _SOURCES = (*(name for name, engine in ENGINES.items() if engine.swept), "formulas")
 Source = StrEnum("Source", {name.upper(): name for name in _SOURCES})  # type: ignore[misc]
 """Who measures the scenes of a sweep."""

@@ -23,19 +23,8 @@ from hertzchain.decks.standalone_run import (
     verdict_commands,
     watch_commands,
 )
-from hertzchain.engines.external.rescaling import (
-    NONE,
-    Softening,
-    predicted_loss,
-    softening,
-)
-from hertzchain.engines.lammps.deck import (
-    GRANULES,
-    MOTION,
-    SKIN,
-    START,
-    parameters,
-)
+from hertzchain.engines.external.rescaling import NONE, Softening, predicted_loss, softening
+from hertzchain.engines.lammps.deck import GRANULES, MOTION, SKIN, START, parameters
 from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, PAIR_STYLES
 from hertzchain.errors import SceneError
 from hertzchain.scene.pulse import Pulse, PulseTable

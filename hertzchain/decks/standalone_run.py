@@ -8,11 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hertzchain.decks.layout import ROOM, ROUNDING, UNCLEAR, KnownAnswer, Layout
-from hertzchain.engines.external.rescaling import (
-    NONE,
-    Softening,
-    loss_of_coordinates,
-)
+from hertzchain.engines.external.rescaling import NONE, Softening, loss_of_coordinates
 from hertzchain.engines.lammps.dialect import LET_GO, NO_STEP, PUSH, write_dump
 from hertzchain.observables.peaks import SIGNIFICANT
 from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse

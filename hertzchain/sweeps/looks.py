@@ -31,17 +31,14 @@ _NAMED: dict[str, dict[str, str]] = {
 }
 """Okabe and Ito's colours, told apart by the colour-blind, too."""
 
-
 _MARKERS, _DASHES = "os^Dv<>P", ("-", "--", "-.", ":")
 
 
 _FEW = len(_MARKERS)
 """Values of a colour that a legend names; more have a colour bar."""
 
-
 _DECADES = 100.0
 """Ratio of the largest value to the smallest from which an axis is logarithmic."""
-
 
 _PLAIN = (1e-3, 1e4)
 """Between these, numbers on a logarithmic axis are written out: 0.1, and no power of ten."""

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 _DEEPEST = 30
 """Of variables that name variables, and of parentheses: deeper ones have no value."""
 
-
 LONGEST = 10_000
 """Characters of a formula, and of a line after its variables are filled in."""
 
@@ -70,7 +69,6 @@ _OPERATORS: tuple[dict[str, Callable[[float, float], float]], ...] = (
     {"^": math.pow},
 )
 """From the weakest to the strongest, all from left to right, as LAMMPS has them."""
-
 
 _JOINS = {
     sign: (rank, join) for rank, alike in enumerate(_OPERATORS) for sign, join in alike.items()

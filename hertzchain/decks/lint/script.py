@@ -12,13 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from hertzchain.decks.lint.arithmetic import (
-    LONGEST,
-    Definition,
-    Lookup,
-    known_value,
-    names_in,
-)
+from hertzchain.decks.lint.arithmetic import LONGEST, Definition, Lookup, known_value, names_in
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,6 @@ _RECORDING_INTERVAL = 0.1
 """Natural time units between two readings where a history is wanted: an opening contact between
 them leaves r'^(3/2) h^(5/2) in the velocities, 5e-5 of the largest at 0.3."""
 
-
 _KINK_PER_STEP = 0.02
 """What it may cost where a step is asked for, over the square of that step [natural units]."""
 

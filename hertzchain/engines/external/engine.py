@@ -182,7 +182,7 @@ class ProgramEngine(ExternalEngine):
                 command = self._command(program)
                 run_program(command, folder, deadline, self.LABEL, **self.ENVIRONMENT)
                 found = self._found(folder, scene.chain.granules)
-            recorded.show(seen, found.rest, found.readings, strides)
+            recorded.observe(seen, found.rest, found.readings, strides)
             return found.version, None
 
         return run

@@ -89,7 +89,7 @@ class Observation:
         self._samples = samples
         self._velocity = arrays[-1, 1] / self._made.time
 
-    def simulation(self, version: str, watching_share: float | None) -> Simulation:
+    def simulation(self, version: str, watching_share: float | None = None) -> Simulation:
         """What was found, once all legs are over."""
         assert self._samples is not None
         return Simulation(

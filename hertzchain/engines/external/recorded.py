@@ -8,12 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external.observation import Observation, Simulation
+from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.external.readings import BLOCK, Granules, count_readings, reading_times
-from hertzchain.engines.external.rescaling import Softening
 from hertzchain.errors import RunFailed
 from hertzchain.limits import refuse_memory
-from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 _BYTES = 180
@@ -27,46 +25,13 @@ def refuse_large(legs: Sequence[Leg], strides: Sequence[int], granules: int) -> 
 
 
 def observe(
-    scene: Scene,
-    made: Softening,
-    at_rest: Granules,
-    readings: FloatArray,
-    legs: Sequence[Leg],
-    strides: Sequence[int],
-    times: FloatArray | None,
-    code: str,
-    version: str,
-) -> Simulation:
-    """What a run has found, from all its readings.
-
-    Parameters
-    ----------
-    scene
-        The true scene.
-    made
-        How that which the code was given differs from it.
-    at_rest
-        The granules that the code made, before the shock.
-    readings
-        In the scene that the code was given: positions [m], velocities [m/s] and net forces [N],
-        shape (readings, 3, granules), leg by leg; at a corner twice, with the force before it and
-        after it.
-    legs, strides
-        Of the true scene, and the steps between two readings on each.
-    times
-        Wanted times of a history [s], if any.
-    code, version
-        What it is called, and which one it is.
-    """
-    seen = Observation(scene, made, legs, times, code)
-    show(seen, at_rest, readings, strides)
-    return seen.simulation(version, watching_share=None)
-
-
-def show(
     seen: Observation, at_rest: Granules, readings: FloatArray, strides: Sequence[int]
 ) -> None:
-    """Show an observation all readings of a run, leg by leg."""
+    """Take note of all readings of a run, as the code was given the scene.
+
+    Positions [m], velocities [m/s] and net forces [N], shape (readings, 3, granules), leg by leg,
+    every so many steps; at a corner twice, with the force before it and after it.
+    """
     wanted = count_readings(seen.legs, strides)
     if len(readings) != wanted:
         raise RunFailed(

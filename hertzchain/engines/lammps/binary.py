@@ -57,7 +57,6 @@ _NUMBER = 24.0
 _FRAME = 200.0
 """Bytes of what is in a frame besides."""
 
-
 _DECK, _RELEASE, _REST = "in.chain", "release.sh", "rest.dump"
 
 _RELEASE_SHARED_MEMORY = r"""

@@ -18,6 +18,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.decks import known_answer
+from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.external.readings import Granules, stops
 from hertzchain.engines.external.recorded import observe, read_array
 from hertzchain.engines.external.rescaling import NONE
@@ -361,8 +362,9 @@ def test_readings_that_are_missing_or_too_many_are_refused() -> None:
     wanted = sum(len(stops(leg, 10)) for leg in legs)
     rest = Granules(*np.ones((3, 3)))
     for count in (wanted - 1, wanted + 1):
+        seen = Observation(scene, NONE, legs, None, "Yade")
         with pytest.raises(RunFailed, match=f"left {count} readings, not the {wanted} it was"):
-            observe(scene, NONE, rest, np.zeros((count, 3, 3)), legs, strides, None, "Yade", "1")
+            observe(seen, rest, np.zeros((count, 3, 3)), strides)
 
 
 @pytest.mark.parametrize(("speed", "diverges"), [(1.9, False), (2.1, True)])
@@ -379,8 +381,9 @@ def test_granules_faster_than_all_the_impulse_in_one_have_diverged(
     readings[:, 0] = position
     readings[-1, 1, -1] = speed * scene.impulse / scene.chain.granule_mass
     refused = pytest.raises(StepUnstable, match="the Yade run diverged: its step is too long")
+    seen = Observation(scene, NONE, legs, None, "Yade")
     with refused if diverges else nullcontext():
-        observe(scene, NONE, rest, readings, legs, [stride] * len(legs), None, "Yade", "1")
+        observe(seen, rest, readings, [stride] * len(legs))
 
 
 def test_arrays_that_are_no_readings_are_refused(tmp_path: Path) -> None:
