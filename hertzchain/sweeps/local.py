@@ -14,13 +14,11 @@ from hertzchain.engines.lammps import Lammps
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.limits import usable_cores
 from hertzchain.sweeps.design import Design
-from hertzchain.sweeps.measuring import Measured, measure
+from hertzchain.sweeps.measuring import YEAR, Measured, measure
 from hertzchain.sweeps.parts import Backend, Part, is_batched, is_short
 
 _MOMENT = 0.05
 """Between two looks at processes that are to end [s]."""
-
-_YEAR = 3e7
 
 Keep = Callable[[Part, Measured], None]
 Tell = Callable[[int], None]
@@ -102,7 +100,7 @@ class _Workers:
             if isinstance(part.backend, Lammps):
                 return measure(self._design, part, self._peaks, child=child, tell=self._tell_on)
             found: Measured = child.call(
-                measure, self._design, part, self._peaks, 1, time_limit=_YEAR
+                measure, self._design, part, self._peaks, 1, time_limit=YEAR
             )
         finally:
             self._idle.put(child)

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from hertzchain.engines.lammps.isolation import Child
     from hertzchain.engines.native import Batch
 
-_YEAR = 3e7
-"""[s]."""
+YEAR = 3e7
+"""No limit for those who wait [s]."""
 
 _LONG = 1e8
 """Natural time units times granules, a second or so: a scene that takes longer runs by itself,
@@ -124,7 +124,7 @@ def _batches(
     def batch(some: NDArray[np.intp]) -> Batch | None:
         ratio, n = similar.momentum_ratio[some], given["shock.duration_ratio"][some]
         one, count = str(profile[some[0]]), int(granules[some[0]])
-        limit = min(native.time_limit * some.size, _YEAR)
+        limit = min(native.time_limit * some.size, YEAR)
         try:
             return similar_peak_forces(one, ratio, n, count, rtol, limit, cores // at_once)
         except TooExpensive:  # one by one it is told which
