@@ -100,6 +100,13 @@ for option in ("--help", "--version"):
     assert modules_after(code) & (HEAVY - {"typer", "rich"}) == set()
 
 
+def test_lint_loads_no_numpy() -> None:
+    """It asks LAMMPS's dialect, and no LAMMPS."""
+    loaded = modules_after("import hertzchain.decks.lint.rules")
+    assert "hertzchain.engines.lammps.dialect" in loaded
+    assert loaded & HEAVY == set()
+
+
 def test_what_answers_a_stop_is_there_before_the_commands() -> None:
     """Ctrl-C is a traceback until ``main`` is there."""
     loaded = modules_after("from hertzchain.cli import main")

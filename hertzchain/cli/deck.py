@@ -19,6 +19,7 @@ from hertzchain.cli.options import (
     to_step,
 )
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json, progress
+from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
 
@@ -31,19 +32,17 @@ class Engine(StrEnum):
     YADE = "yade"
 
 
-class PairStyle(StrEnum):
-    """The styles of LAMMPS that are Hertz's law."""
-
-    GRANULAR = "granular"
-    HERTZ_HISTORY = "gran/hertz/history"
-
-
 class Atoms(StrEnum):
     """Where the granules of a deck come from."""
 
     CREATE = "create"
     DATA = "data"
 
+
+PairStyle = StrEnum("PairStyle", {style: style for style in PAIR_STYLES})  # type: ignore[misc]
+"""The styles of LAMMPS that are Hertz's law."""
+
+GRANULAR = PairStyle("granular")
 
 OutputFile = Annotated[
     Path | None, typer.Option("-o", "--output", help="Where to; standard output by default.")
@@ -69,7 +68,7 @@ def deck(
     ] = None,
     pair_style: Annotated[
         PairStyle, typer.Option(help="How LAMMPS is told Hertz's law.")
-    ] = PairStyle.GRANULAR,
+    ] = GRANULAR,
     atoms: Annotated[
         Atoms,
         typer.Option(help="Whether the deck makes the granules or reads FILE.data beside it."),
@@ -92,7 +91,7 @@ def deck(
     refuse_without_need(
         engine is Engine.LAMMPS,
         watch_every=watch_every is not None,
-        pair_style=pair_style is not PairStyle.GRANULAR,
+        pair_style=pair_style is not GRANULAR,
         atoms=atoms is not Atoms.CREATE,
         dump_every=dump_every != 0,
     )

@@ -10,6 +10,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from hertzchain.cli.sweep import Source
+from hertzchain.sweeps.parts import KINDS
 from tests.command_line import Command, Outcome, is_refused
 from tests.conftest import paper_scene
 from tests.places import ROOT
@@ -38,6 +40,10 @@ def test_a_sweep_says_how_many_rows_there_are_and_how_to_open_them(hertzchain: C
     done = hertzchain("sweep", "scene.toml", *GRID, "--format", "csv", "-o", "csv")
     assert done.out == f"8 rows in csv, in one piece: {Path('csv/scenes.csv')}\n"
     assert len(pd.read_csv("csv/scenes.csv")) == 8
+
+
+def test_what_can_be_asked_for_is_what_sweeps_know() -> None:
+    assert [source.value for source in Source] == [*KINDS]
 
 
 def test_scenes_that_fail_are_said_and_make_the_status_1(hertzchain: Command) -> None:
