@@ -83,9 +83,10 @@ def _printed(judgement: Judgement) -> str:
 
     from rich.console import Console
 
-    from hertzchain.report.console import print_judgement
+    from hertzchain.report.console import print_document
+    from hertzchain.report.judgement import of_judgement
 
     text = StringIO()
     console = Console(file=text, width=100, color_system=None, highlight=False, markup=False)
-    print_judgement(console, judgement, others="not shown")
+    print_document(console, of_judgement(judgement), others="not shown")
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines())

@@ -14,7 +14,8 @@ from _pytest.assertion.rewrite import AssertionRewriter
 from rich.console import Console
 
 import hertzchain as hc
-from hertzchain.report.console import print_judgement
+from hertzchain.report.console import print_document
+from hertzchain.report.judgement import of_judgement
 
 ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "docs" / "pytest.md").read_text(encoding="utf-8")
@@ -43,7 +44,7 @@ TRUE = """
 def _all_is_loaded(demo_reference: hc.Result) -> None:
     """What an inner session loads is gone after it, and NumPy cannot be loaded twice."""
     wrong = hc.judge(demo_reference.scene, demo_reference.peak_force[::-1])
-    print_judgement(Console(quiet=True), wrong)
+    print_document(Console(quiet=True), of_judgement(wrong))
 
 
 @pytest.fixture

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import hertzchain as hc
 from hertzchain.errors import OutputError
 from hertzchain.files import check_writable, write_text
-from hertzchain.report.page import Failure, Verdict, render
-from hertzchain.report.page_tables import CheckRow
+from hertzchain.report.document import Failure, Verdict
+from hertzchain.report.page import CheckRow, render
 from hertzchain.report.plotly import Plot, axis, layout
 from hertzchain.verdict.tradeoff import provenance
 from validation.rows import Row

@@ -1,27 +1,24 @@
-"""Results, comparisons and judgements as text for a terminal."""
+"""Runs, predictions and verdicts as text for a terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
 from rich.table import Table
 from rich.text import Text
 
 from hertzchain.observables.result import Result
+from hertzchain.report.document import Document
 from hertzchain.report.facts import (
-    answers,
     cost,
+    describe,
     difference,
-    judgement_facts,
     number,
     shown_contacts,
     similar_scene,
     with_unit,
 )
-from hertzchain.report.figures import describe
-from hertzchain.report.style import LABELS
 from hertzchain.scene.pulse import Pulse
 from hertzchain.theory import Prediction, peak_map
 from hertzchain.theory.prediction import constants
@@ -29,39 +26,40 @@ from hertzchain.theory.prediction import constants
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from hertzchain.verdict.comparison import Comparison
-    from hertzchain.verdict.judgement import Judgement
+_STYLES = {"pass": "green", "FAIL": "red", "not judged": "dim", "not given": "dim"}
+"""Of cells with these words."""
+
+
+def table(
+    header: Iterable[str], rows: Iterable[Sequence[str | Text]], left: Sequence[str] = ()
+) -> Table:
+    """A table of numbers, but for the columns named in ``left``."""
+    drawn = Table(box=None, header_style="bold")
+    for column in header:
+        drawn.add_column(column, justify="left" if column in left else "right")
+    for row in rows:
+        drawn.add_row(*row)
+    return drawn
 
 
 def print_run(console: Console, result: Result) -> None:
-    """Print what a person wants of one run: peaks of the transition, p, F_SW, speed, error, cost.
-
-    Parameters
-    ----------
-    console
-        Where to.
-    result
-        The run.
-    """
+    """Print what a person wants of a run: peaks of the transition, p, F_SW, speed, error, cost."""
     console.print(describe(result.scene), style="bold")
-    table = Table(box=None, header_style="bold")
-    for column in ("contact", "peak force [N]", "peak time [s]", ""):
-        table.add_column(column, justify="right")
     shown = shown_contacts(result)
-    for contact in shown:
-        k = contact - 2
-        force, time = number(result.peak_force[k], 9), number(result.peak_time[k], 6)
-        table.add_row(str(contact), force, time, "" if result.peak_passed[k] else "not peaked yet")
-    console.print(table)
-    _print_left_out(console, result, shown)
-    wave = result.solitary_wave
-    facts = [
+    rows = [
         (
-            "transition, p",
-            "none ends here"
-            if result.transition_granules is None
-            else f"{result.transition_granules} granules",
-        ),
+            str(contact),
+            number(result.peak_force[k], 9),
+            number(result.peak_time[k], 6),
+            "" if result.peak_passed[k] else "not peaked yet",
+        )
+        for k, contact in enumerate(shown)
+    ]
+    console.print(table(("contact", "peak force [N]", "peak time [s]", ""), rows))
+    _print_left_out(console, result, len(shown))
+    wave, p = result.solitary_wave, result.transition_granules
+    facts = [
+        ("transition, p", "none ends here" if p is None else f"{p} granules"),
         ("solitary wave, F_SW", with_unit(wave.peak_force, "N")),
         ("far-field force", with_unit(wave.far_field_force, "N")),
         ("speed", with_unit(wave.speed, "m/s")),
@@ -76,48 +74,40 @@ def print_run(console: Console, result: Result) -> None:
 
 
 def print_prediction(console: Console, prediction: Prediction) -> None:
-    """Print what can be said of a scene without a simulation, and how sure it is.
-
-    Parameters
-    ----------
-    console
-        Where to.
-    prediction
-        What to print.
-    """
+    """Print what can be said of a scene without a simulation, and how sure it is."""
     console.print(describe(prediction.scene), style="bold")
-    rows = [row for row in prediction.rows if row["map_N"] is not None]
-    if rows:
+    known = [row for row in prediction.rows if row["map_N"] is not None]
+    if known:
         console.print("\nPeak force of each contact [N]; then the difference from the map")
-        table = Table(box=None, header_style="bold")
-        for column in ("contact", "map", "Eq. 6", "Eq. 9", "Eq. 6", "Eq. 9"):
-            table.add_column(column, justify="right")
         p = prediction.transition_granules
-        shown = rows[:10] if p is None else rows[:p]
+        shown = known[:10] if p is None else known[:p]
+        rows = []
         for row in shown:
             peak, others = row["map_N"], (row["eq6_N"], row["eq9_N"])
             assert peak is not None
-            table.add_row(
-                str(row["contact"]),
-                number(peak, 5),
-                *(number(value, 5) for value in others),
-                *("" if value is None else f"{value / peak - 1:+.1%}" for value in others),
+            rows.append(
+                (
+                    str(row["contact"]),
+                    number(peak, 5),
+                    *(number(value, 5) for value in others),
+                    *("" if value is None else f"{value / peak - 1:+.1%}" for value in others),
+                )
             )
-        console.print(table)
-        left = len(rows) - len(shown)
+        console.print(table(("contact", "map", *("Eq. 6", "Eq. 9") * 2), rows))
+        left = len(known) - len(shown)
         if left:
-            console.print(
-                f"({left} more contacts, to {rows[-1]['contact']}, in --json)", style="dim"
-            )
+            last = known[-1]["contact"]
+            console.print(f"({left} more contacts, to {last}, in --json)", style="dim")
         _print_facts(console, _predicted_facts(prediction))
-    _print_constants(console, prediction)
+    if isinstance(prediction.scene.shock, Pulse):
+        console.print()
+        rows = [
+            (one.name, f"{one.paper:.6f}", f"{one.exact:.6f}", f"{one.difference:+.2%}")
+            for one in constants()
+        ]
+        header = ("constant", "paper", "exact", "difference")
+        console.print(table(header, rows, left=("constant",)))
     _print_remarks(console, prediction.missing, prediction.note, *prediction.warnings)
-
-
-def _print_remarks(console: Console, *remarks: str | None) -> None:
-    for remark in remarks:
-        if remark:
-            console.print(f"\n{remark[0].upper()}{remark[1:]}.")
 
 
 def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
@@ -151,175 +141,79 @@ def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
     return facts
 
 
-def _print_constants(console: Console, prediction: Prediction) -> None:
-    if not isinstance(prediction.scene.shock, Pulse):
-        return
-    console.print()
-    table = Table(box=None, header_style="bold")
-    for column in ("constant", "paper", "exact", "difference"):
-        table.add_column(column, justify="right" if column != "constant" else "left")
-    for constant in constants():
-        values = f"{constant.paper:.6f}", f"{constant.exact:.6f}"
-        table.add_row(constant.name, *values, f"{constant.difference:+.2%}")
-    console.print(table)
-
-
-def print_comparison(console: Console, comparison: Comparison) -> None:
-    """Print every oracle side by side, then the checks and the verdict.
+def print_document(console: Console, document: Document, others: str = "in --json") -> None:
+    """Print the peaks of the transition, what decides, and the verdict.
 
     Parameters
     ----------
     console
         Where to.
-    comparison
-        What to print.
-    """
-    native, formulas = comparison.native, comparison.formulas
-    console.print(describe(comparison.scene), style="bold", end="\n\n")
-    console.print("Peak force of each contact [N]; then its difference from native")
-    table = Table(box=None, header_style="bold")
-    codes = [name for name in comparison.wanted if name != native.backend]
-    labels = [LABELS[name] for name in codes]
-    for column in ("contact", "native", *labels, "Eq. 6", "Eq. 9", *labels, "Eq. 6", "Eq. 9"):
-        table.add_column(column, justify="right")
-    shown = shown_contacts(native)
-    found = [comparison.results.get(name) for name in codes]
-    for contact in shown:
-        k = contact - 2
-        peak = native.peak_force[k]
-        others = [np.nan if result is None else result.peak_force[k] for result in found]
-        equations = [formulas.eq6[k], formulas.eq9[k]]
-        differences = [value / peak - 1 if peak > 0 else np.nan for value in (*others, *equations)]
-        table.add_row(
-            str(contact),
-            number(peak, 9),
-            *(number(value, 9) for value in others),
-            *(number(value, 6) for value in equations),
-            *("" if np.isnan(value) else f"{value:+.1e}" for value in differences[: len(codes)]),
-            *("" if np.isnan(value) else f"{value:+.2%}" for value in differences[len(codes) :]),
-        )
-    console.print(table)
-    _print_left_out(console, native, shown)
-    console.print()
-    console.print(_summary(comparison))
-    for remark in (formulas.applicable, formulas.note):
-        if remark:
-            console.print(f"Formulas: {remark}.")
-    for label, result in zip(labels, found, strict=True):
-        if result is not None and (similar := similar_scene(result)) is not None:
-            console.print(f"{label} computed {similar}.")
-    _print_remarks(console, *native.warnings)
-    console.print()
-    _print_checks(console, comparison)
-
-
-def print_judgement(console: Console, judgement: Judgement, others: str = "in --json") -> None:
-    """Print the contacts of the transition and those that failed, the cause and the verdict.
-
-    Parameters
-    ----------
-    console
-        Where to.
-    judgement
+    document
         What to print.
     others
         Where the other contacts are.
     """
-    reference = judgement.reference
-    console.print(describe(reference.scene), style="bold", end="\n\n")
-    console.print("Peak force of each contact [N]: as given, and the truth")
-    table = Table(box=None, header_style="bold")
-    for column in ("contact", "given", "native", "difference", ""):
-        table.add_column(column, justify="right")
-    transition = shown_contacts(reference)
-    failed = [row["contact"] for row in judgement.rows if row["passed"] is False]
-    shown = {*transition, *failed[:_MOST_FAILED]}
-    for row in judgement.rows:
-        if row["contact"] not in shown:
-            continue
-        given, difference = row["given_N"], row["difference"]
-        known = given is not None
-        table.add_row(
-            str(row["contact"]),
-            number(given, 9),
-            number(row["reference_N"], 9),
-            f"{difference:+.1e}" if known and difference is not None else "",
-            _mark(row["passed"]) if known else Text("not given", "dim"),
-        )
-    console.print(table)
-    left = reference.contact.size - len(shown)
-    if left:
-        last = reference.contact[-1]
-        console.print(f"({left} more contacts, to {last}, {others})", style="dim")
+    native, peaks = document.native, document.peaks
+    console.print(describe(native.scene), style="bold", end="\n\n")
+    console.print(peaks.heading)
+    rows = [
+        [Text(cell, _STYLES[cell]) if cell in _STYLES else cell for cell in peaks.row(k)]
+        for k in peaks.shown
+    ]
+    console.print(table((label for label, _ in peaks.columns), rows))
+    _print_left_out(console, native, len(peaks.shown), others)
     console.print()
-    _print_facts(console, judgement_facts(judgement))
-    if judgement.cause is not None:
-        console.print(f"\nLikely cause: {judgement.cause}.")
-    elif failed:
-        console.print("\nLikely cause: no known pattern.")
-    _print_remarks(console, *judgement.remarks, *reference.warnings)
-    colour = "green" if judgement.verdict == "pass" else "red"
-    console.print("\nVerdict:", Text(judgement.verdict, f"bold {colour}"))
+    answers = document.answers
+    if answers is not None:
+        console.print(table(answers.header, [*answers.rows, *document.efforts], left=("",)))
+    if document.facts:
+        _print_facts(console, document.facts)
+    for remark in (*document.formulas, *document.similar):
+        console.print(f"{remark}.")
+    if document.cause is not None:
+        console.print(f"\nLikely cause: {document.cause}.")
+    _print_remarks(console, *document.remarks, *native.warnings)
+    if document.checks:
+        _print_checks(console, document)
+    passed = bool(document.verdict.passed)
+    word = Text("pass" if passed else "fail", "bold green" if passed else "bold red")
+    console.print("\nVerdict:", word)
 
 
-def _mark(passed: object) -> Text:
-    if passed is None:
-        return Text("not judged", "dim")
-    return Text("pass", "green") if passed else Text("FAIL", "red")
-
-
-_MOST_FAILED = 10
-"""Contacts outside the transition that are shown because they failed."""
-
-
-def _summary(comparison: Comparison) -> Table:
-    simulated = [comparison.results.get(name) for name in comparison.wanted]
-    table = Table(box=None, header_style="bold")
-    names = [LABELS[name] for name in comparison.wanted]
-    for column in ("", *names, "formulas"):
-        table.add_column(column, justify="left" if not column else "right")
-    for label, cells in answers(comparison):
-        table.add_row(label, *cells)
-
-    def row(label: str, shown: Callable[[Result], str]) -> None:
-        table.add_row(label, *("" if result is None else shown(result) for result in simulated))
-
-    row("error, at most", lambda result: f"{result.error_estimate:.1e}")
-    row("method", lambda result: result.method)
-    row("steps", lambda result: f"{result.steps:,}")
-    row("time [s]", lambda result: f"{result.wall_time:.2f}")
-    return table
-
-
-def _print_checks(console: Console, comparison: Comparison) -> None:
-    table = Table(box=None, header_style="bold")
-    for column in ("check", "difference", "tolerance", ""):
-        table.add_column(column, justify="right" if column in _NUMERIC else "left")
-    for check in comparison.checks:
-        mark = Text("pass", "green") if check.passed else Text("FAIL", "red")
-        table.add_row(check.name, *difference(check), mark)
-    console.print(table)
-    for check in comparison.checks:
+def _print_checks(console: Console, document: Document) -> None:
+    checks = document.checks
+    words = ["pass" if check.passed else "FAIL" for check in checks]
+    rows = [
+        (check.name, *difference(check), Text(word, _STYLES[word]))
+        for check, word in zip(checks, words, strict=True)
+    ]
+    console.print()
+    console.print(table(("check", "difference", "tolerance", ""), rows, left=("check", "")))
+    for check in checks:
         if not check.passed:
             console.print(Text(check.name, "red") + Text(f": {check.reason}", ""))
-    for check in comparison.checks:
+    for check in checks:
         if check.remark:
             console.print(f"{check.name}: {check.remark}.")
-    colour = "green" if comparison.verdict == "pass" else "red"
-    console.print("\nVerdict:", Text(comparison.verdict, f"bold {colour}"))
 
 
-_NUMERIC = ("difference", "tolerance")
-
-
-def _print_left_out(console: Console, result: Result, shown: list[int]) -> None:
-    left = result.contact.size - len(shown)
+def _print_left_out(
+    console: Console, result: Result, shown: int, others: str = "in --json"
+) -> None:
+    left = result.contact.size - shown
     if left:
-        console.print(f"({left} more contacts, to {result.contact[-1]}, in --json)", style="dim")
+        last = result.contact[-1]
+        console.print(f"({left} more contacts, to {last}, {others})", style="dim")
 
 
-def _print_facts(console: Console, facts: list[tuple[str, str]]) -> None:
-    table = Table(box=None, show_header=False)
-    for label, value in facts:
-        table.add_row(label, value)
-    console.print(table)
+def _print_facts(console: Console, facts: Iterable[tuple[str, str]]) -> None:
+    facts_table = Table(box=None, show_header=False)
+    for fact in facts:
+        facts_table.add_row(*fact)
+    console.print(facts_table)
+
+
+def _print_remarks(console: Console, *remarks: str | None) -> None:
+    for remark in remarks:
+        if remark:
+            console.print(f"\n{remark[0].upper()}{remark[1:]}.")

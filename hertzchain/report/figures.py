@@ -9,26 +9,31 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError
 from hertzchain.files import write_with
-from hertzchain.report.style import COLOURS, LABELS, MARKERS
-from hertzchain.scene.pulse import PulseTable
-from hertzchain.scene.scene import Scene
+from hertzchain.report.document import Document
+from hertzchain.report.facts import describe
+from hertzchain.report.style import (
+    COLOURS,
+    CONTENDER_COLOURS,
+    LABELS,
+    MARKERS,
+    METHOD_COLOURS,
+    WAYS,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from hertzchain.verdict.comparison import Comparison
     from hertzchain.verdict.tradeoff import Row, Tradeoff
 
 
-def plot_comparison(comparison: Comparison, path: Path | str) -> None:
+def plot_document(document: Document, path: Path | str) -> None:
     """Draw peak forces along the chain and their differences from the reference.
 
     Parameters
     ----------
-    comparison
+    document
         What to draw.
     path
         Where to; the suffix says in which format (png, pdf, svg).
@@ -43,37 +48,18 @@ def plot_comparison(comparison: Comparison, path: Path | str) -> None:
 
     figure = Figure(figsize=(8, 7), layout="constrained", dpi=150)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-    native, formulas = comparison.native, comparison.formulas
-    codes = {name: result for name, result in comparison.results.items() if name != native.backend}
+    native, differences = document.native, document.differences
     contact = native.contact
     above.plot(contact, native.peak_force, "-", color=COLOURS["native"], label="native, reference")
-    others: list[tuple[str, str, FloatArray]] = [
-        (name, LABELS[name], result.peak_force) for name, result in codes.items()
-    ]
-    if formulas.applicable is None:
-        others += [(name, LABELS[name], getattr(formulas, name)) for name in ("eq6", "eq9")]
-    for name, label, values in others:
+    for name, values in document.drawn.items():
         style: dict[str, Any] = {"color": COLOURS[name], "marker": MARKERS[name]}
-        style |= {"markersize": 4.5, "linestyle": "none"}
-        above.plot(contact, values, fillstyle="none", label=label, **style)
-        pressed = np.where(native.peak_force > 0, native.peak_force, np.nan)
-        difference = np.abs(values / pressed - 1)
-        below.semilogy(contact, np.where(difference > 0, difference, np.nan), label=label, **style)
-    for name, result in codes.items():
-        below.axhline(
-            result.error_estimate,
-            color=COLOURS[name],
-            linewidth=0.8,
-            linestyle="--",
-            label=f"{LABELS[name]}, error estimate",
-        )
-    below.axhline(
-        native.error_estimate,
-        color=COLOURS["native"],
-        linewidth=0.8,
-        linestyle=":",
-        label="reference, error estimate",
-    )
+        style |= {"markersize": 4.5, "linestyle": "none", "label": LABELS[name]}
+        above.plot(contact, values, fillstyle="none", **style)
+        off = differences[name]
+        below.semilogy(contact, np.where(off > 0, off, np.nan), **style)
+    for name, label, value in document.limits:
+        line = ":" if name == "native" else "--"
+        below.axhline(value, color=COLOURS[name], linewidth=0.8, linestyle=line, label=label)
     p = native.transition_granules
     if p is not None:
         for axes in (above, below):
@@ -89,7 +75,7 @@ def plot_comparison(comparison: Comparison, path: Path | str) -> None:
     above.set_ylabel("peak force [N]")
     above.set_ylim(bottom=0)
     below.xaxis.set_major_locator(MaxNLocator(integer=True))
-    above.set_title(describe(comparison.scene), fontsize=10)
+    above.set_title(describe(native.scene), fontsize=10)
     below.set_ylabel("relative difference from native")
     below.set_xlabel("contact (i lies between granules i - 1 and i)")
     for axes in (above, below):
@@ -103,37 +89,6 @@ def tradeoff_title(tradeoffs: Sequence[Tradeoff]) -> str:
     if len(tradeoffs) == 1:
         return describe(tradeoffs[0].scene)
     return f"{len(tradeoffs)} scenes: median times, and the errors of the worst"
-
-
-# Markers and lines say who computes, colours the method.
-_ENGINE_STYLES = {
-    "formulas": ("*", "none"),
-    "map": ("P", "none"),
-    "compiled": ("o", "-"),
-    "NumPy": ("s", "--"),
-    "SciPy": ("D", ":"),
-    "LAMMPS": ("^", "-."),
-}
-
-
-_METHOD_COLOURS = {
-    "velocity-verlet": "#E69F00",
-    "rk4": "#56B4E9",
-    "dprkn-6": "#009E73",
-    "srkn-6b": "#0072B2",
-    "srkn-11b": "#D55E00",
-    "reference": "#CC79A7",
-    "LAMMPS": "#E69F00",  # its scheme is velocity Verlet
-    "DOP853": "#666666",
-}
-
-
-_ODD_COLOURS = {
-    "srkn-6b, float32": "#8FB9DB",
-    "rtol, without estimate": "#999999",
-    "LAMMPS, extrapolated": "#7A4B00",
-}
-"""Of those that share engine and method with another."""
 
 
 def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
@@ -165,9 +120,9 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
     formula_sides = itertools.cycle((True, False))
     for name in dict.fromkeys(point.row.contender for point in points):
         own = [point for point in points if point.row.contender == name]
-        marker, line = _ENGINE_STYLES[own[0].row.engine]
+        marker, line = WAYS[own[0].row.engine]
         method = name.partition(",")[0]
-        colour = _ODD_COLOURS.get(name, _METHOD_COLOURS.get(method, "#000000"))
+        colour = CONTENDER_COLOURS.get(name, METHOD_COLOURS.get(method, "#000000"))
         time = [point.row.wall_time for point in own]
         error = [max(point.row.error, known) for point in own]
         if own[0].row.engine in ("formulas", "map"):
@@ -206,11 +161,9 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
     axes.set_ylim(known / 10, None)
     axes.set_xlabel("wall time [s]")
     axes.set_ylabel("largest relative error of the peaks")
-    title = (
-        describe(tradeoffs[0].scene)
-        if len(tradeoffs) == 1
-        else f"{len(tradeoffs)} scenes, medians and the range of the errors"
-    )
+    title = f"{len(tradeoffs)} scenes, medians and the range of the errors"
+    if len(tradeoffs) == 1:
+        title = describe(tradeoffs[0].scene)
     axes.set_title(f"What accuracy costs: {title}", fontsize=10)
     axes.grid(alpha=0.25)
     figure.legend(loc="outside right center", fontsize=8, frameon=False)
@@ -242,17 +195,3 @@ def check_plot_format(path: Path | str) -> None:
     known = (".pdf", ".png", ".svg")
     if Path(path).suffix.lower() not in known:
         raise OutputError(f"{path}: cannot be drawn, the name must end in {', '.join(known)}")
-
-
-def describe(scene: Scene) -> str:
-    """One line that says what a scene is."""
-    shock = scene.shock
-    kind = (
-        f"pulse table of {len(shock.time)} rows"
-        if isinstance(shock, PulseTable)
-        else f"{shock.profile} pulse, n = {shock.duration_ratio:g}"
-    )
-    return (
-        f"{kind}, LM_ratio = {scene.momentum_ratio:.6g}, {shock.peak_force:.6g} N on"
-        f" {scene.chain.granules} granules"
-    )

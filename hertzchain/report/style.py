@@ -1,24 +1,55 @@
-"""How engines and formulas look in every plot: colours that the colour-blind tell apart."""
+"""How everything that is drawn looks: colours that the colour-blind tell apart, and markers."""
 
 from __future__ import annotations
 
 from hertzchain.engines.registry import ENGINES
 
-_FORMULAS = {"eq6": ("Eq. 6", "#D55E00", "s"), "eq9": ("Eq. 9", "#009E73", "^")}
+FORMULAS = ("eq6", "eq9")
+"""The closed formulas that have peaks, as fields of ``verdict.formulas.Formulas``."""
 
-LABELS = {name: engine.label for name, engine in ENGINES.items()} | {
-    name: label for name, (label, _, _) in _FORMULAS.items()
+GIVEN = "given"
+"""Peaks from elsewhere, which are those of no engine."""
+
+# Label, colour, marker as Matplotlib names it, dash as Plotly names it. Okabe and Ito's colours;
+# Tol's wine for what is given.
+_LOOKS = {
+    **{one.name: (one.label, one.colour, one.marker, one.dash) for one in ENGINES.values()},
+    "eq6": ("Eq. 6", "#D55E00", "s", ""),
+    "eq9": ("Eq. 9", "#009E73", "^", ""),
+    GIVEN: ("given", "#882255", "D", "longdash"),
 }
 
-COLOURS = {name: engine.colour for name, engine in ENGINES.items()} | {
-    name: colour for name, (_, colour, _) in _FORMULAS.items()
-}
-"""Okabe and Ito's."""
+LABELS = {name: label for name, (label, _, _, _) in _LOOKS.items()}
+COLOURS = {name: colour for name, (_, colour, _, _) in _LOOKS.items()}
+MARKERS = {name: marker for name, (_, _, marker, _) in _LOOKS.items()}
+DASHES = {name: dash for name, (_, _, _, dash) in _LOOKS.items() if dash}
 
-MARKERS = {name: engine.marker for name, engine in ENGINES.items()} | {
-    name: marker for name, (_, _, marker) in _FORMULAS.items()
-}
-"""As Matplotlib names them."""
+# Of a trade-off: markers and lines say who computes, colours the method.
 
-DASHES = {name: engine.dash for name, engine in ENGINES.items()}
-"""As Plotly names them."""
+WAYS = {
+    "formulas": ("*", "none"),
+    "map": ("P", "none"),
+    "compiled": ("o", "-"),
+    "NumPy": ("s", "--"),
+    "SciPy": ("D", ":"),
+    "LAMMPS": ("^", "-."),
+}
+"""Marker and line, as Matplotlib names them."""
+
+METHOD_COLOURS = {
+    "velocity-verlet": "#E69F00",
+    "rk4": "#56B4E9",
+    "dprkn-6": "#009E73",
+    "srkn-6b": "#0072B2",
+    "srkn-11b": "#D55E00",
+    "reference": "#CC79A7",
+    "LAMMPS": "#E69F00",  # its scheme is velocity Verlet
+    "DOP853": "#666666",
+}
+
+CONTENDER_COLOURS = {
+    "srkn-6b, float32": "#8FB9DB",
+    "rtol, without estimate": "#999999",
+    "LAMMPS, extrapolated": "#7A4B00",
+}
+"""Of those that share engine and method with another."""

@@ -20,9 +20,11 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError
-from hertzchain.report.console import print_comparison, print_prediction, print_run
-from hertzchain.report.facts import judgement_facts
-from hertzchain.report.figures import check_plot_format, describe, plot_comparison, plot_tradeoff
+from hertzchain.report.comparison import of_comparison
+from hertzchain.report.console import print_document, print_prediction, print_run
+from hertzchain.report.facts import describe
+from hertzchain.report.figures import check_plot_format, plot_document, plot_tradeoff
+from hertzchain.report.judgement import of_judgement
 from hertzchain.report.style import COLOURS
 from hertzchain.report.tradeoff import print_tradeoff
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
@@ -67,8 +69,12 @@ def run_text(result: hc.Result) -> str:
 
 def comparison_text(comparison: hc.Comparison) -> str:
     screen = console()
-    print_comparison(screen, comparison)
+    print_document(screen, of_comparison(comparison))
     return text_on(screen)
+
+
+def plot_comparison(comparison: hc.Comparison, path: Path) -> None:
+    plot_document(of_comparison(comparison), path)
 
 
 def text_on(screen: Console) -> str:
@@ -513,8 +519,8 @@ def test_contacts_that_are_weak_are_not_those_that_are_not_given() -> None:
     truth = hc.Native("reference").run(scene).peak_force
     strong = truth >= 1e-3 * truth.max()
     judged, others = int(np.count_nonzero(strong)), int(np.count_nonzero(~strong))
-    found = dict(judgement_facts(hc.judge(scene, truth)))
+    found = dict(of_judgement(hc.judge(scene, truth)).facts)
     weak = f"{others} below a thousandth of the largest, not judged"
     assert found["contacts"] == f"{judged} judged, 0 failed, 0 not given, {weak}"
-    found = dict(judgement_facts(hc.judge(scene, np.where(strong, truth, np.nan))))
+    found = dict(of_judgement(hc.judge(scene, np.where(strong, truth, np.nan))).facts)
     assert found["contacts"] == f"{judged} judged, 0 failed, {others} not given"

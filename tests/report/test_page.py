@@ -19,13 +19,10 @@ from playwright.sync_api import Browser, Page, sync_playwright
 import hertzchain as hc
 import validation.page
 from hertzchain.errors import OutputError
-from hertzchain.report.page import (
-    check_page_format,
-    comparison_page,
-    judgement_page,
-    write_comparison,
-    write_judgement,
-)
+from hertzchain.report import style
+from hertzchain.report.comparison import of_comparison
+from hertzchain.report.judgement import of_judgement
+from hertzchain.report.page import check_page_format, page_of, write_page
 from hertzchain.report.waterfall import drawn_contacts, record_times
 from hertzchain.verdict import deck_checks
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
@@ -120,6 +117,10 @@ def with_lammps(found: hc.Comparison) -> hc.Comparison:
         versions={"lammps": "20250722"},
     )
     return replace(found, results={**found.results, "lammps": higher})
+
+
+def comparison_page(comparison: hc.Comparison, file: str = "scene.toml") -> str:
+    return page_of(of_comparison(comparison), file)
 
 
 def numbers(cells: list[str]) -> list[float]:
@@ -346,7 +347,7 @@ def test_a_name_that_is_no_page_is_refused(name: str, compared: hc.Comparison) -
     with pytest.raises(OutputError, match=r"must end in \.html or \.htm"):
         check_page_format(name)
     with pytest.raises(OutputError, match=r"must end in \.html or \.htm"):
-        write_comparison(compared, name)
+        write_page(of_comparison(compared), name)
 
 
 def test_a_judgement_as_a_page(compared: hc.Comparison, tmp_path: Path) -> None:
@@ -354,7 +355,7 @@ def test_a_judgement_as_a_page(compared: hc.Comparison, tmp_path: Path) -> None:
     given[3] = np.nan
     judged = hc.judge(compared.scene, given)
     path = tmp_path / "page.htm"
-    write_judgement(judged, path, "scene.toml", HOSTILE)
+    write_page(of_judgement(judged), path, "scene.toml", HOSTILE)
     read = Reader(path.read_text("utf-8"))
     assert read.data["numbers"] == json.loads(json.dumps(judged.to_dict()))
     assert HOSTILE in read.text
@@ -364,8 +365,19 @@ def test_a_judgement_as_a_page(compared: hc.Comparison, tmp_path: Path) -> None:
     assert rows[0][3:] == ["+1.0e-02", "FAIL"]
     assert (rows[3][1], rows[3][4]) == ("", "not given")
     assert read.data["peaks"]["data"][1]["name"] == "given"
-    well = Reader(judgement_page(hc.judge(compared.scene, compared.native.peak_force)))
-    assert "✓ PASS" in well.text
+    well = hc.judge(compared.scene, compared.native.peak_force)
+    assert "✓ PASS" in Reader(page_of(of_judgement(well))).text
+
+
+def test_given_peaks_have_the_look_of_no_engine(compared: hc.Comparison) -> None:
+    judged = hc.judge(compared.scene, compared.native.peak_force * 1.01)
+    read = Reader(page_of(of_judgement(judged)))
+    for name in ("peaks", "differences"):
+        (given,) = (trace for trace in read.data[name]["data"] if trace["name"] == "given")
+        assert given["marker"]["color"] == style.COLOURS["given"]
+    (limit,) = (trace for trace in read.data["differences"]["data"] if trace["name"] == "tolerance")
+    assert limit["line"]["color"] == style.COLOURS["given"]
+    assert limit["y"] == [judged.tolerance] * 2
 
 
 # Of all validation scripts
@@ -446,7 +458,7 @@ def opened(
 ) -> Iterator[tuple[Page, list[str]]]:
     """The page of the comparison without a network, and all that went wrong."""
     path = tmp_path_factory.mktemp("page") / "page.html"
-    write_comparison(compared, path, HOSTILE)
+    write_page(of_comparison(compared), path, HOSTILE)
     context = browser.new_context(viewport={"width": 1280, "height": 900}, offline=True)
     wrong: list[str] = []
     page = context.new_page()
@@ -555,7 +567,7 @@ def test_paper_has_everything(opened: tuple[Page, list[str]]) -> None:
 def test_without_scripts_tables_and_verdict_are_there(
     browser: Browser, compared: hc.Comparison, tmp_path: Path
 ) -> None:
-    write_comparison(compared, tmp_path / "page.html")
+    write_page(of_comparison(compared), tmp_path / "page.html")
     context = browser.new_context(java_script_enabled=False, offline=True)
     page = context.new_page()
     page.goto((tmp_path / "page.html").as_uri())

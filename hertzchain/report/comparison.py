@@ -1,0 +1,203 @@
+"""The document of a comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.observables.result import Result
+from hertzchain.report.document import Document, Failure, Peaks, Table, Verdict
+from hertzchain.report.facts import difference, number, shown_contacts, similar_scene
+from hertzchain.report.junit import case
+from hertzchain.report.style import FORMULAS, LABELS
+
+if TYPE_CHECKING:
+    from hertzchain.verdict.check import Check
+    from hertzchain.verdict.comparison import Comparison
+
+
+def of_comparison(comparison: Comparison) -> Document:
+    """All that reports show of a comparison."""
+    native, formulas = comparison.native, comparison.formulas
+    others = {name: found for name, found in comparison.results.items() if name != "native"}
+    equations = {name: getattr(formulas, name) for name in FORMULAS}
+    drawn = {name: result.peak_force for name, result in others.items()}
+    limits = [
+        (name, f"{LABELS[name]}, error estimate", result.error_estimate)
+        for name, result in others.items()
+    ]
+    answers, efforts = _answers(comparison)
+    remarks = [f"Formulas: {text}" for text in (formulas.applicable, formulas.note) if text]
+    return Document(
+        "Comparison",
+        "comparison",
+        comparison.to_dict,
+        "compare",
+        tuple(
+            case(one.name, one.measured, one.expected, one.tolerance, one.passed, one.reason)
+            for one in comparison.checks
+        ),
+        comparison.results,
+        _verdict(comparison, remarks),
+        _compared_peaks(comparison, drawn, equations),
+        drawn | (equations if formulas.applicable is None else {}),
+        [*limits, ("native", "reference, error estimate", native.error_estimate)],
+        [LABELS[name] for name in comparison.wanted if name not in comparison.results],
+        answers,
+        efforts,
+        _cost(comparison),
+        comparison.checks,
+        remarks,
+        [
+            f"{LABELS[name]} computed {similar}"
+            for name, result in others.items()
+            if (similar := similar_scene(result)) is not None
+        ],
+    )
+
+
+def _compared_peaks(
+    comparison: Comparison, found: Mapping[str, FloatArray], equations: Mapping[str, FloatArray]
+) -> Peaks:
+    """Nine digits of simulations, six of formulas; then how far off, of formulas in per cent."""
+    native = comparison.native
+    nothing = np.full(native.contact.size, np.nan)
+    codes = {name: found.get(name, nothing) for name in comparison.wanted if name != "native"}
+    columns = {**codes, **equations}
+    labels = [LABELS[name] for name in columns]
+
+    def row(k: int) -> list[str]:
+        peak = native.peak_force[k]
+        values = [number(column[k], 9 if name in codes else 6) for name, column in columns.items()]
+        differences = [
+            ""
+            if not peak > 0 or np.isnan(column[k])
+            else f"{column[k] / peak - 1:{'+.1e' if name in codes else '+.2%'}}"
+            for name, column in columns.items()
+        ]
+        return [str(native.contact[k]), number(peak, 9), *values, *differences]
+
+    return Peaks(
+        "Peak force of each contact [N]; then its difference from native",
+        [
+            *(("contact", ""), ("native", "[N]")),
+            *((label, "[N]") for label in labels),
+            *((label, "− native") for label in labels),  # noqa: RUF001 - a minus sign
+        ],
+        row,
+        range(len(shown_contacts(native))),
+    )
+
+
+def _answers(comparison: Comparison) -> tuple[Table, list[list[str]]]:
+    """What each oracle says of the transition and the wave that leaves it; what that took."""
+    formulas = comparison.formulas
+    simulated = [comparison.results.get(name) for name in comparison.wanted]
+
+    def row(label: str, shown: Callable[[Result], str], *of_formulas: str) -> list[str]:
+        cells = ["" if result is None else shown(result) for result in simulated]
+        return [label, *cells, *of_formulas]
+
+    def granules(result: Result) -> str:
+        p = result.transition_granules
+        return "none" if p is None else str(p)
+
+    eq3 = formulas.transition_granules
+    speed = f"{formulas.speed:.2f}, exact {formulas.exact_speed:.2f}" if formulas.speed else ""
+    answers = Table(
+        "The transition and the wave that leaves it",
+        ["", *(LABELS[name] for name in comparison.wanted), "formulas"],
+        [
+            row("p, granules", granules, "" if eq3 is None else f"{eq3:.2f}"),
+            row("F_SW [N]", lambda found: number(found.solitary_wave.peak_force, 8), ""),
+            row(
+                "far-field force [N]",
+                lambda found: number(found.solitary_wave.far_field_force, 8),
+                "",
+            ),
+            row(
+                "speed [m/s]",
+                lambda found: number(found.solitary_wave.speed, 7),
+                speed and f"{speed} at F_SW",
+            ),
+        ],
+    )
+    return answers, [
+        row("error, at most", lambda found: f"{found.error_estimate:.1e}"),
+        row("method", lambda found: found.method),
+        row("steps", lambda found: f"{found.steps:,}"),
+        row("time [s]", lambda found: f"{found.wall_time:.2f}"),
+    ]
+
+
+def _cost(comparison: Comparison) -> Table:
+    """What each answer of a comparison cost, and its error."""
+    header = ["", "method", "largest step [s]", "steps", "force evaluations", "wall time [s]"]
+    rows = [
+        [
+            LABELS[name],
+            result.method,
+            f"{result.dt:.3g}",
+            f"{result.steps:,}",
+            f"{result.force_evaluations:,}",
+            f"{result.wall_time:.3g}",
+            f"{result.error_estimate:.1e}",
+        ]
+        for name, result in comparison.results.items()
+    ]
+    rows += [
+        [LABELS[name], "did not run", *[""] * 5]
+        for name in comparison.wanted
+        if name not in comparison.results
+    ]
+    said = "see differences" if comparison.formulas.applicable is None else ""
+    rows.append(["formulas", "Eqs. 3 to 9, given p and F_SW", "", "0", "0", "0", said])
+    return Table("What each answer cost", [*header, "error of the peaks, at most"], rows, text=2)
+
+
+def _failure(check: Check) -> Failure:
+    off, tolerance = difference(check)
+    if not off:
+        return Failure(check.name, "", check.reason)
+    found = f"off by {off}, allowed is {tolerance} ({check.reason})"
+    return Failure(check.name, found, check.kind.advice)
+
+
+def _verdict(comparison: Comparison, of_formulas: Sequence[str]) -> Verdict:
+    checks, results = comparison.checks, comparison.results
+    failed = [check for check in checks if not check.passed]
+    only_absent = bool(failed) and all(check.measured is None for check in failed)
+    ran = [name for name in comparison.wanted if name in results and name != "native"]
+    if not failed and ran:
+        peaks = [results[name].peak_force for name in ran]
+        off = max(largest_difference(found, comparison.native.peak_force) for found in peaks)
+        who = " and ".join(LABELS[name] for name in ran)
+        sentence = (
+            f"All {len(checks)} checks passed. Peaks by {who} differ from those of native by"
+            f" {off:.1e} at most, within the errors that both claim."
+        )
+    elif not failed:
+        sentence = (
+            f"All {len(checks)} checks of native passed; no other simulation was compared with it,"
+            " so that nothing but its own balances and error estimate speaks for it."
+        )
+    elif only_absent:
+        sentence = (
+            "Not everything that was asked for could be compared. The"
+            f" {len(checks) - len(failed)} checks that could be made passed."
+        )
+    else:
+        sentence = f"{len(failed)} of {len(checks)} checks failed."
+    asked = {*results, *(check.engine for check in checks)}
+    remarks = [
+        *(f"{LABELS[name]}: {text}" for name in results for text in results[name].warnings),
+        *of_formulas,
+        *(f"{check.name}: {check.remark}" for check in checks if check.remark),
+        *(f"{LABELS[name]} has not been asked" for name in comparison.wanted if name not in asked),
+    ]
+    failures = [_failure(check) for check in failed]
+    return Verdict(None if only_absent else not failed, sentence, failures, remarks)

@@ -1,0 +1,130 @@
+"""The document of a judgement of given peaks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.report.document import Document, Failure, Peaks, Verdict
+from hertzchain.report.facts import number, shown_contacts
+from hertzchain.report.junit import ERROR, FAILURE, SKIPPED, Case, case
+from hertzchain.report.style import GIVEN
+
+if TYPE_CHECKING:
+    from hertzchain.verdict.judgement import Judgement
+
+_MOST_FAILED = 10
+"""Contacts outside the transition that a terminal shows because they failed."""
+
+
+def of_judgement(judgement: Judgement) -> Document:
+    """All that reports show of a judgement of given peaks."""
+    native, tolerance = judgement.reference, judgement.tolerance
+    failed = np.flatnonzero(judgement.judged & ~judgement.passed)
+    judged = int(np.count_nonzero(judgement.judged))
+    cause = judgement.cause or ("no known pattern" if failed.size else None)
+    if judged == 0:
+        sentence = "No contact could be judged."
+    elif not failed.size:
+        sentence = f"All {judged} judged contacts are within {tolerance:.1e} of the reference."
+    else:
+        sentence = (
+            f"{failed.size} of {judged} judged contacts are off by more than {tolerance:.1e}."
+        )
+    return Document(
+        "Judgement of given peaks",
+        "judgement",
+        judgement.to_dict,
+        "judge",
+        _cases(judgement),
+        {"native": native},
+        Verdict(
+            None if judged == 0 else not failed.size,
+            sentence,
+            [Failure("Likely cause", "", cause)] if cause and failed.size else [],
+            [*judgement.remarks, *native.warnings],
+        ),
+        _peaks(judgement, failed),
+        {GIVEN: judgement.given},
+        [
+            (GIVEN, "tolerance", tolerance),
+            ("native", "reference, error estimate", native.error_estimate),
+        ],
+        facts=_facts(judgement, judged, failed.size),
+        cause=cause,
+        remarks=judgement.remarks,
+    )
+
+
+def _peaks(judgement: Judgement, failed: NDArray[np.intp]) -> Peaks:
+    rows = judgement.rows
+    words = {True: "pass", False: "FAIL", None: "not judged"}
+
+    def row(k: int) -> list[str]:
+        one = rows[k]
+        return [
+            str(one["contact"]),
+            number(one["given_N"], 9),
+            number(one["reference_N"], 9),
+            "" if one["difference"] is None else f"{one['difference']:+.1e}",
+            "not given" if one["given_N"] is None else words[one["passed"]],  # type: ignore[index]
+        ]
+
+    transition = range(len(shown_contacts(judgement.reference)))
+    return Peaks(
+        "Peak force of each contact [N]: as given, and the truth",
+        [("contact", ""), ("given", "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],
+        row,
+        sorted({*transition, *failed[:_MOST_FAILED].tolist()}),
+    )
+
+
+def _cases(judgement: Judgement) -> tuple[Case, ...]:
+    """The verdict, then each contact; those that have no part in it are skipped."""
+    cases = [Case("verdict")]
+    if judgement.verdict != "pass":
+        why = [judgement.summary]
+        why += [f"Likely cause: {judgement.cause}"] if judgement.cause else []
+        problem = ERROR if judgement.largest_difference is None else FAILURE
+        text = "\n".join([*why, *judgement.remarks])
+        cases = [Case("verdict", problem, "; ".join(why), text)]
+    unit = "peak force [N] within the relative tolerance asked for"
+    for row in judgement.rows:
+        contact, given, reference = f"contact {row['contact']}", row["given_N"], row["reference_N"]
+        assert reference is not None
+        if row["passed"] is None:
+            why_not = "no peak was given" if given is None else "pressed too little to be judged"
+            cases.append(Case(contact, SKIPPED, why_not))
+            continue
+        tolerance = judgement.tolerance * reference
+        cases.append(case(contact, given, reference, tolerance, bool(row["passed"]), unit))
+    return tuple(cases)
+
+
+def _facts(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, str]]:
+    """Label and value of what a judgement says of all contacts together."""
+    reference, missing = judgement.reference, judgement.missing
+    weak = reference.contact.size - missing - judged
+    counts = [f"{judged} judged", f"{failed} failed", f"{missing} not given"]
+    if weak:
+        counts.append(f"{weak} below a thousandth of the largest, not judged")
+    largest = judgement.largest_difference
+    facts = [
+        ("contacts", ", ".join(counts)),
+        ("largest difference", "" if largest is None else f"{largest:.1e}"),
+        ("tolerance", f"{judgement.tolerance:.1e}"),
+        ("error of native, at most", f"{reference.error_estimate:.1e}"),
+    ]
+    if judgement.expected is not None:
+        expected = judgement.expected
+        off = (
+            f"{expected.interpolated:.1e} off; {expected.sampled:.1e} if only samples are looked at"
+        )
+        facts.append((f"velocity Verlet, steps of {expected.dt:.3g} s", off))
+    if judgement.like_steps is not None:
+        interpolated, sampled = judgement.like_steps
+        steps = f"with steps of {interpolated:.2g} s; {sampled:.2g} s if only samples are looked at"
+        facts.append(("as far off: velocity Verlet", steps))
+    return facts
