@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -29,9 +29,6 @@ from hertzchain.cli.output import OUT_OF_TOLERANCE, console, print_json, progres
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
-
-if TYPE_CHECKING:
-    from hertzchain.engines.registry import Simulator
 
 DEFAULT_FRAMES = 100
 """Of a trajectory: four seconds in a viewer."""
@@ -112,18 +109,13 @@ def run(
         check_trajectory_format(trajectory)
     with progress() as tell:
         tell(f"{backend}: running (the first native run on a machine compiles, half a minute)")
-        simulation = _simulation(
-            backend,
-            method,
-            step,
-            rtol,
-            extrapolated,
-            isolate,
-            lmp,
-            ranks,
-            limit,
-            trajectory is None,
-        )
+        refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
+        parameters = _parameters(backend, method, step, rtol, extrapolated)
+        if backend == "native":
+            parameters["peaks_only"] = trajectory is None
+        elif backend == "lammps":
+            parameters |= lammps_options(isolate, lmp, ranks)
+        simulation = ENGINES[backend].make(time_limit=limit, **parameters)
         record = None if trajectory is None else frame_times(loaded, frames or DEFAULT_FRAMES)
         result = simulation.run(loaded, record)
     if output is not None:
@@ -147,32 +139,22 @@ def run(
         raise typer.Exit(OUT_OF_TOLERANCE)
 
 
-def _simulation(
+def _parameters(
     backend: str,
     method: MethodName | None,
     dt: float | None,
     rtol: float | None,
     extrapolated: bool,
-    isolate: bool,
-    lmp: str | None,
-    ranks: int | None,
-    time_limit: float,
-    peaks_only: bool,
-) -> Simulator:
-    engine = ENGINES[backend]
-    refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
+) -> dict[str, Any]:
+    """The numerical parameters of an engine."""
     if backend == "native":
         if extrapolated:
             raise HertzchainError("--extrapolated is not for --backend native; leave it out")
-        name = None if method is None else method.value
-        return engine.make(
-            method=name, dt=dt, rtol=rtol, peaks_only=peaks_only, time_limit=time_limit
-        )
+        return {"method": None if method is None else method.value, "dt": dt, "rtol": rtol}
     if method not in (None, MethodName.VELOCITY_VERLET):
+        label = ENGINES[backend].label
         raise HertzchainError(
-            f"--method {method}: {engine.label} has only velocity-verlet; leave the option out"
+            f"--method {method}: {label} has only velocity-verlet; leave the option out"
         )
     refuse_step_and_accuracy(rtol, dt)
-    own = lammps_options(isolate, lmp, ranks) if backend == "lammps" else {}
-    wanted = RTOL if rtol is None else rtol
-    return engine.make(dt=dt, rtol=wanted, extrapolated=extrapolated, time_limit=time_limit, **own)
+    return {"dt": dt, "rtol": RTOL if rtol is None else rtol, "extrapolated": extrapolated}

@@ -142,17 +142,7 @@ def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
 
 
 def print_document(console: Console, document: Document, others: str = "in --json") -> None:
-    """Print the peaks of the transition, what decides, and the verdict.
-
-    Parameters
-    ----------
-    console
-        Where to.
-    document
-        What to print.
-    others
-        Where the other contacts are.
-    """
+    """Print the peaks of the transition, what decides, the verdict, and where others are."""
     native, peaks = document.native, document.peaks
     console.print(describe(native.scene), style="bold", end="\n\n")
     console.print(peaks.heading)

@@ -53,18 +53,10 @@ class Table:
 
 @dataclass(frozen=True)
 class Peaks:
-    """The peak forces of all contacts.
+    """The peak forces of all contacts, of which a terminal shows some below a heading.
 
-    Parameters
-    ----------
-    heading
-        What a terminal says above them.
-    columns
-        Label and unit of each column.
-    row
-        The cells of a contact, by its index: there may be millions, of which few are shown.
-    shown
-        Indices of the contacts that a terminal shows.
+    Columns have a label and a unit. ``row`` makes the cells of a contact, by its index: there may
+    be millions, of which few are shown.
     """
 
     heading: str

@@ -31,17 +31,7 @@ if TYPE_CHECKING:
 def plot_document(document: Document, path: Path | str) -> None:
     """Draw peak forces along the chain and their differences from the reference.
 
-    Parameters
-    ----------
-    document
-        What to draw.
-    path
-        Where to; the suffix says in which format (png, pdf, svg).
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
+    The suffix says in which format; an OutputError is raised if the file cannot be written.
     """
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
@@ -84,30 +74,15 @@ def plot_document(document: Document, path: Path | str) -> None:
     write_with(path, figure.savefig)
 
 
-def tradeoff_title(tradeoffs: Sequence[Tradeoff]) -> str:
-    """The title of a trade-off: its scene, or the number of scenes."""
-    if len(tradeoffs) == 1:
-        return describe(tradeoffs[0].scene)
-    return f"{len(tradeoffs)} scenes: median times, and the errors of the worst"
-
-
 def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
     """Draw error against wall time, a line for each contender, and the frontier.
 
-    Parameters
-    ----------
-    tradeoffs
-        Of one scene; or of several, of which medians are drawn and the range of the errors.
-    path
-        Where to; the suffix says in which format (png, pdf, svg).
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
+    Of several scenes medians are drawn, and the range of the errors. The suffix says in which
+    format; an OutputError is raised if the file cannot be written.
     """
     from matplotlib.figure import Figure
 
+    from hertzchain.verdict.contenders import NUMPY
     from hertzchain.verdict.tradeoff import frontier, typical
 
     points = typical(tradeoffs)
@@ -117,39 +92,33 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     _draw_frontier(axes, frontier([p.row for p in points if p.row.self_contained], known), known)
-    formula_sides = itertools.cycle((True, False))
+    sides = itertools.cycle(((7, "bottom"), (-7, "top")))
     for name in dict.fromkeys(point.row.contender for point in points):
         own = [point for point in points if point.row.contender == name]
-        marker, line = WAYS[own[0].row.engine]
+        engine = own[0].row.engine
+        marker, line, filling = WAYS[engine]
         method = name.partition(",")[0]
         colour = CONTENDER_COLOURS.get(name, METHOD_COLOURS.get(method, "#000000"))
         time = [point.row.wall_time for point in own]
         error = [max(point.row.error, known) for point in own]
-        if own[0].row.engine in ("formulas", "map"):
-            there = (time[0], error[0])
+        if line == "none":  # a single point
             # Above and below by turns: they may lie close to one another.
-            above = next(formula_sides)
-            axes.annotate(
-                method,
-                there,
-                (0, 7 if above else -7),
-                textcoords="offset points",
-                ha="center",
-                va="bottom" if above else "top",
-            )
+            offset, side = next(sides)
+            place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": side}
+            axes.annotate(method, (time[0], error[0]), (0, offset), **place)
         axes.plot(
             time,
             error,
             color=colour,
             marker=marker,
             linestyle=line,
-            fillstyle="full" if own[0].row.engine in ("compiled", "formulas") else "none",
+            fillstyle=filling,
             markersize=9 if marker == "*" else 4.5,
             linewidth=1.2,
             label=name,
         )
         # Methods in NumPy have the range that they have compiled.
-        if len(tradeoffs) > 1 and own[0].row.engine != "NumPy":
+        if len(tradeoffs) > 1 and engine != NUMPY:
             lowest = [max(point.lowest, known) for point in own]
             highest = [max(point.highest, known) for point in own]
             axes.fill_between(time, lowest, highest, color=colour, alpha=0.12, linewidth=0)
@@ -185,13 +154,7 @@ def _draw_frontier(axes: Axes, rows: Sequence[Row], known: float) -> None:
 
 
 def check_plot_format(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, for a suffix that cannot be drawn.
-
-    Raises
-    ------
-    OutputError
-        If the file name does not end in a known image format.
-    """
+    """Raise an OutputError, before any work is done, for a suffix that cannot be drawn."""
     known = (".pdf", ".png", ".svg")
     if Path(path).suffix.lower() not in known:
         raise OutputError(f"{path}: cannot be drawn, the name must end in {', '.join(known)}")

@@ -69,22 +69,15 @@ def _peak_tables(document: Document) -> list[Table]:
 
 
 def page_of(document: Document, file: str = "scene.toml", given: str = "") -> str:
-    """A document as a page of HTML.
+    """A document as a page of HTML, with the names of the scene file and that of given peaks.
 
-    Parameters
-    ----------
-    document
-        What to show; contact force over time if its results have a history, see ``record_times``.
-    file, given
-        The names of the scene file and of the file of given peaks.
+    It shows contact force over time if its results have a history, see ``record_times``.
     """
     native, results = document.native, document.results
     plotted = plotted_contacts(document)
-    plots = [
-        peak_plot(document, plotted),
-        waterfall(results),
-        difference_plot(document, plotted),
-    ]
+    waves = waterfall(results)
+    plots = [peak_plot(document, plotted), difference_plot(document, plotted)]
+    plots += [] if waves is None else [waves]
     texts = native.scene.to_texts(Path("scene.toml"))
     versions: dict[str, str] = {}
     for result in results.values():
@@ -98,7 +91,7 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
             "given": given,
             "verdict": document.verdict,
             "it": document,
-            "plots": {plot.name: plot for plot in plots if plot is not None},
+            "plots": {plot.name: plot for plot in plots},
             "peaks": _peak_tables(document),
             "long": LONG,
             "rows": [_check_row(check) for check in document.checks],
@@ -111,17 +104,7 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
 
 
 def render(template: str, content: Mapping[str, Any], templates: Sequence[Path] = ()) -> str:
-    """Fill a template with content, which is escaped.
-
-    Parameters
-    ----------
-    template
-        Its file name.
-    content
-        What it shows.
-    templates
-        Folders with templates besides those of this package.
-    """
+    """Fill a template, from here or from other folders, with content, which is escaped."""
     from importlib.metadata import version
 
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -145,13 +128,7 @@ def render(template: str, content: Mapping[str, Any], templates: Sequence[Path] 
 
 
 def check_page_format(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, for a name that is no page's.
-
-    Raises
-    ------
-    OutputError
-        If the file name does not end in .html or .htm.
-    """
+    """Raise an OutputError, before any work is done, for a name that is no page's."""
     if Path(path).suffix.lower() not in (".html", ".htm"):
         raise OutputError(f"{path}: a report is a page, the name must end in .html or .htm")
 
@@ -159,12 +136,6 @@ def check_page_format(path: Path | str) -> None:
 def write_page(
     document: Document, path: Path | str, file: str = "scene.toml", given: str = ""
 ) -> None:
-    """Write ``page_of`` a document to a file, whole or not at all.
-
-    Raises
-    ------
-    OutputError
-        If the suffix is not .html or .htm, or the file cannot be written.
-    """
+    """Write ``page_of`` a document to a file, whole or not at all; else raise an OutputError."""
     check_page_format(path)
     write_text(path, page_of(document, file, given))

@@ -72,15 +72,7 @@ def _points(name: str, contact: list[int], values: FloatArray, hover: str) -> Tr
 
 
 def peak_plot(document: Document, plotted: NDArray[np.intp]) -> Plot:
-    """Peak force along the chain: native as a line, the others as markers.
-
-    Parameters
-    ----------
-    document
-        What is drawn.
-    plotted
-        Indices of the contacts that are drawn, see ``plotted_contacts``.
-    """
+    """Peak force along the chain: native as a line, the others as markers."""
     native, absent = document.native, document.absent
     contact = native.contact[plotted].tolist()
     hover = "%{y:.9g} N"

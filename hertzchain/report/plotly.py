@@ -11,19 +11,7 @@ Trace = dict[str, Any]
 
 @dataclass(frozen=True)
 class Plot:
-    """A plot of a page.
-
-    Parameters
-    ----------
-    name
-        Its id in the page.
-    label
-        What is to be seen, for who cannot see it.
-    caption
-        What stands below it.
-    traces, layout
-        As Plotly takes them.
-    """
+    """A plot of a page: its id there, what can be seen (for who cannot), and what stands below."""
 
     name: str
     label: str

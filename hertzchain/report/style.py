@@ -27,14 +27,14 @@ DASHES = {name: dash for name, (_, _, _, dash) in _LOOKS.items() if dash}
 # Of a trade-off: markers and lines say who computes, colours the method.
 
 WAYS = {
-    "formulas": ("*", "none"),
-    "map": ("P", "none"),
-    "compiled": ("o", "-"),
-    "NumPy": ("s", "--"),
-    "SciPy": ("D", ":"),
-    "LAMMPS": ("^", "-."),
+    "formulas": ("*", "none", "full"),
+    "map": ("P", "none", "none"),
+    "compiled": ("o", "-", "full"),
+    "NumPy": ("s", "--", "none"),
+    "SciPy": ("D", ":", "none"),
+    LABELS["lammps"]: ("^", "-.", "none"),
 }
-"""Marker and line, as Matplotlib names them."""
+"""Marker, line and filling, as Matplotlib names them."""
 
 METHOD_COLOURS = {
     "velocity-verlet": "#E69F00",
@@ -43,7 +43,7 @@ METHOD_COLOURS = {
     "srkn-6b": "#0072B2",
     "srkn-11b": "#D55E00",
     "reference": "#CC79A7",
-    "LAMMPS": "#E69F00",  # its scheme is velocity Verlet
+    LABELS["lammps"]: "#E69F00",  # its scheme is velocity Verlet
     "DOP853": "#666666",
 }
 

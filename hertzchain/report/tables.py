@@ -34,33 +34,17 @@ _WRITERS: dict[str, Callable[[Result, Path], None]] = {
 
 
 def write_result(result: Result, path: Path | str) -> None:
-    """Write a result, whole or not at all.
+    """Write a result, whole or not at all; else raise an OutputError.
 
-    Parameters
-    ----------
-    result
-        What to write.
-    path
-        Where to. ``.csv`` and ``.parquet``: a row for each contact, as ``Result.to_frame``;
-        ``.json``: all of it, as ``Result.to_dict``.
-
-    Raises
-    ------
-    OutputError
-        If the suffix is another one, or the file cannot be written.
+    ``.csv`` and ``.parquet`` have a row for each contact, as ``Result.to_frame``; ``.json`` has all
+    of it, as ``Result.to_dict``.
     """
     check_result_format(path)
     _WRITERS[Path(path).suffix.lower()](result, Path(path))
 
 
 def check_result_format(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, for a format that cannot be written.
-
-    Raises
-    ------
-    OutputError
-        If the file name ends in no known suffix, or what writes it is not installed.
-    """
+    """Raise an OutputError, before any work is done, for a format that cannot be written."""
     suffix = Path(path).suffix.lower()
     if suffix not in _WRITERS:
         known = ", ".join(name for name in _WRITERS if name)

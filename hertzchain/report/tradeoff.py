@@ -10,7 +10,8 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from hertzchain.report.figures import tradeoff_title
+from hertzchain.report.console import table
+from hertzchain.report.facts import describe
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -25,16 +26,14 @@ _ACCURACIES = tuple(float(f"1e-{k}") for k in range(2, 11))
 def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
     """Print who is the cheapest for each wanted accuracy, and how much dearer the others are.
 
-    Parameters
-    ----------
-    console
-        Where to.
-    tradeoffs
-        Of one scene; or of several, whose median times and largest errors are printed.
+    Of several scenes median times and largest errors are printed.
     """
     from hertzchain.verdict.tradeoff import cheapest, typical
 
-    console.print(tradeoff_title(tradeoffs), style="bold", end="\n\n")
+    title = f"{len(tradeoffs)} scenes: median times, and the errors of the worst"
+    if len(tradeoffs) == 1:
+        title = describe(tradeoffs[0].scene)
+    console.print(title, style="bold", end="\n\n")
     known = max(one.truth_error for one in tradeoffs)
     rows = [replace(point.row, error=point.highest) for point in typical(tradeoffs)]
     alone = [row for row in rows if row.self_contained]
@@ -45,13 +44,9 @@ def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
         for wanted, reached in found.items()
     }
     console.print("The cheapest way to peaks of a wanted accuracy")
-    table = Table(box=None, header_style="bold")
-    table.add_column("right to", justify="right")
-    table.add_column("contender")
-    for column in ("with", "error", "force evaluations", "time [ms]"):
-        table.add_column(column, justify="right")
-    for wanted, row in best.items():
-        table.add_row(
+    header = ("right to", "contender", "with", "error", "force evaluations", "time [ms]")
+    lines = [
+        (
             _power(wanted),
             row.contender,
             _setting(row),
@@ -59,19 +54,21 @@ def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
             f"{row.force_evaluations:,}",
             f"{1e3 * row.wall_time:.3g}",
         )
-    console.print(table)
+        for wanted, row in best.items()
+    ]
+    console.print(table(header, lines, left=("contender",)))
     console.print("\nTime as a multiple of that of the cheapest; blank: not reached")
-    table = Table(box=None, header_style="bold")
-    table.add_column("right to", no_wrap=True)
+    multiples = Table(box=None, header_style="bold")
+    multiples.add_column("right to", no_wrap=True)
     for wanted in best:
-        table.add_column(_power(wanted), justify="right", no_wrap=True)
+        multiples.add_column(_power(wanted), justify="right", no_wrap=True)
     for name in dict.fromkeys(row.contender for row in alone):
-        multiples = [
+        ratios = [
             reached[name].wall_time / best[wanted].wall_time if name in reached else np.nan
             for wanted, reached in found.items()
         ]
-        table.add_row(name, *map(_multiple, multiples))
-    console.print(table)
+        multiples.add_row(name, *map(_multiple, ratios))
+    console.print(multiples)
     console.print()
     for row in rows:
         if not row.self_contained:

@@ -84,13 +84,7 @@ def write_trajectory(result: Result, path: Path | str) -> None:
 
 
 def check_trajectory_format(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, for a suffix of another format.
-
-    Raises
-    ------
-    OutputError
-        If the file name does not end in .xyz or .extxyz.
-    """
+    """Raise an OutputError, before any work is done, for a suffix of another format."""
     if Path(path).suffix.lower() not in _SUFFIXES:
         raise OutputError(f"{path}: a trajectory's name must end in {' or '.join(_SUFFIXES)}")
 

@@ -19,23 +19,18 @@ from hertzchain.scene.scene import Scene
 _TIMES = 500
 """Of a history."""
 
-
 _READINGS = 4_000_000
 """Times and granules recorded at once: 100 MB for each simulation, displacements and all."""
-
 
 _EVEN, _DENSE, _BURST = 0.4, 0.25, 0.5
 """Between recorded times [durations of a contact's unit of time]: at most, where they are even;
 where the wave forms in a long chain, and in the bursts after that."""
 
-
 _OF_A_BURST = 20
 """Recorded times: the wave passes a contact in some six units of time, of these ten."""
 
-
 _OWN, _AROUND = 2.5, 8.0
 """Contacts' units of time before and after a peak: recorded closely at least; drawn."""
-
 
 _CURVES = 20
 """Contacts in the plot of contact force over time."""
@@ -47,11 +42,6 @@ def record_times(scene: Scene) -> FloatArray:
     As many as memory allows, some 500: even where that is close enough to follow the wave all the
     way; else close while it forms, and then in bursts, geometrically apart, in each of which it
     passes a few contacts.
-
-    Parameters
-    ----------
-    scene
-        What will be simulated.
     """
     count = int(np.clip(_READINGS // scene.chain.granules, 2, _TIMES))
     unit = _contact_time(scene)
@@ -114,6 +104,49 @@ def _time_unit(end: float) -> tuple[str, float]:
     return "s", 1.0
 
 
+@dataclass(frozen=True)
+class _Scale:
+    """How forces are drawn over time.
+
+    Parameters
+    ----------
+    around
+        How long before and after its peak a line is drawn [s]; infinite: always, and from time 0.
+    unit, unit_name
+        The unit of time [s].
+    height
+        Of a newton, in lines.
+    """
+
+    around: float
+    unit: float
+    unit_name: str
+    height: float
+
+    def trace(
+        self, place: int, what: str, name: str, curve: tuple[FloatArray, FloatArray], peak: float
+    ) -> Trace:
+        """Line ``place`` from below: whose force, by whom, times [s] and forces [N], peak time."""
+        time, force = curve
+        inside = np.abs(time - peak) <= self.around
+        time, force = time[inside], force[inside]
+        still = np.zeros(force.size, bool)  # points that only say that a line is straight
+        still[1:-1] = (force[:-2] == 0) & (force[1:-1] == 0) & (force[2:] == 0)
+        time, force = time[~still], force[~still]
+        zero = peak if np.isfinite(self.around) else 0.0
+        told = zip(time, force, strict=True)
+        return {
+            "type": "scatter",
+            "mode": "lines",
+            "name": name,
+            "x": [_rounded((t - zero) / self.unit) for t in time],
+            "y": [_rounded(place + self.height * f) for f in force],
+            "customdata": [[_rounded(f, 9), _rounded(t / self.unit, 9)] for t, f in told],
+            "hovertemplate": f"{what}, {name}<br>%{{customdata[1]:.6g}} {self.unit_name}"
+            "<br>%{customdata[0]:.6g} N<extra></extra>",
+        }
+
+
 def waterfall(results: Mapping[str, Result]) -> Plot | None:
     """Contact force over time, contacts above one another; None where nothing was recorded."""
     native = results["native"]
@@ -126,16 +159,12 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
     around = _AROUND * _contact_time(scene) if long else np.inf
     unit_name, unit = _time_unit(around if long else scene.end_time)
     largest = max(float(np.max(native.peak_force)), scene.shock.peak_force)
-    height = 1.6 / largest
-    shock_time = _shock_times(scene)
-    shock = scene.applied_force(shock_time)
-    highest = float(shock_time[np.argmax(shock)])
-    of_shock = _Curve(0, "shock", shock_time, shock, highest)
-    grey = {"color": "#777", "width": 1.5}
-    traces = [
-        of_shock.trace(around, unit, height, "applied force", unit_name)
-        | {"line": grey, "legendgroup": "shock"}
-    ]
+    scale = _Scale(around, unit, unit_name, 1.6 / largest)
+    time = _shock_times(scene)
+    shock = time, scene.applied_force(time)
+    highest = float(time[np.argmax(shock[1])])
+    grey = {"line": {"color": "#777", "width": 1.5}, "legendgroup": "shock"}
+    traces = [scale.trace(0, "shock", "applied force", shock, highest) | grey]
     for key, result in results.items():
         if result.history is None:
             continue
@@ -143,11 +172,9 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
         if key != "native":
             style |= {"dash": DASHES[key], "width": 2.5}
         for place, contact in enumerate(drawn, start=1):
-            time, force = _with_peak(result, contact)
-            peak_time = float(native.peak_time[contact - 2])
-            curve = _Curve(place, f"contact {contact}", time, force, peak_time)
+            curve, peak = _with_peak(result, contact), float(native.peak_time[contact - 2])
             more = {"line": style, "legendgroup": key, "showlegend": place == 1}
-            traces.append(curve.trace(around, unit, height, LABELS[key], unit_name) | more)
+            traces.append(scale.trace(place, f"contact {contact}", LABELS[key], curve, peak) | more)
     y = axis("contact", tickvals=list(range(len(drawn) + 1)))
     y |= {"ticktext": ["shock", *map(str, drawn)], "range": [-0.4, len(drawn) + 1.9]}
     if long:
@@ -161,8 +188,8 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
         f"Contact force over time of {len(drawn)} contacts, one above the other: the wave runs from"
         " the shocked end to the free end.",
         f"Contact force over time: a line for each of {len(drawn)} contacts, by their numbers, and"
-        f" the applied force below them; {largest:.4g} N are {height * largest:.1f} lines high."
-        f" Each line has its exact peak.{own}",
+        f" the applied force below them; {largest:.4g} N are {scale.height * largest:.1f} lines"
+        f" high. Each line has its exact peak.{own}",
         traces,
         layout(x, y, 260 + 22 * len(drawn)),
     )
@@ -187,62 +214,6 @@ def _with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
         return time, force
     at = int(np.searchsorted(time, peak_time))
     return np.insert(time, at, peak_time), np.insert(force, at, result.peak_force[contact - 2])
-
-
-@dataclass(frozen=True, eq=False)
-class _Curve:
-    """A line of a waterfall.
-
-    Parameters
-    ----------
-    place
-        Which line, from below.
-    what
-        Whose force it is.
-    time, force
-        [s], [N], shape (times,).
-    peak_time
-        When it is highest [s].
-    """
-
-    place: int
-    what: str
-    time: FloatArray
-    force: FloatArray
-    peak_time: float
-
-    def trace(self, around: float, unit: float, height: float, name: str, unit_name: str) -> Trace:
-        """As Plotly takes it.
-
-        Parameters
-        ----------
-        around
-            How long before and after its peak it is drawn [s]; infinite: always, and from time 0.
-        unit
-            Of the time [s].
-        height
-            Of a Newton, in lines.
-        name, unit_name
-            In the legend; of the unit.
-        """
-        inside = np.abs(self.time - self.peak_time) <= around
-        time, force = self.time[inside], self.force[inside]
-        still = np.zeros(force.size, bool)  # points that only say that a line is straight
-        still[1:-1] = (force[:-2] == 0) & (force[1:-1] == 0) & (force[2:] == 0)
-        time, force = time[~still], force[~still]
-        zero = self.peak_time if np.isfinite(around) else 0.0
-        return {
-            "type": "scatter",
-            "mode": "lines",
-            "name": name,
-            "x": [_rounded((t - zero) / unit) for t in time],
-            "y": [_rounded(self.place + height * f) for f in force],
-            "customdata": [
-                [_rounded(f, 9), _rounded(t / unit, 9)] for t, f in zip(time, force, strict=True)
-            ],
-            "hovertemplate": f"{self.what}, {name}<br>%{{customdata[1]:.6g}} {unit_name}"
-            "<br>%{customdata[0]:.6g} N<extra></extra>",
-        }
 
 
 def _rounded(value: float, digits: int = 7) -> float:

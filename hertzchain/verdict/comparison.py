@@ -24,15 +24,10 @@ from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, TooExp
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
-from hertzchain.verdict.check import FAILED, NOT_RUN, Check, Kind, unmeasured
+from hertzchain.verdict.check import FAILED, NOT_RUN, Check, unmeasured
 from hertzchain.verdict.deck_checks import examined
 from hertzchain.verdict.formulas import Formulas, formulas
-from hertzchain.verdict.run_checks import (
-    balance_checks,
-    reference_check,
-    same_steps_checks,
-    yardstick_check,
-)
+from hertzchain.verdict.run_checks import balance_checks, code_checks, yardstick_check
 
 if TYPE_CHECKING:
     import pandas
@@ -189,27 +184,6 @@ def compare(
             checks += code_checks(results[name], native, engine.time_limit)
     wanted = tuple(name for name in ENGINES if name in (*compared_by_default(), *backends))
     return Comparison(scene, results, wanted, formulas(native), tuple(checks), missing)
-
-
-def code_checks(result: Result, reference: Result, time_limit: float) -> list[Check]:
-    """What another code found: against native at the same steps, the reference and itself."""
-    # Native steps by velocity Verlet, too; other schemes have no twin.
-    has_twin = result.scheme == "velocity-verlet"
-    return [
-        *(_same_steps_unless_refused(result, time_limit) if has_twin else []),
-        reference_check(result, reference),
-        *balance_checks(result),
-    ]
-
-
-_NOT_AT_THE_SAME_STEPS = Kind("same steps")
-
-
-def _same_steps_unless_refused(result: Result, time_limit: float) -> list[Check]:
-    try:
-        return same_steps_checks(result, time_limit)
-    except RunFailed as problem:
-        return [unmeasured(_NOT_AT_THE_SAME_STEPS, result.backend, str(problem))]
 
 
 def _or_none(values: FloatArray) -> list[float | None]:

@@ -15,6 +15,7 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.lammps import Lammps
 from hertzchain.engines.native import METHODS, Native, choice, simulate, simulate_in_numpy
 from hertzchain.engines.native.equations import acceleration, contact_force, net_force, overlap
+from hertzchain.engines.registry import label_of
 from hertzchain.errors import RunFailed
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.result import Result
@@ -22,6 +23,11 @@ from hertzchain.observables.samples import Samples
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+
+FORMULAS, MAP, COMPILED, NUMPY, SCIPY = "formulas", "map", "compiled", "NumPy", "SciPy"
+LAMMPS = label_of("lammps")
+WAYS = (FORMULAS, MAP, COMPILED, NUMPY, SCIPY, LAMMPS)
+"""What computes: the closed formulas, the map of peaks, the native kernels, and so on."""
 
 _SCIPY_INTERVAL = 0.1
 """Natural time units between two samples of SciPy's dense output; peaks are off by 1e-12 for it."""
@@ -52,7 +58,7 @@ class Contender:
     name
         What it is called; no two are called the same.
     engine
-        One of ``tradeoff.ENGINES``.
+        One of ``WAYS``.
     steps
         Largest steps to run with, natural time units, from cheap to dear; empty where it has none.
     rtols
@@ -75,15 +81,8 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
     """Everything that is measured, in the order in which it is shown.
 
     One more contender is one more entry here: a name, an engine, the settings and a function
-    (scene, setting) -> Outcome. One more engine is one more name in ``tradeoff.ENGINES`` and a
-    marker in ``report.figures``.
-
-    Parameters
-    ----------
-    scene
-        What they will run.
-    truth
-        Where the formulas have p and F_SW from.
+    (scene, setting) -> Outcome. One more way is one more name in ``WAYS`` and a marker in
+    ``report.style``. The formulas have p and F_SW from the truth.
     """
     finer = {name: _halvings(*ends) for name, ends in _STEPS.items()}
     finer["reference"] = finer["reference"][::2]
@@ -91,29 +90,29 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
         *_formulas(scene, truth),
         *_map(scene),
         *(
-            Contender(f"{name}, compiled", "compiled", functools.partial(_compiled, name), steps)
+            Contender(f"{name}, compiled", COMPILED, functools.partial(_compiled, name), steps)
             for name, steps in finer.items()
         ),
-        Contender("srkn-6b, float32", "compiled", _compiled_float32, finer["srkn-6b"][:11]),
-        Contender("rtol, with estimate", "compiled", _with_estimate, rtols=_decades(2, 10)),
-        Contender("rtol, without estimate", "compiled", _without_estimate, rtols=_decades(2, 10)),
+        Contender("srkn-6b, float32", COMPILED, _compiled_float32, finer["srkn-6b"][:11]),
+        Contender("rtol, with estimate", COMPILED, _with_estimate, rtols=_decades(2, 10)),
+        Contender("rtol, without estimate", COMPILED, _without_estimate, rtols=_decades(2, 10)),
         *(
-            Contender(f"{name}, NumPy", "NumPy", functools.partial(_numpy, name), steps[:9:2])
+            Contender(f"{name}, NumPy", NUMPY, functools.partial(_numpy, name), steps[:9:2])
             for name, steps in finer.items()
             if name != "reference"
         ),
         # Its halved steps cost NumPy a second, whatever the step it starts from.
         Contender(
             "reference, NumPy",
-            "NumPy",
+            NUMPY,
             functools.partial(_numpy, "reference"),
             (METHODS["reference"].step,),
         ),
-        Contender("DOP853, SciPy", "SciPy", _scipy, rtols=_decades(4, 12)),
-        Contender("LAMMPS", "LAMMPS", _lammps, _halvings(0.4, 0.4 / 2**9)[::2]),
+        Contender("DOP853, SciPy", SCIPY, _scipy, rtols=_decades(4, 12)),
+        Contender(LAMMPS, LAMMPS, _lammps, _halvings(0.4, 0.4 / 2**9)[::2]),
         Contender(
-            "LAMMPS, extrapolated",
-            "LAMMPS",
+            f"{LAMMPS}, extrapolated",
+            LAMMPS,
             functools.partial(_lammps, extrapolated=True),
             _halvings(0.4, 0.4 / 2**7)[::2],
         ),
@@ -164,7 +163,7 @@ def _formulas(scene: Scene, truth: Result) -> tuple[Contender, ...]:
             said = forces()
             return Outcome(np.append(said, np.full(contacts - said.size, np.nan)), 0)
 
-        return Contender(name, "formulas", run, self_contained=False)
+        return Contender(name, FORMULAS, run, self_contained=False)
 
     return (
         contender("Eq. 6, given p and F_SW", lambda: eq6(p)),
@@ -183,7 +182,7 @@ def _map(scene: Scene) -> tuple[Contender, ...]:
     known = theory.predict(scene).peak_force
     if not np.any(np.isfinite(known)):
         return ()
-    return (Contender("map", "map", run, self_contained=known.size == contacts),)
+    return (Contender(MAP, MAP, run, self_contained=known.size == contacts),)
 
 
 def _compiled(

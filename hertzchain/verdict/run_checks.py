@@ -10,12 +10,13 @@ import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import METHODS, Simulation, simulate, simulate_in_numpy
+from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.verdict.check import Check, Kind, farthest, within
+from hertzchain.verdict.check import Check, Kind, farthest, unmeasured, within
 
 VELOCITY_VERLET = METHODS["velocity-verlet"].walker
 
@@ -66,6 +67,7 @@ _OTHER_CHAIN = (
 SAME_STEPS = tuple(
     Kind(f"{what}, same steps", _OTHER_CHAIN) for what in ("displacement", "velocity", "peaks")
 )
+SAME_STEPS_REFUSED = Kind("same steps")
 PEAKS = Kind("peaks against the reference", "do not trust its error estimate; take shorter steps")
 REFERENCE_ERROR = Kind(
     "error of the reference",
@@ -82,15 +84,21 @@ ENERGY = Kind(
 )
 
 
-def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Check]:
-    """Another code against native velocity Verlet at the same steps: only round-off may differ.
+def code_checks(result: Result, reference: Result, time_limit: float) -> list[Check]:
+    """What another code found: against native at the same steps, the reference and itself."""
+    same_steps = []
+    if result.scheme == "velocity-verlet":  # native steps by it, too; other schemes have no twin
+        try:
+            same_steps = same_steps_checks(result, time_limit)
+        except RunFailed as problem:
+            same_steps = [unmeasured(SAME_STEPS_REFUSED, result.backend, str(problem))]
+    return [*same_steps, reference_check(result, reference), *balance_checks(result)]
 
-    Parameters
-    ----------
-    result
-        What it found.
-    time_limit
-        How long that may take [s].
+
+def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Check]:
+    """Another code against native velocity Verlet at the same steps, within a time limit [s].
+
+    Only round-off may differ.
     """
     scene, units = result.scene, result.scene.units
     legs = scene.schedule(result.dt)
@@ -121,24 +129,14 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
         f"granule {farthest(result.velocity / units.velocity, twin.state.velocity) + 1}",
         f"contact {_farthest_peak(result.peak_force / units.force, twin.peaks.force)}",
     )
-    tolerances = (state, state, peaks)
-    checks = [
-        within(
-            kind,
-            result.backend,
-            difference,
-            0.0,
-            tolerance,
-            f"{reason}; largest at {place}",
-        )
-        for kind, difference, tolerance, place in zip(
-            SAME_STEPS, measured, tolerances, places, strict=True
-        )
-    ]
-    return [
-        replace(check, remark=remark if (check.tolerance or 0.0) > MUCH_GROWN else "")
-        for check in checks
-    ]
+    checks = []
+    for kind, difference, tolerance, place in zip(
+        SAME_STEPS, measured, (state, state, peaks), places, strict=True
+    ):
+        why = f"{reason}; largest at {place}"
+        check = within(kind, result.backend, difference, 0.0, tolerance, why)
+        checks.append(replace(check, remark=remark if tolerance > MUCH_GROWN else ""))
+    return checks
 
 
 def _farthest_peak(peak_force: FloatArray, expected: FloatArray) -> int:
@@ -150,21 +148,10 @@ def _farthest_peak(peak_force: FloatArray, expected: FloatArray) -> int:
 def _grown(
     scene: Scene, legs: Sequence[Leg], twin: Simulation, lost: float
 ) -> tuple[float, float, float]:
-    """What the motion makes of a small difference in where the granules start.
+    """Differences of displacement, velocity and peaks that grow from one where granules start.
 
     Granules that are left behind collide again, late and slowly; in long chains under long pulses
-    such collisions make any round-off grow.
-
-    Parameters
-    ----------
-    scene, legs, twin
-        The scene, the steps and what came of them.
-    lost
-        The difference, of the largest overlap.
-
-    Returns
-    -------
-    Differences of displacement, velocity and peaks.
+    such collisions make any round-off grow. ``lost`` is relative to the largest overlap.
     """
     nudge = lost * float(np.max(twin.peaks.force)) ** (2 / 3)
     start = nudge * np.random.default_rng(0).uniform(-1, 1, scene.chain.granules)

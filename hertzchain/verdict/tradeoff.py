@@ -27,13 +27,10 @@ from hertzchain.engines.native import Native
 from hertzchain.errors import BackendMissing, RunFailed, require
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.scene import Scene
-from hertzchain.verdict.contenders import Contender, Outcome, contenders
+from hertzchain.verdict.contenders import FORMULAS, MAP, WAYS, Contender, Outcome, contenders
 
 if TYPE_CHECKING:
     import pandas
-
-ENGINES = ("formulas", "map", "compiled", "NumPy", "SciPy", "LAMMPS")
-"""What computes: the closed formulas, the map of peaks, the native kernels, and so on."""
 
 TRUTH_STEP = 1 / 80
 """Natural time units, of the reference run that counts as the truth; a quarter of its own step."""
@@ -165,7 +162,7 @@ class Tradeoff:
 
 def tradeoff(
     scene: Scene,
-    engines: Sequence[str] = ENGINES,
+    engines: Sequence[str] = WAYS,
     progress: Callable[[str], object] | None = None,
     enough: float = _ENOUGH,
 ) -> Tradeoff:
@@ -190,7 +187,7 @@ def tradeoff(
         If the reference method fails: there is no truth then.
     """
     for name in engines:
-        require(name in ENGINES, "engine", name, f"must be one of {', '.join(ENGINES)}")
+        require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")
     tell = progress or (lambda _: None)
     tell("the truth: the reference method with short steps (the first run compiles, half a minute)")
     truth = Native("reference", TRUTH_STEP * scene.units.time, peaks_only=True).run(scene)
@@ -211,9 +208,9 @@ def tradeoff(
             remarks[str(problem)] = None
         except RunFailed as problem:
             remarks[f"{contender.name}: {problem}"] = None
-    if "formulas" in engines and all(one.engine != "formulas" for one in running):
+    if FORMULAS in engines and all(one.engine != FORMULAS for one in running):
         remarks["the formulas do not apply: they need a pulse of Table 1 and a transition"] = None
-    if "map" in engines and all(one.engine != "map" for one in running):
+    if MAP in engines and all(one.engine != MAP for one in running):
         remarks[f"the map does not apply: {theory.predict(scene).missing}"] = None
     order = [contender.name for contender in running]
     rows = tuple(sorted(found.values(), key=lambda row: order.index(row.contender)))
@@ -225,21 +222,8 @@ def measured(
 ) -> list[Row]:
     """The rows of one contender; a setting at which it fails has none.
 
-    Parameters
-    ----------
-    contender, scene
-        Who runs what.
-    truth
-        Peak forces [N], shape (contacts,).
-    enough
-        Seconds for which each run is repeated.
-
-    Raises
-    ------
-    BackendMissing
-        If what it needs is not there.
-    RunFailed
-        If it fails at every setting.
+    If it fails at every setting, its error is raised. ``truth`` is peak forces [N], shape
+    (contacts,); each run is repeated for ``enough`` seconds.
     """
     settings: list[tuple[float | None, float | None]] = [
         *((step, None) for step in contender.steps),
@@ -291,16 +275,8 @@ def timed(run: Callable[[], Outcome], enough: float = _ENOUGH) -> tuple[Outcome,
 def frontier(rows: Sequence[Row], truth_error: float) -> tuple[Row, ...]:
     """Rows than which none is both as cheap and more accurate, or as accurate and cheaper.
 
-    Parameters
-    ----------
-    rows
-        Of any contenders.
-    truth_error
-        Errors below it count as equal.
-
-    Returns
-    -------
-    From the cheapest to the most accurate; of equal rows the first.
+    From the cheapest to the most accurate; of equal rows the first. Errors below ``truth_error``
+    count as equal.
     """
     found: list[Row] = []
     for row in sorted(rows, key=lambda row: (row.wall_time, max(row.error, truth_error))):
@@ -373,6 +349,3 @@ def _error(peak_force: FloatArray, truth: FloatArray) -> float:
     """Largest difference of the peaks that are spoken of."""
     said = np.isfinite(peak_force)
     return largest_difference(peak_force[said], truth[said])
-
-
-# The contenders. Each is a function of scene and setting: a step [s], an accuracy, or NaN.

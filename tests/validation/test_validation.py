@@ -15,7 +15,8 @@ import pytest
 import hertzchain as hc
 import validation.script
 from hertzchain.errors import BackendMissing, RunFailed
-from hertzchain.verdict.tradeoff import ENGINES, Tradeoff
+from hertzchain.verdict.contenders import WAYS
+from hertzchain.verdict.tradeoff import Tradeoff
 from tests import scenes
 from validation import peak_forces, rows, run_all, shipped, table2, table3, table4, tradeoff
 from validation.script import Script, rows_of, rows_only
@@ -213,7 +214,7 @@ def kept() -> pd.DataFrame:
 
 def test_what_is_kept_is_whole_and_keeps_its_promises(kept: pd.DataFrame) -> None:
     assert sorted(kept["scene"].unique()) == scenes.NAMES
-    assert set(kept["engine"]) == set(ENGINES)
+    assert set(kept["engine"]) == set(WAYS)
     # Every scene has every contender at every setting.
     counts = kept.groupby(["contender", "natural_step", "rtol"], dropna=False).size()
     assert set(counts) == {24}
@@ -253,7 +254,7 @@ def test_the_tradeoff_in_its_quick_form(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["tradeoff.csv", "tradeoff.png"]
     table = pd.read_csv(tmp_path / "tradeoff.csv", comment="#")
     assert table["scene"].unique().tolist() == scenes.NAMES[:1]
-    assert set(table["engine"]) == set(ENGINES)
+    assert set(table["engine"]) == set(WAYS)
     assert "12 of 12 rows pass" in capsys.readouterr().out
 
 

@@ -19,11 +19,11 @@ import hertzchain as hc
 from hertzchain.engines.native import METHODS
 from hertzchain.errors import BackendMissing, RunFailed, SceneError
 from hertzchain.observables.peaks import largest_difference
+from hertzchain.report import style
 from hertzchain.verdict import tradeoff as module
-from hertzchain.verdict.contenders import Contender, Outcome, contenders
+from hertzchain.verdict.contenders import WAYS, Contender, Outcome, contenders
 from hertzchain.verdict.formulas import formulas
 from hertzchain.verdict.tradeoff import (
-    ENGINES,
     Row,
     Tradeoff,
     cheapest,
@@ -51,7 +51,7 @@ def truth(scene: hc.Scene) -> hc.Result:
 @pytest.fixture(scope="module")
 def whole(scene: hc.Scene) -> Tradeoff:
     """Everything but LAMMPS, each run once in a round."""
-    return tradeoff(scene, [name for name in ENGINES if name != "LAMMPS"], enough=0.0)
+    return tradeoff(scene, [name for name in WAYS if name != "LAMMPS"], enough=0.0)
 
 
 def rows_of(result: Tradeoff, contender: str) -> list[Row]:
@@ -64,7 +64,7 @@ def test_every_engine_has_contenders_and_every_contender_a_name(
     scene: hc.Scene, truth: hc.Result
 ) -> None:
     everyone = contenders(scene, truth)
-    assert {one.engine for one in everyone} == set(ENGINES)
+    assert {one.engine for one in everyone} == set(WAYS) == set(style.WAYS)
     names = [one.name for one in everyone]
     assert len(set(names)) == len(names)
     for method in METHODS:
