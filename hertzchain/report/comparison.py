@@ -31,28 +31,28 @@ def of_comparison(comparison: Comparison) -> Document:
         for name, result in others.items()
     ]
     answers, efforts = _answers(comparison)
-    remarks = [f"Formulas: {text}" for text in (formulas.applicable, formulas.note) if text]
+    of_formulas = [f"Formulas: {text}" for text in (formulas.applicable, formulas.note) if text]
     return Document(
-        "Comparison",
-        "comparison",
-        comparison.to_dict,
-        "compare",
-        tuple(
+        kind="Comparison",
+        name="comparison",
+        numbers=comparison.to_dict,
+        command="compare",
+        cases=tuple(
             case(one.name, one.measured, one.expected, one.tolerance, one.passed, one.reason)
             for one in comparison.checks
         ),
-        comparison.results,
-        _verdict(comparison, remarks),
-        _compared_peaks(comparison, drawn, equations),
-        drawn | (equations if formulas.applicable is None else {}),
-        [*limits, ("native", "reference, error estimate", native.error_estimate)],
-        [LABELS[name] for name in comparison.wanted if name not in comparison.results],
-        answers,
-        efforts,
-        _cost(comparison),
-        comparison.checks,
-        remarks,
-        [
+        results=comparison.results,
+        verdict=_verdict(comparison, of_formulas),
+        peaks=_peaks(comparison, drawn, equations),
+        drawn=drawn | (equations if formulas.applicable is None else {}),
+        limits=[*limits, ("native", "reference, error estimate", native.error_estimate)],
+        absent=[LABELS[name] for name in comparison.wanted if name not in comparison.results],
+        answers=answers,
+        efforts=efforts,
+        cost=_cost(comparison),
+        checks=comparison.checks,
+        formulas=of_formulas,
+        similar=[
             f"{LABELS[name]} computed {similar}"
             for name, result in others.items()
             if (similar := similar_scene(result)) is not None
@@ -60,7 +60,7 @@ def of_comparison(comparison: Comparison) -> Document:
     )
 
 
-def _compared_peaks(
+def _peaks(
     comparison: Comparison, found: Mapping[str, FloatArray], equations: Mapping[str, FloatArray]
 ) -> Peaks:
     """Nine digits of simulations, six of formulas; then how far off, of formulas in per cent."""
@@ -98,39 +98,32 @@ def _answers(comparison: Comparison) -> tuple[Table, list[list[str]]]:
     formulas = comparison.formulas
     simulated = [comparison.results.get(name) for name in comparison.wanted]
 
-    def row(label: str, shown: Callable[[Result], str], *of_formulas: str) -> list[str]:
+    def row(label: str, shown: Callable[[Result], str], of_formulas: str = "") -> list[str]:
         cells = ["" if result is None else shown(result) for result in simulated]
-        return [label, *cells, *of_formulas]
-
-    def granules(result: Result) -> str:
-        p = result.transition_granules
-        return "none" if p is None else str(p)
+        return [label, *cells, of_formulas]
 
     eq3 = formulas.transition_granules
-    speed = f"{formulas.speed:.2f}, exact {formulas.exact_speed:.2f}" if formulas.speed else ""
+    paper, exact = formulas.speed, formulas.exact_speed
+    speed = f"{paper:.2f}, exact {exact:.2f} at F_SW" if paper else ""
     answers = Table(
         "The transition and the wave that leaves it",
         ["", *(LABELS[name] for name in comparison.wanted), "formulas"],
         [
-            row("p, granules", granules, "" if eq3 is None else f"{eq3:.2f}"),
-            row("F_SW [N]", lambda found: number(found.solitary_wave.peak_force, 8), ""),
             row(
-                "far-field force [N]",
-                lambda found: number(found.solitary_wave.far_field_force, 8),
-                "",
+                "p, granules",
+                lambda run: str(run.transition_granules or "none"),
+                "" if eq3 is None else f"{eq3:.2f}",
             ),
-            row(
-                "speed [m/s]",
-                lambda found: number(found.solitary_wave.speed, 7),
-                speed and f"{speed} at F_SW",
-            ),
+            row("F_SW [N]", lambda run: number(run.solitary_wave.peak_force, 8)),
+            row("far-field force [N]", lambda run: number(run.solitary_wave.far_field_force, 8)),
+            row("speed [m/s]", lambda run: number(run.solitary_wave.speed, 7), speed),
         ],
     )
     return answers, [
-        row("error, at most", lambda found: f"{found.error_estimate:.1e}"),
-        row("method", lambda found: found.method),
-        row("steps", lambda found: f"{found.steps:,}"),
-        row("time [s]", lambda found: f"{found.wall_time:.2f}"),
+        row("error, at most", lambda run: f"{run.error_estimate:.1e}"),
+        row("method", lambda run: run.method),
+        row("steps", lambda run: f"{run.steps:,}"),
+        row("time [s]", lambda run: f"{run.wall_time:.2f}"),
     ]
 
 

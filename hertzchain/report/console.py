@@ -56,7 +56,7 @@ def print_run(console: Console, result: Result) -> None:
         for k, contact in enumerate(shown)
     ]
     console.print(table(("contact", "peak force [N]", "peak time [s]", ""), rows))
-    _print_left_out(console, result, len(shown))
+    _print_left_out(console, result.contact.size - len(shown), result.contact[-1])
     wave, p = result.solitary_wave, result.transition_granules
     facts = [
         ("transition, p", "none ends here" if p is None else f"{p} granules"),
@@ -94,10 +94,7 @@ def print_prediction(console: Console, prediction: Prediction) -> None:
                 )
             )
         console.print(table(("contact", "map", *("Eq. 6", "Eq. 9") * 2), rows))
-        left = len(known) - len(shown)
-        if left:
-            last = known[-1]["contact"]
-            console.print(f"({left} more contacts, to {last}, in --json)", style="dim")
+        _print_left_out(console, len(known) - len(shown), known[-1]["contact"])
         _print_facts(console, _predicted_facts(prediction))
     if isinstance(prediction.scene.shock, Pulse):
         console.print()
@@ -151,7 +148,8 @@ def print_document(console: Console, document: Document, others: str = "in --jso
         for k in peaks.shown
     ]
     console.print(table((label for label, _ in peaks.columns), rows))
-    _print_left_out(console, native, len(peaks.shown), others)
+    left = native.contact.size - len(peaks.shown)
+    _print_left_out(console, left, native.contact[-1], others)
     console.print()
     answers = document.answers
     if answers is not None:
@@ -188,11 +186,9 @@ def _print_checks(console: Console, document: Document) -> None:
 
 
 def _print_left_out(
-    console: Console, result: Result, shown: int, others: str = "in --json"
+    console: Console, left: int, last: float | None, others: str = "in --json"
 ) -> None:
-    left = result.contact.size - shown
     if left:
-        last = result.contact[-1]
         console.print(f"({left} more contacts, to {last}, {others})", style="dim")
 
 

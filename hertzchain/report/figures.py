@@ -55,19 +55,13 @@ def plot_document(document: Document, path: Path | str) -> None:
         for axes in (above, below):
             axes.axvline(p, color="0.6", linewidth=0.8)
         above.annotate(
-            f"p = {p}",
-            (p, 0.02),
-            xycoords=("data", "axes fraction"),
-            xytext=(4, 0),
-            textcoords="offset points",
-            color="0.35",
+            f"p = {p}", (p, 0.02), (4, 0), ("data", "axes fraction"), "offset points", color="0.35"
         )
-    above.set_ylabel("peak force [N]")
-    above.set_ylim(bottom=0)
-    below.xaxis.set_major_locator(MaxNLocator(integer=True))
     above.set_title(describe(native.scene), fontsize=10)
-    below.set_ylabel("relative difference from native")
+    above.set(ylabel="peak force [N]", ylim=(0, None))
+    below.xaxis.set_major_locator(MaxNLocator(integer=True))
     below.set_xlabel("contact (i lies between granules i - 1 and i)")
+    below.set_ylabel("relative difference from native")
     for axes in (above, below):
         axes.legend(fontsize=8)
         axes.grid(alpha=0.25)
@@ -89,8 +83,7 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
     known = max(one.truth_error for one in tradeoffs)
     figure = Figure(figsize=(10.5, 6.5), layout="constrained", dpi=100)
     axes = figure.subplots()
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     _draw_frontier(axes, frontier([p.row for p in points if p.row.self_contained], known), known)
     sides = itertools.cycle(((7, "bottom"), (-7, "top")))
     for name in dict.fromkeys(point.row.contender for point in points):
@@ -128,8 +121,7 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
         ha="right", va="center", transform=axes.get_yaxis_transform(),
     )  # fmt: skip
     axes.set_ylim(known / 10, None)
-    axes.set_xlabel("wall time [s]")
-    axes.set_ylabel("largest relative error of the peaks")
+    axes.set(xlabel="wall time [s]", ylabel="largest relative error of the peaks")
     title = f"{len(tradeoffs)} scenes, medians and the range of the errors"
     if len(tradeoffs) == 1:
         title = describe(tradeoffs[0].scene)

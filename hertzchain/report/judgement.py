@@ -34,21 +34,21 @@ def of_judgement(judgement: Judgement) -> Document:
             f"{failed.size} of {judged} judged contacts are off by more than {tolerance:.1e}."
         )
     return Document(
-        "Judgement of given peaks",
-        "judgement",
-        judgement.to_dict,
-        "judge",
-        _cases(judgement),
-        {"native": native},
-        Verdict(
+        kind="Judgement of given peaks",
+        name="judgement",
+        numbers=judgement.to_dict,
+        command="judge",
+        cases=_cases(judgement),
+        results={"native": native},
+        verdict=Verdict(
             None if judged == 0 else not failed.size,
             sentence,
             [Failure("Likely cause", "", cause)] if cause and failed.size else [],
             [*judgement.remarks, *native.warnings],
         ),
-        _peaks(judgement, failed),
-        {GIVEN: judgement.given},
-        [
+        peaks=_peaks(judgement, failed),
+        drawn={GIVEN: judgement.given},
+        limits=[
             (GIVEN, "tolerance", tolerance),
             ("native", "reference, error estimate", native.error_estimate),
         ],

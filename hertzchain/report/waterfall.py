@@ -106,16 +106,9 @@ def _time_unit(end: float) -> tuple[str, float]:
 
 @dataclass(frozen=True)
 class _Scale:
-    """How forces are drawn over time.
+    """How forces are drawn over time: a newton is ``height`` lines high, ``unit`` in seconds.
 
-    Parameters
-    ----------
-    around
-        How long before and after its peak a line is drawn [s]; infinite: always, and from time 0.
-    unit, unit_name
-        The unit of time [s].
-    height
-        Of a newton, in lines.
+    A line is drawn for ``around`` [s] before and after its peak; if infinite, all from time 0.
     """
 
     around: float

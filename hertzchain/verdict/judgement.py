@@ -259,23 +259,10 @@ def judged_peaks(reference: Result, given: FloatArray) -> NDArray[np.bool_]:
 
 
 def read_peaks(path: Path | str, granules: int) -> FloatArray:
-    """Read a table of peaks: CSV with the columns ``contact`` and ``peak_force_N``.
+    """Peak forces [N], shape (N - 1,), of a CSV file with the columns contact and peak_force_N.
 
-    Parameters
-    ----------
-    path
-        The file. Other columns are ignored; rows may have any order, and contacts may be missing.
-    granules
-        N; contacts are 2 ... N.
-
-    Returns
-    -------
-    Peak forces [N], shape (N - 1,), NaN where the table has none.
-
-    Raises
-    ------
-    SceneError
-        If the file cannot be read, is not such a table, or names a contact twice; it names the row.
+    Other columns are ignored; rows may have any order. Contacts are 2 ... N; those that are missing
+    are NaN. A SceneError names the row that is wrong, or has a contact for the second time.
     """
     try:
         text = read_bytes(Path(path), _MOST_BYTES).decode("utf-8-sig")

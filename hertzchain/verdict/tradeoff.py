@@ -168,23 +168,9 @@ def tradeoff(
 ) -> Tradeoff:
     """Measure error and cost of every contender on a scene.
 
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    engines
-        Whose contenders to measure.
-    progress
-        Is called with a line of text before each part of the work.
-    enough
-        Seconds for which the run of a setting is repeated in each round; with 0 it runs once.
-
-    Raises
-    ------
-    SceneError
-        For an engine that does not exist.
-    RunFailed
-        If the reference method fails: there is no truth then.
+    ``engines`` are those of ``WAYS`` to measure; ``progress`` is called with a line of text before
+    each part of the work. The run of a setting is repeated for ``enough`` seconds in each round;
+    with 0 it runs once. A RunFailed says that the reference method fails: there is no truth then.
     """
     for name in engines:
         require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")
