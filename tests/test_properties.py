@@ -21,7 +21,8 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.engines.native.equations import acceleration
-from hertzchain.engines.native.methods import SRKN_11B, State
+from hertzchain.engines.native.in_numpy import State, step
+from hertzchain.engines.native.methods import SRKN_11B
 from hertzchain.errors import Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.pulse import PROFILES
@@ -187,7 +188,7 @@ def powers_of_two_change_no_digit(scene: hc.Scene, a: int, b: int) -> None:
 def flight(state: State, steps: int) -> State:
     """The chain on its own, with steps of 0.1 natural time units."""
     for _ in range(steps):
-        state = SRKN_11B.step(state, 0.0, 0.1, lambda _: 0.0)
+        state = step(SRKN_11B, state, 0.0, 0.1, lambda _: 0.0)
     return state
 
 

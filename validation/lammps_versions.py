@@ -26,7 +26,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.decks.known_answer import lay_out
 from hertzchain.decks.standalone import standalone
 from hertzchain.engines.native import METHODS
-from hertzchain.engines.native.integration import integrate
+from hertzchain.engines.native.in_numpy import integrate
 from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.files import check_writable, write_text
 from hertzchain.observables.peaks import largest_difference

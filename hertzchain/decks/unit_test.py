@@ -11,7 +11,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.decks.unit_test_deck import KnownMotion, Moment
 from hertzchain.engines.native import Native
 from hertzchain.engines.native.equations import acceleration, contact_force, net_force
-from hertzchain.engines.native.methods import State
+from hertzchain.engines.native.in_numpy import State
 from hertzchain.errors import SceneError
 from hertzchain.limits import RTOL
 from hertzchain.scene.scene import Scene

@@ -2,7 +2,8 @@
 
 from hertzchain.engines.native.backend import METHODS, Native
 from hertzchain.engines.native.batch import Batch, peak_forces, similar_peak_forces
-from hertzchain.engines.native.simulation import Simulation, simulate, simulate_in_numpy
+from hertzchain.engines.native.in_numpy import simulate_in_numpy
+from hertzchain.engines.native.simulation import Simulation, simulate
 
 __all__ = [
     "METHODS",

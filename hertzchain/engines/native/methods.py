@@ -1,43 +1,8 @@
-"""Methods for u'' = f(t, u), as tables of coefficients; one step of each in plain NumPy."""
+"""Methods for u'' = f(t, u), as tables of coefficients; ``in_numpy.step`` is what they mean."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
-
-from hertzchain.arrays import Array, Scalar
-from hertzchain.engines.native.equations import acceleration
-
-AppliedForce = Callable[[Any], Any]
-"""The force on the first granule at a time, in the precision of that time."""
-
-
-@dataclass(frozen=True)
-class State:
-    """Displacement, velocity and acceleration of all granules, each of shape (granules,)."""
-
-    displacement: Array
-    velocity: Array
-    acceleration: Array
-
-
-class Stepper(Protocol):
-    """A method of some order that takes one step at a time."""
-
-    def __hash__(self) -> int:
-        """Equal tables are one method."""
-
-    @property
-    def stages(self) -> int:
-        """Force evaluations in a step."""
-
-    @property
-    def order(self) -> int:
-        """Order of convergence where the motion is smooth."""
-
-    def step(self, state: State, time: Scalar, h: Scalar, applied: AppliedForce) -> State:
-        """Take one step of length h from ``time``."""
 
 
 @dataclass(frozen=True)
@@ -62,19 +27,6 @@ class SymplecticNystrom:
     def stages(self) -> int:
         """Force evaluations in a step."""
         return len(self.drifts)
-
-    def step(self, state: State, time: Scalar, h: Scalar, applied: AppliedForce) -> State:
-        """Take one step of length h from ``time``; one force evaluation for each drift."""
-        displacement = state.displacement.copy()
-        velocity = state.velocity.copy()
-        kick = state.acceleration
-        for b, a in zip(self.kicks, self.drifts, strict=False):
-            velocity += b * h * kick
-            displacement += a * h * velocity
-            time += a * h
-            kick = acceleration(displacement, applied(time))
-        velocity += self.kicks[-1] * h * kick
-        return State(displacement, velocity, kick)
 
 
 @dataclass(frozen=True)
@@ -108,22 +60,9 @@ class RungeKuttaNystrom:
         """Force evaluations in a step."""
         return len(self.nodes)
 
-    def step(self, state: State, time: Scalar, h: Scalar, applied: AppliedForce) -> State:
-        """Take one step of length h from ``time``."""
-        u, v = state.displacement, state.velocity
-        accelerations = [state.acceleration]
-        for c, row in zip(self.nodes[1:], self.position, strict=True):
-            there = u + c * h * v
-            for a, earlier in zip(row, accelerations, strict=True):
-                there += a * h * h * earlier
-            accelerations.append(acceleration(there, applied(time + c * h)))
-        displacement, velocity = u + h * v, v.copy()
-        for weight, known in zip(self.position_weights, accelerations, strict=True):
-            displacement += weight * h * h * known
-        for weight, known in zip(self.velocity_weights, accelerations, strict=True):
-            velocity += weight * h * known
-        last = acceleration(displacement, applied(time + h))
-        return State(displacement, velocity + self.last_weight * h * last, last)
+
+Stepper = SymplecticNystrom | RungeKuttaNystrom
+"""A method of some order that takes one step at a time."""
 
 
 def _symmetric(free: tuple[float, ...], length: int, total: float = 1.0) -> tuple[float, ...]:

@@ -13,46 +13,17 @@ or where nothing but accuracy counts, steps are halved near every contact that h
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
 
-import numpy as np
-
-from hertzchain.arrays import Scalar
-from hertzchain.engines.native.equations import overlap
-from hertzchain.engines.native.methods import AppliedForce, State, Stepper
+from hertzchain.engines.native.methods import Stepper
 from hertzchain.scene.pulse import SHAPES
 from hertzchain.scene.schedule import Leg
 
 
-class Walker(Protocol):
-    """Goes from one wanted time to the next in one step or more."""
-
-    @property
-    def stepper(self) -> Stepper:
-        """What takes the steps."""
-
-    @property
-    def tolerance(self) -> float:
-        """Largest r'^(3/2) h^(5/2) left, as a fraction of the largest velocity; 0: any."""
-
-    @property
-    def starting(self) -> float:
-        """Natural time units from the start in which the front counts as a contact that closes."""
-
-    def cut(self, legs: Sequence[Leg]) -> tuple[Leg, ...]:
-        """The legs, with more steps where this walker takes more; a second cut changes nothing."""
-
-    def advance(
-        self, state: State, time: Scalar, h: Scalar, applied: AppliedForce
-    ) -> Iterator[tuple[Scalar, State]]:
-        """Go from ``time`` to ``time + h``; yields time and state after each step taken."""
-
-
 @dataclass(frozen=True)
 class Fixed:
-    """One step, as asked."""
+    """Steps as asked, never halved."""
 
     stepper: Stepper
     tolerance: float = field(default=0.0, init=False)
@@ -61,12 +32,6 @@ class Fixed:
     def cut(self, legs: Sequence[Leg]) -> tuple[Leg, ...]:
         """The legs themselves: steps are taken as asked."""
         return tuple(legs)
-
-    def advance(
-        self, state: State, time: Scalar, h: Scalar, applied: AppliedForce
-    ) -> Iterator[tuple[Scalar, State]]:
-        """Go from ``time`` to ``time + h``; yields time and state there."""
-        yield time + h, self.stepper.step(state, time, h, applied)
 
 
 @dataclass(frozen=True)
@@ -103,26 +68,6 @@ class Refined:
             for leg in legs
         )
 
-    def advance(
-        self, state: State, time: Scalar, h: Scalar, applied: AppliedForce
-    ) -> Iterator[tuple[Scalar, State]]:
-        """Go from ``time`` to ``time + h``; yields time and state after each step taken."""
-        waiting = [(time, h)]
-        while waiting:
-            time, h = waiting.pop()
-            following = self.stepper.step(state, time, h, applied)
-            if self._crosses_kink(state, following, time, h):
-                waiting += [(time + h / 2, h / 2), (time, h / 2)]
-            else:
-                state = following
-                yield time + h, state
 
-    def _crosses_kink(self, before: State, after: State, time: Scalar, h: Scalar) -> bool:
-        r0, r1 = overlap(before.displacement), overlap(after.displacement)
-        rate0, rate1 = overlap(before.velocity), overlap(after.velocity)
-        rate = np.maximum(np.abs(rate0), np.abs(rate1))
-        opens_or_closes = (r0 > 0) != (r1 > 0)
-        within_a_step = np.minimum(np.abs(r0), np.abs(r1)) < rate * h
-        turns_round = ((rate0 > 0) != (rate1 > 0)) | bool(time < self.starting)
-        felt = rate**3 * h**5 > (self.tolerance * np.max(np.abs(after.velocity))) ** 2
-        return bool(np.any((opens_or_closes | (within_a_step & turns_round)) & felt))
+Walker = Fixed | Refined
+"""Goes from one wanted time to the next in one step or more."""

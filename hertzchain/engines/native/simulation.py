@@ -1,4 +1,4 @@
-"""One integration of a scene: by the compiled kernels, or by the plain NumPy that they follow."""
+"""One integration of a scene by the compiled kernels."""
 
 from __future__ import annotations
 
@@ -12,18 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import Array, FloatArray, Scalar
-from hertzchain.engines.native.equations import contact_force, overlap
-from hertzchain.engines.native.integration import integrate
+from hertzchain.arrays import FloatArray, Scalar
 from hertzchain.engines.native.methods import RungeKuttaNystrom, Stepper, SymplecticNystrom
 from hertzchain.engines.native.refinement import Walker
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.history import Recorder
-from hertzchain.observables.peaks import PeakWatch, any_rising
-from hertzchain.observables.samples import Samples
-from hertzchain.observables.work import work_done
+from hertzchain.observables.peaks import any_rising
 from hertzchain.scene.natural_units import NaturalUnits, force_scale
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
@@ -333,49 +329,4 @@ def table(stepper: Stepper) -> Table:
         position,
         np.array(stepper.velocity_weights),
         np.array(stepper.position_weights),
-    )
-
-
-def simulate_in_numpy(
-    scene: Scene,
-    legs: Sequence[Leg],
-    walker: Walker,
-    recorder: Recorder | None = None,
-    dtype: type[np.floating[Any]] = np.float64,
-    displacement: Array | None = None,
-) -> Simulation:
-    """Integrate a scene once, on given legs [s, N], with the equations as they are written.
-
-    Parameters
-    ----------
-    scene, legs, walker, recorder, dtype
-        What, on which steps, by which method, recording what, in any precision of NumPy.
-    displacement
-        Where the granules are at the start, natural units, shape (granules,); 0 by default.
-    """
-    units = scene.units
-    watch = PeakWatch(scene.chain.granules - 1, dtype)
-    work = dtype(0)
-
-    def show(samples: Samples, leg: Leg) -> None:
-        nonlocal work
-        watch.show(samples)
-        if leg.ramp is not None:
-            work += work_done(samples, leg.ramp)
-        if recorder is not None:
-            recorder.show(samples)
-
-    natural = [leg.in_units(units.time, units.force) for leg in walker.cut(legs)]
-    if displacement is None:
-        displacement = np.zeros(scene.chain.granules, dtype)
-    state, steps = integrate(displacement, natural, walker, show)
-    pressed = overlap(state.displacement)
-    return Simulation(
-        End(state.displacement, state.velocity),
-        Peaks(watch.force, watch.time, watch.passed),
-        work,
-        np.sum(state.velocity),
-        0.5 * np.sum(state.velocity**2) + 0.4 * np.sum(contact_force(pressed) * pressed),
-        steps,
-        steps * walker.stepper.stages,
     )

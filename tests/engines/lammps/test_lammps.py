@@ -19,8 +19,7 @@ from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.lammps.reading import ARRAYS, granules, read
 from hertzchain.engines.native import METHODS, simulate
-from hertzchain.engines.native.integration import integrate
-from hertzchain.engines.native.methods import State
+from hertzchain.engines.native.in_numpy import State, integrate
 from hertzchain.errors import RunFailed, SceneError
 from hertzchain.observables.peaks import PeakWatch, largest_difference
 from hertzchain.observables.samples import Samples

@@ -1,0 +1,235 @@
+"""Eq. 1 integrated in plain NumPy, written like the formulas, in natural units.
+
+The compiled kernels compute the same; tests hold the two equal to round-off. Any precision of NumPy
+will do, long double too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hertzchain.arrays import Array, Scalar
+from hertzchain.engines.native.equations import acceleration, contact_force, net_force, overlap
+from hertzchain.engines.native.methods import RungeKuttaNystrom, Stepper, SymplecticNystrom
+from hertzchain.engines.native.refinement import Refined, Walker
+from hertzchain.engines.native.simulation import End, Peaks, Simulation
+from hertzchain.observables.error_bound import diverged
+from hertzchain.observables.history import Recorder
+from hertzchain.observables.peaks import PeakWatch
+from hertzchain.observables.samples import Samples
+from hertzchain.observables.work import work_done
+from hertzchain.scene.pulse import Ramp
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+AppliedForce = Callable[[Any], Any]
+"""The force on the first granule at a time, in the precision of that time."""
+
+_BLOCK = 256
+"""Samples handed on at a time: enough to spread NumPy's cost per call, little enough memory."""
+
+
+@dataclass(frozen=True)
+class State:
+    """Displacement, velocity and acceleration of all granules, each of shape (granules,)."""
+
+    displacement: Array
+    velocity: Array
+    acceleration: Array
+
+
+def step(stepper: Stepper, state: State, time: Scalar, h: Scalar, applied: AppliedForce) -> State:
+    """Take one step of length h from ``time``."""
+    if isinstance(stepper, SymplecticNystrom):
+        return _symplectic_step(stepper, state, time, h, applied)
+    return _runge_kutta_step(stepper, state, time, h, applied)
+
+
+def _symplectic_step(
+    stepper: SymplecticNystrom, state: State, time: Scalar, h: Scalar, applied: AppliedForce
+) -> State:
+    displacement = state.displacement.copy()
+    velocity = state.velocity.copy()
+    kick = state.acceleration
+    for b, a in zip(stepper.kicks, stepper.drifts, strict=False):
+        velocity += b * h * kick
+        displacement += a * h * velocity
+        time += a * h
+        kick = acceleration(displacement, applied(time))
+    velocity += stepper.kicks[-1] * h * kick
+    return State(displacement, velocity, kick)
+
+
+def _runge_kutta_step(
+    stepper: RungeKuttaNystrom, state: State, time: Scalar, h: Scalar, applied: AppliedForce
+) -> State:
+    u, v = state.displacement, state.velocity
+    accelerations = [state.acceleration]
+    for c, row in zip(stepper.nodes[1:], stepper.position, strict=True):
+        there = u + c * h * v
+        for a, earlier in zip(row, accelerations, strict=True):
+            there += a * h * h * earlier
+        accelerations.append(acceleration(there, applied(time + c * h)))
+    displacement, velocity = u + h * v, v.copy()
+    for weight, known in zip(stepper.position_weights, accelerations, strict=True):
+        displacement += weight * h * h * known
+    for weight, known in zip(stepper.velocity_weights, accelerations, strict=True):
+        velocity += weight * h * known
+    last = acceleration(displacement, applied(time + h))
+    return State(displacement, velocity + stepper.last_weight * h * last, last)
+
+
+def _walk(
+    walker: Walker, state: State, time: Scalar, h: Scalar, applied: AppliedForce
+) -> Iterator[tuple[Scalar, State]]:
+    """Go from ``time`` to ``time + h``; yields time and state after each step taken."""
+    waiting = [(time, h)]
+    while waiting:
+        time, h = waiting.pop()
+        following = step(walker.stepper, state, time, h, applied)
+        if isinstance(walker, Refined) and _crosses_kink(walker, state, following, time, h):
+            waiting += [(time + h / 2, h / 2), (time, h / 2)]
+        else:
+            state = following
+            yield time + h, state
+
+
+def _crosses_kink(walker: Refined, before: State, after: State, time: Scalar, h: Scalar) -> bool:
+    """Whether a contact opens or closes within a step so fast that the step is halved."""
+    r0, r1 = overlap(before.displacement), overlap(after.displacement)
+    rate0, rate1 = overlap(before.velocity), overlap(after.velocity)
+    rate = np.maximum(np.abs(rate0), np.abs(rate1))
+    opens_or_closes = (r0 > 0) != (r1 > 0)
+    within_a_step = np.minimum(np.abs(r0), np.abs(r1)) < rate * h
+    turns_round = ((rate0 > 0) != (rate1 > 0)) | bool(time < walker.starting)
+    felt = rate**3 * h**5 > (walker.tolerance * np.max(np.abs(after.velocity))) ** 2
+    return bool(np.any((opens_or_closes | (within_a_step & turns_round)) & felt))
+
+
+def integrate(
+    displacement: Array,
+    legs: Iterable[Leg],
+    walker: Walker,
+    show: Callable[[Samples, Leg], object],
+) -> tuple[State, int]:
+    """Integrate a chain that is at rest at the start.
+
+    Parameters
+    ----------
+    displacement
+        At the start, shape (granules,); its precision is that of the run.
+    legs
+        The steps and the applied force, in natural units.
+    walker
+        Takes the steps.
+    show
+        Is called with successive samples and the leg that they lie on.
+
+    Returns
+    -------
+    The state at the end, and the number of steps taken.
+
+    Raises
+    ------
+    StepUnstable
+        If the motion diverges: the step is too long for the method.
+    """
+    dtype = displacement.dtype.type
+    rest = np.zeros_like(displacement)
+    state, taken = State(displacement, rest, rest), 0
+    with np.errstate(over="ignore", invalid="ignore"):
+        for leg in legs:
+            applied = leg.ramp.force if leg.ramp is not None else _no_force
+            start, end = dtype(leg.start), dtype(leg.end)
+            h = (end - start) / leg.steps
+            # Where the applied force jumps, the acceleration jumps with it.
+            state = replace(state, acceleration=acceleration(state.displacement, applied(start)))
+            block: list[tuple[Scalar, State]] = [(start, state)]
+            for k in range(leg.steps):
+                block += _walk(walker, state, start + k * h, h, applied)
+                state = block[-1][1]
+                if k == leg.steps - 1:  # to the last digit, so that nothing falls between legs
+                    block[-1] = (end, state)
+                if len(block) > _BLOCK or k == leg.steps - 1:
+                    show(_samples(block, leg.ramp, walker.stepper.order), leg)
+                    taken += len(block) - 1
+                    block = block[-1:]
+    return state, taken
+
+
+def _samples(block: Sequence[tuple[Scalar, State]], ramp: Ramp | None, order: int) -> Samples:
+    time = np.array([reached for reached, _ in block])
+    displacement = np.array([state.displacement for _, state in block])
+    velocity = np.array([state.velocity for _, state in block])
+    if not np.all(np.isfinite(velocity[-1])):
+        raise diverged("native")
+    pressed = overlap(displacement)
+    # The time derivative of Eq. 1; that of a contact force is 3/2 overlap^(1/2) times its rate.
+    force_rate = 1.5 * np.sqrt(np.maximum(pressed, 0)) * overlap(velocity)
+    jerk = net_force(force_rate, ramp.force_rate(time) if ramp else 0.0)
+    if order == 2:
+        # Velocity Verlet's velocities are central differences of its displacements: off by this.
+        h = (time[-1] - time[0]) / (time.size - 1)
+        velocity = velocity - h**2 / 6 * jerk
+    return Samples(
+        time=time,
+        displacement=displacement,
+        velocity=velocity,
+        acceleration=np.array([state.acceleration for _, state in block]),
+        overlap=pressed,
+        contact_force=contact_force(pressed),
+        jerk=jerk,
+    )
+
+
+def _no_force(_: Scalar) -> float:
+    return 0.0
+
+
+def simulate_in_numpy(
+    scene: Scene,
+    legs: Sequence[Leg],
+    walker: Walker,
+    recorder: Recorder | None = None,
+    dtype: type[np.floating[Any]] = np.float64,
+    displacement: Array | None = None,
+) -> Simulation:
+    """Integrate a scene once, on given legs [s, N], as ``simulate`` does with the kernels.
+
+    Parameters
+    ----------
+    scene, legs, walker, recorder, dtype
+        What, on which steps, by which method, recording what, in any precision of NumPy.
+    displacement
+        Where the granules are at the start, natural units, shape (granules,); 0 by default.
+    """
+    units = scene.units
+    watch = PeakWatch(scene.chain.granules - 1, dtype)
+    work = dtype(0)
+
+    def show(samples: Samples, leg: Leg) -> None:
+        nonlocal work
+        watch.show(samples)
+        if leg.ramp is not None:
+            work += work_done(samples, leg.ramp)
+        if recorder is not None:
+            recorder.show(samples)
+
+    natural = [leg.in_units(units.time, units.force) for leg in walker.cut(legs)]
+    if displacement is None:
+        displacement = np.zeros(scene.chain.granules, dtype)
+    state, steps = integrate(displacement, natural, walker, show)
+    pressed = overlap(state.displacement)
+    return Simulation(
+        End(state.displacement, state.velocity),
+        Peaks(watch.force, watch.time, watch.passed),
+        work,
+        np.sum(state.velocity),
+        0.5 * np.sum(state.velocity**2) + 0.4 * np.sum(contact_force(pressed) * pressed),
+        steps,
+        steps * walker.stepper.stages,
+    )
