@@ -213,8 +213,8 @@ def granule_evaluations(rows: FloatArray, granules: int) -> int:
     record = kernels.Record(np.zeros(0), nothing, nothing, nothing)
     return sum(
         kernels.march(
-            legs, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, granules, 8, False,
-            np.zeros(granules - 1), np.zeros(granules - 1), record, np.zeros(2),
+            legs, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, granules, nothing, None, 8,
+            False, np.zeros(granules - 1), np.zeros(granules - 1), record, np.zeros(2),
         )[0].granule_evaluations
         for legs in rows
     )  # fmt: skip

@@ -37,10 +37,10 @@ def is_hard(scene: Scene) -> bool:
     """Whether contacts open and close again and again, so that errors are erratic.
 
     They do in chains that are short for their pulse, and under pulse tables, whose second push
-    drives flying granules together.
+    drives flying granules together. Of scenes that are not plain nothing better is known.
     """
     short = is_short(scene.momentum_ratio, scene.chain.granules)
-    return not isinstance(scene.shock, Pulse) or bool(short)
+    return not scene.is_plain or not isinstance(scene.shock, Pulse) or bool(short)
 
 
 def second_order_safety(natural_step: float, rising: bool) -> float:

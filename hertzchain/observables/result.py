@@ -133,7 +133,9 @@ class Result:
 
     @cached_property
     def transition_granules(self) -> int | None:
-        """p; None if the transition does not end in this chain or in this run."""
+        """p; None if the transition does not end in this chain or run, or there are terms."""
+        if not self.scene.is_plain:
+            return None
         return transition_granules(self.peak_force, self.peak_passed)
 
     @cached_property

@@ -7,7 +7,7 @@ import math
 import sys
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -80,6 +80,9 @@ class Scene:
         The force on the first of them.
     run
         How long to watch.
+    terms
+        What the scene has beyond a uniform chain with free ends, at rest before its shock; no such
+        term is known yet.
 
     Raises
     ------
@@ -91,12 +94,14 @@ class Scene:
     chain: Chain
     shock: Pulse | PulseTable
     run: Run = Run()
+    terms: tuple[Any, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         require(isinstance(self.chain, Chain), "chain", self.chain, "must be a Chain")
         allowed = "must be a Pulse or a PulseTable"
         require(isinstance(self.shock, Pulse | PulseTable), "shock", self.shock, allowed)
         require(isinstance(self.run, Run), "run", self.run, "must be a Run")
+        require(self.terms == (), "terms", self.terms, "must be (): no term is known")
         try:
             representable = _is_representable(self)
         except (OverflowError, ZeroDivisionError):
@@ -172,6 +177,11 @@ class Scene:
         if self.run.end_time is not None:
             document["run"] = {"end_time": self.run.end_time}
         return {**texts, path: tomli_w.dumps(document)}
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether there are no terms: what was calibrated on such scenes holds for them alone."""
+        return not self.terms
 
     @functools.cached_property
     def units(self) -> NaturalUnits:
@@ -349,7 +359,7 @@ def _shock(section: Mapping[str, Any], folder: Path) -> Pulse | PulseTable:
 
 def _section(name: str, section: Mapping[str, Any], kind: Callable[..., _Kind]) -> _Kind:
     """Build one frozen object from its section; errors name the key with its section."""
-    known = [field.name for field in fields(kind)]  # type: ignore[arg-type]
+    known = [item.name for item in fields(kind)]  # type: ignore[arg-type]
     values: dict[str, object] = {}
     for key, value in section.items():
         full = f"{name}.{key}"
@@ -366,5 +376,5 @@ def _section(name: str, section: Mapping[str, Any], kind: Callable[..., _Kind]) 
 
 def _given(part: Chain | Pulse) -> dict[str, object]:
     """The fields of a frozen object that are not left to their default."""
-    values = {field.name: getattr(part, field.name) for field in fields(part)}
+    values = {item.name: getattr(part, item.name) for item in fields(part)}
     return {key: value for key, value in values.items() if value is not None}

@@ -45,14 +45,14 @@ def refuse_hopeless_overlap(scene: Scene) -> None:
     Parameters
     ----------
     scene
-        The scene; of pulse tables and runs that end early nothing is said.
+        The scene; of terms, pulse tables and runs that end early nothing is said.
 
     Raises
     ------
     OverlapTooLarge
         If the overlap would be larger than the radius.
     """
-    if isinstance(scene.shock, Pulse) and scene.run.end_time is None:
+    if scene.is_plain and isinstance(scene.shock, Pulse) and scene.run.end_time is None:
         force = _SURE_FORCE * force_scale(scene.momentum_ratio) * scene.shock.peak_force
         refuse_deep_overlap(scene.chain, force)
 

@@ -248,4 +248,5 @@ def _with(base: Scene, flat: Mapping[str, Any]) -> Scene:
         section, _, key = name.partition(".")
         of[section][key] = value
     shock = base.shock if isinstance(base.shock, PulseTable) else replace(base.shock, **of["shock"])
-    return Scene(replace(base.chain, **of["chain"]), shock, Run(**of["run"]))
+    chain, run = replace(base.chain, **of["chain"]), Run(**of["run"])
+    return replace(base, chain=chain, shock=shock, run=run)

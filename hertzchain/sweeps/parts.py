@@ -90,7 +90,8 @@ def is_batched(design: Design, backend: Backend) -> bool:
         return False
     varies = any(axis.name == "run.end_time" for axis in design.axes)
     is_table = isinstance(design.base.shock, PulseTable)
-    return not is_table and not varies and design.base.run.end_time is None
+    is_plain = design.base.is_plain and not is_table
+    return is_plain and not varies and design.base.run.end_time is None
 
 
 def part_size(design: Design, backend: Backend) -> int:

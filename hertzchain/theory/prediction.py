@@ -245,7 +245,7 @@ def predict(scene: Scene) -> Prediction:
     Parameters
     ----------
     scene
-        A uniform chain under any shock; of a pulse table and outside of the map nothing is said.
+        Any scene; of terms, of a pulse table and outside of the map nothing is said.
 
     Raises
     ------
@@ -254,6 +254,9 @@ def predict(scene: Scene) -> Prediction:
     """
     chain, pulse = scene.chain, scene.shock
     nothing = np.full(min(chain.granules, peak_map.LAST_CONTACT) - 1, np.nan)
+    if not scene.is_plain:
+        missing = "the scene has terms: Eqs. 3 to 9 and the map are about plain chains"
+        return Prediction(scene, missing, None, nothing)
     if not isinstance(pulse, Pulse):
         missing = "the shock is a pulse table: Eqs. 3 to 9 and the map are about Table 1's profiles"
         return Prediction(scene, missing, None, nothing)

@@ -55,6 +55,9 @@ def formulas(reference: Result) -> Formulas:
     """The paper's formulas with p and F_SW of a simulation, and the exact solitary wave."""
     scene, p, wave = reference.scene, reference.transition_granules, reference.solitary_wave
     nothing = np.full(reference.contact.size, np.nan)
+    if not scene.is_plain:
+        reason = "the scene has terms: Eqs. 3 to 9 are about plain chains"
+        return Formulas(reason, None, None, nothing, nothing, None, None)
     if not isinstance(scene.shock, Pulse):
         reason = "the shock is a pulse table: Eqs. 3 to 9 are about the profiles of Table 1"
         return Formulas(reason, None, None, nothing, nothing, None, None)

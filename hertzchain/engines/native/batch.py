@@ -215,7 +215,7 @@ def similar_peak_forces(
 
 def _is_known(scene: Scene) -> bool:
     pulse = scene.shock
-    if not isinstance(pulse, Pulse) or scene.run.end_time is not None:
+    if not scene.is_plain or not isinstance(pulse, Pulse) or scene.run.end_time is not None:
         return False
     return bool(choice.is_known(scene.momentum_ratio, pulse.duration_ratio, scene.chain.granules))
 

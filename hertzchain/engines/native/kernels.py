@@ -1,17 +1,18 @@
 """Eq. 1 in natural units, compiled: the loops that cost time, for every method and precision.
 
-What is computed is that of ``equations``, ``methods``, ``refinement`` and ``peaks``, which read
-like the formulas; tests hold the two equal to round-off. Three things are done here only, because
-they only save time:
+What is computed is that of ``in_numpy`` and ``peaks``, which read like the formulas; tests hold the
+two equal to round-off. Three things are done here only, because they only save time:
 
 - Force, kick and drift of a stage are one loop, so that one square root per granule is what a
   stage costs.
 - Granules ahead of the front are not touched. They rest until a force of more than the square root
-  of the smallest number reaches them; as the front falls off double-exponentially, what that
-  leaves out is no digit of anything.
+  of the smallest number reaches them; as the front falls off double-exponentially, the omitted
+  values are below round-off.
 - Granules that cannot matter any more are left behind, where that is asked for: see
   ``_left_behind``.
 
+Mass and contact stiffness are 1 and stand in no formula: a force is an acceleration, and that of
+an overlap r is r sqrt(r), written out in the loops (a function for it would round elsewhere).
 Arrays hold a window of the chain: entry i is granule ``base + i``, and granules lo ... hi - 1 move.
 """
 
@@ -67,7 +68,7 @@ _SLOWER = 0.95
 """What is left behind is pressed less than this fraction of the leading wave."""
 
 _FREE_END = 1e30
-"""Where the granule beyond the free end lies: never reached, never pressed."""
+"""Where the granule beyond the free end lies: never reached, never pressed; see ``_end_chain``."""
 
 ONE = np.uint64(1)
 
@@ -835,13 +836,20 @@ def _energy(u: Any, v: Any, lo: int, hi: int) -> float:
 
 
 @compiled
+def _end_chain(u: Any, base: int, granules: int) -> None:
+    """Put the free end behind the last granule, where the window reaches it."""
+    if granules - base < u.size:
+        u[granules - base] = _FREE_END
+
+
+@compiled
 def _is_stopped(control: Any) -> bool:
     return control[0] < 0 or 0 < control[0] <= control[2]
 
 
-# What _advance keeps between two calls, by place in two arrays.
+# What _advance keeps between two calls, by place in two arrays. _GIVEN is the energy at the start.
 _LO, _HI, _WHOLE, _PART, _LEVEL, _KEPT, _STEPS, _EVALUATIONS, _GRANULE_EVALUATIONS = range(9)
-_TIME, _NEXT_CHECK, _WORK, _MOMENTUM, _ENERGY = range(5)
+_TIME, _NEXT_CHECK, _WORK, _MOMENTUM, _ENERGY, _GIVEN = range(6)
 
 _ZERO, _LEAST, _PUSH, _H, _DIP_TIMES_H = range(5)
 """Places among the numbers of a run that have the precision of its state: 0, the least overlap that
@@ -960,7 +968,7 @@ def _advance(
             next_check = time + _CHECK
             control[1] = time
             energy = total[_ENERGY] + _energy(u, v, lo, hi)
-            if not energy <= _DIVERGED_ENERGY * total[_WORK]:
+            if not energy <= _DIVERGED_ENERGY * (total[_WORK] + total[_GIVEN]):
                 reason = _DIVERGED
                 break
             if leave_behind and over:
@@ -991,6 +999,8 @@ def march(
     tolerance: float,
     starting: float,
     granules: int,
+    start: FloatArray,
+    terms: None,
     moving: int,
     leave_behind: bool,
     peak_force: FloatArray,
@@ -998,7 +1008,7 @@ def march(
     record: Record,
     control: FloatArray,
 ) -> tuple[Outcome, Array, Array]:
-    """Integrate a chain that is at rest at the start.
+    """Integrate a chain.
 
     Parameters
     ----------
@@ -1014,6 +1024,12 @@ def march(
         Of ``refinement.Refined``; 0 for steps as asked.
     granules
         N.
+    start
+        Displacement and velocity at the start, shape (2, N), without ``leave_behind``; shape (0, 0)
+        for a chain at rest.
+    terms
+        What the scene has beyond a plain chain, None where nothing: the compiler makes a kernel for
+        each type of it and drops the branches of what is None.
     moving
         Granules that may move at the start; N for a run without a front.
     leave_behind
@@ -1032,6 +1048,8 @@ def march(
     -------
     What happened, then displacement and velocity at the end, shape (N,).
     """
+    if terms is not None:
+        raise NotImplementedError("no term is known")
     kind = precision.dtype
     scaled = _like(table, precision)
     stages = max(table.nodes.size, table.drifts.size)
@@ -1045,12 +1063,17 @@ def march(
     u0, v0 = np.zeros(size, kind), np.zeros(size, kind)
     bernstein = np.zeros(7)
     a = np.zeros((max(table.nodes.size, 1), size), kind)
-    if granules < size:
-        u[granules] = _FREE_END
     base = 0
-    count, total = np.zeros(9, np.int64), np.zeros(5)
+    _end_chain(u, base, granules)
+    count, total = np.zeros(9, np.int64), np.zeros(6)
     count[_HI] = min(moving, granules)
     total[_TIME], total[_NEXT_CHECK] = legs[0, START], _CHECK
+    if start.size > 0:
+        u[:granules], v[:granules] = start[0], start[1]
+        count[_HI] = granules
+        for i in range(1, granules):  # that of the first granule is set with each leg
+            g[i] = _force(float(u[i - 1] - u[i])) - _force(float(u[i] - u[i + 1]))
+        total[_GIVEN] = _energy(u, v, 0, granules)
     reason = _LEG_DONE
     for number in range(legs.shape[0]):
         leg = legs[number]
@@ -1080,8 +1103,7 @@ def march(
             a = np.zeros((max(table.nodes.size, 1), size), kind)
             base += lo
             count[_LO], count[_HI] = 0, hi - lo
-            if granules - base < size:
-                u[granules - base] = _FREE_END
+            _end_chain(u, base, granules)
         if reason != _LEG_DONE:
             break
     lo, hi = count[_LO], count[_HI]
@@ -1093,7 +1115,8 @@ def march(
             peak_force[base + i] = force
             peak_time[base + i] = total[_TIME]
     status = DONE
-    if reason == _DIVERGED or not energy <= _DIVERGED_ENERGY * total[_WORK]:
+    given = total[_WORK] + total[_GIVEN]
+    if reason == _DIVERGED or not energy <= _DIVERGED_ENERGY * given:
         status = DIVERGED
     elif reason == _STOPPED:
         status = STOPPED
@@ -1149,8 +1172,8 @@ def march_many(
     for scene in range(legs.shape[0]):
         taken = legs[scene][legs[scene][:, STEPS] > 0]
         outcome, _, _ = march(
-            taken, table, precision, verlet, tolerance, starting, granules, _AHEAD, leave_behind,
-            peak_force[scene], peak_time[scene], record, control,
+            taken, table, precision, verlet, tolerance, starting, granules, nothing, None, _AHEAD,
+            leave_behind, peak_force[scene], peak_time[scene], record, control,
         )  # fmt: skip
         end[scene] = outcome.end
         evaluations[scene] = outcome.evaluations if outcome.status != DIVERGED else np.nan

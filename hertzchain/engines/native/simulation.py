@@ -103,6 +103,7 @@ def simulate(
     leave_behind: bool = False,
     window: bool = True,
     deadline: Deadline | None = None,
+    start: FloatArray | None = None,
 ) -> Simulation:
     """Integrate a scene once, on given legs [s, N], with the compiled kernels.
 
@@ -121,6 +122,9 @@ def simulate(
         Whether granules that the wave has not reached are left out.
     deadline
         When to give up; by default an hour from now.
+    start
+        Displacement and velocity at the start, natural units, shape (2, granules); by default the
+        chain is at rest.
 
     Raises
     ------
@@ -132,7 +136,7 @@ def simulate(
     from hertzchain.engines.native import kernels
 
     granules = scene.chain.granules
-    leave_behind = leave_behind and can_leave_behind(scene)
+    leave_behind = leave_behind and start is None and can_leave_behind(scene)
     deadline = deadline or Deadline(TIME_LIMIT)
     rows = leg_rows(walker.cut(legs), scene.units)
     work = float(np.sum(rows[:, 2])) * (walker.stepper.stages * granules + _STEP_IN_EVALUATIONS)
@@ -158,8 +162,9 @@ def simulate(
     def run() -> Any:
         return kernels.march(
             rows, table(walker.stepper), np.zeros(0, dtype), walker.stepper.order == 2,
-            walker.tolerance, walker.starting, granules, _MOVING if window else granules,
-            leave_behind, force, time, record, control,
+            walker.tolerance, walker.starting, granules,
+            np.zeros((0, 0)) if start is None else start, scene.terms or None,
+            _MOVING if window else granules, leave_behind, force, time, record, control,
         )  # fmt: skip
 
     is_long = work >= _LONG_RUN
@@ -212,12 +217,12 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
 
 
 def can_leave_behind(scene: Scene) -> bool:
-    """Whether it can be told that a granule will not matter any more: under one pulse only.
+    """Whether it can be told that a granule will not matter any more: under one pulse alone.
 
     After a second push, waves run behind one another in any order, and a broad packet can break up
     into waves that are stronger than anything in it was.
     """
-    return isinstance(scene.shock, Pulse)
+    return scene.is_plain and isinstance(scene.shock, Pulse)
 
 
 def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:

@@ -90,6 +90,44 @@ def agree(scene: hc.Scene, walker: Walker, dtype: Any) -> None:
         assert measured == pytest.approx(expected, rel=0, abs=errors * eps)
 
 
+def test_a_run_goes_on_from_the_state_of_another() -> None:
+    scene = paper_scene("cosine-triangular", 2.0, 2.0, 20)
+    walker, (*pulse, rest) = Fixed(SRKN_11B), scene.schedule(0.1 * scene.units.time)
+    whole, begun = simulate(scene, [*pulse, rest], walker), simulate(scene, pulse, walker)
+    start = np.array([begun.state.displacement, begun.state.velocity])
+    # Overlaps of granules that wait ahead of the front are below round-off.
+    ended = simulate(scene, [rest], walker, start=start, leave_behind=True)
+    assert ended.steps == whole.steps - begun.steps
+    assert ended.momentum == pytest.approx(whole.momentum, rel=1e-14, abs=0)
+    assert ended.energy == pytest.approx(whole.energy, rel=1e-13, abs=0)
+    for one, other in zip(vars(ended.state).values(), vars(whole.state).values(), strict=True):
+        assert one == pytest.approx(other, rel=0, abs=1e-11)
+    later = whole.peaks.time > rest.start / scene.units.time
+    assert later.sum() > 10
+    assert ended.peaks.force[later] == pytest.approx(whole.peaks.force[later], rel=1e-12, abs=0)
+
+
+def test_start_displacements_vs_numpy(demo: hc.Scene) -> None:
+    legs = demo.schedule(0.1 * demo.units.time)
+    start = np.zeros((2, demo.chain.granules))
+    start[0] = np.random.default_rng(1).uniform(-1e-3, 1e-3, demo.chain.granules)
+    ours = simulate(demo, legs, Fixed(SRKN_11B), start=start)
+    plain = simulate_in_numpy(demo, legs, Fixed(SRKN_11B), displacement=start[0])
+    assert ours.peaks.force == pytest.approx(plain.peaks.force, rel=1e-11, abs=0)
+    assert ours.state.velocity == pytest.approx(plain.state.velocity, rel=0, abs=1e-11)
+
+
+def test_terms_that_no_kernel_knows_are_not_left_out() -> None:
+    nothing = np.zeros((0, 0))
+    rows, control = np.zeros((0, 8)), np.zeros(3)
+    record = kernels.Record(np.zeros(0), nothing, nothing, nothing)
+    with pytest.raises(NotImplementedError, match="no term is known"):
+        kernels.march.py_func(
+            rows, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, 2, nothing, (1.0,), 2, False,
+            np.zeros(1), np.zeros(1), record, control,
+        )  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("stepper", "steps"),
     [

@@ -1,0 +1,96 @@
+"""What was calibrated on plain scenes asks ``Scene.is_plain``, and holds for them alone."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain import theory
+from hertzchain.engines.native import METHODS, simulate
+from hertzchain.errors import SceneError
+from hertzchain.observables.error_bound import is_hard
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.scene.validity import refuse_hopeless_overlap
+from hertzchain.sweeps.axes import Listed
+from hertzchain.sweeps.design import Design
+from hertzchain.sweeps.parts import is_batched
+from hertzchain.verdict.formulas import formulas
+from tests.conftest import paper_scene
+
+
+@pytest.fixture
+def scene(monkeypatch: pytest.MonkeyPatch) -> hc.Scene:
+    """A scene that is taken for one with terms, as none can be given yet."""
+    monkeypatch.setattr(hc.Scene, "is_plain", False)
+    return paper_scene("cosine", 1.0, 2.0, 20)
+
+
+def copied(scene: hc.Scene) -> hc.Scene:
+    """By way of bytes, as a sweep sends it."""
+    found = pickle.loads(pickle.dumps(scene))  # noqa: S301 - what stands here
+    assert isinstance(found, hc.Scene)
+    return found
+
+
+@pytest.mark.parametrize("terms", [("wall",), [], None, (0.0,)])
+def test_a_term_is_refused_as_none_is_known(terms: object) -> None:
+    plain = paper_scene("cosine", 1.0, 2.0)
+    with pytest.raises(SceneError, match=r"^terms.* must be \(\): no term is known$"):
+        hc.Scene(plain.chain, plain.shock, terms=terms)  # type: ignore[arg-type]
+
+
+def test_a_scene_without_terms_is_plain_and_looks_as_before() -> None:
+    scene = paper_scene("cosine", 1.0, 2.0)
+    assert scene.is_plain
+    assert "terms" not in repr(scene)
+    assert "terms" not in "".join(scene.to_texts("scene.toml").values())
+    assert copied(scene) == scene
+    del scene.__dict__["terms"]  # as pickled when there was no such field
+    old = copied(scene)
+    assert old == paper_scene("cosine", 1.0, 2.0)
+    assert hash(old) == hash(paper_scene("cosine", 1.0, 2.0))
+    assert old.is_plain
+
+
+def test_no_granule_is_left_behind(scene: hc.Scene) -> None:
+    legs = scene.schedule(0.2 * scene.units.time)
+    run = simulate(scene, legs, METHODS["srkn-11b"].walker, leave_behind=True)
+    assert np.isfinite(run.state.displacement).all()
+
+
+def test_a_second_run_tells_the_error(scene: hc.Scene) -> None:
+    assert is_hard(scene)
+    batch = hc.peak_forces([scene], rtol=1e-3)
+    one = hc.Native(rtol=1e-3).run(scene)
+    # In float32 and without a second run the error would be that of the random scenes, 0.9 rtol.
+    assert batch.error_estimate[0] < 0.6e-3
+    assert largest_difference(batch.peak_force[0], one.peak_force) < 1e-6
+
+
+def test_formulas_map_and_free_end_say_nothing(scene: hc.Scene) -> None:
+    result = hc.Native(rtol=1e-4).run(scene)
+    assert result.transition_granules is None
+    assert result.solitary_wave.far_field_force is None
+    assert "terms" in str(formulas(result).applicable)
+    prediction = theory.predict(scene)
+    assert "terms" in str(prediction.missing)
+    assert np.isnan(prediction.peak_force).all()
+
+
+def test_overlaps_are_not_known_before_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = paper_scene("cosine", 1.0, 2.0)
+    deep = hc.Scene(scene.chain, hc.Pulse("cosine", 1e9, 2.0, momentum_ratio=1.0))
+    with pytest.raises(hc.HertzchainError, match="radii"):
+        refuse_hopeless_overlap(deep)
+    monkeypatch.setattr(hc.Scene, "is_plain", False)
+    refuse_hopeless_overlap(deep)
+
+
+def test_a_sweep_measures_scene_by_scene(scene: hc.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    design = Design(scene, (Listed("shock.momentum_ratio", (1.0, 2.0)),))
+    assert not is_batched(design, hc.Native())
+    monkeypatch.undo()
+    assert is_batched(design, hc.Native())
