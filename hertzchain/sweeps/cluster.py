@@ -104,16 +104,16 @@ class _Cluster:
 
     def _hand_out(self, design: Design, waiting: Iterator[Part], peaks: bool) -> bool:
         """Hand out parts, enough for the workers there are by now; whether any are to be done."""
-        from hertzchain.sweeps.on_worker import Errand
+        from hertzchain.sweeps.on_worker import Task
 
         self._look()
         while len(self._handed_out) < _AHEAD * max(self._threads, 1):
             part = next(waiting, None)
             if part is None:
                 break
-            errand = pickle.dumps(Errand(self._name, design, part, peaks))
+            task = pickle.dumps(Task(self._name, design, part, peaks))
             key = f"{part.name}-{self._name}"
-            future = self._client.submit(pickle.loads, errand, key=key)
+            future = self._client.submit(pickle.loads, task, key=key)
             self._handed_out[future] = part
             future.add_done_callback(self._done.put)
         return bool(self._handed_out)

@@ -18,7 +18,7 @@ from hertzchain.sweeps.parts import Part
 
 
 @dataclass(frozen=True)
-class Errand:
+class Task:
     """A part on its way to a worker: pickled here, it is measured where it is unpickled.
 
     A worker cannot be sent ``work`` itself: one that has no hertzchain would fail to read what it
@@ -39,7 +39,7 @@ class Errand:
 
 
 def work(sweep: str, wanted: str, packed: bytes) -> Measured:
-    """Measure a part that an ``Errand`` brought, in a thread of a worker.
+    """Measure a part that an ``Task`` brought, in a thread of a worker.
 
     hertzchain has to be of the version that is wanted.
 
