@@ -11,7 +11,7 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.errors import SceneError
-from hertzchain.observables.error_bound import is_hard
+from hertzchain.observables.error_bound import amplifies_errors
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.validity import refuse_hopeless_overlap
 from hertzchain.sweeps.axes import Listed
@@ -62,7 +62,7 @@ def test_no_granule_is_left_behind(scene: hc.Scene) -> None:
 
 
 def test_a_second_run_tells_the_error(scene: hc.Scene) -> None:
-    assert is_hard(scene)
+    assert amplifies_errors(scene)
     batch = hc.peak_forces([scene], rtol=1e-3)
     one = hc.Native(rtol=1e-3).run(scene)
     # In float32 and without a second run the error would be that of the random scenes, 0.9 rtol.

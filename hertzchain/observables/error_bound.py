@@ -33,7 +33,7 @@ def is_short(momentum_ratio: Any, granules: Any) -> Any:
     return np.asarray(granules < _SHORTEST_CHAIN * momentum_ratio)
 
 
-def is_hard(scene: Scene) -> bool:
+def amplifies_errors(scene: Scene) -> bool:
     """Whether contacts open and close again and again, so that errors are erratic.
 
     They do in chains that are short for their pulse, and under pulse tables, whose second push

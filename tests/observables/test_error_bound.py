@@ -21,9 +21,9 @@ from hertzchain.engines.external.step_error import (
 )
 from hertzchain.observables import hermite
 from hertzchain.observables.error_bound import (
+    amplifies_errors,
     another_companion,
     companion,
-    is_hard,
     second_order_safety,
     second_order_step,
 )
@@ -155,9 +155,9 @@ def test_long_steps_and_contacts_that_rise_need_more_safety(
 
 def test_which_scenes_are_hard() -> None:
     table = hc.PulseTable((0.0, 1e-5, 2e-5), (0.0, 100.0, 0.0))
-    assert not is_hard(paper_scene("cosine", 2.0, 2.0, granules=10))
-    assert is_hard(paper_scene("cosine", 2.0, 2.0, granules=9))
-    assert is_hard(hc.Scene(paper_scene("cosine", 2.0, 2.0, granules=60).chain, table))
+    assert not amplifies_errors(paper_scene("cosine", 2.0, 2.0, granules=10))
+    assert amplifies_errors(paper_scene("cosine", 2.0, 2.0, granules=9))
+    assert amplifies_errors(hc.Scene(paper_scene("cosine", 2.0, 2.0, granules=60).chain, table))
 
 
 @pytest.mark.parametrize("order", [3, 4, 6])

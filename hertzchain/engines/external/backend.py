@@ -27,9 +27,9 @@ from hertzchain.engines.external.step_error import (
 from hertzchain.errors import POSITIVE, Unpredictable, is_positive, require
 from hertzchain.observables.error_bound import (
     SHORT,
+    amplifies_errors,
     another_companion,
     companion,
-    is_hard,
     refuse_meaningless,
     refuse_unstable,
     second_order_safety,
@@ -306,7 +306,7 @@ class _Runner:
         interval = _READING_INTERVAL * math.pow(0.01 * unit / leg.dt, 1 / 8)
         if self.steps.dt is None:
             interval = min(interval, math.pow(0.1 * self.steps.rtol / INTERPOLATION, 1 / 8))
-        if is_hard(self.scene):
+        if amplifies_errors(self.scene):
             asked, step = self.steps.dt, leg.dt / unit
             error = 0.1 * self.steps.rtol if asked is None else _KINK_PER_STEP * step**2
             interval = min(interval, math.pow(error / KINK, 1 / 3.5))
@@ -317,7 +317,7 @@ class _Runner:
         others = [companion(legs, stable_step(self.scene, STABLE))]
         longest = max(leg.dt for leg in legs) / self.scene.units.time
         rising = peaks.any_rising
-        if longest > _ERRATIC_STEP or rising or is_hard(self.scene):
+        if longest > _ERRATIC_STEP or rising or amplifies_errors(self.scene):
             others.append(another_companion(legs))
         error = max(
             other.factor * largest_difference(self._rough_peaks(other.legs), peaks.force, ESTIMATED)

@@ -9,7 +9,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.observation import Simulation
-from hertzchain.observables.error_bound import is_hard
+from hertzchain.observables.error_bound import amplifies_errors
 from hertzchain.observables.peaks import ESTIMATED, PeakWatch, judged_contacts
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -49,7 +49,7 @@ def extrapolation_error(
     the difference and 0.05 dt^2.5; six times where the finest run has few steps (4.4 seen).
     """
     dt = max(leg.dt for leg in legs) / scene.units.time
-    if is_hard(scene) or peaks.any_rising:
+    if amplifies_errors(scene) or peaks.any_rising:
         few = max(leg.steps for leg in legs) < _FEW_STEPS
         return (6 if few else 3) * difference + 0.05 * math.pow(dt, 2.5)
     return difference + 0.005 * math.pow(dt, 2.5)
@@ -79,5 +79,5 @@ def interpolation_error(scene: Scene, legs: Sequence[Leg], strides: Sequence[int
     apart = [min(n, leg.steps) * leg.dt / unit for n, leg in zip(strides, legs, strict=True)]
     dt = max(leg.dt for leg in legs) / unit
     h = max(apart)
-    kinks = KINK * h**3.5 if is_hard(scene) else 0.0
+    kinks = KINK * h**3.5 if amplifies_errors(scene) else 0.0
     return INTERPOLATION * h**8 + 0.01 * h**4 * dt**2 + h**2 * dt**4 + kinks

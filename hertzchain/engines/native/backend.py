@@ -26,9 +26,9 @@ from hertzchain.errors import POSITIVE, is_positive, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables.error_bound import (
     SHORT,
+    amplifies_errors,
     another_companion,
     companion,
-    is_hard,
     refuse_meaningless,
     refuse_unstable,
     second_order_safety,
@@ -216,7 +216,7 @@ class Native:
     ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
         """Method, legs, run and its error with the cheapest method and step that suffice."""
         rtol = RTOL if self.rtol is None else self.rtol
-        hard = is_hard(scene)
+        hard = amplifies_errors(scene)
         plan = choice.plan(rtol, hard=hard)
         before = math.inf
         for left in reversed(range(choice.TRIES)):

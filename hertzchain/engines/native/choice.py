@@ -68,7 +68,7 @@ _KNOWN_RATIOS, _KNOWN_DURATIONS, _KNOWN_GRANULES = (0.05, 10.0), (1.1, 60.0), 50
 """LM_ratio, n and N of the random scenes."""
 
 _SAFETY_IF_HARD = 6.0
-"""As _SAFETY, where errors are erratic (``error_bound.is_hard``): 2.4 was needed."""
+"""As _SAFETY, where errors are erratic (``error_bound.amplifies_errors``): 2.4 was needed."""
 
 _HARDER, _HARD_RTOL = 30.0, 1e-6
 """Hard scenes run as if a thirtieth of the wanted accuracy, or this, were wanted: with long steps
@@ -167,10 +167,10 @@ def plan(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
     checked
         Whether a second run, with other steps, will tell the error.
     hard
-        Whether to halve steps near every contact that hardly overlaps: see ``error_bound.is_hard``.
-        It is needed where a run ends while the wave still presses contacts, too. Their force at
-        that instant is off by many times what a peak is, as it grows tenfold within a granule's
-        distance of the front, and where the front is depends on all steps before.
+        Whether to halve steps near every contact that hardly overlaps, see
+        ``error_bound.amplifies_errors``. Runs that end while the wave still presses contacts need
+        it too: the force of the front at that instant grows tenfold within a granule's distance,
+        and where the front is depends on all steps before.
 
     Notes
     -----
