@@ -63,7 +63,7 @@ def second_order_safety(natural_step: float, rising: bool) -> float:
 
 
 @dataclass(frozen=True)
-class Companion:
+class SecondRun:
     """A second run whose peaks tell the error of the first.
 
     Parameters
@@ -79,7 +79,7 @@ class Companion:
     factor: float
 
 
-def companion(legs: Sequence[Leg], stable: float) -> Companion:
+def coarser_run(legs: Sequence[Leg], stable: float) -> SecondRun:
     """The cheapest second run in which every leg has another step: two thirds as many, or thrice.
 
     Two thirds, not half: a method that halves steps could end on the same ones. Where a leg has
@@ -95,13 +95,13 @@ def companion(legs: Sequence[Leg], stable: float) -> Companion:
     """
     longest = max(leg.dt for leg in legs)
     if min(leg.steps for leg in legs) < 3 or 1.5 * longest > _SURELY_STABLE * stable:
-        return Companion(tuple(replace(leg, steps=3 * leg.steps) for leg in legs), 9 / 8)
+        return SecondRun(tuple(replace(leg, steps=3 * leg.steps) for leg in legs), 9 / 8)
     coarse = tuple(replace(leg, steps=2 * leg.steps // 3) for leg in legs)
     ratio = min(leg.steps / other.steps for leg, other in zip(legs, coarse, strict=True))
-    return Companion(coarse, 1 / (ratio**2 - 1))
+    return SecondRun(coarse, 1 / (ratio**2 - 1))
 
 
-def another_companion(legs: Sequence[Leg]) -> Companion:
+def finer_run(legs: Sequence[Leg]) -> SecondRun:
     """A third run, with a quarter more steps, where one difference may be small by chance.
 
     Contacts that open leave errors that are erratic from step to step: in 1,500 random scenes one
@@ -109,7 +109,7 @@ def another_companion(legs: Sequence[Leg]) -> Companion:
     """
     finer = tuple(replace(leg, steps=max(leg.steps + 1, 5 * leg.steps // 4)) for leg in legs)
     ratio = min(other.steps / leg.steps for leg, other in zip(legs, finer, strict=True))
-    return Companion(finer, 1 / (1 - ratio**-2))
+    return SecondRun(finer, 1 / (1 - ratio**-2))
 
 
 def stable_step(scene: Scene, interval: float) -> float:

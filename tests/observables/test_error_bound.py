@@ -22,8 +22,8 @@ from hertzchain.engines.external.step_error import (
 from hertzchain.observables import hermite
 from hertzchain.observables.error_bound import (
     amplifies_errors,
-    another_companion,
-    companion,
+    coarser_run,
+    finer_run,
     second_order_safety,
     second_order_step,
 )
@@ -61,17 +61,17 @@ def error(legs: Sequence[Leg], weights: Sequence[float]) -> float:
         ((1, 7, 2), (3, 21, 6), 9 / 8),
     ],
 )
-def test_companion_has_two_thirds_of_the_steps_or_thrice_as_many(
+def test_coarser_run_has_two_thirds_of_the_steps_or_thrice_as_many(
     steps: tuple[int, ...], other: tuple[int, ...], factor: float
 ) -> None:
-    found = companion(legs_of(*steps), math.inf)
+    found = coarser_run(legs_of(*steps), math.inf)
     assert tuple(leg.steps for leg in found.legs) == other
     assert found.factor == pytest.approx(factor, rel=1e-15, abs=0)
 
 
-def test_companion_keeps_times_and_force() -> None:
+def test_coarser_run_keeps_times_and_force() -> None:
     legs = paper_scene("cosine", 0.5, 2.0).schedule(1e-6)
-    for leg, twin in zip(legs, companion(legs, math.inf).legs, strict=True):
+    for leg, twin in zip(legs, coarser_run(legs, math.inf).legs, strict=True):
         assert (leg.start, leg.end, leg.ramp) == (twin.start, twin.end, twin.ramp)
 
 
@@ -79,7 +79,7 @@ def test_companion_keeps_times_and_force() -> None:
 def test_factor_gives_the_very_error_of_one_leg(steps: int) -> None:
     """P(h) = P + C h^2, measured at two steps."""
     legs = legs_of(steps)
-    other = companion(legs, math.inf)
+    other = coarser_run(legs, math.inf)
     difference = abs(error(other.legs, [0.7]) - error(legs, [0.7]))
     assert other.factor * difference == pytest.approx(error(legs, [0.7]), rel=ROUND_OFF, abs=0)
 
@@ -89,7 +89,7 @@ def test_factor_gives_the_very_error_where_every_step_changes_alike(
     steps: tuple[int, ...],
 ) -> None:
     legs, weights = legs_of(*steps), [0.7, 0.2, 1.3][: len(steps)]
-    other = companion(legs, math.inf)
+    other = coarser_run(legs, math.inf)
     difference = abs(error(other.legs, weights) - error(legs, weights))
     assert other.factor * difference == pytest.approx(error(legs, weights), rel=ROUND_OFF, abs=0)
 
@@ -98,15 +98,15 @@ def test_factor_gives_the_very_error_where_every_step_changes_alike(
 def test_factor_bounds_the_error_of_many_legs(legs: list[tuple[int, float]]) -> None:
     """Whichever leg makes it, as long as the legs do not cancel each other."""
     fine, weights = legs_of(*(steps for steps, _ in legs)), [c for _, c in legs]
-    other = companion(fine, math.inf)
+    other = coarser_run(fine, math.inf)
     difference = abs(error(other.legs, weights) - error(fine, weights))
     assert other.factor * difference >= error(fine, weights) * (1 - ROUND_OFF)
 
 
 @pytest.mark.parametrize(("stable", "other"), [(1.5 / 0.85 * 1.001, 6), (1.5 / 0.85 * 0.999, 27)])
-def test_a_companion_has_no_step_near_what_is_unstable(stable: float, other: int) -> None:
+def test_a_coarser_run_has_no_step_near_what_is_unstable(stable: float, other: int) -> None:
     """Two thirds of nine steps of 1/9 are steps of 1.5/9, up to 0.85 of the longest stable one."""
-    assert companion(legs_of(9), stable / 9).legs[0].steps == other
+    assert coarser_run(legs_of(9), stable / 9).legs[0].steps == other
 
 
 @pytest.mark.parametrize(
@@ -120,18 +120,18 @@ def test_a_companion_has_no_step_near_what_is_unstable(stable: float, other: int
         ((7, 80), (8, 100), 1 / (1 - (7 / 8) ** 2)),
     ],
 )
-def test_another_companion_has_a_quarter_more_steps_and_one_more_at_least(
+def test_a_finer_run_has_a_quarter_more_steps_and_one_more_at_least(
     steps: tuple[int, ...], other: tuple[int, ...], factor: float
 ) -> None:
-    found = another_companion(legs_of(*steps))
+    found = finer_run(legs_of(*steps))
     assert tuple(leg.steps for leg in found.legs) == other
     assert found.factor == pytest.approx(factor, rel=1e-14, abs=0)
 
 
 @pytest.mark.parametrize("steps", [1, 2, 3, 7, 8, 501])
-def test_the_factor_of_another_companion_gives_the_very_error_of_one_leg(steps: int) -> None:
+def test_the_factor_of_a_finer_run_gives_the_very_error_of_one_leg(steps: int) -> None:
     legs = legs_of(steps)
-    other = another_companion(legs)
+    other = finer_run(legs)
     difference = abs(error(other.legs, [0.7]) - error(legs, [0.7]))
     assert other.factor * difference == pytest.approx(error(legs, [0.7]), rel=ROUND_OFF, abs=0)
 
@@ -164,7 +164,7 @@ def test_which_scenes_are_hard() -> None:
 @pytest.mark.parametrize("steps", [1, 2, 3, 7, 8])
 def test_factor_bounds_errors_of_higher_order(order: int, steps: int) -> None:
     legs = legs_of(steps)
-    other = companion(legs, math.inf)
+    other = coarser_run(legs, math.inf)
     difference = abs(other.legs[0].dt ** order - legs[0].dt ** order)
     assert other.factor * difference > legs[0].dt ** order
 

@@ -28,8 +28,8 @@ from hertzchain.errors import POSITIVE, Unpredictable, is_positive, require
 from hertzchain.observables.error_bound import (
     SHORT,
     amplifies_errors,
-    another_companion,
-    companion,
+    coarser_run,
+    finer_run,
     refuse_meaningless,
     refuse_unstable,
     second_order_safety,
@@ -314,11 +314,11 @@ class _Runner:
 
     def _step_error(self, legs: Sequence[Leg], peaks: PeakWatch) -> float:
         """Bound of what the steps cost the peaks, as a fraction."""
-        others = [companion(legs, stable_step(self.scene, STABLE))]
+        others = [coarser_run(legs, stable_step(self.scene, STABLE))]
         longest = max(leg.dt for leg in legs) / self.scene.units.time
         rising = peaks.any_rising
         if longest > _ERRATIC_STEP or rising or amplifies_errors(self.scene):
-            others.append(another_companion(legs))
+            others.append(finer_run(legs))
         error = max(
             other.factor * largest_difference(self._rough_peaks(other.legs), peaks.force, ESTIMATED)
             for other in others

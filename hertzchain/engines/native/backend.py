@@ -27,8 +27,8 @@ from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables.error_bound import (
     SHORT,
     amplifies_errors,
-    another_companion,
-    companion,
+    coarser_run,
+    finer_run,
     refuse_meaningless,
     refuse_unstable,
     second_order_safety,
@@ -245,7 +245,7 @@ def _estimate(
     if run.peaks.any_rising:
         # Forces at an instant are erratic from step to step: one difference may be small by chance,
         # and none falls with a power of the step.
-        others.append(another_companion(legs).legs)
+        others.append(finer_run(legs).legs)
     difference = 0.0
     for other in others:
         coarse = simulate(scene, other, plan.coarser, leave_behind=True, deadline=deadline)
@@ -258,10 +258,10 @@ def _error_bound(
     scene: Scene, legs: Sequence[Leg], method: Method, run: Simulation, deadline: Deadline
 ) -> float:
     # Errors of steps of 0.6 natural time units and more say little of those of longer ones.
-    others = [companion(legs, min(stable_step(scene, method.interval), scene.units.time))]
+    others = [coarser_run(legs, min(stable_step(scene, method.interval), scene.units.time))]
     longest = max(leg.dt for leg in legs) / scene.units.time
     if isinstance(method.walker, Fixed) or longest > SHORT or run.peaks.any_rising:
-        others.append(another_companion(legs))
+        others.append(finer_run(legs))
     error, walker = 0.0, method.walker
     if isinstance(walker, Refined):
         # Cut again, different legs could end on the same steps.
