@@ -54,7 +54,7 @@ def wanted_times(record: ArrayLike, end_time: float) -> FloatArray:
 
 
 class Recorder:
-    """Fills a history as samples are shown to it.
+    """Fills a history from samples.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Recorder:
         self.velocity = np.full((self.time.size, granules), np.nan)
         self.contact_force = np.full((self.time.size, granules - 1), np.nan)
 
-    def show(self, samples: Samples) -> None:
+    def update(self, samples: Samples) -> None:
         """Interpolate at the wanted times that lie within these samples."""
         wanted = np.nonzero((self.time >= samples.time[0]) & (self.time <= samples.time[-1]))[0]
         if not wanted.size:

@@ -33,7 +33,7 @@ may be above ``SIGNIFICANT`` in truth."""
 
 
 class PeakWatch:
-    """Keeps the largest force of each contact and its time as samples are shown to it.
+    """Keeps the largest force of each contact and its time, from samples.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class PeakWatch:
         """Whether a contact that counts was pressed harder at the end than ever before."""
         return any_rising(self.force, self.passed)
 
-    def show(self, samples: Samples) -> None:
+    def update(self, samples: Samples) -> None:
         """Take note of the samples and of the intervals between them."""
         self._until = samples.time[-1]
         largest = np.argmax(samples.contact_force, axis=0)

@@ -271,7 +271,7 @@ def _show(watch: PeakWatch, time: FloatArray, states: FloatArray, leg: Leg) -> N
     )
     # Of a contact that does no more than touch a peak below 0 may be found, which is none.
     with np.errstate(invalid="ignore"):
-        watch.show(samples)
+        watch.update(samples)
 
 
 def _lammps(scene: Scene, step: float, extrapolated: bool = False) -> Outcome:

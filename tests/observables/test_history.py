@@ -48,7 +48,7 @@ def swinging(time: Array, jerk: bool = True) -> Samples:
 def recorded(wanted: Array, *blocks: Samples) -> History:
     recorder = Recorder(wanted, 3)
     for block in blocks:
-        recorder.show(block)
+        recorder.update(block)
     return recorder.history(np.asarray(wanted, np.float64))
 
 
@@ -94,7 +94,7 @@ def test_wanted_times_on_samples_give_the_samples() -> None:
 
 def test_units_scale_what_was_recorded() -> None:
     recorder = Recorder(np.array([0.55]), 3)
-    recorder.show(swinging(np.linspace(0.0, 1.0, 11)))
+    recorder.update(swinging(np.linspace(0.0, 1.0, 11)))
     plain = recorder.history(np.array([0.55]))
     scaled = recorder.history(np.array([5.5]), length=2.0, velocity=4.0, force=8.0)
     assert scaled.time.tolist() == [5.5]

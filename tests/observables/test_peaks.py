@@ -43,7 +43,7 @@ def watched(*blocks: Samples) -> PeakWatch:
     """What a watch keeps of successive blocks."""
     watch = PeakWatch(blocks[0].overlap.shape[1], blocks[0].time.dtype.type)
     for block in blocks:
-        watch.show(block)
+        watch.update(block)
     return watch
 
 

@@ -65,7 +65,7 @@ class Observation:
             )
         self._at_rest = at_rest
 
-    def show(self, number: int, time: FloatArray, arrays: FloatArray) -> None:
+    def update(self, number: int, time: FloatArray, arrays: FloatArray) -> None:
         """Take note of successive readings on a leg, the first of them the last of those before.
 
         As the code was given the scene: the leg, from 0, times [s], shape (readings,), and
@@ -81,11 +81,11 @@ class Observation:
         # All the impulse in one granule: no granule is ever faster.
         if np.max(np.abs(samples.velocity)) > 2 * self._fastest:
             raise diverged(self.code)
-        self._peaks.show(samples)
+        self._peaks.update(samples)
         if leg.ramp is not None:
             self._work += float(work_done(samples, leg.ramp))
         if self._recorder is not None:
-            self._recorder.show(samples)
+            self._recorder.update(samples)
         self._samples = samples
         self._velocity = arrays[-1, 1] / self._made.time
 

@@ -44,7 +44,7 @@ def observe(
         arrays = readings[at : at + time.size]
         for first in range(0, time.size - 1, BLOCK):
             block = slice(first, first + BLOCK + 1)
-            seen.show(number, time[block], arrays[block])
+            seen.update(number, time[block], arrays[block])
         at += time.size
 
 

@@ -227,7 +227,7 @@ class _Module:
                 before = leg
                 begin = time.perf_counter()
                 for reached, arrays in _read(lammps, leg, stride, scene.chain.granules, clock):
-                    seen.show(number, reached, arrays[..., 0])
+                    seen.update(number, reached, arrays[..., 0])
                 clock.whole += time.perf_counter() - begin
             return version_of(lammps), clock.watching_share(_cost_of_a_stop(lammps))
 

@@ -207,7 +207,7 @@ class Binary:
             seen.begin(_at_rest(folder / _REST))
             for k, (leg, stride) in enumerate(zip(legs, strides, strict=True)):
                 for reached, arrays in _read(folder / f"{k}.dump", leg, stride, self.deadline):
-                    seen.show(k, reached, arrays)
+                    seen.update(k, reached, arrays)
         return self.program.build.version, None
 
 

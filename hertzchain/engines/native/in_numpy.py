@@ -114,7 +114,7 @@ def integrate(
     displacement: Array,
     legs: Iterable[Leg],
     walker: Walker,
-    show: Callable[[Samples, Leg], object],
+    update: Callable[[Samples, Leg], object],
 ) -> tuple[State, int]:
     """Integrate a chain that is at rest at the start.
 
@@ -126,7 +126,7 @@ def integrate(
         The steps and the applied force, in natural units.
     walker
         Takes the steps.
-    show
+    update
         Is called with successive samples and the leg that they lie on.
 
     Returns
@@ -155,7 +155,7 @@ def integrate(
                 if k == leg.steps - 1:  # to the last digit, so that nothing falls between legs
                     block[-1] = (end, state)
                 if len(block) > _BLOCK or k == leg.steps - 1:
-                    show(_samples(block, leg.ramp, walker.stepper.order), leg)
+                    update(_samples(block, leg.ramp, walker.stepper.order), leg)
                     taken += len(block) - 1
                     block = block[-1:]
     return state, taken
@@ -211,18 +211,18 @@ def simulate_in_numpy(
     watch = PeakWatch(scene.chain.granules - 1, dtype)
     work = dtype(0)
 
-    def show(samples: Samples, leg: Leg) -> None:
+    def update(samples: Samples, leg: Leg) -> None:
         nonlocal work
-        watch.show(samples)
+        watch.update(samples)
         if leg.ramp is not None:
             work += work_done(samples, leg.ramp)
         if recorder is not None:
-            recorder.show(samples)
+            recorder.update(samples)
 
     natural = [leg.in_units(units.time, units.force) for leg in walker.cut(legs)]
     if displacement is None:
         displacement = np.zeros(scene.chain.granules, dtype)
-    state, steps = integrate(displacement, natural, walker, show)
+    state, steps = integrate(displacement, natural, walker, update)
     pressed = overlap(state.displacement)
     return Simulation(
         End(state.displacement, state.velocity),

@@ -66,7 +66,7 @@ def twin_of(scene: hc.Scene, legs: Sequence[Leg]) -> tuple[State, FloatArray]:
             [getattr(first, name), *(getattr(b, name)[1:] for b in others)] for name in known
         )
         whole = Samples(*map(np.concatenate, columns))
-        watch.show(replace(whole, velocity=slopes(whole.displacement, leg.dt)))
+        watch.update(replace(whole, velocity=slopes(whole.displacement, leg.dt)))
     return state, np.asarray(watch.force * units.force, np.float64)
 
 
