@@ -20,8 +20,8 @@ STEP = 0.05
 """Natural time units: a wave passes a granule in some fifty steps."""
 
 SEGMENTS = (4, 16, 20)
-"""Steps from look to look: those that the tests of forces of LAMMPS take, then some more, until the
-wave has moved on by two granules. Later those that it has left are nearly at rest."""
+"""Steps from snapshot to snapshot: those that the tests of forces of LAMMPS take, then some more,
+until the wave has moved on by two granules. Later those that it has left are nearly at rest."""
 
 WEAKEST = 1e-3
 """Force of the weakest contacts taken, over that of the strongest: LAMMPS compares numbers

@@ -37,10 +37,10 @@ class KnownMotion:
     dt
         Step [s], of velocity Verlet.
     segments
-        Steps between one look and the next.
+        Steps between one snapshot and the next.
     start
         When they are let go.
-    looks
+    snapshots
         At the end of each segment.
     epsilon
         Largest relative difference that rounding may make.
@@ -50,7 +50,7 @@ class KnownMotion:
     dt: float
     segments: tuple[int, ...]
     start: Moment
-    looks: tuple[Moment, ...]
+    snapshots: tuple[Moment, ...]
     epsilon: float
 
 
@@ -116,9 +116,9 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
         ),
         *_block("run_segments", [" ".join(map(str, motion.segments))]),
         *_block("init_forces", _rows(start.force)),
-        *_block("run_forces", _rows(motion.looks[-1].force)),
-        *_block("run_pos", _rows_of_segments([look.position for look in motion.looks])),
-        *_block("run_vel", _rows_of_segments([look.velocity for look in motion.looks])),
+        *_block("run_forces", _rows(motion.snapshots[-1].force)),
+        *_block("run_pos", _rows_of_segments([snapshot.position for snapshot in motion.snapshots])),
+        *_block("run_vel", _rows_of_segments([snapshot.velocity for snapshot in motion.snapshots])),
         "...",
     ]
     return "\n".join(lines) + "\n"

@@ -194,7 +194,7 @@ def test_momentum_and_energy_are_kept() -> None:
         moving = mass / 2 * np.sum(moment.velocity**2)
         return mass * np.sum(moment.velocity), moving + 0.4 * stiffness * np.sum(overlap**2.5)
 
-    before, after = (momentum_and_energy(m) for m in (motion.start, motion.looks[-1]))
+    before, after = (momentum_and_energy(m) for m in (motion.start, motion.snapshots[-1]))
     assert after[0] == pytest.approx(before[0], rel=1e-13, abs=0)
     # Velocity Verlet at 0.05 natural time units: second order, 1e-4.
     assert after[1] == pytest.approx(before[1], rel=1e-3, abs=0)
@@ -213,10 +213,10 @@ def test_gaps_stay_gaps() -> None:
     scene = paper_scene("cosine", 1.0, 2.0)
     diameter = 2 * scene.chain.radius
     motion = let_go(scene, np.array([-1.01, 0.0, 1.01]) * diameter, np.array([0.5, 1.0, 1.5]))
-    assert all(np.all(look.force == 0) for look in (motion.start, *motion.looks))
+    assert all(np.all(one.force == 0) for one in (motion.start, *motion.snapshots))
     time = motion.dt * sum(SEGMENTS)
     expected = motion.start.position + time * motion.start.velocity
-    assert motion.looks[-1].position == pytest.approx(expected, rel=1e-14, abs=0)
+    assert motion.snapshots[-1].position == pytest.approx(expected, rel=1e-14, abs=0)
 
 
 def test_a_wave_too_weak_for_coordinates_is_refused() -> None:

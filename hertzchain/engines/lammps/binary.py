@@ -42,7 +42,7 @@ from hertzchain.engines.lammps.dialect import (
     was_killed,
     write_dump,
 )
-from hertzchain.engines.lammps.examination import Look, Stage
+from hertzchain.engines.lammps.examination import Snapshot, Stage
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene
@@ -153,8 +153,8 @@ class Program:
             )
         return ""
 
-    def ask(self, stages: Sequence[Stage], deadline: Deadline) -> Iterator[Look]:
-        """Give LAMMPS the commands of one stage after another; yields a look after each."""
+    def ask(self, stages: Sequence[Stage], deadline: Deadline) -> Iterator[Snapshot]:
+        """Give LAMMPS the commands of one stage after another; yields a snapshot after each."""
         lines = []
         for k, stage in enumerate(stages):
             lines.append(stage.commands)
@@ -163,7 +163,7 @@ class Program:
         with work_folder("LAMMPS") as folder:
             self.run("\n".join(lines), folder, deadline)
             for k, stage in enumerate(stages):
-                yield _look(folder / f"{k}.dump", stage.columns) if stage.columns else {}
+                yield _snapshot(folder / f"{k}.dump", stage.columns) if stage.columns else {}
 
 
 def _explained(problem: RunFailed, said: str) -> RunFailed:
@@ -242,13 +242,13 @@ def _read(
         raise RunFailed(f"{path.name}: LAMMPS has left out states of the run: is the disk full?")
 
 
-def _look(path: Path, columns: tuple[str, ...]) -> Look:
+def _snapshot(path: Path, columns: tuple[str, ...]) -> Snapshot:
     """The only frame of a dump."""
     return dict(zip(columns, read_frames(path, columns)[1][0], strict=True))
 
 
 def _at_rest(path: Path) -> Granules:
-    held = _look(path, ("x", "mass", "radius"))
+    held = _snapshot(path, ("x", "mass", "radius"))
     return Granules(held["x"], held["mass"], 2 * held["radius"])
 
 

@@ -81,11 +81,11 @@ class Stage:
     columns: tuple[str, ...]
 
 
-Look = Mapping[str, FloatArray]
+Snapshot = Mapping[str, FloatArray]
 """What LAMMPS holds, column by column, each of shape (granules,), in the order of the ids."""
 
-Ask = Callable[[Sequence[Stage]], Iterator[Look]]
-"""Gives LAMMPS the commands of one stage after another; yields a look after each."""
+Ask = Callable[[Sequence[Stage]], Iterator[Snapshot]]
+"""Gives LAMMPS the commands of one stage after another; yields a snapshot after each."""
 
 
 def examine(scene: Scene, pair_style: str = "granular", ask: Ask | None = None) -> Examination:
@@ -111,7 +111,7 @@ def examine(scene: Scene, pair_style: str = "granular", ask: Ask | None = None) 
         replace(leg, steps=_STEPS_PER_LEG)
         for leg in scene.schedule(_SCHEDULED_STEP * scene.units.time)
     ]
-    looks = (ask or _ask_module)(
+    snapshots = (ask or _ask_module)(
         [
             Stage(deck.set_up(scene, pair_style) + reading.COMMANDS, ("x", "mass")),
             # Without a motion LAMMPS counts time and computes forces, granules stay where they are.
@@ -122,26 +122,26 @@ def examine(scene: Scene, pair_style: str = "granular", ask: Ask | None = None) 
             _spin(scene),
         ]
     )
-    at_rest, _ = next(looks), next(looks)
-    force = [np.sum(next(looks)["fx"]) for _ in range(len(legs) * (_STEPS_PER_LEG + 1))]
-    pressed = [next(looks) for _ in OVERLAPS]
-    moving = [next(looks) for _ in (1, -1)]
-    (spinning,) = looks  # to the end, so that LAMMPS is closed
+    at_rest, _ = next(snapshots), next(snapshots)
+    force = [np.sum(next(snapshots)["fx"]) for _ in range(len(legs) * (_STEPS_PER_LEG + 1))]
+    pressed = [next(snapshots) for _ in OVERLAPS]
+    moving = [next(snapshots) for _ in (1, -1)]
+    (spinning,) = snapshots  # to the end, so that LAMMPS is closed
     sideways = np.maximum(abs(spinning["fy"]), abs(spinning["fz"]))
     torque = np.max([abs(spinning[name]) for name in ("tqx", "tqy", "tqz")], axis=0)
     return Examination(
         position=at_rest["x"],
         mass=at_rest["mass"],
-        overlap=np.array([2 * scene.chain.radius - np.diff(look["x"]) for look in pressed]),
-        contact_force=np.array([contact_forces(look["fx"]) for look in pressed]),
-        damped_force=np.array([contact_forces(look["fx"]) for look in moving]),
+        overlap=np.array([2 * scene.chain.radius - np.diff(snapshot["x"]) for snapshot in pressed]),
+        contact_force=np.array([contact_forces(snapshot["fx"]) for snapshot in pressed]),
+        damped_force=np.array([contact_forces(snapshot["fx"]) for snapshot in moving]),
         tangential_force=np.maximum(sideways, torque / scene.chain.radius),
         time=_times(legs),
         applied_force=np.reshape(force, (len(legs), -1)),
     )
 
 
-def _ask_module(stages: Sequence[Stage]) -> Iterator[Look]:
+def _ask_module(stages: Sequence[Stage]) -> Iterator[Snapshot]:
     """Through LAMMPS's own Python module; it has its granules in the order of the ids."""
     with engine() as lammps:
         for stage in stages:
@@ -158,7 +158,7 @@ def _pulse(legs: Sequence[Leg]) -> Iterator[Stage]:
 
 
 def _times(legs: Sequence[Leg]) -> FloatArray:
-    """When the forces are looked at [s], shape (legs, looks)."""
+    """When the forces are looked at [s], shape (legs, snapshots)."""
     time = np.array([leg.start + leg.dt * np.arange(leg.steps + 1) for leg in legs])
     time[:, -1] = [leg.end for leg in legs]  # to the last digit
     return time
