@@ -110,10 +110,15 @@ def compare(
     if results is not None:
         step, limit = to_step(dt), to_time_limit(time_limit)
         wanted = judgement.TOLERANCE if tolerance is None else tolerance
-        with progress() as tell:
+        with progress() as report_progress:
             document = of_judgement(
                 judgement.judge(
-                    loaded, results, tolerance=wanted, dt=step, time_limit=limit, progress=tell
+                    loaded,
+                    results,
+                    tolerance=wanted,
+                    dt=step,
+                    time_limit=limit,
+                    progress=report_progress,
                 )
             )
     else:
@@ -122,10 +127,14 @@ def compare(
         lammps = ENGINES["lammps"].make(
             time_limit=to_time_limit(time_limit), **lammps_options(isolate, lmp, ranks)
         )
-        with progress() as tell:
+        with progress() as report_progress:
             record = None if report_file is None else record_times(loaded)
             compared = comparison.compare(
-                loaded, backend or None, progress=tell, record=record, engines={"lammps": lammps}
+                loaded,
+                backend or None,
+                progress=report_progress,
+                record=record,
+                engines={"lammps": lammps},
             )
         document, missing = of_comparison(compared), compared.missing
     suite = document.suite(scene.stem, begun, time.perf_counter() - begin)

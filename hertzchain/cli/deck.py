@@ -103,8 +103,8 @@ def deck(
     check_outputs([scene], [output, data])
     longest = to_step(dt)
     wanted = RTOL if rtol is None else rtol
-    with progress() as tell:
-        tell("native: the step, and what the deck has to find")
+    with progress() as report_progress:
+        report_progress("native: the step, and what the deck has to find")
         if engine is not Engine.LAMMPS:
             text = known_answer.FOREIGN[engine.value](loaded, longest, wanted, scene.stem)
         else:
@@ -170,8 +170,8 @@ def unit_test(scene: SceneFile, output: OutputFile = None) -> None:
 
     loaded = load_scene(scene)
     check_outputs([scene], [output])
-    with progress() as tell:
-        tell("native: looking for the wave")
+    with progress() as report_progress:
+        report_progress("native: looking for the wave")
         motion = known_motion(loaded)
     text = test_text(motion, f"A wave in a chain of spheres, scene {scene.stem!r}", time.ctime())
     if output is None:

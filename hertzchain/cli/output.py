@@ -42,10 +42,10 @@ def progress() -> Iterator[Callable[[str], None]]:
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
         task = bar.add_task("")
 
-        def tell(text: str) -> None:
+        def report_progress(text: str) -> None:
             bar.update(task, description=text)
 
-        yield tell
+        yield report_progress
 
 
 def write_file(what: str, path: Path | None, write: Callable[[Path], object]) -> None:
@@ -55,7 +55,7 @@ def write_file(what: str, path: Path | None, write: Callable[[Path], object]) ->
     """
     if path is None:
         return
-    with progress() as tell:
-        tell(f"writing {path}")
+    with progress() as report_progress:
+        report_progress(f"writing {path}")
         write(path)
     typer.echo(f"{what} written to {path}", err=True)

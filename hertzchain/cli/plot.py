@@ -69,8 +69,8 @@ def plot(
     check_plot_format(target)
     check_outputs([folder / "sweep.json"], [target])
     fixed = by_name("--where", where or [], "shock.profile=cosine")
-    with progress() as tell:
-        tell(f"drawing {folder}")
+    with progress() as report_progress:
+        report_progress(f"drawing {folder}")
         drawn = draw(swept, x, y, colour, fixed)
     for remark in drawn.remarks:
         typer.echo(f"hertzchain: {remark}", err=True)

@@ -107,8 +107,10 @@ def run(
         check_result_format(output)
     if trajectory is not None:
         check_trajectory_format(trajectory)
-    with progress() as tell:
-        tell(f"{backend}: running (the first native run on a machine compiles, half a minute)")
+    with progress() as report_progress:
+        report_progress(
+            f"{backend}: running (the first native run on a machine compiles, half a minute)"
+        )
         refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
         parameters = _parameters(backend, method, step, rtol, extrapolated)
         if backend == "native":

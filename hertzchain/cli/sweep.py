@@ -124,7 +124,7 @@ def sweep(
     varied = by_name("--vary", vary, "shock.momentum_ratio=0.1:10:50:log")
     backends = [lammps if one == "lammps" else backend_named(one, **common) for one in wanted]
     begin = time.perf_counter()
-    with _going_on(output), _counting() as tell:
+    with _going_on(output), _counting() as report_progress:
         swept = measure(
             loaded,
             varied,
@@ -135,7 +135,7 @@ def sweep(
             output=output,
             file_format=file_format.value,
             scheduler=scheduler,
-            progress=tell,
+            progress=report_progress,
         )
     counts = swept.count()
     if as_json:
@@ -221,14 +221,14 @@ def _counting() -> Iterator[Callable[[int, int], None]]:
         compiling = "(the first native run on a machine compiles, half a minute)"
         task = bar.add_task(compiling, total=None)
 
-        def tell(done: int, total: int) -> None:
+        def report_progress(done: int, total: int) -> None:
             if bar.tasks[0].total is None:  # what was there before counts for no rate
                 _say_what_is_there(done, total)
                 bar.reset(task, completed=done, total=total)
             else:
                 bar.update(task, completed=done, description="")
 
-        yield tell
+        yield report_progress
 
 
 def _say_what_is_there(done: int, total: int) -> None:

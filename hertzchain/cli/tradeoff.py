@@ -31,8 +31,8 @@ def tradeoff(
     check_outputs([scene], [plot, output])
     if plot is not None:
         figures.check_plot_format(plot)
-    with progress() as tell:
-        measured = measure(loaded, progress=tell)
+    with progress() as report_progress:
+        measured = measure(loaded, progress=report_progress)
     if as_json:
         print_json(measured.to_dict())
     else:

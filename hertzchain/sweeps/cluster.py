@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
 from hertzchain.sweeps.design import Design
-from hertzchain.sweeps.local import Keep, Measure, Tell
+from hertzchain.sweeps.local import Keep, Measure, ReportProgress
 from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import Part
 
@@ -73,13 +73,18 @@ class _Cluster:
         self._waits = False
 
     def measure(
-        self, design: Design, parts: Iterable[Part], peaks: bool, keep: Keep, tell: Tell
+        self,
+        design: Design,
+        parts: Iterable[Part],
+        peaks: bool,
+        keep: Keep,
+        report_progress: ReportProgress,
     ) -> None:
         """Measure parts of a sweep: ``Measure``."""
         from hertzchain.sweeps.on_worker import end
 
         try:  # the loop is a function: its jump back is outside this try on Python 3.13
-            self._measure_all(design, iter(parts), peaks, keep, tell)
+            self._measure_all(design, iter(parts), peaks, keep, report_progress)
         finally:
             # Parts that are not done are forgotten when the connection is closed.
             with suppress(OSError):
@@ -91,7 +96,7 @@ class _Cluster:
         waiting: Iterator[Part],
         peaks: bool,
         keep: Keep,
-        tell: Tell,
+        report_progress: ReportProgress,
     ) -> None:
         while self._hand_out(design, waiting, peaks):
             try:
@@ -100,7 +105,7 @@ class _Cluster:
                 continue
             part = self._handed_out.pop(future)
             keep(part, self._result(future, part))
-            tell(part.stop - part.start)
+            report_progress(part.stop - part.start)
 
     def _hand_out(self, design: Design, waiting: Iterator[Part], peaks: bool) -> bool:
         """Hand out parts, enough for the workers there are by now; whether any are to be done."""

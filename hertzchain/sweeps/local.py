@@ -21,8 +21,8 @@ _MOMENT = 0.05
 """Between two looks at processes that are to end [s]."""
 
 Keep = Callable[[Part, Measured], None]
-Tell = Callable[[int], None]
-Measure = Callable[[Design, Iterable[Part], bool, Keep, Tell], None]
+ReportProgress = Callable[[int], None]
+Measure = Callable[[Design, Iterable[Part], bool, Keep, ReportProgress], None]
 
 
 class _Stopped(Exception):
@@ -30,21 +30,21 @@ class _Stopped(Exception):
 
 
 def measure_here(
-    design: Design, parts: Iterable[Part], peaks: bool, keep: Keep, tell: Tell
+    design: Design, parts: Iterable[Part], peaks: bool, keep: Keep, report_progress: ReportProgress
 ) -> None:
     """Measure parts of a sweep: ``Measure``.
 
-    ``keep`` is called with each part and what it has become, in this thread; ``tell`` with how many
-    more scenes are done, from any thread.
+    ``keep`` is called with each part and what it has become, in this thread;
+    ``report_progress`` with how many more scenes are done, from any thread.
     """
     here: dict[Backend, bool] = {}
-    with _Workers(design, peaks, keep, tell) as workers:
+    with _Workers(design, peaks, keep, report_progress) as workers:
         for part in parts:
             backend = part.backend
             if backend not in here:
                 here[backend] = is_batched(design, backend) or is_short(design, backend)
             if here[backend]:
-                keep(part, measure(design, part, peaks, tell=tell))
+                keep(part, measure(design, part, peaks, report_progress=report_progress))
             else:
                 workers.take(part)
         workers.keep_all()
@@ -53,8 +53,15 @@ def measure_here(
 class _Workers:
     """As many threads as there are cores, each with a process that may crash."""
 
-    def __init__(self, design: Design, peaks: bool, keep: Keep, tell: Tell) -> None:
-        self._design, self._peaks, self._keep, self._tell = design, peaks, keep, tell
+    def __init__(
+        self, design: Design, peaks: bool, keep: Keep, report_progress: ReportProgress
+    ) -> None:
+        self._design, self._peaks, self._keep, self._report_progress = (
+            design,
+            peaks,
+            keep,
+            report_progress,
+        )
         cores = usable_cores()
         self._children = [Child() for _ in range(cores)]
         self._idle: queue.SimpleQueue[Child] = queue.SimpleQueue()
@@ -98,16 +105,18 @@ class _Workers:
         child = self._idle.get()
         try:
             if isinstance(part.backend, Lammps):
-                return measure(self._design, part, self._peaks, child=child, tell=self._tell_on)
+                return measure(
+                    self._design, part, self._peaks, child=child, report_progress=self._report_on
+                )
             found: Measured = child.call(
                 measure, self._design, part, self._peaks, 1, time_limit=YEAR
             )
         finally:
             self._idle.put(child)
-        self._tell_on(part.stop - part.start)
+        self._report_on(part.stop - part.start)
         return found
 
-    def _tell_on(self, scenes: int) -> None:
+    def _report_on(self, scenes: int) -> None:
         if self._stopped:
             raise _Stopped
-        self._tell(scenes)
+        self._report_progress(scenes)

@@ -52,13 +52,13 @@ def measure(
     peaks: bool,
     cores: int | None = None,
     child: Child | None = None,
-    tell: Callable[[int], None] = lambda _: None,
+    report_progress: Callable[[int], None] = lambda _: None,
 ) -> Measured:
     """Measure the scenes of a part.
 
     A scene that fails has a row with the reason. The numbers are the same wherever this is called,
     and however often. The compiled batch uses all cores unless told, LAMMPS runs in ``child`` or in
-    a process for this part, and ``tell`` is called with how many more scenes are done.
+    a process for this part, and ``report_progress`` is called with how many more scenes are done.
     """
     begin = time.perf_counter()
     numbers = np.arange(part.start, part.stop)
@@ -73,7 +73,7 @@ def measure(
     if is_batched(design, part.backend):
         assert isinstance(part.backend, Native)
         alone = _batches(given, similar, rows, part.backend, cores)
-        tell(int(np.sum(~alone)))
+        report_progress(int(np.sum(~alone)))
     with _runner(part.backend, child) as run:
         for row in np.nonzero(alone)[0].tolist():
             try:
@@ -87,7 +87,7 @@ def measure(
                 rows.fail(row, problem)
             except MemoryError:
                 rows.fail(row, RunFailed("there is not enough memory for this scene"))
-            tell(1)
+            report_progress(1)
     table, all_peaks = rows.table(), rows.peaks()
     table.attrs["hertzchain"] = {
         "wall_time_s": time.perf_counter() - begin,

@@ -49,9 +49,11 @@ def work(sweep: str, wanted: str, packed: bytes) -> Measured:
     check_version(f"the worker {worker.address}", version("hertzchain"), wanted)
     design, part, peaks = pickle.loads(packed)  # noqa: S301 - whoever sends it may run anything here
     bench = _bench(worker, sweep)
-    bench.tell(0)
+    bench.report_progress(0)
     try:
-        return measure(design, part, peaks, cores=1, child=bench.child(), tell=bench.tell)
+        return measure(
+            design, part, peaks, cores=1, child=bench.child(), report_progress=bench.report_progress
+        )
     except BackendMissing as problem:
         raise BackendMissing(f"on the worker {worker.address}: {problem}") from None
     finally:
@@ -86,7 +88,7 @@ class _Bench(WorkerPlugin):
         """The process of this thread, which is not started before it is needed."""
         return self._children.setdefault(threading.get_ident(), Child())
 
-    def tell(self, _: int) -> None:
+    def report_progress(self, _: int) -> None:
         """Called after each scene: stop where nobody waits for the next."""
         if self._ended:
             raise Reschedule

@@ -148,8 +148,8 @@ def compare(
     backends = compared_by_default() if backends is None else backends
     for name in backends:
         require(name in ENGINES, "backend", name, f"must be one of {', '.join(ENGINES)}")
-    tell = progress or (lambda _: None)
-    tell("native: the reference method")
+    report_progress = progress or (lambda _: None)
+    report_progress("native: the reference method")
     named = {"lammps": lammps, "liggghts": liggghts, "yade": yade}
     given = {name: engine for name, engine in named.items() if engine}
     for name, engine in (engines or {}).items():
@@ -165,7 +165,7 @@ def compare(
             continue
         engine = given.get(name) or ENGINES[name].make(time_limit=limit)
         try:
-            tell(f"{label_of(name)}: the generated deck")
+            report_progress(f"{label_of(name)}: the generated deck")
             results[name] = engine.run(scene, record)
         except BackendMissing as problem:
             missing = True
@@ -176,11 +176,11 @@ def compare(
             if isinstance(problem, OverlapTooLarge | TooExpensive):
                 continue
         if isinstance(engine, Lammps):
-            tell("LAMMPS: what it makes of the deck")
+            report_progress("LAMMPS: what it makes of the deck")
             checks += examined(scene, engine)
         if name in results:
             if results[name].scheme == "velocity-verlet":
-                tell(f"native: velocity Verlet at the steps of {label_of(name)}")
+                report_progress(f"native: velocity Verlet at the steps of {label_of(name)}")
             checks += code_checks(results[name], native, engine.time_limit)
     wanted = tuple(name for name in ENGINES if name in (*compared_by_default(), *backends))
     return Comparison(scene, results, wanted, formulas(native), tuple(checks), missing)

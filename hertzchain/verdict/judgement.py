@@ -230,8 +230,8 @@ def judge(
     given = _given(scene, peak_force)
     allowed = "must be given for a contact at least"
     require(not np.all(np.isnan(given)), "peak_force", None, allowed)
-    tell = progress or (lambda _: None)
-    tell("native: the reference method")
+    report_progress = progress or (lambda _: None)
+    report_progress("native: the reference method")
     reference = Native("reference", time_limit=time_limit).run(scene)
     known = reference.error_estimate
     allowed = f"must be at least 10 times the error of the reference, {known:.1e}"
@@ -239,17 +239,19 @@ def judge(
     judged = judged_peaks(reference, given)
     expected = like = None
     if dt is not None:
-        tell("native: velocity Verlet at that step")
+        report_progress("native: velocity Verlet at that step")
         expected = _accuracy(reference, dt, time_limit)
     elif judged.any():
-        tell("native: velocity Verlet")
+        report_progress("native: velocity Verlet")
         difference = np.max(np.abs(given[judged] / reference.peak_force[judged] - 1.0))
         like = _like_steps(reference, float(difference), time_limit)
     found = Judgement(reference, given, float(tolerance), None, (), expected, like)
     if np.array_equal(found.passed, judged):
         return found  # nothing is wrong by this tolerance
     deadline = Deadline(min(PATIENCE, time_limit))
-    cause, remark = likely_cause(Case(scene, reference, given, judged, dt, deadline), tell)
+    cause, remark = likely_cause(
+        Case(scene, reference, given, judged, dt, deadline), report_progress
+    )
     return replace(found, cause=cause, remarks=() if remark is None else (remark,))
 
 

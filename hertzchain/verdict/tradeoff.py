@@ -174,8 +174,10 @@ def tradeoff(
     """
     for name in engines:
         require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")
-    tell = progress or (lambda _: None)
-    tell("the truth: the reference method with short steps (the first run compiles, half a minute)")
+    report_progress = progress or (lambda _: None)
+    report_progress(
+        "the truth: the reference method with short steps (the first run compiles, half a minute)"
+    )
     truth = Native("reference", TRUTH_STEP * scene.units.time, peaks_only=True).run(scene)
     ordinary = Native("reference", peaks_only=True).run(scene)
     moved = largest_difference(ordinary.peak_force, truth.peak_force)
@@ -184,7 +186,7 @@ def tradeoff(
     remarks: dict[str, None] = {}
     missing = False
     for contender in running * _ROUNDS:
-        tell(contender.name)
+        report_progress(contender.name)
         try:
             for row in measured(contender, scene, truth.peak_force, enough):
                 before = found.setdefault(row.setting, row)

@@ -323,7 +323,9 @@ def test_scenes_that_take_long_are_measured_one_by_one(
     longest = max(one.end_time / one.units.time * one.chain.granules for one in all_scenes(found))
     monkeypatch.setattr(measuring, "_LONG", room * longest)
     told: list[int] = []
-    measuring.measure(found, Part("native-0000", hc.Native(), 0, 2), peaks=False, tell=told.append)
+    measuring.measure(
+        found, Part("native-0000", hc.Native(), 0, 2), peaks=False, report_progress=told.append
+    )
     assert told == ([1, 1] if room < 1 else [2])
 
 
