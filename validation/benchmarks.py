@@ -26,8 +26,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.native import METHODS, kernels, simulate
-from hertzchain.engines.native.choice import plan
 from hertzchain.engines.native.methods import SRKN_11B
+from hertzchain.engines.native.plan import cheapest as plan
 from hertzchain.engines.native.refinement import Fixed
 from hertzchain.engines.native.simulation import leg_rows, table
 from hertzchain.errors import RunFailed

@@ -13,7 +13,8 @@ import numpy as np
 from hertzchain import theory
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.lammps import Lammps
-from hertzchain.engines.native import METHODS, Native, choice, simulate, simulate_in_numpy
+from hertzchain.engines.native import METHODS, Native, simulate, simulate_in_numpy
+from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.equations import acceleration, contact_force, net_force, overlap
 from hertzchain.engines.registry import label_of
 from hertzchain.errors import RunFailed
@@ -207,7 +208,7 @@ def _with_estimate(scene: Scene, rtol: float) -> Outcome:
 
 def _without_estimate(scene: Scene, rtol: float) -> Outcome:
     """The first run of that: what is left where nobody asks how sure the peaks are."""
-    chosen = choice.plan(rtol)
+    chosen = plans.cheapest(rtol)
     legs = scene.schedule(chosen.step * scene.units.time)
     run = simulate(scene, legs, chosen.walker, leave_behind=True)
     return Outcome(run.peaks.force * scene.units.force, run.evaluations)

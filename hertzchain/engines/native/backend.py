@@ -12,7 +12,7 @@ from importlib.metadata import version
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hertzchain.engines.native import choice
+from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.methods import (
     DPRKN_6,
     RUNGE_KUTTA_4,
@@ -129,7 +129,7 @@ class Native:
         if self.rtol is not None:
             alone = self.method is None and self.dt is None
             require(alone, "rtol", self.rtol, "chooses method and step: must not stand with them")
-            choice.check(self.rtol)
+            plans.check(self.rtol)
         check_time_limit(self.time_limit)
 
     def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
@@ -217,16 +217,16 @@ class Native:
         """Method, legs, run and its error with the cheapest method and step that suffice."""
         rtol = RTOL if self.rtol is None else self.rtol
         hard = amplifies_errors(scene)
-        plan = choice.plan(rtol, hard=hard)
+        plan = plans.cheapest(rtol, hard=hard)
         before = math.inf
-        for left in reversed(range(choice.TRIES)):
+        for left in reversed(range(plans.TRIES)):
             legs = plan.walker.cut(scene.schedule(plan.step * scene.units.time))
             run = simulate(
                 scene, legs, plan.walker, recorder, leave_behind=self.peaks_only, deadline=deadline
             )
             if left and not hard and run.peaks.any_rising:
                 # What is stated for such a contact is the force at an instant, not a peak.
-                hard, plan, before = True, choice.plan(rtol, hard=True), math.inf
+                hard, plan, before = True, plans.cheapest(rtol, hard=True), math.inf
                 continue
             error = _estimate(scene, legs, plan, run, deadline)
             cost = run.evaluations * scene.chain.granules
@@ -238,10 +238,10 @@ class Native:
 
 
 def _estimate(
-    scene: Scene, legs: Sequence[Leg], plan: choice.Plan, run: Simulation, deadline: Deadline
+    scene: Scene, legs: Sequence[Leg], plan: plans.Plan, run: Simulation, deadline: Deadline
 ) -> float:
     """Upper bound of the error of the peaks, from one run or two with other steps."""
-    others = [tuple(replace(leg, steps=choice.other_step(leg.steps)) for leg in legs)]
+    others = [tuple(replace(leg, steps=plans.other_step(leg.steps)) for leg in legs)]
     if run.peaks.any_rising:
         # Forces at an instant are erratic from step to step: one difference may be small by chance,
         # and none falls with a power of the step.
@@ -273,7 +273,7 @@ def _error_bound(
     safety = method.safety
     if walker.stepper.order == 2:
         safety = second_order_safety(longest, run.peaks.any_rising)
-    lost = choice.round_off(run.evaluations)
+    lost = plans.round_off(run.evaluations)
     return float(safety * error + method.floor + lost)
 
 

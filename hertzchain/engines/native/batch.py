@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import choice
+from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.refinement import Refined
 from hertzchain.engines.native.simulation import can_leave_behind, code_of, leg_rows, table
 from hertzchain.errors import POSITIVE, SceneError, require
@@ -116,7 +116,7 @@ def peak_forces(
     allowed = "must be the same in all scenes: one batch for each length"
     require(len(lengths) == 1, "granules", lengths, allowed)
 
-    def legs(plan: choice.Plan, wanted: NDArray[np.intp]) -> FloatArray:
+    def legs(plan: plans.Plan, wanted: NDArray[np.intp]) -> FloatArray:
         rows = [
             leg_rows(plan.walker.cut(scene.schedule(plan.step * scene.units.time)), scene.units)
             for scene in (scenes[k] for k in wanted)
@@ -196,7 +196,7 @@ def similar_peak_forces(
     corners = np.stack([np.zeros_like(rise), rise, n * rise, n * rise], axis=1)
     corners[:, 3] += watched_time(granules, ratio)
 
-    def legs(plan: choice.Plan, wanted: NDArray[np.intp]) -> FloatArray:
+    def legs(plan: plans.Plan, wanted: NDArray[np.intp]) -> FloatArray:
         rows = np.zeros((wanted.size, 3, 8))
         start, end = corners[wanted, :-1], corners[wanted, 1:]
         rows[:, :, 0], rows[:, :, 1] = start, end
@@ -209,7 +209,7 @@ def similar_peak_forces(
                 rows[:, k, 2] *= np.ceil(plan.walker.cosine_steps / rows[:, k, 2])
         return rows
 
-    known = choice.is_known(ratio, n, granules)
+    known = plans.is_known(ratio, n, granules)
     return _accurate_enough(legs, known, granules, rtol, True, time_limit, cores or usable_cores())
 
 
@@ -217,11 +217,11 @@ def _is_known(scene: Scene) -> bool:
     pulse = scene.shock
     if not scene.is_plain or not isinstance(pulse, Pulse) or scene.run.end_time is not None:
         return False
-    return bool(choice.is_known(scene.momentum_ratio, pulse.duration_ratio, scene.chain.granules))
+    return bool(plans.is_known(scene.momentum_ratio, pulse.duration_ratio, scene.chain.granules))
 
 
 def _accurate_enough(
-    legs: Callable[[choice.Plan, NDArray[np.intp]], FloatArray],
+    legs: Callable[[plans.Plan, NDArray[np.intp]], FloatArray],
     known: NDArray[np.bool_],
     granules: int,
     rtol: float,
@@ -234,7 +234,7 @@ def _accurate_enough(
     Known scenes run once, as it is known how far off they are at most; the others get a second run
     that tells, and further ones until that is enough or no further one helps.
     """
-    choice.check(rtol)
+    plans.check(rtol)
     check_time_limit(time_limit)
     deadline = Deadline(time_limit)
     scenes = known.size
@@ -243,14 +243,14 @@ def _accurate_enough(
     error, end, evaluations = np.ones(scenes), np.zeros(scenes), np.zeros(scenes)
     wanted = np.nonzero(known)[0]
     if wanted.size:
-        plan = choice.plan(rtol, checked=False)
+        plan = plans.cheapest(rtol, checked=False)
         force[wanted], time[wanted], end[wanted], evaluations[wanted] = _march(
             legs(plan, wanted), plan.walker, granules, leave_behind, deadline, cores, plan.dtype
         )
         error[wanted] = plan.estimate(0.0, evaluations[wanted])
-    plan, wanted = choice.plan(rtol, hard=True), np.nonzero(~(error <= rtol))[0]
+    plan, wanted = plans.cheapest(rtol, hard=True), np.nonzero(~(error <= rtol))[0]
     before = np.full(scenes, np.inf)
-    for _ in range(choice.TRIES):
+    for _ in range(plans.TRIES):
         if not wanted.size:
             break
         rows = legs(plan, wanted)
@@ -258,13 +258,13 @@ def _accurate_enough(
             rows, plan.walker, granules, leave_behind, deadline, cores
         )
         steps = rows[:, :, 2].copy()
-        rows[:, :, 2] = choice.other_steps(steps)
+        rows[:, :, 2] = plans.other_steps(steps)
         others, *_ = _march(rows, plan.coarser, granules, leave_behind, deadline, cores)
         differences = largest_differences(others, force[wanted], ESTIMATED)
         rising = are_rising(force[wanted], time[wanted] < end[wanted, None])
         if rising.any():
             # Forces at an instant are erratic: one difference may be small by chance.
-            rows[:, :, 2] = choice.more_steps(steps)
+            rows[:, :, 2] = plans.more_steps(steps)
             more, *_ = _march(rows[rising], plan.coarser, granules, leave_behind, deadline, cores)
             again = largest_differences(more, force[wanted[rising]], ESTIMATED)
             differences[rising] = np.maximum(differences[rising], again)

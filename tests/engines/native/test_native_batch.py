@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.native import choice
+from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.batch import peak_forces, similar_peak_forces
 from hertzchain.observables.peaks import largest_difference, largest_differences
 from tests.conftest import STEEL, paper_scene
@@ -90,14 +90,14 @@ def test_scenes_whose_motion_diverges_run_again_with_shorter_steps(
 ) -> None:
     ratio = [1.0, 20.0]
     plain = similar_peak_forces("cosine", ratio, 2.0, 10)
-    plan = choice.plan
+    plan = plans.cheapest
 
-    def too_long(rtol: float, checked: bool = True, hard: bool = False) -> choice.Plan:
+    def too_long(rtol: float, checked: bool = True, hard: bool = False) -> plans.Plan:
         chosen = plan(rtol, checked, hard)
         # Ten natural units are no step for any method, and no halving makes it shorter.
         return replace(chosen, step=10.0, walker=replace(chosen.walker, tolerance=0.0))
 
-    monkeypatch.setattr(choice, "plan", too_long)
+    monkeypatch.setattr(plans, "cheapest", too_long)
     batch = similar_peak_forces("cosine", ratio, 2.0, 10)
     assert np.all(batch.error_estimate <= 1e-6)  # what is wanted where nothing is said
     errors = largest_differences(batch.peak_force, plain.peak_force)

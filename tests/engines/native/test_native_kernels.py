@@ -13,7 +13,6 @@ from scipy.integrate import simpson
 
 import hertzchain as hc
 from hertzchain.engines.native import kernels, simulate, simulate_in_numpy
-from hertzchain.engines.native.choice import plan
 from hertzchain.engines.native.methods import (
     DPRKN_6,
     RUNGE_KUTTA_4,
@@ -22,6 +21,7 @@ from hertzchain.engines.native.methods import (
     VELOCITY_VERLET,
     Stepper,
 )
+from hertzchain.engines.native.plan import cheapest
 from hertzchain.engines.native.refinement import Fixed, Refined, Walker
 from hertzchain.engines.native.simulation import leg_rows, stoppable, table
 from hertzchain.limits import Deadline
@@ -171,7 +171,9 @@ DURATIONS = [1.1, 2.0, 50.0]
 
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("duration", DURATIONS)
-@pytest.mark.parametrize("walker", [Fixed(SRKN_11B), plan(1e-6).walker], ids=["fixed", "refined"])
+@pytest.mark.parametrize(
+    "walker", [Fixed(SRKN_11B), cheapest(1e-6).walker], ids=["fixed", "refined"]
+)
 def test_peaks_in_a_window_are_bitwise_those_of_the_full_chain(
     ratio: float, duration: float, walker: Walker
 ) -> None:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.native import METHODS, choice, simulate
+from hertzchain.engines.native import METHODS, simulate
+from hertzchain.engines.native import plan as plans
 from hertzchain.observables.error_bound import is_short
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.pulse import PROFILES
@@ -78,7 +79,7 @@ def test_the_choice_costs_at_most_thrice_the_best_in_hindsight(rtol: float) -> N
     # again), found by trying them all. In seconds: validation/benchmarks.py.
     ratios = []
     for scene, peaks in random_scenes(60, seed=7)[:30]:
-        plan = choice.plan(rtol)
+        plan = plans.cheapest(rtol)
         legs = scene.schedule(plan.step * scene.units.time)
         chosen = simulate(scene, legs, plan.walker, leave_behind=True).evaluations
         cost = chosen + 2 / 3 * chosen
@@ -151,23 +152,23 @@ def test_hard_scenes_are_told_apart() -> None:
     assert is_short(9.0, 4)
     assert not is_short(2.0, 60)
     ratios = np.array([0.01, 0.1, 5.0, 20.0])
-    assert choice.is_known(ratios, 2.0, 60).tolist() == [False, True, True, False]
+    assert plans.is_known(ratios, 2.0, 60).tolist() == [False, True, True, False]
 
 
 def test_known_scenes_are_those_that_random_scenes_are_drawn_from() -> None:
     for limit, beyond in zip(RATIOS, (0.0, np.inf), strict=True):
         ratios = np.array([limit, np.nextafter(limit, beyond)])
-        assert choice.is_known(ratios, np.full(2, 2.0), 60).tolist() == [True, False]
+        assert plans.is_known(ratios, np.full(2, 2.0), 60).tolist() == [True, False]
     for limit, beyond in zip(DURATIONS, (0.0, np.inf), strict=True):
         durations = np.array([limit, np.nextafter(limit, beyond)])
-        assert choice.is_known(np.ones(2), durations, 60).tolist() == [True, False]
-    assert choice.is_known(1.0, 2.0, GRANULES)
-    assert not choice.is_known(1.0, 2.0, GRANULES + 1)
+        assert plans.is_known(np.ones(2), durations, 60).tolist() == [True, False]
+    assert plans.is_known(1.0, 2.0, GRANULES)
+    assert not plans.is_known(1.0, 2.0, GRANULES + 1)
 
 
 def test_a_chain_is_short_below_five_granules_for_each_unit_of_the_momentum_ratio() -> None:
-    assert choice.is_known(2.0, 2.0, 10)
-    assert not choice.is_known(2.0, 2.0, 9)
+    assert plans.is_known(2.0, 2.0, 10)
+    assert not plans.is_known(2.0, 2.0, 9)
 
 
 def test_a_batch_checks_what_was_not_measured() -> None:
@@ -178,7 +179,7 @@ def test_a_batch_checks_what_was_not_measured() -> None:
         hc.similar_peak_forces("cosine", 2.0, n, 10, 1e-6),
         hc.peak_forces([paper_scene("cosine", 2.0, float(k), 10) for k in n], 1e-6),
     ):
-        known = choice.plan(1e-6, checked=False).error
+        known = plans.cheapest(1e-6, checked=False).error
         # Round-off of a few thousand evaluations, 4e-14, is added.
         assert batch.error_estimate[0] == pytest.approx(known, rel=1e-6, abs=0)
         assert abs(batch.error_estimate[1] / known - 1) > 0.01
@@ -186,7 +187,7 @@ def test_a_batch_checks_what_was_not_measured() -> None:
 
 @pytest.mark.parametrize("error", [1.1e-6, 1e-5, 0.4e-3])
 def test_a_closer_plan_aims_at_half_of_what_is_wanted(error: float) -> None:
-    plan = choice.plan(1e-6)
+    plan = plans.cheapest(1e-6)
     closer = plan.closer(1e-6, error)
     # Errors go as the step to the power of the order, one more where the motion is smooth, and as
     # the tolerance.
@@ -196,7 +197,7 @@ def test_a_closer_plan_aims_at_half_of_what_is_wanted(error: float) -> None:
 
 
 def test_a_closer_plan_is_a_thousand_times_closer_at_most() -> None:
-    plan = choice.plan(1e-6)
+    plan = plans.cheapest(1e-6)
     for error, factor in ((0.49e-3, 0.5e-6 / 0.49e-3), (0.51e-3, 1e-3), (np.inf, 1e-3)):
         tolerance = plan.closer(1e-6, error).walker.tolerance
         assert tolerance == pytest.approx(factor * plan.walker.tolerance, rel=1e-12, abs=0)

@@ -157,7 +157,7 @@ def is_known(momentum_ratio: Any, duration_ratio: Any, granules: int) -> Any:
     return known & ~is_short(momentum_ratio, granules) & (granules <= _KNOWN_GRANULES)
 
 
-def plan(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
+def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
     """The cheapest way to peaks of relative accuracy ``rtol``, as measured.
 
     Parameters
