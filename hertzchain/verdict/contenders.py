@@ -15,7 +15,13 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.lammps import Lammps
 from hertzchain.engines.native import METHODS, Native, simulate, simulate_in_numpy
 from hertzchain.engines.native import plan as plans
-from hertzchain.engines.native.equations import acceleration, contact_force, net_force, overlap
+from hertzchain.engines.native.equations import (
+    acceleration,
+    contact_force,
+    jerk,
+    net_force,
+    overlap,
+)
 from hertzchain.engines.registry import label_of
 from hertzchain.errors import RunFailed
 from hertzchain.observables.peaks import PeakWatch
@@ -257,7 +263,7 @@ def _show(watch: PeakWatch, time: FloatArray, states: FloatArray, leg: Leg) -> N
     """Let the peaks be found between states, shape (samples, 2 granules), as everywhere else."""
     displacement, velocity = np.split(states, 2, axis=1)
     pressed = overlap(displacement)
-    force, stiffness = contact_force(pressed), 1.5 * np.sqrt(np.maximum(pressed, 0))
+    force = contact_force(pressed)
     nothing = np.zeros_like(time)
     applied = nothing if leg.ramp is None else leg.ramp.force(time)
     applied_rate = nothing if leg.ramp is None else leg.ramp.force_rate(time)
@@ -268,7 +274,7 @@ def _show(watch: PeakWatch, time: FloatArray, states: FloatArray, leg: Leg) -> N
         acceleration=net_force(force, applied),
         overlap=pressed,
         contact_force=force,
-        jerk=net_force(stiffness * overlap(velocity), applied_rate),
+        jerk=jerk(pressed, overlap(velocity), applied_rate),
     )
     # Of a contact that does no more than touch a peak below 0 may be found, which is none.
     with np.errstate(invalid="ignore"):

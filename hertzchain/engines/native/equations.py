@@ -55,6 +55,19 @@ def net_force(contact_force: Array, applied_force: Array | float) -> Array:
     return passed_on[..., :-1] - passed_on[..., 1:]
 
 
+def jerk(overlap: Array, rate: Array, applied_rate: Array | float) -> Array:
+    """Time derivative of Eq. 1: that of a contact force is 3/2 overlap^(1/2) rate.
+
+    Parameters
+    ----------
+    overlap, rate
+        Of each contact, and its rate, shape (..., contacts).
+    applied_rate
+        F'(t), shape (...).
+    """
+    return net_force(1.5 * np.sqrt(np.maximum(overlap, 0)) * rate, applied_rate)
+
+
 def acceleration(displacement: Array, applied_force: float) -> Array:
     """Right-hand side of Eq. 1, shape (granules,)."""
     return net_force(contact_force(overlap(displacement)), applied_force)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import Array, Scalar
-from hertzchain.engines.native.equations import acceleration, contact_force, net_force, overlap
+from hertzchain.engines.native.equations import acceleration, contact_force, jerk, overlap
 from hertzchain.engines.native.methods import RungeKuttaNystrom, Stepper, SymplecticNystrom
 from hertzchain.engines.native.refinement import Refined, Walker
 from hertzchain.engines.native.simulation import End, Peaks, Simulation
@@ -168,13 +168,11 @@ def _samples(block: Sequence[tuple[Scalar, State]], ramp: Ramp | None, order: in
     if not np.all(np.isfinite(velocity[-1])):
         raise diverged("native")
     pressed = overlap(displacement)
-    # The time derivative of Eq. 1; that of a contact force is 3/2 overlap^(1/2) times its rate.
-    force_rate = 1.5 * np.sqrt(np.maximum(pressed, 0)) * overlap(velocity)
-    jerk = net_force(force_rate, ramp.force_rate(time) if ramp else 0.0)
+    third = jerk(pressed, overlap(velocity), ramp.force_rate(time) if ramp else 0.0)
     if order == 2:
         # Velocity Verlet's velocities are central differences of its displacements: off by this.
         h = (time[-1] - time[0]) / (time.size - 1)
-        velocity = velocity - h**2 / 6 * jerk
+        velocity = velocity - h**2 / 6 * third
     return Samples(
         time=time,
         displacement=displacement,
@@ -182,7 +180,7 @@ def _samples(block: Sequence[tuple[Scalar, State]], ramp: Ramp | None, order: in
         acceleration=np.array([state.acceleration for _, state in block]),
         overlap=pressed,
         contact_force=contact_force(pressed),
-        jerk=jerk,
+        jerk=third,
     )
 
 
