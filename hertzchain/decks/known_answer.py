@@ -92,7 +92,10 @@ def lay_out(
 
 
 def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
-    """The true peaks of a scene, and what the steps and looks of a deck cost them; None without."""
+    """The true peaks of a scene, and what the steps and looks of a deck cost them.
+
+    None for a deck that does not look.
+    """
     if layout.watch_every == 0:
         return None
     truth = Native("reference", peaks_only=True).run(scene)

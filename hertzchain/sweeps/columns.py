@@ -195,9 +195,9 @@ IN_TITLES = (
     "shock.peak_force",
     "chain.granules",
 )
-"""Said by a title where they do not vary, in this order; the others where they were fixed."""
+"""Parameters that a title names where they do not vary, in this order; others where fixed."""
 
 _TITLES = {column.name: column.title for column in ALL if column.title}
 
 TITLES = {name: _TITLES[name] for name in dict.fromkeys((*IN_TITLES, *PARAMETERS, "backend"))}
-"""How a title says what is the same in all rows, in its order."""
+"""Words of a title for what is the same in all rows, in order."""

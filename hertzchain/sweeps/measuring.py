@@ -40,7 +40,7 @@ within its time limit."""
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What a part has become: one row per scene, and, where wanted, one per scene and contact."""
+    """Rows of a part: one per scene and, where wanted, one per scene and contact."""
 
     table: pandas.DataFrame
     peaks: pandas.DataFrame | None
@@ -105,7 +105,7 @@ def _batches(
 ) -> NDArray[np.bool_]:
     """Measure what the compiled batch takes, one profile and one length of chain after another.
 
-    Which scenes are left, shape (scenes,).
+    Returns which scenes are left, shape (scenes,).
     """
     from hertzchain.engines.native import backend, similar_peak_forces
 

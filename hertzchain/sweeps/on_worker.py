@@ -41,9 +41,8 @@ class Task:
 def work(sweep: str, wanted: str, packed: bytes) -> Measured:
     """Measure a part that an ``Task`` brought, in a thread of a worker.
 
-    hertzchain has to be of the version that is wanted.
-
-    Where the worker ends, or the sweep, Dask is to give the part to another, if to any.
+    hertzchain has to be of the version that is wanted. Where the worker ends, or the sweep, Dask is
+    to give the part to another, if to any.
     """
     worker = get_worker()
     check_version(f"the worker {worker.address}", version("hertzchain"), wanted)

