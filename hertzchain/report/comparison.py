@@ -22,14 +22,10 @@ if TYPE_CHECKING:
 
 def of_comparison(comparison: Comparison) -> Document:
     """All that reports show of a comparison."""
-    native, formulas = comparison.native, comparison.formulas
+    formulas = comparison.formulas
     others = {name: found for name, found in comparison.results.items() if name != "native"}
     equations = {name: getattr(formulas, name) for name in FORMULAS}
     drawn = {name: result.peak_force for name, result in others.items()}
-    limits = [
-        (name, f"{LABELS[name]}, error estimate", result.error_estimate)
-        for name, result in others.items()
-    ]
     answers, efforts = _answers(comparison)
     of_formulas = [f"Formulas: {text}" for text in (formulas.applicable, formulas.note) if text]
     return Document(
@@ -45,7 +41,10 @@ def of_comparison(comparison: Comparison) -> Document:
         verdict=_verdict(comparison, of_formulas),
         peaks=_peaks(comparison, drawn, equations),
         drawn=drawn | (equations if formulas.applicable is None else {}),
-        limits=[*limits, ("native", "reference, error estimate", native.error_estimate)],
+        limits=[
+            (name, f"{LABELS[name]}, error estimate", result.error_estimate)
+            for name, result in others.items()
+        ],
         absent=[LABELS[name] for name in comparison.wanted if name not in comparison.results],
         answers=answers,
         efforts=efforts,

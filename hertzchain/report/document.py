@@ -72,33 +72,32 @@ class Document:
     Parameters
     ----------
     kind
-        What a page calls it.
+        Name of this kind of page.
     name, numbers
-        Of the document of JSON: its name, and what makes it.
+        Name of the JSON document, and the function that makes it.
     command, cases
-        Of the JUnit suite: ``compare`` or ``judge``, and what the verdict rests on.
+        ``compare`` or ``judge``, which is part of the name of the JUnit suite, and its cases.
     results
-        What each simulation found, by the names of the engines.
+        Result of each simulation, by the names of the engines.
     verdict
-        The head of a page.
+        Head of the page.
     peaks
-        The table of peak forces.
+        Table of peak forces.
     drawn
         Peak forces [N] that are drawn next to those of native, by the names of their styles.
     limits
-        Style, label and value of the lines in a plot of relative differences.
+        Style, label and value of each line in the plot of relative differences, but for native's.
     absent
         Labels of engines that did not run.
     answers, efforts, cost
-        Of a comparison: what each engine says of the transition, in short what it took, and in
-        full.
+        The transition by each engine of a comparison; method, steps and time, in short and in full.
     checks
-        Of a comparison: what the verdict rests on.
+        Checks of a comparison, on which its verdict rests.
     formulas, similar
-        Of a comparison: remarks on the formulas, and on engines that computed another chain.
+        Remarks on the formulas, and on engines that computed a similar chain.
     facts, cause, remarks
-        Of a judgement: label and value of what is said of all contacts; the likely cause; what
-        could not be done.
+        Label and value of each thing said of all given peaks together; the likely cause of what
+        failed; what could not be done.
     """
 
     kind: str
@@ -126,6 +125,11 @@ class Document:
     def native(self) -> Result:
         """The reference."""
         return self.results["native"]
+
+    @property
+    def lines(self) -> list[tuple[str, str, float]]:
+        """The limits, and the error estimate of native."""
+        return [*self.limits, ("native", "reference, error estimate", self.native.error_estimate)]
 
     @property
     def differences(self) -> dict[str, FloatArray]:

@@ -47,7 +47,7 @@ def plot_document(document: Document, path: Path | str) -> None:
         above.plot(contact, values, fillstyle="none", **style)
         off = differences[name]
         below.semilogy(contact, np.where(off > 0, off, np.nan), **style)
-    for name, label, value in document.limits:
+    for name, label, value in document.lines:
         line = ":" if name == "native" else "--"
         below.axhline(value, color=COLOURS[name], linewidth=0.8, linestyle=line, label=label)
     p = native.transition_granules

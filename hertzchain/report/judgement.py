@@ -48,10 +48,7 @@ def of_judgement(judgement: Judgement) -> Document:
         ),
         peaks=_peaks(judgement, failed),
         drawn={GIVEN: judgement.given},
-        limits=[
-            (GIVEN, "tolerance", tolerance),
-            ("native", "reference, error estimate", native.error_estimate),
-        ],
+        limits=[(GIVEN, "tolerance", tolerance)],
         facts=_facts(judgement, judged, failed.size),
         cause=cause,
         remarks=judgement.remarks,

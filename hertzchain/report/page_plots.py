@@ -129,7 +129,7 @@ def difference_plot(document: Document, plotted: NDArray[np.intp]) -> Plot:
             "line": {"color": COLOURS[name], "width": 1.5, "dash": DASHES[name]},
             "hovertemplate": f"{label}<br>%{{y:.2e}}<extra></extra>",
         }
-        for name, label, value in document.limits
+        for name, label, value in document.lines
         if value > 0
     ]
     values = [value for trace in traces for value in trace["y"] if value]
