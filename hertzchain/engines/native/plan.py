@@ -1,9 +1,8 @@
 """Which method and which steps give peaks of a wanted accuracy at the least cost.
 
 In natural units all scenes are alike, so what a step costs in accuracy was measured once, on random
-scenes (LM_ratio 0.05 to 10, n 1.1 to 60, N 2 to 500, all profiles): SRKN_6^b is the cheapest down
-to 3e-5, SRKN_11^b below. What a scene makes of it is estimated afresh in every single run; a batch
-does so for scenes that are not like those.
+scenes of all profiles; the constants below are from there. A single run estimates its own error
+again, a batch only that of scenes outside their range.
 """
 
 from __future__ import annotations
@@ -30,27 +29,23 @@ _LONGEST_CHECKED_STEP = {"srkn-6b": 0.62, "srkn-11b": 0.52}
 """Where a second run with steps half as long again is to tell the error."""
 
 _CHECKED = 0.92
-"""Steps of SRKN_11^b where a second run is to tell the error, as a fraction of those that would do
-without: with them one scene in fifty needs a further plan, without one in four."""
+"""Such steps of SRKN_11^b over those without a second run: one scene in fifty needs a further plan;
+at 1, one in four."""
 
 _SAFETY = 0.15
-"""Error over the difference to a run with other steps: 1/16 where the motion is smooth, 1/7 of what
-an opening contact leaves, rounded up."""
+"""Error over the difference to a run with other steps: 1/16 where the motion is smooth, 1/7 where a
+contact opens, rounded up."""
 
 _KNOWN, _KNOWN_UNCHECKED = 0.55, 0.9
-"""Error over the wanted accuracy in the worst of the random scenes, rounded up; with a second run
-and without, where steps are longer (0.72 was seen).
-
-A difference can be small by chance, so the error is never said to be less.
-"""
+"""Error over the wanted accuracy in the worst of the random scenes, rounded up, with a second run
+and without: estimates are never less, as a difference can be small by chance."""
 
 TRIES = 6
 """Plans until one is close enough; one in fifty random scenes needs a second."""
 
 _HOPELESS = 0.8
-"""Error of a plan over that of the one before, above which a further one is not worth much: the
-motion multiplies rounding errors, and shorter steps only make more of them. Where they help, they
-halve the error at least, as a rule."""
+"""Error of a plan over that of the one before, above which the motion only multiplies rounding
+errors; where shorter steps help, they usually halve the error."""
 
 _CHEAP = 1e8
 """Granules times force evaluations, some tenths of a second: below, all plans are tried."""
@@ -71,9 +66,8 @@ _SAFETY_IF_HARD = 6.0
 """As _SAFETY, where errors are erratic (``error_bound.amplifies_errors``): 2.4 was needed."""
 
 _HARDER, _HARD_RTOL = 30.0, 1e-6
-"""Hard scenes run as if a thirtieth of the wanted accuracy, or this, were wanted: with long steps
-they are chaotic, and errors of contacts that the front has just reached are up to eleven times the
-wanted accuracy with a tenth of it."""
+"""Hard scenes run as if a thirtieth of the wanted accuracy, or this, were wanted: long steps make
+them chaotic, and a tenth left errors of up to eleven times the wanted accuracy."""
 
 
 @dataclass(frozen=True)
