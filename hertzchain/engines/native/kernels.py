@@ -27,7 +27,7 @@ from llvmlite import ir
 from numba import njit
 from numba.core.caching import FunctionCache
 from numba.core.options import DefaultOptions
-from numba.core.runtime import rtsys
+from numba.core.runtime.nrt import rtsys
 from numba.extending import intrinsic
 
 from hertzchain.arrays import Array, FloatArray
