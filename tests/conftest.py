@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 import hertzchain as hc
 from hertzchain.engines.lammps.engine import engine
@@ -18,6 +19,10 @@ from hertzchain.errors import BackendMissing
 from tests.command_line import Command, run_here
 
 pytest_plugins = ["pytester"]
+
+# Where the machine is busy an example may take any time.
+settings.register_profile("patient", deadline=None)
+settings.load_profile("patient")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

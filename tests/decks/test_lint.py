@@ -583,7 +583,7 @@ WORDS = sorted(set((CLEAN + HEAP + MORE_WORDS).split()))
 
 
 @given(st.text(max_size=300))
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 def test_any_text_gives_findings(text: str) -> None:
     assert all(finding.rule in RULES for finding in lint(text))
 
@@ -592,7 +592,7 @@ def test_any_text_gives_findings(text: str) -> None:
     st.lists(st.tuples(st.integers(0, 400), st.sampled_from(["", "drop", "twice", *WORDS]))),
     st.sampled_from([CLEAN, HEAP]),
 )
-@settings(deadline=None, max_examples=500)
+@settings(max_examples=500)
 def test_any_change_of_a_deck_gives_findings_or_none(
     changes: list[tuple[int, str]], text: str
 ) -> None:

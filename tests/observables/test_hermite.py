@@ -34,7 +34,7 @@ numbers = st.floats(-1.0, 1.0)
 
 @pytest.mark.parametrize("m", [1, 2, 3])
 @given(data=st.data(), start=numbers, h=st.floats(0.1, 2.0))
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 def test_polynomials_up_to_degree_2m_plus_1_are_met(
     m: int, data: st.DataObject, start: float, h: float
 ) -> None:
@@ -112,7 +112,6 @@ def curve_with_slope(slope: Polynomial, dtype: type[np.floating[Any]]) -> Array:
 
 @pytest.mark.parametrize("dtype", PRECISIONS)
 @given(peak=positions, height=st.floats(1e-3, 1e3))
-@settings(deadline=None)
 def test_maximum_of_a_parabola(dtype: type[np.floating[Any]], peak: float, height: float) -> None:
     curve = np.array([[0.0], [2 * height * peak], [-height]], dtype)
     # One rounding of the product.
@@ -121,7 +120,6 @@ def test_maximum_of_a_parabola(dtype: type[np.floating[Any]], peak: float, heigh
 
 @pytest.mark.parametrize("dtype", PRECISIONS)
 @given(peak=positions, a=numbers, b=numbers, c=numbers, d=numbers)
-@settings(deadline=None)
 def test_maximum_of_a_sextic(
     dtype: type[np.floating[Any]], peak: float, a: float, b: float, c: float, d: float
 ) -> None:
@@ -135,7 +133,7 @@ def test_maximum_of_a_sextic(
 
 
 @given(data=st.data())
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 def test_maximum_of_a_bump_vs_scipy(data: st.DataObject) -> None:
     """The septic that meets a cosine bump, as PeakWatch uses it."""
     width, peak = data.draw(st.floats(0.05, 1.4)), data.draw(positions)
@@ -171,7 +169,7 @@ def test_many_columns_with_different_maxima() -> None:
 
 
 @given(data=st.data())
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 def test_increments_are_those_of_bernstein_coefficients(data: st.DataObject) -> None:
     coefficients = [data.draw(numbers) for _ in range(8)]
     curve, h = Polynomial(coefficients), data.draw(st.floats(0.1, 2.0))

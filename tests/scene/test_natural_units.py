@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import hertzchain as hc
@@ -50,7 +50,6 @@ factor = st.floats(1e-6, 1e6)
 
 
 @given(modulus=factor, force=factor, radius=factor, density=factor)
-@settings(deadline=None)
 def test_units_scale_as_powers(modulus: float, force: float, radius: float, density: float) -> None:
     """F = A length^(3/2) with A as E R^(1/2), and F = m length / time^2 with m as rho R^3."""
     chain = hc.Chain(60, 4.75e-3 * radius, 193e9 * modulus, 0.3, 7958.0 * density)
@@ -63,7 +62,6 @@ def test_units_scale_as_powers(modulus: float, force: float, radius: float, dens
 
 
 @given(poisson_ratio=st.floats(-0.99, 0.5))
-@settings(deadline=None)
 def test_units_know_the_poisson_ratio_through_the_modulus_only(poisson_ratio: float) -> None:
     """E / (1 - nu^2) is all that Hertz's law has of both."""
     chain = hc.Chain(60, 4.75e-3, 193e9 * (1 - poisson_ratio**2), poisson_ratio, 7958.0)
@@ -80,7 +78,6 @@ def test_momentum_of_the_unit_wave_is_1_651778333() -> None:
 
 
 @given(modulus=factor, force=factor, radius=factor, density=factor)
-@settings(deadline=None)
 def test_unit_ratio_momentum_vs_the_papers_formula(
     modulus: float, force: float, radius: float, density: float
 ) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
@@ -358,7 +358,6 @@ def test_a_scene_written_and_read_is_equal(tmp_path: Path, scene: hc.Scene) -> N
 
 
 @given(chain=chains, pulse=pulses(), run=runs)
-@settings(deadline=None)
 def test_any_scene_written_and_read_is_equal(
     tmp_path_factory: pytest.TempPathFactory, chain: hc.Chain, pulse: hc.Pulse, run: hc.Run
 ) -> None:
@@ -367,7 +366,6 @@ def test_any_scene_written_and_read_is_equal(
 
 
 @given(chain=chains, table=tables(), run=runs)
-@settings(deadline=None)
 def test_any_table_written_and_read_is_equal(
     tmp_path_factory: pytest.TempPathFactory, chain: hc.Chain, table: hc.PulseTable, run: hc.Run
 ) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
@@ -83,7 +83,6 @@ def test_granules_apart_do_not_pull() -> None:
     st.lists(st.floats(-1e-5, 1e-5), min_size=2, max_size=20),
     st.floats(0.0, 1000.0),
 )
-@settings(deadline=None)
 def test_only_the_applied_force_changes_the_momentum(
     displacement: list[float], force: float
 ) -> None:
@@ -159,7 +158,6 @@ def test_momentum_ratio_is_rise_time_over_unit_rise_time(profile: str, n: float)
 
 
 @given(length=st.floats(1e-6, 1e3), mass=st.floats(1e-9, 1e6), time=st.floats(1e-9, 1e3))
-@settings(deadline=None)
 def test_formulas_have_their_dimensions(length: float, mass: float, time: float) -> None:
     """In other units of length, mass and time the numbers change as their dimensions say."""
     force = mass * length / time**2
