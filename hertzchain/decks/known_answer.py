@@ -41,18 +41,10 @@ _READINGS = 2_000_000
 
 
 def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> float:
-    """The step of a deck, natural time units.
+    """The step of a deck, natural time units, from the largest step ``dt`` [s] if that is given.
 
-    Parameters
-    ----------
-    scene
-        What to simulate.
-    dt
-        The largest step [s]; by default one with which native velocity Verlet, the scheme of
-        LAMMPS, has peaks of accuracy ``rtol``, cut to two digits so that it is the same on every
-        machine.
-    rtol
-        Wanted relative accuracy of the peaks, between 0 and 1.
+    By default one with which velocity Verlet, the scheme of LAMMPS, has peaks of relative accuracy
+    ``rtol``, cut to two digits so that it is the same on every machine.
     """
     unit = scene.units.time
     if dt is not None:
@@ -80,10 +72,9 @@ def lay_out(
     watch_every: int | None = None,
     **how: Any,
 ) -> Layout:
-    """The layout of a deck whose step and interval suit a scene.
+    """The layout of a deck whose step and interval suit a scene; ``how`` goes to ``Layout``.
 
     Steps between two looks (0: none) are by default so many that 0.005 natural time units pass.
-    What else a ``Layout`` has is handed on.
     """
     step = deck_step(scene, dt, rtol)
     if watch_every is None:
@@ -92,10 +83,7 @@ def lay_out(
 
 
 def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
-    """The true peaks of a scene, and what the steps and looks of a deck cost them.
-
-    None for a deck that does not look.
-    """
+    """The true peaks, and what steps and looks of a deck cost them; None if it does not look."""
     if layout.watch_every == 0:
         return None
     truth = Native("reference", peaks_only=True).run(scene)
@@ -113,9 +101,9 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
 def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, FloatArray]:
     """Peaks of velocity Verlet over F0, and the least that looks now and then can find of them.
 
-    Both have the shape (contacts,); the step is in natural time units. The least is found where the
-    peak lies in the middle between two looks or, of contacts that are pressed hardest at the end or
-    shortly before, where the last look is a whole interval before it.
+    Both have the shape (contacts,); the step is in natural time units. The least is in the middle
+    between two looks or, for contacts pressed hardest at the end or shortly before, a whole
+    interval before it.
     """
     unit, granules = scene.units.time, scene.chain.granules
     legs = scene.schedule(step * unit)

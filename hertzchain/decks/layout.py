@@ -36,26 +36,16 @@ _BORDER = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class KnownAnswer:
-    """What a deck has to find, and how well it can with its step and interval.
+    """What a deck has to find, and how well it can with its step and interval."""
 
-    Parameters
-    ----------
-    force_ratio
-        True peak force of each contact over F0, shape (contacts,).
-    error
-        Of each contact, the relative difference from it of velocity Verlet with the deck's step,
-        looked at in the deck's interval, shape (contacts,).
-    """
-
-    force_ratio: FloatArray
-    error: FloatArray
+    force_ratio: FloatArray  # true peak forces over F0, shape (contacts,)
+    error: FloatArray  # relative, of velocity Verlet with the deck's step and interval, (contacts,)
 
     @property
     def judged(self) -> NDArray[np.bool_]:
         """Contacts that are pressed enough to be judged, and about as well known as most.
 
-        Where a run ends before the wave is there, a contact may rise so fast that an interval
-        misses much of it.
+        Where a run ends before the wave arrives, an interval may miss much of a fast rise.
         """
         pressed = judged_contacts(self.force_ratio)
         most = max(UNCLEAR, 10 * float(np.median(self.error[pressed])))
@@ -69,41 +59,16 @@ class KnownAnswer:
 
 @dataclass(frozen=True)
 class Layout:
-    """How a deck is written; none of it changes the motion.
+    """How a deck is written, without a change to the motion. A SceneError names what cannot be."""
 
-    Parameters
-    ----------
-    step
-        The largest step, natural time units; from ``whole_step``.
-    watch_every
-        Steps between two looks at the overlaps; 0: never, which makes the deck lean.
-    pair_style
-        ``granular`` (with hertz/material) or ``gran/hertz/history``.
-    atoms
-        ``create`` or ``data``.
-    data_file
-        How the deck names its data file.
-    dump_every
-        Steps between two states written for OVITO; 0: none.
-    title
-        What the deck says it is.
-    name
-        How the deck names itself in its example commands.
-
-    Raises
-    ------
-    SceneError
-        For a pair style, a source of the granules, or a number of steps that cannot be.
-    """
-
-    step: float
-    watch_every: int
-    pair_style: str = "granular"
-    atoms: str = "create"
-    data_file: str = "chain.data"
-    dump_every: int = 0
-    title: str = "a scene"
-    name: str = "THIS_FILE"
+    step: float  # the largest, natural time units; from whole_step
+    watch_every: int  # steps between two looks at the overlaps; 0: a lean deck
+    pair_style: str = "granular"  # or gran/hertz/history
+    atoms: str = "create"  # or data
+    data_file: str = "chain.data"  # as the deck names it
+    dump_every: int = 0  # steps between two states for OVITO; 0: none
+    title: str = "a scene"  # what the deck says it is
+    name: str = "THIS_FILE"  # its own, in example commands
 
     def __post_init__(self) -> None:
         check_pair_style(self.pair_style)
@@ -115,7 +80,7 @@ class Layout:
 def whole_step(scene: Scene, step: float) -> float:
     """A step with which deck and native count the same steps, on every leg [natural time units].
 
-    A little less than is wanted where a leg would be a whole number of steps but for rounding.
+    A little less than is wanted where rounding alone keeps a leg from a whole number of steps.
     """
     while any(
         round(steps) > 0 and abs(steps - round(steps)) <= max(_BORDER, 1e-14 * steps)

@@ -32,10 +32,7 @@ from hertzchain.scene.scene import Scene
 
 
 def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -> str:
-    """A deck that runs with ``lmp -in FILE``, alone or on several processors.
-
-    It carries what it has to find; None where peaks are not watched.
-    """
+    """A deck for ``lmp -in FILE``, on any processors; ``known`` is None for lean ones."""
     if (known is None) != (layout.watch_every == 0):
         raise SceneError("watch_every", layout.watch_every, "must be 0 where no peaks are known")
     steps = sum(leg.steps for leg in scene.schedule(layout.step * scene.units.time))

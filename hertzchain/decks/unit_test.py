@@ -41,10 +41,9 @@ LARGEST_EPSILON = 1e-6
 def known_motion(scene: Scene) -> KnownMotion:
     """The granules that the wave presses when the pulse ends, let go on their own.
 
-    Where the pulse outlasts the way to the middle of the chain: when the wave presses that most.
-
-    Their positions are those of the scene, from near the middle of the piece; the overlaps of
-    these numbers, exactly, are what the motion starts from.
+    Where the pulse outlasts the way to the middle of the chain, when the wave presses that most.
+    Their positions are the scene's, from near the middle of the piece; the motion starts from the
+    overlaps of these numbers, exactly.
     """
     native = Native(rtol=RTOL)
     peak_time = native.run(scene).peak_time[scene.chain.granules // 2 - 1]

@@ -28,30 +28,14 @@ class Moment:
 
 @dataclass(frozen=True, eq=False)
 class KnownMotion:
-    """A few granules that are let go, and what Hertz's law makes of them.
-
-    Parameters
-    ----------
-    chain
-        Their material and size.
-    dt
-        Step [s], of velocity Verlet.
-    segments
-        Steps between one snapshot and the next.
-    start
-        When they are let go.
-    snapshots
-        At the end of each segment.
-    epsilon
-        Largest relative difference that rounding may make.
-    """
+    """A few granules that are let go, and what Hertz's law makes of them."""
 
     chain: Chain
-    dt: float
-    segments: tuple[int, ...]
-    start: Moment
-    snapshots: tuple[Moment, ...]
-    epsilon: float
+    dt: float  # step of velocity Verlet [s]
+    segments: tuple[int, ...]  # steps between snapshots
+    start: Moment  # when they are let go
+    snapshots: tuple[Moment, ...]  # at the end of each segment
+    epsilon: float  # largest relative difference from rounding
 
 
 def unit_test(motion: KnownMotion, title: str, date: str) -> str:

@@ -37,25 +37,18 @@ def amplifies_errors(scene: Scene) -> bool:
     """Whether contacts open and close again and again, so that errors are erratic.
 
     They do in chains that are short for their pulse, and under pulse tables, whose second push
-    drives flying granules together. Of scenes that are not plain nothing better is known.
+    drives flying granules together. Nothing better is known of scenes that are not plain.
     """
     short = is_short(scene.momentum_ratio, scene.chain.granules)
     return not scene.is_plain or not isinstance(scene.shock, Pulse) or bool(short)
 
 
 def second_order_safety(natural_step: float, rising: bool) -> float:
-    """The bound over the estimate, for second-order methods.
+    """The bound over the estimate, for second-order methods; the step is in natural time units.
 
-    Opening contacts add to h^2 some h^2.5, and steps of more than 0.15 natural time units some h^4
-    (1.95 times the estimate at 0.5 was seen).
-
-    Parameters
-    ----------
-    natural_step
-        The largest step, natural time units.
-    rising
-        Whether the run ended while contacts were pressed harder than before: errors of 2.9 times
-        the estimate were seen, with steps of more than 0.5 natural time units 6.8 times.
+    Opening contacts add to h^2 some h^2.5, and steps above 0.15 some h^4 (1.95 times the estimate
+    at 0.5 was seen). Where the run ended while contacts were pressed harder than before
+    (``rising``), errors of 2.9 times the estimate were seen, with steps above 0.5 of 6.8 times.
     """
     if rising and natural_step > 0.5:
         return 8.0
@@ -66,13 +59,7 @@ def second_order_safety(natural_step: float, rising: bool) -> float:
 class SecondRun:
     """A second run whose peaks tell the error of the first.
 
-    Parameters
-    ----------
-    legs
-        The steps of the second run.
-    factor
-        The error of the first run is at most this times the difference of their peaks, if errors
-        fall at least as the square of the step.
+    The error is at most ``factor`` times their difference, if errors fall at least as dt^2.
     """
 
     legs: tuple[Leg, ...]
@@ -82,16 +69,9 @@ class SecondRun:
 def coarser_run(legs: Sequence[Leg], stable: float) -> SecondRun:
     """The cheapest second run in which every leg has another step: two thirds as many, or thrice.
 
-    Two thirds, not half: a method that halves steps could end on the same ones. Where a leg has
-    fewer than three steps there is no such number; the factor takes the leg whose step changes
-    least. Where steps half as long again come near what is unstable, they are thrice as many, too.
-
-    Parameters
-    ----------
-    legs
-        The steps of the run.
-    stable
-        The longest step with which the method is stable [s].
+    Two thirds, not half: a method that halves steps could end on the same ones. They are thrice as
+    many where a leg has fewer than three steps, and where coarser ones come near ``stable`` [s].
+    The factor takes the leg whose step changes least.
     """
     longest = max(leg.dt for leg in legs)
     if min(leg.steps for leg in legs) < 3 or 1.5 * longest > _SURELY_STABLE * stable:
@@ -104,8 +84,8 @@ def coarser_run(legs: Sequence[Leg], stable: float) -> SecondRun:
 def finer_run(legs: Sequence[Leg]) -> SecondRun:
     """A third run, with a quarter more steps, where one difference may be small by chance.
 
-    Contacts that open leave errors that are erratic from step to step: in 1,500 random scenes one
-    difference was up to 120 times too small, the larger of two 4.5 times at most.
+    In 1,500 random scenes one difference was up to 120 times too small, the larger of two 4.5 times
+    at most.
     """
     finer = tuple(replace(leg, steps=max(leg.steps + 1, 5 * leg.steps // 4)) for leg in legs)
     ratio = min(other.steps / leg.steps for leg, other in zip(legs, finer, strict=True))
@@ -115,17 +95,10 @@ def finer_run(legs: Sequence[Leg]) -> SecondRun:
 def stable_step(scene: Scene, interval: float) -> float:
     """The longest step with which a method is stable [s].
 
-    Contacts pressed by F0 have the stiffness k = 3/2 in natural units, and in a chain of N granules
-    neighbours swing against each other with the frequency 2 sqrt(k) cos(pi / 2N), the highest there
-    is. Weak shocks make softer contacts.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    interval
-        Up to which product of step and frequency the method follows an oscillation without making
-        it grow: 2 for velocity Verlet.
+    Contacts pressed by F0 have the stiffness k = 3/2 in natural units, and neighbours among N
+    granules swing against each other with at most the frequency 2 sqrt(k) cos(pi / 2N). Weak shocks
+    make softer contacts. ``interval`` is the largest product of step and frequency with which the
+    method does not make an oscillation grow: 2 for velocity Verlet.
     """
     bound = math.cos(math.pi / (2 * scene.chain.granules))
     frequency = math.sqrt(6.0) * bound * math.pow(force_scale(scene.momentum_ratio), 1 / 6)
@@ -133,13 +106,7 @@ def stable_step(scene: Scene, interval: float) -> float:
 
 
 def refuse_unstable(scene: Scene, legs: Sequence[Leg], interval: float, method: str) -> None:
-    """Refuse steps with which the motion would diverge.
-
-    Raises
-    ------
-    StepUnstable
-        If a step is longer than ``stable_step``.
-    """
+    """Raise StepUnstable for steps longer than ``stable_step``: the motion would diverge."""
     longest, limit = max(leg.dt for leg in legs), stable_step(scene, interval)
     if longest > limit:
         raise StepUnstable(
@@ -157,23 +124,10 @@ def diverged(backend: str) -> StepUnstable:
 
 
 def refuse_meaningless(backend: str, error: float, too_long: bool) -> None:
-    """Refuse a run whose peaks may be off by their own size.
+    """Refuse a run whose error bound is not below 1: its peaks may be off by their own size.
 
-    Parameters
-    ----------
-    backend
-        Whose run it was.
-    error
-        The bound of its error.
-    too_long
-        Whether its steps were asked for and are so long that shorter ones would help.
-
-    Raises
-    ------
-    StepUnstable
-        If the error bound is not below 1, and a shorter step would help.
-    Unpredictable
-        If it is not below 1, and none would.
+    Raises StepUnstable if its steps are ``too_long``, so that shorter ones would help, else
+    Unpredictable.
     """
     if error < 1:
         return
@@ -191,16 +145,9 @@ def refuse_meaningless(backend: str, error: float, too_long: bool) -> None:
 def second_order_step(
     peaks_at: Callable[[float], FloatArray], pilot: float, wanted: float
 ) -> float:
-    """The step with which a second-order method reaches a wanted error of the peaks.
+    """The step [s] with which a second-order method reaches a wanted relative error of the peaks.
 
-    Parameters
-    ----------
-    peaks_at
-        Peak forces at a step [s], shape (contacts,).
-    pilot
-        The step of the first of two trial runs [s]; the second has half of it.
-    wanted
-        Largest relative error of the peaks.
+    Two trial runs, with ``pilot`` [s] and half of it, tell; ``peaks_at`` has shape (contacts,).
     """
     difference = largest_difference(peaks_at(pilot), peaks_at(pilot / 2))
     error = 1.5 * difference / 3  # of the second trial, bounded as by second_order_safety

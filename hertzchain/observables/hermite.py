@@ -14,19 +14,10 @@ from hertzchain.arrays import Array, FloatArray
 
 
 def coefficients(start: Sequence[Array], end: Sequence[Array], h: Array) -> Array:
-    """Coefficients of the interpolant in s = (t - t_start) / h, lowest power first.
+    """Coefficients of the interpolant in s = (t - t_start) / h, lowest power first, (2m + 2, ...).
 
-    Parameters
-    ----------
-    start, end
-        Value, first derivative and so on at either end of the interval, m + 1 of each, each of
-        shape (...).
-    h
-        Length of the interval, broadcast against them.
-
-    Returns
-    -------
-    Shape (2m + 2, ...). Error of order h^(2m + 2) for a smooth function.
+    ``start`` and ``end`` are the value and its first m derivatives at the ends, each of shape
+    (...). The error is of order h^(2m + 2) for a smooth function.
     """
     highest = len(start) - 1
     # What the value changes by, not the value: large equal values would cost digits.
@@ -39,20 +30,11 @@ def coefficients(start: Sequence[Array], end: Sequence[Array], h: Array) -> Arra
 
 
 def increments(start: Sequence[Array], end: Sequence[Array], h: Array) -> Array:
-    """Differences of successive Bernstein coefficients of the interpolant.
+    """Differences of successive Bernstein coefficients of the interpolant, shape (2m + 1, ...).
 
     They are those of its slope but for a factor, so the slope has no more zeros within the interval
     than they have changes of sign (Descartes). Their sums, from the first on, are at least what the
-    interpolant is above its start anywhere.
-
-    Parameters
-    ----------
-    start, end, h
-        As for ``coefficients``.
-
-    Returns
-    -------
-    Shape (2m + 1, ...).
+    interpolant is above its start anywhere. Arguments as for ``coefficients``.
     """
     highest = len(start) - 1
     degree = 2 * highest + 1
@@ -77,17 +59,7 @@ def derivative(coefficients: Array) -> Array:
 
 
 def maxima(coefficients: Array) -> Array:
-    """Where between 0 and 1 a polynomial has a maximum.
-
-    Parameters
-    ----------
-    coefficients
-        Of one polynomial, shape (degree + 1,).
-
-    Returns
-    -------
-    s, any number of them.
-    """
+    """Every s between 0 and 1 where one polynomial, shape (degree + 1,), has a maximum."""
     slope = derivative(np.asarray(coefficients, np.float64))
     zeros = polynomial.polyroots(polynomial.polytrim(slope))
     real = zeros.real[np.abs(zeros.imag) <= 1e-6]
@@ -96,18 +68,10 @@ def maxima(coefficients: Array) -> Array:
 
 
 def maximum(coefficients: Array) -> Array:
-    """Where in [0, 1] a polynomial that rises at 0 and falls at 1 has its maximum.
+    """Where in [0, 1] polynomials that rise at 0 and fall at 1 are largest, shape (columns,).
 
-    Newton's method on the derivative, kept inside a bracket that shrinks.
-
-    Parameters
-    ----------
-    coefficients
-        Shape (degree + 1, columns).
-
-    Returns
-    -------
-    s, shape (columns,).
+    Newton's method on the derivative of ``coefficients``, shape (degree + 1, columns), kept inside
+    a bracket that shrinks.
     """
     slope = derivative(coefficients)
     curvature = derivative(slope)

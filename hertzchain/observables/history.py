@@ -35,13 +35,7 @@ class History:
 
 
 def wanted_times(record: ArrayLike, end_time: float) -> FloatArray:
-    """The times of a history, checked.
-
-    Raises
-    ------
-    SceneError
-        If they are not increasing numbers between 0 and the end of the run [s].
-    """
+    """The times of a history; a SceneError unless they increase, from 0 to the run's end [s]."""
     allowed = f"must be increasing times from 0 to the end of the run, {end_time} s"
     try:
         time = np.atleast_1d(np.asarray(record, np.float64))
@@ -54,15 +48,7 @@ def wanted_times(record: ArrayLike, end_time: float) -> FloatArray:
 
 
 class Recorder:
-    """Fills a history from samples.
-
-    Parameters
-    ----------
-    time
-        Wanted times, increasing, in the units of the samples.
-    granules
-        Number of granules.
-    """
+    """Fills a history from samples, at wanted times that increase, in the units of the samples."""
 
     def __init__(self, time: Array, granules: int) -> None:
         self.time = np.asarray(time)

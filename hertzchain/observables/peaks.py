@@ -33,15 +33,7 @@ may be above ``SIGNIFICANT`` in truth."""
 
 
 class PeakWatch:
-    """Keeps the largest force of each contact and its time, from samples.
-
-    Parameters
-    ----------
-    contacts
-        Number of contacts.
-    dtype
-        Precision to keep.
-    """
+    """Keeps the largest force of each contact and its time, from samples."""
 
     def __init__(self, contacts: int, dtype: type[np.floating[Any]] = np.float64) -> None:
         self.force = np.zeros(contacts, dtype)
@@ -52,10 +44,7 @@ class PeakWatch:
 
     @property
     def rival(self) -> Array:
-        """The second highest maximum of each contact's force, 0 where there is none: (contacts,).
-
-        Of two maxima of nearly the same height, another one may be the highest with other steps.
-        """
+        """The second highest maxima, shape (contacts,), 0 for none: other steps may lift them."""
         highest = self._maxima[0]
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.where(highest > 0, self._maxima[1] / highest, 0.0)
@@ -170,15 +159,7 @@ class PeakWatch:
 
 
 def judged_contacts(peak_force: Array, significant: float = SIGNIFICANT) -> NDArray[np.bool_]:
-    """Contacts that are pressed enough to be judged: shape (..., contacts), as the peaks.
-
-    Parameters
-    ----------
-    peak_force
-        In any unit.
-    significant
-        The fraction of the largest peak from which on a contact counts.
-    """
+    """Contacts pressed by at least a fraction of the largest peak, shape (..., contacts)."""
     largest = peak_force.max(axis=-1, keepdims=True)
     return np.asarray((peak_force >= significant * largest) & (peak_force > 0))
 
@@ -186,10 +167,7 @@ def judged_contacts(peak_force: Array, significant: float = SIGNIFICANT) -> NDAr
 def any_rising(force: Array, passed: NDArray[np.bool_]) -> bool:
     """Whether a contact that counts was pressed harder at the end than ever before.
 
-    Parameters
-    ----------
-    force, passed
-        Peak force of each contact, and whether it has let up since, shape (contacts,).
+    Peak force, and whether the contact has let up since: shape (contacts,).
     """
     return not passed.all() and bool(are_rising(force, passed))
 
@@ -200,13 +178,7 @@ def are_rising(force: Array, passed: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def times_of_peaks(peak_force: FloatArray, peak_time: FloatArray) -> FloatArray:
-    """Times of peaks, NaN where the force of a front far ahead of the wave is 0 in its unit.
-
-    Parameters
-    ----------
-    peak_force, peak_time
-        In any units, of one shape.
-    """
+    """Times of peaks, NaN where the force of a front far ahead of the wave is 0 in its unit."""
     return np.where(peak_force > 0, peak_time, np.nan)
 
 
@@ -225,13 +197,8 @@ def largest_difference(
 ) -> float:
     """Largest relative difference of the peaks that are at least 1e-3 of the largest expected.
 
-    Parameters
-    ----------
-    peak_force, expected
-        Shape (contacts,), the same for both. Where nothing is expected to be pressed: 0, or 1 if
-        anything is.
-    significant
-        Another fraction instead of 1e-3.
+    Both have the shape (contacts,). Where nothing is expected to be pressed: 0, or 1 if anything
+    is.
     """
     if peak_force.shape != expected.shape:
         raise ValueError(f"must have equal shapes, got {peak_force.shape} and {expected.shape}")

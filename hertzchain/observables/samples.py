@@ -9,32 +9,18 @@ from hertzchain.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """States of a chain at the ends of successive intervals on one leg.
+    """States of a chain at the ends of successive intervals on one leg, in the backend's own units.
 
-    Overlaps are given beside displacements, as a backend knows them better than their difference.
-    Units are the backend's own, SI or natural.
-
-    Parameters
-    ----------
-    time
-        Increasing, shape (samples,).
-    displacement, velocity, acceleration
-        Shape (samples, granules).
-    overlap
-        Shape (samples, granules - 1), negative where there is a gap.
-    contact_force
-        Shape (samples, granules - 1).
-    jerk
-        Time derivative of the acceleration, shape (samples, granules), where it is known.
+    Overlaps are given, as a backend knows them better than the differences of displacements.
     """
 
-    time: Array
-    displacement: Array
+    time: Array  # increasing, shape (samples,)
+    displacement: Array  # shape (samples, granules), as velocity and acceleration
     velocity: Array
     acceleration: Array
-    overlap: Array
-    contact_force: Array
-    jerk: Array | None = None
+    overlap: Array  # shape (samples, granules - 1), negative where there is a gap
+    contact_force: Array  # shape (samples, granules - 1)
+    jerk: Array | None = None  # rate of the acceleration, shape (samples, granules), where known
 
     @property
     def granule_derivatives(self) -> tuple[Array, ...]:

@@ -53,18 +53,10 @@ def transition_granules(
     """The number of granules p in the transition, None if it does not end in this chain.
 
     The smallest i >= 5 from which every change abs(F_{k+1} - F_k) / F_{k+1}, k = i ... N - 2, is
-    below 1 %. Contact N at the free end never counts. The paper leaves its criterion open; this
-    one gives all its numerical p (Tables 2 to 4).
-
-    Parameters
-    ----------
-    peak_force
-        F_2 ... F_N [N], shape (N - 1,).
-    has_peaked
-        Whether the peak of each contact was passed before the run ended, shape (N - 1,).
-    threshold
-        Where changes are known only roughly: another limit than 1 %, or one for each change, shape
-        (N - 3,).
+    below 1 %, or below another threshold, one for all or shape (N - 3,). Contact N at the free end
+    never counts. The paper leaves its criterion open; this one gives all its numerical p (Tables 2
+    to 4). F_2 ... F_N [N] and whether each peak was passed before the run ended have shape (N -
+    1,).
     """
     return int(transitions(peak_force[None], has_peaked[None], threshold)[0]) or None
 
@@ -72,17 +64,9 @@ def transition_granules(
 def transitions(
     peak_force: FloatArray, has_peaked: NDArray[np.bool_], threshold: float | FloatArray = STEADY
 ) -> NDArray[np.intp]:
-    """The p of many chains of one length: see ``transition_granules``.
+    """The p of many chains of one length, 0 where there is none, shape (scenes,).
 
-    Parameters
-    ----------
-    peak_force, has_peaked, threshold
-        As there, shape (scenes, N - 1).
-
-    Returns
-    -------
-    NDArray
-        p, 0 where there is none, shape (scenes,).
+    As ``transition_granules``; peaks have the shape (scenes, N - 1).
     """
     scenes, contacts = peak_force.shape
     last = contacts - 1  # N - 2
@@ -106,18 +90,10 @@ def solitary_wave(
     p: int | None,
     diameter: float,
 ) -> SolitaryWave:
-    """The wave after the transition.
+    """The wave after the transition of p granules, from the peaks of contacts 2 ... N.
 
-    Parameters
-    ----------
-    peak_force, peak_time
-        Of contacts 2 ... N [N], [s], shape (N - 1,).
-    has_peaked
-        Whether the peak of each contact was passed before the run ended, shape (N - 1,).
-    p
-        Granules in the transition, None if there is no end to it.
-    diameter
-        2R [m], the distance between contacts.
+    Forces [N], times [s] and whether each peak was passed: shape (N - 1,). The diameter 2R [m] is
+    the distance between contacts.
     """
     if p is None:
         return SolitaryWave(None, None, None)
@@ -135,21 +111,10 @@ def solitary_waves(
     p: NDArray[np.intp],
     diameter: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The waves in many chains of one length: see ``solitary_wave``.
+    """Peak force, far-field force [N] and speed [m/s] in many chains of one length.
 
-    Parameters
-    ----------
-    peak_force, peak_time, has_peaked
-        As there, shape (scenes, N - 1).
-    p
-        As from ``transitions``, shape (scenes,).
-    diameter
-        2R [m], shape (scenes,).
-
-    Returns
-    -------
-    tuple
-        Peak force, far-field force [N] and speed [m/s], NaN where there is none, shape (scenes,).
+    NaN where there is none, shape (scenes,), as p from ``transitions`` and the diameter [m]; peaks
+    have the shape (scenes, N - 1). See ``solitary_wave``.
     """
     scenes, contacts = peak_force.shape
     row, column = np.arange(scenes), np.arange(contacts)

@@ -16,14 +16,8 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 def work_done(samples: Samples, ramp: Ramp) -> Any:
     """Integral of force times velocity of the first granule over the samples of one leg.
 
-    Four Gauss points in each interval, the velocity from the interpolated displacement.
-
-    Parameters
-    ----------
-    samples
-        The states, in the units of the ramp.
-    ramp
-        The force on this leg.
+    Four Gauss points in each interval, the velocity from the interpolated displacement; all in the
+    units of the ramp.
     """
     h = np.diff(samples.time)
     first = [values[:, 0] for values in samples.granule_derivatives]

@@ -82,8 +82,7 @@ def granule_mass(radius: Any, density: Any) -> Any:
 def contact_stiffness(radius: Any, young_modulus: Any, poisson_ratio: Any) -> Any:
     """A = sqrt(2R) E / (3 (1 - nu^2)) [N m^(-3/2)] (Eq. 1, corrected), of numbers or arrays.
 
-    The scan of the paper has E under the root; Hertz with E* = E / (2 (1 - nu^2)) and R* = R / 2
-    gives it outside.
+    The scan of the paper has E under the root; Hertz's law has it outside.
     """
     root = math.sqrt if isinstance(radius, float) else np.sqrt
     return root(2.0 * radius) * (young_modulus / (3.0 * (1.0 - poisson_ratio**2)))

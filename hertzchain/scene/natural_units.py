@@ -71,12 +71,9 @@ def natural_units(chain: Chain, peak_force: float) -> NaturalUnits:
 
 
 def length_and_time(contact_stiffness: Any, granule_mass: Any, peak_force: Any) -> tuple[Any, Any]:
-    """The natural units of length [m] and time [s] of a chain, or those of many chains.
+    """The natural units of length [m] and time [s], from A [N m^(-3/2)], m [kg] and F0 [N].
 
-    Parameters
-    ----------
-    contact_stiffness, granule_mass, peak_force
-        A [N m^(-3/2)], m [kg] and F0 [N]: numbers, or arrays of one shape.
+    All are numbers, or arrays of one shape.
     """
     is_one = isinstance(peak_force, float)
     power, root = (math.pow, math.sqrt) if is_one else (np.power, np.sqrt)

@@ -23,26 +23,14 @@ from hertzchain.scene.chain import to_plain_numbers
 
 @dataclass(frozen=True)
 class Shape:
-    """The growth of a force on a ramp: from 0 to 1, while the part s of the ramp goes from 0 to 1.
+    """The growth of a force on a ramp, from 0 to 1 while the part s of the ramp does the same."""
 
-    Parameters
-    ----------
-    growth, rate, integral
-        The growth at s, its derivative, and its integral from 0 to s.
-    area
-        The integral from 0 to 1.
-    formula
-        The growth in the language of LAMMPS and LIGGGHTS, with ``{}`` for s.
-    is_curved
-        Whether its impulse needs several steps, however short the ramp is.
-    """
-
-    growth: Callable[[Any], Any]
-    rate: Callable[[Any], Any]
-    integral: Callable[[float], float]
-    area: float
-    formula: str
-    is_curved: bool
+    growth: Callable[[Any], Any]  # at s
+    rate: Callable[[Any], Any]  # its derivative at s
+    integral: Callable[[float], float]  # of the growth from 0 to s
+    area: float  # the integral from 0 to 1
+    formula: str  # the growth in the language of LAMMPS and LIGGGHTS, {} for s
+    is_curved: bool  # whether its impulse needs several steps, however short the ramp
 
 
 def _cosine_integral(s: float) -> float:
@@ -261,19 +249,9 @@ class PulseTable:
 
 
 def read_pulse_table(path: Path, name: str | None = None) -> PulseTable:
-    """Read a pulse table: CSV with the header ``time_s,force_N``.
+    """Read a pulse table, CSV with the header ``time_s,force_N``; a SceneError says what is wrong.
 
-    Parameters
-    ----------
-    path
-        The CSV file.
-    name
-        How the scene names the file; the path itself by default.
-
-    Raises
-    ------
-    SceneError
-        If the file cannot be read or is not such a table.
+    ``name`` is how the scene names the file, by default the path itself.
     """
     import csv
     import io

@@ -23,21 +23,9 @@ _LONGEST = 80
 
 
 def to_si(key: str, value: object, unit: str) -> float:
-    """The value of a number or of a string with a unit, in SI.
+    """The value in ``unit`` ("": a pure number) of a number in SI or a string of number and unit.
 
-    Parameters
-    ----------
-    key
-        Name of the value, for the error.
-    value
-        A number in SI, or a string: a number, then a unit. Without a unit it is in SI.
-    unit
-        The SI unit that the value is wanted in; "" for a pure number.
-
-    Raises
-    ------
-    SceneError
-        If it is neither, or if its unit has another dimension.
+    A SceneError names the ``key`` if the value is neither, or if its unit has another dimension.
     """
     example = f"a number [{unit}] or a string such as '1 {unit}'" if unit else "a number"
     if isinstance(value, (int, float)) and not isinstance(value, bool):

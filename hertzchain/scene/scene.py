@@ -260,9 +260,9 @@ class Scene:
 
 
 def _is_representable(scene: Scene) -> bool:
-    """Whether what follows from a scene is normal: below the smallest such number digits are lost.
+    """Whether a scene's quantities, and all numbers on the way to them, are normal: no digit lost.
 
-    So are the numbers on the way to it. Nothing divides here by what has not been looked at.
+    Nothing divides here by a number that was not checked.
     """
     chain, force = scene.chain, scene.shock.peak_force
     mass, stiffness = chain.granule_mass, chain.contact_stiffness
@@ -283,25 +283,13 @@ def _is_normal(value: float) -> bool:
 
 
 def require_scene(scene: object) -> None:
-    """Refuse what is no scene, such as the name of its file.
-
-    Raises
-    ------
-    SceneError
-        If it is none.
-    """
+    """Raise a SceneError for what is no scene, such as the name of its file."""
     allowed = "must be a Scene, as Scene.from_toml reads it"
     require(isinstance(scene, Scene), "scene", scene, allowed)
 
 
 def watched_time(granules: Any, momentum_ratio: Any) -> Any:
-    """How long a chain is watched after its pulse, where nothing is said [natural time units].
-
-    Parameters
-    ----------
-    granules, momentum_ratio
-        N and LM_ratio, numbers or arrays.
-    """
+    """How long a chain is watched after its pulse, where nothing is said [natural time units]."""
     speed = _WAVE_SPEED * np.minimum(1.0, momentum_ratio) ** 0.2
     return 1.2 * (granules + 5) / speed
 

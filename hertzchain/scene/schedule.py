@@ -54,21 +54,10 @@ class Leg:
 
 
 def lay_steps(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, ...]:
-    """Cut the time from 0 to ``end_time`` at the corners and each piece into equal steps.
+    """Cut the time from 0 to ``end_time`` [s] at the corners, each piece into equal steps.
 
-    Parameters
-    ----------
-    ramps
-        The ramps of the pulse, in order of time, each starting where the one before it ends.
-    end_time
-        End of the run [s], above 0; ramps may go on beyond it.
-    dt
-        The largest step allowed [s], above 0; each piece takes ceil(length / dt) steps.
-
-    Raises
-    ------
-    TooExpensive
-        If there would be more steps than any run can take.
+    A piece has ceil(length / dt) of them. The ramps follow one another and may go on beyond the
+    end. Raises TooExpensive if there would be more steps than any run can take.
     """
     legs: list[Leg] = []
 

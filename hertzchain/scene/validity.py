@@ -27,30 +27,14 @@ triangular pulse of LM_ratio 1.97 and n 1.001; two pushed slowly have 0.5."""
 
 
 def overlap_ratio(chain: Chain, peak_force: float) -> float:
-    """Overlap of a contact under a force, over the radius R (Eq. 1 solved for the overlap).
-
-    Parameters
-    ----------
-    chain
-        The chain.
-    peak_force
-        [N].
-    """
+    """Overlap of a contact under a force [N], over the radius R (Eq. 1 solved for the overlap)."""
     return math.pow(peak_force / chain.contact_stiffness, 2 / 3) / chain.radius
 
 
 def refuse_hopeless_overlap(scene: Scene) -> None:
-    """Refuse a scene whose overlaps will surely be too deep, before it is run.
+    """Raise OverlapTooLarge, before a run, where overlaps will surely exceed the radius.
 
-    Parameters
-    ----------
-    scene
-        The scene; of terms, pulse tables and runs that end early nothing is said.
-
-    Raises
-    ------
-    OverlapTooLarge
-        If the overlap would be larger than the radius.
+    Terms, pulse tables and runs that end early are never refused.
     """
     if scene.is_plain and isinstance(scene.shock, Pulse) and scene.run.end_time is None:
         force = _SURE_FORCE * force_scale(scene.momentum_ratio) * scene.shock.peak_force
@@ -58,22 +42,7 @@ def refuse_hopeless_overlap(scene: Scene) -> None:
 
 
 def refuse_deep_overlap(chain: Chain, peak_force: float, where: str = "") -> None:
-    """Refuse peaks for which granules would have to pass into one another.
-
-    Parameters
-    ----------
-    chain
-        The chain.
-    peak_force
-        The largest of all [N].
-    where
-        What the sentence starts with.
-
-    Raises
-    ------
-    OverlapTooLarge
-        If the overlap is larger than the radius.
-    """
+    """Raise OverlapTooLarge for a largest force [N] at which an overlap would exceed the radius."""
     ratio = overlap_ratio(chain, peak_force)
     if ratio > IMPOSSIBLE_OVERLAP:
         raise OverlapTooLarge(

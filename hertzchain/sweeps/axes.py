@@ -50,8 +50,8 @@ class Listed:
 class Span:
     """A parameter, as the scene file names it, that takes values between two, in SI.
 
-    A grid of ``count`` values, both ends among them, or drawn where that is None; equally spaced,
-    or their logarithms.
+    A grid of ``count`` values, both ends among them, or drawn if None; spaced equally or in
+    logarithms.
     """
 
     name: str

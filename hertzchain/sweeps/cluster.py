@@ -45,10 +45,7 @@ grow with the sweep."""
 
 @contextmanager
 def cluster(scheduler: str) -> Iterator[Measure]:
-    """What measures parts of a sweep as ``measure_here`` does, on the workers of a Dask scheduler.
-
-    Its address is of the form ``tcp://host:8786``.
-    """
+    """``measure_here`` on the workers of a Dask scheduler, at an address as ``tcp://host:8786``."""
     try:
         import distributed  # noqa: F401 - what is imported below
     except ModuleNotFoundError:

@@ -20,46 +20,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class BatchFound:
-    """Similar scenes that were measured together, in SI; arrays of shape (scenes,).
+    """Similar scenes that were measured together, in SI; arrays of shape (scenes,)."""
 
-    ``batch`` has them in natural units. Of the solitary wave: F_SW and the far-field force [N],
-    speed [m/s] and p, 0 where there is none. The largest peak force [N], its contact, and the
-    largest overlap over the radius.
-    """
-
-    batch: Batch
-    near: FloatArray
-    far: FloatArray
-    speed: FloatArray
-    transition: Any
-    largest: FloatArray
-    contact: Any
-    overlap: FloatArray
+    batch: Batch  # the same in natural units
+    near: FloatArray  # F_SW [N]
+    far: FloatArray  # far-field force [N]
+    speed: FloatArray  # of the solitary wave [m/s]
+    transition: Any  # p, 0 where there is none
+    largest: FloatArray  # peak force [N]
+    contact: Any  # the one with the largest peak
+    overlap: FloatArray  # the largest, over the radius
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of the table.
+    """A column of the table."""
 
-    Parameters
-    ----------
-    name
-        With its unit, where it has one.
-    label
-        On an axis; empty where it cannot be drawn.
-    kind
-        ``float``, ``int`` or ``str``. A missing float is NaN; no int is 0, which stands for a
-        missing one.
-    title
-        How a title says a value that is the same in all rows, for those that can vary.
-    of_result, of_prediction, of_batch
-        The value in what a simulation, the formulas or a batch found; None where they have none.
-    """
-
-    name: str
-    label: str
-    kind: str = "float"
-    title: str = ""
+    name: str  # with its unit
+    label: str  # on an axis; empty: cannot be drawn
+    kind: str = "float"  # float, int or str; missing: NaN, 0 or ""
+    title: str = ""  # how a title says a value that is the same in all rows
     of_result: Callable[[Result], float | None] | None = None
     of_prediction: Callable[[Prediction], float | None] | None = None
     of_batch: Callable[[BatchFound], Any] | None = None

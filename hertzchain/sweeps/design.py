@@ -34,8 +34,8 @@ MOST_GRANULES = 1_000_000
 class Design:
     """The scenes of a sweep, numbered from 0: the last axis changes first, samples before it.
 
-    The base is what all of them have in common. Axes without a count are sampled together: that
-    many points of a scrambled sequence with this seed. All others are crossed.
+    Axes without a count are sampled together, as points of one scrambled sequence; the others are
+    crossed.
     """
 
     base: Scene
@@ -67,8 +67,7 @@ class Design:
     def some(self, most: int) -> NDArray[np.int64]:
         """The numbers of scenes that show what all are like, not many more than so many.
 
-        The first samples of combinations all over the grid: to draw a sample those before it have
-        to be passed.
+        The first samples of combinations all over the grid, as a sample needs those before it.
         """
         drawn = self.samples or 1
         first = np.arange(min(drawn, math.isqrt(most)))
@@ -77,10 +76,7 @@ class Design:
         return (np.unique(spread)[:, None] * drawn + first).ravel()
 
     def parameters(self, scenes: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
-        """All parameters, by name and in SI, of scenes of increasing numbers, shape (some,).
-
-        NaN or "" where a scene has none; ``shock.momentum_ratio`` and ``shock.rise_time`` as given.
-        """
+        """All parameters in SI of increasing scenes, by name, shape (some,), NaN or "" for none."""
         base = _flat(self.base)
         found = {name: np.full(scenes.size, base[name]) for name in PARAMETERS}
         numbers = np.unravel_index(scenes, self.shape)

@@ -48,19 +48,9 @@ def draw(
 ) -> Drawn:
     """Draw a column of a sweep over another, as lines or points; or a map, over two parameters.
 
-    Parameters
-    ----------
-    sweep
-        What to draw, as far as it is done.
-    x
-        A column with numbers, in most cases a parameter.
-    y
-        A column with numbers; where it is a parameter that varies, the picture is a map.
-    colour
-        A column; for a map one with numbers. By default the backend where there are several.
-    where
-        Values, by the name of a parameter or ``backend``, that the rows are to have. Of numbers
-        the nearest of the sweep is taken, if it is the same to three digits.
+    It is a map where ``y`` is a parameter that varies. ``colour`` is a column, by default the
+    backend where there are several. ``where`` has values of parameters or ``backend`` for the rows
+    to have; of numbers the nearest of the sweep is taken, if it is the same to three digits.
     """
     from matplotlib.figure import Figure
 
@@ -247,10 +237,7 @@ def _draw_cells(axes: Axes, rows: Rows, x: str, y: str, colour: str) -> None:
 
 
 def cell_edges(values: FloatArray, log: bool) -> FloatArray:
-    """Edges, shape (values + 1,), half way between increasing values, and as far beyond the ends.
-
-    ``log`` means half way in logarithms; there are at least two values.
-    """
+    """Edges, shape (values + 1,), half way between increasing values or their logarithms."""
     at = np.log(values) if log else values
     between = (at[1:] + at[:-1]) / 2
     first, last = 2 * at[0] - between[0], 2 * at[-1] - between[-1]

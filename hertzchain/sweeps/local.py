@@ -34,8 +34,8 @@ def measure_here(
 ) -> None:
     """Measure parts of a sweep: ``Measure``.
 
-    ``keep`` is called with each part and what it has become, in this thread;
-    ``report_progress`` with how many more scenes are done, from any thread.
+    ``keep`` is called in this thread with each part and its ``Measured``; ``report_progress`` in
+    any thread with how many more scenes are done.
     """
     here: dict[Backend, bool] = {}
     with _Workers(design, peaks, keep, report_progress) as workers:

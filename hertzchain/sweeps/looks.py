@@ -45,10 +45,7 @@ _PLAIN = (1e-3, 1e4)
 
 
 def looks_of(values: NDArray[Any], name: str) -> dict[Any, dict[str, Any]]:
-    """How each of a few values, or names, is drawn; empty where there are too many.
-
-    Markers are open and of several sizes: where lines agree, one is seen inside the other.
-    """
+    """How each of a few values, or names, is drawn; empty where there are too many."""
     from matplotlib import colormaps
 
     found = sorted(set(values), key=list(_NAMED).index) if name in TEXT else np.unique(values)

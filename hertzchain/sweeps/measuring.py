@@ -54,11 +54,11 @@ def measure(
     child: Child | None = None,
     report_progress: Callable[[int], None] = lambda _: None,
 ) -> Measured:
-    """Measure the scenes of a part.
+    """Measure the scenes of a part; a scene that fails has a row with the reason.
 
-    A scene that fails has a row with the reason. The numbers are the same wherever this is called,
-    and however often. The compiled batch uses all cores unless told, LAMMPS runs in ``child`` or in
-    a process for this part, and ``report_progress`` is called with how many more scenes are done.
+    The numbers are the same wherever and however often this is called. The compiled batch uses all
+    ``cores`` by default, LAMMPS runs in ``child`` or a process for this part, and
+    ``report_progress`` is called with how many more scenes are done.
     """
     begin = time.perf_counter()
     numbers = np.arange(part.start, part.stop)
@@ -103,10 +103,7 @@ def _batches(
     native: Native,
     cores: int | None,
 ) -> NDArray[np.bool_]:
-    """Measure what the compiled batch takes, one profile and one length of chain after another.
-
-    Returns which scenes are left, shape (scenes,).
-    """
+    """Measure what the compiled batch takes, by profile and length; what is left, (scenes,)."""
     from hertzchain.engines.native import backend, similar_peak_forces
 
     rtol = RTOL if native.rtol is None else native.rtol

@@ -20,19 +20,14 @@ _PLAIN = 1e200
 
 @dataclass(frozen=True, eq=False)
 class Natural:
-    """Similarity of scenes; arrays of shape (scenes,), NaN for pulse tables.
+    """Similarity of scenes; arrays of shape (scenes,), NaN for pulse tables."""
 
-    Natural units [m], [s]; LM_ratio and t0 [s], whichever was given; how long a run is watched
-    until every contact has peaked [natural units]; and whether all that follows from a scene is far
-    from the ends of floating point.
-    """
-
-    length: FloatArray
-    time: FloatArray
-    momentum_ratio: FloatArray
-    rise_time: FloatArray
-    duration: FloatArray
-    is_plain: NDArray[np.bool_]
+    length: FloatArray  # natural unit [m]
+    time: FloatArray  # natural unit [s]
+    momentum_ratio: FloatArray  # LM_ratio, given or from t0
+    rise_time: FloatArray  # t0 [s]
+    duration: FloatArray  # until every contact has peaked [natural units]
+    is_plain: NDArray[np.bool_]  # whether all that follows is far from the ends of floating point
 
 
 def natural(given: Mapping[str, NDArray[Any]]) -> Natural:

@@ -21,10 +21,8 @@ from hertzchain.sweeps.parts import Part
 class Task:
     """A part on its way to a worker: pickled here, it is measured where it is unpickled.
 
-    A worker cannot be sent ``work`` itself: one that has no hertzchain would fail to read what it
-    is sent, and end without a word. What is to be measured is pickled in itself, and not read
-    before it is known that versions are the same. Parts of a sweep, whose name no other has, share
-    processes.
+    A worker without hertzchain could not read ``work`` and would end without a message, so versions
+    are compared before the part is read. Parts of a sweep, by its unique name, share processes.
     """
 
     sweep: str
@@ -39,10 +37,10 @@ class Task:
 
 
 def work(sweep: str, wanted: str, packed: bytes) -> Measured:
-    """Measure a part that an ``Task`` brought, in a thread of a worker.
+    """Measure a part that a ``Task`` brought, in a thread of a worker.
 
-    hertzchain has to be of the version that is wanted. Where the worker ends, or the sweep, Dask is
-    to give the part to another, if to any.
+    hertzchain must have the version that is wanted. Where worker or sweep ends, Dask may give the
+    part to another.
     """
     worker = get_worker()
     check_version(f"the worker {worker.address}", version("hertzchain"), wanted)
@@ -73,10 +71,9 @@ def check_version(who: str, found: str | None, wanted: str) -> None:
 
 
 class _Bench(WorkerPlugin):
-    """What a worker has for a sweep: for each of its threads a process that may crash.
+    """A process that may crash for each thread of a worker in a sweep.
 
-    A plugin, as those are told when the worker ends. Where it ends without a word, or is killed, so
-    do the processes.
+    A plugin, as those learn when the worker ends; where it is killed, so are the processes.
     """
 
     def __init__(self) -> None:

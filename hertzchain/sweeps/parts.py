@@ -63,8 +63,7 @@ def backend_named(name: str, **parameters: Any) -> Backend:
 class Part:
     """Scenes of a sweep that one backend measures, and that are kept, together.
 
-    The parts of a backend in the order of their names are in that of their scenes: from ``start``
-    to the one before ``stop``.
+    A backend's parts, sorted by name, are in the order of their scenes; ``stop`` is not included.
     """
 
     name: str
@@ -107,8 +106,7 @@ def part_size(design: Design, backend: Backend) -> int:
 def is_short(design: Design, backend: Backend) -> bool:
     """Return whether all scenes are measured sooner than processes are started for them.
 
-    Never LAMMPS, which may crash, and no native runs with a step of one's own, which may take any
-    time.
+    Never LAMMPS, which may crash, and no native runs with a given step, which may take any time.
     """
     if isinstance(backend, Lammps) or (isinstance(backend, Native) and backend.dt is not None):
         return False
@@ -129,9 +127,9 @@ def _mean_seconds(design: Design, backend: Backend) -> float:
 
 
 def _seconds(backend: Backend, granules: Any, duration: Any) -> Any:
-    """What scenes of N granules and durations [natural units] take, roughly, on one core [s].
+    """Rough time for scenes of N granules and durations [natural units] on one core [s].
 
-    Measured on chains of 60 granules; the size of parts hangs on it, and where they are measured.
+    Measured on chains of 60 granules; decides the size of parts and where they are measured.
     """
     if isinstance(backend, Formulas):
         return np.full(np.shape(granules), 3e-4)

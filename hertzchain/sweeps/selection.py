@@ -51,21 +51,16 @@ def full_name(name: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """What is to be drawn: rows with numbers, and where each is among all that varies.
+    """Rows with numbers that are to be drawn, and where each is among all that varies."""
 
-    The columns that are drawn, by name, shape (rows,). For each axis that is crossed, and the
-    backend, which of its values a row has: numbers from 0, shape (rows,). What varies; of it what
-    takes several values and is ``left`` as it is not fixed; what is the same in all rows; and
-    remarks on rows that are not there.
-    """
-
-    column: Mapping[str, NDArray[Any]]
+    column: Mapping[str, NDArray[Any]]  # those that are drawn, by name, shape (rows,)
+    # value taken on each crossed axis, and backend, from 0: (rows,)
     place: Mapping[str, NDArray[np.int64]]
-    axes: Mapping[str, Axis]
-    left: tuple[str, ...]
-    fixed: Mapping[str, Any]
+    axes: Mapping[str, Axis]  # what varies
+    left: tuple[str, ...]  # what takes several values, as it is not fixed
+    fixed: Mapping[str, Any]  # what is the same in all rows
     backends: tuple[str, ...]
-    remarks: tuple[str, ...]
+    remarks: tuple[str, ...]  # on rows that are missing
 
     @property
     def default_colour(self) -> str | None:

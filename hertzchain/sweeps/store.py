@@ -72,10 +72,7 @@ class Memory(AbstractContextManager["Memory"]):
 
 
 class Folder(AbstractContextManager["Folder"]):
-    """A sweep that is kept in a folder; as a context it is there for one process alone.
-
-    The manifest is what the sweep is, as JSON knows it, the format of its files included.
-    """
+    """A sweep kept in a folder; as a context, for one process alone. The manifest describes it."""
 
     def __init__(self, folder: Path, manifest: Mapping[str, Any]) -> None:
         self.folder, self._manifest = folder, manifest

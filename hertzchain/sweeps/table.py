@@ -24,10 +24,7 @@ if TYPE_CHECKING:
 
 
 class Rows:
-    """Rows of scenes that are being filled in, rise time and LM_ratio among them.
-
-    Numbers of the scenes, and their parameters by name, have the shape (rows,).
-    """
+    """Rows of scenes that are being filled in: numbers and parameters have the shape (rows,)."""
 
     def __init__(
         self,
@@ -92,10 +89,10 @@ class Rows:
         length: FloatArray,
         time: FloatArray,
     ) -> NDArray[np.bool_]:
-        """Fill in what a batch of similar scenes found, in units of [N], [m], [s], in one go.
+        """Fill in what a batch of similar scenes found, in units of [N], [m], [s].
 
-        Returns which of them are not filled in, shape (some,): no digit of their peaks is sure, or
-        granules would be pressed into one another by more than a radius.
+        Returns which are not filled in, shape (some,): no digit of their peaks is sure, or an
+        overlap would exceed the radius.
         """
         radius = self._parameters["chain.radius"][rows]
         peak_force, passed = batch.peak_force * force[:, None], batch.peak_passed

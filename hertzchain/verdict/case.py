@@ -30,28 +30,14 @@ class Cause:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """Peaks to be explained.
-
-    Parameters
-    ----------
-    scene, reference
-        The scene, and the truth of it.
-    given
-        Peak forces in question [N], shape (N - 1,), NaN where there is none.
-    judged
-        The contacts to look at, shape (N - 1,).
-    dt
-        The step they were computed with [s], if it is known.
-    deadline
-        When to stop looking.
-    """
+    """Peaks to be explained."""
 
     scene: Scene
-    reference: Result
-    given: FloatArray
-    judged: NDArray[np.bool_]
-    dt: float | None
-    deadline: Deadline
+    reference: Result  # the truth of the scene
+    given: FloatArray  # peak forces in question [N], shape (N - 1,), NaN where there is none
+    judged: NDArray[np.bool_]  # the contacts to look at, shape (N - 1,)
+    dt: float | None  # the step they were computed with [s], if it is known
+    deadline: Deadline  # when to stop looking
 
     @property
     def differences(self) -> FloatArray:
@@ -64,9 +50,9 @@ class Case:
         return self.residual(self.reference.peak_force) if self.judged.any() else 0.0
 
     def residual(self, peak_force: FloatArray) -> float:
-        """What other peaks [N], shape (N - 1,), leave of the differences.
+        """The part of the differences that other peaks [N], shape (N - 1,), leave unexplained.
 
-        Logarithms, so that a thousandth and a hundredth of the truth are not both just too low.
+        In logarithms, so that a thousandth and a hundredth of the truth are not both just too low.
         """
         lowest = _LOWEST * self.reference.peak_force[self.judged]
         ratio = np.maximum(self.given[self.judged], lowest) / np.maximum(
@@ -88,15 +74,10 @@ class Case:
     def fit(
         self, family: Callable[[float], FloatArray], trials: Sequence[float]
     ) -> tuple[float, float]:
-        """The parameter with which a family of peaks leaves the least, and what it leaves.
+        """The parameter with which a family of peaks [N] leaves the least, and what it leaves.
 
-        Parameters
-        ----------
-        family
-            Peak forces [N] for a parameter.
-        trials
-            Increasing; looked for is the best between the neighbours of each that is better than
-            they are, as the best of them need not lie in the deepest valley.
+        Trials increase. The search goes on around each trial that is better than its neighbours:
+        the best of them need not lie in the deepest valley.
         """
         from scipy.optimize import minimize_scalar
 

@@ -58,17 +58,8 @@ def likely_cause(
 ) -> tuple[str | None, str | None]:
     """The mistakes that explain the differences best, as a sentence, and what was not tried.
 
-    Parameters
-    ----------
-    case
-        What to explain.
-    progress
-        Is called with a line of text before each part of the work.
-
-    Returns
-    -------
-    The cause, None where no known mistake leaves a tenth or less; and a remark, None where
-    everything was tried.
+    The cause is None where no known mistake leaves a tenth or less, the remark where everything was
+    tried. ``progress`` is called with a line of text before each part of the work.
     """
     size = case.size
     if size < max(_FLOOR, 10 * case.reference.error_estimate):
@@ -315,14 +306,7 @@ def damping(case: Case) -> Iterator[Cause]:
 def _fit_damping(case: Case, law: Law, trials: FloatArray, whole: bool) -> tuple[float, float]:
     """The coefficient that leaves the least, natural units, and what it leaves.
 
-    Parameters
-    ----------
-    case, law
-        Peaks to be explained, and by what.
-    trials
-        Increasing coefficients.
-    whole
-        Whether peaks are those of the whole force, or of its elastic part.
+    Trial coefficients increase; ``whole``: peaks of the whole force, not of its elastic part.
     """
 
     def peaks_at(damping: FloatArray) -> FloatArray:

@@ -42,53 +42,28 @@ _SCIPY_INTERVAL = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What one run of a contender found.
+    """What one run of a contender found."""
 
-    Parameters
-    ----------
-    peak_force
-        Of contacts 2 ... N [N], shape (contacts,), NaN where a contender says nothing.
-    force_evaluations
-        How often the right-hand side of Eq. 1 was evaluated for the whole chain; 0 for a formula.
-    """
-
-    peak_force: FloatArray
-    force_evaluations: int
+    peak_force: FloatArray  # of contacts 2 ... N [N], NaN where it says nothing
+    force_evaluations: int  # of Eq. 1 for the whole chain; 0 for a formula
 
 
 @dataclass(frozen=True)
 class Contender:
-    """One way to the peaks.
-
-    Parameters
-    ----------
-    name
-        What it is called; no two are called the same.
-    engine
-        One of ``WAYS``.
-    steps
-        Largest steps to run with, natural time units, from cheap to dear; empty where it has none.
-    rtols
-        Relative accuracies to ask for, from cheap to dear; empty where none is asked for.
-    run
-        Runs a scene with a step [s] or an accuracy; with NaN where the contender has neither.
-    self_contained
-        Whether it says the peaks of all contacts, knowing nothing but the scene.
-    """
+    """One way to the peaks, under a name of its own."""
 
     name: str
-    engine: str
-    run: Callable[[Scene, float], Outcome]
-    steps: tuple[float, ...] = ()
-    rtols: tuple[float, ...] = ()
-    self_contained: bool = True
+    engine: str  # one of WAYS
+    run: Callable[[Scene, float], Outcome]  # with a step [s] or rtol; NaN where it has neither
+    steps: tuple[float, ...] = ()  # largest ones, natural time units, from cheap to expensive
+    rtols: tuple[float, ...] = ()  # relative accuracies, from cheap to expensive
+    self_contained: bool = True  # gives the peaks of all contacts from the scene alone
 
 
 def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
     """Everything that is measured, in the order in which it is shown.
 
-    One more contender is one more entry here: a name, an engine, the settings and a function
-    (scene, setting) -> Outcome. One more way is one more name in ``WAYS`` and a marker in
+    A further contender is one entry here; a further way a name in ``WAYS`` and a marker in
     ``report.style``. The formulas have p and F_SW from the truth.
     """
     finer = {name: _halvings(*ends) for name, ends in _STEPS.items()}
@@ -282,9 +257,6 @@ def _show(watch: PeakWatch, time: FloatArray, states: FloatArray, leg: Leg) -> N
 
 
 def _lammps(scene: Scene, step: float, extrapolated: bool = False) -> Outcome:
-    """The deck from the creation of its instance on, without what finds a step or tells an error.
-
-    Where extrapolated, ``step`` is that of the finer run.
-    """
+    """The deck from the creation of its instance on; extrapolated, ``step`` is the finer run's."""
     peaks, steps = Lammps(dt=step, extrapolated=extrapolated).peaks_alone(scene)
     return Outcome(peaks, steps)

@@ -180,13 +180,7 @@ def _applied_force_check(scene: Scene, found: Examination) -> Check:
 
 
 def _applied_force(scene: Scene, time: FloatArray) -> FloatArray:
-    """F(t) of a scene [N], from Table 1 or the pulse table and not from the ramps of the schedule.
-
-    Parameters
-    ----------
-    time
-        As examined [s], shape (legs, readings).
-    """
+    """F(t) [N] by Table 1 or the pulse table, not the schedule's ramps: shape (legs, readings)."""
     if isinstance(scene.shock, Pulse):
         assert scene.rise_time is not None
         return theory.applied_force(time, scene.shock, scene.rise_time)

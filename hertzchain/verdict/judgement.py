@@ -263,8 +263,8 @@ def judged_peaks(reference: Result, given: FloatArray) -> NDArray[np.bool_]:
 def read_peaks(path: Path | str, granules: int) -> FloatArray:
     """Peak forces [N], shape (N - 1,), of a CSV file with the columns contact and peak_force_N.
 
-    Other columns are ignored; rows may have any order. Contacts are 2 ... N; those that are missing
-    are NaN. A SceneError names the row that is wrong, or has a contact for the second time.
+    Missing contacts are NaN; other columns and the order of rows do not matter. A SceneError names
+    the row that is wrong or gives a contact for the second time.
     """
     try:
         text = read_bytes(Path(path), _MOST_BYTES).decode("utf-8-sig")

@@ -89,21 +89,12 @@ def advance(
     damping_quarters: int,
     damping: float,
 ) -> None:
-    """Advance one chain by RK4.
+    """Advance one chain by RK4 with steps h, in natural units.
 
-    Parameters
-    ----------
-    state
-        Displacement, velocity and what is known of the forces so far; changed, shape (ROWS, N).
-        Forces of contacts have no last entry.
-    applied
-        Force at the ends and in the middle of each step, shape (2 steps + 1,).
-    h
-        The step.
-    quarters, pulls
-        Of the elastic force: four times its exponent; whether contacts pull.
-    damped_by, damping_quarters, damping
-        What damps, four times the exponent of that, and its coefficient.
+    ``state``, shape (ROWS, N), is changed: displacement, velocity and the forces so far (those of
+    contacts have no last entry). ``applied`` is the force at the ends and in the middle of each
+    step, shape (2 steps + 1,). ``quarters`` are four times the exponent of the elastic force,
+    ``damping_quarters`` that of what damps.
     """
     u, v = state[DISPLACEMENT], state[VELOCITY]
     contacts = u.size - 1

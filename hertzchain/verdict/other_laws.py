@@ -21,25 +21,17 @@ most of which goes out against the chain of Eq. 1 that runs beside."""
 
 @dataclass(frozen=True)
 class Law:
-    """A force between granules: overlap^exponent, and what hinders their motion.
+    """A force between granules, overlap^exponent, and what hinders their motion.
 
-    Parameters
-    ----------
-    exponent
-        3/2 for Hertz; a multiple of 1/4.
-    pulls
-        Whether contacts pull as hard as they push.
-    damped_by
-        ``nothing``, ``contact`` (coefficient overlap^damping_exponent times the overlap rate, while
-        granules touch) or ``drag`` (coefficient times the velocity of each granule).
-    damping_exponent
-        0 for a dashpot, 1/4 for Tsuji's damping, 1/2 for that of viscoelastic spheres.
+    ``damped_by`` is ``nothing``, ``contact`` (coefficient overlap^damping_exponent times the
+    overlap rate, while granules touch) or ``drag`` (coefficient times the velocity of each
+    granule).
     """
 
-    exponent: float = 1.5
-    pulls: bool = False
+    exponent: float = 1.5  # 3/2 for Hertz; a multiple of 1/4
+    pulls: bool = False  # whether contacts pull as hard as they push
     damped_by: str = "nothing"
-    damping_exponent: float = 0.0
+    damping_exponent: float = 0.0  # 0: dashpot, 1/4: Tsuji, 1/2: viscoelastic spheres
 
 
 HERTZ = Law()
@@ -53,27 +45,9 @@ def peaks(
 ) -> tuple[FloatArray, FloatArray]:
     """Peaks of many chains under one law, elastic ones and those of the whole force, over F0.
 
-    Parameters
-    ----------
-    scene
-        Pulse and chain.
-    law
-        The force between granules; its stiffness is 1 in natural units.
-    damping
-        Coefficient of each chain, natural units, shape (chains,).
-    stretched
-        How many times as long the pulse of each chain is, shape (chains,).
-    deadline
-        When to give up.
-
-    Returns
-    -------
-    Two of shape (chains, contacts); not finite where a motion diverged.
-
-    Raises
-    ------
-    TooExpensive
-        If that was not done by the deadline.
+    Two of shape (chains, contacts), not finite where a motion diverged. Each chain has its damping
+    coefficient, in natural units with stiffness 1, and its pulse is ``stretched`` so many times:
+    shape (chains,). Raises TooExpensive if that was not done by the deadline.
     """
     from hertzchain.verdict import law_kernel
 

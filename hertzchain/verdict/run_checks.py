@@ -93,10 +93,7 @@ def code_checks(result: Result, reference: Result, time_limit: float) -> list[Ch
 
 
 def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Check]:
-    """Another code against native velocity Verlet at the same steps, within a time limit [s].
-
-    Only round-off may differ.
-    """
+    """Another code against native velocity Verlet at the same steps, within a time limit [s]."""
     scene, units = result.scene, result.scene.units
     legs = scene.schedule(result.dt)
     deadline = Deadline(time_limit)
@@ -146,8 +143,8 @@ def _grown(
 ) -> tuple[float, float, float]:
     """Differences of displacement, velocity and peaks that grow from one where granules start.
 
-    Granules that are left behind collide again, late and slowly; in long chains under long pulses
-    such collisions make any round-off grow. ``lost`` is relative to the largest overlap.
+    Granules left behind collide again, late and slowly, and any round-off grows in long chains
+    under long pulses. ``lost`` is relative to the largest overlap.
     """
     nudge = lost * float(np.max(twin.peaks.force)) ** (2 / 3)
     start = np.zeros((2, scene.chain.granules))

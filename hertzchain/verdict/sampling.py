@@ -18,8 +18,8 @@ FEWEST_SAMPLED = 12
 def samples(case: Case) -> Iterator[Cause]:
     """The highest of samples at equal intervals, of a length to be found.
 
-    Near its peak at t a contact force falls off as the square; the nearest of the times k h lies
-    t - k h away. So every h says how much each contact is too low, in a pattern of its own.
+    Near its peak at t a contact force falls off as the square; the nearest of the times k h lies t
+    - k h away. So every h lowers each contact in a pattern of its own.
     """
     lower = case.differences
     if np.mean(lower) >= 0 or lower.size < FEWEST_SAMPLED:
@@ -74,20 +74,10 @@ def _ways(case: Case, h: float) -> Iterator[tuple[str, FloatArray, FloatArray]]:
 
 
 def _shape(case: Case, offsets: FloatArray, degree: int) -> FloatArray:
-    """Contact forces around their peaks as polynomials of the time from there.
+    """Contact forces around their peaks, as polynomials of the time from there at ``offsets``.
 
-    Parameters
-    ----------
-    case
-        The judged contacts are looked at.
-    offsets
-        Where to look, natural time units.
-    degree
-        Of the polynomials.
-
-    Returns
-    -------
-    Coefficients of the powers ``degree`` to 1, relative to the peak: shape (degree, contacts).
+    Coefficients of the powers ``degree`` to 1, relative to the peak, natural time units: shape
+    (degree, judged contacts).
     """
     scene, unit = case.scene, case.scene.units.time
     peak_time = case.reference.peak_time[case.judged]

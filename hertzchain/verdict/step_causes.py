@@ -16,10 +16,9 @@ from hertzchain.verdict.twin import MOST_LEGS, steps_with_force, velocity_verlet
 
 
 def known_step(case: Case) -> Iterator[Cause]:
-    """What comes of steps of the length given: samples in place of maxima, corners passed over.
+    """Effects of steps of the length given: samples in place of maxima, corners passed over.
 
-    An applied force that is a step late is not among it. The pulses begin at 0, so the whole motion
-    is a step late then, and no peak changes.
+    An applied force that is a step late is none: pulses begin at 0, so no peak changes.
     """
     if case.dt is None:
         return

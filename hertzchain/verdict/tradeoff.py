@@ -51,37 +51,17 @@ _MOST, _ENOUGH = 20, 0.05
 
 @dataclass(frozen=True)
 class Row:
-    """One contender at one setting.
-
-    Parameters
-    ----------
-    contender, engine
-        Who.
-    step
-        The largest step [s], or None.
-    natural_step
-        The same in natural time units, alike for all scenes, or None.
-    rtol
-        The accuracy asked for, or None.
-    error
-        Largest relative difference of the peaks from the truth.
-    force_evaluations
-        Of the run; those of a second run that only tells the error are not counted.
-    wall_time
-        Least of some runs, everything included that a user waits for [s].
-    self_contained
-        Whether the contender needs nothing but the scene.
-    """
+    """One contender at one setting."""
 
     contender: str
     engine: str
-    step: float | None
-    natural_step: float | None
-    rtol: float | None
-    error: float
-    force_evaluations: int
-    wall_time: float
-    self_contained: bool
+    step: float | None  # the largest [s], or None
+    natural_step: float | None  # the same in natural time units
+    rtol: float | None  # the accuracy asked for, or None
+    error: float  # largest relative difference of the peaks from the truth
+    force_evaluations: int  # without those of a second run that tells the error
+    wall_time: float  # least of some runs, with all that a user waits for [s]
+    self_contained: bool  # needs nothing but the scene
 
     @property
     def setting(self) -> tuple[str, float | None, float | None]:
@@ -91,28 +71,13 @@ class Row:
 
 @dataclass(frozen=True)
 class Tradeoff:
-    """Error against cost of every contender on one scene.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    rows
-        One for each contender and setting, in the order of the contenders, from cheap to dear.
-        There is none for a setting at which a run fails, as with steps too long for a method.
-    truth_error
-        What is known of the truth: errors below say no more than that they are below.
-    missing
-        Whether a backend is not there.
-    remarks
-        Sentences that say why contenders have no rows.
-    """
+    """Error against cost of every contender on one scene."""
 
     scene: Scene
-    rows: tuple[Row, ...]
-    truth_error: float
-    missing: bool
-    remarks: tuple[str, ...]
+    rows: tuple[Row, ...]  # by contender, from cheap to expensive; none for a setting that fails
+    truth_error: float  # errors below it only say that they are below
+    missing: bool  # whether a backend is missing
+    remarks: tuple[str, ...]  # why contenders have no rows
 
     @property
     def contenders(self) -> tuple[str, ...]:
@@ -121,10 +86,7 @@ class Tradeoff:
 
     @functools.cached_property
     def frontier(self) -> tuple[Row, ...]:
-        """Rows that no other beats: from the cheapest to the most accurate.
-
-        Only contenders that need nothing but the scene take part.
-        """
+        """Rows that no other self-contained one beats: from the cheapest to the most accurate."""
         return frontier([row for row in self.rows if row.self_contained], self.truth_error)
 
     def to_dict(self) -> dict[str, Any]:
@@ -168,9 +130,9 @@ def tradeoff(
 ) -> Tradeoff:
     """Measure error and cost of every contender on a scene.
 
-    ``engines`` are those of ``WAYS`` to measure; ``progress`` is called with a line of text before
-    each part of the work. The run of a setting is repeated for ``enough`` seconds in each round;
-    with 0 it runs once. A RunFailed says that the reference method fails: there is no truth then.
+    ``engines`` are of ``WAYS``; ``progress`` is called with a line of text before each part of the
+    work; each setting is repeated for ``enough`` seconds in each round, or runs once for 0. A
+    RunFailed says that the reference method fails: there is no truth then.
     """
     for name in engines:
         require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")
@@ -210,8 +172,7 @@ def measured(
 ) -> list[Row]:
     """The rows of one contender; a setting at which it fails has none.
 
-    If it fails at every setting, its error is raised. ``truth`` is peak forces [N], shape
-    (contacts,); each run is repeated for ``enough`` seconds.
+    If all fail, the error is raised. ``truth`` is peak forces [N], shape (contacts,).
     """
     settings: list[tuple[float | None, float | None]] = [
         *((step, None) for step in contender.steps),
@@ -263,8 +224,7 @@ def timed(run: Callable[[], Outcome], enough: float = _ENOUGH) -> tuple[Outcome,
 def frontier(rows: Sequence[Row], truth_error: float) -> tuple[Row, ...]:
     """Rows than which none is both as cheap and more accurate, or as accurate and cheaper.
 
-    From the cheapest to the most accurate; of equal rows the first. Errors below ``truth_error``
-    count as equal.
+    From the cheapest on; of equal rows the first, errors below ``truth_error`` being equal.
     """
     found: list[Row] = []
     for row in sorted(rows, key=lambda row: (row.wall_time, max(row.error, truth_error))):
@@ -296,19 +256,11 @@ def provenance() -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Typical:
-    """One contender at one setting, over several scenes.
+    """One contender at one setting, over several scenes."""
 
-    Parameters
-    ----------
-    row
-        Medians of error, force evaluations and wall time; of several scenes it has no step [s].
-    lowest, highest
-        Errors in the scenes where they are least and largest.
-    """
-
-    row: Row
-    lowest: float
-    highest: float
+    row: Row  # medians of error, evaluations and wall time; no step [s] for several scenes
+    lowest: float  # error where it is least
+    highest: float  # error where it is largest
 
 
 def typical(tradeoffs: Sequence[Tradeoff]) -> tuple[Typical, ...]:

@@ -27,12 +27,7 @@ class Verlet:
 def velocity_verlet(scene: Scene, legs: Sequence[Leg], deadline: Deadline) -> Verlet:
     """What velocity Verlet finds on some steps, with and without interpolation.
 
-    Raises
-    ------
-    StepUnstable
-        If the motion diverges.
-    TooExpensive
-        If it was not done by the deadline.
+    Raises StepUnstable if the motion diverges, TooExpensive if the deadline passes.
     """
     unit, walker = scene.units, METHODS["velocity-verlet"].walker
     run = simulate(scene, legs, walker, deadline=deadline)
@@ -57,14 +52,10 @@ MOST_LEGS = 100_000
 
 
 def steps_with_force(nodes: FloatArray, force: FloatArray, steps_after: int) -> list[Leg]:
-    """Legs of one step each, on which velocity Verlet sees these forces at these times.
+    """Legs of one step each, on which velocity Verlet sees these forces [N] at these times [s].
 
-    Parameters
-    ----------
-    nodes, force
-        Ends of steps [s] and the force there [N], until the pulse is over.
-    steps_after
-        Steps of the length of the last one that follow without a force.
+    ``nodes`` are the ends of steps until the pulse is over; ``steps_after``, as long as the last
+    one, follow without a force.
     """
     legs = [
         Leg(t0, t1, 1, Ramp(t0, t1, f0, f1, "linear"))

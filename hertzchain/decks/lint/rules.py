@@ -45,23 +45,14 @@ _CONSISTENT = ("si", "cgs", "lj")
 class Finding:
     """One thing that is wrong, or worth knowing, in a deck.
 
-    Parameters
-    ----------
-    line
-        Where, from 1.
-    rule
-        The name of the rule.
-    severity
-        ``error`` (wrong results, or LAMMPS stops), ``warning`` (likely not what is meant) or
-        ``note`` (costs time, or worth knowing).
-    text
-        What is wrong, and what to write instead.
+    ``error``: wrong results, or LAMMPS stops; ``warning``: likely not what is meant; ``note``:
+    costs time, or is worth knowing.
     """
 
-    line: int
+    line: int  # from 1
     rule: str
     severity: Severity
-    text: str
+    text: str  # what is wrong, and what to write instead
 
 
 Found = Iterator[tuple[Command | None, Severity, str]]

@@ -17,28 +17,13 @@ from hertzchain.decks.lint.arithmetic import LONGEST, Definition, Lookup, known_
 
 @dataclass(frozen=True)
 class Command:
-    """One command.
+    """One command."""
 
-    Parameters
-    ----------
-    place
-        Its number among the commands, from 0.
-    line
-        The line that it starts on, from 1.
-    words
-        Name and arguments, with ``${x}`` and ``$(formula)`` filled in where their value is known.
-    raw
-        The same as written.
-    conditional
-        Whether it stands inside another command (``if``, ``run every``) or in a loop, so that it
-        may be carried out never, or more than once.
-    """
-
-    place: int
-    line: int
-    words: tuple[str, ...]
-    raw: tuple[str, ...]
-    conditional: bool
+    place: int  # its number among the commands, from 0
+    line: int  # where it starts, from 1
+    words: tuple[str, ...]  # name and arguments, ${x} and $(formula) filled in where known
+    raw: tuple[str, ...]  # the same as written
+    conditional: bool  # in if, run every or a loop: carried out never, or often
 
     @property
     def name(self) -> str:
@@ -61,15 +46,7 @@ class Command:
 
 @dataclass(frozen=True)
 class Script:
-    """The commands of an input script, in the order they are written.
-
-    Parameters
-    ----------
-    commands
-        All of them.
-    definitions
-        What each variable was made, and by which command.
-    """
+    """The commands of an input script, in the order they are written, and its variables."""
 
     commands: tuple[Command, ...]
     definitions: Mapping[str, Sequence[Definition]]
@@ -86,10 +63,7 @@ class Script:
     def value(
         self, text: str, place: int, known: Mapping[str, float] | None = None
     ) -> float | None:
-        """The value of a formula, or a number, where variables have the values of a command.
-
-        ``known`` are values of keywords such as ``time``.
-        """
+        """The value of a formula or number at a command; ``known``: keywords such as ``time``."""
         return known_value(text, self._definition, place, known or {}, 0)
 
     def names_in(self, text: str, place: int) -> set[str]:

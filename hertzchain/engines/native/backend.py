@@ -46,28 +46,16 @@ from hertzchain.scene.validity import refuse_deep_overlap, refuse_hopeless_overl
 class Method:
     """How a named method runs.
 
-    Parameters
-    ----------
-    walker
-        Takes the steps.
-    step
-        The step taken where none is asked for, in natural units.
-    interval
-        Up to which product of step and frequency oscillations do not grow, by more than one per
-        cent in a step; see ``error_bound.stable_step``. From the tables of coefficients; motions of
-        random scenes diverge from steps a tenth (velocity Verlet, RK4) to a half longer on.
-    safety
-        The bound of the error over what differences say, for methods of higher order: an opening
-        contact leaves errors that are erratic from step to step.
-    floor
-        Part of the error that does not depend on the step: what refinement leaves, 4e-12 at most
-        in the paper's scenes.
+    ``interval`` is the largest product of step and frequency at which oscillations grow by no more
+    than one per cent in a step (``error_bound.stable_step``), from the tables of coefficients;
+    motions of random scenes diverge from steps a tenth (velocity Verlet, RK4) to a half longer on.
     """
 
-    walker: Walker
-    step: float
+    walker: Walker  # takes the steps
+    step: float  # by default, natural time units
     interval: float
-    safety: float = 6.0
+    safety: float = 6.0  # error bound over differences; opening contacts make errors erratic
+    # error at any step: what refinement leaves, at most 4e-12 in the paper's scenes
     floor: float = 0.0
 
 

@@ -231,8 +231,8 @@ def _accurate_enough(
 ) -> Batch:
     """Peaks of all scenes in natural units.
 
-    Known scenes run once, as it is known how far off they are at most; the others get a second run
-    that tells, and further ones until that is enough or no further one helps.
+    Known scenes, whose largest error is known, run once; the others get a second run that tells the
+    error, and further ones until it is small enough or no further one helps.
     """
     plans.check(rtol)
     check_time_limit(time_limit)

@@ -8,45 +8,21 @@ from hertzchain.arrays import Array
 
 
 def overlap(displacement: Array) -> Array:
-    """Overlap u_i - u_{i+1} of each contact, negative where there is a gap.
-
-    Parameters
-    ----------
-    displacement
-        u, shape (..., granules).
-
-    Returns
-    -------
-    Shape (..., granules - 1).
-    """
+    """Overlap u_i - u_{i+1}, shape (..., granules - 1), of u, (..., granules); < 0 in a gap."""
     return displacement[..., :-1] - displacement[..., 1:]
 
 
 def contact_force(overlap: Array) -> Array:
-    """Hertz force in each contact, zero where the granules are apart (Eq. 1).
-
-    Parameters
-    ----------
-    overlap
-        Shape (..., contacts). Negative means a gap.
-    """
+    """Hertz force in each contact, shape (..., contacts), zero where granules are apart (Eq. 1)."""
     pressed = np.maximum(overlap, 0)
     return pressed * np.sqrt(pressed)
 
 
 def net_force(contact_force: Array, applied_force: Array | float) -> Array:
-    """Force on each granule: what pushes it on less what it passes on (Eq. 1).
+    """Force on each granule, shape (..., granules): what pushes it less what it passes on (Eq. 1).
 
-    Parameters
-    ----------
-    contact_force
-        Shape (..., granules - 1).
-    applied_force
-        F(t) on the first granule, shape (...).
-
-    Returns
-    -------
-    Shape (..., granules); the acceleration too, as the mass is 1.
+    It is the acceleration too, as the mass is 1. Contact forces have the shape (..., granules - 1),
+    F(t) on the first granule the shape (...).
     """
     *times, contacts = contact_force.shape
     passed_on = np.zeros((*times, contacts + 2), contact_force.dtype)
@@ -58,12 +34,7 @@ def net_force(contact_force: Array, applied_force: Array | float) -> Array:
 def jerk(overlap: Array, rate: Array, applied_rate: Array | float) -> Array:
     """Time derivative of Eq. 1: that of a contact force is 3/2 overlap^(1/2) rate.
 
-    Parameters
-    ----------
-    overlap, rate
-        Of each contact, and its rate, shape (..., contacts).
-    applied_rate
-        F'(t), shape (...).
+    Overlaps and their rates have the shape (..., contacts), the applied F'(t) the shape (...).
     """
     return net_force(1.5 * np.sqrt(np.maximum(overlap, 0)) * rate, applied_rate)
 

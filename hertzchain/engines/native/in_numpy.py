@@ -116,27 +116,11 @@ def integrate(
     walker: Walker,
     update: Callable[[Samples, Leg], object],
 ) -> tuple[State, int]:
-    """Integrate a chain that is at rest at the start.
+    """Integrate a chain that is at rest; the state at the end, and the number of steps taken.
 
-    Parameters
-    ----------
-    displacement
-        At the start, shape (granules,); its precision is that of the run.
-    legs
-        The steps and the applied force, in natural units.
-    walker
-        Takes the steps.
-    update
-        Is called with successive samples and the leg that they lie on.
-
-    Returns
-    -------
-    The state at the end, and the number of steps taken.
-
-    Raises
-    ------
-    StepUnstable
-        If the motion diverges: the step is too long for the method.
+    The displacement at the start, shape (granules,), sets the precision; legs are in natural units.
+    ``update`` is called with successive samples and their leg. Raises StepUnstable if the motion
+    diverges.
     """
     dtype = displacement.dtype.type
     rest = np.zeros_like(displacement)
@@ -198,12 +182,7 @@ def simulate_in_numpy(
 ) -> Simulation:
     """Integrate a scene once, on given legs [s, N], as ``simulate`` does with the kernels.
 
-    Parameters
-    ----------
-    scene, legs, walker, recorder, dtype
-        What, on which steps, by which method, recording what, in any precision of NumPy.
-    displacement
-        Where the granules are at the start, natural units, shape (granules,); 0 by default.
+    In any precision of NumPy, from displacements in natural units, shape (granules,), 0 by default.
     """
     units = scene.units
     watch = PeakWatch(scene.chain.granules - 1, dtype)

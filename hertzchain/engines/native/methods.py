@@ -7,21 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class SymplecticNystrom:
-    """Kicks b and drifts a in turn, a kick first and last.
+    """Kicks b and drifts a in turn, a kick first and last."""
 
-    Parameters
-    ----------
-    order
-        Order of convergence where the motion is smooth.
-    kicks
-        b_1 ... b_{s+1}, summing to 1.
-    drifts
-        a_1 ... a_s, summing to 1.
-    """
-
-    order: int
-    kicks: tuple[float, ...]
-    drifts: tuple[float, ...]
+    order: int  # of convergence where the motion is smooth
+    kicks: tuple[float, ...]  # b_1 ... b_{s+1}, summing to 1
+    drifts: tuple[float, ...]  # a_1 ... a_s, summing to 1
 
     @property
     def stages(self) -> int:
@@ -33,26 +23,15 @@ class SymplecticNystrom:
 class RungeKuttaNystrom:
     """An explicit method that is not symplectic; its first stage is the end of the step before.
 
-    Parameters
-    ----------
-    order
-        Order of convergence where the motion is smooth.
-    nodes
-        c_1 ... c_s, the first 0.
-    position
-        Rows of a, each one shorter than its number: a_21; a_31, a_32; and so on.
-    position_weights, velocity_weights
-        b-bar and b, s of each.
-    last_weight
-        b of one stage more, whose place is the end of the step: it costs nothing, as it is the
-        first stage of the next step.
+    ``last_weight`` is the b of one stage more, at the end of the step; it costs nothing, as it is
+    the first stage of the next step.
     """
 
-    order: int
-    nodes: tuple[float, ...]
-    position: tuple[tuple[float, ...], ...]
-    position_weights: tuple[float, ...]
-    velocity_weights: tuple[float, ...]
+    order: int  # of convergence where the motion is smooth
+    nodes: tuple[float, ...]  # c_1 ... c_s, the first 0
+    position: tuple[tuple[float, ...], ...]  # rows of a: a_21; a_31, a_32; and so on
+    position_weights: tuple[float, ...]  # b-bar, s of them
+    velocity_weights: tuple[float, ...]  # b, s of them
     last_weight: float = 0.0
 
     @property

@@ -72,29 +72,13 @@ them chaotic, and a tenth left errors of up to eleven times the wanted accuracy.
 
 @dataclass(frozen=True)
 class Plan:
-    """How to run.
-
-    Parameters
-    ----------
-    method
-        Its name.
-    walker
-        Takes the steps.
-    step
-        The largest step, natural time units.
-    error
-        Of the peaks, in the worst of the random scenes.
-    safety
-        The bound of the error over the difference to a run with other steps.
-    dtype
-        Precision of the run.
-    """
+    """How to run."""
 
     method: str
     walker: Refined
-    step: float
-    error: float
-    safety: float
+    step: float  # the largest, natural time units
+    error: float  # of the peaks, in the worst of the random scenes
+    safety: float  # error bound over the difference to a run with other steps
     dtype: type[np.floating[Any]] = np.float64
 
     @property
@@ -112,12 +96,8 @@ class Plan:
     def hopeless(self, error: Any, before: Any, evaluations: Any) -> Any:
         """Whether this plan cost much and its error is hardly below that of the one before.
 
-        Parameters
-        ----------
-        error, before
-            Estimates; that part of both which an estimate always has does not count.
-        evaluations
-            Of the force, times granules. All may be arrays.
+        All may be arrays; ``evaluations`` of the force are times granules. The part of both errors
+        that an estimate always has does not count.
         """
         hardly = error - self.error > _HOPELESS * (before - self.error)
         return hardly & (evaluations > _CHEAP)
@@ -125,26 +105,13 @@ class Plan:
     def estimate(self, difference: Any, evaluations: Any) -> Any:
         """Upper bound of the error, from the difference to a run with other steps, and round-off.
 
-        Parameters
-        ----------
-        difference
-            Of the peaks, or an array of it.
-        evaluations
-            Of the force, broadcast against it.
+        Difference and force ``evaluations`` may be arrays that broadcast.
         """
         return self.error + self.safety * difference + round_off(evaluations)
 
 
 def is_known(momentum_ratio: Any, duration_ratio: Any, granules: int) -> Any:
-    """Whether scenes with one of the paper's profiles lie among those that were measured.
-
-    Parameters
-    ----------
-    momentum_ratio, duration_ratio
-        LM_ratio and n, arrays of one shape.
-    granules
-        N.
-    """
+    """Whether scenes with a profile of the paper, LM_ratio and n (arrays) were measured."""
     (low, high), (short, long) = _KNOWN_RATIOS, _KNOWN_DURATIONS
     known = (momentum_ratio >= low) & (momentum_ratio <= high)
     known &= (duration_ratio >= short) & (duration_ratio <= long)
@@ -152,24 +119,14 @@ def is_known(momentum_ratio: Any, duration_ratio: Any, granules: int) -> Any:
 
 
 def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
-    """The cheapest way to peaks of relative accuracy ``rtol``, as measured.
+    """The cheapest way to peaks of relative accuracy ``rtol``, TIGHTEST to LOOSEST, as measured.
 
-    Parameters
-    ----------
-    rtol
-        From TIGHTEST to LOOSEST.
-    checked
-        Whether a second run, with other steps, will tell the error.
-    hard
-        Whether to halve steps near every contact that hardly overlaps, see
-        ``error_bound.amplifies_errors``. Runs that end while the wave still presses contacts need
-        it too: the force of the front at that instant grows tenfold within a granule's distance,
-        and where the front is depends on all steps before.
-
-    Notes
-    -----
-    Errors of the worst of the random scenes: 2.4e-4 (h / 0.6)^4.3 for SRKN_6^b, 3e-9 (h / 0.2)^6.5
-    for SRKN_11^b, and 2e-4 times the refinement tolerance.
+    Where ``checked``, a second run will tell the error. ``hard`` halves steps near every contact
+    that hardly overlaps, for scenes that amplify errors and runs that end while the wave still
+    presses contacts: the force of the front then grows tenfold within a granule's distance, and
+    where the front is depends on all steps before. Errors of the worst of the random scenes: 2.4e-4
+    (h / 0.6)^4.3 for SRKN_6^b, 3e-9 (h / 0.2)^6.5 for SRKN_11^b, and 2e-4 times the refinement
+    tolerance.
     """
     tight = max(0.0, -math.log10(rtol) - 6)
     aim = rtol / 2.4  # the rest is what the estimate cannot know
@@ -215,12 +172,6 @@ def round_off(evaluations: Any) -> Any:
 
 
 def check(rtol: float) -> None:
-    """Refuse an accuracy that cannot be had.
-
-    Raises
-    ------
-    SceneError
-        If it is not a number from 1e-10 to 0.01.
-    """
+    """Raise a SceneError for an accuracy that is not a number from 1e-10 to 0.01."""
     allowed = f"must be a number from {TIGHTEST:g} to {LOOSEST:g}"
     require(is_finite(rtol) and TIGHTEST <= rtol <= LOOSEST, "rtol", rtol, allowed)

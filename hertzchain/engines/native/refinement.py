@@ -36,21 +36,13 @@ class Fixed:
 
 @dataclass(frozen=True)
 class Refined:
-    """Steps halved where a contact opens or closes.
+    """Steps halved where a contact opens or closes, until r'^(3/2) h^(5/2) is below the tolerance.
 
-    Parameters
-    ----------
-    stepper
-        Takes the steps.
-    tolerance
-        Largest r'^(3/2) h^(5/2) left, as a fraction of the largest velocity. At 1e-10 the peaks of
-        the paper's scenes are right to about 1e-12: the constant before it is small.
-    cosine_steps
-        Fewest steps on a cosine ramp, however short it is: its impulse, all that a short pulse
-        leaves, is a quadrature by the steps. Thirty-two are right to 1e-14; one, halved somewhere,
-        is not (4e-11).
-    starting
-        Natural time units from the start in which the front counts as a contact that closes.
+    The tolerance is a fraction of the largest velocity; 1e-10 leaves about 1e-12 of the peaks of
+    the paper's scenes. ``cosine_steps`` is the fewest on a cosine ramp: its impulse, all that a
+    short pulse leaves, is a quadrature by the steps, right to 1e-14 with 32; one, halved somewhere,
+    leaves 4e-11. ``starting`` is how long from the start the front counts as a contact that closes
+    [natural time units].
     """
 
     stepper: Stepper

@@ -71,27 +71,15 @@ class End:
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """What one integration found, in natural units.
+    """What one integration found, in natural units."""
 
-    Parameters
-    ----------
-    state
-        At the end; NaN where granules were left behind.
-    peaks
-        Of all contacts.
-    work, momentum, energy
-        Done by the applied force; of all granules at the end.
-    steps, evaluations
-        Steps taken, and force evaluations; compiled runs count those of refused steps too.
-    """
-
-    state: End
+    state: End  # at the end; NaN where granules were left behind
     peaks: Peaks
-    work: Scalar
-    momentum: Scalar
-    energy: Scalar
+    work: Scalar  # done by the applied force
+    momentum: Scalar  # of all granules at the end
+    energy: Scalar  # of all granules at the end
     steps: int
-    evaluations: int
+    evaluations: int  # of the force; compiled runs count those of refused steps too
 
 
 def simulate(
@@ -107,31 +95,11 @@ def simulate(
 ) -> Simulation:
     """Integrate a scene once, on given legs [s, N], with the compiled kernels.
 
-    Parameters
-    ----------
-    scene, legs, walker
-        What, on which steps, by which method.
-    recorder
-        What to record; it is filled in.
-    dtype
-        float64 or float32.
-    leave_behind
-        Whether only the peaks are wanted: granules that cannot change any are left behind, where
-        that can be told.
-    window
-        Whether granules that the wave has not reached are left out.
-    deadline
-        When to give up; by default an hour from now.
-    start
-        Displacement and velocity at the start, natural units, shape (2, granules); by default the
-        chain is at rest.
-
-    Raises
-    ------
-    StepUnstable
-        If the motion diverges: the step is too long for the method.
-    TooExpensive
-        If the run would take, or has taken, too long.
+    ``dtype`` is float64 or float32. With ``leave_behind`` granules that cannot change any peak are
+    left behind, where that can be told; with ``window`` those that the wave has not reached are
+    left out. The deadline is an hour from now by default. ``start`` is displacement and velocity,
+    natural units, shape (2, granules); by default the chain is at rest. Raises StepUnstable if the
+    motion diverges, TooExpensive if the run would take, or has taken, too long.
     """
     from hertzchain.engines.native import kernels
 
@@ -219,28 +187,16 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
 def can_leave_behind(scene: Scene) -> bool:
     """Whether it can be told that a granule will not matter any more: under one pulse alone.
 
-    After a second push, waves run behind one another in any order, and a broad packet can break up
-    into waves that are stronger than anything in it was.
+    After a second push a broad packet can break up into waves stronger than anything in it was.
     """
     return scene.is_plain and isinstance(scene.shock, Pulse)
 
 
 def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:
-    """Do long compiled work in a thread, so that an interrupt or the end of its time stops it.
+    """Do long compiled work in a thread, so that an interrupt or the deadline stops it.
 
-    Parameters
-    ----------
-    run
-        Does the work and lets go of the interpreter meanwhile.
-    control
-        Its first entry, set to -1, ends the work.
-    deadline
-        When to give up.
-
-    Raises
-    ------
-    TooExpensive
-        If the work was not done by then.
+    ``run`` releases the interpreter meanwhile; -1 as the first entry of ``control`` ends it. Raises
+    TooExpensive if it was not done by the deadline.
     """
     found: list[Any] = []
     failed: list[BaseException] = []
@@ -266,10 +222,10 @@ def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -
 
 
 def _wait(thread: threading.Thread, deadline: Deadline) -> None:
-    """Wait for a thread.
+    """Wait for a thread, in a function of its own.
 
-    In a function: the jump back of a ``while`` is outside the ``try`` around it on Python 3.13,
-    so a signal that arrives there would leave the work running.
+    The jump back of a ``while`` is outside the ``try`` around it on Python 3.13, so a signal that
+    arrives there would leave the work running.
     """
     while thread.is_alive():
         thread.join(max(0.0, min(0.1, deadline.left)))
@@ -281,13 +237,7 @@ _CODES = {"linear": 1, "cosine": 2}
 
 
 def code_of(shape: str) -> int:
-    """The number by which the kernels know a shape of ramps; they have formulas of their own.
-
-    Raises
-    ------
-    RunFailed
-        If they do not know it.
-    """
+    """The number by which the kernels know a shape of ramps; RunFailed if they do not know it."""
     if shape not in _CODES:
         raise RunFailed(f"the kernels have no formula for a ramp of shape {shape}")
     return _CODES[shape]
