@@ -57,10 +57,7 @@ def second_order_safety(natural_step: float, rising: bool) -> float:
 
 @dataclass(frozen=True)
 class SecondRun:
-    """A second run whose peaks tell the error of the first.
-
-    The error is at most ``factor`` times their difference, if errors fall at least as dt^2.
-    """
+    """A second run; the first is wrong by at most ``factor`` times their difference, if as dt^2."""
 
     legs: tuple[Leg, ...]
     factor: float

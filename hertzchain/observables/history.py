@@ -77,18 +77,11 @@ class Recorder:
         self.contact_force[wanted] = force * ratio * np.sqrt(ratio)
 
     def history(
-        self,
-        time: FloatArray,
-        length: float = 1.0,
-        velocity: float = 1.0,
-        force: float = 1.0,
+        self, time: FloatArray, length: float = 1.0, velocity: float = 1.0, force: float = 1.0
     ) -> History:
         """What was recorded, in SI: the units of the samples are given in SI."""
         return History(
-            time,
-            self.displacement * length,
-            self.velocity * velocity,
-            self.contact_force * force,
+            time, self.displacement * length, self.velocity * velocity, self.contact_force * force
         )
 
 

@@ -2,12 +2,10 @@
 
 The largest sample is only second order in the interval. Between two samples the overlap is
 interpolated (quintic from overlap, rate and acceleration; of degree seven where the jerk is known)
-and its largest value taken, wherever it may lie: a contact that is pressed harder at both samples
-can have a maximum and a minimum between them. A maximum that the interpolant misses exceeds it by
-no more than the interpolation error. A contact that is pressed between two samples alone, and never
-at one, is not seen: its force is not known. The force there is the backend's own force at the
-nearer sample times the overlap ratio to the power 3/2: only the exponent of Hertz's law is used, so
-a wrong stiffness in a backend still shows.
+and its largest value taken, wherever it lies. A contact that is never pressed at a sample is not
+seen: its force is not known. The force at a maximum is the backend's own at the nearer sample times
+the overlap ratio to the power 3/2: only the exponent of Hertz's law is used, so that a wrong
+stiffness in a backend still shows.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The transition: how many granules p it takes, and the solitary wave that leaves it.
 
-Contacts are numbered as in the paper: contact i lies between granules i - 1 and i, so the peaks of
-a chain of N granules are those of contacts 2 to N.
+Contacts are numbered as in the paper: contact i lies between granules i - 1 and i, i = 2 ... N.
 """
 
 from __future__ import annotations
@@ -46,9 +45,7 @@ class SolitaryWave:
 
 
 def transition_granules(
-    peak_force: FloatArray,
-    has_peaked: NDArray[np.bool_],
-    threshold: float | FloatArray = STEADY,
+    peak_force: FloatArray, has_peaked: NDArray[np.bool_], threshold: float | FloatArray = STEADY
 ) -> int | None:
     """The number of granules p in the transition, None if it does not end in this chain.
 

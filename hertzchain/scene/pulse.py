@@ -61,7 +61,6 @@ PROFILES = {
 }
 """The shapes of rise and decay of each profile of Table 1."""
 
-
 _MOST_BYTES = 5_000_000
 """Of a pulse table: some 200,000 rows, which take a second to read and a minute to run."""
 
@@ -249,10 +248,7 @@ class PulseTable:
 
 
 def read_pulse_table(path: Path, name: str | None = None) -> PulseTable:
-    """Read a pulse table, CSV with the header ``time_s,force_N``; a SceneError says what is wrong.
-
-    ``name`` is how the scene names the file, by default the path itself.
-    """
+    """Read a pulse table: CSV, header ``time_s,force_N``. A SceneError says what is wrong."""
     import csv
     import io
 

@@ -11,12 +11,9 @@ from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 
 DOUBTFUL_OVERLAP = 0.01
-"""Overlap over radius, above which Hertz's law is no longer exact.
-
-It takes each granule for a half-space and the contact for flat, which needs a contact radius a far
-below R (Johnson, Contact Mechanics, 1985, section 4.2); with a^2 = R overlap / 2, a is 0.07 R here,
-and corrections to the law are of the order of the overlap over the radius.
-"""
+"""Overlap over radius, above which Hertz's law is no longer exact: it needs a contact radius a far
+below R (Johnson, Contact Mechanics, 1985, section 4.2). With a^2 = R overlap / 2, a is 0.07 R here,
+and corrections to the law are of the order of the overlap over the radius."""
 
 IMPOSSIBLE_OVERLAP = 1.0
 """Overlap over radius, above which a number would mean nothing."""
@@ -32,10 +29,7 @@ def overlap_ratio(chain: Chain, peak_force: float) -> float:
 
 
 def refuse_hopeless_overlap(scene: Scene) -> None:
-    """Raise OverlapTooLarge, before a run, where overlaps will surely exceed the radius.
-
-    Terms, pulse tables and runs that end early are never refused.
-    """
+    """Raise OverlapTooLarge, before a run, where a pulse will surely press beyond the radius."""
     if scene.is_plain and isinstance(scene.shock, Pulse) and scene.run.end_time is None:
         force = _SURE_FORCE * force_scale(scene.momentum_ratio) * scene.shock.peak_force
         refuse_deep_overlap(scene.chain, force)

@@ -220,11 +220,7 @@ def passed_momentum(peak_force: ArrayLike, shift: ArrayLike) -> FloatArray:
 
 
 def peak_force(
-    contact: ArrayLike,
-    p: int,
-    wave_force: float,
-    duration_ratio: float,
-    effective_ratio: float,
+    contact: ArrayLike, p: int, wave_force: float, duration_ratio: float, effective_ratio: float
 ) -> FloatArray:
     """Eqs. 6a and 6b: peak force of a contact in the transition, in the unit of ``wave_force``.
 

@@ -5,11 +5,9 @@ holds ln(F_i / F0) of contacts 2 to 80 and of the far field on a grid over ln LM
 each profile of Table 1. validation/make_map.py makes it, with the native solver.
 
 Peaks are the largest of several local maxima of a contact's force over time; where another one
-takes over, a peak has a kink as a function of LM_ratio and n. Kinks are what limits interpolation,
-and why the grid is fine where the peaks are smooth; there the file has nothing but zeros, as it
-holds only what differs from what a grid twice as coarse predicts.
-
-Source of that prediction: Deslauriers and Dubuc, Constr. Approx. 5 (1989) 49.
+takes over, a peak has a kink as a function of LM_ratio and n. Kinks limit interpolation, so the
+grid is fine, and the file holds only what differs from what a grid twice as coarse predicts
+(Deslauriers and Dubuc, Constr. Approx. 5 (1989) 49): zeros where the peaks are smooth.
 """
 
 from __future__ import annotations
@@ -44,8 +42,7 @@ PEAK_ERROR = 1e-2
 early contact under a long pulse; 1 peak of 1000 is off by more than 3e-4."""
 
 FAR_FIELD_ERROR = 1e-5
-"""Relative error of the far-field force, at most. 4e-6 is the largest found, at LM_ratio 10 and n
-2, where the wave still grows a little beyond the contact that stands for the far field."""
+"""Relative error of the far-field force, at most; 4e-6 was found, at LM_ratio 10 and n 2."""
 
 STEP = 2e-6
 """What the file counts in; its ln F are within this of what was simulated."""
@@ -103,19 +100,10 @@ def grid() -> tuple[FloatArray, FloatArray]:
 
 def outside(momentum_ratio: float, duration_ratio: float) -> str | None:
     """Why the map says nothing about an LM_ratio and n; None where it does."""
-    inside = [
-        low <= value <= high
-        for value, (low, high) in (
-            (momentum_ratio, MOMENTUM_RATIOS),
-            (duration_ratio, DURATION_RATIOS),
-        )
-    ]
-    if all(inside):
+    (low, high), (short, long) = MOMENTUM_RATIOS, DURATION_RATIOS
+    if low <= momentum_ratio <= high and short <= duration_ratio <= long:
         return None
-    return (
-        f"the map of peaks has LM_ratio {MOMENTUM_RATIOS[0]:g} to {MOMENTUM_RATIOS[1]:g} and"
-        f" n {DURATION_RATIOS[0]:g} to {DURATION_RATIOS[1]:g}"
-    )
+    return f"the map of peaks has LM_ratio {low:g} to {high:g} and n {short:g} to {long:g}"
 
 
 def peaks(profile: str, momentum_ratio: float, duration_ratio: float) -> Peaks:
@@ -169,12 +157,9 @@ def table(profile: str) -> NDArray[np.float32]:
 
 
 def decode(counts: NDArray[np.int32]) -> NDArray[np.float32]:
-    """The grid from what the file holds: the coarsest grid, then what refining leaves [STEP].
+    """The grid from what the file holds, shape (nodes times columns,) [STEP].
 
-    Parameters
-    ----------
-    counts
-        As validation/make_map.py writes them, shape (nodes times columns,).
+    First the coarsest grid, then what each refinement leaves, as validation/make_map.py writes it.
     """
     start = _COLUMNS * _COARSE[0] * _COARSE[1]
     taken = start
@@ -193,19 +178,10 @@ def decode(counts: NDArray[np.int32]) -> NDArray[np.float32]:
 def refine(
     coarse: FloatArray, correct: Callable[[FloatArray, tuple[slice, ...]], FloatArray]
 ) -> FloatArray:
-    """From the coarsest grid to the finest, doubling LM_ratio and n in turn.
+    """From the coarsest grid, shape (columns, 13, 4), to the finest, shape (columns, 385, 97).
 
-    Parameters
-    ----------
-    coarse
-        Shape (columns, 13, 4).
-    correct
-        Is given what cubic interpolation predicts halfway between known nodes, and where on the
-        finest grid that is; returns what stands there.
-
-    Returns
-    -------
-    Shape (columns, 385, 97).
+    LM_ratio and n are doubled in turn. ``correct`` is given what cubic interpolation predicts
+    halfway between known nodes, and where on the finest grid that is; it returns what stands there.
     """
     values = coarse
     for doubling in reversed(range(_DOUBLINGS)):

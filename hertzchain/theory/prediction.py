@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from typing import Any
 
@@ -79,12 +79,7 @@ class Estimate:
 
     def to_dict(self) -> dict[str, float | str]:
         """The estimate as JSON knows it."""
-        return {
-            "paper": self.paper,
-            "exact": self.exact,
-            "far_field": self.far_field,
-            "closer": self.closer,
-        }
+        return {**asdict(self), "closer": self.closer}
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,10 +218,7 @@ class Prediction:
             "eq3_transition_granules": self.eq3,
             "speed_m_s": None if self.speed is None else self.speed.to_dict(),
             "momentum_N_s": None if self.momentum is None else self.momentum.to_dict(),
-            "constants": [
-                {"name": constant.name, "paper": constant.paper, "exact": constant.exact}
-                for constant in constants()
-            ],
+            "constants": [asdict(constant) for constant in constants()],
             "map_error": {
                 "peak_force": peak_map.PEAK_ERROR,
                 "last_peak_force": LAST_PEAK_ERROR,
