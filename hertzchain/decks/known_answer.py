@@ -1,6 +1,6 @@
 """What a deck has to find, and how well it can: measured by the native backend.
 
-The codes that decks are for must not know ``native``; here the one is asked and the others told.
+Computes the expected answer for the deck writers, which must not import ``native``.
 """
 
 from __future__ import annotations
@@ -72,10 +72,7 @@ def lay_out(
     watch_every: int | None = None,
     **how: Any,
 ) -> Layout:
-    """The layout of a deck whose step and interval suit a scene; ``how`` goes to ``Layout``.
-
-    Steps between two looks (0: none) are by default so many that 0.005 natural time units pass.
-    """
+    """The layout of a deck for a scene; looks are by default 0.005 natural time units apart."""
     step = deck_step(scene, dt, rtol)
     if watch_every is None:
         watch_every = max(1, math.floor(_LOOKING_INTERVAL / step))

@@ -1,12 +1,10 @@
 """A scene as one LAMMPS deck that runs, and judges itself, without Python: pure text.
 
-The deck is written for strangers: every parameter is a variable that ``-var`` overrides, all that
-follows from them is a formula in the deck, and LAMMPS gets the raw E, nu, R and rho. It keeps the
-largest overlap of each contact itself, makes peak forces of it, and compares them with the true
-ones that it carries, over the largest applied force: by similarity they hold for any other
-granules and forces that keep LM_ratio, n and N.
-
-It is one text for every LAMMPS from ``dialect.OLDEST`` on.
+Every parameter is a variable that ``-var`` overrides, all that follows from them is a formula in
+the deck, and LAMMPS gets the raw E, nu, R and rho. The deck keeps the largest overlap of each
+contact, computes peak forces from it, and compares them, over F0, with the true ones that it
+carries: by similarity they hold for any other granules and forces that keep LM_ratio, n and N. It
+is one text for every LAMMPS from ``dialect.OLDEST`` on.
 """
 
 from __future__ import annotations
@@ -36,7 +34,9 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
     if (known is None) != (layout.watch_every == 0):
         raise SceneError("watch_every", layout.watch_every, "must be 0 where no peaks are known")
     steps = sum(leg.steps for leg in scene.schedule(layout.step * scene.units.time))
-    made = _softening(scene, steps)
+    made = softening(scene, steps)
+    if made.power >= 0 and predicted_loss(scene, steps) <= WANTED:
+        made = NONE
     sections = [
         _header(scene, layout, known, steps),
         _parameters(scene, layout, made),
@@ -74,11 +74,6 @@ Atoms # sphere
 
 {rows}
 """
-
-
-def _softening(scene: Scene, steps: int) -> Softening:
-    made = softening(scene, steps)
-    return made if made.power < 0 or predicted_loss(scene, steps) > WANTED else NONE
 
 
 def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int) -> list[str]:

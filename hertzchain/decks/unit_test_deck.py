@@ -1,8 +1,7 @@
 """A wave as a unit test of LAMMPS itself: pure text, with forces and motion from elsewhere.
 
 The form is that of LAMMPS's own tests of granules (``unittest/granular/tests/demNN-*.yaml`` in its
-sources of 2026, read by the keys of ``unittest/force-styles``): commands that build a system, the
-contact law, and what positions, velocities and forces have to be. Their drivers compare relatively:
+sources of 2026, read by the keys of ``unittest/force-styles``). Their drivers compare relatively:
 |a - b| / min(|a|, |b|) of each component has to be at most epsilon, and |a - b| where one is 0.
 """
 
@@ -94,10 +93,7 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
         f"natoms: {granules}",
         *_block("variables", [f"{name} {value!r}" for name, value in variables.items()]),
         "pair_style: granular",
-        *_block(
-            "pair_coeff",
-            [f"* * {hertz('${emod}', '${poisson}')} {NO_FRICTION}"],
-        ),
+        *_block("pair_coeff", [f"* * {hertz('${emod}', '${poisson}')} {NO_FRICTION}"]),
         *_block("run_segments", [" ".join(map(str, motion.segments))]),
         *_block("init_forces", _rows(start.force)),
         *_block("run_forces", _rows(motion.snapshots[-1].force)),

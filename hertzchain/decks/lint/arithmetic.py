@@ -43,7 +43,6 @@ _TOKEN = re.compile(
     r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[A-Za-z_]\w*|&&|\|\||\|\^|[<>=!]=|[-+*/^%()<>!,])"
 )
 
-
 _FUNCTIONS: dict[str, Callable[..., float]] = {
     "sqrt": math.sqrt, "exp": math.exp, "ln": math.log, "log": math.log10, "abs": abs,
     "sign": lambda x: 1.0 if x >= 0 else -1.0,
@@ -52,7 +51,6 @@ _FUNCTIONS: dict[str, Callable[..., float]] = {
     "ceil": math.ceil, "floor": math.floor, "round": lambda x: math.floor(x + 0.5),
     "ternary": lambda x, y, z: y if x else z,
 }  # fmt: skip
-
 
 _OPERATORS: tuple[dict[str, Callable[[float, float], float]], ...] = (
     {"||": lambda x, y: float(bool(x) or bool(y)), "|^": lambda x, y: float(bool(x) != bool(y))},

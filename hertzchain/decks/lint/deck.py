@@ -42,10 +42,6 @@ class Push:
     unfix: Command | None
 
 
-def _is_formula(addforce: Command) -> bool:
-    return addforce.words[4].startswith("v_")
-
-
 @dataclass(frozen=True)
 class Law:
     """A contact law as a deck states it: the command, its normal model and its numbers."""
@@ -202,7 +198,7 @@ class Deck:
             elif command.name in ("fix", "unfix"):
                 if name in acting:
                     end(name, command)
-                if command.place in forces and command.words[4:5] and _is_formula(command):
+                if command.place in forces and " ".join(command.words[4:5]).startswith("v_"):
                     acting[name] = (command, [])
         for name in list(acting):
             end(name, None)

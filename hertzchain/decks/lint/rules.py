@@ -1,10 +1,9 @@
 """What is wrong in somebody's LAMMPS deck of a chain of spheres: known traps, named by line.
 
-Each rule is a function of a `Deck`, which says what can be known of it, listed in `RULES`. A rule
-says nothing where it would have to guess: a value that cannot be known without running the deck is
-None, and None is no finding. The numbers in the sentences were measured on a chain of 30 steel
-spheres, pushed by 100 N for 100 us (LAMMPS 22 Jul 2025); `tests/decks/test_lint.py` plants each
-trap and measures them again.
+Each rule is a function of a `Deck`, listed in `RULES`. It does not guess: what cannot be known
+without running the deck is None, and None is no finding. The numbers in the sentences were measured
+on a chain of 30 steel spheres, pushed by 100 N for 100 us (LAMMPS 22 Jul 2025), as
+`tests/decks/test_lint.py` does again.
 """
 
 from __future__ import annotations
