@@ -30,13 +30,11 @@ EXPLAINED = 0.1
 FEWEST = 6
 """Contacts: fewer are on a curve with one parameter too easily."""
 
-
 _CERTAIN = 1e-4
 """Of the differences: a mistake that leaves no more is not looked past."""
 
 _FLOOR = 1e-7
 """Differences below are beside what the trial runs are known to, 1e-8."""
-
 
 _ALIKE = 3.0
 """Times what the best mistake leaves: others that leave no more are named beside it."""
@@ -44,11 +42,9 @@ _ALIKE = 3.0
 _NEAR = 0.003
 """Relative: how near a fitted factor has to be to a well-known one for that to be named."""
 
-
 _ALONE = 100.0
 """Times as far off as any other contact: then it is that one. Chosen; of the mistakes that the
 tests make only another length of the chain, which moves the last contact, goes beyond."""
-
 
 Finder = Callable[[Case], Iterator[Cause]]
 
@@ -82,7 +78,8 @@ def likely_cause(
             break
         except RunFailed:  # this mistake cannot be made in this scene
             continue
-    found = sorted((one for one in found if one.residual <= EXPLAINED * size), key=_residual)
+    found = [one for one in found if one.residual <= EXPLAINED * size]
+    found.sort(key=lambda cause: cause.residual)
     if not found:
         return None, remark
     alike = _ALIKE * max(found[0].residual, 1e-3 * size)
@@ -102,10 +99,6 @@ def _one_contact(case: Case) -> str | None:
         return None
     others = f"within {next_to:.1g} of the truth" if next_to else "right"
     return f"contact {contact} alone, as if a number had slipped: the others are {others}"
-
-
-def _residual(cause: Cause) -> float:
-    return cause.residual
 
 
 def other_stiffness(case: Case) -> Iterator[Cause]:
@@ -261,7 +254,6 @@ _ROOTS = np.linspace(0.0, 1.25, 14)
 _FORWARD = _ROOTS**2
 _BACKWARD = -(np.linspace(0.6, 0.0, 10)[:-1] ** 2)
 """Coefficients of damping, natural units: close to one another where little of it is seen."""
-
 
 _OF_DRAG = 0.2
 """Granules that a drag holds back are held back for long: so much of the same coefficients."""

@@ -1,10 +1,9 @@
 """The comparison: numbers of every oracle in, rows, checks and a verdict out.
 
-Three kinds of disagreement are kept apart. What LAMMPS makes of the deck, number by number, may
-differ from the scene by round-off only: that names what is wrong. LAMMPS, LIGGGHTS and Yade against
-native velocity Verlet at the same steps may differ by round-off only: that says whether a deck
-means Eq. 1. Each simulation against the reference differs by its discretisation error: that says
-what its answer is worth. The formulas never decide.
+Three kinds of disagreement are kept apart. Only round-off may make LAMMPS's numbers differ from the
+scene, which names what is wrong, and other codes differ from native velocity Verlet at the same
+steps, which says whether a deck means Eq. 1. Each simulation differs from the reference by its
+discretisation error: that says what its answer is worth. The formulas never decide.
 """
 
 from __future__ import annotations

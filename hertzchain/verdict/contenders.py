@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -72,30 +72,27 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
         *_formulas(scene, truth),
         *_map(scene),
         *(
-            Contender(f"{name}, compiled", COMPILED, functools.partial(_compiled, name), steps)
+            Contender(f"{name}, compiled", COMPILED, partial(_compiled, name), steps)
             for name, steps in finer.items()
         ),
         Contender("srkn-6b, float32", COMPILED, _compiled_float32, finer["srkn-6b"][:11]),
         Contender("rtol, with estimate", COMPILED, _with_estimate, rtols=_decades(2, 10)),
         Contender("rtol, without estimate", COMPILED, _without_estimate, rtols=_decades(2, 10)),
         *(
-            Contender(f"{name}, NumPy", NUMPY, functools.partial(_numpy, name), steps[:9:2])
+            Contender(f"{name}, NumPy", NUMPY, partial(_numpy, name), steps[:9:2])
             for name, steps in finer.items()
             if name != "reference"
         ),
         # Its halved steps cost NumPy a second, whatever the step it starts from.
         Contender(
-            "reference, NumPy",
-            NUMPY,
-            functools.partial(_numpy, "reference"),
-            (METHODS["reference"].step,),
+            "reference, NumPy", NUMPY, partial(_numpy, "reference"), (METHODS["reference"].step,)
         ),
         Contender("DOP853, SciPy", SCIPY, _scipy, rtols=_decades(4, 12)),
         Contender(LAMMPS, LAMMPS, _lammps, _halvings(0.4, 0.4 / 2**9)[::2]),
         Contender(
             f"{LAMMPS}, extrapolated",
             LAMMPS,
-            functools.partial(_lammps, extrapolated=True),
+            partial(_lammps, extrapolated=True),
             _halvings(0.4, 0.4 / 2**7)[::2],
         ),
     )
@@ -217,14 +214,9 @@ def _scipy(scene: Scene, rtol: float) -> Outcome:
 
         # Overlaps ahead of the front are small: an absolute tolerance as large would leave noise.
         found = solve_ivp(
-            rates,
-            (leg.start, leg.end),
-            state,
-            method="DOP853",
-            rtol=rtol,
-            atol=1e-3 * rtol,
-            dense_output=True,
-        )
+            rates, (leg.start, leg.end), state,
+            method="DOP853", rtol=rtol, atol=1e-3 * rtol, dense_output=True,
+        )  # fmt: skip
         if not found.success or found.sol is None:
             raise RunFailed(f"SciPy: {found.message}")
         state, evaluations = found.y[:, -1], evaluations + found.nfev
@@ -239,18 +231,10 @@ def _show(watch: PeakWatch, time: FloatArray, states: FloatArray, leg: Leg) -> N
     displacement, velocity = np.split(states, 2, axis=1)
     pressed = overlap(displacement)
     force = contact_force(pressed)
-    nothing = np.zeros_like(time)
-    applied = nothing if leg.ramp is None else leg.ramp.force(time)
-    applied_rate = nothing if leg.ramp is None else leg.ramp.force_rate(time)
-    samples = Samples(
-        time,
-        displacement,
-        velocity,
-        acceleration=net_force(force, applied),
-        overlap=pressed,
-        contact_force=force,
-        jerk=jerk(pressed, overlap(velocity), applied_rate),
-    )
+    applied = 0.0 if leg.ramp is None else leg.ramp.force(time)
+    pushed = net_force(force, applied)
+    third = jerk(pressed, overlap(velocity), 0.0 if leg.ramp is None else leg.ramp.force_rate(time))
+    samples = Samples(time, displacement, velocity, pushed, pressed, force, third)
     # Of a contact that does no more than touch a peak below 0 may be found, which is none.
     with np.errstate(invalid="ignore"):
         watch.update(samples)

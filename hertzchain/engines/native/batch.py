@@ -305,21 +305,14 @@ def _march(
             evaluations[some], control,
         )  # fmt: skip
 
+    limit = min(max(0.0, deadline.left), threading.TIMEOUT_MAX)
     with ThreadPoolExecutor(cores) as pool:
         try:
-            list(
-                pool.map(
-                    part,
-                    range(0, scenes, size),
-                    timeout=min(max(0.0, deadline.left), threading.TIMEOUT_MAX),
-                )
-            )
-        except TimeoutError:
+            list(pool.map(part, range(0, scenes, size), timeout=limit))
+        except BaseException as problem:
             control[0] = -1
             pool.shutdown(cancel_futures=True)
-            raise deadline.passed() from None
-        except BaseException:
-            control[0] = -1
-            pool.shutdown(cancel_futures=True)
+            if isinstance(problem, TimeoutError):
+                raise deadline.passed() from None
             raise
     return force, time, end, evaluations

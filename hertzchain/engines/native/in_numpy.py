@@ -1,7 +1,6 @@
 """Eq. 1 integrated in plain NumPy, written like the formulas, in natural units.
 
-The compiled kernels compute the same; tests hold the two equal to round-off. Any precision of NumPy
-will do, long double too.
+The compiled kernels compute the same, to round-off. Any precision of NumPy will do.
 """
 
 from __future__ import annotations
@@ -127,7 +126,7 @@ def integrate(
     state, taken = State(displacement, rest, rest), 0
     with np.errstate(over="ignore", invalid="ignore"):
         for leg in legs:
-            applied = leg.ramp.force if leg.ramp is not None else _no_force
+            applied = leg.ramp.force if leg.ramp is not None else lambda _: 0.0
             start, end = dtype(leg.start), dtype(leg.end)
             h = (end - start) / leg.steps
             # Where the applied force jumps, the acceleration jumps with it.
@@ -166,10 +165,6 @@ def _samples(block: Sequence[tuple[Scalar, State]], ramp: Ramp | None, order: in
         contact_force=contact_force(pressed),
         jerk=third,
     )
-
-
-def _no_force(_: Scalar) -> float:
-    return 0.0
 
 
 def simulate_in_numpy(

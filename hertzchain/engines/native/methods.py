@@ -44,12 +44,12 @@ Stepper = SymplecticNystrom | RungeKuttaNystrom
 """A method of some order that takes one step at a time."""
 
 
-def _symmetric(free: tuple[float, ...], length: int, total: float = 1.0) -> tuple[float, ...]:
-    """A palindrome of the given length that starts with ``free`` and sums to ``total``."""
+def _symmetric(free: tuple[float, ...], length: int) -> tuple[float, ...]:
+    """A palindrome of the given length that starts with ``free`` and sums to 1."""
     if length % 2:
-        half = (*free, total - 2 * sum(free))
+        half = (*free, 1.0 - 2 * sum(free))
         return half + free[::-1]
-    half = (*free, total / 2 - sum(free))
+    half = (*free, 0.5 - sum(free))
     return half + half[::-1]
 
 

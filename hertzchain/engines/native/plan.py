@@ -1,8 +1,7 @@
 """Which method and which steps give peaks of a wanted accuracy at the least cost.
 
-In natural units all scenes are alike, so what a step costs in accuracy was measured once, on random
-scenes of all profiles; the constants below are from there. A single run estimates its own error
-again, a batch only that of scenes outside their range.
+What a step costs in accuracy was measured once, on random scenes of all profiles. A single run
+estimates its own error again, a batch only that of scenes outside their range.
 """
 
 from __future__ import annotations
@@ -33,8 +32,7 @@ _CHECKED = 0.92
 at 1, one in four."""
 
 _SAFETY = 0.15
-"""Error over the difference to a run with other steps: 1/16 where the motion is smooth, 1/7 where a
-contact opens, rounded up."""
+"""Error over the difference to a run with other steps; 1/16 if smooth, 1/7 if contacts open."""
 
 _KNOWN, _KNOWN_UNCHECKED = 0.55, 0.9
 """Error over the wanted accuracy in the worst of the random scenes, rounded up, with a second run
