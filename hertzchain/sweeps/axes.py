@@ -20,7 +20,6 @@ _MOST_LISTED = 100_000
 
 _FORMS = "A,B,C or LOW:HIGH:COUNT, LOW:HIGH:COUNT:log, or to be sampled LOW:HIGH, LOW:HIGH:log"
 
-
 Value = float | int | str
 
 

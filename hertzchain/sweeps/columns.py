@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.scene.validity import overlap_ratio
 from hertzchain.theory.peak_map import PEAK_ERROR
 
 if TYPE_CHECKING:
@@ -111,15 +110,11 @@ FOUND_COLUMNS = (
         "overlap_ratio",
         "largest overlap / R",
         of_result=lambda found: found.overlap_ratio,
-        of_prediction=lambda found: overlap_ratio(
-            found.scene.chain, float(np.max(found.peak_force))
-        ),
+        of_prediction=lambda found: found.overlap_ratio,
         of_batch=lambda found: found.overlap,
     ),
     Column(
-        "eq3_transition_granules",
-        "p by Eq. 3, granules",
-        of_prediction=lambda found: found.eq3,
+        "eq3_transition_granules", "p by Eq. 3, granules", of_prediction=lambda found: found.eq3
     ),
     Column(
         "error_estimate",

@@ -1,7 +1,6 @@
 """Which scenes a sweep has: grids, lists and samples of parameters, crossed with one another.
 
-No scene is made before it is needed: what varies is kept as it was given, and scene k follows from
-its number.
+No scene is made before it is needed: scene k follows from its number.
 """
 
 from __future__ import annotations

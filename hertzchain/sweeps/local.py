@@ -9,6 +9,7 @@ from __future__ import annotations
 import queue
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import AbstractContextManager
 
 from hertzchain.engines.lammps import Lammps
 from hertzchain.engines.lammps.isolation import Child
@@ -50,18 +51,14 @@ def measure_here(
         workers.keep_all()
 
 
-class _Workers:
+class _Workers(AbstractContextManager["_Workers"]):
     """As many threads as there are cores, each with a process that may crash."""
 
     def __init__(
         self, design: Design, peaks: bool, keep: Keep, report_progress: ReportProgress
     ) -> None:
-        self._design, self._peaks, self._keep, self._report_progress = (
-            design,
-            peaks,
-            keep,
-            report_progress,
-        )
+        self._design, self._peaks = design, peaks
+        self._keep, self._report_progress = keep, report_progress
         cores = usable_cores()
         self._children = [Child() for _ in range(cores)]
         self._idle: queue.SimpleQueue[Child] = queue.SimpleQueue()
@@ -70,9 +67,6 @@ class _Workers:
         self._pool = ThreadPoolExecutor(cores)
         self._at_work: dict[Future[Measured], Part] = {}
         self._stopped = False
-
-    def __enter__(self) -> _Workers:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self._stopped = True

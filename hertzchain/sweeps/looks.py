@@ -33,7 +33,6 @@ _NAMED: dict[str, dict[str, str]] = {
 
 _MARKERS, _DASHES = "os^Dv<>P", ("-", "--", "-.", ":")
 
-
 _FEW = len(_MARKERS)
 """Values of a colour that a legend names; more have a colour bar."""
 

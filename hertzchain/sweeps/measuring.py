@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.engines.lammps import Lammps
 from hertzchain.engines.native import Native
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
 from hertzchain.limits import RTOL, usable_cores
@@ -64,10 +63,7 @@ def measure(
     numbers = np.arange(part.start, part.stop)
     given = design.parameters(numbers)
     similar = natural(given)
-    shock = {
-        "shock.momentum_ratio": similar.momentum_ratio,
-        "shock.rise_time": similar.rise_time,
-    }
+    shock = {"shock.momentum_ratio": similar.momentum_ratio, "shock.rise_time": similar.rise_time}
     rows = Rows(numbers, NAMES[type(part.backend)], {**given, **shock}, peaks)
     alone = np.ones(numbers.size, np.bool_)
     if is_batched(design, part.backend):
@@ -141,47 +137,26 @@ def _batches(
 _Run = Callable[[Rows, int, Scene], None]
 
 
-def _runner(backend: Backend, child: Child | None) -> AbstractContextManager[_Run]:
-    """What measures one scene, for as long as it is needed."""
-    if isinstance(backend, Lammps):
-        return _LammpsRunner(backend, child)
-    return nullcontext(_predict if isinstance(backend, Formulas) else _Alone(backend))
+@contextmanager
+def _runner(backend: Backend, child: Child | None) -> Iterator[_Run]:
+    """What measures one scene, for as long as it is needed; LAMMPS in a process that may crash."""
+    if isinstance(backend, Formulas):
+        from hertzchain import theory
 
-
-@dataclass(frozen=True)
-class _Alone:
-    """Measures a scene by itself."""
-
-    native: Native
-
-    def __call__(self, rows: Rows, row: int, scene: Scene) -> None:
-        rows.add_result(row, replace(self.native, peaks_only=True).run(scene))
-
-
-class _LammpsRunner(AbstractContextManager[_Run]):
-    """Measures a scene with LAMMPS, in a process that may crash and is then another one."""
-
-    def __init__(self, lammps: Lammps, child: Child | None) -> None:
+        yield lambda rows, row, scene: rows.add_prediction(row, theory.predict(scene))
+    elif isinstance(backend, Native):
+        native = replace(backend, peaks_only=True)
+        yield lambda rows, row, scene: rows.add_result(row, native.run(scene))
+    elif backend.lmp is not None:  # a binary is a process of its own anyway
+        yield lambda rows, row, scene: rows.add_result(row, backend.run(scene))
+    else:
+        from hertzchain.engines.lammps.backend import run_in
         from hertzchain.engines.lammps.isolation import Child
 
-        self._lammps, self._child, self._own = lammps, child, Child()
-
-    def __enter__(self) -> _Run:
-        return self._measure
-
-    def __exit__(self, *_: object) -> None:
-        self._own.end()
-
-    def _measure(self, rows: Rows, row: int, scene: Scene) -> None:
-        from hertzchain.engines.lammps.backend import run_in
-
-        if self._lammps.lmp is not None:  # a binary is a process of its own anyway
-            rows.add_result(row, self._lammps.run(scene))
-        else:
-            rows.add_result(row, run_in(self._child or self._own, self._lammps, scene))
-
-
-def _predict(rows: Rows, row: int, scene: Scene) -> None:
-    from hertzchain import theory
-
-    rows.add_prediction(row, theory.predict(scene))
+        own = Child()
+        try:
+            yield lambda rows, row, scene: rows.add_result(
+                row, run_in(child or own, backend, scene)
+            )
+        finally:
+            own.end()

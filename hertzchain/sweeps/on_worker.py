@@ -71,10 +71,7 @@ def check_version(who: str, found: str | None, wanted: str) -> None:
 
 
 class _Bench(WorkerPlugin):
-    """A process that may crash for each thread of a worker in a sweep.
-
-    A plugin, as those learn when the worker ends; where it is killed, so are the processes.
-    """
+    """A process that may crash for each thread of a worker; as a plugin it learns of the end."""
 
     def __init__(self) -> None:
         self._children: dict[int, Child] = {}

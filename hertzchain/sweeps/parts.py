@@ -1,7 +1,6 @@
 """A sweep cut into parts: what one backend measures in one go, and what is kept at once.
 
-How a sweep is cut follows from what it is and from nothing else, so that it is cut alike when it is
-started again, and on any machine.
+A sweep is cut alike when it is started again, and on any machine.
 """
 
 from __future__ import annotations
@@ -61,10 +60,7 @@ def backend_named(name: str, **parameters: Any) -> Backend:
 
 @dataclass(frozen=True)
 class Part:
-    """Scenes of a sweep that one backend measures, and that are kept, together.
-
-    A backend's parts, sorted by name, are in the order of their scenes; ``stop`` is not included.
-    """
+    """Scenes of a sweep, without ``stop``, that one backend measures and that are kept together."""
 
     name: str
     backend: Backend

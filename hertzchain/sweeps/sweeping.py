@@ -86,11 +86,7 @@ class Sweep:
         return _joined(self._store.frames("peaks"))
 
     def plot(
-        self,
-        x: str,
-        y: str,
-        colour: str | None = None,
-        where: Mapping[str, Any] | None = None,
+        self, x: str, y: str, colour: str | None = None, where: Mapping[str, Any] | None = None
     ) -> Figure:
         """Draw a column over another, or a map; see ``hertzchain.sweeps.drawing.draw``."""
         from hertzchain.sweeps.drawing import draw
