@@ -57,7 +57,7 @@ def second_order_safety(natural_step: float, rising: bool) -> float:
 
 @dataclass(frozen=True)
 class SecondRun:
-    """A second run; the first is wrong by at most ``factor`` times their difference, if as dt^2."""
+    """A second run; ``factor`` times the difference of the peaks bounds the first run's error."""
 
     legs: tuple[Leg, ...]
     factor: float

@@ -52,8 +52,8 @@ def transition_granules(
     The smallest i >= 5 from which every change abs(F_{k+1} - F_k) / F_{k+1}, k = i ... N - 2, is
     below 1 %, or below another threshold, one for all or shape (N - 3,). Contact N at the free end
     never counts. The paper leaves its criterion open; this one gives all its numerical p (Tables 2
-    to 4). F_2 ... F_N [N] and whether each peak was passed before the run ended have shape (N -
-    1,).
+    to 4). F_2 ... F_N [N] have the shape (N - 1,), as has whether each peak was passed before the
+    run ended.
     """
     return int(transitions(peak_force[None], has_peaked[None], threshold)[0]) or None
 

@@ -180,7 +180,7 @@ class Scene:
 
     @property
     def is_plain(self) -> bool:
-        """Whether there are no terms; what was calibrated on such scenes holds for them alone."""
+        """Whether there are no terms; what was calibrated holds for such scenes alone."""
         return not self.terms
 
     @functools.cached_property

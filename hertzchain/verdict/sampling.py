@@ -18,8 +18,8 @@ FEWEST_SAMPLED = 12
 def samples(case: Case) -> Iterator[Cause]:
     """The highest of samples at equal intervals, of a length to be found.
 
-    Near its peak at t a contact force falls off as the square; the nearest of the times k h lies t
-    - k h away. So every h lowers each contact in a pattern of its own.
+    Near its peak at t a contact force falls off as the square; the nearest of the times k h is (t -
+    k h) away. So every h lowers each contact in a pattern of its own.
     """
     lower = case.differences
     if np.mean(lower) >= 0 or lower.size < FEWEST_SAMPLED:

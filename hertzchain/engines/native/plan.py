@@ -109,7 +109,7 @@ class Plan:
 
 
 def is_known(momentum_ratio: Any, duration_ratio: Any, granules: int) -> Any:
-    """Whether scenes with a profile of the paper, LM_ratio and n (arrays) were measured."""
+    """Whether a profile of the paper with LM_ratio and n (arrays) is among the measured scenes."""
     (low, high), (short, long) = _KNOWN_RATIOS, _KNOWN_DURATIONS
     known = (momentum_ratio >= low) & (momentum_ratio <= high)
     known &= (duration_ratio >= short) & (duration_ratio <= long)
