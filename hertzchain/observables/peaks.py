@@ -193,9 +193,10 @@ def largest_differences(
 def largest_difference(
     peak_force: Array, expected: Array, significant: float = SIGNIFICANT
 ) -> float:
-    """Largest relative difference of the peaks that are at least 1e-3 of the largest expected.
+    """Largest relative difference of the peaks that are judged: see ``judged_contacts``.
 
-    Both have the shape (contacts,). Where nothing is expected to be pressed: 0, or 1 if anything
+    Both have the shape (contacts,). Judged are peaks of at least ``significant`` times the largest
+    expected. Where nothing is expected to be pressed: 0, or 1 if anything
     is.
     """
     if peak_force.shape != expected.shape:

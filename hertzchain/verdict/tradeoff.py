@@ -131,7 +131,8 @@ def tradeoff(
 
     ``engines`` are of ``WAYS``; ``progress`` is called with a line of text before each part of the
     work; each setting is repeated for ``enough`` seconds in each round, or runs once for 0. A
-    RunFailed says that the reference method fails: there is no truth then.
+    RunFailed says that the reference method fails: there is no truth then. A SceneError names an
+    engine that is not there.
     """
     for name in engines:
         require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")

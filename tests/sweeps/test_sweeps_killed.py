@@ -173,9 +173,10 @@ def test_a_sweep_that_is_killed_goes_on_and_ends_as_if_it_had_not_been(
     goes_on_to_the_same(folder, whole, capfd)
 
 
-@pytest.mark.slow
 @pytest.mark.lammps
-@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+@pytest.mark.parametrize(
+    ("name", "status"), [("SIGINT", 130), pytest.param("SIGTERM", 143, marks=pytest.mark.slow)]
+)
 def test_a_sweep_that_is_stopped_says_so_leaves_no_process_and_goes_on(
     folder: Path, whole: Path, capfd: pytest.CaptureFixture[str], name: str, status: int
 ) -> None:

@@ -25,8 +25,9 @@ from hertzchain.scene.scene import Scene, require_scene
 from hertzchain.scene.schedule import Leg
 
 Code = Callable[[Scene, Sequence[Leg], Sequence[int], Observation], tuple[str, float | None]]
-"""Runs a scene with steps on each leg, and so many between two readings, and shows them; returns
-its version, and the time spent on watching over that spent on steps, where it is known."""
+"""Runs a scene with steps on each leg, and so many between two readings, which it gives to the
+observation; returns its version, and the time spent on watching over that spent on steps, where it
+is known."""
 
 
 class ExternalEngine(ABC):

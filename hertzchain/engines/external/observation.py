@@ -56,7 +56,10 @@ class Observation:
         self._velocity = np.zeros(scene.chain.granules)
 
     def begin(self, at_rest: readings.Granules) -> None:
-        """Take note of the granules that the code made, before the shock."""
+        """Take note of the granules that the code made, before the shock.
+
+        Another number of them raises RunFailed.
+        """
         count, wanted = at_rest.mass.size, self._scene.chain.granules
         if count != wanted:
             raise RunFailed(
@@ -70,7 +73,8 @@ class Observation:
 
         As the code was given the scene: the leg, from 0, times [s], shape (readings,), and
         positions [m], velocities [m/s] and net forces [N] along the chain, shape (readings, 3,
-        granules).
+        granules). Motion that has diverged raises StepUnstable, granules that touch the next but
+        one OverlapTooLarge.
         """
         if not np.all(np.isfinite(arrays)):
             raise diverged(self.code)

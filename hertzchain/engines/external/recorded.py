@@ -30,7 +30,8 @@ def observe(
     """Take note of all readings of a run, as the code was given the scene.
 
     Positions [m], velocities [m/s] and net forces [N], shape (readings, 3, granules), leg by leg,
-    every so many steps; at a corner twice, with the force before it and after it.
+    every so many steps; at a corner twice, with the force before it and after it. Other readings
+    than these raise RunFailed, and so on: see ``Observation``.
     """
     wanted = count_readings(seen.legs, strides)
     if len(readings) != wanted:

@@ -137,7 +137,8 @@ class _Process:
 
     def end(self) -> None:
         """Kill the process, and wait until it is gone."""
-        kill(self.popen)
+        if self.popen.poll() is None:  # its number may be another's else
+            kill(self.popen)
         for thread in (self._talk, self._listener):
             if thread is not None:
                 thread.join(_PATIENCE)

@@ -182,7 +182,9 @@ class _Kept(FunctionCache):
             # Numba's own method first loads all that it compiles with, a quarter of the time that a
             # short command takes; what is compiled already needs its runtime alone.
             rtsys.initialize(target_context)
-            found = self._load_overload(sig, target_context)
+            found = None
+            with self._guard_against_spurious_io_errors():  # Windows: another process writes
+                found = self._load_overload(sig, target_context)
             if found is None or tuple(found.signature.args) == tuple(sig):
                 return found
         except Exception:  # noqa: S110 - what was damaged can raise anything

@@ -107,12 +107,14 @@ def test_a_run_goes_on_from_the_state_of_another() -> None:
     assert ended.peaks.force[later] == pytest.approx(whole.peaks.force[later], rel=1e-12, abs=0)
 
 
-def test_start_displacements_vs_numpy(demo: hc.Scene) -> None:
+@pytest.mark.parametrize("stepper", [SRKN_11B, VELOCITY_VERLET], ids=["srkn-11b", "verlet"])
+@pytest.mark.parametrize("window", [True, False])
+def test_start_displacements_vs_numpy(demo: hc.Scene, stepper: Stepper, window: bool) -> None:
     legs = demo.schedule(0.1 * demo.units.time)
     start = np.zeros((2, demo.chain.granules))
     start[0] = np.random.default_rng(1).uniform(-1e-3, 1e-3, demo.chain.granules)
-    ours = simulate(demo, legs, Fixed(SRKN_11B), start=start)
-    plain = simulate_in_numpy(demo, legs, Fixed(SRKN_11B), displacement=start[0])
+    ours = simulate(demo, legs, Fixed(stepper), start=start, window=window)
+    plain = simulate_in_numpy(demo, legs, Fixed(stepper), displacement=start[0])
     assert ours.peaks.force == pytest.approx(plain.peaks.force, rel=1e-11, abs=0)
     assert ours.state.velocity == pytest.approx(plain.state.velocity, rel=0, abs=1e-11)
 
