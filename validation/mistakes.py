@@ -98,12 +98,9 @@ def peaks_of_samples() -> AbstractContextManager[Any]:
 def peaks_of_samples_everywhere() -> Iterator[None]:
     """The same in every simulation: those that are compiled follow the shared watch."""
 
-    def in_numpy(
-        *arguments: Any, start: FloatArray | None = None, **options: Any
-    ) -> simulation.Simulation:
+    def in_numpy(*arguments: Any, **options: Any) -> simulation.Simulation:
         for option in ("leave_behind", "window", "deadline"):
             options.pop(option, None)
-        options["displacement"] = None if start is None else start[0]  # the chain is at rest
         return simulate_in_numpy(*arguments, **options)
 
     with (

@@ -114,16 +114,18 @@ def integrate(
     legs: Iterable[Leg],
     walker: Walker,
     update: Callable[[Samples, Leg], object],
+    velocity: Array | None = None,
 ) -> tuple[State, int]:
-    """Integrate a chain that is at rest; the state at the end, and the number of steps taken.
+    """Integrate a chain; the state at the end, and the number of steps taken.
 
-    The displacement at the start, shape (granules,), sets the precision; legs are in natural units.
+    The displacement at the start, shape (granules,), sets the precision; so shaped is the velocity,
+    0 by default. Legs are in natural units.
     ``update`` is called with successive samples and their leg. Raises StepUnstable if the motion
     diverges.
     """
     dtype = displacement.dtype.type
     rest = np.zeros_like(displacement)
-    state, taken = State(displacement, rest, rest), 0
+    state, taken = State(displacement, rest if velocity is None else velocity, rest), 0
     with np.errstate(over="ignore", invalid="ignore"):
         for leg in legs:
             applied = leg.ramp.force if leg.ramp is not None else lambda _: 0.0
@@ -173,11 +175,12 @@ def simulate_in_numpy(
     walker: Walker,
     recorder: Recorder | None = None,
     dtype: type[np.floating[Any]] = np.float64,
-    displacement: Array | None = None,
+    start: Array | None = None,
 ) -> Simulation:
     """Integrate a scene once, on given legs [s, N], as ``simulate`` does with the kernels.
 
-    In any precision of NumPy, from displacements in natural units, shape (granules,), 0 by default.
+    In any precision of NumPy. ``start`` is displacement and velocity in natural units, shape
+    (2, granules), 0 by default.
     """
     units = scene.units
     watch = PeakWatch(scene.chain.granules - 1, dtype)
@@ -192,9 +195,9 @@ def simulate_in_numpy(
             recorder.update(samples)
 
     natural = [leg.in_units(units.time, units.force) for leg in walker.cut(legs)]
-    if displacement is None:
-        displacement = np.zeros(scene.chain.granules, dtype)
-    state, steps = integrate(displacement, natural, walker, update)
+    if start is None:
+        start = np.zeros((2, scene.chain.granules), dtype)
+    state, steps = integrate(start[0], natural, walker, update, start[1])
     pressed = overlap(state.displacement)
     return Simulation(
         End(state.displacement, state.velocity),

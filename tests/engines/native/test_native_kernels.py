@@ -111,10 +111,9 @@ def test_a_run_goes_on_from_the_state_of_another() -> None:
 @pytest.mark.parametrize("window", [True, False])
 def test_start_displacements_vs_numpy(demo: hc.Scene, stepper: Stepper, window: bool) -> None:
     legs = demo.schedule(0.1 * demo.units.time)
-    start = np.zeros((2, demo.chain.granules))
-    start[0] = np.random.default_rng(1).uniform(-1e-3, 1e-3, demo.chain.granules)
+    start = np.random.default_rng(1).uniform(-1e-3, 1e-3, (2, demo.chain.granules))
     ours = simulate(demo, legs, Fixed(stepper), start=start, window=window)
-    plain = simulate_in_numpy(demo, legs, Fixed(stepper), displacement=start[0])
+    plain = simulate_in_numpy(demo, legs, Fixed(stepper), start=start)
     assert ours.peaks.force == pytest.approx(plain.peaks.force, rel=1e-11, abs=0)
     assert ours.state.velocity == pytest.approx(plain.state.velocity, rel=0, abs=1e-11)
 
