@@ -16,8 +16,7 @@ from typing import Any, Self
 
 from hertzchain.errors import OutputError
 
-_PATIENCE = 5.0
-"""Seconds to wait for somebody to write to a pipe or to type."""
+_PATIENCE = 5.0  # seconds to wait for somebody to write to a pipe or to type
 
 
 def read_bytes(path: Path, most: int) -> bytes:

@@ -7,12 +7,8 @@ import time
 
 from hertzchain.errors import POSITIVE, TooExpensive, is_positive, require
 
-RTOL = 1e-6
-"""Relative accuracy of the peaks where nothing else is asked for: whether p is 9 or 10 can hang on
-2e-5."""
-
-TIME_LIMIT = 3600.0
-"""Where nothing else is asked for [s]."""
+RTOL = 1e-6  # relative accuracy of the peaks by default: whether p is 9 or 10 can hang on 2e-5
+TIME_LIMIT = 3600.0  # where nothing else is asked for [s]
 
 
 class Deadline:

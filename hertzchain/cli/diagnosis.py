@@ -19,16 +19,14 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
 
-_LONGEST = 60.0
-"""Seconds until LAMMPS counts as hanging where hardly anything is asked of it but to start."""
+_LONGEST = 60.0  # seconds until LAMMPS counts as hanging where it has little more to do than start
 
 PACKAGES = (
     *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase", "filelock"),
     *("jinja2", "numba", "pint", "plotly", "rich", "tomli-w", "typer"),
 )
 
-TRIAL_PEAKS = (1.0373, 1.0088)
-"""Of F0: the peaks of the chain that every binary is tried with, to 1e-3."""
+TRIAL_PEAKS = (1.0373, 1.0088)  # peaks of the trial chain, over F0, to 1e-3
 
 
 @dataclass(frozen=True)

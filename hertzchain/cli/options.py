@@ -15,12 +15,8 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
 
-_ODD_RATIO = 1e4
-"""LM_ratio from which on a scene is remarked on. Chosen: the pulse then lasts 33,000 natural time
-units, in which a wave passes as many granules; a unit may have been forgotten."""
-
-LMP = "HERTZCHAIN_LMP"
-"""The environment variable that names the binary which is to be run instead of the module."""
+_ODD_RATIO = 1e4  # LM_ratio that looks like a missing unit; chosen: a pulse of 33,000 natural units
+LMP = "HERTZCHAIN_LMP"  # environment variable that names a binary to run instead of the module
 
 Backend = StrEnum("Backend", {name.upper(): name for name in ENGINES})  # type: ignore[misc]
 """The simulations, as choices of an option."""

@@ -19,8 +19,7 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
 
-_MOMENT = 0.02
-"""Seconds until a stop that got lost is tried again."""
+_MOMENT = 0.02  # seconds until a stop that got lost is tried again
 
 
 class _Stopped(BaseException):

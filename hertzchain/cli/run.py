@@ -30,8 +30,7 @@ from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
 
-DEFAULT_FRAMES = 100
-"""Of a trajectory: four seconds in a viewer."""
+DEFAULT_FRAMES = 100  # of a trajectory: four seconds in a viewer
 
 
 class MethodName(StrEnum):

@@ -30,8 +30,7 @@ from hertzchain.limits import RTOL
 if TYPE_CHECKING:
     from hertzchain.sweeps import Counts
 
-_LINES = 30.0
-"""Between two lines on how far it is, where there is no terminal to draw a bar in [s]."""
+_LINES = 30.0  # between two lines on how far it is, where there is no terminal to draw a bar in [s]
 
 _SOURCES = (*(name for name, engine in ENGINES.items() if engine.swept), "formulas")
 Source = StrEnum("Source", {name.upper(): name for name in _SOURCES})  # type: ignore[misc]

@@ -23,21 +23,11 @@ from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
-_FINEST = 1e-9
-"""Of the peaks: three million steps."""
-
-_PILOT_STEP = 0.04
-"""Natural time units; the first of the runs that find the step for a wanted error."""
-
-_LOOKING_INTERVAL = 0.005
-"""Natural time units between two looks, at most, where nothing is asked for: it costs the peaks
-some 5e-6, and a run of 60 granules a second."""
-
-_MOST_LOST = 3e-5
-"""Of the peaks, by coordinates: decks in real units allow 10 to 30 times that, 1e-3 at most."""
-
-_READINGS = 2_000_000
-"""Times and granules recorded at once: 50 MB."""
+_FINEST = 1e-9  # of the peaks: three million steps
+_PILOT_STEP = 0.04  # natural time units; first of the runs that find the step for a wanted error
+_LOOKING_INTERVAL = 0.005  # natural time units between two looks: costs the peaks 5e-6
+_MOST_LOST = 3e-5  # of the peaks, by coordinates: decks in real units allow 10 to 30 times that
+_READINGS = 2_000_000  # times and granules recorded at once: 50 MB
 
 
 def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> float:

@@ -13,25 +13,12 @@ from hertzchain.errors import require
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.scene.scene import Scene
 
-ATOMS = ("create", "data")
-"""Where the granules come from: made in the deck, or read from a data file beside it."""
-
-WANTED = 1e-6
-"""Loss of digits to absolute coordinates, as a fraction of the peaks, up to which a deck computes
-the scene as it stands."""
-
-ROOM = 1.1
-"""Tolerance over the measured error: a shorter step or interval than the one that was measured puts
-its looks elsewhere."""
-
-ROUNDING = 3
-"""Room for round-off over its estimate, which is no bound; 0.2 of it measured in the gallery."""
-
-UNCLEAR = 1e-3
-"""Room for round-off from which on a comparison says nothing."""
-
-_BORDER = 1e-9
-"""So close to a whole number of steps, LAMMPS and native might round up to different ones."""
+ATOMS = ("create", "data")  # granules made in the deck, or read from a data file next to it
+WANTED = 1e-6  # of the peaks, lost to absolute coordinates: up to here a deck has the true scene
+ROOM = 1.1  # tolerance over the measured error: other steps and intervals put looks elsewhere
+ROUNDING = 3  # times the estimate of round-off, which is no bound; 0.2 measured in the gallery
+UNCLEAR = 1e-3  # room for round-off from which on a comparison says nothing
+_BORDER = 1e-9  # so close to a whole step, LAMMPS and native might count different numbers of them
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,26 +16,16 @@ from hertzchain.errors import SceneError
 from hertzchain.limits import RTOL
 from hertzchain.scene.scene import Scene
 
-STEP = 0.05
-"""Natural time units: a wave passes a granule in some fifty steps."""
+STEP = 0.05  # natural time units: a wave passes a granule in some fifty steps
 
 SEGMENTS = (4, 16, 20)
 """Steps from snapshot to snapshot: those that the tests of forces of LAMMPS take, then some more,
 until the wave has moved on by two granules. Later those that it has left are nearly at rest."""
 
-WEAKEST = 1e-3
-"""Force of the weakest contacts taken, over that of the strongest: LAMMPS compares numbers
-relatively, and what is weaker has no digits left in coordinates of whole granules."""
-
-MOST_GRANULES = 200
-"""In a test that has to be read, and to end at once."""
-
-ROOM = 30
-"""Tolerance over what rounding makes of these steps here, then up to a power of ten: on 75 scenes
-LAMMPS, whose rounding is its own, made up to 6 times as much."""
-
-LARGEST_EPSILON = 1e-6
-"""A test that lets more than this pass says nothing."""
+WEAKEST = 1e-3  # of the strongest contact: what is weaker has no digits left in coordinates
+MOST_GRANULES = 200  # in a test that has to be read, and to end at once
+ROOM = 30  # tolerance over what rounding makes of these steps here; LAMMPS made 6 on 75 scenes
+LARGEST_EPSILON = 1e-6  # a test that lets more than this pass says nothing
 
 
 def known_motion(scene: Scene) -> KnownMotion:

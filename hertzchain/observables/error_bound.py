@@ -21,11 +21,8 @@ _SHORTEST_CHAIN = 5.0
 """Granules over LM_ratio. In shorter chains the pulse outlasts the wave, and granules collide again
 and again. Measured: at 4.2 one of 6,000 random scenes was 1.6 times above its error bound."""
 
-SHORT = 0.1
-"""Natural time units; with shorter steps every method has digits, where there are any to be had."""
-
-_SURELY_STABLE = 0.85
-"""Of the longest stable step: contacts pressed by 2.2 F0 are stiffer than those pressed by F0."""
+SHORT = 0.1  # natural time units; with shorter steps every method has all digits there are
+_SURELY_STABLE = 0.85  # of the longest stable step: contacts under 2.2 F0 are stiffer
 
 
 def is_short(momentum_ratio: Any, granules: Any) -> Any:

@@ -19,15 +19,9 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.observables import hermite
 from hertzchain.observables.samples import Samples
 
-SIGNIFICANT = 1e-3
-"""Peaks below this fraction of the largest are not judged: error estimates do not cover them."""
-
-_COUNTS = 2e-3
-"""Of the largest overlap: below, a force is less than a ten-thousandth of the largest."""
-
-ESTIMATED = 0.5 * SIGNIFICANT
-"""What two runs are compared from, to estimate an error: a peak that is a little too low in both
-may be above ``SIGNIFICANT`` in truth."""
+SIGNIFICANT = 1e-3  # of the largest; lower peaks are not judged: error estimates do not cover them
+_COUNTS = 2e-3  # of the largest overlap: below, a force is less than 1e-4 of the largest
+ESTIMATED = 0.5 * SIGNIFICANT  # two runs are compared from here: a peak may be too low in both
 
 
 class PeakWatch:

@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     import pandas
 
 
-ROUGH = 0.01
-"""Error of the peaks above which p, which hangs on changes of one per cent, means nothing."""
+ROUGH = 0.01  # error of the peaks above which p means nothing: it hangs on changes of 1 %
 
 
 @dataclass(frozen=True)

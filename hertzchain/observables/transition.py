@@ -13,15 +13,9 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 
-STEADY = 0.01
-"""The transition is over when no peak differs from the one before by this fraction or more."""
-
-SMALLEST = 5
-"""A solitary wave spans 5 granules, so p is at least that (paper, section 6)."""
-
-FREE_END = 2
-"""So many of the last contacts feel the free end: contact N is 2.4 % low, N - 1 by 1.3e-6, N - 2
-not at all (4e-14, a chain of 40 against one of 60)."""
+STEADY = 0.01  # relative change between neighbouring peaks below which the transition is over
+SMALLEST = 5  # a solitary wave spans 5 granules, so p is at least that (paper, section 6)
+FREE_END = 2  # last contacts that feel the free end: N by 2.4 %, N - 1 by 1.3e-6; N - 2 by 4e-14
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,7 @@ from hertzchain.report.style import GIVEN
 if TYPE_CHECKING:
     from hertzchain.verdict.judgement import Judgement
 
-_MOST_FAILED = 10
-"""Contacts outside the transition that a terminal shows because they failed."""
+_MOST_FAILED = 10  # contacts outside the transition that a terminal shows because they failed
 
 
 def of_judgement(judgement: Judgement) -> Document:

@@ -13,8 +13,7 @@ from xml.etree import ElementTree
 FAILURE, ERROR, SKIPPED = "failure", "error", "skipped"
 """What a case may be that did not pass: off; without a number; not asked for."""
 
-Value = float | None
-"""Of a check; None where nothing could be measured."""
+Value = float | None  # of a check; None where nothing could be measured
 
 _NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """What XML 1.0 has no way to write, not even as a reference."""

@@ -23,11 +23,8 @@ if TYPE_CHECKING:
 
 TEMPLATES = Path(__file__).parent / "templates"
 
-_ROWS = 10_000
-"""Of a table, a megabyte; all further numbers are in the page's JSON."""
-
-_UNDIVIDED = 30
-"""Contacts of which one table shows all."""
+_ROWS = 10_000  # of a table, a megabyte; all further numbers are in the page's JSON
+_UNDIVIDED = 30  # contacts of which one table shows all
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,8 @@ from hertzchain.report.document import Document
 from hertzchain.report.plotly import Plot, Trace, axis, layout
 from hertzchain.report.style import COLOURS, DASHES, LABELS, MARKERS
 
-_POINTS = 150
-"""Contacts of long chains in plots along the chain: more cannot be told apart."""
-
-LONG = 200
-"""Contacts from which on plots have a logarithmic axis and the table is folded."""
+_POINTS = 150  # contacts of long chains in plots along the chain: more cannot be told apart
+LONG = 200  # contacts from which on plots have a logarithmic axis and the table is folded
 
 
 def plotted_contacts(document: Document) -> NDArray[np.intp]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-Trace = dict[str, Any]
-"""A curve as Plotly takes it."""
+Trace = dict[str, Any]  # a curve as Plotly takes it
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from hertzchain.engines.registry import ENGINES
 
-FORMULAS = ("eq6", "eq9")
-"""The closed formulas that have peaks, as fields of ``verdict.formulas.Formulas``."""
-
-GIVEN = "given"
-"""Peaks from elsewhere, which are those of no engine."""
+FORMULAS = ("eq6", "eq9")  # formulas that have peaks: fields of ``verdict.formulas.Formulas``
+GIVEN = "given"  # peaks from elsewhere, which are those of no engine
 
 # Label, colour, marker as Matplotlib names it, dash as Plotly names it. Okabe and Ito's colours;
 # Tol's wine for what is given.

@@ -16,24 +16,16 @@ from hertzchain.report.style import COLOURS, DASHES, LABELS
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.scene import Scene
 
-_TIMES = 500
-"""Of a history."""
-
-_READINGS = 4_000_000
-"""Times and granules recorded at once: 100 MB for each simulation, displacements and all."""
+_TIMES = 500  # of a history
+_READINGS = 4_000_000  # times and granules recorded at once: 100 MB for each simulation
 
 _EVEN, _DENSE, _BURST = 0.4, 0.25, 0.5
 """Between recorded times [durations of a contact's unit of time]: at most, where they are even;
 where the wave forms in a long chain, and in the bursts after that."""
 
-_OF_A_BURST = 20
-"""Recorded times: the wave passes a contact in some six units of time, of these ten."""
-
-_OWN, _AROUND = 2.5, 8.0
-"""Contacts' units of time before and after a peak: recorded closely at least; drawn."""
-
-_CURVES = 20
-"""Contacts in the plot of contact force over time."""
+_OF_A_BURST = 20  # recorded times; the wave passes a contact in six units of time, of these ten
+_OWN, _AROUND = 2.5, 8.0  # contacts' units of time around a peak: recorded closely at least; drawn
+_CURVES = 20  # contacts in the plot of contact force over time
 
 
 def record_times(scene: Scene) -> FloatArray:

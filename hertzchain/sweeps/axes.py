@@ -15,8 +15,7 @@ from hertzchain.errors import is_finite, require
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.scene import UNITS
 
-_MOST_LISTED = 100_000
-"""Values of one list; they are kept in memory and with the sweep."""
+_MOST_LISTED = 100_000  # values of one list, kept in memory and with the sweep
 
 _FORMS = "A,B,C or LOW:HIGH:COUNT, LOW:HIGH:COUNT:log, or to be sampled LOW:HIGH, LOW:HIGH:log"
 

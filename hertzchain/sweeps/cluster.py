@@ -29,18 +29,10 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_PATIENCE = 10.0
-"""With a scheduler that does not answer [s]."""
-
-_LOOK = 1.0
-"""Between two looks at which workers there are [s]."""
-
-_FAREWELL = 3.0
-"""With workers that are to stop, and a scheduler that is left [s]."""
-
-_AHEAD = 3
-"""Parts that are handed out for each thread of the workers: none of them waits, and memory does not
-grow with the sweep."""
+_PATIENCE = 10.0  # with a scheduler that does not answer [s]
+_LOOK = 1.0  # between two looks at which workers there are [s]
+_FAREWELL = 3.0  # with workers that are to stop, and a scheduler that is left [s]
+_AHEAD = 3  # parts handed out for each thread: none waits, and memory does not grow
 
 
 @contextmanager

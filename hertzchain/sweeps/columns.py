@@ -58,8 +58,7 @@ _PARAMETERS = (
     Column("run.end_time", "end of the run [s]", title="until {:.4g} s"),
 )
 
-PARAMETERS = tuple(column.name for column in _PARAMETERS)
-"""What can vary, as the scene file names it."""
+PARAMETERS = tuple(column.name for column in _PARAMETERS)  # what can vary, as in scene files
 
 FOUND_COLUMNS = (
     Column(
@@ -141,8 +140,7 @@ ALL = (
     Column("failure", "", "str"),
 )
 
-COLUMNS = tuple(column.name for column in ALL)
-"""Of the table."""
+COLUMNS = tuple(column.name for column in ALL)  # of the table
 
 COUNTS = tuple(column.name for column in FOUND_COLUMNS if column.kind == "int")
 """Whole numbers that are found: 0 stands for a missing one."""

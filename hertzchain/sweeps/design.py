@@ -22,11 +22,8 @@ from hertzchain.scene.scene import Run, Scene, require_scene
 from hertzchain.sweeps.axes import Axis, Span, Value, axis_of, is_whole
 from hertzchain.sweeps.columns import OTHER_MEASURE, PARAMETERS, TEXT, WHOLE
 
-MOST_SCENES = 10**8
-"""Of a sweep: a day of two cores where a scene takes a millisecond. Chosen."""
-
-MOST_GRANULES = 1_000_000
-"""Of a chain in a sweep: a part may have its peaks in memory several times. Chosen."""
+MOST_SCENES = 10**8  # of a sweep, chosen: a day of two cores at a millisecond a scene
+MOST_GRANULES = 1_000_000  # of a chain, chosen: a part may hold its peaks several times
 
 
 @dataclass(frozen=True)

@@ -21,14 +21,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-_MOST_LINES = 1000
-"""Chosen: nobody tells more of them apart, and each costs a millisecond."""
-
-_MOST_MARKED = 60
-"""Points of a line that are marked; more would melt into one another."""
-
-_MOST_VECTORS = 5000
-"""Points from which PDF and SVG have a picture of them and not each of them."""
+_MOST_LINES = 1000  # chosen: nobody tells more of them apart, and each costs a millisecond
+_MOST_MARKED = 60  # points of a line that are marked; more would melt into one another
+_MOST_VECTORS = 5000  # points from which PDF and SVG have a picture of them and not each of them
 
 
 @dataclass(frozen=True, eq=False)

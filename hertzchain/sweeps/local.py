@@ -18,8 +18,7 @@ from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.measuring import YEAR, Measured, measure
 from hertzchain.sweeps.parts import Backend, Part, is_batched, is_short
 
-_MOMENT = 0.05
-"""Between two looks at processes that are to end [s]."""
+_MOMENT = 0.05  # between two looks at processes that are to end [s]
 
 Keep = Callable[[Part, Measured], None]
 ReportProgress = Callable[[int], None]

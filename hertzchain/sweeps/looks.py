@@ -33,14 +33,9 @@ _NAMED: dict[str, dict[str, str]] = {
 
 _MARKERS, _DASHES = "os^Dv<>P", ("-", "--", "-.", ":")
 
-_FEW = len(_MARKERS)
-"""Values of a colour that a legend names; more have a colour bar."""
-
-_DECADES = 100.0
-"""Ratio of the largest value to the smallest from which an axis is logarithmic."""
-
-_PLAIN = (1e-3, 1e4)
-"""Between these, numbers on a logarithmic axis are written out: 0.1, and no power of ten."""
+_FEW = len(_MARKERS)  # values of a colour that a legend names; more have a colour bar
+_DECADES = 100.0  # ratio of the largest value to the smallest from which an axis is logarithmic
+_PLAIN = (1e-3, 1e4)  # between these, a logarithmic axis has plain numbers, no powers of ten
 
 
 def looks_of(values: NDArray[Any], name: str) -> dict[Any, dict[str, Any]]:

@@ -29,12 +29,8 @@ if TYPE_CHECKING:
     from hertzchain.engines.lammps.isolation import Child
     from hertzchain.engines.native import Batch
 
-YEAR = 3e7
-"""No limit for those who wait [s]."""
-
-_LONG = 1e8
-"""Natural time units times granules, a second or so: a scene that takes longer runs by itself,
-within its time limit."""
+YEAR = 3e7  # no limit for those who wait [s]
+_LONG = 1e8  # natural time units times granules, about 1 s: longer scenes run by themselves
 
 
 @dataclass(frozen=True, eq=False)

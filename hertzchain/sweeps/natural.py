@@ -14,8 +14,7 @@ from hertzchain.scene.chain import contact_stiffness, granule_mass
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, length_and_time
 from hertzchain.scene.scene import watched_time
 
-_PLAIN = 1e200
-"""Numbers of a scene between this and its inverse are far from the ends of floating point."""
+_PLAIN = 1e200  # numbers between it and its inverse are far from the ends of floating point
 
 
 @dataclass(frozen=True, eq=False)

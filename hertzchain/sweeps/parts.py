@@ -19,24 +19,12 @@ from hertzchain.scene.pulse import PulseTable
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.natural import natural
 
-MOST_ROWS, MOST_PEAKS = 10_000, 500_000
-"""Of a part: scenes, and contacts of all of them; so a part takes some 30 MB at most. Chosen."""
-
-_WORK = 10.0
-"""Of a part, roughly, on one core [s]: what is lost where a sweep is killed. Chosen."""
-
-_LEAST_PARTS = 16
-"""Where cores share parts among them, so that few scenes keep all of them busy. Chosen."""
-
-_START = 0.4
-"""Estimated time of scenes below which no process is started for them [s]. Chosen: two processes
-take 2 s of processor time to start, and single runs up to seven times what is estimated."""
-
-_REFERENCE = 5.0
-"""How much longer than in truth the reference is estimated to take, at least, on 60 granules."""
-
-_LOOKED_AT = 500
-"""Scenes from which the work of all is estimated."""
+MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen: some 30 MB
+_WORK = 10.0  # time of a part on one core, about [s]; chosen: what is lost where a sweep is killed
+_LEAST_PARTS = 16  # where cores share them; chosen, so that few scenes keep all cores busy
+_START = 0.4  # estimated time below which no process is started [s]; chosen: two take 2 s to start
+_REFERENCE = 5.0  # times that the reference is estimated too slow, at least, on 60 granules
+_LOOKED_AT = 500  # scenes from which the work of all is estimated
 
 
 @dataclass(frozen=True)

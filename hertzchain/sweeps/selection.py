@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     import pandas
 
 
-_AS_GIVEN = 1e-3
-"""How near, relatively, a value has to be to one of the sweep to be that one: three digits."""
+_AS_GIVEN = 1e-3  # relative; a value so near to one of the sweep is that one: three digits
 
 
 class Drawable(Protocol):

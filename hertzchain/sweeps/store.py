@@ -31,8 +31,7 @@ if TYPE_CHECKING:
 
 Format = Literal["parquet", "csv"]
 
-HEADERS = {"scenes": COLUMNS, "peaks": PEAK_COLUMNS}
-"""What is kept, by the names of the folders, and the columns of each."""
+HEADERS = {"scenes": COLUMNS, "peaks": PEAK_COLUMNS}  # columns, by the names of folders
 
 TABLES = tuple(HEADERS)
 

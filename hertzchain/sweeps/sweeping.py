@@ -33,8 +33,7 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-_LAYOUT = 1
-"""Of the tables; another number for other columns."""
+_LAYOUT = 1  # of the tables; another number for other columns
 
 
 @dataclass(frozen=True, eq=False)

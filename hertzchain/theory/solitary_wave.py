@@ -17,11 +17,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.natural_units import natural_units
 
-_HALF_WIDTH = 16
-"""Granules on either side: the wave falls off double-exponentially and is below 1e-300 there."""
-
-_POINTS_PER_GRANULE = 16
-"""Eight already give all digits."""
+_HALF_WIDTH = 16  # granules on either side; the wave is below 1e-300 there
+_POINTS_PER_GRANULE = 16  # eight already give all digits
 
 
 @dataclass(frozen=True, eq=False)

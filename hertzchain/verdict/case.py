@@ -16,8 +16,7 @@ from hertzchain.limits import Deadline
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 
-_LOWEST = 1e-9
-"""Of the truth: lower peaks are as good as none."""
+_LOWEST = 1e-9  # of the truth: lower peaks are as good as none
 
 
 @dataclass(frozen=True)

@@ -24,27 +24,13 @@ from hertzchain.verdict.other_laws import HERTZ, Law, peaks
 from hertzchain.verdict.sampling import samples
 from hertzchain.verdict.step_causes import known_step, long_steps
 
-EXPLAINED = 0.1
-"""Of the differences, root mean square: the most that a mistake which is named may leave."""
-
-FEWEST = 6
-"""Contacts: fewer are on a curve with one parameter too easily."""
-
-_CERTAIN = 1e-4
-"""Of the differences: a mistake that leaves no more is not looked past."""
-
-_FLOOR = 1e-7
-"""Differences below are beside what the trial runs are known to, 1e-8."""
-
-_ALIKE = 3.0
-"""Times what the best mistake leaves: others that leave no more are named beside it."""
-
-_NEAR = 0.003
-"""Relative: how near a fitted factor has to be to a well-known one for that to be named."""
-
-_ALONE = 100.0
-"""Times as far off as any other contact: then it is that one. Chosen; of the mistakes that the
-tests make only another length of the chain, which moves the last contact, goes beyond."""
+EXPLAINED = 0.1  # of the differences, root mean square: most that a named mistake may leave
+FEWEST = 6  # contacts: fewer are on a curve with one parameter too easily
+_CERTAIN = 1e-4  # of the differences: a mistake that leaves no more is not looked past
+_FLOOR = 1e-7  # differences below are beside what the trial runs are known to, 1e-8
+_ALIKE = 3.0  # times what the best mistake leaves: others that leave no more are named beside it
+_NEAR = 0.003  # relative; how near a fitted factor has to be to a known one for that to be named
+_ALONE = 100.0  # times as far off as any other contact; chosen: mistakes move others, too
 
 Finder = Callable[[Case], Iterator[Cause]]
 
@@ -255,8 +241,7 @@ _FORWARD = _ROOTS**2
 _BACKWARD = -(np.linspace(0.6, 0.0, 10)[:-1] ** 2)
 """Coefficients of damping, natural units: close to one another where little of it is seen."""
 
-_OF_DRAG = 0.2
-"""Granules that a drag holds back are held back for long: so much of the same coefficients."""
+_OF_DRAG = 0.2  # share of these coefficients for a drag, which acts on a granule for long
 
 
 def damping(case: Case) -> Iterator[Cause]:
@@ -346,5 +331,4 @@ FINDERS: dict[str, Finder] = {
 }
 """In the order in which they are tried."""
 
-DEAR = ("samples", "damping", "the contact law")
-"""Those that take seconds."""
+DEAR = ("samples", "damping", "the contact law")  # those that take seconds

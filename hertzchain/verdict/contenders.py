@@ -36,8 +36,7 @@ LAMMPS = label_of("lammps")
 WAYS = (FORMULAS, MAP, COMPILED, NUMPY, SCIPY, LAMMPS)
 """What computes: the closed formulas, the map of peaks, the native kernels, and so on."""
 
-_SCIPY_INTERVAL = 0.1
-"""Natural time units between two samples of SciPy's dense output; peaks are off by 1e-12 for it."""
+_SCIPY_INTERVAL = 0.1  # natural time units between samples of SciPy's dense output: 1e-12 of a peak
 
 
 @dataclass(frozen=True, eq=False)

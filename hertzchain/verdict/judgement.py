@@ -30,17 +30,10 @@ from hertzchain.verdict.twin import velocity_verlet
 if TYPE_CHECKING:
     import pandas
 
-TOLERANCE = 1e-3
-"""Where nothing else is asked for: a tenth of the one per cent that p hangs on."""
-
-PATIENCE = 60.0
-"""How long to look for the cause [s]; 60 granules take about 1 s."""
-
-_MOST_BYTES = 5_000_000
-"""Of a table of peaks: some 100,000 contacts."""
-
-_TRIAL_STEP = 0.05
-"""Natural time units; the error of velocity Verlet there tells that at other steps."""
+TOLERANCE = 1e-3  # where nothing else is asked for: a tenth of the one per cent that p hangs on
+PATIENCE = 60.0  # how long to look for the cause [s]; 60 granules take about 1 s
+_MOST_BYTES = 5_000_000  # of a table of peaks: some 100,000 contacts
+_TRIAL_STEP = 0.05  # natural time units; the error of velocity Verlet there tells it at other steps
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.kernels import compiled, compiled_and_kept
 
 DAMPED_BY = ("nothing", "contact", "drag")
-_, CONTACT, DRAG = range(len(DAMPED_BY))
-"""What the motion is damped by."""
+_, CONTACT, DRAG = range(len(DAMPED_BY))  # what the motion is damped by
 
 DISPLACEMENT, VELOCITY, ELASTIC, WHOLE = 0, 1, 2, 5
 """Rows of the state; from ELASTIC and from WHOLE on the highest force of each contact, and the last

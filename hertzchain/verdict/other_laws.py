@@ -14,9 +14,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene, watched_time
 
-_STEP = 0.1
-"""Natural time units. RK4 and a parabola through the highest samples leave some 1e-5 of the peaks,
-most of which goes out against the chain of Eq. 1 that runs beside."""
+_STEP = 0.1  # natural time units: 1e-5 of the peaks, most of it shared by the chain of Eq. 1
 
 
 @dataclass(frozen=True)
@@ -36,8 +34,7 @@ class Law:
 
 HERTZ = Law()
 
-_LOOK = 1_000_000
-"""Granules times steps between two looks at the clock: some 20 ms."""
+_LOOK = 1_000_000  # granules times steps between two looks at the clock: some 20 ms
 
 
 def peaks(

@@ -25,34 +25,19 @@ SAME_STEPS_STATE = 10.0
 only difference at the same steps. That bound is one of the peaks; collisions make more of it
 (measured: up to 1.7 times in the paper's scenes)."""
 
-SAME_STEPS_PEAKS = 7e-9
-"""Of the peaks, at steps of 0.01 natural units, beside what coordinates cost: these codes are read
-now and then, which costs that much at most. It grows as 1 / dt below that step."""
-
-LONG_STEPS_PEAKS = 0.1
-"""Of the peaks, times dt^4 in natural units: velocity Verlet's velocities are not the slopes of
-its displacements, between which both interpolate."""
-
-_ONE_OF_MANY = 3.0
-"""Times what late collisions make of one small difference at the start, as another makes more."""
+SAME_STEPS_PEAKS = 7e-9  # of the peaks at steps of 0.01 natural units, for reading; goes as 1 / dt
+LONG_STEPS_PEAKS = 0.1  # of the peaks, times dt^4 [natural units]: velocities are no slopes
+_ONE_OF_MANY = 3.0  # times the growth of one small difference at the start: another grows more
 
 MUCH_GROWN = 0.01
 """Where late collisions widen a tolerance beyond this, only gross errors show, and it is said.
 Right decks differ by 2.4e-3 in a velocity (5 granules, LM_ratio 316, n 565), by 0.35 in 12 of 300
 random scenes with LM_ratio from 300 to 2500."""
 
-_ROUND_OFF = 1e-12
-"""Of the states: what is left where coordinates cost nothing."""
-
-MOMENTUM_ERROR = 1e-12
-"""Relative; steps end at the corners, so every method has the whole impulse."""
-
-MOMENTUM_OF_A_STEP = 2e-17
-"""Relative, times the number of steps: LAMMPS, as others, adds up the time, and so the force, from
-one reading to the next (5e-18 to 1e-17 measured)."""
-
-YARDSTICK = 1e-6
-"""Of the reference's own estimate; 1e-11 to 6e-10 measured, for LM_ratio from 1e-4 to 100."""
+_ROUND_OFF = 1e-12  # of the states: what is left where coordinates cost nothing
+MOMENTUM_ERROR = 1e-12  # relative; steps end at the corners, so every method has the whole impulse
+MOMENTUM_OF_A_STEP = 2e-17  # relative, times steps: codes add up the time; 5e-18 to 1e-17 measured
+YARDSTICK = 1e-6  # of the reference's estimate; 1e-11 to 6e-10 measured, LM_ratio 1e-4 to 100
 
 _OTHER_CHAIN = (
     "do not use this result; at the same steps it is another chain: look at what differs first in"

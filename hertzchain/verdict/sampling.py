@@ -11,8 +11,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, Native, simulate
 from hertzchain.verdict.case import Case, Cause
 
-FEWEST_SAMPLED = 12
-"""Contacts, where a million steps are tried: random numbers pass once in 1e5 cases then."""
+FEWEST_SAMPLED = 12  # contacts; random numbers then pass a million trial steps once in 1e5 cases
 
 
 def samples(case: Case) -> Iterator[Cause]:

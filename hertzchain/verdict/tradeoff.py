@@ -31,21 +31,11 @@ from hertzchain.verdict.contenders import FORMULAS, MAP, WAYS, Contender, Outcom
 if TYPE_CHECKING:
     import pandas
 
-TRUTH_STEP = 1 / 80
-"""Natural time units, of the reference run that counts as the truth; a quarter of its own step."""
-
-TRUTH_ERROR = 1e-12
-"""What is known of the truth at best; in the paper's scenes its peaks move by 2e-13 at most when
-its step is quartered."""
-
-_LONGEST = 2.0
-"""Seconds; after a run that takes longer its contender is not run at dearer settings."""
-
-_ROUNDS = 2
-"""Times that every contender runs at every setting: other work of the machine lasts for seconds."""
-
-_MOST, _ENOUGH = 20, 0.05
-"""Runs that are timed in a round, at most, and the seconds in all after which that is enough."""
+TRUTH_STEP = 1 / 80  # natural time units; step of the truth, a quarter of the reference's own
+TRUTH_ERROR = 1e-12  # of the truth at best: its peaks move by 2e-13 where its step is quartered
+_LONGEST = 2.0  # seconds; after a run that takes longer its contender is not run at dearer settings
+_ROUNDS = 2  # times that each setting runs: other work of the machine lasts for seconds
+_MOST, _ENOUGH = 20, 0.05  # most runs timed in a round; seconds in all that are enough
 
 
 @dataclass(frozen=True)

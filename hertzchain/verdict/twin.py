@@ -47,8 +47,7 @@ def _nodes(legs: Sequence[Leg]) -> FloatArray:
     return np.append(np.concatenate(inner), legs[-1].end)
 
 
-MOST_LEGS = 100_000
-"""Legs of one step each that are made: half a second."""
+MOST_LEGS = 100_000  # legs of one step each that are made: half a second
 
 
 def steps_with_force(nodes: FloatArray, force: FloatArray, steps_after: int) -> list[Leg]:

@@ -9,11 +9,8 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-_DEEPEST = 30
-"""Of variables that name variables, and of parentheses: deeper ones have no value."""
-
-LONGEST = 10_000
-"""Characters of a formula, and of a line after its variables are filled in."""
+_DEEPEST = 30  # of variables that name variables, and of parentheses: deeper ones have no value
+LONGEST = 10_000  # characters of a formula, and of a line after its variables are filled in
 
 
 @dataclass(frozen=True)

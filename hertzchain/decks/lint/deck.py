@@ -11,8 +11,7 @@ from hertzchain.decks.lint.arithmetic import number
 from hertzchain.decks.lint.script import Command, Script
 from hertzchain.engines.lammps.dialect import DEFAULT_SKIN, DEFAULT_STEP, NUMBERS_OF
 
-TOUCHING = 1e-9
-"""Relative: sites that differ by less from a diameter differ by the rounding of what is written."""
+TOUCHING = 1e-9  # relative; sites that differ by less from a diameter differ by rounding as written
 
 
 @dataclass(frozen=True)

@@ -30,14 +30,9 @@ from hertzchain.files import read_bytes
 
 Severity = Literal["error", "warning", "note"]
 
-MOST_BYTES = 5_000_000
-"""Of a deck: more are not written by hand."""
-
-_UNSTABLE = math.sqrt(2 / 3)
-"""Longest stable step of velocity Verlet, in natural units: 2 over the frequency 2 sqrt(3/2)."""
-
-_CONSISTENT = ("si", "cgs", "lj")
-"""Units in which force is mass times acceleration without a factor."""
+MOST_BYTES = 5_000_000  # of a deck: more are not written by hand
+_UNSTABLE = math.sqrt(2 / 3)  # natural time units; 2 over the largest frequency, 2 sqrt(3/2)
+_CONSISTENT = ("si", "cgs", "lj")  # force is mass times acceleration, without a factor
 
 
 @dataclass(frozen=True)
@@ -54,8 +49,7 @@ class Finding:
     text: str  # what is wrong, and what to write instead
 
 
-Found = Iterator[tuple[Command | None, Severity, str]]
-"""What a rule yields: where (None: the first line), how bad, and the sentence."""
+Found = Iterator[tuple[Command | None, Severity, str]]  # where (None: line 1), how bad, sentence
 
 
 def _density_before_diameter(deck: Deck) -> Found:

@@ -43,40 +43,16 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import refuse_deep_overlap, refuse_hopeless_overlap
 
-_READING_INTERVAL = 0.3
-"""Natural time units between two readings at steps of 0.01: peaks are off by 7e-9 for it.
-
-At other steps the error goes as 1 / dt, as that of round-off does."""
-
-_RECORDING_INTERVAL = 0.1
-"""Natural time units between two readings where a history is wanted: an opening contact between
-them leaves r'^(3/2) h^(5/2) in the velocities, 5e-5 of the largest at 0.3."""
-
-_KINK_PER_STEP = 0.02
-"""What it may cost where a step is asked for, over the square of that step [natural units]."""
-
-_READINGS_PER_RAMP = 8
-"""At least, if there are so many steps: the work of a short pulse needs them."""
-
-_TRIES = 3
-"""Runs to get below the wanted error: the first estimate of the step may be a little too long."""
-
-_HALVINGS = 6
-"""Of the steps, at most, until an extrapolation is as good as wanted."""
-
-STABLE = 2.0
-"""Product of step and frequency up to which velocity Verlet is stable: see
-``error_bound.stable_step``."""
-
-_ERRATIC_STEP = 0.05
-"""Natural time units; above, opening contacts may make the difference of two runs too small. In
-hard scenes, which open and close contacts again and again, they do so at any step."""
-
-_PILOT_STEP = 0.04
-"""Natural time units; the first of the runs that find the step for a wanted error."""
-
-_COARSEST_STEP = 0.065
-"""Natural time units, of the first of three runs to be extrapolated; for an error of 1e-6."""
+_READING_INTERVAL = 0.3  # natural time units at steps of 0.01: 7e-9 of a peak; goes as 1 / dt
+_RECORDING_INTERVAL = 0.1  # natural time units; at 0.3 opening contacts leave 5e-5 in velocities
+_KINK_PER_STEP = 0.02  # of a peak, over the square of a step that is asked for [natural units]
+_READINGS_PER_RAMP = 8  # at least, if there are so many steps: the work of a short pulse needs them
+_TRIES = 3  # runs to get below the wanted error: the first estimate may be a little too long
+_HALVINGS = 6  # of the steps, at most, until an extrapolation is as good as wanted
+STABLE = 2.0  # largest product of step and frequency of velocity Verlet: see ``stable_step``
+_ERRATIC_STEP = 0.05  # natural time units; above, opening contacts may hide the error of two runs
+_PILOT_STEP = 0.04  # natural time units; first of the runs that find the step for a wanted error
+_COARSEST_STEP = 0.065  # natural time units; first of three runs to be extrapolated, for 1e-6
 
 Simulate = Callable[[Sequence[Leg], Sequence[int], FloatArray | None], Simulation]
 """Runs a scene once: legs, steps between two readings on each, wanted times of a history."""

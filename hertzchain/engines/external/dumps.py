@@ -11,8 +11,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import RunFailed
 
-_HEADER = 9
-"""Lines before the granules of a frame: step, number of granules, box, names of the columns."""
+_HEADER = 9  # lines before the granules of a frame: step, count, box, names of columns
 
 
 def read_frames(path: Path, columns: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:

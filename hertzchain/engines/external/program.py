@@ -17,20 +17,11 @@ from typing import Any
 from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.limits import Deadline
 
-SAID = "said.txt"
-"""Where in its folder a program's standard output and error go, all of it."""
-
-_KEPT = 20_000
-"""Characters of what a program says that are kept: its last words."""
-
-_LEAST = 1e6
-"""Bytes that must be free for temporary files, whatever the run."""
-
-SLICE = 0.5
-"""Seconds of waiting in one go; on Windows Ctrl-C has to wait for their end."""
-
-_GRACE = 2.0
-"""Seconds in which a program that is asked to end has to end."""
+SAID = "said.txt"  # where in its folder a program's standard output and error go, all of it
+_KEPT = 20_000  # characters of what a program says that are kept: its last words
+_LEAST = 1e6  # bytes that must be free for temporary files, whatever the run
+SLICE = 0.5  # seconds of waiting in one go; on Windows Ctrl-C has to wait for their end
+_GRACE = 2.0  # seconds in which a program that is asked to end has to end
 
 
 @contextmanager

@@ -14,8 +14,7 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.schedule import Leg
 
-BLOCK = 256
-"""Readings handed on at a time."""
+BLOCK = 256  # readings handed on at a time
 
 
 @dataclass(frozen=True, eq=False)

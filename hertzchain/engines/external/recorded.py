@@ -14,9 +14,7 @@ from hertzchain.errors import RunFailed
 from hertzchain.limits import refuse_memory
 from hertzchain.scene.schedule import Leg
 
-_BYTES = 180
-"""Of memory for a granule in a reading, at least: 187 measured for a dump, as text and as numbers.
-Yade's arrays take as much in its own process, while it makes them."""
+_BYTES = 180  # of memory for a granule in a reading, at least; 187 measured for a dump
 
 
 def refuse_large(legs: Sequence[Leg], strides: Sequence[int], granules: int) -> None:

@@ -24,19 +24,10 @@ from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
-TOLERABLE = 1e-9
-"""Predicted loss, of the peaks, up to which a scene is computed as it stands."""
-
-_DEEPEST = 0.8
-"""Of a radius, the deepest overlap expected: where neighbouring overlaps add up to two, second
-neighbours touch."""
-
-_FARTHEST = 8
-"""Lengths of the chain that a similar one flies at most, as expected: 2 or more lose half as much
-again as the flight alone."""
-
-_SOFTEST = 100
-"""Largest k: overlaps grow by 1e60, and no number leaves the range of floating point."""
+TOLERABLE = 1e-9  # predicted loss, of the peaks, up to which a scene is computed as it stands
+_DEEPEST = 0.8  # radii; deepest overlap expected: two that add up to 2 let second neighbours touch
+_FARTHEST = 8  # chain lengths that a similar chain flies at most; 2 lose half as much again
+_SOFTEST = 100  # largest k: overlaps grow by 1e60, and no number leaves the range of floating point
 
 
 @dataclass(frozen=True)
@@ -90,8 +81,7 @@ class Softening:
         )
 
 
-NONE = Softening(0)
-"""The scene as it stands."""
+NONE = Softening(0)  # the scene as it stands
 
 
 def softening(scene: Scene, steps: int) -> Softening:

@@ -14,15 +14,9 @@ from hertzchain.observables.peaks import ESTIMATED, PeakWatch, judged_contacts
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
-INTERPOLATION = 3e-4
-"""Of a peak, times the eighth power of the interval [natural units]; 1e-4 measured."""
-
-KINK = 1.5e-3
-"""Of a peak, times the power 3.5 of the interval [natural units]: what a contact that opens next to
-one at its peak leaves between two readings, as its force has no second derivative (6e-4 seen)."""
-
-_FEW_STEPS = 16
-"""Steps of a leg in the finest of three runs; with fewer, errors fall as no power of dt yet."""
+INTERPOLATION = 3e-4  # of a peak, times interval^8 [natural units]; 1e-4 measured
+KINK = 1.5e-3  # of a peak, times interval^3.5 [natural units]: an opening neighbour leaves 6e-4
+_FEW_STEPS = 16  # steps of a leg in the finest of three runs: below, errors are no power of dt yet
 
 
 def extrapolate(coarse: Simulation, fine: Simulation) -> tuple[FloatArray, FloatArray]:

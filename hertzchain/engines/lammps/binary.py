@@ -48,14 +48,9 @@ from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
-_LARGEST = 8e9
-"""What dumps may take at most [bytes]: nobody expects more in a folder for temporary files."""
-
-_NUMBER = 24.0
-"""Bytes of a number with all its digits in a dump: -1.2345678901234567e-05 and a space."""
-
-_FRAME = 200.0
-"""Bytes of what is in a frame besides."""
+_LARGEST = 8e9  # most that dumps may take [bytes]; chosen, as they are in a temporary folder
+_NUMBER = 24.0  # bytes of a number with all digits in a dump: -1.2345678901234567e-05 and a space
+_FRAME = 200.0  # bytes of what is in a frame besides
 
 _DECK, _RELEASE, _REST = "in.chain", "release.sh", "rest.dump"
 

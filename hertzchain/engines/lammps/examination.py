@@ -29,14 +29,9 @@ Its own overlaps, not those of the shock: they have all digits, however weak the
 takes the difference of two positions without loss, and the positions are looked at as they were
 rounded."""
 
-_SCHEDULED_STEP = 0.01
-"""Natural time units; what the corners of the schedule are asked for."""
-
-_STEPS_PER_LEG = 4
-"""At which the applied force is read, besides the start of the leg."""
-
-_STEP = go_on(1)
-"""Neighbours are those that a run goes on with: looked for anew, none would be missing."""
+_SCHEDULED_STEP = 0.01  # natural time units; what the corners of the schedule are asked for
+_STEPS_PER_LEG = 4  # at which the applied force is read, besides the start of the leg
+_STEP = go_on(1)  # neighbours of a run that goes on: looked for again, none would be missing
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +76,7 @@ class Stage:
     columns: tuple[str, ...]
 
 
-Snapshot = Mapping[str, FloatArray]
-"""What LAMMPS holds, column by column, each of shape (granules,), in the order of the ids."""
+Snapshot = Mapping[str, FloatArray]  # columns of LAMMPS, each of shape (granules,), by id
 
 Ask = Callable[[Sequence[Stage]], Iterator[Snapshot]]
 """Gives LAMMPS the commands of one stage after another; yields a snapshot after each."""

@@ -29,11 +29,8 @@ _PROGRAM = (
 
 _CRASHES = {"SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL", "SIGTRAP", "SIGSYS"}
 
-_KEPT = 4096
-"""Bytes of what the process says on standard error: its last words."""
-
-_PATIENCE = 5.0
-"""Seconds in which a process that says nothing more has to end by itself."""
+_KEPT = 4096  # bytes kept of what the process says on standard error
+_PATIENCE = 5.0  # seconds in which a process that says nothing more has to end by itself
 
 
 class Child:

@@ -11,14 +11,12 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.lammps.dialect import NO_STEP
 
-ARRAYS = ("x", "v", "f")
-"""What is read: positions [m], velocities [m/s] and net forces [N], three components each."""
+ARRAYS = ("x", "v", "f")  # positions [m], velocities [m/s], net forces [N]; three components each
 
 COMMANDS = f"atom_modify sort 0 0\nthermo_style custom step\ntimer off\n{NO_STEP}\n"
 """What only reading needs: granules in the order of their ids, and stops that cost little."""
 
-_DOUBLE_2D = 3
-"""LAMMPS_DOUBLE_2D of the lammps module, which is imported only when LAMMPS is needed."""
+_DOUBLE_2D = 3  # LAMMPS_DOUBLE_2D of the lammps module, which is imported only when needed
 
 
 def read(instance: Any, into: FloatArray) -> None:

@@ -21,11 +21,8 @@ from hertzchain.scene.schedule import Leg
 AT_REST, READINGS = "at_rest.dump", "readings.dump"
 """What a run leaves behind: the granules before the shock, and the readings, one after another."""
 
-COLUMNS = ("x", "vx", "fx")
-"""Of the readings: positions [m], velocities [m/s] and net forces [N]."""
-
-GRANULES = ("x", "mass", "diameter")
-"""Of the granules at rest: [m], [kg], [m]."""
+COLUMNS = ("x", "vx", "fx")  # of the readings: positions [m], velocities [m/s] and net forces [N]
+GRANULES = ("x", "mass", "diameter")  # of the granules at rest: [m], [kg], [m]
 
 
 def set_up(scene: Scene) -> str:
@@ -131,8 +128,7 @@ def _digits(columns: Sequence[str]) -> str:
     return f'format "%d{" %.17g" * len(columns)}"'
 
 
-_FRAME = 0.1
-"""Natural time units between two frames that a deck leaves behind."""
+_FRAME = 0.1  # natural time units between two frames that a deck leaves behind
 
 
 def deck(scene: Scene, dt: float, velocity: ArrayLike, title: str = "a scene") -> str:

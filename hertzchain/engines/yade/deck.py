@@ -164,9 +164,7 @@ np.save({READINGS!r}, readings)
 """
 
 
-READING_INTERVAL = 0.01
-"""Natural time units between two readings of a script; a parabola through three of them is off by
-0.06 times its third power at most, 6e-8 of a peak."""
+READING_INTERVAL = 0.01  # natural time units between readings; a parabola misses 6e-8 of a peak
 
 
 def deck(
