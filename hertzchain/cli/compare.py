@@ -9,20 +9,7 @@ from typing import Annotated
 
 import typer
 
-from hertzchain.cli.options import (
-    AsJson,
-    Backend,
-    Isolate,
-    LammpsBinary,
-    Ranks,
-    SceneFile,
-    TimeLimit,
-    lammps_options,
-    load_scene,
-    refuse_without_need,
-    to_step,
-    to_time_limit,
-)
+from hertzchain.cli import options
 from hertzchain.cli.output import (
     DONE,
     OUT_OF_TOLERANCE,
@@ -37,18 +24,18 @@ from hertzchain.errors import HertzchainError
 
 
 def compare(
-    scene: SceneFile,
+    scene: options.SceneFile,
     backend: Annotated[
-        list[Backend] | None,
+        list[options.Backend] | None,
         typer.Option(
             help="What to compare with the native reference; repeatable. Default: native, lammps.",
         ),
     ] = None,
-    isolate: Isolate = False,
-    lmp: LammpsBinary = None,
-    ranks: Ranks = None,
-    time_limit: TimeLimit = "1 h",
-    as_json: AsJson = False,
+    isolate: options.Isolate = False,
+    lmp: options.LammpsBinary = None,
+    ranks: options.Ranks = None,
+    time_limit: options.TimeLimit = "1 h",
+    as_json: options.AsJson = False,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the comparison (png, pdf, svg).")
     ] = None,
@@ -105,10 +92,10 @@ def compare(
                 " one of them out"
             )
     if results is None:
-        refuse_without_need(False, tolerance=tolerance is not None, dt=dt is not None)
-    loaded, missing = load_scene(scene), False
+        options.refuse_without_need(False, tolerance=tolerance is not None, dt=dt is not None)
+    loaded, missing = options.load_scene(scene), False
     if results is not None:
-        step, limit = to_step(dt), to_time_limit(time_limit)
+        step, limit = options.to_step(dt), options.to_time_limit(time_limit)
         wanted = judgement.TOLERANCE if tolerance is None else tolerance
         with progress() as report_progress:
             document = of_judgement(
@@ -123,9 +110,10 @@ def compare(
             )
     else:
         with_lammps = not backend or "lammps" in backend
-        refuse_without_need(with_lammps, isolate=isolate, lmp=lmp, ranks=ranks)
+        options.refuse_without_need(with_lammps, isolate=isolate, lmp=lmp, ranks=ranks)
         lammps = ENGINES["lammps"].make(
-            time_limit=to_time_limit(time_limit), **lammps_options(isolate, lmp, ranks)
+            time_limit=options.to_time_limit(time_limit),
+            **options.lammps_options(isolate, lmp, ranks),
         )
         with progress() as report_progress:
             record = None if report_file is None else record_times(loaded)

@@ -9,15 +9,7 @@ from typing import Annotated
 
 import typer
 
-from hertzchain.cli.options import (
-    AsJson,
-    LargestStep,
-    SceneFile,
-    load_scene,
-    refuse_step_and_accuracy,
-    refuse_without_need,
-    to_step,
-)
+from hertzchain.cli import options
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json, progress
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.errors import HertzchainError
@@ -50,14 +42,14 @@ OutputFile = Annotated[
 
 
 def deck(
-    scene: SceneFile,
+    scene: options.SceneFile,
     engine: Annotated[Engine, typer.Option(help="Whose deck.")] = Engine.LAMMPS,
     output: OutputFile = None,
     rtol: Annotated[
         float | None,
         typer.Option(help="What the step may cost the peaks, as a fraction. Default: 1e-6."),
     ] = None,
-    dt: LargestStep = None,
+    dt: options.LargestStep = None,
     watch_every: Annotated[
         int | None,
         typer.Option(
@@ -86,9 +78,9 @@ def deck(
     from hertzchain.decks.standalone import data_file, standalone
     from hertzchain.files import check_outputs, write_texts
 
-    loaded = load_scene(scene)
-    refuse_step_and_accuracy(rtol, dt)
-    refuse_without_need(
+    loaded = options.load_scene(scene)
+    options.refuse_step_and_accuracy(rtol, dt)
+    options.refuse_without_need(
         engine is Engine.LAMMPS,
         watch_every=watch_every is not None,
         pair_style=pair_style is not GRANULAR,
@@ -101,7 +93,7 @@ def deck(
     if output is not None and atoms is Atoms.DATA:
         data = output.with_name(output.name + ".data")
     check_outputs([scene], [output, data])
-    longest = to_step(dt)
+    longest = options.to_step(dt)
     wanted = RTOL if rtol is None else rtol
     with progress() as report_progress:
         report_progress("native: the step, and what the deck has to find")
@@ -131,7 +123,7 @@ def deck(
 
 def lint(
     decks: Annotated[list[Path], typer.Argument(metavar="DECK...", help="LAMMPS input files.")],
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Look for known traps in anybody's LAMMPS deck of a chain; status 1 where there is one.
 
@@ -159,7 +151,7 @@ def lint(
     raise typer.Exit(OUT_OF_TOLERANCE if {"error", "warning"} & set(severities) else DONE)
 
 
-def unit_test(scene: SceneFile, output: OutputFile = None) -> None:
+def unit_test(scene: options.SceneFile, output: OutputFile = None) -> None:
     """Write a test for LAMMPS's own suite: a scene's wave, with the motion that Eq. 1 gives it.
 
     The file is of the form of unittest/granular/tests/dem02-*.yaml in the sources of LAMMPS.
@@ -168,7 +160,7 @@ def unit_test(scene: SceneFile, output: OutputFile = None) -> None:
     from hertzchain.decks.unit_test_deck import unit_test as test_text
     from hertzchain.files import check_outputs, write_text
 
-    loaded = load_scene(scene)
+    loaded = options.load_scene(scene)
     check_outputs([scene], [output])
     with progress() as report_progress:
         report_progress("native: looking for the wave")

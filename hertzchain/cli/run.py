@@ -8,23 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from hertzchain.cli.options import (
-    NATIVE,
-    AsJson,
-    Backend,
-    Isolate,
-    LammpsBinary,
-    LargestStep,
-    Ranks,
-    SceneFile,
-    TimeLimit,
-    lammps_options,
-    load_scene,
-    refuse_step_and_accuracy,
-    refuse_without_need,
-    to_step,
-    to_time_limit,
-)
+from hertzchain.cli import options
 from hertzchain.cli.output import OUT_OF_TOLERANCE, console, print_json, progress
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
@@ -45,8 +29,8 @@ class MethodName(StrEnum):
 
 
 def run(
-    scene: SceneFile,
-    backend: Annotated[Backend, typer.Option(help="Who simulates.")] = NATIVE,
+    scene: options.SceneFile,
+    backend: Annotated[options.Backend, typer.Option(help="Who simulates.")] = options.NATIVE,
     rtol: Annotated[
         float | None,
         typer.Option(
@@ -57,7 +41,7 @@ def run(
         MethodName | None,
         typer.Option(help="Instead of --rtol: a native method. The others have velocity-verlet."),
     ] = None,
-    dt: LargestStep = None,
+    dt: options.LargestStep = None,
     extrapolated: Annotated[
         bool,
         typer.Option(
@@ -65,10 +49,10 @@ def run(
             help="Not with native: extrapolate from two steps, an eighth of the cost.",
         ),
     ] = False,
-    isolate: Isolate = False,
-    lmp: LammpsBinary = None,
-    ranks: Ranks = None,
-    time_limit: TimeLimit = "1 h",
+    isolate: options.Isolate = False,
+    lmp: options.LammpsBinary = None,
+    ranks: options.Ranks = None,
+    time_limit: options.TimeLimit = "1 h",
     output: Annotated[
         Path | None,
         typer.Option(
@@ -89,7 +73,7 @@ def run(
             min=2, help="With --trajectory: how many times, equally spaced. Default: 100."
         ),
     ] = None,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Simulate a scene with one backend: peaks, p, F_SW, speed, error, cost."""
     from hertzchain.files import check_outputs
@@ -97,10 +81,10 @@ def run(
     from hertzchain.report.tables import check_result_format, write_result
     from hertzchain.report.trajectory import check_trajectory_format, frame_times, write_trajectory
 
-    loaded = load_scene(scene)
-    step = to_step(dt)
-    limit = to_time_limit(time_limit)
-    refuse_without_need(trajectory is not None, frames=frames is not None)
+    loaded = options.load_scene(scene)
+    step = options.to_step(dt)
+    limit = options.to_time_limit(time_limit)
+    options.refuse_without_need(trajectory is not None, frames=frames is not None)
     check_outputs([scene], [output, trajectory])
     if output is not None:
         check_result_format(output)
@@ -110,12 +94,12 @@ def run(
         report_progress(
             f"{backend}: running (the first native run on a machine compiles, half a minute)"
         )
-        refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
+        options.refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
         parameters = _parameters(backend, method, step, rtol, extrapolated)
         if backend == "native":
             parameters["peaks_only"] = trajectory is None
         elif backend == "lammps":
-            parameters |= lammps_options(isolate, lmp, ranks)
+            parameters |= options.lammps_options(isolate, lmp, ranks)
         simulation = ENGINES[backend].make(time_limit=limit, **parameters)
         record = None if trajectory is None else frame_times(loaded, frames or DEFAULT_FRAMES)
         result = simulation.run(loaded, record)
@@ -157,5 +141,5 @@ def _parameters(
         raise HertzchainError(
             f"--method {method}: {label} has only velocity-verlet; leave the option out"
         )
-    refuse_step_and_accuracy(rtol, dt)
+    options.refuse_step_and_accuracy(rtol, dt)
     return {"dt": dt, "rtol": RTOL if rtol is None else rtol, "extrapolated": extrapolated}

@@ -11,17 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hertzchain.cli.options import (
-    AsJson,
-    LammpsBinary,
-    SceneFile,
-    TimeLimit,
-    by_name,
-    lammps_options,
-    load_scene,
-    refuse_without_need,
-    to_time_limit,
-)
+from hertzchain.cli import options
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
@@ -45,7 +35,7 @@ class FileFormat(StrEnum):
 
 
 def sweep(
-    scene: SceneFile,
+    scene: options.SceneFile,
     vary: Annotated[
         list[str],
         typer.Option(
@@ -96,9 +86,9 @@ def sweep(
             "--extrapolated", help="LAMMPS: extrapolate from two steps, an eighth of the cost."
         ),
     ] = False,
-    lmp: LammpsBinary = None,
-    time_limit: TimeLimit = "1 h",
-    as_json: AsJson = False,
+    lmp: options.LammpsBinary = None,
+    time_limit: options.TimeLimit = "1 h",
+    as_json: options.AsJson = False,
 ) -> None:
     """Measure many scenes: a row for each with its parameters, p, F_SW, speed, largest peak, error.
 
@@ -112,15 +102,18 @@ def sweep(
         raise HertzchainError(
             f"-o {output}: is to be a folder; for one file of text in it say --format csv"
         )
-    limit = to_time_limit(time_limit)
+    limit = options.to_time_limit(time_limit)
     wanted = backend or [Source("native")]
-    refuse_without_need("lammps" in wanted, extrapolated=extrapolated, lmp=lmp)
+    options.refuse_without_need("lammps" in wanted, extrapolated=extrapolated, lmp=lmp)
     common = {"rtol": rtol, "time_limit": limit}
     # An accuracy that no simulation has is refused before the scene is read.
-    own = {"extrapolated": extrapolated, **lammps_options(isolate=False, lmp=lmp, ranks=None)}
+    own = {
+        "extrapolated": extrapolated,
+        **options.lammps_options(isolate=False, lmp=lmp, ranks=None),
+    }
     lammps = backend_named("lammps", **common, **own)
-    loaded = load_scene(scene)
-    varied = by_name("--vary", vary, "shock.momentum_ratio=0.1:10:50:log")
+    loaded = options.load_scene(scene)
+    varied = options.by_name("--vary", vary, "shock.momentum_ratio=0.1:10:50:log")
     backends = [lammps if one == "lammps" else backend_named(one, **common) for one in wanted]
     begin = time.perf_counter()
     with _going_on(output), _counting() as report_progress:

@@ -14,19 +14,10 @@ from typing import TYPE_CHECKING, Any
 from hertzchain.errors import OutputError, require
 from hertzchain.limits import RTOL
 from hertzchain.scene.scene import Scene
+from hertzchain.sweeps import parts
 from hertzchain.sweeps.axes import Value
 from hertzchain.sweeps.design import design
 from hertzchain.sweeps.local import Measure, measure_here
-from hertzchain.sweeps.parts import (
-    KINDS,
-    NAMES,
-    Backend,
-    Formulas,
-    backend_named,
-    cut,
-    part_size,
-    settings,
-)
 from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_manifest
 
 if TYPE_CHECKING:
@@ -102,7 +93,7 @@ class Sweep:
             done, failed = done + len(frame), failed + len(failures)
             if reason is None and len(failures):
                 reason = str(failures.iloc[0])
-            simulated = frame[frame["backend"] != NAMES[Formulas]]
+            simulated = frame[frame["backend"] != parts.NAMES[parts.Formulas]]
             aim = simulated["backend"].map(aims).astype(float)
             missed += int((simulated["error_estimate"] > aim).sum())
         return Counts(done, failed, missed, reason)
@@ -136,7 +127,7 @@ def sweep(
     *,
     samples: int | None = None,
     seed: int = 0,
-    backends: str | Iterable[str | Backend] = ("native",),
+    backends: str | Iterable[str | parts.Backend] = ("native",),
     rtol: float = RTOL,
     peaks: bool = False,
     output: Path | str | None = None,
@@ -195,17 +186,19 @@ def sweep(
         "hertzchain": version("hertzchain"),
         "format": file_format,
         **found.to_dict(),
-        "backends": [settings(backend) for backend in chosen],
+        "backends": [parts.settings(backend) for backend in chosen],
         "peaks": peaks,
-        "parts": {NAMES[type(backend)]: part_size(found, backend) for backend in chosen},
+        "parts": {
+            parts.NAMES[type(backend)]: parts.part_size(found, backend) for backend in chosen
+        },
         "rows": found.scenes * len(chosen),
     }
     store = Memory() if output is None else Folder(Path(output), manifest)
     counter = _Counter(found.scenes * len(chosen), progress)
     with _engine(scheduler) as measure, store:
-        there = (part for part in cut(found, chosen) if store.has(part))
+        there = (part for part in parts.cut(found, chosen) if store.has(part))
         counter.add(sum(part.stop - part.start for part in there))
-        todo = (part for part in cut(found, chosen) if not store.has(part))
+        todo = (part for part in parts.cut(found, chosen) if not store.has(part))
         measure(found, todo, peaks, store.keep, counter.add)
         store.finish()
     return Sweep(manifest, counter.total, store)
@@ -242,20 +235,20 @@ class _Counter:
                 self._progress(self._done, self.total)
 
 
-def _backends(given: str | Iterable[str | Backend], rtol: float) -> tuple[Backend, ...]:
-    found: list[Backend] = []
+def _backends(given: str | Iterable[str | parts.Backend], rtol: float) -> tuple[parts.Backend, ...]:
+    found: list[parts.Backend] = []
     each: Iterable[Any] = given
     if isinstance(given, str) or not isinstance(given, Iterable):
         each = (given,)
     for one in each:
         if isinstance(one, str):
-            require(one in KINDS, "backends", one, f"must be one of {', '.join(KINDS)}")
-            found.append(backend_named(one, rtol=rtol))
+            require(one in parts.KINDS, "backends", one, f"must be one of {', '.join(parts.KINDS)}")
+            found.append(parts.backend_named(one, rtol=rtol))
         else:
             allowed = "must be Native, Lammps or the name of a backend"
-            require(isinstance(one, Backend), "backends", one, allowed)
+            require(isinstance(one, parts.Backend), "backends", one, allowed)
             found.append(one)
-    names = [NAMES[type(backend)] for backend in found]
+    names = [parts.NAMES[type(backend)] for backend in found]
     require(len(names) > 0, "backends", None, "must be at least one")
     require(len(set(names)) == len(names), "backends", names, "must be there once each")
     return tuple(found)

@@ -13,15 +13,8 @@ import numpy as np
 from hertzchain import theory
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.lammps import Lammps
-from hertzchain.engines.native import METHODS, Native, simulate, simulate_in_numpy
+from hertzchain.engines.native import METHODS, Native, equations, simulate, simulate_in_numpy
 from hertzchain.engines.native import plan as plans
-from hertzchain.engines.native.equations import (
-    acceleration,
-    contact_force,
-    jerk,
-    net_force,
-    overlap,
-)
 from hertzchain.engines.registry import label_of
 from hertzchain.errors import RunFailed
 from hertzchain.observables.peaks import PeakWatch
@@ -209,7 +202,9 @@ def _scipy(scene: Scene, rtol: float) -> Outcome:
 
         def rates(time: float, state: Array, leg: Leg = leg) -> Array:
             pushed = 0.0 if leg.ramp is None else leg.ramp.force(time)
-            return np.concatenate([state[granules:], acceleration(state[:granules], pushed)])
+            return np.concatenate(
+                [state[granules:], equations.acceleration(state[:granules], pushed)]
+            )
 
         # Overlaps ahead of the front are small: an absolute tolerance as large would leave noise.
         found = solve_ivp(
@@ -228,11 +223,13 @@ def _scipy(scene: Scene, rtol: float) -> Outcome:
 def _show(watch: PeakWatch, time: FloatArray, states: FloatArray, leg: Leg) -> None:
     """Let the peaks be found between states, shape (samples, 2 granules), as everywhere else."""
     displacement, velocity = np.split(states, 2, axis=1)
-    pressed = overlap(displacement)
-    force = contact_force(pressed)
+    pressed = equations.overlap(displacement)
+    force = equations.contact_force(pressed)
     applied = 0.0 if leg.ramp is None else leg.ramp.force(time)
-    pushed = net_force(force, applied)
-    third = jerk(pressed, overlap(velocity), 0.0 if leg.ramp is None else leg.ramp.force_rate(time))
+    pushed = equations.net_force(force, applied)
+    third = equations.jerk(
+        pressed, equations.overlap(velocity), 0.0 if leg.ramp is None else leg.ramp.force_rate(time)
+    )
     samples = Samples(time, displacement, velocity, pushed, pressed, force, third)
     # Of a contact that does no more than touch a peak below 0 may be found, which is none.
     with np.errstate(invalid="ignore"):

