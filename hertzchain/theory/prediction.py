@@ -142,25 +142,24 @@ class Prediction:
         """Eq. 3's p, not rounded, with the F_SW of the map."""
         if self.wave_force is None:
             return None
-        return paper.transition_granules(self.scene.chain, *self._shock, self.wave_force)
+        return paper.transition_granules(self.scene.chain, *_shock(self.scene), self.wave_force)
 
-    @functools.cached_property
+    @property
     def eq6(self) -> FloatArray | None:
         """Peaks of contacts 2 ... p by Eq. 6, with p and F_SW of the map [N], shape (p - 1,)."""
-        p, wave_force = self.transition_granules, self.wave_force
-        if p is None or wave_force is None:
-            return None
-        pulse, rise_time = self._shock
-        ratio = paper.effective_momentum_ratio(self.scene.chain, pulse, rise_time)
-        return paper.peak_force(np.arange(2, p + 1), p, wave_force, pulse.duration_ratio, ratio)
+        return self._by_equations[0]
 
-    @functools.cached_property
+    @property
     def eq9(self) -> FloatArray | None:
         """Peaks of contacts 2 ... p + 1 by Eq. 9, with F_2 of Eq. 6 [N], shape (p,)."""
+        return self._by_equations[1]
+
+    @functools.cached_property
+    def _by_equations(self) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
         p, wave_force = self.transition_granules, self.wave_force
-        if p is None or wave_force is None or self.eq6 is None:
-            return None
-        return paper.peak_force_cubic(np.arange(2, p + 2), p, float(self.eq6[0]), wave_force)
+        if p is None or wave_force is None:
+            return None, None
+        return transition_peaks(self.scene, p, wave_force)
 
     @functools.cached_property
     def speed(self) -> Estimate | None:
@@ -179,14 +178,6 @@ class Prediction:
         if near is None or far is None:
             return None
         return Estimate(of_paper(chain, near), truth(chain, near), truth(chain, far))
-
-    @property
-    def _shock(self) -> tuple[Pulse, float]:
-        """Pulse and rise time [s], where there are any."""
-        pulse, rise_time = self.scene.shock, self.scene.rise_time
-        assert isinstance(pulse, Pulse)
-        assert rise_time is not None
-        return pulse, rise_time
 
     @property
     def rows(self) -> list[dict[str, float | int | None]]:
@@ -277,6 +268,21 @@ def least_granules(momentum_ratio: float, duration_ratio: float) -> int:
     peaks are those of a long chain to 1e-4; with one granule fewer, 7e-4 was seen.
     """
     return max(6, math.ceil(9 * momentum_ratio / duration_ratio - 4))
+
+
+def transition_peaks(scene: Scene, p: int, wave_force: float) -> tuple[FloatArray, FloatArray]:
+    """Peaks by Eq. 6 and by Eq. 9, with F_2 of Eq. 6, given p and F_SW [N]: (p - 1,) and (p,)."""
+    pulse, rise_time = _shock(scene)
+    ratio = paper.effective_momentum_ratio(scene.chain, pulse, rise_time)
+    eq6 = paper.peak_force(np.arange(2, p + 1), p, wave_force, pulse.duration_ratio, ratio)
+    return eq6, paper.peak_force_cubic(np.arange(2, p + 2), p, float(eq6[0]), wave_force)
+
+
+def _shock(scene: Scene) -> tuple[Pulse, float]:
+    """Pulse and rise time [s] of a scene that has them."""
+    assert isinstance(scene.shock, Pulse)
+    assert scene.rise_time is not None
+    return scene.shock, scene.rise_time
 
 
 @functools.cache

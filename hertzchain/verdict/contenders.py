@@ -23,6 +23,7 @@ from hertzchain.observables.samples import Samples
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.theory.prediction import transition_peaks
 
 FORMULAS, MAP, COMPILED, NUMPY, SCIPY = "formulas", "map", "compiled", "NumPy", "SciPy"
 LAMMPS = label_of("lammps")
@@ -55,8 +56,7 @@ class Contender:
 def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
     """Everything that is measured, in the order in which it is shown.
 
-    A further contender is one entry here; a further way a name in ``WAYS`` and a marker in
-    ``report.style``. The formulas have p and F_SW from the truth.
+    A further contender is an entry here, a further way a name in ``WAYS`` and ``report.style``.
     """
     finer = {name: _halvings(*ends) for name, ends in _STEPS.items()}
     finer["reference"] = finer["reference"][::2]
@@ -115,45 +115,36 @@ _STEPS = {
 
 def _formulas(scene: Scene, truth: Result) -> tuple[Contender, ...]:
     """Eqs. 6 and 9 at the contacts that they speak of, given p and F_SW of the truth."""
-    p, wave_force, pulse = truth.transition_granules, truth.solitary_wave.peak_force, scene.shock
-    if p is None or wave_force is None or not isinstance(pulse, Pulse):
+    p, wave_force = truth.transition_granules, truth.solitary_wave.peak_force
+    if p is None or wave_force is None or not isinstance(scene.shock, Pulse):
         return ()
-    contacts, rise_time = truth.contact.size, scene.rise_time
-    assert rise_time is not None
 
-    def eq6(last: int) -> FloatArray:
-        ratio = theory.effective_momentum_ratio(scene.chain, pulse, rise_time)
-        transition = np.arange(2, last + 1)
-        return theory.peak_force(transition, p, wave_force, pulse.duration_ratio, ratio)
+    def run(which: int, scene: Scene, _: float) -> Outcome:
+        return _said(scene, transition_peaks(scene, p, wave_force)[which])
 
-    def eq9() -> FloatArray:
-        return theory.peak_force_cubic(np.arange(2, p + 2), p, float(eq6(2)[0]), wave_force)
-
-    def contender(name: str, forces: Callable[[], FloatArray]) -> Contender:
-        def run(_: Scene, __: float) -> Outcome:
-            said = forces()
-            return Outcome(np.append(said, np.full(contacts - said.size, np.nan)), 0)
-
-        return Contender(name, FORMULAS, run, self_contained=False)
-
-    return (
-        contender("Eq. 6, given p and F_SW", lambda: eq6(p)),
-        contender("Eq. 9, given p and F_SW", eq9),
+    return tuple(
+        Contender(f"{name}, given p and F_SW", FORMULAS, partial(run, k), self_contained=False)
+        for k, name in enumerate(("Eq. 6", "Eq. 9"))
     )
 
 
 def _map(scene: Scene) -> tuple[Contender, ...]:
     """The map of peaks, where it knows the scene."""
-    contacts = scene.chain.granules - 1
-
-    def run(scene: Scene, _: float) -> Outcome:
-        said = theory.predict(scene).peak_force
-        return Outcome(np.append(said, np.full(contacts - said.size, np.nan)), 0)
-
     known = theory.predict(scene).peak_force
     if not np.any(np.isfinite(known)):
         return ()
-    return (Contender(MAP, MAP, run, self_contained=known.size == contacts),)
+    whole = known.size == scene.chain.granules - 1
+    return (Contender(MAP, MAP, _by_map, self_contained=whole),)
+
+
+def _by_map(scene: Scene, _: float) -> Outcome:
+    return _said(scene, theory.predict(scene).peak_force)
+
+
+def _said(scene: Scene, peak_force: FloatArray) -> Outcome:
+    """What a formula says of the first contacts; it says nothing of the others."""
+    unsaid = np.full(scene.chain.granules - 1 - peak_force.size, np.nan)
+    return Outcome(np.append(peak_force, unsaid), 0)
 
 
 def _compiled(

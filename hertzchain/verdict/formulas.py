@@ -12,6 +12,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
 from hertzchain.scene.pulse import Pulse
 from hertzchain.theory import solitary_wave as exact
+from hertzchain.theory.prediction import transition_peaks
 
 
 @dataclass(frozen=True)
@@ -66,11 +67,8 @@ def formulas(reference: Result) -> Formulas:
         return Formulas(reason, None, None, nothing, nothing, None, None)
     chain, pulse, rise_time = scene.chain, scene.shock, scene.rise_time
     assert rise_time is not None
-    ratio = theory.effective_momentum_ratio(chain, pulse, rise_time)
-    transition = np.arange(2, p + 1)
     eq6, eq9 = nothing.copy(), nothing.copy()
-    eq6[: p - 1] = theory.peak_force(transition, p, wave.peak_force, pulse.duration_ratio, ratio)
-    eq9[:p] = theory.peak_force_cubic(np.arange(2, p + 2), p, float(eq6[0]), wave.peak_force)
+    eq6[: p - 1], eq9[:p] = transition_peaks(scene, p, wave.peak_force)
     return Formulas(
         applicable=None,
         note=theory.outside_range(scene.momentum_ratio, pulse.duration_ratio),
