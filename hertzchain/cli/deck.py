@@ -12,29 +12,14 @@ import typer
 from hertzchain.cli import options
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json, progress
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
+from hertzchain.engines.registry import others
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
 
-
-class Engine(StrEnum):
-    """The programs that decks are for."""
-
-    LAMMPS = "lammps"
-    LIGGGHTS = "liggghts"
-    YADE = "yade"
-
-
-class Atoms(StrEnum):
-    """Where the granules of a deck come from."""
-
-    CREATE = "create"
-    DATA = "data"
-
-
+Engine = StrEnum("Engine", {name.upper(): name for name in others()})  # type: ignore[misc]
+Atoms = StrEnum("Atoms", ("CREATE", "DATA"))  # where the granules of a deck come from
 PairStyle = StrEnum("PairStyle", {style: style for style in PAIR_STYLES})  # type: ignore[misc]
-"""The styles of LAMMPS that are Hertz's law."""
-
-GRANULAR = PairStyle("granular")
+LAMMPS, GRANULAR = Engine("lammps"), PairStyle("granular")
 
 OutputFile = Annotated[
     Path | None, typer.Option("-o", "--output", help="Where to; standard output by default.")
@@ -43,7 +28,7 @@ OutputFile = Annotated[
 
 def deck(
     scene: options.SceneFile,
-    engine: Annotated[Engine, typer.Option(help="Whose deck.")] = Engine.LAMMPS,
+    engine: Annotated[Engine, typer.Option(help="Whose deck.")] = LAMMPS,
     output: OutputFile = None,
     rtol: Annotated[
         float | None,
@@ -81,7 +66,7 @@ def deck(
     loaded = options.load_scene(scene)
     options.refuse_step_and_accuracy(rtol, dt)
     options.refuse_without_need(
-        engine is Engine.LAMMPS,
+        engine is LAMMPS,
         watch_every=watch_every is not None,
         pair_style=pair_style is not GRANULAR,
         atoms=atoms is not Atoms.CREATE,
@@ -97,7 +82,7 @@ def deck(
     wanted = RTOL if rtol is None else rtol
     with progress() as report_progress:
         report_progress("native: the step, and what the deck has to find")
-        if engine is not Engine.LAMMPS:
+        if engine is not LAMMPS:
             text = known_answer.FOREIGN[engine.value](loaded, longest, wanted, scene.stem)
         else:
             layout = known_answer.lay_out(

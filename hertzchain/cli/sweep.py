@@ -27,11 +27,7 @@ Source = StrEnum("Source", {name.upper(): name for name in _SOURCES})  # type: i
 """Who measures the scenes of a sweep."""
 
 
-class FileFormat(StrEnum):
-    """What a sweep is kept in."""
-
-    PARQUET = "parquet"
-    CSV = "csv"
+FileFormat = StrEnum("FileFormat", {"PARQUET": "parquet", "CSV": "csv"})  # of the tables
 
 
 def sweep(

@@ -22,11 +22,9 @@ class Simulator(Protocol):
     @property
     def time_limit(self) -> float:
         """How long a run may take [s]."""
-        ...
 
     def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
         """Simulate a scene; see ``hertzchain.Native.run``."""
-        ...
 
 
 MARKERS = {
@@ -45,37 +43,18 @@ MARKERS = {
 
 @dataclass(frozen=True)
 class Engine:
-    """What the rest of the package knows of an engine.
+    """What the rest of the package knows of an engine."""
 
-    Parameters
-    ----------
-    name
-        Its name in options, JSON and columns.
-    label
-        Its name in text and plots.
-    home, factory
-        The module and the name in it that makes it, loaded when used. It takes ``dt``, ``rtol``,
-        ``extrapolated`` and ``time_limit`` as keywords, and may take others.
-    colour, marker, dash
-        Its look: a colour, a marker of Matplotlib that is in ``MARKERS``, a dash of Plotly.
-    compared
-        Whether it is compared where nothing is asked for.
-    swept
-        Whether it measures the scenes of sweeps.
-    program
-        The program that it runs and that a user has to install; None where there is none.
-    """
-
-    name: str
-    label: str
-    home: str
-    factory: str
+    name: str  # in options, JSON and columns
+    label: str  # in text and plots
+    home: str  # module that has the factory, loaded when used
+    factory: str  # takes dt, rtol, extrapolated, time_limit as keywords, and may take others
     colour: str
-    marker: str
-    dash: str
-    compared: bool = False
-    swept: bool = False
-    program: str | None = None
+    marker: str  # of Matplotlib, one of ``MARKERS``
+    dash: str  # of Plotly
+    compared: bool = False  # where nothing is asked for
+    swept: bool = False  # measures the scenes of sweeps
+    program: str | None = None  # that a user has to install, if there is one
 
     def __post_init__(self) -> None:
         if self.marker not in MARKERS:

@@ -28,16 +28,13 @@ class Drawable(Protocol):
     @property
     def manifest(self) -> Mapping[str, Any]:
         """What was asked for."""
-        ...
 
     @property
     def rows(self) -> int:
         """Scenes times backends."""
-        ...
 
     def to_frame(self, columns: Sequence[str] | None = None) -> pandas.DataFrame:
         """One row per scene and backend."""
-        ...
 
 
 def full_name(name: str) -> str:

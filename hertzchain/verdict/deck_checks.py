@@ -44,15 +44,8 @@ def examined(scene: Scene, lammps: Lammps) -> list[Check]:
 
 def examination_checks(scene: Scene, found: Examination) -> list[Check]:
     """What LAMMPS makes of the deck against the scene: only round-off may differ."""
-    granules = scene.chain.granules
-    count = within(
-        GRANULES,
-        _ENGINE,
-        float(found.mass.size),
-        float(granules),
-        0.0,
-        "one more or less is another chain",
-    )
+    numbers = found.mass.size, scene.chain.granules, 0.0
+    count = _check(GRANULES, numbers, "one more or less is another chain")
     if not count.passed:
         return [count]
     return [
@@ -67,24 +60,19 @@ def _granule_checks(scene: Scene, found: Examination) -> list[Check]:
     chain = scene.chain
     sites = 2 * chain.radius * np.arange(chain.granules)
     site, granule = farthest(found.position, sites), farthest(found.mass, chain.granule_mass)
+    mass, room = chain.granule_mass, EXAMINED * 2 * chain.radius * chain.granules
     return [
-        within(
+        _check(
             POSITION,
-            _ENGINE,
-            float(found.position[site]),
-            float(sites[site]),
-            EXAMINED * 2 * chain.radius * chain.granules,
+            (found.position[site], sites[site], room),
             "granules touch, the first is at 0: only round-off may differ, as a fraction of the"
             f" chain; largest at granule {site + 1}",
         ),
-        within(
+        _check(
             MASS,
-            _ENGINE,
-            float(found.mass[granule]),
-            chain.granule_mass,
-            EXAMINED * chain.granule_mass,
-            "LAMMPS makes it from diameter and density, 4/3 pi R^3 rho: only round-off may differ;"
-            f" largest at granule {granule + 1}",
+            (found.mass[granule], mass, EXAMINED * mass),
+            "LAMMPS makes it from diameter and density, 4/3 pi R^3 rho: only round-off may"
+            f" differ; largest at granule {granule + 1}",
         ),
     ]
 
@@ -104,43 +92,37 @@ def _contact_checks(scene: Scene, found: Examination) -> list[Check]:
     damped = farthest(change.ravel(), 0.0)
     spun = farthest(found.tangential_force, 0.0)
     return [
-        within(
+        _check(
             STIFFNESS,
-            _ENGINE,
-            float(measured[stiff]),
-            stiffness,
-            EXAMINED * stiffness,
+            (measured[stiff], stiffness, EXAMINED * stiffness),
             "contact force over overlap^(3/2) is A at two known overlaps: only round-off may"
             f" differ; {_missing(there) or f'largest at contact {stiff % there.size + 2}'}",
         ),
-        within(
+        _check(
             EXPONENT,
-            _ENGINE,
-            float(exponent[bent]),
-            1.5,
-            EXAMINED,
+            (exponent[bent], 1.5, EXAMINED),
             "the contact force goes as overlap^(3/2): only round-off may differ;"
             f" {_missing(there) or f'largest at contact {bent + 2}'}",
         ),
-        within(
+        _check(
             DAMPING,
-            _ENGINE,
-            float(change.ravel()[damped]),
-            0.0,
-            EXAMINED,
-            "change of a contact force, as a fraction, when its granules approach or part: none;"
-            f" largest at contact {damped % there.size + 2}",
+            (change.ravel()[damped], 0.0, EXAMINED),
+            "change of a contact force, as a fraction, when its granules approach or part:"
+            f" none; largest at contact {damped % there.size + 2}",
         ),
-        within(
+        _check(
             TANGENTIAL,
-            _ENGINE,
-            float(found.tangential_force[spun] / np.min(unit)),
-            0.0,
-            EXAMINED,
-            "sideways force and torque over radius, as a fraction of the contact force, when the"
-            f" granules spin: none; largest at granule {spun + 1}",
+            (found.tangential_force[spun] / np.min(unit), 0.0, EXAMINED),
+            "sideways force and torque over radius, as a fraction of the contact force, when"
+            f" the granules spin: none; largest at granule {spun + 1}",
         ),
     ]
+
+
+def _check(kind: Kind, numbers: tuple[float, float, float], reason: str) -> Check:
+    """A check of LAMMPS, from what was measured and expected, and the tolerance."""
+    measured, expected, tolerance = map(float, numbers)
+    return within(kind, _ENGINE, measured, expected, tolerance, reason)
 
 
 def _missing(there: Array) -> str:
@@ -162,12 +144,10 @@ def _applied_force_check(scene: Scene, found: Examination) -> Check:
         math.pi / 2 * abs(ramp.end_force - ramp.start_force) / (ramp.end - ramp.start)
         for ramp in scene.ramps
     )
-    return within(
+    tolerance = EXAMINED * scene.units.force + late * steepest
+    return _check(
         APPLIED_FORCE,
-        _ENGINE,
-        float(found.applied_force[leg, step]),
-        float(expected[leg, step]),
-        EXAMINED * scene.units.force + late * steepest,
+        (found.applied_force[leg, step], expected[leg, step], tolerance),
         "the sum of all net forces is F(t), at the corners from both sides, and 0 after the"
         f" pulse: only round-off may differ; largest at {found.time[leg, step]:.6g} s",
     )

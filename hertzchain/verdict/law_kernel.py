@@ -37,10 +37,10 @@ def _power(value: float, quarters: int) -> float:
 
 @compiled
 def _acceleration(
-    u: Any, v: Any, applied: float, quarters: int, pulls: bool, damped_by: int,
-    damping_quarters: int, damping: float, a: Any, elastic: Any, whole: Any,
-) -> None:  # fmt: skip
+    u: Any, v: Any, applied: float, law: Any, a: Any, elastic: Any, whole: Any
+) -> None:
     """Accelerations, and both forces of each contact, filled in. What is not a number stays so."""
+    quarters, pulls, damped_by, damping_quarters, damping = law
     left = applied
     last = u.size - 1
     for i in range(last):
@@ -88,13 +88,12 @@ def advance(
     damping_quarters: int,
     damping: float,
 ) -> None:
-    """Advance one chain by RK4 with steps h, in natural units.
+    """Advance one chain by RK4 with steps h, in natural units: ``state``, shape (ROWS, N).
 
-    ``state``, shape (ROWS, N), is changed: displacement, velocity and the forces so far (those of
-    contacts have no last entry). ``applied`` is the force at the ends and in the middle of each
-    step, shape (2 steps + 1,). ``quarters`` are four times the exponent of the elastic force,
-    ``damping_quarters`` that of what damps.
+    ``applied`` is the force at the ends and in the middle of each step, shape (2 steps + 1,).
+    Exponents, of the elastic force and of what damps, are in ``quarters``.
     """
+    law = (quarters, pulls, damped_by, damping_quarters, damping)
     u, v = state[DISPLACEMENT], state[VELOCITY]
     contacts = u.size - 1
     u2, v2, v3, v4 = np.empty_like(u), np.empty_like(u), np.empty_like(u), np.empty_like(u)
@@ -102,9 +101,7 @@ def advance(
     elastic, whole, unseen = np.empty(contacts), np.empty(contacts), np.empty(contacts)
     for k in range(applied.size // 2):
         first, middle, last = applied[2 * k], applied[2 * k + 1], applied[2 * k + 2]
-        _acceleration(
-            u, v, first, quarters, pulls, damped_by, damping_quarters, damping, a1, elastic, whole
-        )
+        _acceleration(u, v, first, law, a1, elastic, whole)
         row = state[:, :contacts]
         _show(row[ELASTIC], row[ELASTIC + 1], row[ELASTIC + 2], elastic)
         if damped_by == CONTACT:
@@ -112,21 +109,15 @@ def advance(
         for i in range(u.size):
             v2[i] = v[i] + h / 2 * a1[i]
             u2[i] = u[i] + h / 2 * v[i]
-        _acceleration(
-            u2, v2, middle, quarters, pulls, damped_by, damping_quarters, damping, a2, unseen, whole
-        )
+        _acceleration(u2, v2, middle, law, a2, unseen, whole)
         for i in range(u.size):
             v3[i] = v[i] + h / 2 * a2[i]
             u2[i] = u[i] + h / 2 * v2[i]
-        _acceleration(
-            u2, v3, middle, quarters, pulls, damped_by, damping_quarters, damping, a3, unseen, whole
-        )
+        _acceleration(u2, v3, middle, law, a3, unseen, whole)
         for i in range(u.size):
             v4[i] = v[i] + h * a3[i]
             u2[i] = u[i] + h * v3[i]
-        _acceleration(
-            u2, v4, last, quarters, pulls, damped_by, damping_quarters, damping, a4, unseen, whole
-        )
+        _acceleration(u2, v4, last, law, a4, unseen, whole)
         for i in range(u.size):
             u[i] += h / 6 * (v[i] + 2 * v2[i] + 2 * v3[i] + v4[i])
             v[i] += h / 6 * (a1[i] + 2 * a2[i] + 2 * a3[i] + a4[i])

@@ -97,7 +97,7 @@ def known_value(
     if depth > _DEEPEST:
         return None
     try:
-        reader = _Reader(_tokens(text), look_up, place, known, depth)
+        reader = _Reader(list(reversed(_tokens(text))), look_up, place, known, depth)
         value = float(reader.level(0, 0))
     except (_Unknown, ArithmeticError, ValueError, TypeError):
         return None
@@ -115,19 +115,15 @@ def names_in(text: str, look_up: Lookup, place: int, depth: int) -> set[str]:
     return found
 
 
+@dataclass
 class _Reader:
     """Reads a formula by recursive descent."""
 
-    def __init__(
-        self,
-        tokens: tuple[str, ...],
-        look_up: Lookup,
-        place: int,
-        known: Mapping[str, float],
-        depth: int,
-    ) -> None:
-        self.left = list(reversed(tokens))
-        self.look_up, self.place, self.known, self.depth = look_up, place, known, depth
+    left: list[str]  # its tokens, the next one last
+    look_up: Lookup
+    place: int
+    known: Mapping[str, float]
+    depth: int
 
     def level(self, rank: int, parentheses: int) -> float:
         """What operators of a rank, and stronger ones, join."""

@@ -1,8 +1,7 @@
-"""What is wrong in somebody's LAMMPS deck of a chain of spheres: known traps, named by line.
+"""Known traps in somebody's LAMMPS deck of a chain, named by line: a function for each in `RULES`.
 
-Each rule is a function of a `Deck`, listed in `RULES`. It does not guess: what cannot be known
-without running the deck is None, and None is no finding. The numbers in the sentences were measured
-on a chain of 30 steel spheres, pushed by 100 N for 100 us (LAMMPS 22 Jul 2025), as
+What cannot be known without running the deck is None, and no finding. The numbers in the sentences
+were measured on 30 steel spheres, pushed by 100 N for 100 us (LAMMPS 22 Jul 2025), as
 `tests/decks/test_lint.py` does again.
 """
 
@@ -37,15 +36,11 @@ _CONSISTENT = ("si", "cgs", "lj")  # force is mass times acceleration, without a
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong, or worth knowing, in a deck.
-
-    ``error``: wrong results, or LAMMPS stops; ``warning``: likely not what is meant; ``note``:
-    costs time, or is worth knowing.
-    """
+    """One thing that is wrong, or worth knowing, in a deck."""
 
     line: int  # from 1
     rule: str
-    severity: Severity
+    severity: Severity  # wrong or stops; likely not meant; costs time, or is worth knowing
     text: str  # what is wrong, and what to write instead
 
 
@@ -281,7 +276,7 @@ def _several_materials(deck: Deck) -> Found:
 _TIME_WORDS = {"step", "time", "elapsed", "elaplong"}
 
 
-def _clock(deck: Deck) -> Found:
+def _force_clock(deck: Deck) -> Found:
     """Which of LAMMPS's clocks a force follows."""
     for push in deck.pushes:
         before: Run | None = None
@@ -336,7 +331,7 @@ def _made_anew(deck: Deck, push: Push, before: Run, run: Run) -> bool:
     )
 
 
-def _frozen_force(deck: Deck) -> Found:
+def _force_frozen(deck: Deck) -> Found:
     """A formula that is filled in once is a number."""
     for fix in deck.fixes("addforce", "setforce"):
         for word in fix.raw[4:7]:
@@ -600,7 +595,7 @@ def _thermostat(deck: Deck) -> Found:
             yield fix, "note", text
 
 
-def _touching(deck: Deck) -> Found:
+def _not_touching(deck: Deck) -> Found:
     """Granules that touch without force have their sites one diameter apart."""
     if deck.spacing is None or deck.diameter is None or deck.diameter <= 0 or not deck.is_granular:
         return
@@ -680,36 +675,15 @@ def _no_deck(deck: Deck) -> Found:
 
 
 RULES: dict[str, Callable[[Deck], Found]] = {
-    "no-deck": _no_deck,
-    "elsewhere": _elsewhere,
-    "units": _units,
-    "atom-style": _atom_style,
-    "density-before-diameter": _density_before_diameter,
-    "diameter-missing": _diameter_missing,
-    "mass-set": _mass_set,
-    "not-touching": _touching,
-    "periodic": _periodic,
-    "ghost-velocity": _ghost_velocity,
-    "skin": _skin,
-    "neighbours": _neighbours,
-    "not-hertz": _not_hertz,
-    "damping": _damping,
-    "poisson-ratio": _poisson_ratio,
-    "tangential": _tangential,
-    "several-materials": _several_materials,
-    "wall": _wall,
-    "motion": _motion,
-    "no-run": _no_run,
-    "thermostat": _thermostat,
-    "force-clock": _clock,
-    "force-frozen": _frozen_force,
-    "force-on-all": _force_on_all,
-    "force-left-on": _force_left_on,
-    "force-cut": _force_cut,
-    "step-length": _step_length,
-    "step-default": _step_default,
-    "dump-every-step": _dump_every_step,
-}
+    rule.__name__[1:].replace("_", "-"): rule
+    for rule in (
+        _no_deck, _elsewhere, _units, _atom_style, _density_before_diameter,
+        _diameter_missing, _mass_set, _not_touching, _periodic, _ghost_velocity, _skin,
+        _neighbours, _not_hertz, _damping, _poisson_ratio, _tangential, _several_materials,
+        _wall, _motion, _no_run, _thermostat, _force_clock, _force_frozen, _force_on_all,
+        _force_left_on, _force_cut, _step_length, _step_default, _dump_every_step,
+    )
+}  # fmt: skip
 """All rules by name."""
 
 

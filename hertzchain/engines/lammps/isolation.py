@@ -1,8 +1,4 @@
-"""LAMMPS in a process of its own, which may crash, hang or be killed and harm nobody else.
-
-The process is a new interpreter and no fork, so that it has nothing of this one but its paths, and
-scripts need no ``if __name__ == "__main__"``.
-"""
+"""LAMMPS in a new interpreter, which may crash, hang or be killed and harm nobody else."""
 
 from __future__ import annotations
 
@@ -14,7 +10,6 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, BinaryIO, Self
 
 from hertzchain.engines.external.program import SLICE, kill, signal_name, start
@@ -34,10 +29,9 @@ _PATIENCE = 5.0  # seconds in which a process that says nothing more has to end 
 
 
 class Child:
-    """A process that calls functions for this one.
+    """A process that calls functions for this one, started when it is needed; a context.
 
-    It is started when it is first needed, and anew when it is gone. To be used as a context: the
-    process ends with it, or with this process, whatever becomes of that.
+    The process ends with the context, or with this process.
     """
 
     def __init__(self) -> None:
@@ -46,12 +40,7 @@ class Child:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        problem: BaseException | None,
-        where: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.end()
 
     @property
