@@ -31,15 +31,12 @@ TRIAL_PEAKS = (1.0373, 1.0088)  # peaks of the trial chain, over F0, to 1e-3
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at: its name, whether it works, and what was found or what to do.
-
-    ``needed`` is what hertzchain does by default.
-    """
+    """One thing that was looked at."""
 
     name: str
     works: bool
-    text: str
-    needed: bool = True
+    text: str  # what was found, or what to do
+    needed: bool = True  # by what hertzchain does by default
 
 
 def diagnose() -> list[Finding]:

@@ -49,10 +49,7 @@ def progress() -> Iterator[Callable[[str], None]]:
 
 
 def write_file(what: str, path: Path | None, write: Callable[[Path], object]) -> None:
-    """Write a file where one is wanted.
-
-    After the results are printed: a disk that is full takes no number with it.
-    """
+    """Write a file where one is wanted, after the results are printed: the disk may be full."""
     if path is None:
         return
     with progress() as report_progress:

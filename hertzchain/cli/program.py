@@ -1,7 +1,4 @@
-"""The command line as a program: what becomes of errors and of a stop, from its start to its end.
-
-Nothing that takes long to load is loaded before a stop can be answered.
-"""
+"""The command line as a program: errors, and stops, which are answered before much is loaded."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""What a deck has to find, and how well it can: measured by the native backend.
-
-Computes the expected answer for the deck writers, which must not import ``native``.
-"""
+"""The expected answer of a deck, by the native backend, which deck writers must not import."""
 
 from __future__ import annotations
 
@@ -88,9 +85,8 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
 def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, FloatArray]:
     """Peaks of velocity Verlet over F0, and the least that looks now and then can find of them.
 
-    Both have the shape (contacts,); the step is in natural time units. The least is in the middle
-    between two looks or, for contacts pressed hardest at the end or shortly before, a whole
-    interval before it.
+    Both of shape (contacts,); the step is in natural time units. The least lies half an interval
+    off a peak, or a whole one before peaks at the end.
     """
     unit, granules = scene.units.time, scene.chain.granules
     legs = scene.schedule(step * unit)

@@ -30,10 +30,7 @@ class KnownAnswer:
 
     @property
     def judged(self) -> NDArray[np.bool_]:
-        """Contacts that are pressed enough to be judged, and about as well known as most.
-
-        Where a run ends before the wave arrives, an interval may miss much of a fast rise.
-        """
+        """Contacts that are pressed enough, and as well known as most: not at a sudden end."""
         pressed = judged_contacts(self.force_ratio)
         most = max(UNCLEAR, 10 * float(np.median(self.error[pressed])))
         return np.logical_and(pressed, self.error <= most)
@@ -65,10 +62,7 @@ class Layout:
 
 
 def whole_step(scene: Scene, step: float) -> float:
-    """A step with which deck and native count the same steps, on every leg [natural time units].
-
-    A little less than is wanted where rounding alone keeps a leg from a whole number of steps.
-    """
+    """The step [natural time units], or a little less: deck and native count the same steps."""
     while any(
         round(steps) > 0 and abs(steps - round(steps)) <= max(_BORDER, 1e-14 * steps)
         for steps in (

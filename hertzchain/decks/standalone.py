@@ -1,10 +1,8 @@
 """A scene as one LAMMPS deck that runs, and judges itself, without Python: pure text.
 
-Every parameter is a variable that ``-var`` overrides, all that follows from them is a formula in
-the deck, and LAMMPS gets the raw E, nu, R and rho. The deck keeps the largest overlap of each
-contact, computes peak forces from it, and compares them, over F0, with the true ones that it
-carries: by similarity they hold for any other granules and forces that keep LM_ratio, n and N. It
-is one text for every LAMMPS from ``dialect.OLDEST`` on.
+``-var`` overrides every parameter, and what follows is a formula in the deck. Peak forces, from the
+largest overlaps, are compared over F0 with the true ones: by similarity these hold for all granules
+and forces that keep LM_ratio, n and N.
 """
 
 from __future__ import annotations

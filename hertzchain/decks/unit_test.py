@@ -31,9 +31,8 @@ LARGEST_EPSILON = 1e-6  # a test that lets more than this pass says nothing
 def known_motion(scene: Scene) -> KnownMotion:
     """The granules that the wave presses when the pulse ends, let go on their own.
 
-    Where the pulse outlasts the way to the middle of the chain, when the wave presses that most.
-    Their positions are the scene's, from near the middle of the piece; the motion starts from the
-    overlaps of these numbers, exactly.
+    After a long pulse, when the wave presses the middle of the chain most. The motion starts from
+    the overlaps of the positions as they are written.
     """
     native = Native(rtol=RTOL)
     peak_time = native.run(scene).peak_time[scene.chain.granules // 2 - 1]
@@ -108,10 +107,7 @@ def let_go(scene: Scene, position: FloatArray, velocity: FloatArray) -> KnownMot
 
 
 def _walk(start: FloatArray, velocity: FloatArray, diameter: float | None) -> list[State]:
-    """States at the start and after each segment, natural units, by velocity Verlet.
-
-    In displacements, or with a diameter in coordinates, whose overlaps LAMMPS forms like this.
-    """
+    """States by velocity Verlet, natural units; in coordinates where there is a diameter."""
     h = STEP
 
     def force(place: FloatArray) -> FloatArray:

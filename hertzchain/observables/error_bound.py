@@ -33,8 +33,7 @@ def is_short(momentum_ratio: Any, granules: Any) -> Any:
 def amplifies_errors(scene: Scene) -> bool:
     """Whether contacts open and close again and again, so that errors are erratic.
 
-    They do in chains that are short for their pulse, and under pulse tables, whose second push
-    drives flying granules together. Nothing better is known of scenes that are not plain.
+    In chains short for their pulse, and under tables, whose second push meets flying granules.
     """
     short = is_short(scene.momentum_ratio, scene.chain.granules)
     return not scene.is_plain or not isinstance(scene.shock, Pulse) or bool(short)

@@ -1,11 +1,9 @@
 """Peaks: the true maximum of each contact force, between the samples too.
 
-The largest sample is only second order in the interval. Between two samples the overlap is
-interpolated (quintic from overlap, rate and acceleration; of degree seven where the jerk is known)
-and its largest value taken, wherever it lies. A contact that is never pressed at a sample is not
-seen: its force is not known. The force at a maximum is the backend's own at the nearer sample times
-the overlap ratio to the power 3/2: only the exponent of Hertz's law is used, so that a wrong
-stiffness in a backend still shows.
+Between two samples the overlap is interpolated (quintic from overlap, rate and acceleration; of
+degree seven where the jerk is known). The force at a maximum is the backend's own at the nearer
+sample times the overlap ratio to the power 3/2: a wrong stiffness in a backend still shows.
+Contacts that are never pressed at a sample are not seen.
 """
 
 from __future__ import annotations
@@ -157,10 +155,7 @@ def judged_contacts(peak_force: Array, significant: float = SIGNIFICANT) -> NDAr
 
 
 def any_rising(force: Array, passed: NDArray[np.bool_]) -> bool:
-    """Whether a contact that counts was pressed harder at the end than ever before.
-
-    Peak force, and whether the contact has let up since: shape (contacts,).
-    """
+    """Whether a contact that counts was pressed hardest at the end; both of shape (contacts,)."""
     return not passed.all() and bool(are_rising(force, passed))
 
 
@@ -189,9 +184,7 @@ def largest_difference(
 ) -> float:
     """Largest relative difference of the peaks that are judged: see ``judged_contacts``.
 
-    Both have the shape (contacts,). Judged are peaks of at least ``significant`` times the largest
-    expected. Where nothing is expected to be pressed: 0, or 1 if anything
-    is.
+    Both of shape (contacts,). Where nothing is expected to be pressed: 0, or 1 if anything is.
     """
     if peak_force.shape != expected.shape:
         raise ValueError(f"must have equal shapes, got {peak_force.shape} and {expected.shape}")

@@ -53,73 +53,38 @@ class Table:
 
 @dataclass(frozen=True)
 class Peaks:
-    """The peak forces of all contacts, of which a terminal shows some below a heading.
-
-    Columns have a label and a unit. ``row`` makes the cells of a contact, by its index: there may
-    be millions, of which few are shown.
-    """
+    """The peak forces of all contacts, of which a terminal shows some."""
 
     heading: str
-    columns: Sequence[tuple[str, str]]
-    row: Callable[[int], list[str]]
+    columns: Sequence[tuple[str, str]]  # label and unit
+    row: Callable[[int], list[str]]  # makes the cells of a contact, by its index
     shown: Sequence[int]
 
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """All that reports show of a comparison, or of a judgement of given peaks.
+    """All that reports show of a comparison, or of a judgement of given peaks."""
 
-    Parameters
-    ----------
-    kind
-        Name of this kind of page.
-    name, numbers
-        Name of the JSON document, and the function that makes it.
-    command, cases
-        ``compare`` or ``judge``, which is part of the name of the JUnit suite, and its cases.
-    results
-        Result of each simulation, by the names of the engines.
-    verdict
-        Head of the page.
-    peaks
-        Table of peak forces.
-    drawn
-        Peak forces [N] that are drawn next to those of native, by the names of their styles.
-    limits
-        Style, label and value of each line in the plot of relative differences, but for native's.
-    absent
-        Labels of engines that did not run.
-    answers, efforts, cost
-        The transition by each engine of a comparison; method, steps and time, in short and in full.
-    checks
-        Checks of a comparison, on which its verdict rests.
-    formulas, similar
-        Remarks on the formulas, and on engines that computed a similar chain.
-    facts, cause, remarks
-        Label and value of each thing said of all given peaks together; the likely cause of what
-        failed; what could not be done.
-    """
-
-    kind: str
-    name: str
-    numbers: Callable[[], dict[str, Any]]
-    command: str
-    cases: tuple[Case, ...]
-    results: Mapping[str, Result]
+    kind: str  # of page
+    name: str  # of the JSON document
+    numbers: Callable[[], dict[str, Any]]  # makes the JSON document
+    command: str  # compare or judge: part of the name of the JUnit suite
+    cases: tuple[Case, ...]  # of the JUnit suite
+    results: Mapping[str, Result]  # by the names of the engines
     verdict: Verdict
     peaks: Peaks
-    drawn: Mapping[str, FloatArray]
-    limits: Sequence[tuple[str, str, float]]
-    absent: Sequence[str] = ()
-    answers: Table | None = None
-    efforts: Sequence[Sequence[str]] = ()
-    cost: Table | None = None
-    checks: Sequence[Check] = ()
-    formulas: Sequence[str] = ()
-    similar: Sequence[str] = ()
-    facts: Sequence[tuple[str, str]] = ()
-    cause: str | None = None
-    remarks: Sequence[str] = ()
+    drawn: Mapping[str, FloatArray]  # peak forces [N] next to native's, by the names of styles
+    limits: Sequence[tuple[str, str, float]]  # style, label, value of lines among differences
+    absent: Sequence[str] = ()  # labels of engines that did not run
+    answers: Table | None = None  # the transition by each engine of a comparison
+    efforts: Sequence[Sequence[str]] = ()  # further rows of it: method, steps and time, in short
+    cost: Table | None = None  # method, steps and time in full
+    checks: Sequence[Check] = ()  # on which the verdict of a comparison rests
+    formulas: Sequence[str] = ()  # remarks on the formulas
+    similar: Sequence[str] = ()  # remarks on engines that computed a similar chain
+    facts: Sequence[tuple[str, str]] = ()  # label and value of what is said of all given peaks
+    cause: str | None = None  # likely one, of what failed
+    remarks: Sequence[str] = ()  # what could not be done
 
     @property
     def native(self) -> Result:

@@ -29,10 +29,7 @@ if TYPE_CHECKING:
 
 
 def plot_document(document: Document, path: Path | str) -> None:
-    """Draw peak forces along the chain and their differences from the reference.
-
-    The suffix says in which format; an OutputError is raised if the file cannot be written.
-    """
+    """Draw peak forces along the chain and their differences, in the format of the suffix."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
@@ -71,8 +68,7 @@ def plot_document(document: Document, path: Path | str) -> None:
 def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
     """Draw error against wall time, a line for each contender, and the frontier.
 
-    Of several scenes medians are drawn, and the range of the errors. The suffix says in which
-    format; an OutputError is raised if the file cannot be written.
+    Of several scenes medians are drawn, and the range of the errors.
     """
     from matplotlib.figure import Figure
 

@@ -1,7 +1,4 @@
-"""Verdicts as pages: one file of HTML that needs neither server nor network.
-
-Plots are Plotly's, whose script is inlined; tables are there without scripts, too.
-"""
+"""Verdicts as pages: one file of HTML, with Plotly inlined, that needs no network."""
 
 from __future__ import annotations
 

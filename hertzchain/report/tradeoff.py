@@ -24,10 +24,7 @@ _ACCURACIES = tuple(float(f"1e-{k}") for k in range(2, 11))
 
 
 def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
-    """Print who is the cheapest for each wanted accuracy, and how much dearer the others are.
-
-    Of several scenes median times and largest errors are printed.
-    """
+    """Print who is the cheapest for each accuracy; by median times and largest errors."""
     from hertzchain.verdict.tradeoff import cheapest, typical
 
     title = f"{len(tradeoffs)} scenes: median times, and the errors of the worst"

@@ -95,10 +95,7 @@ def frame_times(scene: Scene, count: int) -> FloatArray:
 
 
 def frames(result: Result) -> Iterator[Atoms]:
-    """What a run has recorded as ASE knows it, one frame after the other.
-
-    The units are those of ``write_trajectory``.
-    """
+    """What a run has recorded as ASE knows it, in the units of ``write_trajectory``."""
     from ase import Atoms
 
     scene, history = result.scene, result.history

@@ -31,9 +31,8 @@ _CURVES = 20  # contacts in the plot of contact force over time
 def record_times(scene: Scene) -> FloatArray:
     """Times at which to record a scene so that its wave can be drawn [s], increasing.
 
-    As many as memory allows, some 500: even where that is close enough to follow the wave all the
-    way; else close while it forms, and then in bursts, geometrically apart, in each of which it
-    passes a few contacts.
+    Even where some 500 follow the wave all the way; else close while it forms, then in bursts,
+    geometrically apart, in each of which it passes a few contacts.
     """
     count = int(np.clip(_READINGS // scene.chain.granules, 2, _TIMES))
     unit = _contact_time(scene)
@@ -98,15 +97,12 @@ def _time_unit(end: float) -> tuple[str, float]:
 
 @dataclass(frozen=True)
 class _Scale:
-    """How forces are drawn over time: a newton is ``height`` lines high, ``unit`` in seconds.
+    """How forces are drawn over time."""
 
-    A line is drawn for ``around`` [s] before and after its peak; if infinite, all from time 0.
-    """
-
-    around: float
-    unit: float
+    around: float  # of a peak is drawn [s]; if infinite, all from time 0
+    unit: float  # of time [s]
     unit_name: str
-    height: float
+    height: float  # of a newton, in lines
 
     def trace(
         self, place: int, what: str, name: str, curve: tuple[FloatArray, FloatArray], peak: float

@@ -1,7 +1,6 @@
-"""Parts of a sweep on the workers of a Dask scheduler, which is there already.
+"""Parts of a sweep on the workers of a Dask scheduler, which measure them and write nothing.
 
-Workers measure and write nothing: what they find comes back and is kept here, so that a worker may
-be lost at any time; its parts are measured by another.
+What they find is kept here: where a worker is lost, another measures its parts.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Which scenes a sweep has: grids, lists and samples of parameters, crossed with one another.
-
-No scene is made before it is needed: scene k follows from its number.
-"""
+"""Which scenes a sweep has: grids, lists and samples, crossed; scene k follows from its number."""
 
 from __future__ import annotations
 
@@ -61,10 +58,7 @@ class Design:
         return math.prod(self.shape)
 
     def some(self, most: int) -> NDArray[np.int64]:
-        """The numbers of scenes that show what all are like, not many more than so many.
-
-        The first samples of combinations all over the grid, as a sample needs those before it.
-        """
+        """Numbers of scenes all over the grid, the first samples of each: about so many."""
         drawn = self.samples or 1
         first = np.arange(min(drawn, math.isqrt(most)))
         combinations = self.scenes // drawn

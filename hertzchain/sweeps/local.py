@@ -1,8 +1,4 @@
-"""Parts of a sweep on this machine.
-
-The compiled batch runs on all cores and few scenes run in this process; LAMMPS and long work run in
-processes of their own.
-"""
+"""Parts of a sweep on this machine: LAMMPS and long work in processes of their own."""
 
 from __future__ import annotations
 

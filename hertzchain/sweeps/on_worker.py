@@ -21,8 +21,7 @@ from hertzchain.sweeps.parts import Part
 class Task:
     """A part on its way to a worker: pickled here, it is measured where it is unpickled.
 
-    A worker without hertzchain could not read ``work`` and would end without a message, so versions
-    are compared before the part is read. Parts of a sweep, by its unique name, share processes.
+    Versions are compared before the part is read. Parts of a sweep, by its name, share processes.
     """
 
     sweep: str
@@ -37,11 +36,7 @@ class Task:
 
 
 def work(sweep: str, wanted: str, packed: bytes) -> Measured:
-    """Measure a part that a ``Task`` brought, in a thread of a worker.
-
-    hertzchain must have the version that is wanted. Where worker or sweep ends, Dask may give the
-    part to another.
-    """
+    """Measure a part that a ``Task`` brought, in a thread of a worker of the wanted version."""
     worker = get_worker()
     check_version(f"the worker {worker.address}", version("hertzchain"), wanted)
     design, part, peaks = pickle.loads(packed)  # noqa: S301 - whoever sends it may run anything here

@@ -1,7 +1,4 @@
-"""A sweep cut into parts: what one backend measures in one go, and what is kept at once.
-
-A sweep is cut alike when it is started again, and on any machine.
-"""
+"""A sweep cut into parts, which are measured and kept at once: alike on any machine, each time."""
 
 from __future__ import annotations
 
@@ -88,10 +85,7 @@ def part_size(design: Design, backend: Backend) -> int:
 
 
 def is_short(design: Design, backend: Backend) -> bool:
-    """Return whether all scenes are measured sooner than processes are started for them.
-
-    Never LAMMPS, which may crash, and no native runs with a given step, which may take any time.
-    """
+    """Return whether scenes take less than starting processes; never LAMMPS or given steps."""
     if isinstance(backend, Lammps) or (isinstance(backend, Native) and backend.dt is not None):
         return False
     seconds = design.scenes * _mean_seconds(design, backend)
@@ -111,10 +105,7 @@ def _mean_seconds(design: Design, backend: Backend) -> float:
 
 
 def _seconds(backend: Backend, granules: Any, duration: Any) -> Any:
-    """Rough time for scenes of N granules and durations [natural units] on one core [s].
-
-    Measured on chains of 60 granules; decides the size of parts and where they are measured.
-    """
+    """Rough time for scenes of N granules and durations [natural units] on one core [s]."""
     if isinstance(backend, Formulas):
         return np.full(np.shape(granules), 3e-4)
     rtol = backend.rtol or RTOL

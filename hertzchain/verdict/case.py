@@ -49,10 +49,7 @@ class Case:
         return self.residual(self.reference.peak_force) if self.judged.any() else 0.0
 
     def residual(self, peak_force: FloatArray) -> float:
-        """The part of the differences that other peaks [N], shape (N - 1,), leave unexplained.
-
-        In logarithms, so that a thousandth and a hundredth of the truth are not both just too low.
-        """
+        """What other peaks [N], shape (N - 1,), leave of the differences, as logarithms."""
         lowest = _LOWEST * self.reference.peak_force[self.judged]
         ratio = np.maximum(self.given[self.judged], lowest) / np.maximum(
             peak_force[self.judged], lowest
@@ -75,8 +72,7 @@ class Case:
     ) -> tuple[float, float]:
         """The parameter with which a family of peaks [N] leaves the least, and what it leaves.
 
-        Trials increase. The search goes on around each trial that is better than its neighbours:
-        the best of them need not lie in the deepest valley.
+        Trials increase; every valley is searched, as the best trial need not lie in the deepest.
         """
         from scipy.optimize import minimize_scalar
 

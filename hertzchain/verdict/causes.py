@@ -1,9 +1,7 @@
 """Likely causes: which common mistake would have given these peaks.
 
-Each mistake is made on purpose, by simulation, and its one parameter fitted to the peaks in
-question. A mistake is named only if it leaves at most a tenth of the differences unexplained.
-What peaks cannot tell apart is named together: in natural units a stiffer chain, a lighter one and
-a longer pulse are the same chain.
+Each mistake is simulated, and its one parameter fitted to the peaks in question. What peaks cannot
+tell apart is named together: a stiffer chain, a lighter one and a longer pulse are similar.
 """
 
 from __future__ import annotations
@@ -281,10 +279,7 @@ def damping(case: Case) -> Iterator[Cause]:
 
 
 def _fit_damping(case: Case, law: Law, trials: FloatArray, whole: bool) -> tuple[float, float]:
-    """The coefficient that leaves the least, natural units, and what it leaves.
-
-    Trial coefficients increase; ``whole``: peaks of the whole force, not of its elastic part.
-    """
+    """The coefficient that leaves the least, and what; ``whole``: of the force, damping and all."""
 
     def peaks_at(damping: FloatArray) -> FloatArray:
         tried = np.append(damping, 0.0)

@@ -1,9 +1,8 @@
 """The comparison: numbers of every oracle in, rows, checks and a verdict out.
 
-Three kinds of disagreement are kept apart. Only round-off may make LAMMPS's numbers differ from the
-scene, which names what is wrong, and other codes differ from native velocity Verlet at the same
-steps, which says whether a deck means Eq. 1. Each simulation differs from the reference by its
-discretisation error: that says what its answer is worth. The formulas never decide.
+Three disagreements are kept apart: LAMMPS's numbers from the scene, by round-off; codes from native
+velocity Verlet at the same steps, by round-off; each simulation from the reference, by its steps.
+The formulas never decide.
 """
 
 from __future__ import annotations

@@ -1,8 +1,4 @@
-"""Chains whose contacts follow other laws than Eq. 1: damped, of another exponent, or pulling.
-
-Nothing here is a result of hertzchain. It is what codes compute by mistake, so that their peaks can
-be recognised. Natural units.
-"""
+"""Chains under other laws than Eq. 1, as codes compute them by mistake; natural units."""
 
 from __future__ import annotations
 
@@ -19,16 +15,11 @@ _STEP = 0.1  # natural time units: 1e-5 of the peaks, most of it shared by the c
 
 @dataclass(frozen=True)
 class Law:
-    """A force between granules, overlap^exponent, and what hinders their motion.
-
-    ``damped_by`` is ``nothing``, ``contact`` (coefficient overlap^damping_exponent times the
-    overlap rate, while granules touch) or ``drag`` (coefficient times the velocity of each
-    granule).
-    """
+    """A force between granules, overlap^exponent, and what hinders their motion."""
 
     exponent: float = 1.5  # 3/2 for Hertz; a multiple of 1/4
     pulls: bool = False  # whether contacts pull as hard as they push
-    damped_by: str = "nothing"
+    damped_by: str = "nothing"  # contact: overlap^damping_exponent times the rate; drag: velocity
     damping_exponent: float = 0.0  # 0: dashpot, 1/4: Tsuji, 1/2: viscoelastic spheres
 
 

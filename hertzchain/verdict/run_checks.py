@@ -124,10 +124,9 @@ def _farthest_peak(peak_force: FloatArray, expected: FloatArray) -> int:
 def _grown(
     scene: Scene, legs: Sequence[Leg], twin: Simulation, lost: float, deadline: Deadline
 ) -> tuple[float, float, float]:
-    """Differences of displacement, velocity and peaks that grow from one where granules start.
+    """Differences of displacement, velocity and peaks that collisions make of one at the start.
 
-    Granules left behind collide again, late and slowly, and any round-off grows in long chains
-    under long pulses. ``lost`` is relative to the largest overlap.
+    ``lost`` is that, relative to the largest overlap.
     """
     nudge = lost * float(np.max(twin.peaks.force)) ** (2 / 3)
     start = np.zeros((2, scene.chain.granules))

@@ -73,10 +73,9 @@ def _ways(case: Case, h: float) -> Iterator[tuple[str, FloatArray, FloatArray]]:
 
 
 def _shape(case: Case, offsets: FloatArray, degree: int) -> FloatArray:
-    """Contact forces around their peaks, as polynomials of the time from there at ``offsets``.
+    """Contact forces around their peaks, relative, as polynomials of the time from there.
 
-    Coefficients of the powers ``degree`` to 1, relative to the peak, natural time units: shape
-    (degree, judged contacts).
+    Coefficients of the powers ``degree`` to 1, natural time units: shape (degree, judged contacts).
     """
     scene, unit = case.scene, case.scene.units.time
     peak_time = case.reference.peak_time[case.judged]

@@ -16,10 +16,7 @@ from hertzchain.verdict.twin import MOST_LEGS, steps_with_force, velocity_verlet
 
 
 def known_step(case: Case) -> Iterator[Cause]:
-    """Effects of steps of the length given: samples in place of maxima, corners passed over.
-
-    An applied force that is a step late is none: pulses begin at 0, so no peak changes.
-    """
+    """Effects of steps of the length given: samples in place of maxima, corners passed over."""
     if case.dt is None:
         return
     scene, dt = case.scene, case.dt

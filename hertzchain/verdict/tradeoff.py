@@ -1,7 +1,6 @@
-"""Error against cost of every way to the peak forces of a scene: numbers in, numbers out.
+"""Error against cost of every way to the peak forces of a scene.
 
-A contender runs a scene at one setting after another, from cheap to expensive. A run costs its
-least wall time on code that is loaded and compiled: the rest is other work of the machine.
+A run costs its least wall time on code that is loaded and compiled: the rest is other work.
 """
 
 from __future__ import annotations
@@ -209,10 +208,7 @@ def timed(run: Callable[[], Outcome], enough: float = _ENOUGH) -> tuple[Outcome,
 
 
 def frontier(rows: Sequence[Row], truth_error: float) -> tuple[Row, ...]:
-    """Rows than which none is both as cheap and more accurate, or as accurate and cheaper.
-
-    From the cheapest on; of equal rows the first, errors below ``truth_error`` being equal.
-    """
+    """Rows that no other beats, from the cheapest on; errors below ``truth_error`` are equal."""
     found: list[Row] = []
     for row in sorted(rows, key=lambda row: (row.wall_time, max(row.error, truth_error))):
         error = max(row.error, truth_error)

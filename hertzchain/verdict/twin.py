@@ -25,10 +25,7 @@ class Verlet:
 
 
 def velocity_verlet(scene: Scene, legs: Sequence[Leg], deadline: Deadline) -> Verlet:
-    """What velocity Verlet finds on some steps, with and without interpolation.
-
-    Raises StepUnstable if the motion diverges, TooExpensive if the deadline passes.
-    """
+    """What velocity Verlet finds on some steps, with and without interpolation."""
     unit, walker = scene.units, METHODS["velocity-verlet"].walker
     run = simulate(scene, legs, walker, deadline=deadline)
     nodes = _nodes(legs) / unit.time
@@ -51,11 +48,7 @@ MOST_LEGS = 100_000  # legs of one step each that are made: half a second
 
 
 def steps_with_force(nodes: FloatArray, force: FloatArray, steps_after: int) -> list[Leg]:
-    """Legs of one step each, on which velocity Verlet sees these forces [N] at these times [s].
-
-    ``nodes`` are the ends of steps until the pulse is over; ``steps_after``, as long as the last
-    one, follow without a force.
-    """
+    """Legs of one step each, with these forces [N] at these times [s]; then steps without force."""
     legs = [
         Leg(t0, t1, 1, Ramp(t0, t1, f0, f1, "linear"))
         for t0, t1, f0, f1 in zip(nodes, nodes[1:], force, force[1:], strict=False)

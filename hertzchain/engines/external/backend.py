@@ -1,7 +1,4 @@
-"""Scene in, result out, for every code that steps by velocity Verlet: its steps and its error.
-
-What differs from code to code is one function that runs a scene once with given steps.
-"""
+"""Scene in, result out, by a function that runs another code once with given steps."""
 
 from __future__ import annotations
 
@@ -43,26 +40,14 @@ Simulate = Callable[[Sequence[Leg], Sequence[int], FloatArray | None], Simulatio
 
 @dataclass(frozen=True)
 class Steps:
-    """Which steps are taken, and how often they are looked at.
+    """Which steps are taken, and how often they are looked at."""
 
-    Parameters
-    ----------
-    dt
-        The largest step [s]; None for one whose estimated error is at most ``rtol``.
-    read_every
-        Steps between two readings of the state, of the coarsest run where ``extrapolated``; None
-        for so many that 0.3 natural time units pass at most.
-    rtol
-        Wanted relative error of the peaks, where no step is asked for.
-    extrapolated
-        Whether peaks and their times are extrapolated from two runs, one with half the steps of the
-        other (Richardson).
-    """
-
-    dt: float | None
-    read_every: int | None
-    rtol: float
-    extrapolated: bool
+    dt: float | None  # the largest [s]; None for one whose estimated error is at most ``rtol``
+    read_every: (
+        int | None
+    )  # steps between readings, of the coarsest run; None for 0.3 natural units
+    rtol: float  # wanted relative error of the peaks, where no step is asked for
+    extrapolated: bool  # peaks from two runs, one with half the steps of the other (Richardson)
 
     def __post_init__(self) -> None:
         if self.dt is not None:
@@ -133,11 +118,7 @@ def run(
 def peaks_alone(
     scene: Scene, simulate: Simulate, steps: Steps, dt: float
 ) -> tuple[FloatArray, int]:
-    """Peak forces [N], shape (contacts,), and the number of steps: what the peaks themselves cost.
-
-    One run, or the two that are extrapolated: neither runs that find a step nor runs that tell the
-    error.
-    """
+    """Peak forces [N], shape (contacts,), and the number of steps, of one run or the two needed."""
     runner = _Runner(scene, simulate, steps)
     legs = scene.schedule(2 * dt if steps.extrapolated else dt)
     strides = [runner.stride(leg, recording=False) for leg in legs]
@@ -173,11 +154,7 @@ class _Runner:
         return self._extrapolated() if self.steps.extrapolated else self._plain()
 
     def history(self, legs: Sequence[Leg], times: FloatArray) -> History:
-        """Record in one more run with the same steps.
-
-        Histories need closer readings than peaks do, which would make the peaks others: a record
-        must not change them.
-        """
+        """Record in one more run with closer readings, which must not change the peaks."""
         strides = [self.stride(leg, recording=True) for leg in legs]
         recorder = self.simulate(legs, strides, times).recorder
         assert recorder is not None
@@ -212,11 +189,7 @@ class _Runner:
         return _Answer(run, run.peaks.force, run.peaks.time, run.steps, error, lost)
 
     def _extrapolated(self) -> _Answer:
-        """Extrapolate from two runs; a third, coarser one says how good that is.
-
-        All of them are read at the same times, so that what the steps do to the interpolation is
-        extrapolated too.
-        """
+        """Extrapolate from two runs, read at the same times; a third says how good that is."""
         # Of fourth order; longer steps than that are no use to an extrapolation.
         wanted = min(_COARSEST_STEP * math.pow(self.steps.rtol / 1e-6, 1 / 4), 0.4)
         legs = self.scene.schedule(
@@ -261,10 +234,7 @@ class _Runner:
         return max(1, stride)
 
     def _longest_stride(self, leg: Leg) -> int:
-        """Steps between two readings that cost the peaks no more than they may.
-
-        That is as much as round-off at the same steps, a tenth of the wanted error at most.
-        """
+        """Steps between readings that cost 0.1 of the wanted error, or what round-off does."""
         unit = self.scene.units.time
         interval = _READING_INTERVAL * math.pow(0.01 * unit / leg.dt, 1 / 8)
         if self.steps.dt is None:

@@ -24,18 +24,8 @@ from hertzchain.scene.schedule import Leg
 class Observation:
     """Takes note of a run of the scene that a code was given, as it is in the true one.
 
-    Parameters
-    ----------
-    scene
-        The true scene.
-    made
-        How that which the code is given differs from it.
-    legs
-        Of the true scene.
-    times
-        Wanted times of a history [s], if any.
-    code
-        What it is called.
+    Scene and legs are the true ones, ``made`` says how those given differ; ``times`` are those of a
+    history [s], if one is wanted; ``code`` is the name in messages.
     """
 
     def __init__(
@@ -56,10 +46,7 @@ class Observation:
         self._velocity = np.zeros(scene.chain.granules)
 
     def begin(self, at_rest: readings.Granules) -> None:
-        """Take note of the granules that the code made, before the shock.
-
-        Another number of them raises RunFailed.
-        """
+        """Take note of the granules that the code made, before the shock; refuse another number."""
         count, wanted = at_rest.mass.size, self._scene.chain.granules
         if count != wanted:
             raise RunFailed(
@@ -109,10 +96,7 @@ class Observation:
         )
 
     def _refuse_second_neighbours(self, seen: Samples) -> None:
-        """Refuse overlaps so deep that granules would touch the next but one, or pass each other.
-
-        The similar scene is made so that they are not; what it rests on are the peaks expected.
-        """
+        """Refuse overlaps so deep that granules would touch the next but one, or pass it."""
         alone = np.max(seen.overlap)
         together = np.max(seen.overlap[:, :-1] + seen.overlap[:, 1:], initial=0.0)
         if max(alone, together) >= np.min(self._at_rest.diameter):
@@ -134,37 +118,17 @@ class Observation:
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """What one run of another code found, in SI units of the true scene.
+    """What one run of another code found, in SI units of the true scene."""
 
-    Parameters
-    ----------
-    made
-        The similar scene that was computed.
-    legs
-        The steps.
-    peaks
-        The peaks.
-    displacement, velocity
-        At the end [m], [m/s], shape (granules,).
-    balance
-        Momentum and energy.
-    recorder
-        What was recorded, if anything was asked for.
-    watching_share
-        Time spent on watching over that spent on steps, where that is known.
-    version
-        Of the code.
-    """
-
-    made: Softening
+    made: Softening  # the similar scene that was computed
     legs: tuple[Leg, ...]
     peaks: PeakWatch
-    displacement: FloatArray
-    velocity: FloatArray
+    displacement: FloatArray  # at the end [m], shape (granules,)
+    velocity: FloatArray  # at the end [m/s], shape (granules,)
     balance: Balance
-    recorder: Recorder | None
-    watching_share: float | None
-    version: str
+    recorder: Recorder | None  # of a history, if one was wanted
+    watching_share: float | None  # time of watching over that of steps, where it is known
+    version: str  # of the code
 
     @property
     def steps(self) -> int:

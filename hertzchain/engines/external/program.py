@@ -41,10 +41,7 @@ def work_folder(code: str) -> Iterator[Path]:
 
 
 def find_program(name: str, what_to_do: str) -> str:
-    """The path of a program, given as a path or as it is called on the search path.
-
-    The error of one that is not there ends with what to do.
-    """
+    """The path of a program, given as a path or as it is called on the search path."""
     found = shutil.which(name)
     if found is None:
         raise BackendMissing(f"{name} is not here, or is no program: {what_to_do}")
@@ -106,11 +103,7 @@ def _wait(process: subprocess.Popen[bytes], deadline: Deadline) -> None:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End the whole group, whether or not its first process still runs.
-
-    It is asked before it is killed: the ranks that mpiexec starts may be in groups of their own,
-    which only mpiexec knows.
-    """
+    """End the whole group; it is asked first, as only mpiexec may know the groups of its ranks."""
     try:
         if sys.platform != "win32" and process.poll() is None:
             os.killpg(process.pid, signal.SIGTERM)

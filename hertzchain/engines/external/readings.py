@@ -1,7 +1,4 @@
-"""What codes that step by velocity Verlet hold at a step, as samples in SI units.
-
-LAMMPS, LIGGGHTS and Yade hold positions, velocities and net forces of the granules.
-"""
+"""Positions, velocities and net forces that codes hold at a step, as samples in SI units."""
 
 from __future__ import annotations
 
@@ -27,12 +24,9 @@ class Granules:
 
 
 def contact_forces(net_force: FloatArray) -> FloatArray:
-    """Force in each contact from the net forces on the granules [N].
+    """Force in each contact [N], (..., granules - 1), from net forces, (..., granules).
 
-    Shape (..., granules - 1) from shape (..., granules).
-
-    Nothing pushes the granules beyond a contact but that contact, so its force is the sum of the
-    net forces there. Summed from the free end, where forces are small, nothing is lost.
+    It is the sum of the net forces beyond it, from the free end on, where they are small.
     """
     return np.cumsum(net_force[..., :0:-1], axis=-1)[..., ::-1]
 
@@ -98,11 +92,7 @@ def _applied(time: Array, leg: Leg) -> tuple[Array, Array]:
 
 
 def _net(contact: Array, applied: Array) -> Array:
-    """What pushes each granule on less what it passes on, shape (readings, granules).
-
-    From the force in each contact, or a derivative of it, shape (readings, granules - 1), and that
-    on the first granule, shape (readings,).
-    """
+    """Net forces, or derivatives, from those in contacts, (readings, granules - 1), and applied."""
     passed_on = np.zeros((contact.shape[0], contact.shape[1] + 2))
     passed_on[:, 0] = applied
     passed_on[:, 1:-1] = contact

@@ -1,13 +1,9 @@
 """The similar scene that loses no digits to absolute coordinates: a softer chain, nothing else.
 
-LAMMPS, and codes like it, form an overlap from coordinates, up to 2 R N plus how far the chain
-flies. Beside them the overlaps of a weak shock, or of a hard material, have few digits. With s E
-for E, and R, rho, nu and all forces unchanged, Hertz's law makes overlaps and displacements larger
-by s^(-2/3) and times longer by s^(-1/3); everything else stays. With s = 8^(-k) these factors are
-4^k and 2^k: steps, pulse and results go there and back without a rounding.
-
-Only these factors are used, never the contact stiffness or the mass computed here, so that a
-mistake in either still shows when backends are compared.
+Codes form overlaps from coordinates, up to 2 R N plus how far the chain flies, beside which small
+overlaps have few digits. With s E for E, all else and all forces unchanged, overlaps and
+displacements grow by s^(-2/3) and times by s^(-1/3): with s = 8^(-k) by 4^k and 2^k, without a
+rounding. Neither contact stiffness nor mass is used, so that a mistake in either still shows.
 """
 
 from __future__ import annotations
@@ -32,16 +28,9 @@ _SOFTEST = 100  # largest k: overlaps grow by 1e60, and no number leaves the ran
 
 @dataclass(frozen=True)
 class Softening:
-    """How the scene that a code gets differs from the true one.
+    """How the scene that a code gets differs from the true one: E is divided by 8^k."""
 
-    Parameters
-    ----------
-    power
-        k: the Young's modulus is divided by 8^k, so lengths of the motion grow by 4^k and times
-        by 2^k; below 0 the chain is stiffer.
-    """
-
-    power: int
+    power: int  # k: the motion is 4^k times as long, times are 2^k times; below 0 a stiffer chain
 
     @property
     def length(self) -> float:
@@ -87,9 +76,8 @@ NONE = Softening(0)  # the scene as it stands
 def softening(scene: Scene, steps: int) -> Softening:
     """The similar scene to be computed: the true one where that loses little.
 
-    Otherwise overlaps become as deep as they may, but no deeper than is useful: where the chain
-    flies farther than it is long, coordinates grow with the overlaps, and only the box of LAMMPS
-    would become larger.
+    Otherwise overlaps become as deep as they may, and as is useful: where the chain flies farther
+    than it is long, coordinates grow with the overlaps.
     """
     radius, length = scene.chain.radius, scene.units.length
     deepest = _DEEPEST * radius / _overlap(_highest_peak(scene))
@@ -101,10 +89,7 @@ def softening(scene: Scene, steps: int) -> Softening:
 
 
 def predicted_loss(scene: Scene, steps: int, made: Softening = NONE) -> float:
-    """What absolute coordinates will cost the peaks, as a fraction, before the run.
-
-    The same as ``round_off``, from peaks and flight as they are expected: an estimate, no bound.
-    """
+    """What coordinates will cost the peaks, as a fraction: an estimate of ``round_off``."""
     each, flight = loss_of_coordinates(scene, steps)
     length = scene.units.length * made.length
     return each * (2 * scene.chain.radius * scene.chain.granules / length + flight)

@@ -52,8 +52,7 @@ def extrapolation_error(
 def rival_error(peaks: PeakWatch, extrapolated: FloatArray) -> float:
     """By how much another maximum of a contact may be above the extrapolated one, as a fraction.
 
-    What steps add to the force differs from maximum to maximum. Where they add much to one, a
-    second that is lower in every run may be the highest in truth.
+    Steps add to each maximum in its own way: one that is lower in every run may be the highest.
     """
     judged = judged_contacts(extrapolated, ESTIMATED)
     highest, rival = extrapolated[judged], peaks.rival[judged]

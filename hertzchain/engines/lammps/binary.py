@@ -1,7 +1,7 @@
 """LAMMPS as a program of its own: any binary, alone or on MPI ranks.
 
-The commands are those that the Python module gets, written into one deck; what the module reads in
-memory the program writes to dumps, with all digits. So the same version gives the same numbers.
+It gets the commands of the Python module as one deck, and leaves dumps with all digits: the same
+version gives the same numbers.
 """
 
 from __future__ import annotations
@@ -48,21 +48,11 @@ in use each time."""
 
 @dataclass(frozen=True)
 class Program:
-    """A LAMMPS binary that can be started.
+    """A LAMMPS binary that can be started."""
 
-    Parameters
-    ----------
-    command
-        What starts it, mpiexec and its arguments included.
-    ranks
-        On how many MPI ranks that is.
-    build
-        What it says of itself.
-    """
-
-    command: tuple[str, ...]
-    ranks: int
-    build: dialect.Build
+    command: tuple[str, ...]  # what starts it, mpiexec and its arguments included
+    ranks: int  # of MPI
+    build: dialect.Build  # what it says of itself
 
     @classmethod
     def find(cls, lmp: str, ranks: int, deadline: Deadline) -> Program:

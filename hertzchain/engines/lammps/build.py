@@ -14,11 +14,7 @@ HOW_TO_GET_IT = f"name one that is there, or install it with: {INSTALL}"
 
 
 def look(lmp: str, deadline: Deadline) -> Build:
-    """What a LAMMPS binary says of itself.
-
-    A file is asked once in a process, unless it changes. A script that starts now this and now that
-    LAMMPS is taken for the first.
-    """
+    """What a LAMMPS binary says of itself, asked once in a process unless the file changes."""
     program = find_program(lmp, HOW_TO_GET_IT)
     file = Path(program).stat()
     key = (program, file.st_dev, file.st_ino, file.st_size, file.st_mtime_ns)

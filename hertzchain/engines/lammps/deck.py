@@ -1,9 +1,7 @@
 """The commands that the LAMMPS backend gives for a scene: pure text, nothing is run here.
 
-They are lean: what the chain does not need is not there. LAMMPS gets the raw E, nu, R and rho,
-never the contact stiffness or the mass computed here, so that a mistake in either shows when the
-two backends are compared. The deck that runs without Python, ``standalone``, is made of the same
-pieces.
+LAMMPS gets the raw E, nu, R and rho, never the contact stiffness or the mass computed here, so that
+a mistake in either shows. ``decks.standalone`` is made of the same pieces.
 """
 
 from __future__ import annotations
@@ -83,11 +81,7 @@ def parameters(chain: Chain) -> list[str]:
 
 
 def _neighbour_skin(radius: float) -> list[str]:
-    """The width in which LAMMPS looks for neighbours, where its own does not suit the granules.
-
-    Much wider than a granule, it counts far granules as neighbours; much narrower, they are looked
-    for again and again.
-    """
+    """The width in which LAMMPS looks for neighbours, where its own does not suit the granules."""
     if radius / 100 <= DEFAULT_SKIN["si"] <= radius:
         return []
     return list(SKIN)

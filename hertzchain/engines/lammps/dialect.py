@@ -1,8 +1,4 @@
-"""LAMMPS's dialect: what commands, defaults and messages are called, and in which versions.
-
-Runs, decks, their examination, unit tests, lint and the doctor ask here, so that what another
-version of LAMMPS names or does differently is changed in one place. Nothing is run here.
-"""
+"""LAMMPS's dialect, in one place: commands, defaults and messages, and their versions."""
 
 from __future__ import annotations
 
@@ -31,21 +27,11 @@ WALL_IS_NAN = "LAMMPS 2023 to 2025; 2022 does not"
 
 @dataclass(frozen=True)
 class Build:
-    """What a LAMMPS binary says of itself.
+    """What a LAMMPS binary says of itself."""
 
-    Parameters
-    ----------
-    version
-        As its own number, year month day (20250722).
-    has_granular
-        Whether it has the package GRANULAR.
-    mpi
-        Which MPI it was built with; None where it runs on one process only.
-    """
-
-    version: str
+    version: str  # as its own number, year month day (20250722)
     has_granular: bool
-    mpi: str | None
+    mpi: str | None  # which MPI it was built with; None where it runs on one process only
 
 
 def build_of(said: str) -> Build | None:

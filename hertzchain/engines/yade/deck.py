@@ -1,8 +1,7 @@
 """A scene as a deck for Yade, a script: pure text, nothing is run here.
 
-The script is Python for the interpreter within Yade, which has Yade's names. It gets the raw E, nu,
-R and rho, never the contact stiffness or the mass computed here, so that a mistake in either shows
-when backends are compared.
+Yade's Python gets the raw E, nu, R and rho, never the contact stiffness or the mass computed here,
+so that a mistake in either shows when backends are compared.
 
 Yade leaps: it holds positions at t_n and velocities at t_n - dt/2. Between contact forces and
 motion the velocity at t_n is therefore that half step before, and the net force over the mass times
