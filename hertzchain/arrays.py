@@ -13,3 +13,8 @@ FloatArray = NDArray[np.float64]
 
 Scalar = float | np.floating[Any]
 """A number of any precision."""
+
+
+def or_none(values: FloatArray) -> list[float | None]:
+    """Values for JSON, which has no word for what is not a finite number."""
+    return [value if np.isfinite(value) else None for value in values.tolist()]

@@ -9,16 +9,7 @@ from typing import Annotated
 
 import typer
 
-from hertzchain.cli import options
-from hertzchain.cli.output import (
-    DONE,
-    OUT_OF_TOLERANCE,
-    UNUSABLE,
-    console,
-    print_json,
-    progress,
-    write_file,
-)
+from hertzchain.cli import options, output
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 
@@ -97,7 +88,7 @@ def compare(
     if results is not None:
         step, limit = options.to_step(dt), options.to_time_limit(time_limit)
         wanted = judgement.TOLERANCE if tolerance is None else tolerance
-        with progress() as report_progress:
+        with output.progress() as report_progress:
             document = of_judgement(
                 judgement.judge(
                     loaded,
@@ -115,7 +106,7 @@ def compare(
             time_limit=options.to_time_limit(time_limit),
             **options.lammps_options(isolate, lmp, ranks),
         )
-        with progress() as report_progress:
+        with output.progress() as report_progress:
             record = None if report_file is None else record_times(loaded)
             compared = comparison.compare(
                 loaded,
@@ -127,13 +118,13 @@ def compare(
         document, missing = of_comparison(compared), compared.missing
     suite = document.suite(scene.stem, begun, time.perf_counter() - begin)
     if as_json:
-        print_json(document.numbers())
+        output.print_json(document.numbers())
     else:
-        print_document(console(), document)
-    write_file("Plot", plot, lambda path: figures.plot_document(document, path))
+        print_document(output.console(), document)
+    output.write_file("Plot", plot, lambda path: figures.plot_document(document, path))
     names = scene.name, "" if results is None else results.name
-    write_file("Report", report_file, lambda path: page.write_page(document, path, *names))
-    write_file("JUnit XML", junit, lambda path: write_text(path, to_xml([suite])))
+    output.write_file("Report", report_file, lambda path: page.write_page(document, path, *names))
+    output.write_file("JUnit XML", junit, lambda path: write_text(path, to_xml([suite])))
     if missing:
-        raise typer.Exit(UNUSABLE)
-    raise typer.Exit(DONE if document.verdict.passed else OUT_OF_TOLERANCE)
+        raise typer.Exit(output.UNUSABLE)
+    raise typer.Exit(output.DONE if document.verdict.passed else output.OUT_OF_TOLERANCE)

@@ -30,8 +30,7 @@ _READINGS = 2_000_000  # times and granules recorded at once: 50 MB
 def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> float:
     """The step of a deck, natural time units, from the largest step ``dt`` [s] if that is given.
 
-    By default one with which velocity Verlet, the scheme of LAMMPS, has peaks of relative accuracy
-    ``rtol``, cut to two digits so that it is the same on every machine.
+    By default for peaks of accuracy ``rtol``, cut to two digits: the same on every machine.
     """
     unit = scene.units.time
     if dt is not None:
@@ -133,8 +132,7 @@ def liggghts_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> st
     return deck(scene, step, Native("velocity-verlet", step).run(scene).velocity, title)
 
 
-FOREIGN = {"liggghts": liggghts_deck, "yade": yade_deck}
-"""Decks of other codes than LAMMPS, by the names of the engines."""
+FOREIGN = {"liggghts": liggghts_deck, "yade": yade_deck}  # decks of other codes than LAMMPS
 
 
 def _refuse_lost_digits(scene: Scene, legs: Sequence[Leg]) -> None:

@@ -10,18 +10,11 @@ from __future__ import annotations
 import math
 from importlib.metadata import version
 
+from hertzchain.decks import standalone_run
 from hertzchain.decks.layout import WANTED, KnownAnswer, Layout
-from hertzchain.decks.standalone_run import (
-    comment,
-    final_state_commands,
-    run_commands,
-    trajectory_commands,
-    verdict_commands,
-    watch_commands,
-)
 from hertzchain.engines.external.rescaling import NONE, Softening, predicted_loss, softening
 from hertzchain.engines.lammps.deck import GRANULES, MOTION, SKIN, START, parameters
-from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, PAIR_STYLES
+from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, PAIR_STYLES, write_dump
 from hertzchain.errors import SceneError
 from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
@@ -41,12 +34,12 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
         _granules(layout),
         _consequences(scene, made),
         _law(layout, made),
-        *([] if known is None else [watch_commands()]),
-        trajectory_commands(layout),
-        run_commands(scene, made),
-        final_state_commands()
+        *([] if known is None else [standalone_run.watch_commands()]),
+        standalone_run.trajectory_commands(layout),
+        standalone_run.run_commands(scene, made),
+        [write_dump("chain.final", ("x", "vx", "fx"))]
         if known is None
-        else verdict_commands(scene, layout, made, known, steps),
+        else standalone_run.verdict_commands(scene, layout, made, known, steps),
     ]
     return "\n\n".join("\n".join(lines) for lines in sections if lines) + "\n"
 
@@ -89,7 +82,7 @@ def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int)
         " Growth of shock-induced solitary waves in granular crystals."
     )
     lines = [
-        *comment(what),
+        *standalone_run.comment(what),
         "#",
         f"#   {run}                          {steps} steps",
         f"#   mpiexec -n 2 {run}             on two processors, the same result",
@@ -101,7 +94,7 @@ def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int)
             "Peak forces are not watched. The final state goes to chain.final: id, x [m], vx [m/s],"
             " fx [N]."
         )
-        return [*lines, *comment(text)]
+        return [*lines, *standalone_run.comment(text)]
     first = ", ".join(f"{value:.4f}" for value in known.force_ratio[:3])
     last = f", ..., {known.force_ratio[-1]:.4f}" if known.force_ratio.size > 3 else ""
     expected = (
@@ -110,7 +103,7 @@ def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int)
         f" {first}{last}, right to {known.largest_error:.1e}. The last line says PASS or FAIL (exit"
         " status 1); NOT CHECKED after a change with which F/F0 is not the same any more."
     )
-    return [*lines, *comment(expected)]
+    return [*lines, *standalone_run.comment(expected)]
 
 
 def _parameters(scene: Scene, layout: Layout, made: Softening) -> list[str]:
@@ -150,7 +143,7 @@ def _parameters(scene: Scene, layout: Layout, made: Softening) -> list[str]:
         ]
     if made != NONE:
         lines += [
-            *comment(
+            *standalone_run.comment(
                 "Coordinates of whole granules leave few digits to overlaps as small as here. With"
                 " E / 8^k overlaps are 4^k times larger and all times 2^k times longer; forces are"
                 " the same."

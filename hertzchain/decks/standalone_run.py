@@ -9,7 +9,7 @@ import numpy as np
 
 from hertzchain.decks.layout import ROOM, ROUNDING, UNCLEAR, KnownAnswer, Layout
 from hertzchain.engines.external.rescaling import NONE, Softening, loss_of_coordinates
-from hertzchain.engines.lammps.dialect import LET_GO, NO_STEP, PUSH, write_dump
+from hertzchain.engines.lammps.dialect import LET_GO, NO_STEP, PUSH
 from hertzchain.observables.peaks import SIGNIFICANT
 from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse
 from hertzchain.scene.scene import Scene
@@ -136,11 +136,6 @@ def run_commands(scene: Scene, made: Softening) -> list[str]:
         pushed = piece.force is not None
         lines.append("run ${steps} post no")
     return lines
-
-
-def final_state_commands() -> list[str]:
-    """The commands that print the state at the end."""
-    return [write_dump("chain.final", ("x", "vx", "fx"))]
 
 
 def verdict_commands(

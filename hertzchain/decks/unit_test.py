@@ -18,9 +18,7 @@ from hertzchain.scene.scene import Scene
 
 STEP = 0.05  # natural time units: a wave passes a granule in some fifty steps
 
-SEGMENTS = (4, 16, 20)
-"""Steps from snapshot to snapshot: those that the tests of forces of LAMMPS take, then some more,
-until the wave has moved on by two granules. Later those that it has left are nearly at rest."""
+SEGMENTS = (4, 16, 20)  # steps between snapshots: as LAMMPS's own tests, then two granules on
 
 WEAKEST = 1e-3  # of the strongest contact: what is weaker has no digits left in coordinates
 MOST_GRANULES = 200  # in a test that has to be read, and to end at once

@@ -87,8 +87,7 @@ _ALL = (
     ),
 )  # fmt: skip
 
-ENGINES = {engine.name: engine for engine in _ALL}
-"""By name, in the order of every table; the first is the reference that others are judged by."""
+ENGINES = {engine.name: engine for engine in _ALL}  # in table order; first the reference
 
 
 def label_of(name: str) -> str:

@@ -17,9 +17,7 @@ from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
-_SHORTEST_CHAIN = 5.0
-"""Granules over LM_ratio. In shorter chains the pulse outlasts the wave, and granules collide again
-and again. Measured: at 4.2 one of 6,000 random scenes was 1.6 times above its error bound."""
+_SHORTEST_CHAIN = 5.0  # granules over LM_ratio; collisions repeat below: 1.6 times the bound at 4.2
 
 SHORT = 0.1  # natural time units; with shorter steps every method has all digits there are
 _SURELY_STABLE = 0.85  # of the longest stable step: contacts under 2.2 F0 are stiffer
@@ -117,11 +115,7 @@ def diverged(backend: str) -> StepUnstable:
 
 
 def refuse_meaningless(backend: str, error: float, too_long: bool) -> None:
-    """Refuse a run whose error bound is not below 1: its peaks may be off by their own size.
-
-    Raises StepUnstable if its steps are ``too_long``, so that shorter ones would help, else
-    Unpredictable.
-    """
+    """Refuse a run whose error bound is not below 1; ``too_long``: shorter steps would help."""
     if error < 1:
         return
     if too_long:
@@ -138,10 +132,7 @@ def refuse_meaningless(backend: str, error: float, too_long: bool) -> None:
 def second_order_step(
     peaks_at: Callable[[float], FloatArray], pilot: float, wanted: float
 ) -> float:
-    """The step [s] with which a second-order method reaches a wanted relative error of the peaks.
-
-    Two trial runs, with ``pilot`` [s] and half of it, tell; ``peaks_at`` has shape (contacts,).
-    """
+    """The step [s] for a wanted relative error of peaks, by trials at ``pilot`` and half of it."""
     difference = largest_difference(peaks_at(pilot), peaks_at(pilot / 2))
     error = 1.5 * difference / 3  # of the second trial, bounded as by second_order_safety
     return pilot / 2 * min(math.sqrt(0.9 * wanted / error), 4.0) if error > 0 else pilot

@@ -32,9 +32,8 @@ def coefficients(start: Sequence[Array], end: Sequence[Array], h: Array) -> Arra
 def increments(start: Sequence[Array], end: Sequence[Array], h: Array) -> Array:
     """Differences of successive Bernstein coefficients of the interpolant, shape (2m + 1, ...).
 
-    They are those of its slope but for a factor, so the slope has no more zeros within the interval
-    than they have changes of sign (Descartes). Their sums, from the first on, are at least what the
-    interpolant is above its start anywhere. Arguments as for ``coefficients``.
+    The slope has no more zeros within the interval than they have changes of sign (Descartes). The
+    interpolant is nowhere higher above its start than their sums, from the first on.
     """
     highest = len(start) - 1
     degree = 2 * highest + 1

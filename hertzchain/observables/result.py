@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, or_none
 from hertzchain.observables.history import History
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
 from hertzchain.scene.scene import Scene
@@ -191,7 +191,7 @@ class Result:
             "rise_time_s": self.scene.rise_time,
             "momentum_ratio": self.scene.momentum_ratio,
             "peak_force_N": self.peak_force.tolist(),
-            "peak_time_s": [None if np.isnan(time) else time for time in self.peak_time.tolist()],
+            "peak_time_s": or_none(self.peak_time),
             "transition_granules": self.transition_granules,
             "solitary_wave": {
                 "peak_force_N": wave.peak_force,

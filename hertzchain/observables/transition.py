@@ -55,10 +55,7 @@ def transition_granules(
 def transitions(
     peak_force: FloatArray, has_peaked: NDArray[np.bool_], threshold: float | FloatArray = STEADY
 ) -> NDArray[np.intp]:
-    """The p of many chains of one length, 0 where there is none, shape (scenes,).
-
-    As ``transition_granules``; peaks have the shape (scenes, N - 1).
-    """
+    """The p of chains of one length, 0 for none, (scenes,); peaks of shape (scenes, N - 1)."""
     scenes, contacts = peak_force.shape
     last = contacts - 1  # N - 2
     if last < SMALLEST:

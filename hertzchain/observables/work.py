@@ -14,11 +14,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
 def work_done(samples: Samples, ramp: Ramp) -> Any:
-    """Integral of force times velocity of the first granule over the samples of one leg.
-
-    Four Gauss points in each interval, the velocity from the interpolated displacement; all in the
-    units of the ramp.
-    """
+    """Integral of force times velocity of the first granule over a leg, in the ramp's units."""
     h = np.diff(samples.time)
     first = [values[:, 0] for values in samples.granule_derivatives]
     curve = hermite.coefficients([d[:-1] for d in first], [d[1:] for d in first], h)

@@ -26,8 +26,7 @@ from hertzchain.theory.prediction import constants
 if TYPE_CHECKING:
     from rich.console import Console
 
-_STYLES = {"pass": "green", "FAIL": "red", "not judged": "dim", "not given": "dim"}
-"""Of cells with these words."""
+_STYLES = {"pass": "green", "FAIL": "red", "not judged": "dim", "not given": "dim"}  # of cells
 
 
 def table(

@@ -11,16 +11,9 @@ import numpy as np
 
 from hertzchain.errors import OutputError
 from hertzchain.files import write_with
+from hertzchain.report import style
 from hertzchain.report.document import Document
 from hertzchain.report.facts import describe
-from hertzchain.report.style import (
-    COLOURS,
-    CONTENDER_COLOURS,
-    LABELS,
-    MARKERS,
-    METHOD_COLOURS,
-    WAYS,
-)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,16 +30,18 @@ def plot_document(document: Document, path: Path | str) -> None:
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     native, differences = document.native, document.differences
     contact = native.contact
-    above.plot(contact, native.peak_force, "-", color=COLOURS["native"], label="native, reference")
+    above.plot(
+        contact, native.peak_force, "-", color=style.COLOURS["native"], label="native, reference"
+    )
     for name, values in document.drawn.items():
-        style: dict[str, Any] = {"color": COLOURS[name], "marker": MARKERS[name]}
-        style |= {"markersize": 4.5, "linestyle": "none", "label": LABELS[name]}
-        above.plot(contact, values, fillstyle="none", **style)
+        look: dict[str, Any] = {"color": style.COLOURS[name], "marker": style.MARKERS[name]}
+        look |= {"markersize": 4.5, "linestyle": "none", "label": style.LABELS[name]}
+        above.plot(contact, values, fillstyle="none", **look)
         off = differences[name]
-        below.semilogy(contact, np.where(off > 0, off, np.nan), **style)
+        below.semilogy(contact, np.where(off > 0, off, np.nan), **look)
     for name, label, value in document.lines:
         line = ":" if name == "native" else "--"
-        below.axhline(value, color=COLOURS[name], linewidth=0.8, linestyle=line, label=label)
+        below.axhline(value, color=style.COLOURS[name], linewidth=0.8, linestyle=line, label=label)
     p = native.transition_granules
     if p is not None:
         for axes in (above, below):
@@ -85,9 +80,9 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
     for name in dict.fromkeys(point.row.contender for point in points):
         own = [point for point in points if point.row.contender == name]
         engine = own[0].row.engine
-        marker, line, filling = WAYS[engine]
+        marker, line, filling = style.WAYS[engine]
         method = name.partition(",")[0]
-        colour = CONTENDER_COLOURS.get(name, METHOD_COLOURS.get(method, "#000000"))
+        colour = style.CONTENDER_COLOURS.get(name, style.METHOD_COLOURS.get(method, "#000000"))
         time = [point.row.wall_time for point in own]
         error = [max(point.row.error, known) for point in own]
         if line == "none":  # a single point

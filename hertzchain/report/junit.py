@@ -10,8 +10,7 @@ from datetime import datetime
 from itertools import count
 from xml.etree import ElementTree
 
-FAILURE, ERROR, SKIPPED = "failure", "error", "skipped"
-"""What a case may be that did not pass: off; without a number; not asked for."""
+FAILURE, ERROR, SKIPPED = "failure", "error", "skipped"  # off; without a number; not asked for
 
 Value = float | None  # of a check; None where nothing could be measured
 

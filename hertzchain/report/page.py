@@ -63,10 +63,7 @@ def _peak_tables(document: Document) -> list[Table]:
 
 
 def page_of(document: Document, file: str = "scene.toml", given: str = "") -> str:
-    """A document as a page of HTML, with the names of the scene file and that of given peaks.
-
-    It shows contact force over time if its results have a history, see ``record_times``.
-    """
+    """A document as a page of HTML, with the names of the scene file and that of given peaks."""
     native, results = document.native, document.results
     plotted = plotted_contacts(document)
     waves = waterfall(results)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, or_none
 from hertzchain.engines.registry import MARKERS as SYMBOLS
 from hertzchain.observables.result import Result
 from hertzchain.report.document import Document
@@ -29,11 +29,6 @@ def plotted_contacts(document: Document) -> NDArray[np.intp]:
     worst = [np.nanargmax(values) for values in off if np.any(np.isfinite(values))]
     last = np.arange(size - 3, size)
     return np.unique(np.concatenate([first, later, last, np.asarray(worst, np.intp)]))
-
-
-def _known(values: FloatArray) -> list[float | None]:
-    """For JSON, which has no word for what is not a number."""
-    return [value if np.isfinite(value) else None for value in values.tolist()]
 
 
 def _layout(native: Result, y: dict[str, Any]) -> dict[str, Any]:
@@ -62,7 +57,7 @@ def _points(name: str, contact: list[int], values: FloatArray, hover: str) -> Tr
         "mode": "markers",
         "name": LABELS[name],
         "x": contact,
-        "y": _known(values),
+        "y": or_none(values),
         "marker": marker | {"line": {"width": 1.5, "color": COLOURS[name]}},
         "hovertemplate": f"{LABELS[name]}<br>contact %{{x}}<br>{hover}<extra></extra>",
     }
@@ -78,7 +73,7 @@ def peak_plot(document: Document, plotted: NDArray[np.intp]) -> Plot:
         "mode": "lines",
         "name": "native, reference",
         "x": contact,
-        "y": _known(native.peak_force[plotted]),
+        "y": or_none(native.peak_force[plotted]),
         "line": {"color": COLOURS["native"], "width": 1.5},
         "hovertemplate": f"native, reference<br>contact %{{x}}<br>{hover}<extra></extra>",
     }

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from hertzchain.verdict.tradeoff import Row, Tradeoff
 
 
-_ACCURACIES = tuple(float(f"1e-{k}") for k in range(2, 11))
-"""What a person may want of the peaks: from whether a contact breaks to whether a code is right."""
+_ACCURACIES = tuple(float(f"1e-{k}") for k in range(2, 11))  # that a person may want of peaks
 
 
 def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:

@@ -142,17 +142,13 @@ ALL = (
 
 COLUMNS = tuple(column.name for column in ALL)  # of the table
 
-COUNTS = tuple(column.name for column in FOUND_COLUMNS if column.kind == "int")
-"""Whole numbers that are found: 0 stands for a missing one."""
+COUNTS = tuple(column.name for column in FOUND_COLUMNS if column.kind == "int")  # 0: missing
 
 WHOLE = tuple(column.name for column in ALL if column.kind == "int")
 TEXT = tuple(column.name for column in ALL if column.kind == "str")
 
-LABELS = {column.name: column.label for column in ALL if column.label}
-"""What columns are called on an axis."""
-
-PEAK_COLUMNS = ("scene", "backend", "contact", "peak_force_N", "peak_time_s")
-"""Of the table of peaks."""
+LABELS = {column.name: column.label for column in ALL if column.label}  # on an axis
+PEAK_COLUMNS = ("scene", "backend", "contact", "peak_force_N", "peak_time_s")  # table of peaks
 
 OTHER_MEASURE = {
     "shock.momentum_ratio": "shock.rise_time",

@@ -28,11 +28,7 @@ class _Stopped(Exception):
 def measure_here(
     design: Design, parts: Iterable[Part], peaks: bool, keep: Keep, report_progress: ReportProgress
 ) -> None:
-    """Measure parts of a sweep: ``Measure``.
-
-    ``keep`` is called in this thread with each part and its ``Measured``; ``report_progress`` in
-    any thread with how many more scenes are done.
-    """
+    """Measure parts: ``keep`` them in this thread, report how many more scenes are done in any."""
     here: dict[Backend, bool] = {}
     with _Workers(design, peaks, keep, report_progress) as workers:
         for part in parts:

@@ -1,10 +1,7 @@
 """Where a sweep is kept: in memory, or in a folder of parts that are there whole or not at all.
 
-    OUT/sweep.json             what the sweep is
-    OUT/scenes/native-0000.parquet, ...   one row per scene and backend
-    OUT/peaks/native-0000.parquet, ...    one row per scene, backend and contact, where wanted
-
-A part is done when its file in ``scenes`` is there; its peaks are written before.
+A folder has sweep.json, files scenes/native-0000.parquet, ... and, where peaks are wanted, files
+peaks/native-0000.parquet, ..., which are written before: a part is done when its scenes are there.
 """
 
 from __future__ import annotations

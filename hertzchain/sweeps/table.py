@@ -91,8 +91,7 @@ class Rows:
     ) -> NDArray[np.bool_]:
         """Fill in what a batch of similar scenes found, in units of [N], [m], [s].
 
-        Returns which are not filled in, shape (some,): no digit of their peaks is sure, or an
-        overlap would exceed the radius.
+        Returns which are not, shape (some,): their peaks are unsure, or an overlap impossible.
         """
         radius = self._parameters["chain.radius"][rows]
         peak_force, passed = batch.peak_force * force[:, None], batch.peak_passed

@@ -24,17 +24,10 @@ from hertzchain.scene.chain import Chain
 from hertzchain.scene.natural_units import PAPER_MOMENTUM
 from hertzchain.scene.pulse import PROFILES, Pulse
 
-SHIFT = 1.077
-"""Peak-to-peak time shift of a solitary wave of height 1 (Eq. 4b)."""
-
-FORCE_INTEGRAL = 1.543
-"""Integral of S^(3/2) (Eq. 5)."""
-
-WAVE_MOMENTUM = 53 / 32
-"""Momentum of a solitary wave of height 1 (Eq. 5)."""
-
-SPEED = 7 / 10
-"""Coefficient of V_SW (section 4.1.1)."""
+SHIFT = 1.077  # peak-to-peak time shift of a solitary wave of height 1 (Eq. 4b)
+FORCE_INTEGRAL = 1.543  # integral of S^(3/2) (Eq. 5)
+WAVE_MOMENTUM = 53 / 32  # momentum of a solitary wave of height 1 (Eq. 5)
+SPEED = 7 / 10  # coefficient of V_SW (section 4.1.1)
 
 
 def outside_range(momentum_ratio: float, duration_ratio: float) -> str | None:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, or_none
 from hertzchain.observables.transition import STEADY, transition_granules
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.natural_units import PAPER_MOMENTUM
@@ -21,8 +21,7 @@ from hertzchain.scene.validity import overlap_ratio, overlap_warning, refuse_dee
 from hertzchain.theory import paper, peak_map
 from hertzchain.theory import solitary_wave as exact
 
-FREE_END = 0.97597
-"""Peak of contact N over that of the same contact in a longer chain, once the wave has formed."""
+FREE_END = 0.97597  # peak of contact N over that in a longer chain, once the wave has formed
 
 LAST_PEAK_ERROR = 0.02
 """Relative error of the peak of contact N, at most. Measured 0.016 in chains of 6 granules, where
@@ -185,7 +184,7 @@ class Prediction:
         size = self.peak_force.size
         columns = (
             range(2, size + 2),
-            *(_or_none(values, size) for values in (self.peak_force, self.eq6, self.eq9)),
+            *(_padded(values, size) for values in (self.peak_force, self.eq6, self.eq9)),
         )
         names = ("contact", "map_N", "eq6_N", "eq9_N")
         return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
@@ -325,7 +324,7 @@ def _transition(
     return p, tuple(dict.fromkeys((least, p, most)))
 
 
-def _or_none(values: FloatArray | None, size: int) -> list[float | None]:
+def _padded(values: FloatArray | None, size: int) -> list[float | None]:
     """Values as JSON knows them, to a given length."""
-    known = [] if values is None else values.tolist()
-    return [None if math.isnan(x) else x for x in known] + [None] * (size - len(known))
+    known = [] if values is None else or_none(values)
+    return known + [None] * (size - len(known))

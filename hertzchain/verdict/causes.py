@@ -38,8 +38,7 @@ def likely_cause(
 ) -> tuple[str | None, str | None]:
     """The mistakes that explain the differences best, as a sentence, and what was not tried.
 
-    The cause is None where no known mistake leaves a tenth or less, the remark where everything was
-    tried. ``progress`` is called with a line of text before each part of the work.
+    Either is None where there is none. ``progress`` is called with a line before each part.
     """
     size = case.size
     if size < max(_FLOOR, 10 * case.reference.error_estimate):
@@ -236,8 +235,7 @@ def _against(case: Case, found: FloatArray, beside: FloatArray) -> FloatArray:
 
 _ROOTS = np.linspace(0.0, 1.25, 14)
 _FORWARD = _ROOTS**2
-_BACKWARD = -(np.linspace(0.6, 0.0, 10)[:-1] ** 2)
-"""Coefficients of damping, natural units: close to one another where little of it is seen."""
+_BACKWARD = -(np.linspace(0.6, 0.0, 10)[:-1] ** 2)  # of damping, natural units: dense near 0
 
 _OF_DRAG = 0.2  # share of these coefficients for a drag, which acts on a granule for long
 

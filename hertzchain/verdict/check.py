@@ -27,8 +27,7 @@ class Kind:
     advice: str = "do not use this result"
 
 
-NOT_RUN, FAILED = Kind("not run"), Kind("failed")
-"""An engine that is missing, or that ended with an error: the reason says what to do."""
+NOT_RUN, FAILED = Kind("not run"), Kind("failed")  # of an engine; the reason says why
 
 
 @dataclass(frozen=True)

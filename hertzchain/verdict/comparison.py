@@ -11,10 +11,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import or_none
 from hertzchain.engines.lammps import Lammps
 from hertzchain.engines.native import Native
 from hertzchain.engines.registry import ENGINES, Simulator, compared_by_default, label_of, others
@@ -86,8 +85,8 @@ class Comparison:
         columns = {
             "contact": self.native.contact.tolist(),
             **{f"{name}_N": peaks.get(name, nothing) for name in self.wanted},
-            "eq6_N": _or_none(self.formulas.eq6),
-            "eq9_N": _or_none(self.formulas.eq9),
+            "eq6_N": or_none(self.formulas.eq6),
+            "eq9_N": or_none(self.formulas.eq9),
         }
         return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
@@ -182,7 +181,3 @@ def compare(
             checks += code_checks(results[name], native, engine.time_limit)
     wanted = tuple(name for name in ENGINES if name in (*compared_by_default(), *backends))
     return Comparison(scene, results, wanted, formulas(native), tuple(checks), missing)
-
-
-def _or_none(values: FloatArray) -> list[float | None]:
-    return [None if np.isnan(value) else value for value in values.tolist()]

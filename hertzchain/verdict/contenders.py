@@ -27,8 +27,7 @@ from hertzchain.theory.prediction import transition_peaks
 
 FORMULAS, MAP, COMPILED, NUMPY, SCIPY = "formulas", "map", "compiled", "NumPy", "SciPy"
 LAMMPS = label_of("lammps")
-WAYS = (FORMULAS, MAP, COMPILED, NUMPY, SCIPY, LAMMPS)
-"""What computes: the closed formulas, the map of peaks, the native kernels, and so on."""
+WAYS = (FORMULAS, MAP, COMPILED, NUMPY, SCIPY, LAMMPS)  # what computes
 
 _SCIPY_INTERVAL = 0.1  # natural time units between samples of SciPy's dense output: 1e-12 of a peak
 
@@ -60,6 +59,7 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
     """
     finer = {name: _halvings(*ends) for name, ends in _STEPS.items()}
     finer["reference"] = finer["reference"][::2]
+    single = partial(_compiled, "srkn-6b", dtype=np.float32)  # cheapest where that is enough
     return (
         *_formulas(scene, truth),
         *_map(scene),
@@ -67,7 +67,7 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
             Contender(f"{name}, compiled", COMPILED, partial(_compiled, name), steps)
             for name, steps in finer.items()
         ),
-        Contender("srkn-6b, float32", COMPILED, _compiled_float32, finer["srkn-6b"][:11]),
+        Contender("srkn-6b, float32", COMPILED, single, finer["srkn-6b"][:11]),
         Contender("rtol, with estimate", COMPILED, _with_estimate, rtols=_decades(2, 10)),
         Contender("rtol, without estimate", COMPILED, _without_estimate, rtols=_decades(2, 10)),
         *(
@@ -154,11 +154,6 @@ def _compiled(
     walker = METHODS[method].walker
     run = simulate(scene, scene.schedule(step), walker, dtype=dtype, leave_behind=True)
     return Outcome(run.peaks.force * scene.units.force, run.evaluations)
-
-
-def _compiled_float32(scene: Scene, step: float) -> Outcome:
-    """Single precision, by the method that is cheapest where that is enough."""
-    return _compiled("srkn-6b", scene, step, np.float32)
 
 
 def _with_estimate(scene: Scene, rtol: float) -> Outcome:

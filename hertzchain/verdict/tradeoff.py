@@ -118,10 +118,8 @@ def tradeoff(
 ) -> Tradeoff:
     """Measure error and cost of every contender on a scene.
 
-    ``engines`` are of ``WAYS``; ``progress`` is called with a line of text before each part of the
-    work; each setting is repeated for ``enough`` seconds in each round, or runs once for 0. A
-    RunFailed says that the reference method fails: there is no truth then. A SceneError names an
-    engine that is not there.
+    ``engines`` are of ``WAYS``; each setting is repeated for ``enough`` seconds in each round, or
+    runs once for 0. A RunFailed says that there is no truth, as the reference method fails.
     """
     for name in engines:
         require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")

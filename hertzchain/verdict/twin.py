@@ -28,7 +28,8 @@ def velocity_verlet(scene: Scene, legs: Sequence[Leg], deadline: Deadline) -> Ve
     """What velocity Verlet finds on some steps, with and without interpolation."""
     unit, walker = scene.units, METHODS["velocity-verlet"].walker
     run = simulate(scene, legs, walker, deadline=deadline)
-    nodes = _nodes(legs) / unit.time
+    starts = np.concatenate([leg.start + leg.dt * np.arange(leg.steps) for leg in legs])
+    nodes = np.append(starts, legs[-1].end) / unit.time
     # The highest sample is next to the peak: only there is the same run looked at once more.
     after = np.searchsorted(nodes, run.peaks.time[np.isfinite(run.peaks.time)])
     beside = np.clip(np.concatenate([after - 1, after, after + 1]), 0, nodes.size - 1)
@@ -36,12 +37,6 @@ def velocity_verlet(scene: Scene, legs: Sequence[Leg], deadline: Deadline) -> Ve
     simulate(scene, legs, walker, recorder, deadline=deadline)
     sampled = np.max(recorder.contact_force, axis=0, initial=0.0)
     return Verlet(run.peaks.force * unit.force, sampled * unit.force)
-
-
-def _nodes(legs: Sequence[Leg]) -> FloatArray:
-    """The ends of all steps [s]."""
-    inner = [leg.start + leg.dt * np.arange(leg.steps) for leg in legs]
-    return np.append(np.concatenate(inner), legs[-1].end)
 
 
 MOST_LEGS = 100_000  # legs of one step each that are made: half a second

@@ -252,7 +252,8 @@ class Deck:
     def axis(self) -> int | None:
         """The axis that the granules lie along, if they are known to lie in a row."""
         created = self.named("create_atoms")
-        if not created or self.named("read_data", "molecule") or self._has_other_granules:
+        others = self.fixes("pour", "deposit", "rigid", "rigid/small")
+        if not created or self.named("read_data", "molecule") or others:
             return None
         singles = [command for command in created if command.words[2:3] == ("single",)]
         if len(singles) == len(created):
@@ -270,10 +271,6 @@ class Deck:
         sites = self._sites_across(" ".join(created[0].words[3:4]))
         rows = [k for k, count in enumerate(sites) if count is None or count > 1]
         return rows[0] if len(rows) == 1 and None not in (sites[k] for k in rows) else None
-
-    @property
-    def _has_other_granules(self) -> bool:
-        return bool(self.fixes("pour", "deposit", "rigid", "rigid/small"))
 
     def _point(self, command: Command) -> tuple[float | None, ...]:
         return tuple(number(" ".join(command.words[3 + k : 4 + k])) for k in range(3))

@@ -17,13 +17,7 @@ from typing import Literal
 from hertzchain.decks.lint.arithmetic import number
 from hertzchain.decks.lint.deck import TOUCHING, Deck, Law, Push, Run
 from hertzchain.decks.lint.script import Command, parse
-from hertzchain.engines.lammps.dialect import (
-    DEFAULT_STEP,
-    NO_DAMPING_NONE,
-    NO_FRICTION,
-    WALL_IS_NAN,
-    hertz,
-)
+from hertzchain.engines.lammps import dialect
 from hertzchain.errors import HertzchainError
 from hertzchain.files import read_bytes
 
@@ -171,8 +165,8 @@ def _damping(deck: Deck) -> Found:
             continue
         if damping == "none":
             text = (
-                f"damping none is an error in LAMMPS {NO_DAMPING_NONE}: leave the word out and"
-                f" give 0.0 as the second number of {law.normal}, which damps nothing"
+                f"damping none is an error in LAMMPS {dialect.NO_DAMPING_NONE}: leave the word out"
+                f" and give 0.0 as the second number of {law.normal}, which damps nothing"
             )
             yield law.command, "error", text
         elif value is not None and damping in ("tsuji", "coeff_restitution"):
@@ -243,7 +237,7 @@ def _tangential(deck: Deck) -> Found:
         if "tangential" not in law.command.words:
             text = (
                 "the tangential law is missing, which is an error: without friction it is"
-                f" {NO_FRICTION}"
+                f" {dialect.NO_FRICTION}"
             )
             yield law.command, "error", text
     style = deck.pair_style
@@ -428,7 +422,7 @@ def _step_length(deck: Deck) -> Found:
 
 def _step_default(deck: Deck) -> Found:
     """A deck that leaves the step to LAMMPS."""
-    default = DEFAULT_STEP.get(deck.units)
+    default = dialect.DEFAULT_STEP.get(deck.units)
     first = deck.first_run
     if first is None or default is None or deck.is_partial or not deck.is_granular:
         return
@@ -486,8 +480,8 @@ def _wall(deck: Deck) -> Found:
         if words[4:5] == ("hertz/history",) and number(" ".join(words[7:8])) == 0:
             text = (
                 "wall/gran hertz/history with gamma_n = 0 makes positions NaN at the first touch"
-                f" ({WALL_IS_NAN}): write wall/gran granular hertz/material"
-                f" with damping 0.0 and {NO_FRICTION}"
+                f" ({dialect.WALL_IS_NAN}): write wall/gran granular hertz/material"
+                f" with damping 0.0 and {dialect.NO_FRICTION}"
             )
             yield wall, "error", text
         elif words[4:5] == ("granular",) and not deck.is_heap:
@@ -539,7 +533,7 @@ def _not_hertz(deck: Deck) -> Found:
             yield law.command, "warning", text
 
 
-_HERTZ = f"pair_coeff * * {hertz('E', 'nu')} {NO_FRICTION}"
+_HERTZ = f"pair_coeff * * {dialect.hertz('E', 'nu')} {dialect.NO_FRICTION}"
 
 _HOOKE = (
     "{} is a linear spring, not Hertz's law: there are no solitary waves in it (with a stiffness"

@@ -25,10 +25,7 @@ def read_frames(path: Path, columns: tuple[str, ...]) -> tuple[FloatArray, Float
 def read_blocks(
     path: Path, columns: tuple[str, ...], frames: int = 256
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """As ``read_frames``, but so many frames at a time: memory holds no more of them.
-
-    The dump has an ``id`` besides the columns, and each frame as many granules as the first.
-    """
+    """As ``read_frames``, but so many frames at a time; the dump has an ``id`` besides columns."""
     try:
         with path.open(encoding="ascii") as file:
             head = list(itertools.islice(file, _HEADER))

@@ -53,9 +53,8 @@ def run_program(
 ) -> str:
     """Run a program to its end in a folder; what it said, the last part of it where that is long.
 
-    It is in a process group of its own, which is killed at the deadline, at Ctrl-C, and whatever
-    else ends the waiting, with all processes that it has started itself. The error of another
-    status than 0 has its last line that names an error.
+    Whatever ends the waiting kills its process group, with all processes that it has started. The
+    error of another status than 0 has its last line that names an error.
     """
     said = folder / SAID
     with said.open("wb") as output:
@@ -77,8 +76,9 @@ def run_program(
         finally:
             _kill(process)
     text = said.read_text(encoding="utf-8", errors="replace")[-_KEPT:]
-    if process.returncode != 0:
-        raise RunFailed(f"{code} {_how(process.returncode)}{_last_words(text)}")
+    if (status := process.returncode) != 0:
+        how = f"ended with status {status}" if status > 0 else f"was ended by {signal_name(status)}"
+        raise RunFailed(f"{code} {how}{_last_words(text)}")
     return text
 
 
@@ -122,10 +122,6 @@ def kill(process: subprocess.Popen[bytes]) -> None:
         else:
             os.killpg(process.pid, signal.SIGKILL)
     process.wait()
-
-
-def _how(status: int) -> str:
-    return f"ended with status {status}" if status >= 0 else f"was ended by {signal_name(status)}"
 
 
 def signal_name(status: int) -> str:

@@ -96,11 +96,7 @@ def predicted_loss(scene: Scene, steps: int, made: Softening = NONE) -> float:
 
 
 def loss_of_coordinates(scene: Scene, steps: int) -> tuple[float, float]:
-    """The two numbers of a predicted loss that a chain of other granules shares with this one.
-
-    The loss is the first of them, times the largest coordinate in natural units: 2 R N, and the
-    second, how far the chain flies.
-    """
+    """Loss per natural unit of the largest coordinate, 2 R N and the second: the flight."""
     return _loss(1.0, _overlap(_lowest_peak(scene)), steps), _flight(scene)
 
 

