@@ -19,7 +19,7 @@ from hertzchain.observables.samples import Samples
 
 SIGNIFICANT = 1e-3  # of the largest; lower peaks are not judged: error estimates do not cover them
 _COUNTS = 2e-3  # of the largest overlap: below, a force is less than 1e-4 of the largest
-ESTIMATED = 0.5 * SIGNIFICANT  # two runs are compared from here: a peak may be too low in both
+ESTIMATED = 0.5 * SIGNIFICANT  # lowest peaks that two runs are compared by: one may be low in both
 
 
 class PeakWatch:

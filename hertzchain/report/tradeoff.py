@@ -23,7 +23,7 @@ _ACCURACIES = tuple(float(f"1e-{k}") for k in range(2, 11))  # that a person may
 
 
 def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
-    """Print who is the cheapest for each accuracy; by median times and largest errors."""
+    """Print who is the cheapest for each accuracy; of several scenes, medians and worst errors."""
     from hertzchain.verdict.tradeoff import cheapest, typical
 
     title = f"{len(tradeoffs)} scenes: median times, and the errors of the worst"

@@ -20,7 +20,7 @@ MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen
 _WORK = 10.0  # time of a part on one core, about [s]; chosen: what is lost where a sweep is killed
 _LEAST_PARTS = 16  # where cores share them; chosen, so that few scenes keep all cores busy
 _START = 0.4  # estimated time below which no process is started [s]; chosen: two take 2 s to start
-_REFERENCE = 5.0  # times that the reference is estimated too slow, at least, on 60 granules
+_REFERENCE = 5.0  # estimated over true time of the reference, at least, on 60 granules
 _LOOKED_AT = 500  # scenes from which the work of all is estimated
 
 

@@ -45,12 +45,7 @@ FAR_FIELD_ERROR = 1e-5
 """Relative error of the far-field force, at most; 4e-6 was found, at LM_ratio 10 and n 2."""
 
 STEP = 2e-6  # what the file counts in; its ln F are within this of what was simulated
-
-_KINK_SHARE = 3 / 8
-"""Error of a change from one contact to the next over its largest second difference around: so much
-where a kink is halfway between two nodes, and less elsewhere. 0.17 is the largest of a million
-changes at random points."""
-
+_KINK_SHARE = 3 / 8  # error of a change over second differences around, at worst; 0.17 measured
 _FLOOR = 1.6e-5  # of a change, at a node: two forces of 3e-6, times 2.7 near the rim
 
 _SECOND_DIFFERENCES = np.vstack(

@@ -28,7 +28,7 @@ _CERTAIN = 1e-4  # of the differences: a mistake that leaves no more is not look
 _FLOOR = 1e-7  # differences below are beside what the trial runs are known to, 1e-8
 _ALIKE = 3.0  # times what the best mistake leaves: others that leave no more are named beside it
 _NEAR = 0.003  # relative; how near a fitted factor has to be to a known one for that to be named
-_ALONE = 100.0  # times as far off as any other contact; chosen: mistakes move others, too
+_ALONE = 100.0  # times as far off as any other contact; chosen: what mistakes make stays below
 
 Finder = Callable[[Case], Iterator[Cause]]
 

@@ -91,7 +91,7 @@ def advance(
     """Advance one chain by RK4 with steps h, in natural units: ``state``, shape (ROWS, N).
 
     ``applied`` is the force at the ends and in the middle of each step, shape (2 steps + 1,).
-    Exponents, of the elastic force and of what damps, are in ``quarters``.
+    Exponents, of the elastic force and of what damps, are given times four.
     """
     law = (quarters, pulls, damped_by, damping_quarters, damping)
     u, v = state[DISPLACEMENT], state[VELOCITY]

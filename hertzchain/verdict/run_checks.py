@@ -20,20 +20,11 @@ from hertzchain.verdict.check import Check, Kind, farthest, unmeasured, within
 
 VELOCITY_VERLET = METHODS["velocity-verlet"].walker
 
-SAME_STEPS_STATE = 10.0
-"""Of the largest displacement and velocity: times what absolute coordinates cost at most, as the
-only difference at the same steps. That bound is one of the peaks; collisions make more of it
-(measured: up to 1.7 times in the paper's scenes)."""
-
+SAME_STEPS_STATE = 10.0  # of the state, times what coordinates cost peaks at most; 1.7 measured
 SAME_STEPS_PEAKS = 7e-9  # of the peaks at steps of 0.01 natural units, for reading; goes as 1 / dt
 LONG_STEPS_PEAKS = 0.1  # of the peaks, times dt^4 [natural units]: velocities are no slopes
 _ONE_OF_MANY = 3.0  # times the growth of one small difference at the start: another grows more
-
-MUCH_GROWN = 0.01
-"""Where late collisions widen a tolerance beyond this, only gross errors show, and it is said.
-Right decks differ by 2.4e-3 in a velocity (5 granules, LM_ratio 316, n 565), by 0.35 in 12 of 300
-random scenes with LM_ratio from 300 to 2500."""
-
+MUCH_GROWN = 0.01  # a wider tolerance shows gross errors only: right decks differ by up to 0.35
 _ROUND_OFF = 1e-12  # of the states: what is left where coordinates cost nothing
 MOMENTUM_ERROR = 1e-12  # relative; steps end at the corners, so every method has the whole impulse
 MOMENTUM_OF_A_STEP = 2e-17  # relative, times steps: codes add up the time; 5e-18 to 1e-17 measured

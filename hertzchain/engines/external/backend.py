@@ -234,7 +234,7 @@ class _Runner:
         return max(1, stride)
 
     def _longest_stride(self, leg: Leg) -> int:
-        """Steps between readings that cost 0.1 of the wanted error, or what round-off does."""
+        """Steps between readings, which cost what round-off does, or 0.1 of the wanted error."""
         unit = self.scene.units.time
         interval = _READING_INTERVAL * math.pow(0.01 * unit / leg.dt, 1 / 8)
         if self.steps.dt is None:

@@ -96,7 +96,11 @@ def predicted_loss(scene: Scene, steps: int, made: Softening = NONE) -> float:
 
 
 def loss_of_coordinates(scene: Scene, steps: int) -> tuple[float, float]:
-    """Loss per natural unit of the largest coordinate, 2 R N and the second: the flight."""
+    """The two numbers of a predicted loss that chains of other granules share with this one.
+
+    The first, times the largest coordinate in natural units, is the loss; the second is the flight,
+    which adds to 2 R N.
+    """
     return _loss(1.0, _overlap(_lowest_peak(scene)), steps), _flight(scene)
 
 

@@ -52,7 +52,7 @@ def extrapolation_error(
 def rival_error(peaks: PeakWatch, extrapolated: FloatArray) -> float:
     """By how much another maximum of a contact may be above the extrapolated one, as a fraction.
 
-    Steps add to each maximum in its own way: one that is lower in every run may be the highest.
+    Steps add differently to each maximum: one that is lower in every run may be the highest.
     """
     judged = judged_contacts(extrapolated, ESTIMATED)
     highest, rival = extrapolated[judged], peaks.rival[judged]

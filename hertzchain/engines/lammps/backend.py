@@ -235,7 +235,7 @@ class _Module:
 def _read(
     lammps: Any, leg: Leg, stride: int, granules: int, clock: _Clock
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Run a leg, reading every ``stride`` steps: blocks, each from the last reading before on."""
+    """Run a leg; yields times and arrays of readings in blocks that have one in common."""
     steps, times = stops(leg, stride), reading_times(leg, stride)
     arrays = np.zeros((min(times.size, BLOCK + 1), len(reading.ARRAYS), granules, 3))
     reading.read(lammps, arrays[0])

@@ -187,7 +187,7 @@ def _leg(number: int, before: Leg | None, leg: Leg, stride: int) -> list[str]:
 def _read(
     path: Path, leg: Leg, stride: int, deadline: Deadline
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """What was dumped on a leg, as ``update`` takes it: blocks, each from the last reading on."""
+    """Times and arrays of readings dumped on a leg, in blocks that have one in common."""
     steps, times = np.array(readings.stops(leg, stride)), readings.reading_times(leg, stride)
     first, at, last = None, 0, None
     for step, values in read_blocks(path, ("x", "vx", "fx"), readings.BLOCK):

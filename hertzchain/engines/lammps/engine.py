@@ -79,7 +79,7 @@ def look() -> tuple[str, bool]:
 
 @functools.cache
 def _load_mpi() -> None:
-    """Load the library of the mpich wheel, if it is there: the loader does not look into it."""
+    """Load the library of the mpich wheel, where it is: the loader does not look there."""
     try:
         files = importlib.metadata.files("mpich") or []
     except importlib.metadata.PackageNotFoundError:
@@ -105,6 +105,6 @@ def _search_path_kept() -> Iterator[None]:
 
 
 def _leave_no_shared_memory() -> None:
-    """Remove the name of what MPICH shares with no others: a killed process would leave 1 MB."""
+    """Remove the name of MPICH's shared memory: a process that is killed would leave 1 MB."""
     with suppress(OSError):
         Path(f"/dev/shm/mpich_shm_{os.getpid():x}_0").unlink()  # noqa: S108

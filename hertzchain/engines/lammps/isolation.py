@@ -49,7 +49,7 @@ class Child:
         return None if self._process is None else self._process.popen.pid
 
     def call(self, function: Callable[..., Any], *arguments: Any, time_limit: float) -> Any:
-        """What a function returns, or raises, there; it is killed at the time limit [s]."""
+        """What a function returns, or raises, there; the process is killed after so long [s]."""
         request = pickle.dumps(pickle.dumps((function, arguments)))
         deadline = Deadline(time_limit)
         process = self._process
