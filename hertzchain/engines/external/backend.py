@@ -43,9 +43,7 @@ class Steps:
     """Which steps are taken, and how often they are looked at."""
 
     dt: float | None  # the largest [s]; None for one whose estimated error is at most ``rtol``
-    read_every: (
-        int | None
-    )  # steps between readings, of the coarsest run; None for 0.3 natural units
+    read_every: int | None  # steps between readings, in the coarsest run; None for 0.3 time units
     rtol: float  # wanted relative error of the peaks, where no step is asked for
     extrapolated: bool  # peaks from two runs, one with half the steps of the other (Richardson)
 
