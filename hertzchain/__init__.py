@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from hertzchain.report.trajectory import write_trajectory
     from hertzchain.scene.chain import Chain
     from hertzchain.scene.pulse import Pulse, PulseTable
-    from hertzchain.scene.scene import Run, Scene
+    from hertzchain.scene.run import Run
+    from hertzchain.scene.scene import Scene
+    from hertzchain.scene.terms import Precompression, Striker, Wall
     from hertzchain.sweeps import Sweep, sweep
     from hertzchain.verdict.comparison import Comparison, compare
     from hertzchain.verdict.judgement import Judgement, judge
@@ -33,12 +35,15 @@ _HOME = {
     "Lammps": "hertzchain.engines.lammps",
     "Liggghts": "hertzchain.engines.liggghts",
     "Native": "hertzchain.engines.native",
+    "Precompression": "hertzchain.scene.terms",
     "Pulse": "hertzchain.scene.pulse",
     "PulseTable": "hertzchain.scene.pulse",
     "Result": "hertzchain.observables.result",
-    "Run": "hertzchain.scene.scene",
+    "Run": "hertzchain.scene.run",
     "Scene": "hertzchain.scene.scene",
+    "Striker": "hertzchain.scene.terms",
     "Sweep": "hertzchain.sweeps",
+    "Wall": "hertzchain.scene.terms",
     "Yade": "hertzchain.engines.yade",
     "compare": "hertzchain.verdict.comparison",
     "judge": "hertzchain.verdict.judgement",
@@ -57,12 +62,15 @@ __all__ = [
     "Lammps",
     "Liggghts",
     "Native",
+    "Precompression",
     "Pulse",
     "PulseTable",
     "Result",
     "Run",
     "Scene",
+    "Striker",
     "Sweep",
+    "Wall",
     "Yade",
     "compare",
     "judge",

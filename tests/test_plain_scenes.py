@@ -10,7 +10,6 @@ import pytest
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.engines.native import METHODS, simulate
-from hertzchain.errors import SceneError
 from hertzchain.observables.error_bound import amplifies_errors
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.validity import refuse_hopeless_overlap
@@ -23,7 +22,7 @@ from tests.conftest import paper_scene
 
 @pytest.fixture
 def scene(monkeypatch: pytest.MonkeyPatch) -> hc.Scene:
-    """A scene that is taken for one with terms, as none can be given yet."""
+    """A plain scene that is taken for one with terms."""
     monkeypatch.setattr(hc.Scene, "is_plain", False)
     return paper_scene("cosine", 1.0, 2.0, 20)
 
@@ -35,20 +34,13 @@ def copied(scene: hc.Scene) -> hc.Scene:
     return found
 
 
-@pytest.mark.parametrize("terms", [("wall",), [], None, (0.0,)])
-def test_a_term_is_refused_as_none_is_known(terms: object) -> None:
-    plain = paper_scene("cosine", 1.0, 2.0)
-    with pytest.raises(SceneError, match=r"^terms.* must be \(\): no term is known$"):
-        hc.Scene(plain.chain, plain.shock, terms=terms)  # type: ignore[arg-type]
-
-
 def test_a_scene_without_terms_is_plain_and_looks_as_before() -> None:
     scene = paper_scene("cosine", 1.0, 2.0)
     assert scene.is_plain
-    assert "terms" not in repr(scene)
     assert "terms" not in "".join(scene.to_texts("scene.toml").values())
     assert copied(scene) == scene
-    del scene.__dict__["terms"]  # as pickled when there was no such field
+    for name in ("wall", "precompression"):
+        del scene.__dict__[name]  # as pickled when there were no such fields
     old = copied(scene)
     assert old == paper_scene("cosine", 1.0, 2.0)
     assert hash(old) == hash(paper_scene("cosine", 1.0, 2.0))

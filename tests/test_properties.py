@@ -172,6 +172,7 @@ def powers_of_two_change_no_digit(scene: hc.Scene, a: int, b: int) -> None:
     if isinstance(shock, hc.Pulse):
         larger: hc.Pulse | hc.PulseTable = replace(shock, peak_force=shock.peak_force * 2.0**a)
     else:
+        assert isinstance(shock, hc.PulseTable)
         time = tuple(value * 2.0**b for value in shock.time)
         larger = hc.PulseTable(time, tuple(value * 2.0**a for value in shock.force))
     similar = hc.Scene(replace(chain, young_modulus=modulus, density=density), larger)

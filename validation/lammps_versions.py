@@ -160,7 +160,7 @@ def sampled(entry: Entry) -> FloatArray:
 def naive(scene: hc.Scene, dt: float) -> str:
     """A deck as it is often written: periodic in y and z, the force formula on to the end."""
     chain, (rise, decay) = scene.chain, scene.ramps
-    t0, end, force = rise.end, decay.end, scene.shock.peak_force
+    t0, end, force = rise.end, decay.end, scene.peak_force
     steps = sum(leg.steps for leg in scene.schedule(dt))
     pushed = round(end / dt)
     return f"""\

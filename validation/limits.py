@@ -27,7 +27,7 @@ from scipy.optimize import brentq
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, natural_units
-from hertzchain.scene.scene import Run
+from hertzchain.scene.run import Run
 from validation.drawing import new_figure
 from validation.rows import Row, progress, row
 from validation.script import Script

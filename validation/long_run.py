@@ -29,7 +29,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.engines.native.simulation import Simulation
-from hertzchain.scene.scene import Run
+from hertzchain.scene.run import Run
 from hertzchain.theory.solitary_wave import solitary_wave
 from validation.drawing import new_figure
 from validation.rows import Row, progress, row

@@ -59,7 +59,7 @@ def load_scene(path: Path) -> Scene:
     if scene.momentum_ratio > _ODD_RATIO:
         typer.echo(
             f"hertzchain: LM_ratio is {scene.momentum_ratio:.3g}, so this may take long: the pulse"
-            f" lasts {scene.ramps[-1].end:.3g} s, is that meant?",
+            f" lasts {scene.pulse_end:.3g} s, is that meant?",
             err=True,
         )
     return scene

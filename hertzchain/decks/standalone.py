@@ -205,6 +205,7 @@ def _consequences(scene: Scene, made: Softening) -> list[str]:
     else:
         lines.append("# Rise time t0 [s]: the area of the pulse is F0 n t0 / 2")
         unit = "2*v_wave_momentum/(v_duration_ratio*v_peak_force)"
+        assert isinstance(shock, Pulse)
         if shock.momentum_ratio is not None:
             lines += ["variable LM equal v_momentum_ratio", f"variable t0 equal v_LM*{unit}"]
         else:

@@ -11,7 +11,7 @@ from hertzchain.decks.layout import ROOM, ROUNDING, UNCLEAR, KnownAnswer, Layout
 from hertzchain.engines.external.rescaling import NONE, Softening, loss_of_coordinates
 from hertzchain.engines.lammps.dialect import LET_GO, NO_STEP, PUSH
 from hertzchain.observables.peaks import SIGNIFICANT
-from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse
+from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse, PulseTable
 from hertzchain.scene.scene import Scene
 
 
@@ -81,6 +81,7 @@ def _pieces(scene: Scene, made: Softening) -> list[_Piece]:
             ),
         ]
     else:
+        assert isinstance(shock, PulseTable)
         stretch = "" if made == NONE else "v_stretch*"
         if shock.time[0] > 0:
             pieces.append(_Piece("no force", "0", f"{stretch}{shock.time[0]!r}"))

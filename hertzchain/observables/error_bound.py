@@ -91,9 +91,24 @@ def stable_step(scene: Scene, interval: float) -> float:
     make softer contacts. ``interval`` is the largest product of step and frequency with which the
     method does not make an oscillation grow: 2 for velocity Verlet.
     """
+    if not scene.is_plain:
+        return interval / _highest_frequency(scene)
     bound = math.cos(math.pi / (2 * scene.chain.granules))
     frequency = math.sqrt(6.0) * bound * math.pow(force_scale(scene.momentum_ratio), 1 / 6)
     return interval / frequency * scene.units.time
+
+
+def _highest_frequency(scene: Scene) -> float:
+    """Bound of the frequencies of a chain all of whose contacts the unit of force presses [1/s].
+
+    No eigenvalue is larger than the largest sum of a row of the matrix of stiffnesses over masses
+    (Gershgorin), twice that of the contacts of a granule over its mass.
+    """
+    granules = scene.granules
+    pressed = 1.5 * np.cbrt(granules.stiffness**2 * scene.units.force)
+    around = np.zeros(scene.chain.granules + 1)
+    around[1 : 1 + pressed.size] = pressed
+    return math.sqrt(float(np.max(2 * (around[:-1] + around[1:]) / granules.mass)))
 
 
 def refuse_unstable(scene: Scene, legs: Sequence[Leg], interval: float, method: str) -> None:
@@ -102,8 +117,8 @@ def refuse_unstable(scene: Scene, legs: Sequence[Leg], interval: float, method: 
     if longest > limit:
         raise StepUnstable(
             f"the step of {longest:.3g} s is unstable: {method} is stable up to {limit:.3g} s"
-            f" ({limit / scene.units.time:.3g} natural time units) in this scene, choose a smaller"
-            " dt"
+            f" ({limit / scene.contact_time:.3g} natural time units) in this scene, choose a"
+            " smaller dt"
         )
 
 

@@ -26,12 +26,15 @@ class History:
         are central differences; they differ from the slope by dt^2/6 times the jerk.
     contact_force
         [N], shape (times, granules - 1).
+    wall_force
+        [N], shape (times,); None at a free end.
     """
 
     time: FloatArray
     displacement: FloatArray
     velocity: FloatArray
     contact_force: FloatArray
+    wall_force: FloatArray | None = None
 
 
 def wanted_times(record: ArrayLike, end_time: float) -> FloatArray:
@@ -48,13 +51,16 @@ def wanted_times(record: ArrayLike, end_time: float) -> FloatArray:
 
 
 class Recorder:
-    """Fills a history from samples, at wanted times that increase, in the units of the samples."""
+    """Fills a history from samples, at wanted times that increase, in the units of the samples.
 
-    def __init__(self, time: Array, granules: int) -> None:
+    Where there is a wall its contact is the last.
+    """
+
+    def __init__(self, time: Array, granules: int, wall: bool = False) -> None:
         self.time = np.asarray(time)
         self.displacement = np.full((self.time.size, granules), np.nan)
         self.velocity = np.full((self.time.size, granules), np.nan)
-        self.contact_force = np.full((self.time.size, granules - 1), np.nan)
+        self.contact_force = np.full((self.time.size, granules - 1 + wall), np.nan)
 
     def update(self, samples: Samples) -> None:
         """Interpolate at the wanted times that lie within these samples."""
@@ -80,8 +86,13 @@ class Recorder:
         self, time: FloatArray, length: float = 1.0, velocity: float = 1.0, force: float = 1.0
     ) -> History:
         """What was recorded, in SI: the units of the samples are given in SI."""
+        contacts, forces = self.displacement.shape[1] - 1, self.contact_force * force
         return History(
-            time, self.displacement * length, self.velocity * velocity, self.contact_force * force
+            time,
+            self.displacement * length,
+            self.velocity * velocity,
+            forces[:, :contacts],
+            forces[:, contacts] if forces.shape[1] > contacts else None,
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from hertzchain.arrays import FloatArray, or_none
 from hertzchain.observables.history import History
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.validity import overlap_ratio, overlap_warning
+from hertzchain.scene.validity import largest_overlap_ratio, overlap_warning
 
 if TYPE_CHECKING:
     import pandas
@@ -27,18 +28,20 @@ ROUGH = 0.01  # error of the peaks above which p means nothing: it hangs on chan
 
 @dataclass(frozen=True)
 class Balance:
-    """What the shock gave and what the chain has at the end of a run.
+    """What the chain was given and what it has at the end of a run.
 
     Parameters
     ----------
     impulse
-        Integral of the applied force over time, from the scene [N s].
+        Integral of the applied force over time, from the scene [N s]; with a striker its momentum,
+        with constant forces their impulse, less that on a wall.
     momentum
         Of all granules at the end [N s].
     work
-        Of the applied force on the first granule [J].
+        Of the applied force on the first granule, and the energy at the start [J].
     energy
-        Kinetic energy plus that of the contacts, 2/5 F overlap each, at the end [J].
+        Kinetic energy plus that of the contacts, 2/5 F overlap each, at the end, less the work of
+        constant forces [J].
     """
 
     impulse: float
@@ -108,6 +111,8 @@ class Result:
     scheme
         The scheme that took the steps, as native names its methods; empty where it has no such
         name. Velocity Verlet's work on the ramps has a known error.
+    wall_peak_force, wall_peak_time
+        Of the contact with the wall [N], [s]; None at a free end.
     """
 
     scene: Scene
@@ -129,6 +134,22 @@ class Result:
     watching_share: float | None = None
     lost_digits: LostDigits | None = None
     scheme: str = ""
+    wall_peak_force: float | None = None
+    wall_peak_time: float | None = None
+
+    @property
+    def all_peaks(self) -> FloatArray:
+        """Peak forces of all contacts [N], shape (contacts,), that on the wall the last."""
+        if self.wall_peak_force is None:
+            return self.peak_force
+        return np.append(self.peak_force, self.wall_peak_force)
+
+    @property
+    def static_force(self) -> FloatArray | None:
+        """Force of each contact at the start [N], shape (N - 1,); None without a static load."""
+        if self.scene.precompression is None:
+            return None
+        return self.scene.granules.static_force[: self.peak_force.size]
 
     @cached_property
     def transition_granules(self) -> int | None:
@@ -140,15 +161,14 @@ class Result:
     @cached_property
     def solitary_wave(self) -> SolitaryWave:
         """The wave after the transition."""
-        diameter = 2 * self.scene.chain.radius
-        return solitary_wave(
-            self.peak_force, self.peak_time, self.peak_passed, self.transition_granules, diameter
-        )
+        p = self.transition_granules
+        diameter = 2 * self.scene.chain.radius if self.scene.is_plain else math.nan
+        return solitary_wave(self.peak_force, self.peak_time, self.peak_passed, p, diameter)
 
     @property
     def overlap_ratio(self) -> float:
         """The largest overlap over the radius R; Hertz's law is for small ones."""
-        return overlap_ratio(self.scene.chain, float(np.max(self.peak_force)))
+        return largest_overlap_ratio(self.scene, self.all_peaks)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -167,16 +187,31 @@ class Result:
         return np.arange(2, self.peak_force.size + 2)
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row per contact: contact, peak_force_N, peak_time_s."""
+        """One row per contact: contact, peak_force_N, peak_time_s.
+
+        With a static load also static_force_N and dynamic_force_N, the peak less it.
+        """
         import pandas
 
-        return pandas.DataFrame(
-            {
-                "contact": self.contact,
-                "peak_force_N": self.peak_force,
-                "peak_time_s": self.peak_time,
-            }
-        )
+        columns = {
+            "contact": self.contact,
+            "peak_force_N": self.peak_force,
+            "peak_time_s": self.peak_time,
+        }
+        if self.static_force is not None:
+            columns["static_force_N"] = self.static_force
+            columns["dynamic_force_N"] = self.peak_force - self.static_force
+        return pandas.DataFrame(columns)
+
+    def _of_terms(self) -> dict[str, Any]:
+        """What only scenes with a static load or a wall have, as JSON knows it."""
+        found: dict[str, Any] = {}
+        if self.static_force is not None:
+            found["static_force_N"] = self.static_force.tolist()
+        if self.wall_peak_force is not None:
+            found["wall_peak_force_N"] = self.wall_peak_force
+            (found["wall_peak_time_s"],) = or_none(np.array([self.wall_peak_time]))
+        return found
 
     def to_dict(self) -> dict[str, Any]:
         """The result as JSON knows it; null stands for what is not there."""
@@ -192,6 +227,7 @@ class Result:
             "momentum_ratio": self.scene.momentum_ratio,
             "peak_force_N": self.peak_force.tolist(),
             "peak_time_s": or_none(self.peak_time),
+            **self._of_terms(),
             "transition_granules": self.transition_granules,
             "solitary_wave": {
                 "peak_force_N": wave.peak_force,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from hertzchain.arrays import Array
 
 
@@ -18,8 +20,8 @@ class Samples:
     displacement: Array  # shape (samples, granules), as velocity and acceleration
     velocity: Array
     acceleration: Array
-    overlap: Array  # shape (samples, granules - 1), negative where there is a gap
-    contact_force: Array  # shape (samples, granules - 1)
+    overlap: Array  # shape (samples, contacts), negative where there is a gap
+    contact_force: Array  # shape (samples, contacts); with a wall its contact is the last
     jerk: Array | None = None  # rate of the acceleration, shape (samples, granules), where known
 
     @property
@@ -31,5 +33,17 @@ class Samples:
     @property
     def overlap_derivatives(self) -> tuple[Array, ...]:
         """Overlap and its time derivatives, as many as are known."""
-        rates = (values[:, :-1] - values[:, 1:] for values in self.granule_derivatives[1:])
-        return (self.overlap, *rates)
+        contacts = self.overlap.shape[1]
+        return (self.overlap, *(closing(d, contacts) for d in self.granule_derivatives[1:]))
+
+
+def closing(values: Array, contacts: int) -> Array:
+    """What overlaps change by, from what granules move by: shape (samples, contacts).
+
+    From the shape (samples, granules); where there is a contact for each granule, the last is that
+    with a wall, which does not move.
+    """
+    between = values[:, :-1] - values[:, 1:]
+    if contacts == between.shape[1]:
+        return between
+    return np.concatenate([between, values[:, -1:]], axis=1)

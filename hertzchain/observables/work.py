@@ -1,4 +1,4 @@
-"""Work done on the chain by the applied force, from samples."""
+"""Work done on the chain by the applied force, and impulse on a wall, from samples."""
 
 from __future__ import annotations
 
@@ -23,4 +23,26 @@ def work_done(samples: Samples, ramp: Ramp) -> Any:
     for node, weight in zip((_NODES + 1) / 2, _WEIGHTS / 2, strict=True):
         force = ramp.force(samples.time[:-1] + node * h)
         total += weight * np.sum(force * hermite.evaluate(travelled, np.full_like(h, node)))
+    return total
+
+
+def wall_impulse(samples: Samples) -> float:
+    """Integral over the samples of the force of the last contact, that with the wall.
+
+    Four Gauss points in each interval: the overlap is interpolated, and the force is that of the
+    end with the larger overlap times the ratio of overlaps to the power 3/2.
+    """
+    h = np.diff(samples.time)
+    last = [values[:, -1] for values in samples.overlap_derivatives]
+    curve = hermite.coefficients([d[:-1] for d in last], [d[1:] for d in last], h)
+    overlap, force = last[0], samples.contact_force[:, -1]
+    later = overlap[1:] > overlap[:-1]
+    pressed = np.where(later, overlap[1:], overlap[:-1])
+    known = np.where(later, force[1:], force[:-1])
+    touching = (pressed > 0) & (known > 0)
+    total = 0.0
+    for node, weight in zip((_NODES + 1) / 2, _WEIGHTS / 2, strict=True):
+        between = np.maximum(hermite.evaluate(curve, np.full_like(h, node)), 0.0)
+        ratio = np.where(touching, between, 0.0) / np.where(touching, pressed, 1.0)
+        total += float(np.sum(weight * h * known * ratio * np.sqrt(ratio)))
     return total

@@ -9,6 +9,7 @@ import numpy as np
 from hertzchain.observables.result import Result
 from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.terms import Striker
 
 if TYPE_CHECKING:
     from hertzchain.verdict.check import Check
@@ -17,15 +18,20 @@ if TYPE_CHECKING:
 def describe(scene: Scene) -> str:
     """One line that says what a scene is."""
     shock = scene.shock
-    kind = (
-        f"pulse table of {len(shock.time)} rows"
-        if isinstance(shock, PulseTable)
-        else f"{shock.profile} pulse, n = {shock.duration_ratio:g}"
-    )
-    return (
-        f"{kind}, LM_ratio = {scene.momentum_ratio:.6g}, {shock.peak_force:.6g} N on"
-        f" {scene.chain.granules} granules"
-    )
+    if isinstance(shock, Striker):
+        kind = f"striker at {shock.velocity:.6g} m/s on {scene.chain.granules - 1} granules"
+    else:
+        kind = (
+            f"pulse table of {len(shock.time)} rows"
+            if isinstance(shock, PulseTable)
+            else f"{shock.profile} pulse, n = {shock.duration_ratio:g}"
+        )
+        kind += (
+            f", LM_ratio = {scene.momentum_ratio:.6g}, {shock.peak_force:.6g} N on"
+            f" {scene.chain.granules} granules"
+        )
+    others = [term for term in scene.terms if term != "striker"]
+    return f"{kind}, with {', '.join(others)}" if others else kind
 
 
 def shown_contacts(result: Result) -> list[int]:
@@ -46,7 +52,7 @@ def cost(result: Result) -> str:
 def similar_scene(result: Result) -> str | None:
     """What a code was given instead of the scene, so that coordinates cost few digits."""
     lost = result.lost_digits
-    if lost is None or lost.young_modulus == result.scene.chain.young_modulus:
+    if lost is None or lost.young_modulus == result.scene.chain.first_modulus:
         return None
     return (
         f"a similar chain of E = {lost.young_modulus:.3g} Pa, as absolute coordinates would cost"

@@ -139,7 +139,7 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
     # The waves of a long chain are as narrow as lines: each is drawn around its own peak.
     around = _AROUND * _contact_time(scene) if long else np.inf
     unit_name, unit = _time_unit(around if long else scene.end_time)
-    largest = max(float(np.max(native.peak_force)), scene.shock.peak_force)
+    largest = max(float(np.max(native.peak_force)), scene.peak_force)
     scale = _Scale(around, unit, unit_name, 1.6 / largest)
     time = _shock_times(scene)
     shock = time, scene.applied_force(time)

@@ -1,4 +1,4 @@
-"""The chain: identical elastic spheres in a row, touching, at rest, under no load."""
+"""The chain: elastic spheres in a row, alike or not, touching or with gaps."""
 
 from __future__ import annotations
 
@@ -15,9 +15,20 @@ MOST_GRANULES = 2**31 - 1
 """The ids of LAMMPS are 32-bit integers."""
 
 
+PerGranule = Any
+"""A number for all granules, or a sequence of one for each (kept as a tuple)."""
+
+_POSITIVE_KEYS = {"radius": "m", "young_modulus": "Pa", "density": "kg/m^3"}
+
+MATERIAL = ("radius", "young_modulus", "poisson_ratio", "density")
+"""What a granule is."""
+
+
 @dataclass(frozen=True)
 class Chain:
-    """A uniform chain of spheres, in SI units.
+    """A row of spheres, in SI units.
+
+    All but ``granules`` are numbers, or sequences of N numbers where granules are unlike.
 
     Parameters
     ----------
@@ -31,6 +42,8 @@ class Chain:
         nu, in (-1, 0.5].
     density
         rho [kg/m^3].
+    gap
+        Before a granule at the start, at least 0 [m]; nothing is before the first.
 
     Raises
     ------
@@ -39,39 +52,84 @@ class Chain:
     """
 
     granules: int
-    radius: float
-    young_modulus: float
-    poisson_ratio: float
-    density: float
+    radius: PerGranule
+    young_modulus: PerGranule
+    poisson_ratio: PerGranule
+    density: PerGranule
+    gap: PerGranule = 0.0
 
     def __post_init__(self) -> None:
         granules = self.granules
         is_integer = isinstance(granules, Integral) and not isinstance(granules, bool)
         allowed = f"must be an integer from 2 to {MOST_GRANULES}"
         require(is_integer and 2 <= granules <= MOST_GRANULES, "granules", granules, allowed)
-        for key, unit in (("radius", "m"), ("young_modulus", "Pa"), ("density", "kg/m^3")):
+        for key in (*MATERIAL, "gap"):
             value = getattr(self, key)
-            require(is_positive(value), key, value, f"{POSITIVE} [{unit}]")
-        nu = self.poisson_ratio
-        require(
-            is_finite(nu) and -1.0 < nu <= 0.5,
-            "poisson_ratio",
-            nu,
-            "must be a number above -1 and at most 0.5",
-        )
+            if isinstance(value, list | tuple | np.ndarray):
+                object.__setattr__(self, key, _for_each(key, value, granules))
+            else:
+                _check(key, value)
         to_plain_numbers(self)
 
     @property
+    def is_uniform(self) -> bool:
+        """Whether all granules are alike and touch."""
+        values = (getattr(self, key) for key in MATERIAL)
+        return not any(isinstance(value, tuple) for value in values) and self.gap == 0
+
+    @property
+    def first_modulus(self) -> float:
+        """E of granule 1 [Pa]."""
+        modulus = self.young_modulus
+        return float(modulus[0] if isinstance(modulus, tuple) else modulus)
+
+    @property
     def granule_mass(self) -> float:
-        """Mass m = 4/3 pi R^3 rho [kg]."""
+        """Mass m = 4/3 pi R^3 rho of each granule of a uniform chain [kg]."""
         return granule_mass(self.radius, self.density)  # type: ignore[no-any-return]
 
     @property
     def contact_stiffness(self) -> float:
-        """A in F = A overlap^(3/2) [N m^(-3/2)]."""
+        """A in F = A overlap^(3/2) of a uniform chain [N m^(-3/2)]."""
         return contact_stiffness(  # type: ignore[no-any-return]
             self.radius, self.young_modulus, self.poisson_ratio
         )
+
+
+def _for_each(key: str, values: Any, granules: int) -> Any:
+    """A number for each granule, checked; the number itself where all are the same."""
+    values = values.tolist() if isinstance(values, np.ndarray) else list(values)
+    allowed = f"must be a number, or {granules} numbers, one for each granule"
+    require(len(values) == granules, f"number of values of {key}", len(values), allowed)
+    if key == "gap":
+        values[0] = 0.0  # nothing is before the first granule
+    for number, value in enumerate(values, start=1):
+        _check(key, value, f" of granule {number}")
+    if len(set(values)) == 1:
+        return float(values[0])
+    return tuple(float(value) for value in values)
+
+
+def _check(key: str, value: object, of: str = "") -> None:
+    """Raise a SceneError for a value that no granule can have."""
+    if key in _POSITIVE_KEYS:
+        unit = _POSITIVE_KEYS[key]
+        require(is_positive(value), f"{key}{of}", value, f"{POSITIVE} [{unit}]")
+    elif key == "gap":
+        possible = is_finite(value) and value >= 0  # type: ignore[operator]
+        require(possible, f"{key}{of}", value, "must be a finite number of at least 0 [m]")
+    else:
+        possible = is_finite(value) and -1.0 < value <= 0.5  # type: ignore[operator]
+        allowed = "must be a number above -1 and at most 0.5"
+        require(possible, f"{key}{of}", value, allowed)
+
+
+def check_material(part: Any, optional: bool = False) -> None:
+    """Raise a SceneError for a material that no granule can have; optional values may be None."""
+    for key in MATERIAL:
+        value = getattr(part, key, None)
+        if not (optional and value is None):
+            _check(key, value)
 
 
 def granule_mass(radius: Any, density: Any) -> Any:

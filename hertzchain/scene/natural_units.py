@@ -91,6 +91,15 @@ def force_scale(momentum_ratio: float) -> float:
     return min(1.0, IMPACT * math.pow(MOMENTUM_IN_NATURAL_UNITS * short, 1.2))
 
 
-def unit_ratio_momentum(chain: Chain, peak_force: float) -> float:
-    """L_SW of a solitary wave of height ``peak_force`` [N s]: the momentum at LM_ratio = 1."""
-    return MOMENTUM_IN_NATURAL_UNITS * natural_units(chain, peak_force).momentum
+def impact_force(stiffness: float, contact_mass: float, velocity: float) -> float:
+    """Peak force of two free granules that meet [N], from A, m* and their velocity [m/s].
+
+    The energy m* v^2 / 2 is 2/5 A overlap^(5/2) then, so F = (5/4)^(3/5) m*^(3/5) v^(6/5) A^(2/5).
+    """
+    energy = 1.25 * contact_mass * velocity**2
+    return math.pow(energy, 3 / 5) * math.pow(stiffness, 2 / 5)
+
+
+def slowness(stiffness: Any, contact_mass: Any) -> Any:
+    """sqrt(2 m*) / A^(1/3) of contacts, numbers or arrays: over F^(1/6), the unit of time [s]."""
+    return np.sqrt(2 * contact_mass) / np.cbrt(stiffness)

@@ -1,71 +1,40 @@
-"""A scene: a chain, a shock and how long to watch; read from TOML and written to it."""
+"""A scene: a chain, what shocks it, what holds it, and how long to watch."""
 
 from __future__ import annotations
 
 import functools
 import math
 import sys
-import tomllib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import POSITIVE, SceneError, is_positive, require
-from hertzchain.files import read_bytes
-from hertzchain.scene.chain import Chain, to_plain_numbers
-from hertzchain.scene.natural_units import NaturalUnits, natural_units, unit_ratio_momentum
-from hertzchain.scene.pulse import Pulse, PulseTable, Ramp, read_pulse_table
-from hertzchain.scene.quantities import to_si
+from hertzchain.errors import SceneError, require
+from hertzchain.scene.chain import MATERIAL, Chain
+from hertzchain.scene.granules import Granules, granules_of
+from hertzchain.scene.natural_units import (
+    MOMENTUM_IN_NATURAL_UNITS,
+    NaturalUnits,
+    impact_force,
+    length_and_time,
+    natural_units,
+    slowness,
+)
+from hertzchain.scene.pulse import Pulse, PulseTable, Ramp
+from hertzchain.scene.reading import read_parts, texts_of
+from hertzchain.scene.run import Run
 from hertzchain.scene.schedule import Leg, lay_steps
+from hertzchain.scene.terms import Precompression, Striker, Wall, refuse_unsupported
 
-_Kind = TypeVar("_Kind")
-
-# The SI unit of each quantity of the scene file; keys that are not here take no unit.
-UNITS = {
-    "radius": "m",
-    "young_modulus": "Pa",
-    "poisson_ratio": "",
-    "density": "kg/m^3",
-    "peak_force": "N",
-    "duration_ratio": "",
-    "momentum_ratio": "",
-    "rise_time": "s",
-    "end_time": "s",
-}
-_OPTIONAL = {"momentum_ratio", "rise_time", "end_time"}
-_MOST_BYTES = 100_000
-"""Of a scene file; that of `make demo` has 500."""
-_MOST_DOTS = 200
-"""In a line: a dotted key costs tomllib the square of its dots, 35 s where it has 32,000."""
 _WAVE_SPEED = 0.9055
 """Granules per natural time unit of a wave of height 1; it only decides how long to watch."""
 
-
-@dataclass(frozen=True)
-class Run:
-    """How long to watch.
-
-    Parameters
-    ----------
-    end_time
-        End of the run [s]; None for the default, long enough for every contact to peak.
-
-    Raises
-    ------
-    SceneError
-        If the end time is not a finite number above 0.
-    """
-
-    end_time: float | None = None
-
-    def __post_init__(self) -> None:
-        if self.end_time is not None:
-            require(is_positive(self.end_time), "end_time", self.end_time, f"{POSITIVE} [s]")
-            to_plain_numbers(self)
+_UNLIKE = 2.0
+"""Times as long, where granules are unlike or apart: waves decay there, and weak ones are slow
+(chosen: as slow as a wave of 1/64 of the force)."""
 
 
 @dataclass(frozen=True)
@@ -77,12 +46,13 @@ class Scene:
     chain
         The granules.
     shock
-        The force on the first of them.
+        The force on the first of them, or the striker that the first of them is.
     run
         How long to watch.
-    terms
-        What the scene has beyond a uniform chain with free ends, at rest before its shock; no such
-        term is known yet.
+    wall
+        At the far end; None for a free end.
+    precompression
+        Forces that act all the time; None for a chain at rest under no load.
 
     Raises
     ------
@@ -92,16 +62,22 @@ class Scene:
     """
 
     chain: Chain
-    shock: Pulse | PulseTable
-    run: Run = Run()
-    terms: tuple[Any, ...] = field(default=(), repr=False)
+    shock: Pulse | PulseTable | Striker
+    run: Run = Run()  # noqa: RUF009 - it is frozen
+    wall: Wall | None = None
+    precompression: Precompression | None = None
 
     def __post_init__(self) -> None:
         require(isinstance(self.chain, Chain), "chain", self.chain, "must be a Chain")
-        allowed = "must be a Pulse or a PulseTable"
-        require(isinstance(self.shock, Pulse | PulseTable), "shock", self.shock, allowed)
+        allowed = "must be a Pulse, a PulseTable or a Striker"
+        known = isinstance(self.shock, Pulse | PulseTable | Striker)
+        require(known, "shock", self.shock, allowed)
         require(isinstance(self.run, Run), "run", self.run, "must be a Run")
-        require(self.terms == (), "terms", self.terms, "must be (): no term is known")
+        require(isinstance(self.wall, Wall | None), "wall", self.wall, "must be a Wall or None")
+        allowed = "must be a Precompression or None"
+        known = isinstance(self.precompression, Precompression | None)
+        require(known, "precompression", self.precompression, allowed)
+        refuse_unsupported(self.chain, self.wall, self.precompression)
         try:
             representable = _is_representable(self)
         except (OverflowError, ZeroDivisionError):
@@ -121,8 +97,8 @@ class Scene:
         Parameters
         ----------
         path
-            A TOML file with the sections chain, shock and, optionally, run. Bare numbers are SI,
-            strings carry units.
+            A TOML file with the sections chain, shock or striker and, optionally, wall,
+            precompression and run. Bare numbers are SI, strings carry units.
 
         Raises
         ------
@@ -130,22 +106,16 @@ class Scene:
             If the file cannot be read, is not TOML, or does not describe a possible scene; it
             names file, key, value and what is allowed.
         """
-        path = Path(path)
-        document = _load(path)
-        try:
-            return _scene(document, path.parent)
-        except SceneError as problem:
-            raise SceneError(
-                problem.key, problem.value, problem.allowed, problem.file or path
-            ) from None
+        return cls(**read_parts(Path(path)))
 
     def to_toml(self, path: Path | str) -> None:
-        """Write a scene file that reads back as an equal scene; a pulse table goes beside it.
+        """Write a scene file that reads back as an equal scene; tables go beside it.
 
         Parameters
         ----------
         path
-            The TOML file. A table is written next to it as ``<name of the scene>.csv``.
+            The TOML file. A pulse table is written next to it as ``<name of the scene>.csv``,
+            unlike granules as ``<name of the scene>.granules.csv``.
 
         Raises
         ------
@@ -157,41 +127,87 @@ class Scene:
         write_texts(self.to_texts(path))
 
     def to_texts(self, path: Path | str) -> dict[Path, str]:
-        """What ``to_toml`` writes, by where to: the pulse table, if there is one, then the TOML."""
-        import tomli_w
+        """What ``to_toml`` writes, by where to: tables, if there are any, then the TOML."""
+        parts = self.chain, self.shock, self.run, self.wall, self.precompression
+        return texts_of(Path(path), *parts)
 
-        path = Path(path)
-        texts: dict[Path, str] = {}
-        shock: dict[str, object] = {}
-        if isinstance(self.shock, PulseTable):
-            table = path.with_suffix(".csv")
-            allowed = "must not end in .csv: the pulse table is written under that name"
-            require(table != path, "path", str(path), allowed)
-            rows = zip(self.shock.time, self.shock.force, strict=True)
-            lines = ["time_s,force_N", *(f"{time!r},{force!r}" for time, force in rows)]
-            texts[table] = "\n".join(lines) + "\n"
-            shock = {"profile": "table", "file": table.name}
-        else:
-            shock = _given(self.shock)
-        document: dict[str, object] = {"chain": _given(self.chain), "shock": shock}
-        if self.run.end_time is not None:
-            document["run"] = {"end_time": self.run.end_time}
-        return {**texts, path: tomli_w.dumps(document)}
+    @functools.cached_property
+    def terms(self) -> tuple[str, ...]:
+        """Names of what the scene has beyond a uniform chain with free ends under one pulse."""
+        chain, pressed = self.chain, self.precompression
+        has_gap = isinstance(chain.gap, tuple) or chain.gap > 0
+        present = {
+            "unlike granules": any(isinstance(getattr(chain, k), tuple) for k in MATERIAL),
+            "gaps": has_gap,
+            "striker": self.striker is not None,
+            "wall": self.wall is not None,
+            "precompression": pressed is not None and pressed.force > 0,
+            "gravity": pressed is not None and pressed.gravity > 0,
+        }
+        return tuple(name for name, is_there in present.items() if is_there)
 
     @property
     def is_plain(self) -> bool:
         """Whether there are no terms; what was calibrated holds for such scenes alone."""
         return not self.terms
 
+    @property
+    def striker(self) -> Striker | None:
+        """The striker, or None where a force pushes granule 1."""
+        return self.shock if isinstance(self.shock, Striker) else None
+
+    @functools.cached_property
+    def granules(self) -> Granules:
+        """Every granule and contact, with striker, wall and precompression."""
+        return granules_of(self.chain, self.striker, self.wall, self.precompression)
+
+    @functools.cached_property
+    def _shock_units(self) -> NaturalUnits:
+        """The natural units of the first contact under the shock alone."""
+        if self.is_plain:
+            return natural_units(self.chain, self.peak_force)
+        stiffness, mass = self._first_contact
+        return NaturalUnits(self.peak_force, *length_and_time(stiffness, mass, self.peak_force))
+
+    @property
+    def _first_contact(self) -> tuple[float, float]:
+        """A [N m^(-3/2)] and 2 m* [kg] of the first contact: in a uniform chain, A and m."""
+        granules = self.granules
+        return float(granules.stiffness[0]), 2 * float(granules.contact_mass[0])
+
+    @functools.cached_property
+    def peak_force(self) -> float:
+        """The largest applied force [N], or that of a striker's first contact alone."""
+        if not isinstance(self.shock, Striker):
+            return self.shock.peak_force
+        stiffness, mass = self._first_contact
+        return impact_force(stiffness, mass / 2, self.shock.velocity)
+
     @functools.cached_property
     def units(self) -> NaturalUnits:
-        """The natural units of this scene."""
-        return natural_units(self.chain, self.shock.peak_force)
+        """The natural units of this scene: the first contact under the largest force known before.
+
+        That is the shock's, or the largest static force where it is larger.
+        """
+        if self.precompression is None:
+            return self._shock_units
+        force = max(self.peak_force, float(np.max(self.granules.static_force)))
+        stiffness, mass = self._first_contact
+        return NaturalUnits(force, *length_and_time(stiffness, mass, force))
+
+    @functools.cached_property
+    def contact_time(self) -> float:
+        """The natural unit of time of the fastest contact [s], by which steps are measured."""
+        if self.is_plain:
+            return self.units.time
+        granules, force = self.granules, self.units.force
+        fastest = np.min(slowness(granules.stiffness, granules.contact_mass))
+        return float(fastest) * math.pow(force, -1 / 6)
 
     @property
     def rise_time(self) -> float | None:
-        """t0 [s]; None for a pulse table, which has none."""
-        if isinstance(self.shock, PulseTable):
+        """t0 [s]; None for a pulse table or a striker, which have none."""
+        if not isinstance(self.shock, Pulse):
             return None
         if self.shock.rise_time is not None:
             return self.shock.rise_time
@@ -200,9 +216,13 @@ class Scene:
 
     @property
     def momentum_ratio(self) -> float:
-        """LM_ratio, the impulse over L_SW(F0), always with the paper's 139/32."""
-        if isinstance(self.shock, PulseTable):
-            return self.impulse / unit_ratio_momentum(self.chain, self.shock.peak_force)
+        """LM_ratio, the impulse over L_SW(F0), always with the paper's 139/32.
+
+        In a scene with terms L_SW is that of a uniform chain of the first contact, and F0 the
+        force of a striker's first contact.
+        """
+        if not isinstance(self.shock, Pulse):
+            return (self.impulse + self.start_momentum) / self._unit_momentum
         if self.shock.momentum_ratio is not None:
             return self.shock.momentum_ratio
         assert self.shock.rise_time is not None
@@ -210,16 +230,37 @@ class Scene:
 
     def _unit_rise_time(self, pulse: Pulse) -> float:
         """t0_hat [s]: the rise time at which the impulse is L_SW(F0). The area is F0 n t0 / 2."""
-        momentum = unit_ratio_momentum(self.chain, pulse.peak_force)
-        return 2 * momentum / (pulse.duration_ratio * pulse.peak_force)
+        return 2 * self._unit_momentum / (pulse.duration_ratio * pulse.peak_force)
+
+    @property
+    def _unit_momentum(self) -> float:
+        """L_SW of a solitary wave of height F0 [N s]: the momentum at LM_ratio = 1."""
+        return MOMENTUM_IN_NATURAL_UNITS * self._shock_units.momentum
 
     @functools.cached_property
     def ramps(self) -> tuple[Ramp, ...]:
-        """The applied force as ramps between its corners [s, N]."""
+        """The applied force as ramps between its corners [s, N]; none for a striker."""
+        if isinstance(self.shock, Striker):
+            return ()
         if isinstance(self.shock, PulseTable):
             return self.shock.ramps()
         assert self.rise_time is not None
         return self.shock.ramps(self.rise_time)
+
+    @property
+    def pulse_end(self) -> float:
+        """When the applied force ends [s]; 0 for a striker."""
+        return self.ramps[-1].end if self.ramps else 0.0
+
+    @property
+    def start_velocity(self) -> float:
+        """Velocity of granule 1 at the start [m/s]; all others are at rest."""
+        return self.shock.velocity if isinstance(self.shock, Striker) else 0.0
+
+    @property
+    def start_momentum(self) -> float:
+        """Momentum at the start [N s]: that of the striker."""
+        return self.first_mass * self.start_velocity if self.striker else 0.0
 
     @property
     def impulse(self) -> float:
@@ -237,12 +278,38 @@ class Scene:
         )
 
     @property
+    def first_mass(self) -> float:
+        """Mass of granule 1 [kg]."""
+        return self.chain.granule_mass if self.is_plain else float(self.granules.mass[0])
+
+    @property
+    def largest_impulse(self) -> float:
+        """All that pushes the chain forwards during the run [N s]; no momentum is larger."""
+        if self.is_plain:
+            return self.applied_impulse
+        constant = float(np.sum(np.maximum(self.granules.constant_force, 0.0)))
+        return self.applied_impulse + self.start_momentum + constant * self.end_time
+
+    @property
+    def given_impulse(self) -> float:
+        """Momentum of all granules at the end if there is no wall [N s].
+
+        It is that of the applied force, of the striker and of constant forces.
+        """
+        if self.is_plain:
+            return self.applied_impulse
+        constant = float(np.sum(self.granules.constant_force))
+        return self.applied_impulse + self.start_momentum + constant * self.end_time
+
+    @property
     def end_time(self) -> float:
         """End of the run [s], as given, or long enough for the wave to pass every contact."""
         if self.run.end_time is not None:
             return self.run.end_time
-        watched = watched_time(self.chain.granules, self.momentum_ratio)
-        return self.ramps[-1].end + float(watched) * self.units.time
+        if self.is_plain:
+            watched = watched_time(self.chain.granules, self.momentum_ratio)
+            return self.ramps[-1].end + float(watched) * self.units.time
+        return self.pulse_end + _watched_with_terms(self)
 
     def applied_force(self, time: FloatArray) -> FloatArray:
         """F(t) [N] at any times [s], before and after the pulse too, of the shape of ``time``."""
@@ -259,23 +326,52 @@ class Scene:
         return lay_steps(self.ramps, self.end_time, dt)
 
 
+def _watched_with_terms(scene: Scene) -> float:
+    """How long a chain with terms is watched after its pulse, where nothing is said [s].
+
+    The wave crosses each contact in its own time, and each gap with the velocity of the shock.
+    """
+    granules, units = scene.granules, scene._shock_units
+    crossed = slowness(granules.stiffness, granules.contact_mass) * math.pow(units.force, -1 / 6)
+    weak = min(1.0, scene.momentum_ratio)
+    wave = watched_time(0, weak) / 5 * (float(np.sum(crossed)) + 5 * float(np.max(crossed)))
+    if not scene.chain.is_uniform:
+        wave *= _UNLIKE
+    flight = _UNLIKE * float(np.sum(granules.gap)) / (units.velocity * weak)
+    return float((wave + flight) * (1.0 if scene.wall is None else 2.0))
+
+
 def _is_representable(scene: Scene) -> bool:
     """Whether a scene's quantities, and all numbers on the way to them, are normal: no digit lost.
 
     Nothing divides here by a number that was not checked.
     """
-    chain, force = scene.chain, scene.shock.peak_force
-    mass, stiffness = chain.granule_mass, chain.contact_stiffness
-    of_chain = (chain.radius**3, mass, chain.young_modulus / 3, stiffness, force)
-    if not all(map(_is_normal, of_chain)) or not _is_normal(force / stiffness):
+    if scene.is_plain:
+        chain, force = scene.chain, scene.peak_force
+        mass, stiffness = chain.granule_mass, chain.contact_stiffness
+        of_chain = (chain.radius**3, mass, chain.young_modulus / 3, stiffness, force)
+        if not all(map(_is_normal, of_chain)) or not _is_normal(force / stiffness):
+            return False
+    elif not _are_representable(scene):
         return False
+    mass = scene.chain.granule_mass if scene.is_plain else scene._first_contact[1]
     units = scene.units
     of_units = (units.length, mass * units.length, units.time**2, units.velocity)
     if not all(map(_is_normal, (*of_units, units.momentum, units.energy))):
         return False
-    return _is_normal(scene.momentum_ratio) and all(
-        map(_is_normal, (scene.ramps[0].end, scene.end_time))
-    )
+    times = [ramp.end for ramp in scene.ramps[:1]]
+    return all(map(_is_normal, (scene.momentum_ratio, *times, scene.end_time)))
+
+
+def _are_representable(scene: Scene) -> bool:
+    """Whether the granules and contacts of a scene with terms are normal numbers."""
+    with np.errstate(all="ignore"):
+        granules = scene.granules
+        values = [
+            *(granules.radius**3, granules.mass, granules.stiffness, granules.contact_mass),
+            scene.peak_force / granules.stiffness,
+        ]
+        return all(_is_normal(float(np.min(v))) and _is_normal(float(np.max(v))) for v in values)
 
 
 def _is_normal(value: float) -> bool:
@@ -292,77 +388,3 @@ def watched_time(granules: Any, momentum_ratio: Any) -> Any:
     """How long a chain is watched after its pulse, where nothing is said [natural time units]."""
     speed = _WAVE_SPEED * np.minimum(1.0, momentum_ratio) ** 0.2
     return 1.2 * (granules + 5) / speed
-
-
-def _load(path: Path) -> dict[str, Any]:
-    try:
-        content = read_bytes(path, _MOST_BYTES)
-    except IsADirectoryError:
-        raise SceneError("", None, "is a directory, must be a TOML file", path) from None
-    except (OSError, ValueError) as problem:  # ValueError: a null in the name
-        reason = getattr(problem, "strerror", None) or problem
-        raise SceneError(
-            "", None, f"cannot be read ({reason}), must be a TOML file", path
-        ) from None
-    try:
-        text = content.decode()
-        if any(line.count(".") > _MOST_DOTS for line in text.split("\n")):
-            raise ValueError(f"a line with more than {_MOST_DOTS} dots")  # noqa: TRY301
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as problem:  # not UTF-8, not TOML, or not to be counted
-        hint = '; a value with a unit stands in quotes, "103 GPa"'
-        raise SceneError("", None, f"is not TOML: {problem!s:.200}{hint}", path) from None
-
-
-def _scene(document: Mapping[str, Any], folder: Path) -> Scene:
-    sections = {"chain", "shock", "run"}
-    for key, value in document.items():
-        allowed = f"unknown key, allowed are the sections {', '.join(sorted(sections))}"
-        require(key in sections, key, value, allowed)
-        require(isinstance(value, dict), key, value, f"must be a section, [{key}]")
-    for key in ("chain", "shock"):
-        require(key in document, f"[{key}]", None, "missing section")
-    return Scene(
-        _section("chain", document["chain"], Chain),
-        _shock(document["shock"], folder),
-        _section("run", document.get("run", {}), Run),
-    )
-
-
-def _shock(section: Mapping[str, Any], folder: Path) -> Pulse | PulseTable:
-    if section.get("profile") != "table":
-        return _section("shock", section, Pulse)
-    for key, value in section.items():
-        require(
-            key in ("profile", "file"),
-            f"shock.{key}",
-            value,
-            'not allowed with profile = "table", which takes only file',
-        )
-    name = section.get("file")
-    require("file" in section, "shock.file", None, 'missing, profile = "table" needs it')
-    require(isinstance(name, str), "shock.file", name, "must be the name of a CSV file")
-    return read_pulse_table(folder / str(name), str(name))
-
-
-def _section(name: str, section: Mapping[str, Any], kind: Callable[..., _Kind]) -> _Kind:
-    """Build one frozen object from its section; errors name the key with its section."""
-    known = [item.name for item in fields(kind)]  # type: ignore[arg-type]
-    values: dict[str, object] = {}
-    for key, value in section.items():
-        full = f"{name}.{key}"
-        require(key in known, full, value, f"unknown key, allowed are {', '.join(known)}")
-        values[key] = to_si(full, value, UNITS[key]) if key in UNITS else value
-    for key in known:
-        require(key in values or key in _OPTIONAL, f"{name}.{key}", None, "missing")
-    try:
-        return kind(**values)
-    except SceneError as problem:
-        given = section.get(problem.key, problem.value)
-        raise SceneError(f"{name}.{problem.key}", given, problem.allowed) from None
-
-
-def _given(part: Chain | Pulse) -> dict[str, object]:
-    """The fields of a frozen object that are not left to their default."""
-    values = {item.name: getattr(part, item.name) for item in fields(part)}
-    return {key: value for key, value in values.items() if value is not None}

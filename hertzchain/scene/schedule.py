@@ -74,8 +74,9 @@ def lay_steps(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, .
             # A step that was once the result of this division must give the same number again.
             legs.append(Leg(start, end, max(1, math.ceil(steps * (1 - 2**-52))), ramp))
 
-    add(0.0, ramps[0].start, None)
+    add(0.0, ramps[0].start if ramps else end_time, None)
     for ramp in ramps:
         add(ramp.start, ramp.end, ramp)
-    add(ramps[-1].end, end_time, None)
+    if ramps:
+        add(ramps[-1].end, end_time, None)
     return tuple(legs)

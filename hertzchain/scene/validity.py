@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
-from hertzchain.errors import OverlapTooLarge
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import OverlapTooLarge, RunFailed
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.pulse import Pulse
@@ -25,24 +29,46 @@ triangular pulse of LM_ratio 1.97 and n 1.001; two pushed slowly have 0.5."""
 
 def overlap_ratio(chain: Chain, peak_force: float) -> float:
     """Overlap of a contact under a force [N], over the radius R (Eq. 1 solved for the overlap)."""
-    return math.pow(peak_force / chain.contact_stiffness, 2 / 3) / chain.radius
+    return float(math.pow(peak_force / chain.contact_stiffness, 2 / 3) / chain.radius)
+
+
+def largest_overlap_ratio(scene: Scene, peak_force: FloatArray) -> float:
+    """The largest overlap under the peak forces of all contacts [N], over the smaller radius.
+
+    The forces have the shape (contacts,), that on the wall, if there is one, the last.
+    """
+    if scene.is_plain:
+        return overlap_ratio(scene.chain, float(np.max(peak_force)))
+    granules = scene.granules
+    smaller = np.append(np.minimum(granules.radius[:-1], granules.radius[1:]), granules.radius[-1])
+    overlap = (peak_force / granules.stiffness) ** (2 / 3)
+    return float(np.max(overlap / smaller[: overlap.size]))
 
 
 def refuse_hopeless_overlap(scene: Scene) -> None:
     """Raise OverlapTooLarge, before a run, where a pulse will surely press beyond the radius."""
     if scene.is_plain and isinstance(scene.shock, Pulse) and scene.run.end_time is None:
         force = _SURE_FORCE * force_scale(scene.momentum_ratio) * scene.shock.peak_force
-        refuse_deep_overlap(scene.chain, force)
+        refuse_deep_overlap(overlap_ratio(scene.chain, force))
 
 
-def refuse_deep_overlap(chain: Chain, peak_force: float, where: str = "") -> None:
-    """Raise OverlapTooLarge for a largest force [N] at which an overlap would exceed the radius."""
-    ratio = overlap_ratio(chain, peak_force)
+def refuse_deep_overlap(ratio: float, where: str = "") -> None:
+    """Raise OverlapTooLarge where an overlap over the radius says that Hertz's law does not."""
     if ratio > IMPOSSIBLE_OVERLAP:
         raise OverlapTooLarge(
             f"{where}the largest overlap would be {ratio:.3g} radii, above {IMPOSSIBLE_OVERLAP:g}:"
             " Hertz's law says nothing there; take a smaller force, larger granules or a stiffer"
             " material"
+        )
+
+
+def refuse_terms(scene: Scene, who: str, known: Collection[str] = ()) -> None:
+    """Raise RunFailed for a scene with terms that are not known to who is to compute it."""
+    unknown = [term for term in scene.terms if term not in known]
+    if unknown:
+        raise RunFailed(
+            f"{who} cannot have this scene, which has {' and '.join(unknown)}: take the native"
+            " backend, or leave them out"
         )
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import is_finite, require
 from hertzchain.scene.quantities import to_si
-from hertzchain.scene.scene import UNITS
+from hertzchain.scene.reading import UNITS
 
 _MOST_LISTED = 100_000  # values of one list, kept in memory and with the sweep
 

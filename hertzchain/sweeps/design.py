@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.pulse import PulseTable
-from hertzchain.scene.scene import Run, Scene, require_scene
+from hertzchain.scene.run import Run
+from hertzchain.scene.scene import Scene, require_scene
 from hertzchain.sweeps.axes import Axis, Span, Value, axis_of, is_whole
 from hertzchain.sweeps.columns import OTHER_MEASURE, PARAMETERS, TEXT, WHOLE
 

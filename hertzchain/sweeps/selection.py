@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.scene.quantities import to_si
-from hertzchain.scene.scene import UNITS
+from hertzchain.scene.reading import UNITS
 from hertzchain.sweeps.axes import Axis, Listed, Span
 from hertzchain.sweeps.columns import COLUMNS, IN_TITLES, OTHER_MEASURE, TEXT, TITLES
 

@@ -130,7 +130,7 @@ def transition_granules(chain: Chain, pulse: Pulse, rise_time: float, wave_force
         F_SW [N].
     """
     unit = unit_rise_time(chain, pulse)
-    granules_per_second = solitary_wave_speed(chain, wave_force) / (2 * chain.radius)
+    granules_per_second: float = solitary_wave_speed(chain, wave_force) / (2 * chain.radius)
     if rise_time >= unit:
         return 5 + pulse.duration_ratio * (rise_time - unit) * granules_per_second
     return 5 + (unit - rise_time) * granules_per_second

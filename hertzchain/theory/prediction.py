@@ -251,7 +251,7 @@ def predict(scene: Scene) -> Prediction:
     peak_force = pulse.peak_force * mapped.peak_force[: nothing.size]
     if chain.granules <= peak_map.LAST_CONTACT:
         peak_force[-1] *= FREE_END
-    refuse_deep_overlap(chain, float(np.max(peak_force)))
+    refuse_deep_overlap(overlap_ratio(chain, float(np.max(peak_force))))
     p, candidates = _transition(peak_force, mapped.change_error)
     if p is None:
         reason = "the transition does not end within this chain: no p, no F_SW"

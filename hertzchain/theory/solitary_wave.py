@@ -77,7 +77,8 @@ def solitary_wave() -> SolitaryWave:
 
 def speed(chain: Chain, peak_force: float) -> float:
     """Exact speed of a solitary wave of the given height [N], in m/s."""
-    return 2 * chain.radius * solitary_wave().speed / natural_units(chain, peak_force).time
+    unit = natural_units(chain, peak_force).time
+    return float(2 * chain.radius * solitary_wave().speed / unit)
 
 
 def momentum(chain: Chain, peak_force: float) -> float:

@@ -170,6 +170,7 @@ def _pushed(scene: Scene, factor: float) -> Scene:
     shock = scene.shock
     if isinstance(shock, Pulse):
         return replace(scene, shock=replace(shock, peak_force=factor * shock.peak_force))
+    assert isinstance(shock, PulseTable)
     force = tuple(factor * value for value in shock.force)
     return replace(scene, shock=PulseTable(shock.time, force, shock.file))
 

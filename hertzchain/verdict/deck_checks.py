@@ -10,7 +10,7 @@ from hertzchain import theory
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.lammps import Examination, Lammps
 from hertzchain.errors import RunFailed
-from hertzchain.scene.pulse import Pulse
+from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.check import Check, Kind, farthest, unmeasured, within
 
@@ -159,6 +159,7 @@ def _applied_force(scene: Scene, time: FloatArray) -> FloatArray:
         assert scene.rise_time is not None
         return theory.applied_force(time, scene.shock, scene.rise_time)
     table = scene.shock
+    assert isinstance(table, PulseTable)
     force = np.interp(time, table.time, table.force, left=0.0, right=0.0)
     # It may jump at its first and last row: legs end before a jump and start after it.
     force[:, 1:][time[:, 1:] <= table.time[0]] = 0.0

@@ -57,9 +57,9 @@ def test_the_limits_of_the_warning() -> None:
 def test_the_limit_of_refusal_is_the_radius() -> None:
     chain = paper_scene("cosine", 1.0, 2.0).chain
     below, above = (chain.contact_stiffness * (r * chain.radius) ** 1.5 for r in (0.9999, 1.0001))
-    refuse_deep_overlap(chain, below)
+    refuse_deep_overlap(overlap_ratio(chain, below))
     with pytest.raises(OverlapTooLarge, match="would be 1 radii, above 1:"):
-        refuse_deep_overlap(chain, above)
+        refuse_deep_overlap(overlap_ratio(chain, above))
 
 
 @pytest.mark.parametrize("depth", [1.1, 1e3])

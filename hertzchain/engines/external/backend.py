@@ -8,8 +8,6 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import step_error
 from hertzchain.engines.external.observation import Simulation
@@ -21,7 +19,11 @@ from hertzchain.observables.peaks import ESTIMATED, PeakWatch, largest_differenc
 from hertzchain.observables.result import LostDigits, Result
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.validity import refuse_deep_overlap, refuse_hopeless_overlap
+from hertzchain.scene.validity import (
+    largest_overlap_ratio,
+    refuse_deep_overlap,
+    refuse_hopeless_overlap,
+)
 
 _READING_INTERVAL = 0.3  # natural time units at steps of 0.01: 7e-9 of a peak; goes as 1 / dt
 _RECORDING_INTERVAL = 0.1  # natural time units; at 0.3 opening contacts leave 5e-5 in velocities
@@ -82,9 +84,10 @@ def run(
     longest = max(leg.dt for leg in found.legs)
     asked = steps.dt is not None
     error_bound.refuse_meaningless(
-        code, answer.error, asked and longest > error_bound.SHORT * scene.units.time
+        code, answer.error, asked and longest > error_bound.SHORT * scene.contact_time
     )
-    refuse_deep_overlap(scene.chain, float(np.max(answer.peak_force)))
+    refuse_deep_overlap(largest_overlap_ratio(scene, answer.peak_force))
+    contacts = scene.chain.granules - 1  # a wall's comes after them
     history = None if times is None else runner.history(found.legs, times)
     return Result(
         scene=scene,
@@ -94,9 +97,11 @@ def run(
         dt=longest,
         steps=answer.steps,
         force_evaluations=answer.steps,
-        peak_force=answer.peak_force,
-        peak_time=answer.peak_time,
-        peak_passed=found.peaks.passed,
+        peak_force=answer.peak_force[:contacts],
+        peak_time=answer.peak_time[:contacts],
+        peak_passed=found.peaks.passed[:contacts],
+        wall_peak_force=None if scene.wall is None else float(answer.peak_force[contacts]),
+        wall_peak_time=None if scene.wall is None else float(answer.peak_time[contacts]),
         error_estimate=answer.error,
         displacement=found.displacement,
         velocity=found.velocity,
@@ -106,7 +111,7 @@ def run(
         versions={code.lower(): found.version},
         watching_share=found.watching_share,
         lost_digits=LostDigits(
-            found.made.scene(scene).chain.young_modulus,
+            found.made.scene(scene).chain.first_modulus,
             predicted_loss(scene, found.steps),
             answer.round_off,
         ),
@@ -170,7 +175,7 @@ class _Runner:
         def peaks_at(dt: float) -> FloatArray:
             return self._rough_peaks(self.scene.schedule(dt))
 
-        unit = self.scene.units.time
+        unit = self.scene.contact_time
         dt = self.steps.dt or error_bound.second_order_step(
             peaks_at, _PILOT_STEP * unit, self.steps.rtol
         )
@@ -191,7 +196,7 @@ class _Runner:
         # Of fourth order; longer steps than that are no use to an extrapolation.
         wanted = min(_COARSEST_STEP * math.pow(self.steps.rtol / 1e-6, 1 / 4), 0.4)
         legs = self.scene.schedule(
-            wanted * self.scene.units.time if self.steps.dt is None else 4 * self.steps.dt
+            wanted * self.scene.contact_time if self.steps.dt is None else 4 * self.steps.dt
         )
         strides = [self.stride(leg, recording=False) for leg in legs]
         runs: list[Simulation] = []
@@ -226,14 +231,14 @@ class _Runner:
             return self.steps.read_every
         stride = self._longest_stride(leg)
         if recording:
-            stride = min(stride, int(_RECORDING_INTERVAL * self.scene.units.time / leg.dt))
+            stride = min(stride, int(_RECORDING_INTERVAL * self.scene.contact_time / leg.dt))
         if leg.ramp is not None:
             stride = min(stride, leg.steps // _READINGS_PER_RAMP)
         return max(1, stride)
 
     def _longest_stride(self, leg: Leg) -> int:
         """Steps between readings, which cost what round-off does, or 0.1 of the wanted error."""
-        unit = self.scene.units.time
+        unit = self.scene.contact_time
         interval = _READING_INTERVAL * math.pow(0.01 * unit / leg.dt, 1 / 8)
         if self.steps.dt is None:
             interval = min(
@@ -248,7 +253,7 @@ class _Runner:
     def _step_error(self, legs: Sequence[Leg], peaks: PeakWatch) -> float:
         """Bound of what the steps cost the peaks, as a fraction."""
         others = [error_bound.coarser_run(legs, error_bound.stable_step(self.scene, STABLE))]
-        longest = max(leg.dt for leg in legs) / self.scene.units.time
+        longest = max(leg.dt for leg in legs) / self.scene.contact_time
         rising = peaks.any_rising
         if longest > _ERRATIC_STEP or rising or error_bound.amplifies_errors(self.scene):
             others.append(error_bound.finer_run(legs))

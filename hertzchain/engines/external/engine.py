@@ -23,6 +23,7 @@ from hertzchain.observables.history import wanted_times
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene, require_scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.validity import refuse_terms
 
 Code = Callable[[Scene, Sequence[Leg], Sequence[int], Observation], tuple[str, float | None]]
 """Runs a scene with steps on each leg, and so many between two readings, which it gives to the
@@ -41,6 +42,9 @@ class ExternalEngine(ABC):
 
     FASTEST: ClassVar[tuple[float, float]]
     """Time of a step, and of each granule in it, on a fast machine [s]."""
+
+    TERMS: ClassVar[tuple[str, ...]] = ()
+    """Terms of a scene that it can simulate, by their names in ``Scene.terms``."""
 
     dt: float | None
     read_every: int | None
@@ -71,6 +75,7 @@ class ExternalEngine(ABC):
         return steps * (self.FASTEST[0] + granules * self.FASTEST[1])
 
     def _simulate(self, scene: Scene, deadline: Deadline) -> verlet.Simulate:
+        refuse_terms(scene, self.LABEL, self.TERMS)
         code = self._code(scene, deadline)
 
         def simulate(

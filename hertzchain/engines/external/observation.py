@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import readings
+from hertzchain.engines.external.readings import FREE
 from hertzchain.engines.external.rescaling import Softening, round_off
 from hertzchain.errors import OverlapTooLarge, RunFailed
 from hertzchain.observables.error_bound import diverged
@@ -16,7 +18,7 @@ from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.result import Balance
 from hertzchain.observables.samples import Samples
-from hertzchain.observables.work import work_done
+from hertzchain.observables.work import wall_impulse, work_done
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -38,10 +40,12 @@ class Observation:
     ) -> None:
         self._scene, self._made, self._legs, self.code = scene, made, tuple(legs), code
         self.legs = [made.leg(leg) for leg in legs]  # as the code is given them
-        self._fastest = scene.impulse / scene.chain.granule_mass
-        self._peaks = PeakWatch(scene.chain.granules - 1)
-        self._recorder = None if times is None else Recorder(times, scene.chain.granules)
-        self._work = 0.0
+        granules, wall = scene.chain.granules, scene.wall is not None
+        self._fastest = _fastest(scene)
+        self._peaks = PeakWatch(granules - 1 + wall)
+        self._recorder = None if times is None else Recorder(times, granules, wall)
+        self._work = self._wall_impulse = 0.0
+        self._held = FREE
         self._samples: Samples | None = None
         self._velocity = np.zeros(scene.chain.granules)
 
@@ -54,27 +58,41 @@ class Observation:
                 " version with it"
             )
         self._at_rest = at_rest
+        if not self._scene.is_plain:
+            self._held = _held(self._made.scene(self._scene))
 
-    def update(self, number: int, time: FloatArray, arrays: FloatArray) -> None:
+    def update(
+        self,
+        number: int,
+        time: FloatArray,
+        arrays: FloatArray,
+        wall_force: FloatArray | None = None,
+    ) -> None:
         """Take note of successive readings on a leg, the first of them the last of those before.
 
         As the code was given the scene: the leg, from 0, times [s], shape (readings,), and
         positions [m], velocities [m/s] and net forces [N] along the chain, shape (readings, 3,
-        granules). Motion that has diverged raises StepUnstable, granules that touch the next but
+        granules), with the force on the wall, if there is one [N], shape (readings,). Motion that
+        has diverged raises StepUnstable, granules that touch the next but
         one OverlapTooLarge.
         """
         if not np.all(np.isfinite(arrays)):
             raise diverged(self.code)
         leg = self._legs[number]
-        seen = readings.samples(time, arrays, self._at_rest, self.legs[number])
+        leg_given = self.legs[number]
+        seen = readings.samples(time, arrays, self._at_rest, leg_given, self._held, wall_force)
         self._refuse_second_neighbours(seen)
         samples = self._made.true(seen)
-        # All the impulse in one granule: no granule is ever faster.
+        if self._samples is None:
+            before = arrays[0, 1] / self._made.time
+            self._work = self._energy(samples.contact_force[0], samples.overlap[0], before)
         if np.max(np.abs(samples.velocity)) > 2 * self._fastest:
             raise diverged(self.code)
         self._peaks.update(samples)
         if leg.ramp is not None:
             self._work += float(work_done(samples, leg.ramp))
+        if wall_force is not None:
+            self._wall_impulse += wall_impulse(samples)
         if self._recorder is not None:
             self._recorder.update(samples)
         self._samples = samples
@@ -107,13 +125,41 @@ class Observation:
 
     def _balance(self, samples: Samples) -> Balance:
         """Momentum and energy from the masses, velocities, forces and overlaps of the code."""
-        mass, velocity = self._at_rest.mass, self._velocity
-        pressed = np.maximum(samples.overlap[-1], 0.0)
-        energy = 0.5 * np.sum(mass * velocity**2) + 0.4 * np.sum(
-            samples.contact_force[-1] * pressed
-        )
+        mass, velocity, scene = self._at_rest.mass, self._velocity, self._scene
+        energy = self._energy(samples.contact_force[-1], samples.overlap[-1], velocity)
+        if scene.precompression is not None:
+            energy -= float(np.sum(scene.granules.constant_force * samples.displacement[-1]))
         momentum = float(np.sum(mass * velocity))
-        return Balance(self._scene.applied_impulse, momentum, self._work, float(energy))
+        return Balance(scene.given_impulse - self._wall_impulse, momentum, self._work, energy)
+
+    def _energy(self, force: FloatArray, overlap: FloatArray, velocity: FloatArray) -> float:
+        """Of motion and of contacts, from forces, overlaps and velocities at one time [J]."""
+        pressed = np.maximum(overlap, 0.0)
+        kinetic = 0.5 * np.sum(self._at_rest.mass * velocity**2)
+        return float(kinetic + 0.4 * np.sum(force * pressed))
+
+
+def _fastest(scene: Scene) -> float:
+    """Half a velocity that no granule reaches [m/s]: it tells a motion that has diverged."""
+    if scene.is_plain:
+        return scene.impulse / scene.chain.granule_mass  # all the impulse in one granule
+    # All energy in one granule of the smallest mass could be as fast; static contacts have some.
+    lightest = float(np.min(scene.granules.mass))
+    static = 0.4 * float(np.sum(scene.granules.static_force * scene.granules.static_overlap))
+    momentum = scene.impulse + scene.start_momentum
+    energy = momentum**2 / (2 * scene.first_mass) + static
+    return 10.0 * math.sqrt(2 * energy / lightest)
+
+
+def _held(made: Scene) -> readings.Held:
+    """What acts on the granules that a code made of a scene with terms, besides its contacts."""
+    pressed, wall = made.precompression, made.wall
+    force = 0.0 if pressed is None or wall is not None else pressed.force
+    place = None
+    if wall is not None:
+        overlap = float(made.granules.static_overlap[-1])
+        place = float(made.granules.position[-1] + made.granules.radius[-1]) + wall.gap - overlap
+    return readings.Held(0.0 if pressed is None else pressed.gravity, force, place)
 
 
 @dataclass(frozen=True, eq=False)

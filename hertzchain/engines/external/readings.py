@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.observables.samples import Samples
+from hertzchain.observables.samples import Samples, closing
 from hertzchain.scene.schedule import Leg
 
 BLOCK = 256  # readings handed on at a time
@@ -23,6 +23,29 @@ class Granules:
     diameter: FloatArray
 
 
+@dataclass(frozen=True, eq=False)
+class Held:
+    """What acts on the granules besides contacts and shock.
+
+    Parameters
+    ----------
+    acceleration
+        Of all granules by gravity [m/s^2].
+    last_force
+        On the last granule, against the chain [N].
+    wall
+        Position of the wall [m]; None for a free end.
+    """
+
+    acceleration: float = 0.0
+    last_force: float = 0.0
+    wall: float | None = None
+
+
+FREE = Held()
+"""Nothing acts but contacts and shock."""
+
+
 def contact_forces(net_force: FloatArray) -> FloatArray:
     """Force in each contact [N], (..., granules - 1), from net forces, (..., granules).
 
@@ -31,7 +54,31 @@ def contact_forces(net_force: FloatArray) -> FloatArray:
     return np.cumsum(net_force[..., :0:-1], axis=-1)[..., ::-1]
 
 
-def samples(time: FloatArray, arrays: FloatArray, at_rest: Granules, leg: Leg) -> Samples:
+def all_contact_forces(
+    net_force: FloatArray, mass: FloatArray, held: Held, wall_force: FloatArray | None
+) -> FloatArray:
+    """``contact_forces`` where more acts on the granules, that on the wall the last.
+
+    Net forces (readings, granules) and the force on the wall (readings,), if there is one [N].
+    """
+    if held == FREE:
+        return contact_forces(net_force)
+    own = net_force - held.acceleration * mass
+    own[:, -1] += held.last_force
+    if wall_force is None:
+        return contact_forces(own)
+    own[:, -1] += wall_force
+    return np.concatenate([contact_forces(own), wall_force[:, np.newaxis]], axis=1)
+
+
+def samples(
+    time: FloatArray,
+    arrays: FloatArray,
+    at_rest: Granules,
+    leg: Leg,
+    held: Held = FREE,
+    wall_force: FloatArray | None = None,
+) -> Samples:
     """Successive readings on a leg as samples, whose derivatives are those of the positions.
 
     The readings, at least two: times [s], shape (readings,), and positions [m], velocities [m/s]
@@ -44,9 +91,13 @@ def samples(time: FloatArray, arrays: FloatArray, at_rest: Granules, leg: Leg) -
     position, velocity, force = (np.ascontiguousarray(arrays[:, k]) for k in range(3))
     reach = (at_rest.diameter[:-1] + at_rest.diameter[1:]) / 2
     overlap = reach - np.diff(position, axis=-1)
+    if held.wall is not None:
+        last = position[:, -1:] + at_rest.diameter[-1] / 2 - held.wall
+        overlap = np.concatenate([overlap, last], axis=1)
     # Granules that only touch overlap by the rounding of their positions: that is no contact.
     pressed = overlap > np.finfo(np.float64).eps * np.max(np.abs(at_rest.position))
-    contact_force = np.where(pressed, contact_forces(force), 0.0)
+    contact_force = all_contact_forces(force, at_rest.mass, held, wall_force)
+    contact_force = np.where(pressed, contact_force, 0.0)
     known = Samples(
         time=time,
         displacement=position - at_rest.position,
@@ -67,19 +118,19 @@ def _with_true_derivatives(samples: Samples, mass: FloatArray, leg: Leg) -> Samp
     dt = leg.dt
     velocity, acceleration = samples.velocity, samples.acceleration
     r = np.where(samples.contact_force > 0, samples.overlap, 1.0)
-    rate, second = -np.diff(velocity, axis=-1), -np.diff(acceleration, axis=-1)
+    rate, second = (closing(d, r.shape[1]) for d in (velocity, acceleration))
     stiffness = 1.5 * samples.contact_force / r
     # Within a step of the opening of a contact its force has no second derivative.
     growth = rate**2 / (2 * np.maximum(r, np.abs(rate) * dt))
     applied_rate, applied_second = _applied(samples.time, leg)
-    jerk = _net(stiffness * rate, applied_rate) / mass
-    fourth = _net(stiffness * (second + growth), applied_second) / mass
-    true_rate = rate + dt**2 / 6 * np.diff(jerk, axis=-1)
+    jerk = _net(stiffness * rate, applied_rate, mass.size) / mass
+    fourth = _net(stiffness * (second + growth), applied_second, mass.size) / mass
+    true_rate = rate - dt**2 / 6 * closing(jerk, r.shape[1])
     return replace(
         samples,
         velocity=velocity - dt**2 / 6 * jerk,
         acceleration=acceleration - dt**2 / 12 * fourth,
-        jerk=_net(stiffness * true_rate, applied_rate) / mass,
+        jerk=_net(stiffness * true_rate, applied_rate, mass.size) / mass,
     )
 
 
@@ -91,11 +142,11 @@ def _applied(time: Array, leg: Leg) -> tuple[Array, Array]:
     return rate(time), (rate(time + leg.dt) - rate(time - leg.dt)) / (2 * leg.dt)
 
 
-def _net(contact: Array, applied: Array) -> Array:
-    """Net forces, or derivatives, from those in contacts, (readings, granules - 1), and applied."""
-    passed_on = np.zeros((contact.shape[0], contact.shape[1] + 2))
+def _net(contact: Array, applied: Array, granules: int) -> Array:
+    """Net forces, or derivatives, from those in contacts, (readings, contacts), and applied."""
+    passed_on = np.zeros((contact.shape[0], granules + 1))
     passed_on[:, 0] = applied
-    passed_on[:, 1:-1] = contact
+    passed_on[:, 1 : 1 + contact.shape[1]] = contact
     return passed_on[:, :-1] - passed_on[:, 1:]
 
 

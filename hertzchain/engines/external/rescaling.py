@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,10 +20,13 @@ from hertzchain.observables.samples import Samples
 from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.terms import Striker
 
 TOLERABLE = 1e-9  # predicted loss, of the peaks, up to which a scene is computed as it stands
 _DEEPEST = 0.8  # radii; deepest overlap expected: two that add up to 2 let second neighbours touch
 _FARTHEST = 8  # chain lengths that a similar chain flies at most; 2 lose half as much again
+_HIGHEST_WITH_TERMS = 3.0  # units of force, expected with terms (chosen): a wall doubles a wave
+_LOWEST_WITH_TERMS = 0.05  # units of force, expected in scenes with terms (chosen)
 _SOFTEST = 100  # largest k: overlaps grow by 1e60, and no number leaves the range of floating point
 
 
@@ -44,15 +48,26 @@ class Softening:
 
     def scene(self, scene: Scene) -> Scene:
         """The similar scene: another Young's modulus, and the times that go with it."""
-        modulus = scene.chain.young_modulus / 8.0**self.power
-        shock, run = scene.shock, scene.run
+        shock, run, wall, pressed = scene.shock, scene.run, scene.wall, scene.precompression
         if isinstance(shock, PulseTable):
             shock = replace(shock, time=tuple(self.time * time for time in shock.time))
+        elif isinstance(shock, Striker):
+            own = self._modulus(shock.young_modulus)
+            shock = replace(shock, velocity=self.time * shock.velocity, young_modulus=own)
         elif shock.rise_time is not None:
             shock = replace(shock, rise_time=self.time * shock.rise_time)
         if run.end_time is not None:
             run = replace(run, end_time=self.time * run.end_time)
-        return Scene(replace(scene.chain, young_modulus=modulus), shock, run)
+        if wall is not None:
+            own = self._modulus(wall.young_modulus)
+            wall = replace(wall, young_modulus=own, gap=self.length * wall.gap)
+        gap = _times(self.length, scene.chain.gap)
+        modulus = self._modulus(scene.chain.young_modulus)
+        chain = replace(scene.chain, young_modulus=modulus, gap=gap)
+        return Scene(chain, shock, run, wall, pressed)
+
+    def _modulus(self, young_modulus: Any) -> Any:
+        return None if young_modulus is None else _times(1 / 8.0**self.power, young_modulus)
 
     def leg(self, leg: Leg) -> Leg:
         """A leg in the time of the similar scene."""
@@ -70,6 +85,13 @@ class Softening:
         )
 
 
+def _times(factor: float, values: Any) -> Any:
+    """A number, or a tuple of numbers, times a power of 2, which rounds nothing."""
+    if isinstance(values, tuple):
+        return tuple(factor * value for value in values)
+    return factor * values
+
+
 NONE = Softening(0)  # the scene as it stands
 
 
@@ -79,11 +101,11 @@ def softening(scene: Scene, steps: int) -> Softening:
     Otherwise overlaps become as deep as they may, and as is useful: where the chain flies farther
     than it is long, coordinates grow with the overlaps.
     """
-    radius, length = scene.chain.radius, scene.units.length
-    deepest = _DEEPEST * radius / _overlap(_highest_peak(scene))
+    length, smallest = scene.units.length, _smallest_radius(scene)
+    deepest = _DEEPEST * smallest / _deepest_overlap(scene)
     if length <= deepest and predicted_loss(scene, steps) <= TOLERABLE:
         return NONE
-    useful = _FARTHEST * 2 * radius * scene.chain.granules / _flight(scene)
+    useful = _FARTHEST * _length(scene) / _flight(scene)
     wanted = math.log(min(deepest, useful)) - math.log(length)
     return Softening(min(math.floor(wanted / math.log(4)), _SOFTEST))
 
@@ -91,8 +113,7 @@ def softening(scene: Scene, steps: int) -> Softening:
 def predicted_loss(scene: Scene, steps: int, made: Softening = NONE) -> float:
     """What coordinates will cost the peaks, as a fraction: an estimate of ``round_off``."""
     each, flight = loss_of_coordinates(scene, steps)
-    length = scene.units.length * made.length
-    return each * (2 * scene.chain.radius * scene.chain.granules / length + flight)
+    return each * (_length(scene) / (scene.units.length * made.length) + flight)
 
 
 def loss_of_coordinates(scene: Scene, steps: int) -> tuple[float, float]:
@@ -101,7 +122,7 @@ def loss_of_coordinates(scene: Scene, steps: int) -> tuple[float, float]:
     The first, times the largest coordinate in natural units, is the loss; the second is the flight,
     which adds to 2 R N.
     """
-    return _loss(1.0, _overlap(_lowest_peak(scene)), steps), _flight(scene)
+    return _loss(1.0, _shallowest_overlap(scene), steps), _flight(scene)
 
 
 def round_off(
@@ -109,18 +130,22 @@ def round_off(
 ) -> float:
     """Bound of what absolute coordinates have cost the peaks, as a fraction.
 
-    From the peak forces of all contacts [N], of which the smallest that is judged loses most, and
-    the displacements at the end of the true scene [m], shape (granules,). The last granule is
-    pushed forwards only, so that it goes farthest.
+    From the peak forces of all contacts [N], that on a wall the last, of which the smallest that is
+    judged loses most, and the displacements at the end of the true scene [m], shape (granules,).
+    The last granule of a plain scene is pushed forwards only, so that it goes farthest.
     """
-    judged = peak_force[judged_contacts(peak_force)]
-    smallest = np.min(judged) if judged.size else 0.0
-    overlap = (smallest / scene.chain.contact_stiffness) ** (2 / 3)
+    judged = judged_contacts(peak_force)
+    if scene.is_plain:
+        smallest = np.min(peak_force[judged]) if judged.any() else 0.0
+        overlap = (smallest / scene.chain.contact_stiffness) ** (2 / 3)
+    else:
+        overlaps = (peak_force / scene.granules.stiffness) ** (2 / 3)
+        overlap = np.min(overlaps[judged]) if judged.any() else 0.0
     if overlap == 0:
         # Right where the run ends before a table pushes; else they are lost beside coordinates.
         return 0.0 if scene.applied_impulse == 0 else math.inf
     flight = float(np.max(np.abs(displacement))) * made.length
-    reach = 2 * scene.chain.radius * scene.chain.granules + flight
+    reach = _length(scene) + flight
     return _loss(reach, float(overlap) * made.length, steps)
 
 
@@ -135,6 +160,35 @@ def _loss(reach: float, overlap: float, steps: int) -> float:
 
 def _overlap(peak_force: float) -> float:
     return math.pow(peak_force, 2 / 3)
+
+
+def _length(scene: Scene) -> float:
+    """From end to end of the chain [m]."""
+    if scene.is_plain:
+        return float(2 * scene.chain.radius * scene.chain.granules)
+    return float(2 * np.sum(scene.granules.radius) + np.sum(scene.granules.gap))
+
+
+def _smallest_radius(scene: Scene) -> float:
+    return float(scene.chain.radius if scene.is_plain else np.min(scene.granules.radius))
+
+
+def _deepest_overlap(scene: Scene) -> float:
+    if scene.is_plain:
+        return _overlap(_highest_peak(scene))
+    return _overlap(_HIGHEST_WITH_TERMS * _softness(scene, np.min))
+
+
+def _shallowest_overlap(scene: Scene) -> float:
+    if scene.is_plain:
+        return _overlap(_lowest_peak(scene))
+    return _overlap(_LOWEST_WITH_TERMS * _softness(scene, np.max))
+
+
+def _softness(scene: Scene, which: Any) -> float:
+    """Stiffness of the first contact over that of the softest, or the stiffest, contact."""
+    stiffness = scene.granules.stiffness
+    return float(stiffness[0] / which(stiffness))
 
 
 def _impulse(scene: Scene) -> float:
@@ -168,6 +222,9 @@ def _lowest_peak(scene: Scene) -> float:
 
 def _flight(scene: Scene) -> float:
     """How far the last granule goes: with the chain, and ahead of it once the wave is there."""
+    if not scene.is_plain:
+        # As fast as a granule that the shock throws ahead, all the time.
+        return 2.0 * min(1.0, scene.momentum_ratio) * scene.end_time / scene.units.time
     units, end = scene.units, scene.end_time
     chain = math.fsum(
         ramp.impulse * (end - (ramp.start + ramp.end) / 2)

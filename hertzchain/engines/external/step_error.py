@@ -42,7 +42,7 @@ def extrapolation_error(
     scenes, and for contacts that are still pressed harder at the end, both are erratic: three times
     the difference and 0.05 dt^2.5; six times where the finest run has few steps (4.4 seen).
     """
-    dt = max(leg.dt for leg in legs) / scene.units.time
+    dt = max(leg.dt for leg in legs) / scene.contact_time
     if amplifies_errors(scene) or peaks.any_rising:
         few = max(leg.steps for leg in legs) < _FEW_STEPS
         return (6 if few else 3) * difference + 0.05 * math.pow(dt, 2.5)
@@ -68,7 +68,7 @@ def interpolation_error(scene: Scene, legs: Sequence[Leg], strides: Sequence[int
     In natural units 1e-4 h^8, for what is left of the error of the derivatives 0.005 h^4 dt^2 and
     0.4 h^2 dt^4 (measured), and in hard scenes what opening contacts leave: see ``KINK``.
     """
-    unit = scene.units.time
+    unit = scene.contact_time
     apart = [min(n, leg.steps) * leg.dt / unit for n, leg in zip(strides, legs, strict=True)]
     dt = max(leg.dt for leg in legs) / unit
     h = max(apart)

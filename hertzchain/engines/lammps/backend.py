@@ -24,6 +24,7 @@ from hertzchain.engines.lammps.dialect import NO_STEP
 from hertzchain.engines.lammps.engine import command, engine, run, version_of
 from hertzchain.engines.lammps.examination import Examination, examine
 from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.terms_deck import TERMS
 from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
@@ -78,6 +79,7 @@ class Lammps(ExternalEngine):
 
     LABEL: ClassVar[str] = "LAMMPS"
     FASTEST: ClassVar[tuple[float, float]] = (0.3e-6, 8e-9)  # 0.5e-6 and 2e-8 measured
+    TERMS: ClassVar[tuple[str, ...]] = TERMS
 
     dt: float | None = None
     pair_style: str = "granular"
@@ -226,19 +228,32 @@ class _Module:
                 command(lammps, "\n".join([*deck.leg_commands(leg, before), NO_STEP]))
                 before = leg
                 begin = time.perf_counter()
-                for reached, arrays in _read(lammps, leg, stride, scene.chain.granules, clock):
-                    seen.update(number, reached, arrays[..., 0])
+                wall = None if scene.wall is None else np.zeros(BLOCK + 1)
+                shape = (len(reading.ARRAYS), scene.chain.granules, 3)
+                for reached, arrays in _read(lammps, leg, stride, shape, clock, wall):
+                    of_wall = None if wall is None else wall[: reached.size].copy()
+                    seen.update(number, reached, arrays[..., 0], of_wall)
                 clock.whole += time.perf_counter() - begin
             return version_of(lammps), clock.watching_share(_cost_of_a_stop(lammps))
 
 
 def _read(
-    lammps: Any, leg: Leg, stride: int, granules: int, clock: _Clock
+    lammps: Any,
+    leg: Leg,
+    stride: int,
+    shape: tuple[int, int, int],
+    clock: _Clock,
+    wall: FloatArray | None,
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Run a leg; yields times and arrays of readings in blocks that have one in common."""
+    """Run a leg; yields times and arrays of readings in blocks that have one in common.
+
+    The force on the wall is kept in ``wall``, if there is one.
+    """
     steps, times = stops(leg, stride), reading_times(leg, stride)
-    arrays = np.zeros((min(times.size, BLOCK + 1), len(reading.ARRAYS), granules, 3))
+    arrays = np.zeros((min(times.size, BLOCK + 1), *shape))
     reading.read(lammps, arrays[0])
+    if wall is not None:
+        wall[0] = reading.wall_force(lammps)
     for first in range(0, times.size - 1, BLOCK):
         block = steps[first : first + BLOCK + 1]
         for k, (done, stop) in enumerate(itertools.pairwise(block), start=1):
@@ -246,9 +261,13 @@ def _read(
             run(lammps, stop - done)
             clock.add_running(begin)
             reading.read(lammps, arrays[k])
+            if wall is not None:
+                wall[k] = reading.wall_force(lammps)
         clock.stops += len(block) - 1
         yield times[first : first + len(block)], arrays[: len(block)]
         arrays[0] = arrays[len(block) - 1]
+        if wall is not None:
+            wall[0] = wall[len(block) - 1]
 
 
 @dataclass

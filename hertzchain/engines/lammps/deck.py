@@ -6,6 +6,7 @@ a mistake in either shows. ``decks.standalone`` is made of the same pieces.
 
 from __future__ import annotations
 
+from hertzchain.engines.lammps import terms_deck
 from hertzchain.engines.lammps.dialect import DEFAULT_SKIN, LET_GO, PAIR_STYLES, PUSH
 from hertzchain.errors import require
 from hertzchain.scene.chain import Chain
@@ -48,6 +49,9 @@ MOTION = (
 def set_up(scene: Scene, pair_style: str = "granular") -> str:
     """The commands that make the chain, at rest, ready to run, with one of ``PAIR_STYLES``."""
     check_pair_style(pair_style)
+    if not scene.is_plain:
+        made, held = terms_deck.granules(scene, pair_style), terms_deck.held(scene)
+        return "\n".join([*START, "", *made, "", *MOTION, *held]) + "\n"
     lines = [
         *START,
         "",

@@ -85,6 +85,9 @@ PAIR_STYLES = {
 PUSH, LET_GO = "fix shock first addforce v_force 0.0 0.0", "unfix shock"
 """Commands that start and end the force of the variable ``force`` on the first granule."""
 
+WALL, WALL_FORCE = "wall", "f_wall[2]"
+"""Id of the fix that is the wall, and the force of the wall on a granule as a column of a dump."""
+
 NO_STEP = "run 0 post no"  # command that computes forces and takes no step
 
 

@@ -9,13 +9,14 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import Granules
-from hertzchain.engines.lammps.dialect import NO_STEP
+from hertzchain.engines.lammps.dialect import NO_STEP, WALL
 
 ARRAYS = ("x", "v", "f")  # positions [m], velocities [m/s], net forces [N]; three components each
 
 COMMANDS = f"atom_modify sort 0 0\nthermo_style custom step\ntimer off\n{NO_STEP}\n"
 """What only reading needs: granules in the order of their ids, and stops that cost little."""
 
+_PER_ATOM, _ARRAY = 1, 2  # LMP_STYLE_ATOM and LMP_TYPE_ARRAY of the lammps module
 _DOUBLE_2D = 3  # LAMMPS_DOUBLE_2D of the lammps module, which is imported only when needed
 
 
@@ -29,6 +30,12 @@ def read(instance: Any, into: FloatArray) -> None:
     for name in ARRAYS:
         ctypes.memmove(target, instance.extract_atom(name, _DOUBLE_2D)[0], size)
         target += size
+
+
+def wall_force(instance: Any) -> float:
+    """Force of the last granule on the wall now [N], on one process."""
+    forces = instance.extract_fix(WALL, _PER_ATOM, _ARRAY)
+    return -float(forces[instance.extract_setting("nlocal") - 1][1])
 
 
 def granules(instance: Any) -> Granules:

@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.engines.native import plan as plans
@@ -39,7 +38,11 @@ from hertzchain.observables.peaks import ESTIMATED, largest_difference, times_of
 from hertzchain.observables.result import Balance, Result
 from hertzchain.scene.scene import Scene, require_scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.validity import refuse_deep_overlap, refuse_hopeless_overlap
+from hertzchain.scene.validity import (
+    largest_overlap_ratio,
+    refuse_deep_overlap,
+    refuse_hopeless_overlap,
+)
 
 
 @dataclass(frozen=True)
@@ -152,14 +155,17 @@ class Native:
             allowed = "must not be given with peaks_only, which leaves granules behind"
             require(not self.peaks_only, "record", record, allowed)
             times = wanted_times(record, scene.end_time)
-            recorder = Recorder(times / scene.units.time, scene.chain.granules)
+            wall = scene.wall is not None
+            recorder = Recorder(times / scene.units.time, scene.chain.granules, wall)
         if self.method is None and self.dt is None:
             method, legs, run, error = self._accurate_enough(scene, recorder, deadline)
         else:
             method, legs, run, error = self._as_asked(scene, recorder, deadline)
         units = scene.units
         peak_force = run.peaks.force * units.force
-        refuse_deep_overlap(scene.chain, float(np.max(peak_force)))
+        refuse_deep_overlap(largest_overlap_ratio(scene, peak_force))
+        peak_time = times_of_peaks(peak_force, run.peaks.time * units.time)
+        contacts = scene.chain.granules - 1  # a wall's comes after them
         history = None
         if recorder is not None and times is not None:
             history = recorder.history(times, units.length, units.velocity, units.force)
@@ -170,14 +176,16 @@ class Native:
             dt=max(leg.dt for leg in legs),
             steps=run.steps,
             force_evaluations=run.evaluations,
-            peak_force=peak_force,
-            peak_time=times_of_peaks(peak_force, run.peaks.time * units.time),
-            peak_passed=run.peaks.passed,
+            peak_force=peak_force[:contacts],
+            peak_time=peak_time[:contacts],
+            peak_passed=run.peaks.passed[:contacts],
+            wall_peak_force=None if scene.wall is None else float(peak_force[contacts]),
+            wall_peak_time=None if scene.wall is None else float(peak_time[contacts]),
             error_estimate=error,
             displacement=run.state.displacement * units.length,
             velocity=run.state.velocity * units.velocity,
             balance=Balance(
-                impulse=scene.applied_impulse,
+                impulse=scene.given_impulse - float(run.wall_impulse) * units.momentum,
                 momentum=float(run.momentum) * units.momentum,
                 work=float(run.work) * units.energy,
                 energy=float(run.energy) * units.energy,
@@ -194,14 +202,16 @@ class Native:
         """Method, legs, run and its error with the method and the step asked for."""
         name = self.method or "reference"
         method = METHODS[name]
-        dt = self.dt if self.dt is not None else method.step * scene.units.time
+        dt = self.dt if self.dt is not None else method.step * scene.contact_time
         legs = method.walker.cut(scene.schedule(dt))
         refuse_unstable(scene, legs, method.interval, name)
         run = simulate(
             scene, legs, method.walker, recorder, leave_behind=self.peaks_only, deadline=deadline
         )
         error = _error_bound(scene, legs, method, run, deadline)
-        refuse_meaningless("native", error, max(leg.dt for leg in legs) > SHORT * scene.units.time)
+        refuse_meaningless(
+            "native", error, max(leg.dt for leg in legs) > SHORT * scene.contact_time
+        )
         return name, legs, run, error
 
     def _accurate_enough(
@@ -213,7 +223,7 @@ class Native:
         plan = plans.cheapest(rtol, hard=hard)
         before = math.inf
         for left in reversed(range(plans.TRIES)):
-            legs = plan.walker.cut(scene.schedule(plan.step * scene.units.time))
+            legs = plan.walker.cut(scene.schedule(plan.step * scene.contact_time))
             run = simulate(
                 scene, legs, plan.walker, recorder, leave_behind=self.peaks_only, deadline=deadline
             )
@@ -251,8 +261,8 @@ def _error_bound(
     scene: Scene, legs: Sequence[Leg], method: Method, run: Simulation, deadline: Deadline
 ) -> float:
     # Errors of steps of 0.6 natural time units and more say little of those of longer ones.
-    others = [coarser_run(legs, min(stable_step(scene, method.interval), scene.units.time))]
-    longest = max(leg.dt for leg in legs) / scene.units.time
+    others = [coarser_run(legs, min(stable_step(scene, method.interval), scene.contact_time))]
+    longest = max(leg.dt for leg in legs) / scene.contact_time
     if isinstance(method.walker, Fixed) or longest > SHORT or run.peaks.any_rising:
         others.append(finer_run(legs))
     error, walker = 0.0, method.walker

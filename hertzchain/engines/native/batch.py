@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import plan as plans
+from hertzchain.engines.native.backend import Native
 from hertzchain.engines.native.refinement import Refined
 from hertzchain.engines.native.simulation import can_leave_behind, code_of, leg_rows, table
 from hertzchain.errors import POSITIVE, SceneError, require
@@ -29,11 +30,12 @@ from hertzchain.limits import (
     usable_cores,
 )
 from hertzchain.observables.peaks import ESTIMATED, are_rising, largest_differences, times_of_peaks
+from hertzchain.observables.result import Result
 from hertzchain.scene.chain import MOST_GRANULES
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
 from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse
 from hertzchain.scene.scene import Scene, watched_time
-from hertzchain.scene.validity import refuse_deep_overlap
+from hertzchain.scene.validity import overlap_ratio, refuse_deep_overlap
 
 if TYPE_CHECKING:
     import pandas
@@ -112,13 +114,13 @@ def peak_forces(
     """
     scenes = list(scenes)
     require(len(scenes) > 0, "scenes", len(scenes), "must be at least one")
-    lengths = sorted({scene.chain.granules for scene in scenes})
-    allowed = "must be the same in all scenes: one batch for each length"
-    require(len(lengths) == 1, "granules", lengths, allowed)
+    if not all(scene.is_plain for scene in scenes):
+        return _one_by_one(scenes, rtol, time_limit)
+    granules = _common_length(scenes)
 
     def legs(plan: plans.Plan, wanted: NDArray[np.intp]) -> FloatArray:
         rows = [
-            leg_rows(plan.walker.cut(scene.schedule(plan.step * scene.units.time)), scene.units)
+            leg_rows(plan.walker.cut(scene.schedule(plan.step * scene.contact_time)), scene.units)
             for scene in (scenes[k] for k in wanted)
         ]
         padded = np.zeros((len(rows), max(len(row) for row in rows), 8))
@@ -128,14 +130,43 @@ def peak_forces(
 
     known = np.array([_is_known(scene) for scene in scenes])
     single = all(can_leave_behind(scene) for scene in scenes)
-    found = _accurate_enough(legs, known, lengths[0], rtol, single, time_limit, usable_cores())
+    found = _accurate_enough(legs, known, granules, rtol, single, time_limit, usable_cores())
     force = np.array([scene.units.force for scene in scenes])[:, None]
     time = np.array([scene.units.time for scene in scenes])[:, None]
     for k, (scene, largest) in enumerate(zip(scenes, found.peak_force.max(axis=1), strict=True)):
-        refuse_deep_overlap(scene.chain, float(largest) * scene.units.force, f"scene {k}: ")
+        force_here = float(largest) * scene.units.force
+        refuse_deep_overlap(overlap_ratio(scene.chain, force_here), f"scene {k}: ")
     peak_force = found.peak_force * force
     peak_time = times_of_peaks(peak_force, found.peak_time * time)
     return replace(found, peak_force=peak_force, peak_time=peak_time)
+
+
+def _common_length(scenes: Sequence[Scene]) -> int:
+    lengths = sorted({scene.chain.granules for scene in scenes})
+    allowed = "must be the same in all scenes: one batch for each length"
+    require(len(lengths) == 1, "granules", lengths, allowed)
+    return lengths[0]
+
+
+def _one_by_one(scenes: Sequence[Scene], rtol: float, time_limit: float) -> Batch:
+    """Scenes with terms, each by itself, side by side on all cores."""
+    _common_length(scenes)
+    deadline = Deadline(time_limit)
+
+    def one(scene: Scene) -> Result:
+        if deadline.left <= 0:
+            raise deadline.passed()
+        return Native(rtol=rtol, time_limit=deadline.left).run(scene)
+
+    with ThreadPoolExecutor(usable_cores()) as pool:
+        results = list(pool.map(one, scenes))
+    return Batch(
+        np.array([result.peak_force for result in results]),
+        np.array([result.peak_time for result in results]),
+        np.array([result.error_estimate for result in results]),
+        np.array([result.peak_passed for result in results]),
+        np.array([result.force_evaluations for result in results], np.int64),
+    )
 
 
 def similar_peak_forces(

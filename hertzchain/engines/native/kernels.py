@@ -11,9 +11,12 @@ two equal to round-off. Three things are done here only, because they only save 
 - Granules that cannot matter any more are left behind, where that is asked for: see
   ``_left_behind``.
 
-Mass and contact stiffness are 1 and stand in no formula: a force is an acceleration, and that of
-an overlap r is r sqrt(r), written out in the loops (a function for it would round elsewhere).
+In a plain scene mass and contact stiffness are 1 and stand in no formula: a force is an
+acceleration, and that of an overlap r is r sqrt(r), written out in the loops (a function for it
+would round elsewhere). ``stiffness``, ``inertia``, ``gap`` and ``pull`` are those of ``Terms``:
+None where the scene has no such term, and the compiler drops what asks for them.
 Arrays hold a window of the chain: entry i is granule ``base + i``, and granules lo ... hi - 1 move.
+Scenes with terms have no such window: base is 0.
 """
 
 from __future__ import annotations
@@ -87,6 +90,10 @@ _DIP = 0.75
 
 _BINOMIAL = (1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0)
 
+_OUTER, _INNER = 0.8611363115940526, 0.3399810435848563
+_OUTER_WEIGHT, _INNER_WEIGHT = 0.17392742256872692, 0.32607257743127308
+"""Four points of Gauss and Legendre from -1 to 1, and weights for a step of length 1."""
+
 _DEEPEST_HALF = 12
 """Halvings of the interpolant of a step in the search for its maxima: two that lie closer than a
 four-thousandth of a step are as high as each other, to round-off."""
@@ -121,6 +128,29 @@ class Record(NamedTuple):
     contact_force: FloatArray
 
 
+class Terms(NamedTuple):
+    """What a scene has beyond a plain chain, natural units; all None for a plain one.
+
+    Parameters
+    ----------
+    stiffness
+        Of the contact ahead of each granule, shape (granules,); the last is that of the wall, or 1
+        at a free end. None for a plain scene alone.
+    inertia
+        1 / mass of each granule, shape (granules,); None where all masses are 1.
+    gap
+        How far the contact ahead of each granule is open at the start, shape (granules,); below 0
+        for a static overlap. None where all granules just touch.
+    pull
+        Acceleration of each granule by forces that are always there, shape (granules,), or None.
+    """
+
+    stiffness: Any
+    inertia: Any
+    gap: Any
+    pull: Any
+
+
 class Outcome(NamedTuple):
     """What a run found besides its peaks.
 
@@ -134,8 +164,12 @@ class Outcome(NamedTuple):
         Force evaluations counted granule by granule.
     end
         Time reached.
-    work, momentum, energy
-        Done by the applied force; of all granules, those left behind too.
+    work
+        Done by the applied force, and the energy at the start.
+    momentum, energy
+        Of all granules, those left behind too; the energy with that in constant forces.
+    wall_impulse
+        Integral of the force on the wall over time; 0 at a free end.
     """
 
     status: int
@@ -146,6 +180,11 @@ class Outcome(NamedTuple):
     work: float
     momentum: float
     energy: float
+    wall_impulse: float
+
+
+PLAIN = Terms(None, None, None, None)
+"""The terms of a plain scene."""
 
 
 # Multiplication and addition may become one instruction; nothing else is reordered.
@@ -249,50 +288,96 @@ def _first_kick(u: Any, v: Any, g: Any, kick: Any, drift: Any, lo: int, hi: int)
 
 @compiled
 def _kick_and_drift(
-    u: Any, v: Any, left: Any, kick: Any, drift: Any, least: Any, lo: int, hi: int
-) -> Any:
+    u: Any, v: Any, left: Any, kick: Any, drift: Any, least: Any, lo: int, hi: int,
+    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+) -> Any:  # fmt: skip
     """Force, kick and drift in one pass; the force ahead of the last granule is returned."""
     for i in range(np.uint64(lo), np.uint64(hi)):
         r = u[i] - u[i + ONE]
+        if gap is not None:
+            r -= gap[i]
         r = r if r > least else least - least
         right = r * np.sqrt(r)
-        v[i] += kick * (left - right)
+        if stiffness is not None:
+            right *= stiffness[i]
+        net = left - right
+        if inertia is not None:
+            net *= inertia[i]
+        if pull is not None:
+            net += pull[i]
+        v[i] += kick * net
         u[i] += drift * v[i]
         left = right
     return left
 
 
 @compiled
-def _last_kick(u: Any, v: Any, g: Any, left: Any, kick: Any, least: Any, lo: int, hi: int) -> Any:
+def _last_kick(
+    u: Any, v: Any, g: Any, left: Any, kick: Any, least: Any, lo: int, hi: int,
+    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+) -> Any:  # fmt: skip
     """Force and kick; accelerations are kept, the force ahead of the last granule returned."""
     for i in range(np.uint64(lo), np.uint64(hi)):
         r = u[i] - u[i + ONE]
+        if gap is not None:
+            r -= gap[i]
         r = r if r > least else least - least
         right = r * np.sqrt(r)
-        g[i] = left - right
-        v[i] += kick * (left - right)
+        if stiffness is not None:
+            right *= stiffness[i]
+        net = left - right
+        if inertia is not None:
+            net *= inertia[i]
+        if pull is not None:
+            net += pull[i]
+        g[i] = net
+        v[i] += kick * net
         left = right
     return left
 
 
 @compiled
-def _accelerations(u: Any, a: Any, s: int, left: Any, least: Any, lo: int, hi: int) -> Any:
+def _accelerations(
+    u: Any, a: Any, s: int, left: Any, least: Any, lo: int, hi: int,
+    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+) -> Any:  # fmt: skip
     """Right-hand side of Eq. 1 into row s; the force ahead of the last granule is returned."""
     for i in range(np.uint64(lo), np.uint64(hi)):
         r = u[i] - u[i + ONE]
+        if gap is not None:
+            r -= gap[i]
         r = r if r > least else least - least
         right = r * np.sqrt(r)
-        a[s, i] = left - right
+        if stiffness is not None:
+            right *= stiffness[i]
+        net = left - right
+        if inertia is not None:
+            net *= inertia[i]
+        if pull is not None:
+            net += pull[i]
+        a[s, i] = net
         left = right
     return left
 
 
 @compiled
-def _accelerate_first(u: Any, g: Any, constants: Any, lo: int) -> None:
+def _accelerate_first(
+    u: Any, g: Any, constants: Any, lo: int, stiffness: Any, inertia: Any, gap: Any, pull: Any
+) -> None:
     """Acceleration of the first granule under the applied force of the moment."""
     r = u[lo] - u[lo + 1]
+    if gap is not None:
+        r -= gap[lo]
     r = r if r > constants[_LEAST] else constants[_ZERO]
-    g[lo] = constants[_PUSH] - r * np.sqrt(r)
+    right = r * np.sqrt(r)
+    if stiffness is not None:
+        right *= stiffness[lo]
+    net = constants[_PUSH] - right
+    if inertia is not None:
+        net *= inertia[lo]
+    if pull is not None:
+        net += pull[lo]
+    g[lo] = net
 
 
 @compiled
@@ -328,13 +413,17 @@ def _add(total: Any, weight: Any, a: Any, s: int, lo: int, hi: int) -> None:
 @compiled
 def _end_step(
     u: Any, v: Any, g: Any, kick: Any, constants: Any, leg: Any, end: float, lo: int, hi: int,
-    last: int,
+    last: int, stiffness: Any, inertia: Any, gap: Any, pull: Any,
 ) -> int:  # fmt: skip
     """Last kick of a step; returns where the window ends now."""
     if leg[SHAPE] != 0:
         constants[_PUSH] = _applied_force(leg, end)
-    ahead = _last_kick(u, v, g, constants[_PUSH], kick, constants[_LEAST], lo, hi)
+    ahead = _last_kick(
+        u, v, g, constants[_PUSH], kick, constants[_LEAST], lo, hi, stiffness, inertia, gap, pull
+    )
     if ahead > 0 and hi < last:
+        if inertia is not None:
+            ahead *= inertia[hi]
         g[hi] = ahead
         hi = min(hi + _AHEAD, last)
     return hi
@@ -344,6 +433,7 @@ def _end_step(
 def _symplectic_step(
     u: Any, v: Any, g: Any, kicks: Any, drifts: Any, fractions: Any, constants: Any, leg: Any,
     begin: float, h: float, lo: int, hi: int, last: int,
+    stiffness: Any, inertia: Any, gap: Any, pull: Any,
 ) -> int:  # fmt: skip
     """Take one step of a symplectic Nystrom method; returns where the window ends now."""
     pushed, least = leg[SHAPE] != 0, constants[_LEAST]
@@ -353,10 +443,16 @@ def _symplectic_step(
         if pushed:
             time += fractions[s - 1] * h
             constants[_PUSH] = _applied_force(leg, time)
-        ahead = _kick_and_drift(u, v, constants[_PUSH], kicks[s], drifts[s], least, lo, hi)
+        ahead = _kick_and_drift(
+            u, v, constants[_PUSH], kicks[s], drifts[s], least, lo, hi, stiffness, inertia, gap,
+            pull,
+        )  # fmt: skip
         if ahead > 0:
             hi = min(hi + _AHEAD, last)
-    return _end_step(u, v, g, kicks[stages], constants, leg, begin + h, lo, hi, last)
+    return _end_step(
+        u, v, g, kicks[stages], constants, leg, begin + h, lo, hi, last, stiffness, inertia, gap,
+        pull,
+    )  # fmt: skip
 
 
 @compiled
@@ -364,6 +460,7 @@ def _nystrom_step(
     u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, nodes: Any, fractions: Any, position: Any,
     velocity_weights: Any, position_weights: Any, kicks: Any, drifts: Any, constants: Any, leg: Any,
     begin: float, h: float, lo: int, hi: int, last: int,
+    stiffness: Any, inertia: Any, gap: Any, pull: Any,
 ) -> int:  # fmt: skip
     """Take one step of a Runge-Kutta-Nystrom method; returns where the window ends now."""
     pushed, least, zero = leg[SHAPE] != 0, constants[_LEAST], constants[_ZERO]
@@ -375,7 +472,9 @@ def _nystrom_step(
                 _add(u, position[s, j], a, j, lo, hi)
         if pushed:
             constants[_PUSH] = _applied_force(leg, begin + fractions[s] * h)
-        ahead = _accelerations(u, a, s, constants[_PUSH], least, lo, hi)
+        ahead = _accelerations(
+            u, a, s, constants[_PUSH], least, lo, hi, stiffness, inertia, gap, pull
+        )
         if ahead > 0 and hi < last:
             grown = min(hi + _AHEAD, last)
             for j in range(stages):
@@ -386,7 +485,9 @@ def _nystrom_step(
     for s in range(stages):
         _add(u, position_weights[s], a, s, lo, hi)
         _add(v, velocity_weights[s], a, s, lo, hi)
-    return _end_step(u, v, g, kicks[0], constants, leg, begin + h, lo, hi, last)
+    return _end_step(
+        u, v, g, kicks[0], constants, leg, begin + h, lo, hi, last, stiffness, inertia, gap, pull
+    )
 
 
 @_compiled_with_arrays
@@ -442,7 +543,7 @@ _larger: Any = intrinsic(_larger_of_two)
 @_compiled_without_nan
 def _scan(
     u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any, h: Any, dip: Any, starting: bool, zero: Any,
-    lo: int, hi: int,
+    lo: int, hi: int, gap: Any,
 ) -> Any:  # fmt: skip
     """What a step met: contacts with a maximum, the fastest to open or close, the largest speed.
 
@@ -451,6 +552,9 @@ def _scan(
     turns, dips, fastest, speed = 0, 0, zero, zero
     for i in range(np.uint64(lo), np.uint64(hi)):
         r0, r1 = u0[i] - u0[i + ONE], u[i] - u[i + ONE]
+        if gap is not None:
+            r0 -= gap[i]
+            r1 -= gap[i]
         w0, w1 = v0[i] - v0[i + ONE], v[i] - v[i + ONE]
         g0, g1 = a[0, i] - a[0, i + ONE], g[i] - g[i + ONE]
         both = w0 + w1
@@ -519,12 +623,62 @@ def _force_rate(r: float, rate: float) -> float:
 
 
 @compiled
-def _granule(u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float) -> Any:
+def _overlap(u: Any, i: int, gap: Any) -> float:
+    r = float(u[i] - u[i + 1])
+    if gap is not None:
+        r -= gap[i]
+    return r
+
+
+@compiled
+def _of_contact(force: float, i: int, stiffness: Any) -> float:
+    """A force, or its rate, of the contact ahead of a granule, from that at stiffness 1."""
+    if stiffness is not None:
+        force *= stiffness[i]
+    return force
+
+
+@compiled
+def _mass(i: int, inertia: Any) -> float:
+    return 1.0 if inertia is None else 1.0 / inertia[i]
+
+
+@compiled
+def _net(
+    u: Any, v: Any, i: int, leg: Any, time: float, stiffness: Any, inertia: Any, gap: Any, pull: Any
+) -> Any:
+    """Acceleration and jerk of a granule of a scene with terms; 0 for the wall."""
+    if i == stiffness.size:
+        return 0.0, 0.0
+    net, rate = _applied_force(leg, time), _applied_force_rate(leg, time)
+    if i > 0:
+        r = _overlap(u, i - 1, gap)
+        net = _of_contact(_force(r), i - 1, stiffness)
+        rate = _of_contact(_force_rate(r, float(v[i - 1] - v[i])), i - 1, stiffness)
+    r = _overlap(u, i, gap)
+    net -= _of_contact(_force(r), i, stiffness)
+    rate -= _of_contact(_force_rate(r, float(v[i] - v[i + 1])), i, stiffness)
+    if inertia is not None:
+        net *= inertia[i]
+        rate *= inertia[i]
+    if pull is not None:
+        net += pull[i]
+    return net, rate
+
+
+@compiled
+def _granule(
+    u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float,
+    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+) -> Any:  # fmt: skip
     """Displacement of a granule, its rate, acceleration and jerk (Eq. 1 and its derivative).
 
     The velocities of velocity Verlet are central differences of its displacements; the rates are
     ``off`` times the jerk less: h^2/6, and 0 for other methods.
     """
+    if stiffness is not None:
+        net, rate = _net(u, v, i, leg, time, stiffness, inertia, gap, pull)
+        return float(u[i]), float(v[i]) - off * rate, net, rate
     if i == lo:
         pushed, pushed_rate = _applied_force(leg, time), _applied_force_rate(leg, time)
     else:
@@ -537,9 +691,17 @@ def _granule(u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float)
 
 
 @compiled
-def _contact(u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float) -> Any:
+def _contact(
+    u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float,
+    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+) -> Any:  # fmt: skip
     """Overlap of granules i and i + 1, and its first three derivatives; see ``_granule``."""
-    overlap, rate = float(u[i] - u[i + 1]), float(v[i] - v[i + 1])
+    overlap, rate = _overlap(u, i, gap), float(v[i] - v[i + 1])
+    if stiffness is not None:
+        net, jerk = _net(u, v, i, leg, time, stiffness, inertia, gap, pull)
+        net_ahead, jerk_ahead = _net(u, v, i + 1, leg, time, stiffness, inertia, gap, pull)
+        jerk -= jerk_ahead
+        return overlap, rate - off * jerk, net - net_ahead, jerk
     root = math.sqrt(max(overlap, 0.0))
     ahead = float(u[i + 1] - u[i + 2])
     root_ahead = math.sqrt(max(ahead, 0.0))
@@ -677,7 +839,7 @@ def _highest(c: Any, known: float, b: Any) -> float:
 def _keep_peaks(
     peak_force: Any, peak_time: Any, base: int, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any,
     lo: int, hi: int, leg: Any, begin: float, time: float, h: float, off: float, dips: bool,
-    slack: float, b: Any,
+    slack: float, b: Any, stiffness: Any, inertia: Any, gap: Any, pull: Any,
 ) -> None:  # fmt: skip
     """The maxima of contact forces within a step, of the contacts that ``_turns`` found.
 
@@ -696,59 +858,85 @@ def _keep_peaks(
         dips_here = towards > 0 and back > 0 and dip * (towards + back) > both * both
         if not turns and not dips_here:
             continue
-        r0, r1 = float(u0[i] - u0[i + 1]), float(u[i] - u[i + 1])
+        r0, r1 = _overlap(u0, i, gap), _overlap(u, i, gap)
         # As far as it can get, even if its rate changes by all that both ends say.
         reach = max(r0, r1) + h * (abs(w0) + abs(w1) + h * (abs(g0) + abs(g1)))
-        if _force(reach) <= peak_force[base + i]:
+        if _of_contact(_force(reach), i, stiffness) <= peak_force[base + i]:
             continue
         # The ends too: where the maximum is at one of them, rounding may hide it.
-        ends = _force(max(r0, r1))
+        ends = _of_contact(_force(max(r0, r1)), i, stiffness)
         if ends > peak_force[base + i]:
             peak_force[base + i] = ends
             peak_time[base + i] = time if r1 > r0 else begin
-        start = _contact(u0, v0, i, lo, leg, begin, off)
-        end = _contact(u, v, i, lo, leg, begin + h, off)
+        start = _contact(u0, v0, i, lo, leg, begin, off, stiffness, inertia, gap, pull)
+        end = _contact(u, v, i, lo, leg, begin + h, off, stiffness, inertia, gap, pull)
         curve = _hermite(start, end, h)
-        s = _highest(curve, peak_force[base + i], b)
+        known = peak_force[base + i]
+        if stiffness is not None:
+            known /= stiffness[i]
+        s = _highest(curve, known, b)
         if s >= 0:
-            peak_force[base + i] = _force(_value(curve, s))
+            peak_force[base + i] = _of_contact(_force(_value(curve, s)), i, stiffness)
             peak_time[base + i] = begin + s * h
 
 
 @compiled
 def _work(
-    u0: Any, v0: Any, u: Any, v: Any, lo: int, leg: Any, begin: float, h: float, off: float
-) -> float:
+    u0: Any, v0: Any, u: Any, v: Any, lo: int, leg: Any, begin: float, h: float, off: float,
+    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+) -> float:  # fmt: skip
     """Work done by the applied force in a step: four Gauss points, see ``work.work_done``."""
-    start = _granule(u0, v0, lo, lo, leg, begin, off)
-    curve = _hermite(start, _granule(u, v, lo, lo, leg, begin + h, off), h)
-    outer, inner = 0.8611363115940526, 0.3399810435848563  # Gauss-Legendre
+    start = _granule(u0, v0, lo, lo, leg, begin, off, stiffness, inertia, gap, pull)
+    end = _granule(u, v, lo, lo, leg, begin + h, off, stiffness, inertia, gap, pull)
+    curve = _hermite(start, end, h)
     total = 0.0
-    for node in (-outer, -inner, inner, outer):
-        weight = 0.17392742256872692 if abs(node) == outer else 0.32607257743127308
+    for node in (-_OUTER, -_INNER, _INNER, _OUTER):
+        weight = _OUTER_WEIGHT if abs(node) == _OUTER else _INNER_WEIGHT
         s = (1 + node) / 2
         total += weight * _applied_force(leg, begin + s * h) * _slope(curve, s)
     return total
 
 
 @compiled
+def _impulse_on_wall(
+    u0: Any, v0: Any, u: Any, v: Any, leg: Any, begin: float, h: float, off: float,
+    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+) -> float:  # fmt: skip
+    """Integral of the force on the wall over a step, by the points of ``_work``."""
+    last = stiffness.size - 1
+    start = _contact(u0, v0, last, 0, leg, begin, off, stiffness, inertia, gap, pull)
+    end = _contact(u, v, last, 0, leg, begin + h, off, stiffness, inertia, gap, pull)
+    if start[0] <= 0 and end[0] <= 0:
+        return 0.0
+    curve = _hermite(start, end, h)
+    total = 0.0
+    for node in (-_OUTER, -_INNER, _INNER, _OUTER):
+        weight = _OUTER_WEIGHT if abs(node) == _OUTER else _INNER_WEIGHT
+        total += weight * _of_contact(_force(_value(curve, (1 + node) / 2)), last, stiffness)
+    return total * h
+
+
+@compiled
 def _keep_history(
     record: Any, kept: int, u0: Any, v0: Any, u: Any, v: Any, lo: int, hi: int,
-    leg: Any, begin: float, end: float, off: float, last: int,
+    leg: Any, begin: float, end: float, off: float, stiffness: Any, inertia: Any, gap: Any,
+    pull: Any,
 ) -> int:  # fmt: skip
     """Fill in the wanted times up to the end of a step; returns how many are filled in now."""
     h = end - begin
     while kept < record.time.size and record.time[kept] <= end:
         s = (record.time[kept] - begin) / h
         for i in range(lo, hi):
-            start = _granule(u0, v0, i, lo, leg, begin, off)
-            curve = _hermite(start, _granule(u, v, i, lo, leg, end, off), h)
+            start = _granule(u0, v0, i, lo, leg, begin, off, stiffness, inertia, gap, pull)
+            after = _granule(u, v, i, lo, leg, end, off, stiffness, inertia, gap, pull)
+            curve = _hermite(start, after, h)
             record.displacement[kept, i] = _value(curve, s)
             record.velocity[kept, i] = _slope(curve, s) / h
-            if i + 1 < last:
-                start = _contact(u0, v0, i, lo, leg, begin, off)
-                curve = _hermite(start, _contact(u, v, i, lo, leg, end, off), h)
-                record.contact_force[kept, i] = _force(_value(curve, s))
+            if i < record.contact_force.shape[1]:
+                start = _contact(u0, v0, i, lo, leg, begin, off, stiffness, inertia, gap, pull)
+                after = _contact(u, v, i, lo, leg, end, off, stiffness, inertia, gap, pull)
+                force = _force(_value(_hermite(start, after, h), s))
+                record.contact_force[kept, i] = _of_contact(force, i, stiffness)
         kept += 1
     return kept
 
@@ -830,28 +1018,39 @@ def _settled(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) -> bo
 
 
 @compiled
-def _momentum(v: Any, lo: int, hi: int) -> float:
+def _momentum(v: Any, lo: int, hi: int, inertia: Any) -> float:
     total = 0.0
     for i in range(np.uint64(lo), np.uint64(hi)):
-        total += v[i]
+        if inertia is None:
+            total += v[i]
+        else:
+            total += v[i] / inertia[i]
     return total
 
 
 @compiled
-def _energy(u: Any, v: Any, lo: int, hi: int) -> float:
-    """Of granules lo ... hi - 1 and of the contact ahead of each."""
+def _energy(
+    u: Any, v: Any, lo: int, hi: int, stiffness: Any, inertia: Any, gap: Any, pull: Any
+) -> float:
+    """Of granules lo ... hi - 1, of the contact ahead of each, and in constant forces."""
     total = 0.0
     for i in range(lo, hi):
-        r = float(u[i] - u[i + 1])
-        total += 0.5 * float(v[i]) ** 2 + 0.4 * _force(r) * r
+        r = _overlap(u, i, gap)
+        if stiffness is None:
+            total += 0.5 * float(v[i]) ** 2 + 0.4 * _force(r) * r
+        else:
+            mass = _mass(i, inertia)
+            total += 0.5 * mass * float(v[i]) ** 2 + 0.4 * _force(r) * r * stiffness[i]
+            if pull is not None:
+                total -= mass * pull[i] * u[i]
     return total
 
 
 @compiled
-def _end_chain(u: Any, base: int, granules: int) -> None:
-    """Put the free end behind the last granule, where the window reaches it."""
+def _end_chain(u: Any, base: int, granules: int, peak_force: Any) -> None:
+    """Put the free end, or the wall, behind the last granule, where the window reaches it."""
     if granules - base < u.size:
-        u[granules - base] = _FREE_END
+        u[granules - base] = 0.0 if peak_force.size == granules else _FREE_END
 
 
 @compiled
@@ -861,7 +1060,7 @@ def _is_stopped(control: Any) -> bool:
 
 # What _advance keeps between two calls, by place in two arrays. _GIVEN is the energy at the start.
 _LO, _HI, _WHOLE, _PART, _LEVEL, _KEPT, _STEPS, _EVALUATIONS, _GRANULE_EVALUATIONS = range(9)
-_TIME, _NEXT_CHECK, _WORK, _MOMENTUM, _ENERGY, _GIVEN = range(6)
+_TIME, _NEXT_CHECK, _WORK, _MOMENTUM, _ENERGY, _GIVEN, _WALL = range(7)
 
 _ZERO, _LEAST, _PUSH, _H, _DIP_TIMES_H = range(5)
 """Places among the numbers of a run that have the precision of its state: 0, the least overlap that
@@ -877,7 +1076,7 @@ def _advance(
     table: Any, kicks: Any, drifts: Any, nodes: Any, position: Any, velocity_weights: Any,
     position_weights: Any, leg: Any, over: bool, verlet: bool, tolerance: float, starting: float,
     granules: int, base: int, leave_behind: bool, peak_force: Any, peak_time: Any, record: Any,
-    control: Any, count: Any, total: Any,
+    control: Any, count: Any, total: Any, stiffness: Any, inertia: Any, gap: Any, pull: Any,
 ) -> int:  # fmt: skip
     """Take the steps of a leg as far as the arrays reach.
 
@@ -914,11 +1113,13 @@ def _advance(
             hi = _nystrom_step(
                 u, v, g, u0, v0, a, nodes, fractions, position, velocity_weights,
                 position_weights, kicks, drifts, constants, leg, begin, h, lo, hi, last,
+                stiffness, inertia, gap, pull,
             )  # fmt: skip
         else:
             hi = _symplectic_step(
-                u, v, g, kicks, drifts, fractions, constants, leg, begin, h, lo, hi, last
-            )
+                u, v, g, kicks, drifts, fractions, constants, leg, begin, h, lo, hi, last,
+                stiffness, inertia, gap, pull,
+            )  # fmt: skip
         if hi > reached:
             # New granules were at rest before the step; what lies beyond the chain stays there.
             for i in range(reached + 1, hi + 1):
@@ -935,7 +1136,7 @@ def _advance(
                 break
         if tolerance > 0:
             turns, dips, fastest, speed = _scan(
-                u0, v0, a, u, v, g, h, constants[_DIP_TIMES_H], begin < starting, zero, lo, hi
+                u0, v0, a, u, v, g, h, constants[_DIP_TIMES_H], begin < starting, zero, lo, hi, gap
             )
         elif verlet:
             turns, dips = _turns_of_verlet(v0, a, v, g, constants[_H], zero, lo, hi), True
@@ -959,15 +1160,25 @@ def _advance(
         if whole + 1 == number and part == 1 << level:
             time = leg[END]
         off = h * h / 6 if verlet else 0.0
+        on_wall = 1 if hi == granules and peak_force.size == granules else 0
         if turns > 0 or dips:
             _keep_peaks(
-                peak_force, peak_time, base, u0, v0, a, u, v, g, lo, hi, leg, begin, time, h, off,
-                dips, h if verlet else 0.0, bernstein,
+                peak_force, peak_time, base, u0, v0, a, u, v, g, lo, hi + on_wall, leg, begin, time,
+                h, off, dips, h if verlet else 0.0, bernstein, stiffness, inertia, gap, pull,
             )  # fmt: skip
         if leg[SHAPE] != 0:
-            total[_WORK] += _work(u0, v0, u, v, lo, leg, begin, h, off)
+            total[_WORK] += _work(
+                u0, v0, u, v, lo, leg, begin, h, off, stiffness, inertia, gap, pull
+            )
+        if stiffness is not None and on_wall == 1:
+            total[_WALL] += _impulse_on_wall(
+                u0, v0, u, v, leg, begin, h, off, stiffness, inertia, gap, pull
+            )
         if kept < record.time.size and record.time[kept] <= time:
-            kept = _keep_history(record, kept, u0, v0, u, v, lo, hi, leg, begin, time, off, last)
+            kept = _keep_history(
+                record, kept, u0, v0, u, v, lo, hi, leg, begin, time, off, stiffness, inertia, gap,
+                pull,
+            )  # fmt: skip
         if level == 0:
             whole, part = whole + 1, 0
         elif part % 2 == 0:
@@ -979,17 +1190,17 @@ def _advance(
         if time >= next_check:
             next_check = time + _CHECK
             control[1] = time
-            energy = total[_ENERGY] + _energy(u, v, lo, hi)
+            energy = total[_ENERGY] + _energy(u, v, lo, hi, stiffness, inertia, gap, pull)
             if not energy <= _DIVERGED_ENERGY * (total[_WORK] + total[_GIVEN]):
                 reason = _DIVERGED
                 break
             if leave_behind and over:
                 cut = _left_behind(u, v, peak_force, base, lo, hi)
                 if cut > lo:
-                    total[_MOMENTUM] += _momentum(v, lo, cut)
-                    total[_ENERGY] += _energy(u, v, lo, cut)
+                    total[_MOMENTUM] += _momentum(v, lo, cut, inertia)
+                    total[_ENERGY] += _energy(u, v, lo, cut, stiffness, inertia, gap, pull)
                     lo = cut
-                    _accelerate_first(u, g, constants, lo)
+                    _accelerate_first(u, g, constants, lo, stiffness, inertia, gap, pull)
                 if base + hi == granules and _settled(u, v, peak_force, base, lo, hi):
                     reason = _SETTLED
                     break
@@ -1000,6 +1211,28 @@ def _advance(
     count[_GRANULE_EVALUATIONS] += stages * cost
     total[_TIME], total[_NEXT_CHECK] = time, next_check
     return reason
+
+
+@compiled
+def _begin(
+    u: Any, v: Any, g: Any, granules: int, peak_force: Any, peak_time: Any, total: Any,
+    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+) -> None:  # fmt: skip
+    """Accelerations, energy and forces of contacts at the start; the first granule's come later."""
+    total[_GIVEN] = _energy(u, v, 0, granules, stiffness, inertia, gap, pull)
+    before = _of_contact(_force(_overlap(u, 0, gap)), 0, stiffness)
+    for i in range(granules):
+        force = _of_contact(_force(_overlap(u, i, gap)), i, stiffness)
+        if i > 0:
+            net = before - force
+            if inertia is not None:
+                net *= inertia[i]
+            if pull is not None:
+                net += pull[i]
+            g[i] = net
+        before = force
+        if i < peak_force.size and force > 0:
+            peak_force[i], peak_time[i] = force, total[_TIME]
 
 
 @compiled
@@ -1022,7 +1255,7 @@ def march(
     starting: float,
     granules: int,
     start: FloatArray,
-    terms: None,
+    terms: Terms,
     moving: int,
     leave_behind: bool,
     peak_force: FloatArray,
@@ -1050,15 +1283,15 @@ def march(
         Displacement and velocity at the start, shape (2, N), without ``leave_behind``; shape (0, 0)
         for a chain at rest.
     terms
-        What the scene has beyond a plain chain, None where nothing: the compiler makes a kernel for
-        each type of it and drops the branches of what is None.
+        What the scene has beyond a plain chain, float64 and without ``leave_behind``: the compiler
+        makes a kernel for each type of it and drops the branches of what is None.
     moving
         Granules that may move at the start; N for a run without a front.
     leave_behind
         Whether granules that cannot matter to any peak are left behind, and the run ended when
         none can change. There is no final state then.
     peak_force, peak_time
-        Filled in; zero and NaN at the start, shape (N - 1,).
+        Filled in; zero and NaN at the start, shape (N - 1,), or (N,) with a wall, which is last.
     record
         Filled in at its times, increasing; zero at the start. None with ``leave_behind``.
     control
@@ -1070,8 +1303,7 @@ def march(
     -------
     What happened, then displacement and velocity at the end, shape (N,).
     """
-    if terms is not None:
-        raise NotImplementedError("no term is known")
+    stiffness, inertia, gap, pull = terms.stiffness, terms.inertia, terms.gap, terms.pull
     kind = precision.dtype
     scaled = _like(table, precision)
     stages = max(table.nodes.size, table.drifts.size)
@@ -1086,16 +1318,14 @@ def march(
     bernstein = np.zeros(7)
     a = np.zeros((max(table.nodes.size, 1), size), kind)
     base = 0
-    _end_chain(u, base, granules)
-    count, total = np.zeros(9, np.int64), np.zeros(6)
+    _end_chain(u, base, granules, peak_force)
+    count, total = np.zeros(9, np.int64), np.zeros(7)
     count[_HI] = min(moving, granules)
     total[_TIME], total[_NEXT_CHECK] = legs[0, START], _CHECK
     if start.size > 0:
         u[:granules], v[:granules] = start[0], start[1]
-        count[_HI] = granules
-        for i in range(1, granules):  # that of the first granule is set with each leg
-            g[i] = _force(float(u[i - 1] - u[i])) - _force(float(u[i] - u[i + 1]))
-        total[_GIVEN] = _energy(u, v, 0, granules)
+    if start.size > 0 or stiffness is not None:
+        _begin(u, v, g, granules, peak_force, peak_time, total, stiffness, inertia, gap, pull)
     reason = _LEG_DONE
     pushed = _pushed(legs)
     for number in range(legs.shape[0]):
@@ -1103,13 +1333,13 @@ def march(
         over = number >= pushed
         count[_WHOLE] = 0
         constants[_PUSH] = _applied_force(leg, leg[START])
-        _accelerate_first(u, g, constants, count[_LO])
+        _accelerate_first(u, g, constants, count[_LO], stiffness, inertia, gap, pull)
         while True:
             reason = _advance(
                 u, v, g, u0, v0, a, constants, bernstein, table, scaled.kicks, scaled.drifts,
                 scaled.nodes, scaled.position, scaled.velocity_weights, scaled.position_weights,
                 leg, over, verlet, tolerance, starting, granules, base, leave_behind, peak_force,
-                peak_time, record, control, count, total,
+                peak_time, record, control, count, total, stiffness, inertia, gap, pull,
             )  # fmt: skip
             if reason != _NO_ROOM:
                 break
@@ -1126,14 +1356,15 @@ def march(
             a = np.zeros((max(table.nodes.size, 1), size), kind)
             base += lo
             count[_LO], count[_HI] = 0, hi - lo
-            _end_chain(u, base, granules)
+            _end_chain(u, base, granules, peak_force)
         if reason != _LEG_DONE:
             break
     lo, hi = count[_LO], count[_HI]
-    momentum = total[_MOMENTUM] + _momentum(v, lo, hi)
-    energy = total[_ENERGY] + _energy(u, v, lo, hi)
-    for i in range(lo, hi - 1):  # what is still being pressed harder at the end
-        force = _force(float(u[i] - u[i + 1]))
+    momentum = total[_MOMENTUM] + _momentum(v, lo, hi, inertia)
+    energy = total[_ENERGY] + _energy(u, v, lo, hi, stiffness, inertia, gap, pull)
+    on_wall = 1 if hi == granules and peak_force.size == granules else 0
+    for i in range(lo, hi - 1 + on_wall):  # what is still being pressed harder at the end
+        force = _of_contact(_force(_overlap(u, i, gap)), i, stiffness)
         if force > peak_force[base + i]:
             peak_force[base + i] = force
             peak_time[base + i] = total[_TIME]
@@ -1149,9 +1380,10 @@ def march(
         count[_EVALUATIONS],
         count[_GRANULE_EVALUATIONS],
         total[_TIME],
-        total[_WORK],
+        given,
         momentum,
         energy,
+        total[_WALL],
     )
     return outcome, u[:granules], v[:granules]
 
@@ -1195,7 +1427,7 @@ def march_many(
     for scene in range(legs.shape[0]):
         taken = legs[scene][legs[scene][:, STEPS] > 0]
         outcome, _, _ = march(
-            taken, table, precision, verlet, tolerance, starting, granules, nothing, None, _AHEAD,
+            taken, table, precision, verlet, tolerance, starting, granules, nothing, PLAIN, _AHEAD,
             leave_behind, peak_force[scene], peak_time[scene], record, control,
         )  # fmt: skip
         end[scene] = outcome.end

@@ -26,7 +26,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.kernels import Record, Table
+    from hertzchain.engines.native.kernels import Record, Table, Terms
 
 _MOVING = 8
 """Granules that the window of a run starts with."""
@@ -75,11 +75,12 @@ class Simulation:
 
     state: End  # at the end; NaN where granules were left behind
     peaks: Peaks
-    work: Scalar  # done by the applied force
+    work: Scalar  # done by the applied force, and the energy at the start
     momentum: Scalar  # of all granules at the end
-    energy: Scalar  # of all granules at the end
+    energy: Scalar  # of all granules at the end, with that in constant forces
     steps: int
     evaluations: int  # of the force; compiled runs count those of refused steps too
+    wall_impulse: Scalar = 0.0  # integral of the force on the wall
 
 
 def simulate(
@@ -114,8 +115,8 @@ def simulate(
         raise deadline.passed()
     arrays = 2 if leave_behind else 8 + (0 if recorder is None else 3 * recorder.time.size)
     refuse_memory(8.0 * arrays * granules)
-    force = np.zeros(granules - 1)
-    time = np.full(granules - 1, np.nan)
+    contacts = granules - 1 if scene.wall is None else granules
+    force, time = np.zeros(contacts), np.full(contacts, np.nan)
     record = _nothing_recorded()
     if recorder is not None:
         times = np.asarray(recorder.time, np.float64)
@@ -123,16 +124,24 @@ def simulate(
             times,
             np.zeros((times.size, granules)),
             np.zeros((times.size, granules)),
-            np.zeros((times.size, granules - 1)),
+            np.zeros(recorder.contact_force.shape),
         )
     control = np.zeros(3)
+
+    terms = terms_of(scene)
+    # The front of a wave moves granules smoothly, but not across a gap or under a static load.
+    has_front = window and start is None and terms.gap is None
+    moving = _MOVING if has_front else granules
+    own = _start_of(scene)
+    start = own if start is None else start + own if own.size else start
+    # An opening contact costs in proportion to stiffness over mass.
+    tolerance = walker.tolerance * (1.0 if scene.is_plain else _softest(scene))
 
     def run() -> Any:
         return kernels.march(
             rows, table(walker.stepper), np.zeros(0, dtype), walker.stepper.order == 2,
-            walker.tolerance, walker.starting, granules,
-            np.zeros((0, 0)) if start is None else start, scene.terms or None,
-            _MOVING if window else granules, leave_behind, force, time, record, control,
+            tolerance, walker.starting, granules, start, terms, moving, leave_behind, force, time,
+            record, control,
         )  # fmt: skip
 
     is_long = work >= _LONG_RUN
@@ -160,6 +169,7 @@ def simulate(
         outcome.energy,
         outcome.steps,
         outcome.evaluations,
+        outcome.wall_impulse,
     )
 
 
@@ -190,6 +200,44 @@ def can_leave_behind(scene: Scene) -> bool:
     After a second push a broad packet can break up into waves stronger than anything in it was.
     """
     return scene.is_plain and isinstance(scene.shock, Pulse)
+
+
+def terms_of(scene: Scene) -> Terms:
+    """The terms of a scene as the kernels take them: natural units, None for what is not there."""
+    from hertzchain.engines.native import kernels
+
+    if scene.is_plain:
+        return kernels.PLAIN
+    granules, units, size = scene.granules, scene.units, scene.chain.granules
+    mass_unit = units.force * units.time**2 / units.length
+    stiffness = np.ones(size)  # the last stays 1 at a free end, which is never pressed
+    stiffness[: granules.stiffness.size] = granules.stiffness * (units.length**1.5 / units.force)
+    opening = granules.gap - granules.static_overlap
+    gap = np.zeros(size)
+    gap[: opening.size] = opening / units.length
+    return kernels.Terms(
+        stiffness,
+        mass_unit / granules.mass,
+        None if not opening.any() else gap,
+        None
+        if not granules.constant_force.any()
+        else granules.constant_force / granules.mass * (units.time**2 / units.length),
+    )
+
+
+def _softest(scene: Scene) -> float:
+    """The stiffness over the mass of the first contact over the largest of all contacts."""
+    ratio = scene.granules.stiffness / scene.granules.contact_mass
+    return float(ratio[0] / np.max(ratio))
+
+
+def _start_of(scene: Scene) -> FloatArray:
+    """Displacement and velocity at the start, natural units, shape (2, N); (0, 0) at rest."""
+    if scene.striker is None:
+        return np.zeros((0, 0))
+    start = np.zeros((2, scene.chain.granules))
+    start[1, 0] = scene.start_velocity / scene.units.velocity
+    return start
 
 
 def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:

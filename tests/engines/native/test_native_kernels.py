@@ -118,17 +118,6 @@ def test_start_displacements_vs_numpy(demo: hc.Scene, stepper: Stepper, window: 
     assert ours.state.velocity == pytest.approx(plain.state.velocity, rel=0, abs=1e-11)
 
 
-def test_terms_that_no_kernel_knows_are_not_left_out() -> None:
-    nothing = np.zeros((0, 0))
-    rows, control = np.zeros((0, 8)), np.zeros(3)
-    record = kernels.Record(np.zeros(0), nothing, nothing, nothing)
-    with pytest.raises(NotImplementedError, match="no term is known"):
-        kernels.march.py_func(
-            rows, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, 2, nothing, (1.0,), 2, False,
-            np.zeros(1), np.zeros(1), record, control,
-        )  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("stepper", "steps"),
     [
@@ -211,8 +200,8 @@ def outcome(scene: hc.Scene, leave_behind: bool) -> Any:
     nothing = np.zeros((0, 0))
     found, _, _ = kernels.march(
         leg_rows(walker.cut(scene.schedule(0.4 * scene.units.time)), scene.units),
-        table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, scene.chain.granules, nothing, None, 8,
-        leave_behind, np.zeros(contacts), np.full(contacts, np.nan),
+        table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, scene.chain.granules, nothing,
+        kernels.PLAIN, 8, leave_behind, np.zeros(contacts), np.full(contacts, np.nan),
         kernels.Record(np.zeros(0), nothing, nothing, nothing), np.zeros(2),
     )  # fmt: skip
     return found
@@ -280,7 +269,7 @@ def test_a_stopped_run_says_so() -> None:
     rows = leg_rows(scene.schedule(0.1 * scene.units.time), scene.units)
     nothing = np.zeros((0, 0))
     found, _, _ = kernels.march(
-        rows, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, 100, nothing, None, 8, False,
+        rows, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, 100, nothing, kernels.PLAIN, 8, False,
         np.zeros(99), np.full(99, np.nan),
         kernels.Record(np.zeros(0), nothing, nothing, nothing), control,
     )  # fmt: skip
@@ -452,7 +441,7 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
     found, at = np.zeros(1), np.full(1, np.nan)
     kernels._keep_peaks(
         found, at, 0, u0, v0, a[None], u, v, g, 0, 2, leg, 0.0, 1.0, 1.0, 0.0, True, 0.0,
-        np.zeros(7),
+        np.zeros(7), *kernels.PLAIN,
     )  # fmt: skip
     slope = pushed[1] - pushed[0]
     derivatives = [

@@ -1,0 +1,127 @@
+"""Granules and contacts of a scene one by one, with the forces that are always there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.scene.chain import MATERIAL, Chain, granule_mass
+from hertzchain.scene.terms import Precompression, Striker, Wall
+
+
+@dataclass(frozen=True, eq=False)
+class Granules:
+    """Every granule and every contact of a scene, in SI units.
+
+    Contacts are numbered from the one between granules 1 and 2; where there is a wall, its contact
+    is the last.
+
+    Parameters
+    ----------
+    radius, young_modulus, poisson_ratio, density
+        Of each granule [m], [Pa], 1, [kg/m^3], shape (granules,).
+    mass
+        Of each granule [kg], shape (granules,).
+    stiffness
+        A in F = A overlap^(3/2) of each contact [N m^(-3/2)], shape (contacts,).
+    gap
+        Of each contact at the start [m], shape (contacts,).
+    constant_force
+        Gravity and precompression on each granule, along the chain [N], shape (granules,).
+    static_force
+        In each contact at the start [N], shape (contacts,).
+    """
+
+    radius: FloatArray
+    young_modulus: FloatArray
+    poisson_ratio: FloatArray
+    density: FloatArray
+    mass: FloatArray
+    stiffness: FloatArray
+    gap: FloatArray
+    constant_force: FloatArray
+    static_force: FloatArray
+
+    @property
+    def static_overlap(self) -> FloatArray:
+        """Overlap of each contact at the start [m], shape (contacts,)."""
+        return np.asarray((self.static_force / self.stiffness) ** (2 / 3))
+
+    @property
+    def position(self) -> FloatArray:
+        """Centre of each granule at the start, granule 1 at 0 [m], shape (granules,)."""
+        apart = self.radius[:-1] + self.radius[1:]
+        contacts = apart.size
+        apart = apart + self.gap[:contacts] - self.static_overlap[:contacts]
+        return np.concatenate([[0.0], np.cumsum(apart)])
+
+    @property
+    def contact_mass(self) -> FloatArray:
+        """m* = m1 m2 / (m1 + m2) of each contact, m of the last granule at a wall: (contacts,)."""
+        pairs = self.mass[:-1] * self.mass[1:] / (self.mass[:-1] + self.mass[1:])
+        return np.concatenate([pairs, self.mass[-1:]])[: self.stiffness.size]
+
+
+def granules_of(
+    chain: Chain, striker: Striker | None, wall: Wall | None, pressed: Precompression | None
+) -> Granules:
+    """The granules of a chain with its striker, wall and precompression."""
+    values = {key: np.broadcast_to(getattr(chain, key), chain.granules) for key in MATERIAL}
+    if striker is not None:
+        values = {key: np.array(value, np.float64) for key, value in values.items()}
+        for key, value in values.items():
+            own = getattr(striker, key)
+            value[0] = value[0] if own is None else own
+    radius, density = values["radius"], values["density"]
+    mass = np.asarray(granule_mass(radius, density), np.float64)
+    plane = plane_modulus(values["young_modulus"], values["poisson_ratio"])
+    stiffness = pair_stiffness(radius[:-1], radius[1:], plane[:-1], plane[1:])
+    gap = np.array(np.broadcast_to(chain.gap, chain.granules)[1:], np.float64)
+    if wall is not None:
+        stiffness = np.append(stiffness, _wall_stiffness(wall, radius[-1], plane[-1]))
+        gap = np.append(gap, wall.gap)
+    constant, static = np.zeros(chain.granules), np.zeros(stiffness.size)
+    if pressed is not None:
+        constant = pressed.gravity * mass
+        static += pressed.force + np.cumsum(constant)[: stiffness.size]
+        constant[0] += pressed.force
+        if wall is None:
+            constant[-1] -= pressed.force
+    return Granules(
+        **values, mass=mass, stiffness=stiffness, gap=gap, constant_force=constant,
+        static_force=static,
+    )  # fmt: skip
+
+
+def plane_modulus(young_modulus: FloatArray, poisson_ratio: FloatArray) -> FloatArray:
+    """E / (1 - nu^2) [Pa], of any shape."""
+    return np.asarray(young_modulus / (1 - poisson_ratio**2))
+
+
+def pair_stiffness(
+    radius: FloatArray, other_radius: FloatArray, plane: FloatArray, other_plane: FloatArray
+) -> FloatArray:
+    """A = 4/3 E* sqrt(R*) of two spheres [N m^(-3/2)] (Hertz; Johnson, Contact Mechanics, 4.2).
+
+    1/R* = 1/R1 + 1/R2, and 1/E* is the sum of (1 - nu^2) / E of both, of which ``plane`` and
+    ``other_plane`` are the inverse.
+    """
+    reduced = radius * other_radius / (radius + other_radius)
+    return np.asarray(4 / 3 * plane * other_plane / (plane + other_plane) * np.sqrt(reduced))
+
+
+def _wall_stiffness(wall: Wall, radius: float, plane: float) -> float:
+    """A of a sphere on a plane: R* is the radius, and a rigid wall does not yield."""
+    if wall.kind == "rigid":
+        reduced = plane
+    elif wall.kind == "same":
+        reduced = plane / 2
+    else:
+        assert wall.young_modulus is not None
+        assert wall.poisson_ratio is not None
+        other = wall.young_modulus / (1 - wall.poisson_ratio**2)
+        reduced = plane * other / (plane + other)
+    return 4 / 3 * reduced * math.sqrt(radius)

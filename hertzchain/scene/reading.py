@@ -1,0 +1,225 @@
+"""Scene files: the parts of a scene from TOML, and back."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+from hertzchain.errors import SceneError, require
+from hertzchain.files import read_bytes
+from hertzchain.scene.chain import Chain
+from hertzchain.scene.pulse import Pulse, PulseTable, read_pulse_table
+from hertzchain.scene.quantities import to_si
+from hertzchain.scene.run import Run
+from hertzchain.scene.segments import expand, granule_table, read_granule_table
+from hertzchain.scene.terms import Precompression, Striker, Wall
+
+_Kind = TypeVar("_Kind")
+
+# The SI unit of each quantity of the scene file; keys that are not here take no unit.
+UNITS = {
+    "radius": "m",
+    "young_modulus": "Pa",
+    "poisson_ratio": "",
+    "density": "kg/m^3",
+    "peak_force": "N",
+    "duration_ratio": "",
+    "momentum_ratio": "",
+    "rise_time": "s",
+    "end_time": "s",
+    "gap": "m",
+    "velocity": "m/s",
+    "force": "N",
+    "gravity": "m/s^2",
+    "radius_ratio": "",
+}
+_OPTIONAL = {
+    Chain: {"gap"},
+    Pulse: {"momentum_ratio", "rise_time"},
+    Run: {"end_time"},
+    Striker: {"radius", "young_modulus", "poisson_ratio", "density"},
+    Wall: {"young_modulus", "poisson_ratio", "gap"},
+    Precompression: {"force", "gravity"},
+}
+_MOST_BYTES = 100_000
+"""Of a scene file; that of `make demo` has 500."""
+_MOST_DOTS = 200
+"""In a line: a dotted key costs tomllib the square of its dots, 35 s where it has 32,000."""
+
+SECTIONS = ("chain", "precompression", "run", "shock", "striker", "wall")
+
+
+def read_parts(path: Path) -> dict[str, Any]:
+    """The parts of a scene file, by the names of the arguments of ``Scene``.
+
+    A SceneError names file, key, value and what is allowed.
+    """
+    document = _load(path)
+    try:
+        return _parts(document, path.parent)
+    except SceneError as problem:
+        raise SceneError(
+            problem.key, problem.value, problem.allowed, problem.file or path
+        ) from None
+
+
+def texts_of(
+    path: Path,
+    chain: Chain,
+    shock: Pulse | PulseTable | Striker,
+    run: Run,
+    wall: Wall | None,
+    precompression: Precompression | None,
+) -> dict[Path, str]:
+    """A scene as files, by where to: its tables, if there are any, then the TOML."""
+    import tomli_w
+
+    texts: dict[Path, str] = {}
+    document: dict[str, Any] = {"chain": _given(chain)}
+    if any(isinstance(value, tuple) for value in document["chain"].values()):
+        table = path.with_suffix(".granules.csv")
+        texts[table] = granule_table(chain)
+        document["chain"] = {"file": table.name}
+    if isinstance(shock, PulseTable):
+        table = path.with_suffix(".csv")
+        allowed = "must not end in .csv: the pulse table is written under that name"
+        require(table != path, "path", str(path), allowed)
+        rows = zip(shock.time, shock.force, strict=True)
+        lines = ["time_s,force_N", *(f"{time!r},{force!r}" for time, force in rows)]
+        texts[table] = "\n".join(lines) + "\n"
+        document["shock"] = {"profile": "table", "file": table.name}
+    else:
+        document["striker" if isinstance(shock, Striker) else "shock"] = _given(shock)
+    for name, part in (("wall", wall), ("precompression", precompression), ("run", run)):
+        if part is not None and (values := _given(part)):
+            document[name] = values
+    return {**texts, path: tomli_w.dumps(document)}
+
+
+def _load(path: Path) -> dict[str, Any]:
+    try:
+        content = read_bytes(path, _MOST_BYTES)
+    except IsADirectoryError:
+        raise SceneError("", None, "is a directory, must be a TOML file", path) from None
+    except (OSError, ValueError) as problem:  # ValueError: a null in the name
+        reason = getattr(problem, "strerror", None) or problem
+        raise SceneError(
+            "", None, f"cannot be read ({reason}), must be a TOML file", path
+        ) from None
+    try:
+        text = content.decode()
+        if any(line.count(".") > _MOST_DOTS for line in text.split("\n")):
+            raise ValueError(f"a line with more than {_MOST_DOTS} dots")  # noqa: TRY301
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as problem:  # not UTF-8, not TOML, or not to be counted
+        hint = '; a value with a unit stands in quotes, "103 GPa"'
+        raise SceneError("", None, f"is not TOML: {problem!s:.200}{hint}", path) from None
+
+
+def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    for key, value in document.items():
+        allowed = f"unknown key, allowed are the sections {', '.join(SECTIONS)}"
+        require(key in SECTIONS, key, value, allowed + did_you_mean(key, SECTIONS))
+        require(isinstance(value, dict), key, value, f"must be a section, [{key}]")
+    require("chain" in document, "[chain]", None, "missing section")
+    if "shock" in document and "striker" in document:
+        allowed = "both sections are given, exactly one is allowed"
+        raise SceneError("[shock] and [striker]", None, allowed)
+    require("shock" in document or "striker" in document, "[shock]", None, "missing section")
+    parts: dict[str, Any] = {
+        "chain": _chain(document["chain"], folder),
+        "shock": _section("striker", document["striker"], Striker)
+        if "striker" in document
+        else _shock(document["shock"], folder),
+        "run": _section("run", document.get("run", {}), Run),
+    }
+    if "wall" in document:
+        parts["wall"] = _section("wall", document["wall"], Wall)
+    if "precompression" in document:
+        section = document["precompression"]
+        parts["precompression"] = _section("precompression", section, Precompression)
+    return parts
+
+
+def _chain(section: Mapping[str, Any], folder: Path) -> Chain:
+    if "file" in section:
+        allowed = "not allowed with chain.file, which has every granule"
+        for key, value in section.items():
+            require(key in ("file", "granules"), f"chain.{key}", value, allowed)
+        name = section["file"]
+        require(isinstance(name, str), "chain.file", name, "must be the name of a CSV file")
+        chain = read_granule_table(folder / name, name)
+        given = section.get("granules", chain.granules)
+        allowed = f"must be {chain.granules}, the rows of chain.file, or left out"
+        require(given == chain.granules, "chain.granules", given, allowed)
+        return chain
+    if "segments" not in section:
+        return _section("chain", section, Chain, ("segments", "file"))
+    plain = {key: value for key, value in section.items() if key != "segments"}
+    defaults = _section("chain", plain, Chain, ("segments", "file"))
+    return expand(defaults, section["segments"], quantities)
+
+
+def _shock(section: Mapping[str, Any], folder: Path) -> Pulse | PulseTable:
+    if section.get("profile") != "table":
+        return _section("shock", section, Pulse)
+    for key, value in section.items():
+        require(
+            key in ("profile", "file"),
+            f"shock.{key}",
+            value,
+            'not allowed with profile = "table", which takes only file',
+        )
+    name = section.get("file")
+    require("file" in section, "shock.file", None, 'missing, profile = "table" needs it')
+    require(isinstance(name, str), "shock.file", name, "must be the name of a CSV file")
+    return read_pulse_table(folder / str(name), str(name))
+
+
+def quantities(
+    name: str, section: Mapping[str, Any], known: Iterable[str], besides: Iterable[str] = ()
+) -> dict[str, Any]:
+    """The values of a section in SI; errors name the key with its section.
+
+    ``besides`` are keys that are allowed too, but read elsewhere.
+    """
+    known = [*known, *besides]
+    values: dict[str, Any] = {}
+    for key, value in section.items():
+        full = f"{name}.{key}"
+        allowed = f"unknown key, allowed are {', '.join(known)}{did_you_mean(key, known)}"
+        require(key in known, full, value, allowed)
+        values[key] = to_si(full, value, UNITS[key]) if key in UNITS else value
+    return values
+
+
+def did_you_mean(key: str, known: Iterable[str]) -> str:
+    """The end of a sentence on an unknown key: a known one that looks like it, or nothing."""
+    near = difflib.get_close_matches(key, list(known), 1)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+def _section(
+    name: str, section: Mapping[str, Any], kind: Callable[..., _Kind], besides: Iterable[str] = ()
+) -> _Kind:
+    """Build one frozen object from its section; errors name the key with its section."""
+    known = [item.name for item in fields(kind)]  # type: ignore[arg-type]
+    values = quantities(name, section, known, besides)
+    optional = _OPTIONAL[kind]  # type: ignore[index]
+    for key in known:
+        require(key in values or key in optional, f"{name}.{key}", None, "missing")
+    try:
+        return kind(**values)
+    except SceneError as problem:
+        given = section.get(problem.key, problem.value)
+        raise SceneError(f"{name}.{problem.key}", given, problem.allowed) from None
+
+
+def _given(part: Any) -> dict[str, Any]:
+    """The fields of a frozen object that are not left to their default."""
+    values = {item.name: (getattr(part, item.name), item.default) for item in fields(part)}
+    return {key: value for key, (value, default) in values.items() if value not in (None, default)}

@@ -1,0 +1,141 @@
+"""Chains of unlike granules, from segments of a scene file or from a table of granules."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from hertzchain.errors import POSITIVE, SceneError, is_positive, require
+from hertzchain.files import read_bytes
+from hertzchain.scene.chain import MATERIAL, Chain
+
+_SAME = (*MATERIAL, "gap")
+"""What granules of a segment can have of their own."""
+
+_COLUMNS = ("radius_m", "young_modulus_Pa", "poisson_ratio", "density_kg_m3", "gap_m")
+
+_MOST_BYTES = 50_000_000
+"""Of a table of granules: some 500,000 rows."""
+
+_MOST_GRANULES = 1_000_000
+"""Of a chain with segments, which holds five numbers for each granule."""
+
+Quantities = Callable[..., dict[str, Any]]
+"""Reads the values of a section: see ``reading.quantities``."""
+
+
+def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
+    """A chain whose segments say what differs from its defaults, granule by granule."""
+    allowed = "must be one or more tables, [[chain.segments]]"
+    is_list = isinstance(segments, list) and segments
+    require(bool(is_list), "chain.segments", segments, allowed)
+    counts = 0
+    columns: dict[str, list[float]] = {key: [] for key in _SAME}
+    for number, segment in enumerate(segments, start=1):
+        name = f"chain.segments.{number}"
+        require(isinstance(segment, dict), name, segment, allowed)
+        known = ("granules", *_SAME, "radius_ratio")
+        values = quantities(name, segment, known, ("cell",))
+        granules = values.get("granules")
+        require("granules" in values, f"{name}.granules", None, "missing")
+        whole = isinstance(granules, int) and not isinstance(granules, bool) and granules >= 1
+        require(whole, f"{name}.granules", granules, "must be an integer of at least 1")
+        assert isinstance(granules, int)
+        counts += granules
+        most = defaults.granules
+        require(counts <= most, f"{name}.granules", granules, _sum_allowed(most, "more"))
+        require(most <= _MOST_GRANULES, "chain.granules", most, f"must be at most {_MOST_GRANULES}")
+        cells = _cells(name, values, quantities)
+        _fill(columns, defaults, values, cells, granules, name)
+    require(counts == defaults.granules, "chain.segments", None, _sum_allowed(defaults.granules))
+    try:
+        return Chain(defaults.granules, *(columns[key] for key in _SAME))
+    except SceneError as problem:
+        raise SceneError(f"chain.{problem.key}", problem.value, problem.allowed) from None
+
+
+def _sum_allowed(granules: int, how: str = "fewer") -> str:
+    return f"the granules of all segments must sum to chain.granules = {granules}, they are {how}"
+
+
+def _cells(name: str, values: Mapping[str, Any], quantities: Quantities) -> list[dict[str, Any]]:
+    """What differs in each granule of the cell that a segment repeats."""
+    if "cell" not in values:
+        return [{}]
+    cell = values["cell"]
+    allowed = "must be a list of one or more tables, [{...}, {...}]; {} is a granule as in [chain]"
+    is_cell = isinstance(cell, list) and cell and all(isinstance(one, dict) for one in cell)
+    require(bool(is_cell), f"{name}.cell", cell, allowed)
+    if "radius_ratio" in values:
+        allowed = "not allowed with a cell, in which each granule has its own radius"
+        raise SceneError(f"{name}.radius_ratio", values["radius_ratio"], allowed)
+    return [quantities(f"{name}.cell.{k}", one, _SAME) for k, one in enumerate(cell, start=1)]
+
+
+def _fill(
+    columns: dict[str, list[float]],
+    defaults: Chain,
+    values: Mapping[str, Any],
+    cells: list[dict[str, Any]],
+    granules: int,
+    name: str,
+) -> None:
+    """Append the granules of a segment."""
+    ratio = values.get("radius_ratio", 1.0)
+    require(is_positive(ratio), f"{name}.radius_ratio", ratio, POSITIVE)
+    for k in range(granules):
+        own = {**values, **cells[k % len(cells)]}
+        for key, column in columns.items():
+            value = own.get(key, getattr(defaults, key))
+            column.append(value * ratio**k if key == "radius" else value)
+
+
+def read_granule_table(path: Path, name: str | None = None) -> Chain:
+    """A chain from a CSV file with a row for each granule. A SceneError says what is wrong."""
+    import csv
+    import io
+
+    try:
+        text = read_bytes(path, _MOST_BYTES).decode("utf-8-sig")
+        rows = [row for row in csv.reader(io.StringIO(text, newline="")) if row]
+    except (OSError, ValueError, csv.Error) as problem:  # ValueError: no text, or no file name
+        reason = getattr(problem, "strerror", None) or "not a text file"
+        allowed = f"cannot be read ({reason}); must be a CSV file"
+        raise SceneError("chain.file", name, allowed, None if name else path) from None
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    missing = [column for column in _COLUMNS if column not in header]
+    allowed = f"must be {','.join(_COLUMNS)}"
+    is_known = not missing and len(header) == len(_COLUMNS)
+    require_in(path, is_known, "first line", ",".join(header), allowed)
+    columns: dict[str, list[float]] = {column: [] for column in _COLUMNS}
+    for number, row in enumerate(rows[1:], start=1):
+        allowed = f"must be {len(_COLUMNS)} numbers, {','.join(_COLUMNS)}"
+        try:
+            values = [float(cell) for cell in row]
+        except ValueError:
+            values = []
+        require_in(path, len(values) == len(header), f"row {number}", ",".join(row), allowed)
+        for column, value in zip(header, values, strict=True):
+            columns[column].append(value)
+    granules = len(rows) - 1
+    require_in(path, granules >= 2, "rows", granules, "must be at least 2 granules")
+    try:
+        return Chain(granules, *(tuple(columns[column]) for column in _COLUMNS))
+    except SceneError as problem:
+        raise SceneError(problem.key, problem.value, problem.allowed, file=path) from None
+
+
+def require_in(path: Path, condition: bool, key: str, value: object, allowed: str) -> None:
+    """Raise a SceneError that names a file unless a condition holds."""
+    if not condition:
+        raise SceneError(key, value, allowed, file=path)
+
+
+def granule_table(chain: Chain) -> str:
+    """The text from which ``read_granule_table`` makes the same chain."""
+    values = [getattr(chain, key) for key in _SAME]
+    each = [value if isinstance(value, tuple) else (value,) * chain.granules for value in values]
+    lines = [",".join(_COLUMNS)]
+    lines += [",".join(map(repr, row)) for row in zip(*each, strict=True)]
+    return "\n".join(lines) + "\n"

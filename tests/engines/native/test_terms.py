@@ -1,0 +1,264 @@
+"""Scenes with terms by the native backend: closed forms, identities, and SciPy in SI units.
+
+Numbers without another source are those of independent simulations in natural units m = k = 1.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.special import jv
+
+import hertzchain as hc
+from hertzchain.engines.native import METHODS, simulate
+from hertzchain.observables.peaks import judged_contacts
+from tests.conftest import STEEL
+from tests.oracles import terms_in_si
+
+Floats = NDArray[np.float64]
+
+PTFE = {"radius": 4.75e-3, "young_modulus": 1.46e9, "poisson_ratio": 0.46, "density": 2200.0}
+PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
+UNIFORM = hc.Chain(12, **STEEL)
+
+
+def row(*granules: dict[str, float]) -> hc.Chain:
+    """A chain of these granules."""
+    return hc.Chain(len(granules), **{key: [g[key] for g in granules] for key in STEEL})
+
+
+DIMER = row(*[STEEL, PTFE] * 6)
+
+SCENES = {
+    "large striker": hc.Scene(UNIFORM, hc.Striker(1.0, radius=8e-3)),
+    "striker, rigid wall": hc.Scene(UNIFORM, hc.Striker(1.0), wall=hc.Wall("rigid")),
+    "dimer": hc.Scene(DIMER, PULSE),
+    "dimer, elastic wall": hc.Scene(DIMER, PULSE, wall=hc.Wall("elastic", 70e9, 0.33)),
+    "gaps": hc.Scene(replace(UNIFORM, gap=1e-5), PULSE),
+    "gaps, wall": hc.Scene(replace(UNIFORM, gap=1e-5), PULSE, wall=hc.Wall("same", gap=2e-5)),
+    "precompression": hc.Scene(UNIFORM, PULSE, precompression=hc.Precompression(force=20.0)),
+    "column": hc.Scene(
+        DIMER,
+        hc.Striker(0.5),
+        wall=hc.Wall("same"),
+        precompression=hc.Precompression(gravity=9.81),
+    ),
+    "all at once": hc.Scene(
+        DIMER,
+        hc.Striker(0.5, radius=6e-3),
+        wall=hc.Wall("elastic", 70e9, 0.33),
+        precompression=hc.Precompression(3.0, 9.81),
+    ),
+}
+
+
+def error_of(found: Floats, true: Floats) -> float:
+    """Largest relative error of the peaks that are judged."""
+    judged = judged_contacts(true)
+    return float(np.max(np.abs(found[judged] / true[judged] - 1)))
+
+
+QUICK = ("gaps, wall", "all at once")
+"""SciPy takes seconds for each."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in SCENES],
+)
+def test_peaks_vs_scipy(name: str) -> None:
+    scene = SCENES[name]
+    coarse, true = (terms_in_si.peaks(scene, rtol) for rtol in (1e-11, 1e-12))
+    # What SciPy's own tolerance leaves: contacts that open and close make more of it.
+    unsure = error_of(coarse.peak_force, true.peak_force)
+    assert unsure < 1e-7
+    for rtol in (1e-3, 1e-6, 1e-9):
+        result = hc.Native(rtol=rtol).run(scene)
+        assert result.error_estimate <= rtol
+        assert error_of(result.all_peaks, true.peak_force) <= result.error_estimate + unsure
+    # Velocities after many collisions: 4e-8 of the largest seen, by SciPy's own error.
+    largest = np.max(np.abs(true.velocity))
+    assert result.velocity == pytest.approx(true.velocity, rel=0, abs=1e-6 * largest)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_momentum_and_energy(name: str) -> None:
+    scene = SCENES[name]
+    balance = hc.Native(rtol=1e-9).run(scene).balance
+    given = scene.largest_impulse
+    # A wall's force is integrated from its interpolated overlap, which opens and closes.
+    tolerance = 1e-12 if scene.wall is None else 1e-9
+    assert balance.momentum == pytest.approx(balance.impulse, rel=0, abs=tolerance * given)
+    assert balance.energy == pytest.approx(balance.work, rel=2e-9, abs=0)
+
+
+@pytest.mark.parametrize(
+    ("mass", "first", "far"),
+    [
+        (0.5, 0.59256, 0.38824),
+        (1.0, 0.758420, 0.63955423),
+        (2.0, 0.906747, 0.95025646),
+        (10.0, 1.108796, 1.65379),
+    ],
+)
+def test_strikers_of_other_mass(mass: float, first: float, far: float) -> None:
+    striker = hc.Striker(1.0, density=mass * STEEL["density"])
+    chain = hc.Chain(80, **STEEL)
+    result = hc.Native(rtol=1e-9).run(hc.Scene(chain, striker))
+    unit = chain.contact_stiffness**0.4 * chain.granule_mass**0.6  # at 1 m/s
+    # Half a unit of the last digit given.
+    assert result.peak_force[0] / unit == pytest.approx(first, rel=0, abs=5e-6)
+    assert result.peak_force[60] / unit == pytest.approx(far, rel=0, abs=5e-6)
+    if mass == 1.0:
+        assert result.peak_force[60] / unit == pytest.approx(far, rel=0, abs=5e-9)
+        assert result.velocity[0] == pytest.approx(-0.0710850, rel=0, abs=5e-8)
+
+
+def test_two_spheres_that_meet() -> None:
+    chain = row(STEEL, PTFE)
+    scene = hc.Scene(chain, hc.Striker(2.0))
+    result = hc.Native("reference").run(scene, record=None)
+    stiffness, mass = scene.granules.stiffness[0], scene.granules.contact_mass[0]
+    # Energy m* v^2 / 2 = 2/5 A d^(5/2).
+    force = (1.25 * mass * 2.0**2) ** 0.6 * stiffness**0.4
+    assert result.peak_force[0] == pytest.approx(force, rel=1e-11, abs=0)
+    m1, m2 = scene.granules.mass
+    assert result.velocity == pytest.approx(
+        [2.0 * (m1 - m2) / (m1 + m2), 4.0 * m1 / (m1 + m2)], rel=1e-10, abs=0
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "at_wall", "last"), [("rigid", 2.23836, 1.05393), ("same", 1.94390, 1.01193)]
+)
+def test_a_solitary_wave_on_a_wall(kind: str, at_wall: float, last: float) -> None:
+    scene = hc.Scene(hc.Chain(200, **STEEL), hc.Striker(1.0), wall=hc.Wall(kind))
+    result = hc.Native(rtol=1e-8).run(scene)
+    wave = result.peak_force[100]
+    assert result.wall_peak_force is not None
+    # The wave of a striker is still 1e-5 from settled after 100 granules.
+    assert result.wall_peak_force / wave == pytest.approx(at_wall, rel=0, abs=3e-5)
+    assert result.peak_force[-1] / wave == pytest.approx(last, rel=0, abs=1e-5)
+
+
+def test_a_rigid_wall_is_a_mirror() -> None:
+    """Two strikers that meet in a contact, as a chain of twice the length pushed from both ends.
+
+    A contact with a rigid wall has half the overlap of that with the mirror image: in a chain of
+    2N granules, of which the second half starts with -v, both halves move alike.
+    """
+    half = hc.Scene(hc.Chain(10, **STEEL), hc.Striker(1.0), wall=hc.Wall("rigid"))
+    result = hc.Native("reference").run(half)
+    granules = half.granules
+    # Force on the wall at an overlap d is that of two granules at 2d: kw d^1.5 = A (2d)^1.5.
+    assert granules.stiffness[-1] / granules.stiffness[0] == pytest.approx(2 * math.sqrt(2))
+    legs = half.schedule(0.01 * half.contact_time)
+    twice = hc.Scene(hc.Chain(20, **STEEL), hc.Striker(1.0), hc.Run(half.end_time))
+    start = np.zeros((2, 20))
+    start[1, -1] = -half.start_velocity / twice.units.velocity
+    walker = METHODS["srkn-11b"].walker
+    mirrored = simulate(twice, legs, walker, start=start)
+    ours = simulate(half, legs, walker)
+    # Same steps; sums of forces are rounded otherwise in the two halves.
+    assert ours.state.displacement == pytest.approx(
+        mirrored.state.displacement[:10], rel=0, abs=1e-12
+    )
+    assert ours.peaks.force == pytest.approx(mirrored.peaks.force[:10], rel=1e-12, abs=0)
+    assert result.wall_peak_force == pytest.approx(
+        float(mirrored.peaks.force[9]) * half.units.force, rel=1e-9, abs=0
+    )
+
+
+def test_a_gapped_taper_is_a_row_of_collisions() -> None:
+    """Each collision of two granules gives v' = 2 m1 / (m1 + m2) v, whatever the law."""
+    radius = [5e-3 * 0.95**k for k in range(12)]
+    chain = hc.Chain(12, radius, 193e9, 0.3, 7958.0, gap=1e-3)
+    result = hc.Native(rtol=1e-10).run(hc.Scene(chain, hc.Striker(1.0)))
+    mass = [r**3 for r in radius]
+    expected = math.prod(2 * a / (a + b) for a, b in itertools.pairwise(mass))
+    assert expected == pytest.approx(2.2564951245, rel=0, abs=5e-11)
+    assert result.velocity[-1] == pytest.approx(expected, rel=1e-10, abs=0)
+
+
+def test_a_static_load_stays_where_it_is() -> None:
+    late = hc.PulseTable((1.0, 2.0), (0.0, 1.0))
+    loads = hc.Precompression(force=5.0, gravity=9.81)
+    wall = hc.Wall("same")
+    scene = hc.Scene(DIMER, late, hc.Run(2e-4), wall, loads)
+    result = hc.Native("reference").run(scene)
+    # Rounding of forces and overlaps, added up over some hundred steps.
+    assert np.max(np.abs(result.displacement)) < 1e-13 * scene.units.length
+    assert result.static_force is not None
+    assert result.peak_force == pytest.approx(result.static_force, rel=1e-14, abs=0)
+    weight = 9.81 * np.cumsum(scene.granules.mass)
+    assert result.static_force == pytest.approx(5.0 + weight[:-1], rel=1e-14, abs=0)
+    assert result.wall_peak_force == pytest.approx(5.0 + weight[-1], rel=1e-14, abs=0)
+
+
+@pytest.mark.parametrize("strength", [1e-3, 1e-4])
+def test_a_small_push_on_a_pressed_chain_vs_bessel_functions(strength: float) -> None:
+    """v_j(t) = v0 (2j + 1) / (w0 t) J_{2j+1}(2 w0 t) on a free end, w0^2 = k' / m (Nesterenko)."""
+    press = 100.0
+    chain = hc.Chain(60, **STEEL)
+    # As slow as the overlaps of the static load are deep: linear but for the fraction below.
+    linear = 1.5 * press ** (1 / 3) * chain.contact_stiffness ** (2 / 3)
+    frequency = math.sqrt(linear / chain.granule_mass)
+    depth = (press / chain.contact_stiffness) ** (2 / 3)
+    velocity = strength * depth * frequency
+    time = np.linspace(2.0, 40.0, 20) / frequency
+    scene = hc.Scene(
+        chain,
+        hc.Striker(velocity),
+        hc.Run(float(time[-1])),
+        precompression=hc.Precompression(press),
+    )
+    history = hc.Native(rtol=1e-9).run(scene, record=time).history
+    assert history is not None
+    j = np.arange(20)
+    expected = np.array(
+        [velocity * (2 * j + 1) / (frequency * t) * jv(2 * j + 1, 2 * frequency * t) for t in time]
+    )
+    # What the curvature of Hertz's law leaves is of first order in the push.
+    assert np.max(np.abs(history.velocity[:, :20] - expected)) < 0.3 * strength * velocity
+
+
+def test_unlike_granules_that_are_alike_are_a_uniform_chain() -> None:
+    columns = {key: [value] * 12 for key, value in STEEL.items()}
+    alike = hc.Chain(12, **columns, gap=[1.0] + [0.0] * 11)
+    assert alike == UNIFORM
+    scene = hc.Scene(alike, PULSE)
+    assert scene.is_plain
+    one, other = (hc.Native().run(s).peak_force for s in (scene, hc.Scene(UNIFORM, PULSE)))
+    assert np.array_equal(one, other)
+
+
+def test_a_chain_read_from_segments_and_from_a_table(tmp_path: Path) -> None:
+    scene = SCENES["all at once"]
+    scene.to_toml(tmp_path / "scene.toml")
+    read = hc.Scene.from_toml(tmp_path / "scene.toml")
+    assert read == scene
+    one, other = (hc.Native().run(s).all_peaks for s in (scene, read))
+    assert np.array_equal(one, other)
+
+
+def test_batch_of_scenes_with_terms() -> None:
+    scenes = [SCENES["dimer"], SCENES["large striker"], hc.Scene(UNIFORM, PULSE)]
+    batch = hc.peak_forces(scenes, rtol=1e-6)
+    for k, scene in enumerate(scenes):
+        assert batch.error_estimate[k] <= 1e-6
+        one = hc.Native(rtol=1e-9).run(scene)
+        assert error_of(batch.peak_force[k], one.peak_force) <= batch.error_estimate[k]
+
+
+@pytest.mark.parametrize("method", ["velocity-verlet", "rk4", "srkn-6b", "dprkn-6", "reference"])
+def test_error_bounds_of_every_method(method: str) -> None:
+    for scene in SCENES.values():
+        true = hc.Native(rtol=1e-10).run(scene).all_peaks
+        result = hc.Native(method).run(scene)
+        assert error_of(result.all_peaks, true) <= result.error_estimate + 1e-10

@@ -1,0 +1,198 @@
+"""Scene files with terms: grammar, refusals, and there and back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import SceneError
+from tests.conftest import STEEL
+from tests.scene.test_scene import CHAIN_TEXT, TEXT, refusal, scene_of
+
+SHOCK = "[shock]" + TEXT.partition("[shock]")[2]
+STRIKER = '[striker]\nvelocity = "1 m/s"\n'
+PRESSED = '[precompression]\nforce = "20 N"\n'
+WALL = '[wall]\nkind = "same"\n'
+
+
+def segmented(*segments: str, granules: int = 60) -> str:
+    """A chain of segments, each the lines after its header, under the shock of the demo."""
+    chain = CHAIN_TEXT.replace("granules = 60", f"granules = {granules}")
+    return chain + "".join(f"[[chain.segments]]\n{text}\n" for text in segments) + SHOCK
+
+
+def test_a_plain_scene_has_no_terms(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, TEXT)
+    assert scene.is_plain
+    assert scene.terms == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "terms"),
+    [
+        (CHAIN_TEXT + STRIKER, ("striker",)),
+        (TEXT + WALL, ("wall",)),
+        (TEXT + PRESSED, ("precompression",)),
+        (TEXT + WALL + "[precompression]\ngravity = 9.81\n", ("wall", "gravity")),
+        (segmented("granules = 60\nradius_ratio = 0.99"), ("unlike granules",)),
+        (segmented('granules = 60\ngap = "1 um"'), ("gaps",)),
+        (TEXT.replace("[shock]", 'gap = "1 um"\n[shock]'), ("gaps",)),
+        (
+            segmented("granules = 30", 'granules = 30\ndensity = "2 g/cm^3"')
+            .replace(SHOCK, STRIKER + WALL + PRESSED),
+            ("unlike granules", "striker", "wall", "precompression"),
+        ),
+    ],
+)  # fmt: skip
+def test_terms_are_named_and_written_and_read(
+    tmp_path: Path, text: str, terms: tuple[str, ...]
+) -> None:
+    scene = scene_of(tmp_path, text)
+    assert scene.terms == terms
+    assert not scene.is_plain
+    scene.to_toml(tmp_path / "copy.toml")
+    assert hc.Scene.from_toml(tmp_path / "copy.toml") == scene
+
+
+def test_segments_cells_and_tapers(tmp_path: Path) -> None:
+    text = segmented(
+        "granules = 1\nradius = 1e-2",
+        "granules = 5\ncell = [{}, {density = 1000, gap = 1e-6}]",
+        "granules = 3\nradius = 4e-3\nradius_ratio = 0.5",
+        granules=9,
+    )
+    chain = scene_of(tmp_path, text).chain
+    steel = STEEL["radius"]
+    assert chain.radius == pytest.approx((1e-2, *[steel] * 5, 4e-3, 2e-3, 1e-3), rel=1e-15)
+    iron = pytest.approx(STEEL["density"], rel=1e-15)
+    assert chain.density == (iron, iron, 1000.0, iron, 1000.0, iron, iron, iron, iron)
+    assert chain.gap == (0, 0, 1e-6, 0, 1e-6, 0, 0, 0, 0)
+    assert isinstance(chain.young_modulus, float)
+
+
+def test_segments_of_the_same_granules_are_one_chain(tmp_path: Path) -> None:
+    text = segmented("granules = 20", 'granules = 40\nradius = "4.75 mm"')
+    assert scene_of(tmp_path, text) == scene_of(tmp_path, TEXT)
+
+
+def test_sequences_in_python() -> None:
+    radius = np.array([1e-3, 2e-3, 3e-3])
+    chain = hc.Chain(3, radius, [1e9, 1e9, 1e9], 0.3, (1.0, 2.0, 3.0))
+    assert chain.radius == (1e-3, 2e-3, 3e-3)
+    assert chain.young_modulus == 1e9
+    assert not chain.is_uniform
+    assert hash(chain) == hash(hc.Chain(3, radius.tolist(), 1e9, 0.3, [1, 2, 3]))
+
+
+REFUSED = {
+    "counts below": (
+        segmented("granules = 10", "granules = 20"),
+        "chain.segments: the granules of all segments must sum to chain.granules = 60",
+    ),
+    "counts above": (segmented("granules = 61"), "chain.segments.1.granules = 61: the granules"),
+    "no count": (segmented("radius = 1e-3"), "chain.segments.1.granules: missing"),
+    "empty cell": (segmented("granules = 60\ncell = []"), "chain.segments.1.cell = []: must be"),
+    "cell and ratio": (
+        segmented("granules = 60\ncell = [{}]\nradius_ratio = 2"),
+        "chain.segments.1.radius_ratio = 2.0: not allowed with a cell",
+    ),
+    "negative gap": (segmented("granules = 60\ngap = -1e-6"), "chain.gap of granule 2 = -1e-06"),
+    "misspelt": (
+        segmented("granules = 60\nraduis = 1e-3"),
+        "chain.segments.1.raduis = 0.001: unknown key",
+    ),
+    "misspelt meant": (segmented("granules = 60\nraduis = 1e-3"), "did you mean radius?"),
+    "a material that is none": (
+        segmented("granules = 60\ncell = [{poisson_ratio = 0.7}]"),
+        "chain.poisson_ratio of granule 1 = 0.7",
+    ),
+    "shock and striker": (TEXT + STRIKER, "[shock] and [striker]: both sections are given"),
+    "neither": (CHAIN_TEXT, "[shock]: missing section"),
+    "striker that stands": (CHAIN_TEXT + "[striker]\nvelocity = 0\n", "striker.velocity = 0"),
+    "striker of no mass": (
+        CHAIN_TEXT + STRIKER + "density = -1\n",
+        "striker.density = -1: must be a finite number above 0",
+    ),
+    "weight on nothing": (
+        TEXT + "[precompression]\ngravity = 9.81\n",
+        "precompression.gravity = 9.81: needs a [wall]",
+    ),
+    "pressed gaps": (
+        segmented("granules = 60\ngap = 1e-6") + PRESSED,
+        "chain.gap: must be 0 with [precompression]",
+    ),
+    "pressed before a wall": (
+        TEXT + WALL + "gap = 1e-6\n" + PRESSED,
+        "wall.gap = 1e-06: must be 0 with [precompression]",
+    ),
+    "no load": (TEXT + "[precompression]\n", "precompression.force and gravity: both are 0"),
+    "elastic without E": (
+        TEXT + '[wall]\nkind = "elastic"\npoisson_ratio = 0.3\n',
+        "wall.young_modulus: missing",
+    ),
+    "rigid with E": (
+        TEXT + '[wall]\nkind = "rigid"\nyoung_modulus = 1e9\n',
+        'wall.young_modulus = 1000000000.0: only a wall of kind "elastic" has it',
+    ),
+    "soft wall": (TEXT + '[wall]\nkind = "soft"\n', "wall.kind = 'soft': must be one of rigid"),
+    "no kind": (TEXT + "[wall]\n", "wall.kind: missing"),
+    "wall misspelt": (TEXT + "[wal]\n", "did you mean wall?"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_is_one_sentence(tmp_path: Path, case: str) -> None:
+    text, expected = REFUSED[case]
+    said = refusal(tmp_path, text)
+    assert expected in said
+    assert "\n" not in said
+
+
+TABLE = "radius_m,young_modulus_Pa,poisson_ratio,density_kg_m3,gap_m\n"
+ROWS = "0.005,193e9,0.3,7958,0\n0.004,193e9,0.3,7958,1e-6\n"
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        (TABLE.replace(",gap_m", "") + ROWS, "first line = 'radius_m,young_modulus_Pa"),
+        (TABLE + ROWS + "1,2,3\n", "row 3 = '1,2,3': must be 5 numbers"),
+        (TABLE + ROWS + "a,b,c,d,e\n", "row 3 = 'a,b,c,d,e': must be 5 numbers"),
+        (TABLE + "0.005,193e9,0.3,7958,0\n", "rows = 1: must be at least 2 granules"),
+        (TABLE + ROWS.replace("0.004", "-1"), "radius of granule 2 = -1.0"),
+        ("", "first line = ''"),
+    ],
+)
+def test_a_table_of_granules_that_cannot_be(tmp_path: Path, table: str, said: str) -> None:
+    (tmp_path / "granules.csv").write_text(table)
+    text = '[chain]\nfile = "granules.csv"\n' + SHOCK
+    assert said in refusal(tmp_path, text)
+
+
+def test_a_table_of_granules(tmp_path: Path) -> None:
+    (tmp_path / "granules.csv").write_text(TABLE + ROWS)
+    chain = scene_of(tmp_path, '[chain]\nfile = "granules.csv"\n' + SHOCK).chain
+    assert (chain.granules, chain.radius, chain.gap) == (2, (0.005, 0.004), (0.0, 1e-6))
+    assert chain.young_modulus == 193e9
+    text = '[chain]\nfile = "granules.csv"\ngranules = 3\n' + SHOCK
+    assert "chain.granules = 3: must be 2, the rows of chain.file" in refusal(tmp_path, text)
+    text = '[chain]\nfile = "granules.csv"\nradius = 1e-3\n' + SHOCK
+    assert "chain.radius = 0.001: not allowed with chain.file" in refusal(tmp_path, text)
+    assert "must be a CSV file" in refusal(tmp_path, '[chain]\nfile = "no.csv"\n' + SHOCK)
+
+
+def test_strikers_walls_and_loads_of_another_type() -> None:
+    chain = hc.Chain(5, **STEEL)
+    with pytest.raises(SceneError, match="wall = 'same': must be a Wall or None"):
+        hc.Scene(chain, hc.Striker(1.0), wall="same")  # type: ignore[arg-type]
+    with pytest.raises(SceneError, match="precompression = 3: must be a Precompression or None"):
+        hc.Scene(chain, hc.Striker(1.0), precompression=3)  # type: ignore[arg-type]
+
+
+def test_numbers_that_leave_floating_point() -> None:
+    chain = hc.Chain(3, [1e-3, 1e-3, 1e-150], 1e9, 0.3, 1000.0)
+    with pytest.raises(SceneError, match="too large or too small to be represented"):
+        hc.Scene(chain, hc.Striker(1.0))
