@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.external import backend
+from hertzchain.engines.external import step_error
 from hertzchain.engines.native import METHODS, simulate_in_numpy
 from hertzchain.engines.native.simulation import simulate
 from hertzchain.errors import OverlapTooLarge, StepUnstable, Unpredictable
@@ -204,7 +204,7 @@ def test_an_extrapolated_maximum_with_a_rival_is_told(monkeypatch: pytest.Monkey
     lammps = hc.Lammps(0.036457414509778074 * scene.units.time, extrapolated=True)
     result = lammps.run(scene)
     holds(scene, result)
-    monkeypatch.setattr(backend, "rival_error", lambda *_: 0.0)
+    monkeypatch.setattr(step_error, "rival_error", lambda *_: 0.0)
     without = lammps.run(scene)
     assert eighth_order.solve(scene).error_of(without.peak_force) > without.error_estimate
 
