@@ -24,7 +24,8 @@ def of_comparison(comparison: Comparison) -> Document:
     """All that reports show of a comparison."""
     formulas = comparison.formulas
     others = {name: found for name, found in comparison.results.items() if name != "native"}
-    equations = {name: getattr(formulas, name) for name in FORMULAS}
+    is_plain = comparison.scene.is_plain  # the formulas are about nothing else
+    equations = {name: getattr(formulas, name) for name in FORMULAS if is_plain}
     drawn = {name: result.peak_force for name, result in others.items()}
     answers, efforts = _answers(comparison)
     of_formulas = [f"Formulas: {text}" for text in (formulas.applicable, formulas.note) if text]
@@ -93,18 +94,48 @@ def _peaks(
 
 
 def _answers(comparison: Comparison) -> tuple[Table, list[list[str]]]:
-    """What each oracle says of the transition and the wave that leaves it; what that took."""
-    formulas = comparison.formulas
+    """What each oracle says besides the peaks, and what that took."""
+    scene = comparison.scene
     simulated = [comparison.results.get(name) for name in comparison.wanted]
 
     def row(label: str, shown: Callable[[Result], str], of_formulas: str = "") -> list[str]:
         cells = ["" if result is None else shown(result) for result in simulated]
         return [label, *cells, of_formulas]
 
+    if not scene.is_plain:
+        answers = _answers_with_terms(comparison, row)
+    else:
+        answers = _answers_of_wave(comparison, row)
+    return answers, [
+        row("error, at most", lambda run: f"{run.error_estimate:.1e}"),
+        row("method", lambda run: run.method),
+        row("steps", lambda run: f"{run.steps:,}"),
+        row("time [s]", lambda run: f"{run.wall_time:.2f}"),
+    ]
+
+
+def _answers_with_terms(comparison: Comparison, row: Callable[..., list[str]]) -> Table:
+    """What each simulation says of wall and velocities."""
+    rows = [
+        row("velocity of granule 1 at the end [m/s]", lambda run: number(run.velocity[0], 7)),
+        row("velocity of the last granule [m/s]", lambda run: number(run.velocity[-1], 7)),
+    ]
+    if comparison.scene.wall is not None:
+        rows[:0] = [
+            row("largest force on the wall [N]", lambda run: number(run.wall_peak_force, 9)),
+            row("its time [s]", lambda run: number(run.wall_peak_time, 6)),
+        ]
+    header = ["", *(LABELS[name] for name in comparison.wanted), ""]
+    return Table("Wall and velocities", header, rows)
+
+
+def _answers_of_wave(comparison: Comparison, row: Callable[..., list[str]]) -> Table:
+    """What each oracle says of the transition and the wave that leaves it."""
+    formulas = comparison.formulas
     eq3 = formulas.transition_granules
     paper, exact = formulas.speed, formulas.exact_speed
     speed = f"{paper:.2f}, exact {exact:.2f} at F_SW" if paper else ""
-    answers = Table(
+    return Table(
         "The transition and the wave that leaves it",
         ["", *(LABELS[name] for name in comparison.wanted), "formulas"],
         [
@@ -118,12 +149,6 @@ def _answers(comparison: Comparison) -> tuple[Table, list[list[str]]]:
             row("speed [m/s]", lambda run: number(run.solitary_wave.speed, 7), speed),
         ],
     )
-    return answers, [
-        row("error, at most", lambda run: f"{run.error_estimate:.1e}"),
-        row("method", lambda run: run.method),
-        row("steps", lambda run: f"{run.steps:,}"),
-        row("time [s]", lambda run: f"{run.wall_time:.2f}"),
-    ]
 
 
 def _cost(comparison: Comparison) -> Table:
@@ -165,8 +190,8 @@ def _verdict(comparison: Comparison, of_formulas: Sequence[str]) -> Verdict:
     only_absent = bool(failed) and all(check.measured is None for check in failed)
     ran = [name for name in comparison.wanted if name in results and name != "native"]
     if not failed and ran:
-        peaks = [results[name].peak_force for name in ran]
-        off = max(largest_difference(found, comparison.native.peak_force) for found in peaks)
+        peaks = [results[name].all_peaks for name in ran]
+        off = max(largest_difference(found, comparison.native.all_peaks) for found in peaks)
         who = " and ".join(LABELS[name] for name in ran)
         sentence = (
             f"All {len(checks)} checks passed. Peaks by {who} differ from those of native by"

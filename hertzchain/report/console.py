@@ -14,6 +14,7 @@ from hertzchain.report.facts import (
     cost,
     describe,
     difference,
+    facts_of_terms,
     number,
     shown_contacts,
     similar_scene,
@@ -45,23 +46,24 @@ def print_run(console: Console, result: Result) -> None:
     """Print what a person wants of a run: peaks of the transition, p, F_SW, speed, error, cost."""
     console.print(describe(result.scene), style="bold")
     shown = shown_contacts(result)
+    static = result.static_force
     rows = [
         (
             str(contact),
             number(result.peak_force[k], 9),
+            *(() if static is None else (number(static[k], 7),)),
             number(result.peak_time[k], 6),
             "" if result.peak_passed[k] else "not peaked yet",
         )
         for k, contact in enumerate(shown)
     ]
-    console.print(table(("contact", "peak force [N]", "peak time [s]", ""), rows))
+    header = ["contact", "peak force [N]", "peak time [s]", ""]
+    if static is not None:
+        header.insert(2, "static force [N]")
+    console.print(table(header, rows))
     _print_left_out(console, result.contact.size - len(shown), result.contact[-1])
-    wave, p = result.solitary_wave, result.transition_granules
     facts = [
-        ("transition, p", "none ends here" if p is None else f"{p} granules"),
-        ("solitary wave, F_SW", with_unit(wave.peak_force, "N")),
-        ("far-field force", with_unit(wave.far_field_force, "N")),
-        ("speed", with_unit(wave.speed, "m/s")),
+        *(_wave_facts(result) if result.scene.is_plain else facts_of_terms(result)),
         ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
         ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
         ("cost", cost(result)),
@@ -70,6 +72,17 @@ def print_run(console: Console, result: Result) -> None:
         facts.append(("computed as", similar))
     _print_facts(console, facts)
     _print_remarks(console, *result.warnings)
+
+
+def _wave_facts(result: Result) -> list[tuple[str, str]]:
+    """What a plain scene has: the transition and the wave that leaves it."""
+    wave, p = result.solitary_wave, result.transition_granules
+    return [
+        ("transition, p", "none ends here" if p is None else f"{p} granules"),
+        ("solitary wave, F_SW", with_unit(wave.peak_force, "N")),
+        ("far-field force", with_unit(wave.far_field_force, "N")),
+        ("speed", with_unit(wave.speed, "m/s")),
+    ]
 
 
 def print_prediction(console: Console, prediction: Prediction) -> None:

@@ -34,6 +34,19 @@ def describe(scene: Scene) -> str:
     return f"{kind}, with {', '.join(others)}" if others else kind
 
 
+def facts_of_terms(result: Result) -> list[tuple[str, str]]:
+    """What a scene with terms has instead of a transition: force on the wall, velocities, end."""
+    facts = []
+    if result.wall_peak_force is not None:
+        at = "" if np.isnan(result.wall_peak_time or 0.0) else f" at {result.wall_peak_time:.6g} s"
+        facts.append(("largest force on the wall", f"{result.wall_peak_force:.9g} N{at}"))
+    first, last = (f"{v:.3g} m/s" for v in (result.velocity[0], result.velocity[-1]))
+    if np.isfinite(result.velocity[0]):
+        facts.append(("velocity at the end", f"granule 1 {first}, the last granule {last}"))
+    facts.append(("end of the run", f"{result.scene.end_time:.6g} s"))
+    return facts
+
+
 def shown_contacts(result: Result) -> list[int]:
     """The transition up to contact p + 1; without p the first few contacts."""
     p = result.transition_granules

@@ -100,23 +100,26 @@ def frames(result: Result) -> Iterator[Atoms]:
 
     scene, history = result.scene, result.history
     assert history is not None
-    chain = scene.chain
+    count, is_plain, granules = scene.chain.granules, scene.is_plain, scene.granules
     length, velocity, force = (
         power_of_1000(unit)
         for unit in (scene.units.length, scene.units.velocity, scene.units.force)
     )
-    mass = power_of_1000(chain.granule_mass)
-    diameter = 2 * chain.radius / length
-    sites = 2 * chain.radius * np.arange(chain.granules)
+    mass = power_of_1000(scene.first_mass)
+    radius, widest = granules.radius / length, 2 * float(np.max(granules.radius)) / length
+    sites = 2 * scene.chain.radius * np.arange(count) if is_plain else granules.position
+    span = (sites[-1] + granules.radius[-1] + granules.radius[0]) / length
+    masses = (np.full(count, scene.first_mass) if is_plain else granules.mass) / mass
     applied = scene.applied_force(history.time)
+    on_wall = np.zeros(applied.size) if history.wall_force is None else history.wall_force
     for k, time in enumerate(history.time.tolist()):
         frame = Atoms(
-            numbers=np.zeros(chain.granules, int),
+            numbers=np.zeros(count, int),
             positions=_along_x((sites + history.displacement[k]) / length),
-            cell=[chain.granules * diameter, diameter, diameter],
+            cell=[count * widest if is_plain else span, widest, widest],
             pbc=False,
             info={
-                "Origin": np.full(3, -chain.radius / length),
+                "Origin": np.array([-radius[0], -widest / 2, -widest / 2]),
                 "time_s": time,
                 "length_unit_m": length,
                 "velocity_unit_m_s": velocity,
@@ -126,17 +129,17 @@ def frames(result: Result) -> Iterator[Atoms]:
         )
         moving = _along_x(history.velocity[k] / velocity)
         known = np.concatenate([applied[k : k + 1], history.contact_force[k]]) / force
-        masses = np.full(chain.granules, chain.granule_mass / mass)
-        frame.set_array("radius", np.full(chain.granules, chain.radius / length))
+        frame.set_array("radius", radius)
         frame.set_array("displacement", _along_x(history.displacement[k] / length))
         frame.set_array("velocity", moving)
         frame.set_array("contact_force", known)
-        frame.set_array("id", np.arange(1, chain.granules + 1))
+        frame.set_array("id", np.arange(1, count + 1))
         frame.set_array("mass", masses)
         frame.set_array("velo", moving)
         # Not ``forces``: of these ASE makes a calculator as it reads, and copies the frame for it.
-        # Contact i pushes granule i on and granule i - 1 back; nothing is behind the last one.
-        frame.set_array("force", _along_x(known - np.append(known[1:], 0.0)))
+        # Contact i pushes granule i on and granule i - 1 back; only a wall is behind the last one.
+        ahead = np.append(known[1:], on_wall[k] / force)
+        frame.set_array("force", _along_x(known - ahead + granules.constant_force / force))
         frame.set_masses(masses)
         frame.set_velocities(moving)
         yield frame

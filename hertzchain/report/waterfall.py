@@ -141,11 +141,13 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
     unit_name, unit = _time_unit(around if long else scene.end_time)
     largest = max(float(np.max(native.peak_force)), scene.peak_force)
     scale = _Scale(around, unit, unit_name, 1.6 / largest)
-    time = _shock_times(scene)
-    shock = time, scene.applied_force(time)
-    highest = float(time[np.argmax(shock[1])])
-    grey = {"line": {"color": "#777", "width": 1.5}, "legendgroup": "shock"}
-    traces = [scale.trace(0, "shock", "applied force", shock, highest) | grey]
+    traces = []
+    if scene.striker is None:
+        time = _shock_times(scene)
+        shock = time, scene.applied_force(time)
+        highest = float(time[np.argmax(shock[1])])
+        grey = {"line": {"color": "#777", "width": 1.5}, "legendgroup": "shock"}
+        traces = [scale.trace(0, "shock", "applied force", shock, highest) | grey]
     for key, result in results.items():
         if result.history is None:
             continue
@@ -157,7 +159,10 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
             more = {"line": style, "legendgroup": key, "showlegend": place == 1}
             traces.append(scale.trace(place, f"contact {contact}", LABELS[key], curve, peak) | more)
     y = axis("contact", tickvals=list(range(len(drawn) + 1)))
-    y |= {"ticktext": ["shock", *map(str, drawn)], "range": [-0.4, len(drawn) + 1.9]}
+    y |= {
+        "ticktext": ["striker" if scene.striker else "shock", *map(str, drawn)],
+        "range": [-0.4, len(drawn) + 1.9],
+    }
     if long:
         x = axis(f"time before and after its peak [{unit_name}]")
         x["range"] = [-around / unit, around / unit]

@@ -67,8 +67,8 @@ def refuse_terms(scene: Scene, who: str, known: Collection[str] = ()) -> None:
     unknown = [term for term in scene.terms if term not in known]
     if unknown:
         raise RunFailed(
-            f"{who} cannot have this scene, which has {' and '.join(unknown)}: take the native"
-            " backend, or leave them out"
+            f"{who} cannot have {' or '.join(unknown)}, as this scene does: leave that out, or run"
+            " the scene by itself with the native backend"
         )
 
 

@@ -17,6 +17,7 @@ from hertzchain.errors import SceneError, require
 from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene, require_scene
+from hertzchain.scene.validity import refuse_terms
 from hertzchain.sweeps.axes import Axis, Span, Value, axis_of, is_whole
 from hertzchain.sweeps.columns import OTHER_MEASURE, PARAMETERS, TEXT, WHOLE
 
@@ -154,6 +155,7 @@ def design(
         not possible, samples without ranges or ranges without samples, and too many scenes.
     """
     require_scene(scene)
+    refuse_terms(scene, "a sweep")
     allowed = "must be a mapping that names at least one parameter and what it takes"
     require(isinstance(vary, Mapping) and len(vary) > 0, "vary", None, allowed)
     axes = tuple(axis_of(_full(name), given) for name, given in vary.items())

@@ -237,7 +237,8 @@ def predict(scene: Scene) -> Prediction:
     chain, pulse = scene.chain, scene.shock
     nothing = np.full(min(chain.granules, peak_map.LAST_CONTACT) - 1, np.nan)
     if not scene.is_plain:
-        missing = "the scene has terms: Eqs. 3 to 9 and the map are about plain chains"
+        has = ", ".join(scene.terms)
+        missing = f"Eqs. 3 to 9 and the map are about uniform free chains, this one has {has}"
         return Prediction(scene, missing, None, nothing)
     if not isinstance(pulse, Pulse):
         missing = "the shock is a pulse table: Eqs. 3 to 9 and the map are about Table 1's profiles"

@@ -57,7 +57,7 @@ def formulas(reference: Result) -> Formulas:
     scene, p, wave = reference.scene, reference.transition_granules, reference.solitary_wave
     nothing = np.full(reference.contact.size, np.nan)
     if not scene.is_plain:
-        reason = "the scene has terms: Eqs. 3 to 9 are about plain chains"
+        reason = f"Eqs. 3 to 9 are about uniform free chains, this one has {', '.join(scene.terms)}"
         return Formulas(reason, None, None, nothing, nothing, None, None)
     if not isinstance(scene.shock, Pulse):
         reason = "the shock is a pulse table: Eqs. 3 to 9 are about the profiles of Table 1"

@@ -241,6 +241,9 @@ def judge(
     found = Judgement(reference, given, float(tolerance), None, (), expected, like)
     if np.array_equal(found.passed, judged):
         return found  # nothing is wrong by this tolerance
+    if not scene.is_plain:
+        why = f"no cause was looked for: the scene has {', '.join(scene.terms)}"
+        return replace(found, remarks=(why,))
     deadline = Deadline(min(PATIENCE, time_limit))
     cause, remark = likely_cause(
         Case(scene, reference, given, judged, dt, deadline), report_progress

@@ -25,6 +25,7 @@ from hertzchain.engines.native import Native
 from hertzchain.errors import BackendMissing, RunFailed, require
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.validity import refuse_terms
 from hertzchain.verdict.contenders import FORMULAS, MAP, WAYS, Contender, Outcome, contenders
 
 if TYPE_CHECKING:
@@ -123,6 +124,7 @@ def tradeoff(
     """
     for name in engines:
         require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")
+    refuse_terms(scene, "a trade-off")
     report_progress = progress or (lambda _: None)
     report_progress(
         "the truth: the reference method with short steps (the first run compiles, half a minute)"
