@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -103,8 +105,14 @@ FOUR_STEPS = hc.Scene(
 )
 
 
+@functools.cache
+def solve(scene: hc.Scene) -> eighth_order.Truth:
+    """The truth of a scene, which several tests hold runs against."""
+    return eighth_order.solve(scene)
+
+
 def holds(scene: hc.Scene, result: hc.Result, wanted: float | None = None) -> None:
-    truth = eighth_order.solve(scene)
+    truth = solve(scene)
     error = truth.error_of(result.peak_force)
     assert error <= result.error_estimate + truth.error + ORACLE
     if wanted is not None:
@@ -124,7 +132,7 @@ def holds(scene: hc.Scene, result: hc.Result, wanted: float | None = None) -> No
 def test_wanted_accuracy(scene: hc.Scene, rtol: float) -> None:
     holds(scene, hc.Native(rtol=rtol).run(scene), rtol)
     found = hc.peak_forces([scene], rtol)
-    truth = eighth_order.solve(scene)
+    truth = solve(scene)
     assert truth.error_of(found.peak_force[0]) <= found.error_estimate[0] <= rtol
 
 
@@ -152,16 +160,14 @@ def test_a_contact_that_has_just_been_reached() -> None:
     rtol = 2.051697977944358e-10
     holds(FRONT, hc.Native(rtol=rtol).run(FRONT))
     found = hc.peak_forces([FRONT], rtol)
-    truth = eighth_order.solve(FRONT)
+    truth = solve(FRONT)
     assert truth.error_of(found.peak_force[0]) <= found.error_estimate[0] + truth.error
 
 
 def test_a_bound_is_not_far_above_the_error() -> None:
     # A maximum inside a step, seen with some steps and missed with others, made it 1e6 times that.
     result = hc.Native("srkn-11b").run(SHORT_DECAY)
-    assert result.error_estimate < 1000 * eighth_order.solve(SHORT_DECAY).error_of(
-        result.peak_force
-    )
+    assert result.error_estimate < 1000 * solve(SHORT_DECAY).error_of(result.peak_force)
 
 
 @pytest.mark.parametrize("part", [1e-3, 1e-6, 1e-7, 1e-9])
@@ -206,7 +212,7 @@ def test_an_extrapolated_maximum_with_a_rival_is_told(monkeypatch: pytest.Monkey
     holds(scene, result)
     monkeypatch.setattr(step_error, "rival_error", lambda *_: 0.0)
     without = lammps.run(scene)
-    assert eighth_order.solve(scene).error_of(without.peak_force) > without.error_estimate
+    assert solve(scene).error_of(without.peak_force) > without.error_estimate
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -229,7 +235,7 @@ def random_scenes_hold(kind: str, numbers: range) -> None:
         rtol, method = float(10 ** rng.uniform(-10, -2)), str(rng.choice(list(METHODS)))
         step = float(10 ** rng.uniform(-2, 0)) * stable_step(scene, METHODS[method].interval)
         try:
-            truth = eighth_order.solve(scene)
+            truth = solve(scene)
             result = hc.Native(rtol=rtol, peaks_only=bool(number % 2)).run(scene)
         except (ArithmeticError, OverlapTooLarge):
             continue  # chaotic; no scene for Hertz's law

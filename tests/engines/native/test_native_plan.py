@@ -89,7 +89,7 @@ def test_the_choice_costs_at_most_thrice_the_best_in_hindsight(rtol: float) -> N
 
 def best_in_hindsight(scene: hc.Scene, peaks: Any, rtol: float) -> float:
     """Fewest force evaluations of a run that is as accurate as wanted."""
-    costs = [np.inf]
+    best = np.inf
     for name, method in METHODS.items():
         if name == "dprkn-6":
             continue
@@ -100,9 +100,13 @@ def best_in_hindsight(scene: hc.Scene, peaks: Any, rtol: float) -> float:
             run = simulate(
                 scene, scene.schedule(step * scene.units.time), walker, leave_behind=True
             )
+            # Shorter steps take more evaluations.
+            if run.evaluations >= best:
+                break
             if largest_difference(100 * run.peaks.force, peaks) <= rtol:
-                costs.append(run.evaluations)
-    return float(min(costs))
+                best = run.evaluations
+                break
+    return float(best)
 
 
 def test_the_default_is_a_millionth(demo: hc.Scene, demo_reference: hc.Result) -> None:
