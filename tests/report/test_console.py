@@ -310,8 +310,10 @@ def picture(path: Path) -> Any:
 
 def colours(pixels: Any) -> set[tuple[int, ...]]:
     """The colours of a picture, 0 to 255."""
-    found = np.unique(np.rint(255 * pixels).astype(int).reshape(-1, 3), axis=0)
-    return {tuple(colour) for colour in found.tolist()}
+    whole = np.rint(255 * pixels).astype(int).reshape(-1, 3)
+    # One number a pixel is sorted ten times as fast as three.
+    found = np.unique(whole @ [1 << 16, 1 << 8, 1]).tolist()
+    return {(colour >> 16, colour >> 8 & 255, colour & 255) for colour in found}
 
 
 def colour_of(name: str) -> tuple[int, ...]:
