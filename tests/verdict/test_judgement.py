@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import random
 from collections.abc import Callable, Iterator
@@ -49,6 +50,15 @@ def in_turn(names: str, cases: dict[str, tuple[object, ...]]) -> pytest.MarkDeco
         for scene in (*QUICK, *MORE)
     ]
     return pytest.mark.parametrize(f"truth, {names}", marked, indirect=["truth"])
+
+
+def on(quick: tuple[str, float, float]) -> pytest.MarkDecorator:
+    """All scenes, one of which is quick; tests take the two quick scenes in turn."""
+    scenes = [
+        pytest.param(scene, id=str(scene), marks=[] if scene == quick else pytest.mark.slow)
+        for scene in (*QUICK, *MORE)
+    ]
+    return pytest.mark.parametrize("truth", scenes, indirect=True)
 
 
 def exact(scene: hc.Scene) -> FloatArray:
@@ -190,6 +200,7 @@ def test_impossible_peaks_are_refused(demo: hc.Scene, given: object, words: str)
 # Causes
 
 
+@on(QUICK[0])
 def test_another_stiffness_is_named(truth: hc.Result) -> None:
     # Far fields go as the stiffness to the power of 0.4 at most, 0.1 at LM_ratio 2.5.
     scene = causes.with_rise_time(truth.scene)
@@ -201,12 +212,14 @@ def test_another_stiffness_is_named(truth: hc.Result) -> None:
     assert "E in place of E/(1 - nu^2)" in named(truth, no_nu)
 
 
+@on(QUICK[1])
 def test_a_diameter_in_place_of_the_radius_is_named(truth: hc.Result) -> None:
     scene = causes.with_rise_time(truth.scene)
     chain = replace(scene.chain, radius=2 * scene.chain.radius)
     assert "diameter taken for radius" in named(truth, exact(replace(scene, chain=chain)))
 
 
+@on(QUICK[0])
 def test_another_force_or_unit_is_named(truth: hc.Result) -> None:
     scene = causes.with_rise_time(truth.scene)
     assert isinstance(scene.shock, hc.Pulse)
@@ -214,6 +227,12 @@ def test_another_force_or_unit_is_named(truth: hc.Result) -> None:
     assert "applied force 1.1 times" in named(truth, exact(pushed))
     for factor, unit in ((1e-3, "kN"), (1e5, "dyn"), (0.01, "F0")):
         assert f"in units of {unit}" in named(truth, factor * truth.peak_force)
+
+
+@functools.cache
+def units() -> pint.UnitRegistry[float]:
+    """Units by Pint, which takes a tenth of a second to read them."""
+    return pint.UnitRegistry()
 
 
 @pytest.mark.parametrize(
@@ -228,10 +247,11 @@ def test_another_force_or_unit_is_named(truth: hc.Result) -> None:
 )
 def test_every_unit_of_force_is_named(shown: str, unit: str) -> None:
     short = hc.Native("reference").run(paper_scene("cosine", 1.0, 2.0, granules=8))
-    newton: float = pint.UnitRegistry().Quantity(1.0, "newton").to(unit).magnitude
+    newton: float = units().Quantity(1.0, "newton").to(unit).magnitude
     assert f"in units of {shown}" in named(short, newton * short.peak_force)
 
 
+@on(QUICK[0])
 def test_other_numbers_are_named(truth: hc.Result) -> None:
     peak = truth.peak_force
     assert "peak of contact i + 1" in named(truth, np.append(peak[1:], np.nan))
@@ -252,6 +272,7 @@ def test_samples_in_place_of_maxima_are_named(truth: hc.Result, h: float) -> Non
     assert float(found.split()[5]) == pytest.approx(step, rel=1e-3, abs=0)
 
 
+@on(QUICK[1])
 def test_steps_too_long_are_named(truth: hc.Result) -> None:
     dt = 0.1 * truth.scene.units.time
     peaks = hc.Native("velocity-verlet", dt).run(truth.scene).peak_force
@@ -311,6 +332,7 @@ def test_damping_is_named(truth: hc.Result, damping: Damping, words: str) -> Non
     assert words in found
 
 
+@on(QUICK[1])
 def test_explicit_euler_is_named(truth: hc.Result) -> None:
     found = named(truth, plain_code(truth.scene, 0.01, lambda _, rate: 0 * rate, euler=True))
     assert found.startswith("contact forces 1.4")
