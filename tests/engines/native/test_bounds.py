@@ -217,7 +217,7 @@ def test_an_extrapolated_maximum_with_a_rival_is_told(monkeypatch: pytest.Monkey
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_scenes(kind: str) -> None:
-    random_scenes_hold(kind, range(40))
+    random_scenes_hold(kind, range(25))
 
 
 @pytest.mark.slow
