@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +18,7 @@ from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.verdict.contenders import WAYS
 from hertzchain.verdict.tradeoff import Tradeoff
 from tests import scenes
+from tests.crashing import crash
 from validation import peak_forces, rows, run_all, shipped, table2, table3, table4, tradeoff
 from validation.script import Script, rows_of, rows_only
 from validation.shipped import paper_table, scene_name
@@ -281,11 +281,6 @@ def test_a_tradeoff_without_lammps_is_refused(
         tradeoff.measure(quick=True)
     assert tradeoff.run(["--quick"]) == 2
     assert capsys.readouterr().err == "tradeoff.py: LAMMPS is not available\n"
-
-
-def crash(scene: hc.Scene, enough: float) -> Tradeoff:  # noqa: ARG001
-    """What LAMMPS can do; called in another process."""
-    os.abort()
 
 
 def test_a_tradeoff_that_crashes_is_a_row(
