@@ -1105,9 +1105,12 @@ def test_compare_without_lammps_prints_the_rest_and_status_2() -> None:
     assert "Traceback" not in outcome.err
 
 
-def test_compare_without_lammps_in_json() -> None:
+def test_compare_without_lammps_in_json(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "lammps", None)  # to import it fails
     scene_file()
-    outcome = process("compare", "scene.toml", "--json", code=NO_LAMMPS)
+    outcome = hertzchain("compare", "scene.toml", "--json")
     assert outcome.status == 2
     document = outcome.json()
     has_the_keys_of_a_comparison(document, {"native"})

@@ -26,7 +26,7 @@ LINKED = [*sorted(DOCS.glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.m
 
 FENCE = re.compile(r"^(?P<ticks>`{3,})(?P<language>\S*)\s*$")
 MARK = re.compile(r"^<!-- not run: (?P<reason>.+) -->$")
-PROCESSES = {"tutorial.md": 2}
+PROCESSES = {"tutorial.md": 1}
 """Commands of a page that run as users run them; the others run in this process, as that is
 quicker."""
 

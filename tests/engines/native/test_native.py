@@ -86,7 +86,7 @@ def test_long_double_confirms_the_reference(
 ) -> None:
     # Half the step and a thousandth of the refinement tolerance leave round-off as the difference.
     finer = Refined(SRKN_11B, tolerance=1e-13)
-    chosen = paper_scene(*scene)
+    chosen = paper_scene(*scene, granules=24)
     true = natural_peaks(chosen, 0.025, finer, np.longdouble)
     assert true.dtype == np.longdouble
     step = METHODS["reference"].step
