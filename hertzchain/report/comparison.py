@@ -171,8 +171,9 @@ def _cost(comparison: Comparison) -> Table:
         for name in comparison.wanted
         if name not in comparison.results
     ]
-    said = "see differences" if comparison.formulas.applicable is None else ""
-    rows.append(["formulas", "Eqs. 3 to 9, given p and F_SW", "", "0", "0", "0", said])
+    if comparison.scene.is_plain:
+        said = "see differences" if comparison.formulas.applicable is None else ""
+        rows.append(["formulas", "Eqs. 3 to 9, given p and F_SW", "", "0", "0", "0", said])
     return Table("What each answer cost", [*header, "error of the peaks, at most"], rows, text=2)
 
 

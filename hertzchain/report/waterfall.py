@@ -141,8 +141,9 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
     unit_name, unit = _time_unit(around if long else scene.end_time)
     largest = max(float(np.max(native.peak_force)), scene.peak_force)
     scale = _Scale(around, unit, unit_name, 1.6 / largest)
-    traces = []
+    traces, below = [], ""
     if scene.striker is None:
+        below = ", and the applied force below them"
         time = _shock_times(scene)
         shock = time, scene.applied_force(time)
         highest = float(time[np.argmax(shock[1])])
@@ -172,10 +173,10 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
     return Plot(
         "waterfall",
         f"Contact force over time of {len(drawn)} contacts, one above the other: the wave runs from"
-        " the shocked end to the free end.",
-        f"Contact force over time: a line for each of {len(drawn)} contacts, by their numbers, and"
-        f" the applied force below them; {largest:.4g} N are {scale.height * largest:.1f} lines"
-        f" high. Each line has its exact peak.{own}",
+        f" the shocked end to the {'free end' if scene.wall is None else 'wall'}.",
+        f"Contact force over time: a line for each of {len(drawn)} contacts, by their numbers"
+        f"{below}; {largest:.4g} N are {scale.height * largest:.1f} lines high. Each line has its"
+        f" exact peak.{own}",
         traces,
         layout(x, y, 260 + 22 * len(drawn)),
     )
