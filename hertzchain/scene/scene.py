@@ -106,7 +106,12 @@ class Scene:
             If the file cannot be read, is not TOML, or does not describe a possible scene; it
             names file, key, value and what is allowed.
         """
-        return cls(**read_parts(Path(path)))
+        path = Path(path)
+        parts = read_parts(path)
+        try:
+            return cls(**parts)
+        except SceneError as problem:
+            raise SceneError(problem.key, problem.value, problem.allowed, path) from None
 
     def to_toml(self, path: Path | str) -> None:
         """Write a scene file that reads back as an equal scene; tables go beside it.

@@ -110,7 +110,10 @@ BAD_SCENES: list[tuple[Changes, tuple[str, ...]]] = [
     ({"chain.colour": '"red"'}, ("chain.colour", "'red'", "unknown key, allowed are granules")),
     ({"shock.peak": "3"}, ("shock.peak", "3", "unknown key, allowed are profile")),
     ({"run.steps": "3"}, ("run.steps", "3", "unknown key, allowed are end_time")),
-    ({"walls.left": "true"}, ("walls", "unknown key, allowed are the sections chain, run, shock")),
+    (
+        {"walls.left": "true"},
+        ("walls", "allowed are the sections chain, precompression, run, shock, striker, wall"),
+    ),
     *(({key: None}, (key, "missing")) for key in SCENE if key != "shock.momentum_ratio"),
     ({"shock.momentum_ratio": None}, ("momentum_ratio or rise_time", "exactly one")),
     ({"shock.rise_time": "7e-5"}, ("momentum_ratio and rise_time", "both", "exactly one")),
