@@ -180,7 +180,8 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
     never seen slower than half the speed of a wave as strong as the shock. Under a pulse table,
     which may push late and little, only the first granule moves for sure.
     """
-    granules, single = scene.chain.granules, isinstance(scene.shock, Pulse)
+    granules = scene.chain.granules
+    single = scene.is_plain and isinstance(scene.shock, Pulse)
     speed = 0.4 * math.pow(force_scale(scene.momentum_ratio), 1 / 6)
     evaluations = 0.0
     for row in rows:
