@@ -132,11 +132,15 @@ class ExternalEngine(ABC):
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a program has left of a run: its version, granules at rest, and all readings."""
+    """What a program has left of a run: its version, granules at rest, and all readings.
+
+    With a wall, the force on it at each reading too [N].
+    """
 
     version: str
     rest: Granules
     readings: FloatArray
+    wall_force: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -168,8 +172,8 @@ class ProgramEngine(ExternalEngine):
         """The command that runs ``FILE``."""
 
     @abstractmethod
-    def _found(self, folder: Path, granules: int) -> Found:
-        """What the program has left in its folder."""
+    def _found(self, folder: Path, scene: Scene) -> Found:
+        """What the program has left in its folder of the scene that it was given."""
 
     def _refuse(self, scene: Scene) -> None:
         """Refuse a scene that the code cannot simulate; by default none."""
@@ -187,8 +191,8 @@ class ProgramEngine(ExternalEngine):
                 (folder / self.FILE).write_text(text, encoding="ascii")
                 command = self._command(program)
                 run_program(command, folder, deadline, self.LABEL, **self.ENVIRONMENT)
-                found = self._found(folder, scene.chain.granules)
-            recorded.observe(seen, found.rest, found.readings, strides)
+                found = self._found(folder, scene)
+            recorded.observe(seen, found.rest, found.readings, strides, found.wall_force)
             return found.version, None
 
         return run

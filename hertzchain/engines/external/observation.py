@@ -12,6 +12,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import readings
 from hertzchain.engines.external.readings import FREE
 from hertzchain.engines.external.rescaling import Softening, round_off
+from hertzchain.engines.external.terms import wall_position
 from hertzchain.errors import OverlapTooLarge, RunFailed
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.history import Recorder
@@ -155,10 +156,7 @@ def _held(made: Scene) -> readings.Held:
     """What acts on the granules that a code made of a scene with terms, besides its contacts."""
     pressed, wall = made.precompression, made.wall
     force = 0.0 if pressed is None or wall is not None else pressed.force
-    place = None
-    if wall is not None:
-        overlap = float(made.granules.static_overlap[-1])
-        place = float(made.granules.position[-1] + made.granules.radius[-1]) + wall.gap - overlap
+    place = None if wall is None else wall_position(made)
     return readings.Held(0.0 if pressed is None else pressed.gravity, force, place)
 
 

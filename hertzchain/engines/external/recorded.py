@@ -23,13 +23,18 @@ def refuse_large(legs: Sequence[Leg], strides: Sequence[int], granules: int) -> 
 
 
 def observe(
-    seen: Observation, at_rest: Granules, readings: FloatArray, strides: Sequence[int]
+    seen: Observation,
+    at_rest: Granules,
+    readings: FloatArray,
+    strides: Sequence[int],
+    wall_force: FloatArray | None = None,
 ) -> None:
     """Take note of all readings of a run, as the code was given the scene.
 
     Positions [m], velocities [m/s] and net forces [N], shape (readings, 3, granules), leg by leg,
-    every so many steps; at a corner twice, with the force before it and after it. Other readings
-    than these raise RunFailed, and so on: see ``Observation``.
+    every so many steps; at a corner twice, with the force before it and after it. Where there is a
+    wall, the force on it [N], shape (readings,). Other readings than these raise RunFailed, and so
+    on: see ``Observation``.
     """
     wanted = count_readings(seen.legs, strides)
     if len(readings) != wanted:
@@ -40,10 +45,11 @@ def observe(
     at = 0
     for number, (leg, stride) in enumerate(zip(seen.legs, strides, strict=True)):
         time = reading_times(leg, stride)
-        arrays = readings[at : at + time.size]
         for first in range(0, time.size - 1, BLOCK):
-            block = slice(first, first + BLOCK + 1)
-            seen.update(number, time[block], arrays[block])
+            here = slice(first, min(first + BLOCK + 1, time.size))
+            block = slice(at + here.start, at + here.stop)
+            on_wall = None if wall_force is None else wall_force[block]
+            seen.update(number, time[here], readings[block], on_wall)
         at += time.size
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hertzchain.engines.external.terms import wall_position
 from hertzchain.engines.lammps.dialect import NO_FRICTION, WALL
 from hertzchain.errors import RunFailed
 from hertzchain.scene.granules import Granules
@@ -124,12 +125,10 @@ def held(scene: Scene) -> list[str]:
     lines, granules = [f"group last id {scene.chain.granules}"], scene.granules
     if scene.wall is not None:
         own = _different(granules).index(_materials(granules)[-1]) + 1
-        overlap = float(granules.static_overlap[-1])
-        place = float(granules.position[-1] + granules.radius[-1]) + scene.wall.gap - overlap
         lines += [
             f"variable k_wall equal {_wall(scene.wall, own)}",
             f"fix {WALL} last wall/gran granular hertz ${{k_wall}} 0.0 {NO_FRICTION} &",
-            f"    xplane NULL {place!r} contacts",
+            f"    xplane NULL {wall_position(scene)!r} contacts",
         ]
     pressed = scene.precompression
     if pressed is not None and pressed.gravity:

@@ -8,9 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
+import numpy as np
+
 from hertzchain.engines.external.dumps import read_frames
 from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules
+from hertzchain.engines.external.terms import ALL_TERMS
 from hertzchain.engines.liggghts import deck
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
@@ -54,6 +57,7 @@ class Liggghts(ProgramEngine):
     FILE: ClassVar[str] = "in.chain"
     PACKAGE: ClassVar[str] = "liggghts"
     FASTEST: ClassVar[tuple[float, float]] = (0.3e-6, 8e-9)  # 4e-6 measured with 60 granules
+    TERMS: ClassVar[tuple[str, ...]] = ALL_TERMS
     ENVIRONMENT: ClassVar[dict[str, str]] = {"OMP_NUM_THREADS": "1"}
 
     program: str = "liggghts"
@@ -64,11 +68,12 @@ class Liggghts(ProgramEngine):
         return "velocity-verlet, gran model hertz"
 
     def _refuse(self, scene: Scene) -> None:
-        if scene.chain.poisson_ratio < 0:
-            raise RunFailed(
-                f"LIGGGHTS knows no Poisson's ratio below 0, this chain has"
-                f" {scene.chain.poisson_ratio:g}: take another backend"
-            )
+        for whose, ratio in _poisson_ratios(scene):
+            if ratio < 0:
+                raise RunFailed(
+                    f"LIGGGHTS knows no Poisson's ratio below 0, this {whose} has {ratio:g}: take"
+                    " another backend"
+                )
 
     def _deck(self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
         return deck.watched(scene, legs, strides)
@@ -76,10 +81,23 @@ class Liggghts(ProgramEngine):
     def _command(self, program: str) -> list[str]:
         return [program, "-in", self.FILE, "-log", _LOG, "-echo", "none"]
 
-    def _found(self, folder: Path, granules: int) -> Found:  # noqa: ARG002 - frames say it
+    def _found(self, folder: Path, scene: Scene) -> Found:
         _, rest = read_frames(folder / deck.AT_REST, deck.GRANULES)
-        _, readings = read_frames(folder / deck.READINGS, deck.COLUMNS)
-        return Found(_version(folder / _LOG), Granules(*rest[0]), readings)
+        _, frames = read_frames(folder / deck.READINGS, deck.columns_of(scene))
+        # The wall pushes the last granule back, and is pushed by as much.
+        wall_force = None if scene.wall is None else -frames[:, -1, -1]
+        readings = frames[:, : len(deck.COLUMNS)]
+        return Found(_version(folder / _LOG), Granules(*rest[0]), readings, wall_force)
+
+
+def _poisson_ratios(scene: Scene) -> list[tuple[str, float]]:
+    """The lowest Poisson's ratio of the chain, and that of an elastic wall."""
+    if scene.is_plain:
+        return [("chain", scene.chain.poisson_ratio)]
+    ratios = [("chain", float(np.min(scene.granules.poisson_ratio)))]
+    if scene.wall is not None and scene.wall.poisson_ratio is not None:
+        ratios.append(("wall", scene.wall.poisson_ratio))
+    return ratios
 
 
 def _version(log: Path) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.engines.external.rescaling import predicted_loss
+from hertzchain.engines.liggghts import terms_deck
 from hertzchain.scene.pulse import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -23,25 +24,45 @@ COLUMNS = ("x", "vx", "fx")  # of the readings: positions [m], velocities [m/s] 
 GRANULES = ("x", "mass", "diameter")  # of the granules at rest: [m], [kg], [m]
 
 
+START = (
+    "units si",
+    "atom_style granular",
+    "atom_modify map array",
+    "# The box follows the chain along x; nothing is periodic, so there are no ghosts.",
+    "boundary s f f",
+    "newton off",
+    "communicate single vel yes",
+    "# Any Young's modulus: without these it must be between 5e6 and 1e9 Pa.",
+    "hard_particles yes",
+    "soft_particles yes",
+)
+
+MOTION = (
+    "# In one dimension granules do not spin: fix nve is enough.",
+    "fix motion all nve",
+    "group first id 1",
+    "thermo 1000000000",
+)
+
+
 def set_up(scene: Scene) -> str:
-    """The commands that make the chain, at rest, ready to run."""
+    """The commands that make the chain, ready to run."""
+    if scene.is_plain:
+        lines = [*START, "", *_plain_granules(scene), "", *MOTION]
+    else:
+        made, held = terms_deck.granules(scene), terms_deck.held(scene)
+        lines = [*START, "", *made, "", *MOTION, *held]
+    return "\n".join(lines) + "\n"
+
+
+def _plain_granules(scene: Scene) -> list[str]:
+    """Granules of a plain scene and their contacts."""
     chain, radius = scene.chain, scene.chain.radius
     end, across = radius * (2 * chain.granules - 1), f"{-radius!r} {radius!r}"
     sites = [
         f"create_atoms 1 single {2 * radius * k!r} 0.0 0.0 units box" for k in range(chain.granules)
     ]
-    lines = [
-        "units si",
-        "atom_style granular",
-        "atom_modify map array",
-        "# The box follows the chain along x; nothing is periodic, so there are no ghosts.",
-        "boundary s f f",
-        "newton off",
-        "communicate single vel yes",
-        "# Any Young's modulus: without these it must be between 5e6 and 1e9 Pa.",
-        "hard_particles yes",
-        "soft_particles yes",
-        "",
+    return [
         f"region chain block {-radius!r} {end!r} {across} {across} units box",
         "create_box 1 chain",
         "# One diameter apart; granule 1 is at x = 0, where coordinates have most digits.",
@@ -57,13 +78,7 @@ def set_up(scene: Scene) -> str:
         "fix restitution all property/global coefficientRestitution peratomtypepair 1 1.0",
         "pair_style gran model hertz tangential off",
         "pair_coeff * *",
-        "",
-        "# In one dimension granules do not spin: fix nve is enough.",
-        "fix motion all nve",
-        "group first id 1",
-        "thermo 1000000000",
     ]
-    return "\n".join(lines) + "\n"
 
 
 def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
@@ -92,18 +107,24 @@ def force_formula(leg: Leg) -> str:
     return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")
 
 
+def columns_of(scene: Scene) -> tuple[str, ...]:
+    """Columns of the readings: ``COLUMNS``, and the force of the wall where there is one."""
+    return COLUMNS if scene.wall is None else (*COLUMNS, terms_deck.WALL_FORCE)
+
+
 def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     """A whole deck that leaves the granules at rest, and readings every so many steps, behind."""
+    columns = columns_of(scene)
     lines = [set_up(scene), *_dump("rest", 1, AT_REST, GRANULES), "run 0", "undump rest"]
     for before, leg, stride in zip((None, *legs[:-1]), legs, strides, strict=True):
         lines += [
             *leg_commands(leg, before),
-            *_dump("readings", stride, READINGS, COLUMNS),
+            *_dump("readings", stride, READINGS, columns),
             f"run {leg.steps}",
             "undump readings",
         ]
         if leg.steps % stride:
-            lines.append(_write_dump(READINGS, COLUMNS))
+            lines.append(_write_dump(READINGS, columns))
     return "\n".join(lines) + "\n"
 
 

@@ -69,7 +69,8 @@ class Yade(ProgramEngine):
     def _command(self, program: str) -> list[str]:
         return [program, "-n", "-x", "-j1", self.FILE]
 
-    def _found(self, folder: Path, granules: int) -> Found:
+    def _found(self, folder: Path, scene: Scene) -> Found:
+        granules = scene.chain.granules
         rest = recorded.read_array(folder / deck.AT_REST, (3, None), self.LABEL)
         readings = recorded.read_array(folder / deck.READINGS, (None, 3, granules), self.LABEL)
         version = (folder / deck.VERSION).read_text(encoding="utf-8")

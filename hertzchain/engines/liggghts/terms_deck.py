@@ -1,0 +1,116 @@
+"""The commands of LIGGGHTS for a chain with terms: unlike granules, gaps, wall, static load.
+
+LIGGGHTS gets E and nu of each material, radius and density of each granule, and positions; it makes
+masses and contact stiffnesses by itself.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hertzchain.engines.external.terms import MOST_GRANULES, wall_material, wall_position
+from hertzchain.errors import RunFailed
+from hertzchain.scene.granules import Granules
+from hertzchain.scene.scene import Scene
+
+WALL_FORCE = "f_force_wall[1]"
+"""A column of a dump: the force of the wall on a granule [N], which is negative."""
+
+_MOST_MATERIALS = 100
+"""Types of granules; a number for each pair of them (chosen)."""
+
+Material = tuple[float, float]  # E [Pa] and nu
+
+
+def granules(scene: Scene) -> list[str]:
+    """The commands between the start of a deck and its motion: granules and contacts.
+
+    RunFailed for a scene whose deck would be too long.
+    """
+    each, count = scene.granules, scene.chain.granules
+    if count > MOST_GRANULES:
+        raise RunFailed(
+            f"a LIGGGHTS deck of {count} unlike granules would be too long: at most {MOST_GRANULES}"
+        )
+    own = _own(each)
+    materials = list(dict.fromkeys(own))
+    if len(materials) > _MOST_MATERIALS:
+        raise RunFailed(
+            f"the granules are of {len(materials)} materials, a LIGGGHTS deck has at most"
+            f" {_MOST_MATERIALS}"
+        )
+    kinds = [materials.index(material) + 1 for material in own]
+    if scene.wall is not None:
+        materials.append(wall_material(scene))  # a type that no granule has
+    return [
+        *_granules(each, kinds, len(materials)),
+        "# Wide enough for the nearest neighbours, too narrow for the next; looked at every step.",
+        f"neighbor {float(np.min(each.radius)) / 2!r} bin",
+        "neigh_modify delay 0",
+        "",
+        *_contacts(materials),
+    ]
+
+
+def _own(granules: Granules) -> list[Material]:
+    """The material of each granule."""
+    columns = granules.young_modulus.tolist(), granules.poisson_ratio.tolist()
+    return list(zip(*columns, strict=True))
+
+
+def _granules(granules: Granules, kinds: list[int], types: int) -> list[str]:
+    """The granules one by one, as they lie at the start: touching, apart or pressed."""
+    position, radius = granules.position.tolist(), granules.radius.tolist()
+    low, high, widest = position[0] - radius[0], position[-1] + radius[-1], max(radius)
+    across = f"{-widest!r} {widest!r}"
+    density = granules.density.tolist()
+    return [
+        f"region chain block {low!r} {high!r} {across} {across} units box",
+        f"create_box {types} chain",
+        "# One by one; granule 1 is at x = 0, where coordinates have most digits.",
+        *(
+            f"create_atoms {kind} single {place!r} 0.0 0.0 units box"
+            for kind, place in zip(kinds, position, strict=True)
+        ),
+        *(
+            f"set atom {number} diameter {2 * own!r} density {heavy!r}    # m, kg/m^3"
+            for number, (own, heavy) in enumerate(zip(radius, density, strict=True), start=1)
+        ),
+    ]
+
+
+def _contacts(materials: list[Material]) -> list[str]:
+    """Hertz's law between all materials."""
+    modulus, poisson = (" ".join(map(repr, column)) for column in zip(*materials, strict=True))
+    types = len(materials)
+    return [
+        "# Hertz's law without damping (coefficient of restitution 1) and tangential force.",
+        f"fix young_modulus all property/global youngsModulus peratomtype {modulus}",
+        f"fix poisson_ratio all property/global poissonsRatio peratomtype {poisson}",
+        f"fix restitution all property/global coefficientRestitution peratomtypepair {types} &",
+        *(f"    {' '.join(['1.0'] * types)} &" for _ in range(types - 1)),
+        f"    {' '.join(['1.0'] * types)}",
+        "pair_style gran model hertz tangential off",
+        "pair_coeff * *",
+    ]
+
+
+def held(scene: Scene) -> list[str]:
+    """The wall, forces that are always there, and the striker's velocity."""
+    lines, each = [f"group last id {scene.chain.granules}"], scene.granules
+    if scene.wall is not None:
+        kind = len(set(_own(each))) + 1
+        lines += [
+            "fix wall all wall/gran model hertz tangential off store_force yes &",
+            f"    primitive type {kind} xplane {wall_position(scene)!r}",
+        ]
+    pressed = scene.precompression
+    if pressed is not None and pressed.gravity:
+        lines.append(f"fix gravity all gravity {pressed.gravity!r} vector 1.0 0.0 0.0")
+    if pressed is not None and pressed.force:
+        lines.append(f"fix press first addforce {pressed.force!r} 0.0 0.0")
+        if scene.wall is None:
+            lines.append(f"fix hold last addforce {-pressed.force!r} 0.0 0.0")
+    if scene.striker is not None:
+        lines.append(f"velocity first set {scene.striker.velocity!r} 0.0 0.0 units box")
+    return lines

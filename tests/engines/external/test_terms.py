@@ -1,0 +1,140 @@
+"""Scenes with terms by LIGGGHTS: against native velocity Verlet, LAMMPS, and refusals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.external.engine import ProgramEngine
+from hertzchain.engines.liggghts import deck as liggghts_deck
+from hertzchain.engines.liggghts import terms_deck as liggghts_terms
+from hertzchain.errors import RunFailed
+from hertzchain.limits import Deadline
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.verdict.run_checks import balance_checks
+from tests.conftest import STEEL
+from tests.engines.native.test_terms import PULSE, SCENES, UNIFORM
+
+STEP = 0.02
+"""Of the runs [natural time units of the fastest contact]."""
+
+RUNS = [
+    pytest.param(
+        engine,
+        name,
+        marks=getattr(pytest.mark, engine.__name__.lower()),
+    )
+    for engine in (hc.Liggghts,)
+    for name in SCENES
+]
+
+
+def largest(measured: np.ndarray, expected: np.ndarray) -> float:
+    """Largest difference as a fraction of the largest value expected."""
+    return float(np.max(np.abs(measured - expected)) / np.max(np.abs(expected)))
+
+
+@pytest.mark.parametrize(("engine", "name"), RUNS)
+def test_native_velocity_verlet_at_the_same_steps(engine: type[ProgramEngine], name: str) -> None:
+    scene = SCENES[name]
+    dt = STEP * scene.contact_time
+    legs = scene.schedule(dt)
+    # One run, without those that tell its error.
+    simulate = engine()._simulate(scene, Deadline(60.0))
+    found = simulate(legs, [2] * len(legs), None)
+    native = hc.Native("velocity-verlet", dt).run(scene)
+    # Round-off of absolute coordinates: a softer chain is run where it would cost more than 1e-9.
+    assert largest(found.displacement, native.displacement) < 1e-9
+    assert largest(found.velocity, native.velocity) < 1e-9
+    # Native interpolates with velocities that are no slopes of its displacements: 0.05 dt^4, 8e-9.
+    assert largest_difference(found.peaks.force, native.all_peaks) < 2e-8
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    "engine",
+    [
+        pytest.param(hc.Liggghts, marks=pytest.mark.liggghts),
+    ],
+)
+def test_results_are_those_of_lammps(engine: type[ProgramEngine]) -> None:
+    """Read at the same steps only round-off differs, in peaks and histories, wall and all."""
+    scene = SCENES["all at once"]
+    times = np.linspace(0.0, scene.end_time, 9)
+    dt = 0.1 * scene.contact_time
+    other, lammps = (each(dt=dt).run(scene, record=times) for each in (engine, hc.Lammps))
+    assert [check.name for check in balance_checks(other) if not check.passed] == []
+    assert other.lost_digits is not None
+    allowed = 10 * other.lost_digits.bound
+    assert allowed < 1e-9
+    assert largest_difference(other.all_peaks, lammps.all_peaks) < allowed
+    assert other.static_force == pytest.approx(lammps.static_force, rel=1e-15, abs=0)
+    assert other.history is not None
+    assert lammps.history is not None
+    for name in ("displacement", "velocity", "contact_force", "wall_force"):
+        of_other, of_lammps = getattr(other.history, name), getattr(lammps.history, name)
+        # Interpolated between readings that differ by round-off, at its end as in the test above.
+        assert largest(of_other, of_lammps) < 2e-9
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_decks_have_no_mass_and_no_stiffness_computed_here(name: str) -> None:
+    scene = SCENES[name]
+    legs = scene.schedule(0.1 * scene.contact_time)
+    strides = [1] * len(legs)
+    for text in (liggghts_deck.watched(scene, legs, strides),):
+        assert all(repr(x) in text for x in scene.granules.position.tolist())
+        for value in {*scene.granules.stiffness.tolist(), *scene.granules.mass.tolist()}:
+            assert f"{value:.6g}"[:6] not in text
+
+
+@dataclass(frozen=True)
+class Plain(hc.Liggghts):
+    """An engine that can have no terms."""
+
+    TERMS: ClassVar[tuple[str, ...]] = ()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_an_engine_refuses_terms_that_it_does_not_list(name: str) -> None:
+    scene = SCENES[name]
+    with pytest.raises(RunFailed, match=f"LIGGGHTS cannot have {' or '.join(scene.terms)}"):
+        Plain(program="no-such").run(scene)
+
+
+@pytest.mark.liggghts
+def test_a_poisson_ratio_that_liggghts_does_not_know() -> None:
+    auxetic = replace(UNIFORM, poisson_ratio=[0.3] * 11 + [-0.1])
+    with pytest.raises(RunFailed, match=r"no Poisson's ratio below 0, this chain has -0.1"):
+        hc.Liggghts(dt=1e-6).run(hc.Scene(auxetic, PULSE))
+    scene = hc.Scene(UNIFORM, PULSE, wall=hc.Wall("elastic", 1e9, -0.2))
+    with pytest.raises(RunFailed, match=r"no Poisson's ratio below 0, this wall has -0.2"):
+        hc.Liggghts(dt=1e-6).run(scene)
+
+
+def materials(count: int) -> hc.Scene:
+    """A striker on granules of so many materials, all nearly steel."""
+    modulus = [193e9 * (1 + 1e-4 * k) for k in range(count)]
+    chain = hc.Chain(count, **{**STEEL, "young_modulus": modulus})
+    return hc.Scene(chain, hc.Striker(1.0), hc.Run(2e-5))
+
+
+def test_decks_that_would_be_too_long() -> None:
+    with pytest.raises(RunFailed, match="of 101 materials, a LIGGGHTS deck has at most 100"):
+        liggghts_terms.granules(materials(101))
+    long = hc.Scene(hc.Chain(100_001, **STEEL), hc.Striker(1.0))
+    with pytest.raises(RunFailed, match="LIGGGHTS deck of 100001 unlike granules would be too"):
+        liggghts_terms.granules(long)
+
+
+@pytest.mark.liggghts
+def test_as_many_materials_as_a_deck_may_have() -> None:
+    scene = materials(100)
+    dt = 0.1 * scene.contact_time
+    found = hc.Liggghts(dt).run(scene)
+    # Round-off, as above.
+    assert largest(found.velocity, hc.Native("velocity-verlet", dt).run(scene).velocity) < 1e-9
