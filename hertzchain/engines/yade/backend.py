@@ -10,6 +10,7 @@ from typing import ClassVar
 from hertzchain.engines.external import recorded
 from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules
+from hertzchain.engines.external.terms import ALL_TERMS
 from hertzchain.engines.yade import deck
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -53,6 +54,7 @@ class Yade(ProgramEngine):
     FILE: ClassVar[str] = "chain.py"
     PACKAGE: ClassVar[str] = "yade"
     FASTEST: ClassVar[tuple[float, float]] = (3e-6, 1e-7)  # 4e-5 and 4e-7 measured
+    TERMS: ClassVar[tuple[str, ...]] = ALL_TERMS
     # Modules for this Python are not for that within Yade.
     ENVIRONMENT: ClassVar[dict[str, str]] = {"PYTHONPATH": ""}
 
@@ -73,5 +75,9 @@ class Yade(ProgramEngine):
         granules = scene.chain.granules
         rest = recorded.read_array(folder / deck.AT_REST, (3, None), self.LABEL)
         readings = recorded.read_array(folder / deck.READINGS, (None, 3, granules), self.LABEL)
+        wall_force = None
+        if scene.wall is not None:
+            path = folder / deck.WALL_FORCE
+            wall_force = recorded.read_array(path, (len(readings),), self.LABEL)
         version = (folder / deck.VERSION).read_text(encoding="utf-8")
-        return Found(version, Granules(*rest), readings)
+        return Found(version, Granules(*rest), readings, wall_force)

@@ -18,13 +18,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.engines.external.rescaling import predicted_loss
+from hertzchain.engines.yade import terms_deck
 from hertzchain.errors import RunFailed
+from hertzchain.scene.chain import Chain
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 AT_REST, READINGS, VERSION = "at_rest.npy", "readings.npy", "version.txt"
 """What a run leaves behind: positions, masses and diameters of the granules before the shock,
 shape (3, granules); positions, velocities and net forces, shape (readings, 3, granules)."""
+
+WALL_FORCE = "wall_force.npy"
+"""What a run with a wall leaves behind besides: the force on it, shape (readings,)."""
 
 
 def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
@@ -33,16 +38,17 @@ def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     ``step`` runs between contact forces and motion. It hands the state on to ``see(leg, step,
     positions, velocities, net forces)`` every so many steps of each leg, and at both of its ends.
     """
-    chain = scene.chain
     rows = "\n".join(f"    {_row(leg, stride)}," for leg, stride in zip(legs, strides, strict=True))
+    parameters, bodies, start = _parameters(scene.chain), _BODIES, "np.zeros(granules)"
+    if not scene.is_plain:
+        parameters, bodies = terms_deck.parameters(scene), terms_deck.BODIES
+        start = "start_velocity"
+    bounds, geometry, law, loads = terms_deck.loops(scene)
+    made = _MOTION.format(start=start, bounds=bounds, geometry=geometry, law=law, loads=loads)
     return f"""\
 import numpy as np
 
-granules = {chain.granules}
-radius = {chain.radius!r}  # m
-young_modulus = {chain.young_modulus!r}  # Pa
-poisson_ratio = {chain.poisson_ratio!r}
-density = {chain.density!r}  # kg/m^3
+{parameters}
 
 # Legs from one corner of the pulse to the next: number of steps, length of a step [s], steps
 # between two readings, and the force [N]: its shape, how much it is at the start and how much it
@@ -50,7 +56,17 @@ density = {chain.density!r}  # kg/m^3
 legs = [
 {rows}
 ]
-{_MOTION}"""
+{bodies}{made}"""
+
+
+def _parameters(chain: Chain) -> str:
+    """Granules that are alike."""
+    return f"""\
+granules = {chain.granules}
+radius = {chain.radius!r}  # m
+young_modulus = {chain.young_modulus!r}  # Pa
+poisson_ratio = {chain.poisson_ratio!r}
+density = {chain.density!r}  # kg/m^3"""
 
 
 def _row(leg: Leg, stride: int) -> tuple[int, float, int, str, float, float, float]:
@@ -64,11 +80,14 @@ def _row(leg: Leg, stride: int) -> tuple[int, float, int, str, float, float, flo
     return leg.steps, leg.dt, stride, ramp.shape, ramp.start_force, growth, fraction
 
 
-_MOTION = '''
+_BODIES = """
 steel = FrictMat(
     young=young_modulus, poisson=poisson_ratio, density=density, frictionAngle=0.0
 )
 O.bodies.append([sphere((2 * radius * k, 0, 0), radius, material=steel) for k in range(granules)])
+"""
+
+_MOTION = '''\
 states = [body.state for body in O.bodies]
 for state in states:
     state.blockedDOFs = "yzXYZ"  # one dimension
@@ -96,7 +115,7 @@ def push():
     global leg, done
     steps, dt, stride = legs[leg][:3]
     if O.iter == 0:
-        start_leg(np.zeros(granules))
+        start_leg({start})
     elif done == steps:
         position, half, force = along_the_chain()
         force[0] += applied_force()
@@ -128,13 +147,13 @@ def start_leg(velocity):
 O.dt = legs[0][1]
 O.engines = [
     ForceResetter(),
-    InsertionSortCollider([Bo1_Sphere_Aabb()]),
+    InsertionSortCollider([Bo1_Sphere_Aabb(){bounds}]),
     InteractionLoop(
-        [Ig2_Sphere_Sphere_ScGeom()],
+        [Ig2_Sphere_Sphere_ScGeom(){geometry}],
         [Ip2_FrictMat_FrictMat_MindlinPhys()],
-        [Law2_ScGeom_MindlinPhys_Mindlin()],  # Hertz; no friction, no damping
+        [Law2_ScGeom_MindlinPhys_Mindlin({law})],  # Hertz; no friction, no damping
     ),
-    PyRunner(command="push()", iterPeriod=1, initRun=True),
+{loads}    PyRunner(command="push()", iterPeriod=1, initRun=True),
     NewtonIntegrator(damping=0),
 ]
 '''
@@ -142,6 +161,11 @@ O.engines = [
 
 def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     """A whole script that leaves the granules at rest, and readings every so many steps, behind."""
+    wall, before, watch, after = terms_deck.wall(scene), "", "", ""
+    if scene.wall is not None:
+        before = "wall_force = []\n"
+        watch = "    wall_force.append(abs(contact.phys.normalForce[0]))\n"
+        after = f"np.save({WALL_FORCE!r}, wall_force)\n"
     return f"""\
 from yade import config
 
@@ -150,17 +174,17 @@ position = [state.pos[0] for state in states]
 np.save({AT_REST!r}, [position, mass, [2 * body.shape.radius for body in O.bodies]])
 with open({VERSION!r}, "w") as file:
     file.write(config.version)
-
+{wall}
 readings = []
-
+{before}
 
 def see(position, velocity, force):
     readings.append((position, velocity, force))
-
+{watch}
 
 O.run(sum(row[0] for row in legs) + 1, wait=True)
 np.save({READINGS!r}, readings)
-"""
+{after}"""
 
 
 READING_INTERVAL = 0.01  # natural time units between readings; a parabola misses 6e-8 of a peak

@@ -1,4 +1,4 @@
-"""Scenes with terms by LIGGGHTS: against native velocity Verlet, LAMMPS, and refusals."""
+"""Scenes with terms by LIGGGHTS and Yade: against native velocity Verlet, LAMMPS, and refusals."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ import hertzchain as hc
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.liggghts import deck as liggghts_deck
 from hertzchain.engines.liggghts import terms_deck as liggghts_terms
+from hertzchain.engines.yade import deck as yade_deck
+from hertzchain.engines.yade import terms_deck as yade_terms
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import largest_difference
@@ -22,13 +24,17 @@ from tests.engines.native.test_terms import PULSE, SCENES, UNIFORM
 STEP = 0.02
 """Of the runs [natural time units of the fastest contact]."""
 
+QUICK = ("gaps, wall", "all at once")
+"""Every term is in one of them; a run of Yade takes four seconds."""
+
 RUNS = [
     pytest.param(
         engine,
         name,
-        marks=getattr(pytest.mark, engine.__name__.lower()),
+        marks=[getattr(pytest.mark, engine.__name__.lower())]
+        + [pytest.mark.slow] * (engine is hc.Yade and name not in QUICK),
     )
-    for engine in (hc.Liggghts,)
+    for engine in (hc.Liggghts, hc.Yade)
     for name in SCENES
 ]
 
@@ -59,6 +65,7 @@ def test_native_velocity_verlet_at_the_same_steps(engine: type[ProgramEngine], n
     "engine",
     [
         pytest.param(hc.Liggghts, marks=pytest.mark.liggghts),
+        pytest.param(hc.Yade, marks=[pytest.mark.yade, pytest.mark.slow]),
     ],
 )
 def test_results_are_those_of_lammps(engine: type[ProgramEngine]) -> None:
@@ -86,7 +93,10 @@ def test_decks_have_no_mass_and_no_stiffness_computed_here(name: str) -> None:
     scene = SCENES[name]
     legs = scene.schedule(0.1 * scene.contact_time)
     strides = [1] * len(legs)
-    for text in (liggghts_deck.watched(scene, legs, strides),):
+    for text in (
+        liggghts_deck.watched(scene, legs, strides),
+        yade_deck.watched(scene, legs, strides),
+    ):
         assert all(repr(x) in text for x in scene.granules.position.tolist())
         for value in {*scene.granules.stiffness.tolist(), *scene.granules.mass.tolist()}:
             assert f"{value:.6g}"[:6] not in text
@@ -129,6 +139,8 @@ def test_decks_that_would_be_too_long() -> None:
     long = hc.Scene(hc.Chain(100_001, **STEEL), hc.Striker(1.0))
     with pytest.raises(RunFailed, match="LIGGGHTS deck of 100001 unlike granules would be too"):
         liggghts_terms.granules(long)
+    with pytest.raises(RunFailed, match="Yade with 100001 unlike granules would be too long"):
+        yade_terms.parameters(long)
 
 
 @pytest.mark.liggghts

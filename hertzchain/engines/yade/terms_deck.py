@@ -1,0 +1,83 @@
+"""The parts of a script for Yade that make a chain with terms: unlike granules, wall, static load.
+
+Yade's Python gets E, nu, rho and R of each granule, and positions; Yade makes masses and contact
+stiffnesses by itself.
+"""
+
+from __future__ import annotations
+
+from hertzchain.engines.external.terms import MOST_GRANULES, wall_material, wall_position
+from hertzchain.errors import RunFailed
+from hertzchain.scene.scene import Scene
+
+
+def parameters(scene: Scene) -> str:
+    """The granules one by one, as they lie at the start: touching, apart or pressed.
+
+    RunFailed for a scene whose script would be too long.
+    """
+    count, each = scene.chain.granules, scene.granules
+    if count > MOST_GRANULES:
+        raise RunFailed(
+            f"a script for Yade with {count} unlike granules would be too long: at most"
+            f" {MOST_GRANULES}"
+        )
+    columns = (
+        each.position, each.radius, each.young_modulus, each.poisson_ratio, each.density,
+    )  # fmt: skip
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    lines = "\n".join(f"    {row!r}," for row in rows)
+    return f"""\
+granules = {count}
+# Of each granule: position [m], radius [m], Young's modulus [Pa], Poisson's ratio, and density
+# [kg/m^3].
+rows = [
+{lines}
+]
+start_velocity = np.zeros(granules)
+start_velocity[0] = {scene.start_velocity!r}  # m/s"""
+
+
+BODIES = """
+for x, radius, young_modulus, poisson_ratio, density in rows:
+    material = FrictMat(
+        young=young_modulus, poisson=poisson_ratio, density=density, frictionAngle=0.0
+    )
+    O.bodies.append(sphere((x, 0, 0), radius, material=material))
+"""
+
+
+def loops(scene: Scene) -> tuple[str, str, str, str]:
+    """What an engine of Yade does beyond a plain scene: bounds, geometry, law, and constant forces.
+
+    Each text goes right behind what stands there for spheres.
+    """
+    bounds = geometry = law = loads = ""
+    if scene.wall is not None:
+        bounds, geometry = ", Bo1_Wall_Aabb()", ", Ig2_Wall_Sphere_ScGeom()"
+        law = "neverErase=True"  # the contact with the wall is there from the start
+    pressed = scene.precompression
+    if pressed is not None and pressed.gravity:
+        loads += f"    GravityEngine(gravity=({pressed.gravity!r}, 0, 0)),\n"
+    if pressed is not None and pressed.force:
+        loads += f"    ForceEngine(force=({pressed.force!r}, 0, 0), ids=[0]),\n"
+        if scene.wall is None:
+            loads += f"    ForceEngine(force=({-pressed.force!r}, 0, 0), ids=[granules - 1]),\n"
+    return bounds, geometry, law, loads
+
+
+def wall(scene: Scene) -> str:
+    """The part that adds the wall, and its contact with the last granule; needs the engines."""
+    if scene.wall is None:
+        return ""
+    modulus, poisson = wall_material(scene)
+    return f"""
+plane = O.bodies.append(wall(
+    {wall_position(scene)!r}, axis=0, sense=-1,
+    material=FrictMat(young={modulus!r}, poisson={poisson!r}, density=1.0, frictionAngle=0.0),
+))
+contact = createInteraction(plane, granules - 1)
+# Yade takes R/2 for 1/(1/R + 1/R), as if the wall were a sphere like the granule. It is a plane:
+# R* is R, and the stiffness goes as the root of it.
+contact.phys.kno *= 2**0.5
+"""
