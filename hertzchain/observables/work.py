@@ -30,7 +30,8 @@ def wall_impulse(samples: Samples) -> float:
     """Integral over the samples of the force of the last contact, that with the wall.
 
     Four Gauss points in each interval: the overlap is interpolated, and the force is that of the
-    end with the larger overlap times the ratio of overlaps to the power 3/2.
+    end with the larger overlap times the ratio of overlaps to the power 3/2. Where the contact
+    opens or closes within an interval, the points lie in the touching part alone.
     """
     h = np.diff(samples.time)
     last = [values[:, -1] for values in samples.overlap_derivatives]
@@ -40,9 +41,36 @@ def wall_impulse(samples: Samples) -> float:
     pressed = np.where(later, overlap[1:], overlap[:-1])
     known = np.where(later, force[1:], force[:-1])
     touching = (pressed > 0) & (known > 0)
+    open_at = _openings(curve, touching & (np.minimum(overlap[1:], overlap[:-1]) < 0), later)
+    begin = np.where(later, open_at, 0.0)
+    length = np.where(later, 1.0, open_at) - begin
     total = 0.0
     for node, weight in zip((_NODES + 1) / 2, _WEIGHTS / 2, strict=True):
-        between = np.maximum(hermite.evaluate(curve, np.full_like(h, node)), 0.0)
+        # Distances from the opening go as the square of the node: the force, which goes as their
+        # power 3/2, is then smooth in the node.
+        whole = length == 1.0
+        share = np.where(whole, node, node * node)
+        place = begin + length * np.where(later, share, 1 - share)
+        between = np.maximum(hermite.evaluate(curve, place), 0.0)
         ratio = np.where(touching, between, 0.0) / np.where(touching, pressed, 1.0)
-        total += float(np.sum(weight * h * known * ratio * np.sqrt(ratio)))
+        worth = weight * h * length * np.where(whole, 1.0, 2 * node)
+        total += float(np.sum(worth * known * ratio * np.sqrt(ratio)))
     return total
+
+
+def _openings(curve: Any, crossing: Any, later: Any) -> Any:
+    """Where in [0, 1] overlaps pass 0, if they do, shape (intervals,).
+
+    Otherwise 0 where the end of the interval has the larger overlap, and 1 where the start has it.
+    """
+    found = np.where(later, 0.0, 1.0)
+    if not np.any(crossing):
+        return found
+    part, rising = curve[:, crossing], later[crossing]
+    low, high = np.zeros(rising.size), np.ones(rising.size)
+    for _ in range(53):  # halves: to the last digit
+        middle = (low + high) / 2
+        before = (hermite.evaluate(part, middle) > 0) != rising
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    found[crossing] = (low + high) / 2
+    return found

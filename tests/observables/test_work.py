@@ -14,7 +14,7 @@ from scipy.integrate import quad
 
 from hertzchain.arrays import Array
 from hertzchain.observables.samples import Samples
-from hertzchain.observables.work import work_done
+from hertzchain.observables.work import wall_impulse, work_done
 from hertzchain.scene.pulse import Ramp
 
 
@@ -124,3 +124,26 @@ def test_long_double_is_kept() -> None:
     time = np.linspace(0, 1, 5, dtype=np.longdouble)
     motion = samples_of(lambda t, k: (t**2 / 2, t, np.ones_like(t), np.zeros_like(t))[k], time)
     assert work_done(motion, Ramp(0.0, 1.0, 1.0, 1.0, "linear")).dtype == np.longdouble
+
+
+@pytest.mark.parametrize("samples", [11, 12, 17, 31])
+def test_impulse_of_a_bounce_off_a_wall(samples: int) -> None:
+    """The wall is touched from 0.37 to 2.37, which are no times of samples."""
+    time = np.linspace(0.0, 3.0, samples)
+    passed = time - 1.37
+    overlap = 1 - passed**2
+    columns = overlap, -2 * passed, np.full_like(time, -2.0), np.zeros_like(time)
+    still = np.zeros_like(time)
+    displacement, velocity, acceleration, jerk = (np.stack([still, c], axis=1) for c in columns)
+    seen = Samples(
+        time=time,
+        displacement=displacement,
+        velocity=velocity,
+        acceleration=acceleration,
+        overlap=np.stack([np.full_like(time, -1.0), overlap], axis=1),
+        contact_force=np.stack([still, np.maximum(overlap, 0.0) ** 1.5], axis=1),
+        jerk=jerk,
+    )
+    # Integral of (1 - s^2)^(3/2) from -1 to 1. An opening just outside an interval leaves most:
+    # 9e-7 of the whole.
+    assert wall_impulse(seen) == pytest.approx(3 * math.pi / 8, rel=1.5e-6, abs=0)
