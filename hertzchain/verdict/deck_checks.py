@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from hertzchain import theory
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.lammps import Examination, Lammps
+from hertzchain.engines.lammps.examination import Held
 from hertzchain.errors import RunFailed
 from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
@@ -25,12 +27,17 @@ _MEND = (
 
 GRANULES = Kind("granules", _MEND)
 POSITION = Kind("position at rest [m]", _MEND)
+RADIUS = Kind("granule radius [m]", _MEND)
 MASS = Kind("granule mass [kg]", _MEND)
 STIFFNESS = Kind("contact stiffness [N m^(-3/2)]", _MEND)
 EXPONENT = Kind("contact exponent", _MEND)
 DAMPING = Kind("damping", _MEND)
 TANGENTIAL = Kind("tangential force", _MEND)
 APPLIED_FORCE = Kind("applied force [N]", _MEND)
+CONSTANT_FORCE = Kind("constant force [N]", _MEND)
+START_FORCE = Kind("net force at the start [N]", _MEND)
+START_VELOCITY = Kind("velocity at the start [m/s]", _MEND)
+WALL = Kind("wall position [m]", _MEND)
 NOT_EXAMINED = Kind("not examined", _MEND)
 
 
@@ -48,10 +55,13 @@ def examination_checks(scene: Scene, found: Examination) -> list[Check]:
     count = _check(GRANULES, numbers, "one more or less is another chain")
     if not count.passed:
         return [count]
+    if found.held is not None:
+        return [count, *_checks_with_terms(scene, found, found.held)]
+    stiffness = np.full(scene.chain.granules - 1, scene.chain.contact_stiffness)
     return [
         count,
         *_granule_checks(scene, found),
-        *_contact_checks(scene, found),
+        *_contact_checks(found, stiffness, np.full(stiffness.size, EXAMINED)),
         _applied_force_check(scene, found),
     ]
 
@@ -77,38 +87,152 @@ def _granule_checks(scene: Scene, found: Examination) -> list[Check]:
     ]
 
 
-def _contact_checks(scene: Scene, found: Examination) -> list[Check]:
-    stiffness = scene.chain.contact_stiffness
+def _checks_with_terms(scene: Scene, found: Examination, held: Held) -> list[Check]:
+    """The numbers of a scene with terms, granule by granule and contact by contact."""
+    granules, expected = scene.granules, _start(scene)
+    length = float(np.sum(2 * granules.radius) + np.sum(granules.gap))
+    # Coordinates are rounded, two of them and their difference: so much of an overlap.
+    reach = granules.radius[:-1] + granules.radius[1:]
+    if scene.wall is not None:
+        reach = np.append(reach, length)  # of the wall's place, too
+    rounded = 4 * np.finfo(np.float64).eps * reach / found.overlap[0]
+    room = np.maximum(EXAMINED, 1.5 * rounded)
+    checks = [
+        _each(POSITION, found.position, expected.position, EXAMINED * length,
+            "granules touch, but for gaps and static overlaps: only round-off may differ, as a"
+            " fraction of the chain"),
+        _each(RADIUS, held.radius, granules.radius, EXAMINED * granules.radius,
+            "half of the diameter: only round-off may differ"),
+        _each(MASS, found.mass, granules.mass, EXAMINED * granules.mass,
+            "LAMMPS makes it from diameter and density, 4/3 pi R^3 rho: only round-off may differ"),
+    ]  # fmt: skip
+    if held.wall is not None:
+        place = float(expected.position[-1] + expected.beyond)
+        checks.append(
+            _check(
+                WALL,
+                (held.wall, place, EXAMINED * length),
+                "where the force of the wall begins, by Hertz's law from two places of the last"
+                " granule: only round-off may differ, as a fraction of the chain",
+            )
+        )
+    checks += _contact_checks(found, granules.stiffness, room, scene.wall is not None)
+    load = scene.units.force
+    # A static overlap is the difference of two rounded coordinates.
+    rounding = 4 * np.finfo(np.float64).eps * length
+    pushed = granules.stiffness * (
+        (granules.static_overlap + rounding) ** 1.5 - granules.static_overlap**1.5
+    )
+    both = (
+        np.append(0.0, pushed)[: granules.mass.size] + np.append(pushed, 0.0)[: granules.mass.size]
+    )
+    checks += [
+        _each(CONSTANT_FORCE, held.constant_force, expected.constant_force, EXAMINED * load,
+            "gravity and precompression where nothing touches: only round-off may differ"),
+        _each(START_FORCE, held.force, np.zeros_like(held.force), EXAMINED * load + both,
+            "contacts balance gravity and precompression at the start: none but what rounded"
+            " coordinates make"),
+        _each(START_VELOCITY, held.velocity, expected.velocity, EXAMINED * scene.start_velocity,
+            "of a striker, else 0: only round-off may differ"),
+        _applied_force_check(scene, found),
+    ]  # fmt: skip
+    return checks
+
+
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """A scene with terms before anything moves, in SI units, typed independently of its granules.
+
+    ``beyond`` is the distance from the last centre to the wall.
+    """
+
+    position: FloatArray
+    beyond: float
+    constant_force: FloatArray
+    velocity: FloatArray
+
+
+def _start(scene: Scene) -> _Start:
+    """The start from the parts of a scene: contact after contact, each in equilibrium."""
+    chain, pressed, each = scene.chain, scene.precompression, scene.granules
+    force, gravity = (0.0, 0.0) if pressed is None else (pressed.force, pressed.gravity)
+    gaps = np.broadcast_to(chain.gap, chain.granules)
+    carried, place, places, beyond = force, 0.0, [0.0], 0.0
+    for granule in range(chain.granules):
+        radius = float(each.radius[granule])
+        carried += gravity * float(each.mass[granule])
+        if granule < each.stiffness.size:
+            overlap = (carried / float(each.stiffness[granule])) ** (2 / 3)
+        if granule + 1 < chain.granules:
+            place += radius + float(gaps[granule + 1]) - overlap + float(each.radius[granule + 1])
+            places.append(place)
+        elif scene.wall is not None:
+            beyond = radius + scene.wall.gap - overlap
+    constant = [gravity * float(mass) for mass in each.mass]
+    constant[0] += force
+    constant[-1] -= force if scene.wall is None else 0.0
+    velocity = np.zeros(chain.granules)
+    velocity[0] = 0.0 if scene.striker is None else scene.striker.velocity
+    return _Start(np.array(places), beyond, np.array(constant), velocity)
+
+
+def _each(
+    kind: Kind, measured: FloatArray, expected: FloatArray, room: FloatArray | float, reason: str
+) -> Check:
+    """A check of a number of each granule, at the one that is farthest from its tolerance."""
+    allowed = np.broadcast_to(room, expected.shape)
+    # Some are allowed no difference at all: then any is too much.
+    at = farthest((measured - expected) / np.maximum(allowed, np.finfo(np.float64).tiny), 0.0)
+    numbers = measured[at], expected[at], allowed[at]
+    return _check(kind, numbers, f"{reason}; largest at granule {at + 1}")
+
+
+def _contact_checks(
+    found: Examination, stiffness: FloatArray, room: FloatArray, has_wall: bool = False
+) -> list[Check]:
+    """The law of each contact; ``room`` is the relative tolerance of its forces, (contacts,)."""
     force, larger = found.contact_force, found.contact_force[1]
+    allowed, wall = np.broadcast_to(room * stiffness, force.shape), stiffness.size * has_wall
+    expected = np.broadcast_to(stiffness, force.shape).ravel()
     measured = (force / found.overlap**1.5).ravel()
-    stiff = farthest(measured, stiffness)
+    # Of unlike contacts the one that is farthest from its own tolerance.
+    share = (allowed / np.max(allowed)).ravel()
+    stiff = farthest((measured - expected) / share, 0.0)
     # Contacts that are missing are named by their stiffness, 0, and have no exponent.
     there = np.all(np.abs(force) > 1e-6 * stiffness * found.overlap**1.5, axis=0)
     growth = np.where(there, np.abs(force[1] / np.where(there, force[0], 1.0)), np.nan)
     exponent = np.log(growth) / np.log(found.overlap[1] / found.overlap[0])
-    bent = farthest(np.where(there, exponent, 1.5), 1.5)
+    worth = room / np.max(room)
+    bent = farthest((np.where(there, exponent, 1.5) - 1.5) / worth, 0.0)
     unit = stiffness * found.overlap[1] ** 1.5
     change = (found.damped_force - larger) / unit
-    damped = farthest(change.ravel(), 0.0)
+    damped = farthest((change / worth).ravel(), 0.0)
     spun = farthest(found.tangential_force, 0.0)
+    # Forces of two overlaps that differ by a factor of 2: one more rounding of each.
+    bending = room[bent] if room[bent] == EXAMINED else 3 * room[bent]
+    missing = _missing(there, wall)
+
+    def at(contact: int) -> str:
+        return f"largest at {_named(contact % there.size, wall)}"
+
     return [
         _check(
             STIFFNESS,
-            (measured[stiff], stiffness, EXAMINED * stiffness),
+            (measured[stiff], expected[stiff], allowed.ravel()[stiff]),
             "contact force over overlap^(3/2) is A at two known overlaps: only round-off may"
-            f" differ; {_missing(there) or f'largest at contact {stiff % there.size + 2}'}",
+            f" differ; {missing or at(stiff)}",
         ),
         _check(
             EXPONENT,
-            (exponent[bent], 1.5, EXAMINED),
+            (exponent[bent], 1.5, bending),
             "the contact force goes as overlap^(3/2): only round-off may differ;"
-            f" {_missing(there) or f'largest at contact {bent + 2}'}",
+            f" {missing or at(bent)}",
         ),
         _check(
             DAMPING,
-            (change.ravel()[damped], 0.0, EXAMINED),
+            (change.ravel()[damped], 0.0, room[damped % there.size]),
             "change of a contact force, as a fraction, when its granules approach or part:"
-            f" none; largest at contact {damped % there.size + 2}",
+            f" none; {at(damped)}",
         ),
         _check(
             TANGENTIAL,
@@ -119,15 +243,23 @@ def _contact_checks(scene: Scene, found: Examination) -> list[Check]:
     ]
 
 
+def _named(contact: int, wall: int) -> str:
+    """A contact, counted from 0, by the paper's number; ``wall`` is how many, if one is a wall."""
+    return "the wall" if contact + 1 == wall else f"contact {contact + 2}"
+
+
 def _check(kind: Kind, numbers: tuple[float, float, float], reason: str) -> Check:
     """A check of LAMMPS, from what was measured and expected, and the tolerance."""
     measured, expected, tolerance = map(float, numbers)
     return within(kind, _ENGINE, measured, expected, tolerance, reason)
 
 
-def _missing(there: Array) -> str:
+def _missing(there: Array, wall: int = 0) -> str:
     """The contacts without a force, by the paper's numbers; empty where there are none."""
-    missing = [str(contact) for contact in np.flatnonzero(np.logical_not(there)) + 2]
+    contacts = np.flatnonzero(np.logical_not(there)).tolist()
+    if wall and contacts == [wall - 1]:
+        return "no force in the contact with the wall"
+    missing = [_named(contact, wall).removeprefix("contact ") for contact in contacts]
     if not missing:
         return ""
     shown = ", ".join(missing[:5]) + (" and more" if len(missing) > 5 else "")
@@ -139,10 +271,13 @@ def _applied_force_check(scene: Scene, found: Examination) -> Check:
     expected = _applied_force(scene, found.time)
     leg, step = divmod(farthest(found.applied_force, expected), expected.shape[1])
     # LAMMPS adds up the time leg by leg; a steep ramp makes more of what that loses.
-    late = len(expected) * math.ulp(scene.ramps[-1].end)
+    late = len(expected) * math.ulp(scene.pulse_end)
     steepest = max(
-        math.pi / 2 * abs(ramp.end_force - ramp.start_force) / (ramp.end - ramp.start)
-        for ramp in scene.ramps
+        (
+            math.pi / 2 * abs(ramp.end_force - ramp.start_force) / (ramp.end - ramp.start)
+            for ramp in scene.ramps
+        ),
+        default=0.0,
     )
     tolerance = EXAMINED * scene.units.force + late * steepest
     return _check(
@@ -158,6 +293,8 @@ def _applied_force(scene: Scene, time: FloatArray) -> FloatArray:
     if isinstance(scene.shock, Pulse):
         assert scene.rise_time is not None
         return theory.applied_force(time, scene.shock, scene.rise_time)
+    if scene.striker is not None:
+        return np.zeros_like(time)
     table = scene.shock
     assert isinstance(table, PulseTable)
     force = np.interp(time, table.time, table.force, left=0.0, right=0.0)

@@ -32,6 +32,8 @@ _LARGEST = 8e9  # most that dumps may take [bytes]; chosen, as they are in a tem
 _NUMBER = 24.0  # bytes of a number with all digits in a dump: -1.2345678901234567e-05 and a space
 _FRAME = 200.0  # bytes of what is in a frame besides
 
+_COLUMNS = ("x", "vx", "fx")  # of each granule, in the dumps of a run
+
 _DECK, _RELEASE, _REST = "in.chain", "release.sh", "rest.dump"
 
 _RELEASE_SHARED_MEMORY = r"""
@@ -163,34 +165,40 @@ class Binary:
         with work_folder("LAMMPS") as folder:
             _refuse_dumps(readings.count_readings(legs, strides), scene.chain.granules, folder)
             rest = dialect.write_dump(_REST, ("x", "mass", "radius"))
+            columns = _COLUMNS if scene.wall is None else (*_COLUMNS, dialect.WALL_FORCE)
             lines = [deck.set_up(scene, self.pair_style) + reading.COMMANDS, rest]
             for k, (before, leg, stride) in enumerate(
                 zip((None, *legs[:-1]), legs, strides, strict=True)
             ):
-                lines += _leg(k, before, leg, stride)
+                lines += _leg(k, before, leg, stride, columns)
             self.program.run("\n".join(lines), folder, self.deadline)
             held = _snapshot(folder / _REST, ("x", "mass", "radius"))
             seen.begin(readings.Granules(held["x"], held["mass"], 2 * held["radius"]))
             for k, (leg, stride) in enumerate(zip(legs, strides, strict=True)):
-                for reached, arrays in _read(folder / f"{k}.dump", leg, stride, self.deadline):
-                    seen.update(k, reached, arrays)
+                dump = folder / f"{k}.dump"
+                for reached, arrays in _read(dump, leg, stride, self.deadline, columns):
+                    # Of the wall on the last granule, not of the granule on the wall.
+                    wall = None if scene.wall is None else -arrays[:, -1, -1]
+                    seen.update(k, reached, arrays[:, : len(_COLUMNS)], wall)
         return self.program.build.version, None
 
 
-def _leg(number: int, before: Leg | None, leg: Leg, stride: int) -> list[str]:
+def _leg(
+    number: int, before: Leg | None, leg: Leg, stride: int, columns: tuple[str, ...]
+) -> list[str]:
     """The commands of a leg, cut as the module cuts it, so that time adds up alike."""
-    write = dialect.write_dump(f"{number}.dump", ("x", "vx", "fx"), append=True)
+    write = dialect.write_dump(f"{number}.dump", columns, append=True)
     go = f'{dialect.go_on(leg.steps)} every {stride} "{write}"'
     return [*deck.leg_commands(leg, before), dialect.NO_STEP, write, go]
 
 
 def _read(
-    path: Path, leg: Leg, stride: int, deadline: Deadline
+    path: Path, leg: Leg, stride: int, deadline: Deadline, columns: tuple[str, ...]
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Times and arrays of readings dumped on a leg, in blocks that have one in common."""
     steps, times = np.array(readings.stops(leg, stride)), readings.reading_times(leg, stride)
     first, at, last = None, 0, None
-    for step, values in read_blocks(path, ("x", "vx", "fx"), readings.BLOCK):
+    for step, values in read_blocks(path, columns, readings.BLOCK):
         if deadline.left < 0:
             raise deadline.passed()
         first = step[0] if first is None else first

@@ -13,9 +13,10 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import contact_forces
-from hertzchain.engines.lammps import deck, reading
+from hertzchain.engines.lammps import deck, examined_places, reading
 from hertzchain.engines.lammps.dialect import NO_STEP, go_on
 from hertzchain.engines.lammps.engine import command, engine
+from hertzchain.engines.lammps.examined_places import set_places
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -29,6 +30,27 @@ rounded."""
 _SCHEDULED_STEP = 0.01  # natural time units; what the corners of the schedule are asked for
 _STEPS_PER_LEG = 4  # at which the applied force is read, besides the start of the leg
 _STEP = go_on(1)  # neighbours of a run that goes on: looked for again, none would be missing
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """What LAMMPS makes of the terms of a scene, in SI units.
+
+    Parameters
+    ----------
+    radius, velocity, force
+        Of each granule at the start [m], [m/s], and the net force on it [N], shape (granules,).
+    constant_force
+        On each granule where nothing touches it and no shock acts [N], shape (granules,).
+    wall
+        Position of the wall [m], by the forces at two places of the last granule; None without.
+    """
+
+    radius: FloatArray
+    velocity: FloatArray
+    force: FloatArray
+    constant_force: FloatArray
+    wall: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +72,8 @@ class Examination:
     time, applied_force
         Times of the pulse [s] and the force on the whole chain then [N], shape (legs, readings):
         the first of each leg just after its corner, the last just before the next.
+    held
+        What a scene with terms has besides; None for a plain one. Its wall is the last contact.
     """
 
     position: FloatArray
@@ -60,6 +84,7 @@ class Examination:
     tangential_force: FloatArray
     time: FloatArray
     applied_force: FloatArray
+    held: Held | None = None
 
 
 @dataclass(frozen=True)
@@ -99,6 +124,8 @@ def examine(scene: Scene, pair_style: str = "granular", ask: Ask | None = None) 
         replace(leg, steps=_STEPS_PER_LEG)
         for leg in scene.schedule(_SCHEDULED_STEP * scene.units.time)
     ]
+    if not scene.is_plain:
+        return _examine_terms(scene, legs, pair_style, ask or _ask_module)
     snapshots = (ask or _ask_module)(
         [
             Stage(deck.set_up(scene, pair_style) + reading.COMMANDS, ("x", "mass")),
@@ -110,8 +137,6 @@ def examine(scene: Scene, pair_style: str = "granular", ask: Ask | None = None) 
             _spin(scene),
         ]
     )
-    time = np.array([leg.start + leg.dt * np.arange(leg.steps + 1) for leg in legs])
-    time[:, -1] = [leg.end for leg in legs]  # to the last digit
     at_rest, _ = next(snapshots), next(snapshots)
     force = [np.sum(next(snapshots)["fx"]) for _ in range(len(legs) * (_STEPS_PER_LEG + 1))]
     pressed = [next(snapshots) for _ in OVERLAPS]
@@ -126,9 +151,85 @@ def examine(scene: Scene, pair_style: str = "granular", ask: Ask | None = None) 
         contact_force=np.array([contact_forces(snapshot["fx"]) for snapshot in pressed]),
         damped_force=np.array([contact_forces(snapshot["fx"]) for snapshot in moving]),
         tangential_force=np.maximum(sideways, torque / scene.chain.radius),
-        time=time,
+        time=_times(legs),
         applied_force=np.reshape(force, (len(legs), -1)),
     )
+
+
+def _times(legs: Sequence[Leg]) -> FloatArray:
+    """Times at which the applied force is read [s], shape (legs, readings)."""
+    time = np.array([leg.start + leg.dt * np.arange(leg.steps + 1) for leg in legs])
+    time[:, -1] = [leg.end for leg in legs]  # to the last digit
+    return time
+
+
+def _examine_terms(scene: Scene, legs: Sequence[Leg], pair_style: str, ask: Ask) -> Examination:
+    """The examination of a scene with terms.
+
+    Contacts are pressed every other one at a time: the force on a granule is then that of one
+    contact, and no digit of a soft one is lost next to a stiff one.
+    """
+    granules, start = scene.granules, ("x", "mass", "radius", "vx", "fx")
+    contacts = np.arange(granules.stiffness.size)
+    turns = [contacts % 2 == turn for turn in (0, 1) if np.any(contacts % 2 == turn)]
+    stages = [
+        Stage(deck.set_up(scene, pair_style) + reading.COMMANDS, start),
+        Stage("unfix motion\nvelocity all set 0.0 0.0 0.0 units box", ()),
+        Stage(f"{set_places(examined_places.apart(scene, OVERLAPS[0]))}\n{NO_STEP}", ("fx",)),
+        *_pulse(legs),
+    ]
+    for turn in turns:
+        for fraction in OVERLAPS:
+            places = set_places(examined_places.pressed(scene, turn, fraction))
+            rest = "velocity all set 0.0 0.0 0.0 units box\nset group all omega 0.0 0.0 0.0"
+            stages.append(Stage(f"{places}\n{rest}\n{_STEP}", ("x", "fx")))
+        stages += [_move(scene, sign) for sign in (1, -1)]
+        stages.append(_spin(scene))
+    snapshots = ask(stages)
+    at_start, _, alone = next(snapshots), next(snapshots), next(snapshots)["fx"]
+    readings = len(legs) * (_STEPS_PER_LEG + 1)
+    applied = [next(snapshots)["fx"] - alone for _ in range(readings)]
+    shape = (2, contacts.size)
+    overlap, force, damped = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    sideways, last = np.zeros(granules.mass.size), np.zeros(2)
+    for turn in turns:
+        for k in range(2):
+            found = next(snapshots)
+            overlap[k, turn] = examined_places.overlaps(scene, found["x"])[turn]
+            force[k, turn] = _forces_of_contacts(found["fx"] - alone, contacts.size)[turn]
+            last[k] = found["x"][-1] if turn[-1] else last[k]
+        for k in range(2):
+            net = next(snapshots)["fx"] - alone
+            damped[k, turn] = _forces_of_contacts(net, contacts.size)[turn]
+        spinning = next(snapshots)
+        torque = np.max([abs(spinning[name]) for name in ("tqx", "tqy", "tqz")], axis=0)
+        found_sideways = [abs(spinning["fy"]), abs(spinning["fz"]), torque / granules.radius]
+        sideways = np.max([sideways, *found_sideways], axis=0)
+    assert next(snapshots, None) is None  # to the end, so that LAMMPS is closed
+    radius = at_start["radius"]
+    wall = None
+    if scene.wall is not None:
+        wall = examined_places.wall_place(last, force[:, -1], float(radius[-1]))
+    held = Held(radius, at_start["vx"], at_start["fx"], alone, wall)
+    return Examination(
+        position=at_start["x"],
+        mass=at_start["mass"],
+        overlap=overlap,
+        contact_force=force,
+        damped_force=damped,
+        tangential_force=sideways,
+        time=_times(legs),
+        # A force on any other granule is none of the shock's.
+        applied_force=np.reshape(
+            [net[0] + np.sum(np.abs(net[1:])) for net in applied], (len(legs), -1)
+        ),
+        held=held,
+    )
+
+
+def _forces_of_contacts(net_force: FloatArray, contacts: int) -> FloatArray:
+    """Force in each contact that alone acts on the granule behind it [N]; a wall has none."""
+    return np.append(net_force[1:], -net_force[-1])[:contacts]
 
 
 def _ask_module(stages: Sequence[Stage]) -> Iterator[Snapshot]:
@@ -169,7 +270,8 @@ def _move(scene: Scene, sign: int) -> Stage:
 def _spin(scene: Scene) -> Stage:
     """Surfaces that slide, roll and twist, by spins; friction with a memory needs a step."""
     time, speed = _contact_time_and_speed(scene)
-    spin = speed / scene.chain.radius
+    radius = scene.chain.radius if scene.is_plain else float(np.min(scene.granules.radius))
+    spin = speed / radius
     # Neither alike nor opposite from one granule to the next, about any axis.
     spins = [f"variable spin{axis} atom {spin!r}*(1+0.5*cos(id-1+{axis}))" for axis in range(3)]
     rest = ["velocity all set 0.0 0.0 0.0 units box", "set group all omega v_spin0 v_spin1 v_spin2"]
@@ -179,6 +281,11 @@ def _spin(scene: Scene) -> Stage:
 
 def _contact_time_and_speed(scene: Scene) -> tuple[float, float]:
     """Of two granules with the larger overlap, about [s, m/s]: only the size of what is tried."""
+    if not scene.is_plain:
+        granules = scene.granules
+        deep = OVERLAPS[1] * examined_places.smaller_radius(scene)
+        times = np.sqrt(granules.contact_mass / (granules.stiffness * np.sqrt(deep)))
+        return float(np.min(times)), float(np.max(deep / times))
     chain, depth = scene.chain, OVERLAPS[1] * scene.chain.radius
     time = math.sqrt(chain.granule_mass / (chain.contact_stiffness * math.sqrt(depth)))
     return time, depth / time

@@ -48,8 +48,11 @@ def granules(instance: Any) -> Granules:
     )
 
 
+_SCALARS = {"mass": "rmass", "radius": "radius"}
+
 _COLUMNS = {
     **{axis: ("x", k) for k, axis in enumerate("xyz")},
+    **{f"v{axis}": ("v", k) for k, axis in enumerate("xyz")},
     **{f"f{axis}": ("f", k) for k, axis in enumerate("xyz")},
     **{f"tq{axis}": ("torque", k) for k, axis in enumerate("xyz")},
 }
@@ -58,11 +61,11 @@ _COLUMNS = {
 def column(instance: Any, name: str) -> FloatArray:
     """A copy of what LAMMPS, on one process, holds now, shape (granules,).
 
-    ``mass``, or a component of position, net force or torque as ``dump custom`` calls it (``x``,
-    ``fx``, ``tqx``).
+    ``mass``, ``radius``, or a component of position, velocity, net force or torque as ``dump
+    custom`` calls it (``x``, ``vx``, ``fx``, ``tqx``).
     """
     arrays = instance.numpy
-    if name == "mass":
-        return np.array(arrays.extract_atom("rmass"), dtype=np.float64)
+    if name in _SCALARS:
+        return np.array(arrays.extract_atom(_SCALARS[name]), dtype=np.float64)
     array, component = _COLUMNS[name]
     return np.array(arrays.extract_atom(array)[:, component], dtype=np.float64)

@@ -49,6 +49,13 @@ OTHERS = [path for path in os.environ.get("HERTZCHAIN_TEST_LMPS", "").split(os.p
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=5)
 
+WITH_TERMS = hc.Scene(
+    hc.Chain(5, **{**STEEL, "radius": [4e-3, 3e-3, 5e-3, 4e-3, 4e-3]}),
+    hc.Striker(1.0),
+    wall=hc.Wall("same"),
+    precompression=hc.Precompression(10.0, 9.81),
+)
+
 LONG = replace(SHORT, run=hc.Run(0.02))
 """Ten seconds at steps of 1 ns, and few dumps."""
 
@@ -108,6 +115,7 @@ SCENES = {
         SHORT, shock=hc.Pulse("triangular", 1e-6, 2.0, momentum_ratio=1.0)
     ),
     "more legs than steps of one": paper_scene("cosine", 0.01, 1.2, granules=4),
+    "terms": WITH_TERMS,
 }
 
 
@@ -161,8 +169,9 @@ PLANTED = ("friction, linear", "stiffness times 1.001", "contact 7 missing")
 @pytest.mark.parametrize(
     ("ranks", "what"),
     [
-        *((1, what) for what in ("", *PLANTED, "a pulse table")),
+        *((1, what) for what in ("", *PLANTED, "a pulse table", "terms")),
         *((2, PLANTED[0]), pytest.param(2, "a pulse table", marks=slow)),
+        pytest.param(2, "terms", marks=slow),
     ],
 )
 def test_the_examination_is_that_of_the_module(lmp: str, ranks: int, what: str) -> None:
@@ -173,8 +182,13 @@ def test_the_examination_is_that_of_the_module(lmp: str, ranks: int, what: str) 
         found = hc.Lammps(lmp=lmp, ranks=ranks).examine(scene)
     failed = {check.name for check in examination_checks(scene, found) if not check.passed}
     assert failed == ({mistake.check} if mistake else set())
-    for name in vars(expected):
-        there, here = getattr(expected, name), getattr(found, name)
+    numbers = {name for name in vars(expected) if name != "held"}
+    pairs = [(getattr(expected, name), getattr(found, name)) for name in sorted(numbers)]
+    assert (found.held is None) == (expected.held is None)
+    if expected.held is not None and found.held is not None:
+        one, other = vars(expected.held), vars(found.held)
+        pairs += [(np.asarray(one[name]), np.asarray(other[name])) for name in one]
+    for there, here in pairs:
         assert here.shape == there.shape
         # 3e-16 measured in versions that round in other places.
         scale = 1e-14 * np.max(np.abs(there)) if tolerance(lmp) > 0 else 0.0

@@ -1,0 +1,172 @@
+"""The comparison on scenes with terms, and what LAMMPS makes of their decks."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.lammps import examine
+from hertzchain.verdict.deck_checks import examination_checks
+from tests.conftest import STEEL
+from tests.engines.native.test_terms import PTFE, PULSE, SCENES, row
+
+LMP = Path(sys.executable).with_name("lmp")
+"""The binary that comes with the Python module."""
+
+HELD = {
+    "lammps: granule radius [m]",
+    "lammps: constant force [N]",
+    "lammps: net force at the start [N]",
+    "lammps: velocity at the start [m/s]",
+}
+"""What is asked of scenes with terms alone."""
+
+
+def failed(comparison: hc.Comparison) -> dict[str, str]:
+    """Names and reasons of the checks that failed."""
+    return {check.name: check.reason for check in comparison.checks if not check.passed}
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("name", SCENES)
+def test_every_scene_passes(name: str) -> None:
+    scene = SCENES[name]
+    comparison = hc.compare(scene)
+    assert failed(comparison) == {}
+    assert comparison.verdict == "pass"
+    names = {check.name for check in comparison.checks}
+    assert names > HELD
+    assert ("lammps: wall position [m]" in names) == (scene.wall is not None)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("name", ["large striker", "all at once"])
+def test_a_binary_gives_the_numbers_of_the_module(name: str) -> None:
+    scene = SCENES[name]
+    dt = 0.02 * scene.contact_time
+    comparison = hc.compare(scene, lammps=hc.Lammps(dt, lmp=LMP))
+    assert failed(comparison) == {}
+    by_binary, by_module = comparison.lammps, hc.Lammps(dt).run(scene)
+    assert by_binary is not None
+    # The same version: bit for bit.
+    assert np.array_equal(by_binary.all_peaks, by_module.all_peaks)
+    assert np.array_equal(by_binary.velocity, by_module.velocity)
+    balance = by_binary.balance
+    # Dumps are read in other blocks, so that the impulse on the wall is summed otherwise.
+    assert balance.impulse == pytest.approx(by_module.balance.impulse, rel=1e-13, abs=0)
+    assert balance == replace(by_module.balance, impulse=balance.impulse)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    "scene",
+    [
+        hc.Scene(row(STEEL, PTFE), hc.Striker(1.0)),
+        hc.Scene(row(PTFE, STEEL), PULSE, wall=hc.Wall("rigid")),
+        hc.Scene(
+            row(*[{**STEEL, "radius": 1e-3}, {**STEEL, "radius": 0.1}] * 3),
+            PULSE,
+            wall=hc.Wall("elastic", 1e6, 0.5),
+        ),
+        hc.Scene(
+            hc.Chain(40, **STEEL),
+            hc.Striker(1.0),
+            wall=hc.Wall("same"),
+            precompression=hc.Precompression(1e-3, 1e4),
+        ),
+        hc.Scene(hc.Chain(6, **STEEL, gap=0.05), PULSE, wall=hc.Wall("same", gap=1.0)),
+        hc.Scene(
+            hc.Chain(6, **STEEL),
+            hc.PulseTable((0.0, 3e-5, 7e-5), (20.0, 100.0, 60.0)),
+            hc.Run(5e-5),
+            precompression=hc.Precompression(0.1),
+        ),
+    ],
+    ids=["two", "two, wall", "unlike sizes", "heavy", "far apart", "ends in the pulse"],
+)
+def test_any_scene_passes_its_examination(scene: hc.Scene) -> None:
+    checks = examination_checks(scene, examine(scene))
+    assert [check.name for check in checks if not check.passed] == []
+
+
+@pytest.mark.lammps
+def test_what_is_examined_is_not_trivial() -> None:
+    scene = SCENES["all at once"]
+    found = examine(scene)
+    granules = scene.granules
+    smaller = np.append(np.minimum(granules.radius[:-1], granules.radius[1:]), granules.radius[-1])
+    for overlap, fraction in zip(found.overlap, (0.01, 0.02), strict=True):
+        # Overlaps are differences of coordinates of 0.1 m: a hundredth of a radius has 12 digits.
+        assert overlap == pytest.approx(fraction * smaller, rel=1e-11, abs=0)
+    assert np.all(found.contact_force[1] > 2 * found.contact_force[0])
+    assert np.all(found.damped_force > 0)
+    assert found.held is not None
+    assert np.all(found.held.constant_force > 0)
+    assert found.held.velocity.tolist() == [0.5] + [0.0] * 11
+    assert found.held.wall is not None
+    assert found.held.wall > found.position[-1]
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("column", "named"), [(3, "largest at contact 5"), (-1, "largest at the wall")]
+)
+def test_the_contact_that_is_off_is_named(column: int, named: str) -> None:
+    """The soft contact of a stiff row: 1e-9 of it is below the rounding of no other."""
+    scene = hc.Scene(row(STEEL, STEEL, STEEL, STEEL, PTFE, PTFE), PULSE, wall=hc.Wall("rigid"))
+    found = examine(scene)
+    force, damped = found.contact_force.copy(), found.damped_force.copy()
+    force[:, column] *= 1 + 1e-9
+    damped[:, column] *= 1 + 1e-9
+    wrong = replace(found, contact_force=force, damped_force=damped)
+    checks = examination_checks(scene, wrong)
+    bad = [check for check in checks if not check.passed]
+    assert [check.name for check in bad] == ["lammps: contact stiffness [N m^(-3/2)]"]
+    assert bad[0].reason.endswith(named)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("array", "granule", "name"),
+    [
+        ("radius", 1, "lammps: granule radius [m]"),
+        ("velocity", 0, "lammps: velocity at the start [m/s]"),
+        ("force", 4, "lammps: net force at the start [N]"),
+        ("constant_force", 11, "lammps: constant force [N]"),
+    ],
+)
+def test_the_granule_that_is_off_is_named(array: str, granule: int, name: str) -> None:
+    scene = SCENES["all at once"]
+    found = examine(scene)
+    assert found.held is not None
+    values = getattr(found.held, array).copy()
+    # Three decimal digits of all that it is compared with: of a force, of the load of a contact.
+    values[granule] += 1e-3 * (scene.units.force if "force" in array else values[granule])
+    checks = examination_checks(scene, replace(found, held=replace(found.held, **{array: values})))
+    wrong = [check for check in checks if not check.passed]
+    assert [check.name for check in wrong] == [name]
+    assert wrong[0].reason.endswith(f"largest at granule {granule + 1}")
+
+
+@pytest.mark.lammps
+def test_forces_that_are_no_numbers_fail() -> None:
+    scene = SCENES["all at once"]
+    found = examine(scene)
+    assert found.held is not None
+    nothing = np.full_like(found.contact_force, np.nan)
+    held = replace(found.held, force=found.held.force * np.nan, wall=np.nan)
+    wrong = replace(found, contact_force=nothing, damped_force=nothing, held=held)
+    bad = [check for check in examination_checks(scene, wrong) if not check.passed]
+    assert [check.name for check in bad] == [
+        "lammps: wall position [m]",
+        "lammps: contact stiffness [N m^(-3/2)]",
+        "lammps: contact exponent",
+        "lammps: damping",
+        "lammps: net force at the start [N]",
+    ]
+    assert all(check.measured is None for check in bad)
