@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 import hertzchain as hc
+from hertzchain.scene.granules import granules_of
+from hertzchain.scene.natural_units import impact_force, length_and_time
 from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.terms import WALLS
 from validation.shipped import STEEL, pulse_of
 
 Draw = Callable[[np.random.Generator, int], hc.Scene]
@@ -77,6 +81,15 @@ def pulse_table(rng: np.random.Generator, longest: int) -> hc.Scene:
     material, force = _material(rng)
     chain = hc.Chain(round(_spread(rng, 2.0, min(80, longest))), **material)
     unit = hc.Scene(chain, hc.Pulse("cosine", force, 2.0, momentum_ratio=1.0)).units.time
+    shock = _table(rng, force, unit)
+    scene = hc.Scene(chain, shock)
+    if rng.random() < 0.3:
+        return hc.Scene(chain, shock, hc.Run(scene.end_time * float(rng.uniform(0.01, 1.0))))
+    return scene
+
+
+def _table(rng: np.random.Generator, force: float, unit: float) -> hc.PulseTable:
+    """A pulse table whose largest force [N] and unit of time [s] are given."""
     rows, kind = int(rng.integers(2, 14)), int(rng.integers(3))
     apart = np.array([_spread(rng, 0.03, 20.0) for _ in range(rows)])
     height = rng.random(rows) * (rng.random(rows) < 0.6)
@@ -87,14 +100,111 @@ def pulse_table(rng: np.random.Generator, longest: int) -> hc.Scene:
     if not height.any():
         height[rng.integers(rows)] = 1.0
     time = (np.cumsum(apart) - apart[0] * (rng.random() < 0.5)) * unit
-    shock = hc.PulseTable(tuple(time.tolist()), tuple((force * height / height.max()).tolist()))
-    scene = hc.Scene(chain, shock)
-    if rng.random() < 0.3:
-        return hc.Scene(chain, shock, hc.Run(scene.end_time * float(rng.uniform(0.01, 1.0))))
-    return scene
+    return hc.PulseTable(tuple(time.tolist()), tuple((force * height / height.max()).tolist()))
 
 
 KINDS: dict[str, Draw] = {
     kind.__name__.replace("_", " "): kind
     for kind in (any_pulse, two_maxima, sharp_decay, ends_early, first_instants, pulse_table)
 }
+"""Of uniform chains with free ends."""
+
+
+def random_scene_with_terms(
+    rng: np.random.Generator, longest: int, longest_time: float = math.inf
+) -> hc.Scene:
+    """Granules of up to 100 times the size and modulus of others, and terms of all kinds.
+
+    A scene has 2 to ``longest`` granules. One that would run for more than ``longest_time``
+    [natural time units of the fastest contact] is drawn again.
+    """
+    while True:
+        scene = _with_terms(rng, longest)
+        if not scene.is_plain and scene.end_time <= longest_time * scene.contact_time:
+            return scene
+
+
+def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
+    """Static loads are 1e-3 to 1e3 of the shock."""
+    granules = round(_spread(rng, 2.0, longest))
+    pressed, apart = bool(rng.random() < 0.4), bool(rng.random() < 0.5)
+    chain = hc.Chain(granules, **_unlike(rng, granules))
+    wall = _wall(rng, chain) if rng.random() < 0.5 else None
+    first = chain.radius[0] if isinstance(chain.radius, tuple) else chain.radius
+    own = {"radius": first * _around(rng, 3.0)} if rng.random() < 0.5 else {}
+    striker = hc.Striker(1.0, **own) if rng.random() < 0.33 else None
+    each = granules_of(chain, striker, wall, None)
+    # The largest load presses the weakest contact into its smaller granule by this part of it.
+    depth = _spread(rng, 1e-6, 3e-3)
+    smaller = np.minimum(each.radius, np.append(each.radius[1:], np.inf))
+    largest = float(np.min(each.stiffness * (depth * smaller[: each.stiffness.size]) ** 1.5))
+    ratio = _spread(rng, 1e-3, 1e3) if pressed else 0.0
+    force = largest / max(1.0, ratio)
+    loads = None
+    if pressed:
+        kind = int(rng.integers(3)) if wall is not None else 0
+        loads = hc.Precompression(
+            force=0.0 if kind == 1 else ratio * force,
+            gravity=0.0 if kind == 0 else ratio * force / float(np.sum(each.mass)),
+        )
+    elif apart:
+        chain, wall = _apart(rng, chain, wall, (force / float(np.min(each.stiffness))) ** (2 / 3))
+    stiffness, mass = float(each.stiffness[0]), float(each.contact_mass[0])
+    shock: hc.Pulse | hc.PulseTable | hc.Striker
+    if striker is not None:
+        shock = replace(striker, velocity=(force / impact_force(stiffness, mass, 1.0)) ** (5 / 6))
+    elif rng.random() < 0.6:
+        n, impulse = 1 + _spread(rng, 0.05, 10.0), _spread(rng, 0.1, 10.0)
+        shock = hc.Pulse(str(rng.choice(list(PROFILES))), force, n, momentum_ratio=impulse)
+    else:
+        shock = _table(rng, force, length_and_time(stiffness, 2 * mass, force)[1])
+    return hc.Scene(chain, shock, hc.Run(), wall, loads)
+
+
+def _unlike(rng: np.random.Generator, granules: int) -> dict[str, Any]:
+    """Alike, repeated in cells, tapered or at random; at most four materials."""
+    base = _material(rng)[0]
+    kind = int(rng.integers(4))
+    if kind == 0:
+        return base
+    many = int(rng.integers(2, 5))
+    of_each = np.arange(granules) % many if kind == 1 else rng.integers(many, size=granules)
+    widest = _spread(rng, 1.0, 10.0)  # of size and modulus each up and down
+    columns: dict[str, Any] = {
+        "young_modulus": base["young_modulus"]
+        * np.array([_around(rng, 10.0) for _ in range(many)]),
+        "poisson_ratio": rng.uniform(0.0, 0.5, many),
+        "density": base["density"] * np.array([_around(rng, 3.0) for _ in range(many)]),
+    }
+    columns = {key: values[of_each] for key, values in columns.items()}
+    radius = np.array([_around(rng, widest) for _ in range(many)])[of_each]
+    if kind == 2:
+        radius = widest ** np.linspace(1.0, -1.0, granules)
+    elif kind == 3:
+        radius = np.array([_around(rng, widest) for _ in range(granules)])
+    return columns | {"radius": base["radius"] * radius}
+
+
+def _around(rng: np.random.Generator, widest: float) -> float:
+    """Between 1 / widest and widest."""
+    return _spread(rng, 1 / widest, widest)
+
+
+def _wall(rng: np.random.Generator, chain: hc.Chain) -> hc.Wall:
+    kind = str(rng.choice(WALLS))
+    if kind != "elastic":
+        return hc.Wall(kind)
+    return hc.Wall(kind, chain.first_modulus * _around(rng, 10.0), float(rng.uniform(0.0, 0.5)))
+
+
+def _apart(
+    rng: np.random.Generator, chain: hc.Chain, wall: hc.Wall | None, overlap: float
+) -> tuple[hc.Chain, hc.Wall | None]:
+    """Gaps of 0.01 to 30 overlaps [m] before half of the granules, or the same before all."""
+    gaps: Any = overlap * _spread(rng, 0.01, 30.0)
+    if rng.random() < 0.5:
+        some = [overlap * _spread(rng, 0.01, 30.0) for _ in range(chain.granules)]
+        gaps = np.where(rng.random(chain.granules) < 0.5, some, 0.0)
+    if wall is not None and rng.random() < 0.5:
+        wall = replace(wall, gap=overlap * _spread(rng, 0.01, 30.0))
+    return replace(chain, gap=gaps), wall

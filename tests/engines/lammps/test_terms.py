@@ -1,0 +1,106 @@
+"""Random scenes that mix all terms: LAMMPS against native velocity Verlet at the same steps."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.lammps.terms_deck import TERMS
+from hertzchain.errors import RunFailed
+from hertzchain.verdict.run_checks import same_steps_checks
+from tests.conftest import STEEL
+from validation.random_scenes import random_scene_with_terms
+
+pytestmark = pytest.mark.lammps
+
+STEP = 0.01
+"""Of all runs [natural time units of the fastest contact]: tolerances are stated for it."""
+
+READ_EVERY = 3
+"""Steps: where granules collide after a flight, peaks interpolated between readings further apart
+are off by up to 4e-7, more than round-off."""
+
+QUICK, SLOW = range(21, 27), range(100, 160)
+"""Numbers of random scenes."""
+
+
+def drawn(number: int) -> hc.Scene:
+    """A random scene of 2 to 200 granules; the quick ones are short."""
+    longest_time = 200.0 if number in QUICK else 1000.0
+    return random_scene_with_terms(np.random.default_rng([9, number]), 200, longest_time)
+
+
+def agrees(number: int) -> None:
+    """Only round-off differs, at the tolerances of ``same_steps_checks``."""
+    scene = drawn(number)
+    result = hc.Lammps(dt=STEP * scene.contact_time, read_every=READ_EVERY).run(scene)
+    checks = same_steps_checks(result)
+    assert len(checks) == 3  # displacement, velocity and peaks
+    for check in checks:
+        assert check.passed, check
+
+
+@pytest.mark.parametrize("number", QUICK)
+def test_same_scheme_same_steps(number: int) -> None:
+    agrees(number)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", SLOW)
+def test_same_scheme_same_steps_in_many_scenes(number: int) -> None:
+    agrees(number)
+
+
+@pytest.mark.parametrize("numbers", [QUICK, SLOW])
+def test_random_scenes_have_every_term(numbers: range) -> None:
+    count = Counter(term for number in numbers for term in drawn(number).terms)
+    assert set(count) == set(TERMS)
+
+
+UNIFORM = hc.Chain(3, **STEEL)
+PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
+WALL = hc.Wall("rigid")
+
+ONE_TERM = {
+    "unlike granules": hc.Scene(replace(UNIFORM, density=[1e3, 2e3, 3e3]), PULSE),
+    "gaps": hc.Scene(replace(UNIFORM, gap=1e-6), PULSE),
+    "striker": hc.Scene(UNIFORM, hc.Striker(1.0)),
+    "wall": hc.Scene(UNIFORM, PULSE, wall=WALL),
+    "precompression": hc.Scene(UNIFORM, PULSE, precompression=hc.Precompression(1.0)),
+    "gravity": hc.Scene(UNIFORM, PULSE, hc.Run(), WALL, hc.Precompression(gravity=9.81)),
+}
+
+
+@pytest.mark.parametrize("term", TERMS)
+def test_another_pair_style_is_refused(term: str) -> None:
+    scene = ONE_TERM[term]
+    assert term in scene.terms
+    lammps = hc.Lammps(0.01 * scene.contact_time, "gran/hertz/history")
+    named = " and ".join(scene.terms)
+    said = f"one stiffness for all contacts: take granular for a scene with {named}$"
+    with pytest.raises(RunFailed, match=said):
+        lammps.run(scene)
+
+
+@pytest.mark.parametrize("term", TERMS)
+def test_a_term_that_is_off_by_a_millionth_shows(term: str) -> None:
+    scene, more = ONE_TERM[term], 1 + 1e-6
+    chain, loads = scene.chain, scene.precompression
+    other: Any = {
+        "unlike granules": {"chain": replace(chain, density=[1e3, 2e3 * more, 3e3])},
+        "gaps": {"chain": replace(chain, gap=1e-6 * more)},
+        "striker": {"shock": hc.Striker(1.0 * more)},
+        "wall": {"wall": hc.Wall("elastic", 1e6 * STEEL["young_modulus"], STEEL["poisson_ratio"])},
+        "precompression": {"precompression": hc.Precompression(1.0 * more)},
+        "gravity": {"precompression": loads and hc.Precompression(gravity=9.81 * more)},
+    }[term]
+    run = hc.Run(scene.end_time)  # the same for both, so that they differ by the term alone
+    result = hc.Lammps(STEP * scene.contact_time).run(replace(scene, run=run))
+    assert all(check.passed for check in same_steps_checks(result))
+    mistaken = replace(result, scene=replace(scene, run=run, **other))
+    assert not all(check.passed for check in same_steps_checks(mistaken))
