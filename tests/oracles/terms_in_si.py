@@ -30,8 +30,13 @@ class Found:
     velocity: Floats
 
 
-def peaks(scene: hc.Scene, rtol: float) -> Found:  # noqa: PLR0915 - formula after formula
-    """Peaks and velocities at the end, by DOP853; its steps end where contacts open or close."""
+def peaks(  # noqa: PLR0915 - formula after formula
+    scene: hc.Scene, rtol: float, most_steps: float = math.inf
+) -> Found:
+    """Peaks and velocities at the end, by DOP853; its steps end where contacts open or close.
+
+    ArithmeticError where that takes more than ``most_steps``.
+    """
     size, chain = scene.chain.granules, scene.chain
     columns = {
         name: np.array(np.broadcast_to(getattr(chain, name), size), np.float64)
@@ -118,6 +123,9 @@ def peaks(scene: hc.Scene, rtol: float) -> Found:  # noqa: PLR0915 - formula aft
         inside = (end - begin) * 1e-15
         solver = DOP853(rates, begin + inside, state, end - inside, **how)
         while solver.t < solver.t_bound:
+            most_steps -= 1
+            if most_steps < 0:
+                raise ArithmeticError("granules that collide over and over take too many steps")
             time, state = solver.t, solver.y.copy()
             assert solver.step() is None  # else it says why it failed
             curve, before, after = solver.dense_output(), overlaps(state), overlaps(solver.y)

@@ -11,7 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.terms_deck import TERMS
-from hertzchain.errors import RunFailed
+from hertzchain.errors import RunFailed, Unpredictable
 from hertzchain.verdict.run_checks import same_steps_checks
 from tests.conftest import STEEL
 from validation.random_scenes import random_scene_with_terms
@@ -23,7 +23,7 @@ STEP = 0.01
 
 READ_EVERY = 3
 """Steps: where granules collide after a flight, peaks interpolated between readings further apart
-are off by up to 4e-7, more than round-off."""
+are off by up to 8e-7, more than round-off."""
 
 QUICK, SLOW = range(21, 27), range(100, 160)
 """Numbers of random scenes."""
@@ -38,7 +38,10 @@ def drawn(number: int) -> hc.Scene:
 def agrees(number: int) -> None:
     """Only round-off differs, at the tolerances of ``same_steps_checks``."""
     scene = drawn(number)
-    result = hc.Lammps(dt=STEP * scene.contact_time, read_every=READ_EVERY).run(scene)
+    try:
+        result = hc.Lammps(dt=STEP * scene.contact_time, read_every=READ_EVERY).run(scene)
+    except Unpredictable as problem:
+        pytest.skip(str(problem))  # 2 of 60: chaotic, or overlaps too small for coordinates
     checks = same_steps_checks(result)
     assert len(checks) == 3  # displacement, velocity and peaks
     for check in checks:

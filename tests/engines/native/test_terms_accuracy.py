@@ -1,0 +1,66 @@
+"""Random scenes with terms: no answer of the native backend is worse than it says, by SciPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.observables.peaks import largest_difference
+from tests.oracles import terms_in_si
+from validation.random_scenes import random_scene_with_terms
+
+TOLERANCES = (1e-3, 1e-6, 1e-9)
+METHODS = ("velocity-verlet", "rk4", "reference")
+
+LONGEST, LONGEST_TIME = 15, 600.0
+"""Granules and natural time units of a scene: SciPy takes about two seconds for one."""
+
+MOST_STEPS = 8000
+"""Of SciPy: granules that collide over and over take more (chosen)."""
+
+BLOCK = 10
+"""Scenes of one slow test."""
+
+SCENES = 300
+
+
+def judge(number: int, methods: tuple[str, ...]) -> bool:
+    """Whether SciPy can judge a random scene; if so, each answer is within its own bound."""
+    rng = np.random.default_rng([8, number])
+    scene = random_scene_with_terms(rng, LONGEST, LONGEST_TIME)
+    try:
+        coarse, true = (
+            terms_in_si.peaks(scene, rtol, MOST_STEPS).peak_force for rtol in (1e-12, 1e-13)
+        )
+    except ArithmeticError:
+        return False
+    # SciPy's own error: the difference is that of the coarser run, or more.
+    unsure = largest_difference(coarse, true)
+    asked = [(hc.Native(rtol=rtol), rtol) for rtol in TOLERANCES]
+    asked += [(hc.Native(method), 1.0) for method in methods]
+    for native, rtol in asked:
+        try:
+            result = native.run(scene)
+        except hc.HertzchainError:
+            continue  # a refusal is honest
+        # Where collisions multiply round-off to more than that, SciPy loses as many digits.
+        assert result.error_estimate <= rtol or unsure > rtol, (number, native)
+        error = largest_difference(result.all_peaks, true)
+        assert error <= result.error_estimate + unsure, (number, native)
+    return True
+
+
+@pytest.mark.parametrize("number", [0, 5, 7, 9, 10])
+def test_random_scenes(number: int) -> None:
+    assert judge(number, METHODS)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, SCENES, BLOCK))
+def test_many_random_scenes(first: int) -> None:
+    judged = [
+        judge(number, METHODS if number % 5 == 0 else ()) for number in range(first, first + BLOCK)
+    ]
+    # A scene in a hundred is beyond SciPy.
+    assert sum(judged) >= BLOCK - 2
