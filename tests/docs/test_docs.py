@@ -189,7 +189,7 @@ class Page:
                 done = run_program(program, *arguments, folder=self.folder)
             else:
                 done = run_here(self.capfd, program, *arguments)
-            # A sweep says how far it is every ten seconds: on a busy machine it may take so long.
+            # A sweep says how far it is every 30 s: on a busy machine it may take so long.
             said = done.out + PROGRESS.sub("", done.err)
             assert done.status == status, f"{command}\n{said}"
             self.expect(shown, said)
