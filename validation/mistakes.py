@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 from unittest.mock import patch
 
@@ -28,6 +28,8 @@ from hertzchain.scene.pulse import Pulse, Ramp
 from hertzchain.scene.schedule import Leg
 from hertzchain.verdict import run_checks
 from validation import peak_forces
+from validation.mistakes_with_terms import MISTAKES_WITH_TERMS
+from validation.planting import DAMPING, POSITION, STIFFNESS, Mistake, Plant, in_set_up
 from validation.rows import Row
 from validation.script import Script, rows_only
 from validation.shipped import load
@@ -36,39 +38,6 @@ TITLE = "Planted mistakes: a row passes where the check that names the mistake f
 
 CAUGHT = "that of the check, which has to be exceeded, with the verdict fail"
 FORMULA = "that of a row of Tables 3 and 4, which has to be exceeded"
-
-Plant = Callable[[], AbstractContextManager[Any]]
-"""Makes a mistake, for as long as the context lasts."""
-
-
-@dataclass(frozen=True)
-class Mistake:
-    """Something to get wrong."""
-
-    what: str
-    plant: Plant
-    check: str  # the check of the comparison that has to name it
-    pair_style: str = "granular"  # what it is made in
-    read_every: int | None = None  # steps between two readings of LAMMPS; None for its own choice
-
-
-def in_set_up(*changes: tuple[str, str]) -> Plant:
-    """Other text for some of what makes the chain."""
-
-    def planted() -> AbstractContextManager[Any]:
-        original = deck.set_up
-
-        def altered(*arguments: Any) -> str:
-            text = original(*arguments)
-            for old, new in changes:
-                if old not in text:
-                    raise ValueError(f"there is no {old!r} to get wrong")
-                text = text.replace(old, new)
-            return text
-
-        return patch.object(deck, "set_up", altered)
-
-    return planted
 
 
 def force_at(time: str) -> AbstractContextManager[Any]:
@@ -190,11 +159,8 @@ _DENSITY = "set group all density ${density}\n"
 _FIRST = "group first id 1\n"
 _CLOSED = "gran/hertz/history"
 
-POSITION = "lammps: position at rest [m]"
 GRANULE_MASS = "lammps: granule mass [kg]"
-STIFFNESS = "lammps: contact stiffness [N m^(-3/2)]"
 EXPONENT = "lammps: contact exponent"
-DAMPING = "lammps: damping"
 TANGENTIAL = "lammps: tangential force"
 APPLIED = "lammps: applied force [N]"
 SAME_PEAKS = "lammps: peaks, same steps"
@@ -276,14 +242,14 @@ def small_scene() -> hc.Scene:
     return replace(scene, chain=replace(scene.chain, granules=12))
 
 
-def compared(mistake: Mistake, make: Callable[[], hc.Scene] = small_scene) -> hc.Comparison:
+def compared(mistake: Mistake) -> hc.Comparison:
     """What the comparison says under a mistake, with steps of 0.01 natural time units.
 
     The scene is made under the mistake: it keeps what it has worked out.
     """
     with mistake.plant():
-        scene = make()
-        dt, read_every = 0.01 * scene.units.time, mistake.read_every
+        scene = (mistake.made_in or small_scene)()
+        dt, read_every = 0.01 * scene.contact_time, mistake.read_every
         lammps = hc.Lammps(dt, pair_style=mistake.pair_style, read_every=read_every)
         return hc.compare(scene, lammps=lammps)
 
@@ -295,7 +261,7 @@ def plant_all(quick: bool, with_lammps: bool) -> list[Row]:
     planted, and Eq. 6 as printed is held against one scene of each profile instead of three;
     without LAMMPS nothing is planted but that.
     """
-    mistakes = MISTAKES[:: 4 if quick else 1] if with_lammps else ()
+    mistakes = (*MISTAKES, *MISTAKES_WITH_TERMS)[:: 4 if quick else 1] if with_lammps else ()
     rows = [_row(mistake, compared(mistake)) for mistake in mistakes]
     for number in (3, 4):
         with printed_formula():

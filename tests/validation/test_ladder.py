@@ -23,6 +23,7 @@ from tests.conftest import STEEL
 from validation import ladder, mistakes
 from validation.ladder import POLYMER, RUNGS, Promise, Rung, hertz_force, lowest_failing, wave_at
 from validation.limits import two_granules
+from validation.planting import Plant
 
 
 @pytest.fixture(scope="module")
@@ -200,7 +201,7 @@ def transition_from_12() -> AbstractContextManager[Any]:
     ],
 )  # fmt: skip
 def test_a_mistake_fails_at_its_rung_and_not_below(
-    plant: mistakes.Plant, rung: int, who: set[str], monkeypatch: pytest.MonkeyPatch
+    plant: Plant, rung: int, who: set[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(ladder, "RUNGS", RUNGS[:rung])
     with plant():

@@ -25,7 +25,7 @@ from hertzchain.verdict.case import Case, Cause
 from hertzchain.verdict.judgement import read_peaks
 from tests.conftest import paper_scene
 from tests.effort import effort
-from validation.mistakes import in_set_up
+from validation.planting import in_set_up
 
 QUICK = ("cosine", 0.3, 2.0), ("cosine-triangular", 2.0, 2.0)
 MORE = ("triangular", 1.0, 4.0), ("cosine", 2.5, 6.0)

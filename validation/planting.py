@@ -1,0 +1,50 @@
+"""How a mistake is planted: in the text that LAMMPS gets, or in the code that backends share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Any
+from unittest.mock import patch
+
+import hertzchain as hc
+from hertzchain.engines.lammps import deck
+
+POSITION = "lammps: position at rest [m]"
+STIFFNESS = "lammps: contact stiffness [N m^(-3/2)]"
+DAMPING = "lammps: damping"
+
+Plant = Callable[[], AbstractContextManager[Any]]
+"""Makes a mistake, for as long as the context lasts."""
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """Something to get wrong."""
+
+    what: str
+    plant: Plant
+    check: str  # the check of the comparison that has to name it
+    pair_style: str = "granular"  # what it is made in
+    read_every: int | None = None  # steps between two readings of LAMMPS; None for its own choice
+    made_in: Callable[[], hc.Scene] | None = None  # the scene; None for that of ``small_scene``
+
+
+def in_set_up(*changes: tuple[str, str]) -> Plant:
+    """Other text for some of what makes the chain."""
+
+    def planted() -> AbstractContextManager[Any]:
+        original = deck.set_up
+
+        def altered(*arguments: Any) -> str:
+            text = original(*arguments)
+            for old, new in changes:
+                if old not in text:
+                    raise ValueError(f"there is no {old!r} to get wrong")
+                text = text.replace(old, new)
+            return text
+
+        return patch.object(deck, "set_up", altered)
+
+    return planted
