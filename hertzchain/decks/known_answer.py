@@ -19,6 +19,7 @@ from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.validity import refuse_terms
 
 _FINEST = 1e-9  # of the peaks: three million steps
 _PILOT_STEP = 0.04  # natural time units; first of the runs that find the step for a wanted error
@@ -30,8 +31,10 @@ _READINGS = 2_000_000  # times and granules recorded at once: 50 MB
 def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> float:
     """The step of a deck, natural time units, from the largest step ``dt`` [s] if that is given.
 
-    By default for peaks of accuracy ``rtol``, cut to two digits: the same on every machine.
+    By default for peaks of accuracy ``rtol``, cut to two digits: the same on every machine. Every
+    writer of decks begins with it, so that a scene with terms is refused here before anything runs.
     """
+    refuse_terms(scene, "a standalone deck")
     unit = scene.units.time
     if dt is not None:
         require(is_positive(dt), "dt", dt, f"{POSITIVE} [s]")

@@ -18,10 +18,15 @@ from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, PAIR_STYLES, writ
 from hertzchain.errors import SceneError
 from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.validity import refuse_terms
 
 
 def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -> str:
-    """A deck for ``lmp -in FILE``, on any processors; ``known`` is None for lean ones."""
+    """A deck for ``lmp -in FILE``, on any processors; ``known`` is None for lean ones.
+
+    A scene with terms raises RunFailed.
+    """
+    refuse_terms(scene, "a standalone deck")
     if (known is None) != (layout.watch_every == 0):
         raise SceneError("watch_every", layout.watch_every, "must be 0 where no peaks are known")
     steps = sum(leg.steps for leg in scene.schedule(layout.step * scene.units.time))
@@ -46,6 +51,7 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
 
 def data_file(scene: Scene, title: str = "a scene") -> str:
     """The granules as a data file, for a deck that reads them from one."""
+    refuse_terms(scene, "a data file")
     chain = scene.chain
     diameter = 2 * chain.radius
     rows = "\n".join(

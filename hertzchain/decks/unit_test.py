@@ -15,6 +15,7 @@ from hertzchain.engines.native.in_numpy import State
 from hertzchain.errors import SceneError
 from hertzchain.limits import RTOL
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.validity import refuse_terms
 
 STEP = 0.05  # natural time units: a wave passes a granule in some fifty steps
 
@@ -32,6 +33,7 @@ def known_motion(scene: Scene) -> KnownMotion:
     After a long pulse, when the wave presses the middle of the chain most. The motion starts from
     the overlaps of the positions as they are written.
     """
+    refuse_terms(scene, "a unit test for LAMMPS")
     native = Native(rtol=RTOL)
     peak_time = native.run(scene).peak_time[scene.chain.granules // 2 - 1]
     time = min(scene.ramps[-1].end, float(peak_time), scene.end_time)
@@ -67,6 +69,7 @@ def _pressed(force: FloatArray) -> tuple[int, int]:
 
 def let_go(scene: Scene, position: FloatArray, velocity: FloatArray) -> KnownMotion:
     """The motion by Eq. 1 from positions [m] and velocities [m/s] on, shape (granules,) each."""
+    refuse_terms(scene, "a unit test for LAMMPS")
     units = scene.units
     dt = STEP * units.time
     diameter = 2 * scene.chain.radius

@@ -17,6 +17,7 @@ from hertzchain.engines.liggghts import terms_deck
 from hertzchain.scene.pulse import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.validity import refuse_terms
 
 AT_REST, READINGS = "at_rest.dump", "readings.dump"  # granules before the shock; all readings
 
@@ -157,6 +158,7 @@ def deck(scene: Scene, dt: float, velocity: ArrayLike, title: str = "a scene") -
     the motion behind, and what it compares are the velocities at the end [m/s], shape (granules,),
     which are from elsewhere: velocity Verlet at the same steps, of ``dt`` at most [s].
     """
+    refuse_terms(scene, "a standalone deck")
     legs = scene.schedule(dt)
     steps = sum(leg.steps for leg in legs)
     expected = np.asarray(velocity, np.float64)

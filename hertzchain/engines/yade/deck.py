@@ -23,6 +23,7 @@ from hertzchain.errors import RunFailed
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.validity import refuse_terms
 
 AT_REST, READINGS, VERSION = "at_rest.npy", "readings.npy", "version.txt"
 """What a run leaves behind: positions, masses and diameters of the granules before the shock,
@@ -198,6 +199,7 @@ def deck(
     The true peaks are from elsewhere [N], shape (contacts,). Those of these steps, of ``dt`` at
     most [s], may differ from them by ``tolerance``, a fraction, and what absolute coordinates cost.
     """
+    refuse_terms(scene, "a standalone deck")
     legs = scene.schedule(dt)
     steps = sum(leg.steps for leg in legs)
     strides = [max(1, int(READING_INTERVAL * scene.units.time / leg.dt)) for leg in legs]
