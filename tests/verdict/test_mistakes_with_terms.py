@@ -20,7 +20,7 @@ from validation.mistakes_with_terms import (
     column,
     scene_with_gaps,
 )
-from validation.planting import STIFFNESS, Mistake
+from validation.planting import STIFFNESS, Mistake, in_set_up
 
 HELD = {RADIUS, WALL, CONSTANT, START_FORCE, START_VELOCITY}
 """The checks that name what is wrong with a term."""
@@ -64,3 +64,15 @@ def test_motions_alone_do_not_show_static_overlaps_that_all_simulations_share() 
     everywhere = next(one for one in MISTAKES_WITH_TERMS if one.what == UNBALANCED[1])
     wrong = failed(compared(everywhere).checks)
     assert wrong == {everywhere.check, WALL, START_FORCE}
+
+
+@pytest.mark.lammps
+def test_one_granule_more_is_named() -> None:
+    """Of such a chain nothing else can be asked."""
+    plant = in_set_up(
+        ("pair_style granular", "create_atoms 1 single -0.009 0 0 units box\npair_style granular")
+    )
+    comparison = compared(Mistake("one more", plant, STIFFNESS, made_in=scene_with_gaps))
+    assert failed(comparison.checks) == {"lammps: failed", "lammps: granules"}
+    count = next(check for check in comparison.checks if check.name == "lammps: granules")
+    assert (count.measured, count.expected) == (7.0, 6.0)

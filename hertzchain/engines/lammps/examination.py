@@ -186,7 +186,10 @@ def _examine_terms(scene: Scene, legs: Sequence[Leg], pair_style: str, ask: Ask)
         stages += [_move(scene, sign) for sign in (1, -1)]
         stages.append(_spin(scene))
     snapshots = ask(stages)
-    at_start, _, alone = next(snapshots), next(snapshots), next(snapshots)["fx"]
+    at_start = next(snapshots)
+    if at_start["mass"].size != granules.mass.size:
+        return _of_another_number(at_start)
+    _, alone = next(snapshots), next(snapshots)["fx"]
     readings = len(legs) * (_STEPS_PER_LEG + 1)
     applied = [next(snapshots)["fx"] - alone for _ in range(readings)]
     shape = (2, contacts.size)
@@ -223,6 +226,23 @@ def _examine_terms(scene: Scene, legs: Sequence[Leg], pair_style: str, ask: Ask)
         applied_force=np.reshape(
             [net[0] + np.sum(np.abs(net[1:])) for net in applied], (len(legs), -1)
         ),
+        held=held,
+    )
+
+
+def _of_another_number(at_start: Snapshot) -> Examination:
+    """The examination of more or fewer granules than the scene has: nothing else has a meaning."""
+    contacts, nothing = np.zeros((2, 0)), np.zeros(0)
+    held = Held(at_start["radius"], at_start["vx"], at_start["fx"], nothing, None)
+    return Examination(
+        position=at_start["x"],
+        mass=at_start["mass"],
+        overlap=contacts,
+        contact_force=contacts,
+        damped_force=contacts,
+        tangential_force=nothing,
+        time=contacts,
+        applied_force=contacts,
         held=held,
     )
 
