@@ -1,0 +1,83 @@
+"""Scripts on terms: each fails where a simulation is off by a little."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import ModuleType
+from typing import Any
+
+import pytest
+from scipy.special import jv
+
+import hertzchain as hc
+from validation.physics import (
+    chains,
+    dimers,
+    gapped_taper,
+    precompression,
+    strikers,
+    two_spheres,
+    walls,
+)
+from validation.rows import Row
+
+Doctor = Callable[[hc.Result], hc.Result]
+
+
+def harder(result: hc.Result) -> hc.Result:
+    """Pressed 1e-4 too hard in the first contact and at the wall."""
+    peaks, wall = result.peak_force.copy(), result.wall_peak_force
+    peaks[0] *= 1 + 1e-4
+    return replace(result, peak_force=peaks, wall_peak_force=wall and wall * (1 + 1e-4))
+
+
+def faster(result: hc.Result) -> hc.Result:
+    """Velocities at the end 1e-4 too large, and peaks 1e-4 too early."""
+    more = 1 + 1e-4
+    times, velocity = result.peak_time / more, result.velocity * more
+    return replace(result, peak_time=times, velocity=velocity)
+
+
+def failed(rows: list[Row]) -> set[str]:
+    """What fails, without the scene it was measured on."""
+    return {entry.what.rpartition(": ")[2].split(" at ")[0] for entry in rows if not entry.passed}
+
+
+@pytest.mark.parametrize(
+    ("script", "doctor", "expected"),
+    [
+        (two_spheres, harder, {"peak / F_max - 1"}),
+        (two_spheres, faster, {"duration / closed form - 1", "velocity 1 / v", "velocity 2 / v"}),
+        (strikers, harder, {"first contact"}),
+        (strikers, faster, {"velocity of the striker"}),
+        (gapped_taper, faster, {"last / first velocity"}),
+        (walls, harder, {"peak"}),
+        (precompression, faster, {"speed / sound"}),
+    ],
+)  # fmt: skip
+def test_a_wrong_simulation_fails(
+    script: ModuleType, doctor: Doctor, expected: set[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def doctored(scene: hc.Scene, _: bool, *rest: Any) -> dict[str, hc.Result]:
+        return {"native": doctor(chains.answers(scene, False, *rest)["native"])}
+
+    monkeypatch.setattr(script, "answers", doctored)
+    assert failed(script.compare(True, False)) == expected
+
+
+def test_a_wave_that_decays_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    true = dimers.decay
+    monkeypatch.setattr(dimers, "decay", lambda peaks: true(peaks) + 2e-6)
+    assert failed(dimers.compare(True, False)) == {"decay from contact 101 to 121"}
+
+
+def test_another_wave_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    true = precompression.wave_speed
+    monkeypatch.setattr(precompression, "wave_speed", lambda ratio: true(ratio) * (1 + 1e-6))
+    assert failed(precompression.compare(True, False)) == {"speed / sound"}
+
+
+def test_another_dispersion_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(precompression, "jv", lambda n, x: jv(n, x * (1 + 1e-4)))
+    assert failed(precompression.compare(True, False)) == {"velocities - Bessel functions"}
