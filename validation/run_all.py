@@ -1,4 +1,4 @@
-"""Every figure, table and claim of the paper, known limits and planted mistakes, with one summary.
+"""Every figure, table and claim of the paper, limits, mistakes, and terms, with one summary.
 
 ``validation/tradeoff.py``, ``validation/long_run.py``, ``validation/extremes.py`` and
 ``validation/engines.py``, which take minutes or need more programs, are run by themselves.
@@ -31,7 +31,8 @@ from validation.script import Script, as_json, junit_suite, missing_suites, say,
 
 _NAMES = (
     "figure1 figure2 figure3 figure4 figure5 table2 table3 table4 constants claims corrections"
-    " formula_maps ladder limits mistakes"
+    " formula_maps ladder limits mistakes physics.two_spheres physics.strikers physics.gapped_taper"
+    " physics.walls physics.dimers physics.precompression"
 )
 MODULES: tuple[ModuleType, ...] = tuple(
     import_module(f"validation.{name}") for name in _NAMES.split()
@@ -67,7 +68,7 @@ def run_scripts(quick: bool, with_lammps: bool) -> Iterator[Outcome]:
     ) as bar:  # fmt: skip
         task = bar.add_task("", total=len(MODULES))
         for module in MODULES:
-            name, script = module.__name__.removeprefix("validation."), module.SCRIPT
+            name, script = module.__name__.rpartition(".")[2], module.SCRIPT
             bar.update(task, description=name)
             begun, begin, table = datetime.now(UTC), time.perf_counter(), None
             try:
