@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.observables.history import History
+from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import largest_overlap_ratio, overlap_warning
@@ -111,8 +112,8 @@ class Result:
     scheme
         The scheme that took the steps, as native names its methods; empty where it has no such
         name. Velocity Verlet's work on the ramps has a known error.
-    wall_peak_force, wall_peak_time
-        Of the contact with the wall [N], [s]; None at a free end.
+    wall_peak_force, wall_peak_time, wall_peak_passed
+        Of the contact with the wall [N], [s], and whether it let up again; None at a free end.
     """
 
     scene: Scene
@@ -136,6 +137,7 @@ class Result:
     scheme: str = ""
     wall_peak_force: float | None = None
     wall_peak_time: float | None = None
+    wall_peak_passed: bool | None = None
 
     @property
     def all_peaks(self) -> FloatArray:
@@ -172,14 +174,32 @@ class Result:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on what is not to be trusted; none, as a rule."""
+        """Validity warnings; usually empty."""
         found = [] if (warning := overlap_warning(self.overlap_ratio)) is None else [warning]
         if self.error_estimate > ROUGH:
             found.append(
                 f"the peaks may be off by {self.error_estimate:.0%}, and p and all that follows"
                 " from them may be wrong: take a smaller dt, or rtol instead"
             )
+        if not self.scene.is_plain and (cut := self._cut_off):
+            found.append(
+                f"the run ended before {cut} had been pressed and had let up: peaks may be missing,"
+                f" so set end_time in [run] to watch longer than {self.scene.end_time:.3g} s"
+            )
         return tuple(found)
+
+    @property
+    def _cut_off(self) -> str:
+        """Contacts whose peak the end of the run may have cut off; empty where there are none."""
+        passed = np.append(self.peak_passed, self.wall_peak_passed is not False)
+        names = [*(f"contact {number}" for number in self.contact.tolist()), "the wall"]
+        peaks = np.append(self.peak_force, 0.0)[: passed.size]
+        peaks[-1] = self.wall_peak_force or 0.0
+        waiting = ~passed & (judged_contacts(peaks, ESTIMATED) | (peaks == 0))
+        late = [name for name, is_late in zip(names, waiting, strict=True) if is_late]
+        if not late:
+            return ""
+        return ", ".join(late[:3]) + (f" and {len(late) - 3} more" if len(late) > 3 else "")
 
     @property
     def contact(self) -> NDArray[np.int_]:

@@ -21,7 +21,7 @@ PerGranule = Any
 _POSITIVE_KEYS = {"radius": "m", "young_modulus": "Pa", "density": "kg/m^3"}
 
 MATERIAL = ("radius", "young_modulus", "poisson_ratio", "density")
-"""What a granule is."""
+"""Names of the properties of a granule."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +65,9 @@ class Chain:
         require(is_integer and 2 <= granules <= MOST_GRANULES, "granules", granules, allowed)
         for key in (*MATERIAL, "gap"):
             value = getattr(self, key)
+            if isinstance(value, np.ndarray) and value.ndim == 0:
+                value = value.item()
+                object.__setattr__(self, key, value)
             if isinstance(value, list | tuple | np.ndarray):
                 object.__setattr__(self, key, _for_each(key, value, granules))
             else:
@@ -83,14 +86,21 @@ class Chain:
         modulus = self.young_modulus
         return float(modulus[0] if isinstance(modulus, tuple) else modulus)
 
+    def _require_uniform(self, what: str) -> None:
+        unlike = any(isinstance(getattr(self, key), tuple) for key in MATERIAL)
+        allowed = "is one number in a chain of like granules alone: see Scene.granules"
+        require(not unlike, what, None, allowed)
+
     @property
     def granule_mass(self) -> float:
         """Mass m = 4/3 pi R^3 rho of each granule of a uniform chain [kg]."""
+        self._require_uniform("granule_mass")
         return granule_mass(self.radius, self.density)  # type: ignore[no-any-return]
 
     @property
     def contact_stiffness(self) -> float:
         """A in F = A overlap^(3/2) of a uniform chain [N m^(-3/2)]."""
+        self._require_uniform("contact_stiffness")
         return contact_stiffness(  # type: ignore[no-any-return]
             self.radius, self.young_modulus, self.poisson_ratio
         )
@@ -101,10 +111,10 @@ def _for_each(key: str, values: Any, granules: int) -> Any:
     values = values.tolist() if isinstance(values, np.ndarray) else list(values)
     allowed = f"must be a number, or {granules} numbers, one for each granule"
     require(len(values) == granules, f"number of values of {key}", len(values), allowed)
-    if key == "gap":
-        values[0] = 0.0  # nothing is before the first granule
     for number, value in enumerate(values, start=1):
         _check(key, value, f" of granule {number}")
+    if key == "gap":
+        values[0] = 0.0  # nothing is before the first granule
     if len(set(values)) == 1:
         return float(values[0])
     return tuple(float(value) for value in values)

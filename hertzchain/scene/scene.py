@@ -7,7 +7,6 @@ import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -28,13 +27,10 @@ from hertzchain.scene.reading import read_parts, texts_of
 from hertzchain.scene.run import Run
 from hertzchain.scene.schedule import Leg, lay_steps
 from hertzchain.scene.terms import Precompression, Striker, Wall, refuse_unsupported
+from hertzchain.scene.watching import watched_time, watched_with_terms
 
-_WAVE_SPEED = 0.9055
-"""Granules per natural time unit of a wave of height 1; it only decides how long to watch."""
-
-_UNLIKE = 2.0
-"""Times as long, where granules are unlike or apart: waves decay there, and weak ones are slow
-(chosen: as slow as a wave of 1/64 of the force)."""
+_MOST_WITH_TERMS = 1_000_000
+"""Granules of a scene with terms, which holds a dozen numbers for each."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +74,9 @@ class Scene:
         known = isinstance(self.precompression, Precompression | None)
         require(known, "precompression", self.precompression, allowed)
         refuse_unsupported(self.chain, self.wall, self.precompression)
+        allowed = f"must be at most {_MOST_WITH_TERMS} in a scene with {', '.join(self.terms)}"
+        possible = self.is_plain or self.chain.granules <= _MOST_WITH_TERMS
+        require(possible, "chain.granules", self.chain.granules, allowed)
         try:
             representable = _is_representable(self)
         except (OverflowError, ZeroDivisionError):
@@ -114,7 +113,7 @@ class Scene:
             raise SceneError(problem.key, problem.value, problem.allowed, path) from None
 
     def to_toml(self, path: Path | str) -> None:
-        """Write a scene file that reads back as an equal scene; tables go beside it.
+        """Write a scene file that reads back as an equal scene, and its tables next to it.
 
         Parameters
         ----------
@@ -132,7 +131,7 @@ class Scene:
         write_texts(self.to_texts(path))
 
     def to_texts(self, path: Path | str) -> dict[Path, str]:
-        """What ``to_toml`` writes, by where to: tables, if there are any, then the TOML."""
+        """The texts that ``to_toml`` writes, by path: tables, if there are any, then the TOML."""
         parts = self.chain, self.shock, self.run, self.wall, self.precompression
         return texts_of(Path(path), *parts)
 
@@ -314,7 +313,9 @@ class Scene:
         if self.is_plain:
             watched = watched_time(self.chain.granules, self.momentum_ratio)
             return self.ramps[-1].end + float(watched) * self.units.time
-        return self.pulse_end + _watched_with_terms(self)
+        momentum = self.impulse + self.start_momentum
+        of_shock = self._shock_units, self.momentum_ratio, momentum, self.wall is not None
+        return self.pulse_end + watched_with_terms(self.granules, *of_shock)
 
     def applied_force(self, time: FloatArray) -> FloatArray:
         """F(t) [N] at any times [s], before and after the pulse too, of the shape of ``time``."""
@@ -329,21 +330,6 @@ class Scene:
     def schedule(self, dt: float) -> tuple[Leg, ...]:
         """The steps of a run with steps of at most ``dt`` [s], ending at the pulse's corners."""
         return lay_steps(self.ramps, self.end_time, dt)
-
-
-def _watched_with_terms(scene: Scene) -> float:
-    """How long a chain with terms is watched after its pulse, where nothing is said [s].
-
-    The wave crosses each contact in its own time, and each gap with the velocity of the shock.
-    """
-    granules, units = scene.granules, scene._shock_units
-    crossed = slowness(granules.stiffness, granules.contact_mass) * math.pow(units.force, -1 / 6)
-    weak = min(1.0, scene.momentum_ratio)
-    wave = watched_time(0, weak) / 5 * (float(np.sum(crossed)) + 5 * float(np.max(crossed)))
-    if not scene.chain.is_uniform:
-        wave *= _UNLIKE
-    flight = _UNLIKE * float(np.sum(granules.gap)) / (units.velocity * weak)
-    return float((wave + flight) * (1.0 if scene.wall is None else 2.0))
 
 
 def _is_representable(scene: Scene) -> bool:
@@ -387,9 +373,3 @@ def require_scene(scene: object) -> None:
     """Raise a SceneError for what is no scene, such as the name of its file."""
     allowed = "must be a Scene, as Scene.from_toml reads it"
     require(isinstance(scene, Scene), "scene", scene, allowed)
-
-
-def watched_time(granules: Any, momentum_ratio: Any) -> Any:
-    """How long a chain is watched after its pulse, where nothing is said [natural time units]."""
-    speed = _WAVE_SPEED * np.minimum(1.0, momentum_ratio) ** 0.2
-    return 1.2 * (granules + 5) / speed

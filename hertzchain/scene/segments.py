@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,12 +12,12 @@ from hertzchain.files import read_bytes
 from hertzchain.scene.chain import MATERIAL, Chain
 
 _SAME = (*MATERIAL, "gap")
-"""What granules of a segment can have of their own."""
+"""Keys by which a granule of a segment can differ."""
 
 _COLUMNS = ("radius_m", "young_modulus_Pa", "poisson_ratio", "density_kg_m3", "gap_m")
 
 _MOST_BYTES = 50_000_000
-"""Of a table of granules: some 500,000 rows."""
+"""Size of a table of granules [bytes], chosen: 500,000 rows."""
 
 _MOST_GRANULES = 1_000_000
 """Of a chain with segments, which holds five numbers for each granule."""
@@ -88,7 +89,15 @@ def _fill(
         own = {**values, **cells[k % len(cells)]}
         for key, column in columns.items():
             value = own.get(key, getattr(defaults, key))
-            column.append(value * ratio**k if key == "radius" else value)
+            column.append(_tapered(value, ratio, k) if key == "radius" else value)
+
+
+def _tapered(radius: float, ratio: float, k: int) -> float:
+    """Radius of the k-th granule of a taper [m]; infinite where it leaves floating point."""
+    try:
+        return float(radius * ratio**k)
+    except OverflowError:
+        return math.inf
 
 
 def read_granule_table(path: Path, name: str | None = None) -> Chain:

@@ -117,7 +117,7 @@ class Precompression:
 
 
 def refuse_unsupported(chain: Chain, wall: Wall | None, pressed: Precompression | None) -> None:
-    """Raise a SceneError for loads that nothing carries."""
+    """Raise a SceneError for a weight without a wall, and for a load on a chain with gaps."""
     if pressed is None:
         return
     if wall is None and pressed.gravity:

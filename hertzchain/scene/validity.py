@@ -46,10 +46,12 @@ def largest_overlap_ratio(scene: Scene, peak_force: FloatArray) -> float:
 
 
 def refuse_hopeless_overlap(scene: Scene) -> None:
-    """Raise OverlapTooLarge, before a run, where a pulse will surely press beyond the radius."""
+    """Raise OverlapTooLarge, before a run, where a pulse or a load will surely press so deep."""
     if scene.is_plain and isinstance(scene.shock, Pulse) and scene.run.end_time is None:
         force = _SURE_FORCE * force_scale(scene.momentum_ratio) * scene.shock.peak_force
         refuse_deep_overlap(overlap_ratio(scene.chain, force))
+    if scene.precompression is not None:
+        refuse_deep_overlap(largest_overlap_ratio(scene, scene.granules.static_force))
 
 
 def refuse_deep_overlap(ratio: float, where: str = "") -> None:
@@ -67,8 +69,8 @@ def refuse_terms(scene: Scene, who: str, known: Collection[str] = ()) -> None:
     unknown = [term for term in scene.terms if term not in known]
     if unknown:
         raise RunFailed(
-            f"{who} cannot have {' or '.join(unknown)}, as this scene does: leave that out, or run"
-            " the scene by itself with the native backend"
+            f"{who} does not support {', '.join(unknown)}: take a scene without, or use run or"
+            " compare"
         )
 
 

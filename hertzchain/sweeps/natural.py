@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.chain import contact_stiffness, granule_mass
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, length_and_time
-from hertzchain.scene.scene import watched_time
+from hertzchain.scene.watching import watched_time
 
 _PLAIN = 1e200  # numbers between it and its inverse are far from the ends of floating point
 

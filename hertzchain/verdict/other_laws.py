@@ -8,7 +8,8 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.limits import Deadline
-from hertzchain.scene.scene import Scene, watched_time
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.watching import watched_time
 
 _STEP = 0.1  # natural time units: 1e-5 of the peaks, most of it shared by the chain of Eq. 1
 

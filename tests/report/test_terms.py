@@ -105,7 +105,7 @@ def test_what_cannot_have_terms_says_so(hertzchain: Command, what: str, tmp_path
     more = ["--vary", "chain.granules=10,20", "-o", tmp_path / "out"] if what == "sweep" else []
     done = hertzchain(what, FOLDER / "dimer.toml", *more)
     assert done.status == 2
-    assert "cannot have unlike granules" in done.err
+    assert "does not support unlike granules" in done.err
     assert not (tmp_path / "out").exists()
 
 

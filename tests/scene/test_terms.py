@@ -99,12 +99,24 @@ REFUSED = {
         segmented("granules = 60\ncell = [{}]\nradius_ratio = 2"),
         "chain.segments.1.radius_ratio = 2.0: not allowed with a cell",
     ),
-    "negative gap": (segmented("granules = 60\ngap = -1e-6"), "chain.gap of granule 2 = -1e-06"),
+    "negative gap": (segmented("granules = 60\ngap = -1e-6"), "chain.gap of granule 1 = -1e-06"),
     "misspelt": (
         segmented("granules = 60\nraduis = 1e-3"),
         "chain.segments.1.raduis = 0.001: unknown key",
     ),
     "misspelt meant": (segmented("granules = 60\nraduis = 1e-3"), "did you mean radius?"),
+    "a taper that leaves floating point": (
+        segmented("granules = 60\nradius_ratio = 1e300"),
+        "chain.radius of granule 3 = inf: must be a finite number above 0",
+    ),
+    "a gap of no number before granule 1": (
+        segmented("granules = 60\ngap = nan"),
+        "chain.gap of granule 1 = nan: must be a finite number of at least 0",
+    ),
+    "too many granules with a wall": (
+        TEXT.replace("granules = 60", "granules = 1000001") + WALL,
+        "chain.granules = 1000001: must be at most 1000000 in a scene with wall",
+    ),
     "a material that is none": (
         segmented("granules = 60\ncell = [{poisson_ratio = 0.7}]"),
         "chain.poisson_ratio of granule 1 = 0.7",
@@ -182,6 +194,15 @@ def test_a_table_of_granules(tmp_path: Path) -> None:
     text = '[chain]\nfile = "granules.csv"\nradius = 1e-3\n' + SHOCK
     assert "chain.radius = 0.001: not allowed with chain.file" in refusal(tmp_path, text)
     assert "must be a CSV file" in refusal(tmp_path, '[chain]\nfile = "no.csv"\n' + SHOCK)
+
+
+def test_numbers_of_numpy_and_what_is_one_number_in_uniform_chains_alone() -> None:
+    chain = hc.Chain(3, np.array(1e-3), np.float64(1e9), 0.3, 1000.0)
+    assert chain == hc.Chain(3, 1e-3, 1e9, 0.3, 1000.0)
+    unlike = hc.Chain(3, [1e-3, 2e-3, 1e-3], 1e9, 0.3, 1000.0)
+    for what in ("granule_mass", "contact_stiffness"):
+        with pytest.raises(SceneError, match=f"{what}: is one number in a chain of like granules"):
+            getattr(unlike, what)
 
 
 def test_strikers_walls_and_loads_of_another_type() -> None:

@@ -102,6 +102,7 @@ def run(
         peak_passed=found.peaks.passed[:contacts],
         wall_peak_force=None if scene.wall is None else float(answer.peak_force[contacts]),
         wall_peak_time=None if scene.wall is None else float(answer.peak_time[contacts]),
+        wall_peak_passed=None if scene.wall is None else bool(found.peaks.passed[contacts]),
         error_estimate=answer.error,
         displacement=found.displacement,
         velocity=found.velocity,

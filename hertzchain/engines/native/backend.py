@@ -181,6 +181,7 @@ class Native:
             peak_passed=run.peaks.passed[:contacts],
             wall_peak_force=None if scene.wall is None else float(peak_force[contacts]),
             wall_peak_time=None if scene.wall is None else float(peak_time[contacts]),
+            wall_peak_passed=None if scene.wall is None else bool(run.peaks.passed[contacts]),
             error_estimate=error,
             displacement=run.state.displacement * units.length,
             velocity=run.state.velocity * units.velocity,

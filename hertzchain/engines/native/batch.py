@@ -34,8 +34,9 @@ from hertzchain.observables.result import Result
 from hertzchain.scene.chain import MOST_GRANULES
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
 from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse
-from hertzchain.scene.scene import Scene, watched_time
+from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import overlap_ratio, refuse_deep_overlap
+from hertzchain.scene.watching import watched_time
 
 if TYPE_CHECKING:
     import pandas

@@ -112,7 +112,7 @@ class Plain(hc.Liggghts):
 @pytest.mark.parametrize("name", SCENES)
 def test_an_engine_refuses_terms_that_it_does_not_list(name: str) -> None:
     scene = SCENES[name]
-    with pytest.raises(RunFailed, match=f"LIGGGHTS cannot have {' or '.join(scene.terms)}"):
+    with pytest.raises(RunFailed, match=f"LIGGGHTS does not support {', '.join(scene.terms)}"):
         Plain(program="no-such").run(scene)
 
 

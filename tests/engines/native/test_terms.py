@@ -18,6 +18,7 @@ from scipy.special import jv
 import hertzchain as hc
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.observables.peaks import judged_contacts
+from hertzchain.scene.validity import refuse_hopeless_overlap
 from tests.conftest import STEEL
 from tests.oracles import terms_in_si
 
@@ -262,3 +263,53 @@ def test_error_bounds_of_every_method(method: str) -> None:
         true = hc.Native(rtol=1e-10).run(scene).all_peaks
         result = hc.Native(method).run(scene)
         assert error_of(result.all_peaks, true) <= result.error_estimate + 1e-10
+
+
+WATCHED = {
+    "a light striker and wide gaps": hc.Scene(
+        hc.Chain(3, [2e-3, 8e-3, 8e-3], 193e9, 0.3, 7958.0, gap=1e-3), hc.Striker(1.0)
+    ),
+    "growing granules, a weak pulse, gaps": hc.Scene(
+        hc.Chain(6, [1e-3, 2e-3, 4e-3, 8e-3, 8e-3, 8e-3], 193e9, 0.3, 7958.0, gap=1e-4),
+        hc.Pulse("cosine", 10.0, 2.0, momentum_ratio=0.3),
+    ),
+    "a heavy striker on a wall": hc.Scene(
+        hc.Chain(2, **STEEL), hc.Striker(1.0, density=7.958e6), wall=hc.Wall("rigid")
+    ),
+    "a taper on a soft wall": hc.Scene(
+        hc.Chain(8, [5e-3 * 0.8**k for k in range(8)], 193e9, 0.3, 7958.0),
+        PULSE,
+        wall=hc.Wall("elastic", 1e8, 0.4),
+    ),
+    "unlike granules": hc.Scene(DIMER, hc.Striker(0.1)),
+}
+
+
+@pytest.mark.parametrize("name", WATCHED)
+def test_the_default_end_lets_every_contact_peak(name: str) -> None:
+    scene = WATCHED[name]
+    result = hc.Native().run(scene)
+    longer = hc.Native().run(replace(scene, run=hc.Run(4 * scene.end_time)))
+    bound = result.error_estimate + longer.error_estimate
+    assert error_of(result.all_peaks, longer.all_peaks) <= bound
+    assert not [warning for warning in result.warnings if "run ended" in warning]
+
+
+def test_a_run_that_ends_too_early_says_so() -> None:
+    scene = replace(SCENES["striker, rigid wall"], run=hc.Run(5e-5))
+    (warning,) = hc.Native().run(scene).warnings
+    assert "the run ended before contact" in warning
+    assert "had been pressed and had let up: peaks may be missing" in warning
+    result = hc.Native().run(SCENES["striker, rigid wall"])
+    assert result.warnings == ()
+    assert result.wall_peak_passed
+    assert result.wall_peak_time is not None
+    early = replace(scene, run=hc.Run(0.999 * result.wall_peak_time))
+    (warning,) = hc.Native().run(early).warnings
+    assert "the wall" in warning
+
+
+def test_a_load_that_presses_too_deep_is_refused_before_a_run() -> None:
+    scene = hc.Scene(UNIFORM, PULSE, precompression=hc.Precompression(1e9))
+    with pytest.raises(hc.HertzchainError, match="radii, above 1"):
+        refuse_hopeless_overlap(scene)
