@@ -189,7 +189,7 @@ class Scene:
 
     @functools.cached_property
     def units(self) -> NaturalUnits:
-        """The natural units of this scene: the first contact under the largest force known before.
+        """The natural units of the first contact under the largest force known before.
 
         That is the shock's, or the largest static force where it is larger.
         """
@@ -263,7 +263,7 @@ class Scene:
 
     @property
     def start_momentum(self) -> float:
-        """Momentum at the start [N s]: that of the striker."""
+        """Momentum of the striker at the start [N s]; 0 where there is none."""
         return self.first_mass * self.start_velocity if self.striker else 0.0
 
     @property
