@@ -114,7 +114,9 @@ class Design:
             if isinstance(base.shock, PulseTable)
             else asdict(base.shock)
         )
-        scene = {"chain": asdict(base.chain), "shock": shock, "run": asdict(base.run)}
+        chain = asdict(base.chain)
+        del chain["gap"]  # 0, as sweeps have no terms; folders of before do not have it
+        scene = {"chain": chain, "shock": shock, "run": asdict(base.run)}
         drawn = None
         if self.sampled:
             from importlib.metadata import version
