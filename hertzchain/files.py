@@ -37,6 +37,22 @@ def read_bytes(path: Path, most: int) -> bytes:
     raise OSError(errno.EFBIG, f"larger than {most / 1e6:g} MB")
 
 
+def read_rows(path: Path, most: int) -> tuple[list[str], list[list[str]]]:
+    """The header of a CSV file, and its other rows that are not empty.
+
+    A ValueError says in a few words why a file of at most so many bytes cannot be read.
+    """
+    import csv
+    import io
+
+    try:
+        text = read_bytes(path, most).decode("utf-8-sig")
+        rows = [row for row in csv.reader(io.StringIO(text, newline="")) if row]
+    except (OSError, ValueError, csv.Error) as problem:  # ValueError: no text, or no file name
+        raise ValueError(getattr(problem, "strerror", None) or "not a text file") from None
+    return [cell.strip() for cell in rows[0]] if rows else [], rows[1:]
+
+
 def _open_at_once(name: str, flags: int) -> int:
     """Open a file; one that is a pipe without waiting for who writes to it."""
     return os.open(name, flags | getattr(os, "O_NONBLOCK", 0))

@@ -72,6 +72,25 @@ class LostDigits:
     bound: float
 
 
+def peaks_of_result(
+    scene: Scene, force: FloatArray, time: FloatArray, passed: NDArray[np.bool_]
+) -> dict[str, Any]:
+    """The peaks of a ``Result`` by its fields, from those of all contacts, a wall's the last."""
+    contacts = scene.chain.granules - 1
+    peaks: dict[str, Any] = {
+        "peak_force": force[:contacts],
+        "peak_time": time[:contacts],
+        "peak_passed": passed[:contacts],
+    }
+    if scene.wall is not None:
+        peaks |= {
+            "wall_peak_force": float(force[contacts]),
+            "wall_peak_time": float(time[contacts]),
+            "wall_peak_passed": bool(passed[contacts]),
+        }
+    return peaks
+
+
 @dataclass(frozen=True, eq=False)
 class Result:
     """What one backend found for one scene.

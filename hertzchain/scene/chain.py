@@ -11,6 +11,9 @@ import numpy as np
 
 from hertzchain.errors import POSITIVE, is_finite, is_positive, require
 
+MOST_UNLIKE = 1_000_000
+"""Granules of a scene with terms, which holds a dozen numbers for each (chosen)."""
+
 MOST_GRANULES = 2**31 - 1
 """The ids of LAMMPS are 32-bit integers."""
 

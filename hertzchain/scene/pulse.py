@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
-from hertzchain.files import read_bytes
+from hertzchain.files import read_rows
 from hertzchain.scene.chain import to_plain_numbers
 
 
@@ -249,21 +249,15 @@ class PulseTable:
 
 def read_pulse_table(path: Path, name: str | None = None) -> PulseTable:
     """Read a pulse table: CSV, header ``time_s,force_N``. A SceneError says what is wrong."""
-    import csv
-    import io
-
     try:
-        text = read_bytes(path, _MOST_BYTES).decode("utf-8-sig")
-        rows = [row for row in csv.reader(io.StringIO(text, newline="")) if row]
-    except (OSError, ValueError, csv.Error) as problem:  # ValueError: no text, or no file name
-        reason = getattr(problem, "strerror", None) or "not a text file"
-        allowed = f"cannot be read ({reason}); must be a CSV file"
+        header, rows = read_rows(path, _MOST_BYTES)
+    except ValueError as problem:
+        allowed = f"cannot be read ({problem}); must be a CSV file"
         raise SceneError("shock.file", name, allowed, None if name else path) from None
-    header = [cell.strip() for cell in rows[0]] if rows else []
     if header != ["time_s", "force_N"]:
         raise SceneError("first line", ",".join(header), "must be time_s,force_N", file=path)
     columns: tuple[list[float], list[float]] = ([], [])
-    for number, row in enumerate(rows[1:], start=1):
+    for number, row in enumerate(rows, start=1):
         try:
             time, force = (float(cell) for cell in row)
         except ValueError:

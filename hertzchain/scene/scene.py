@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 import sys
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
-from hertzchain.scene.chain import MATERIAL, Chain
+from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
 from hertzchain.scene.granules import Granules, granules_of
 from hertzchain.scene.natural_units import (
     MOMENTUM_IN_NATURAL_UNITS,
@@ -26,11 +27,8 @@ from hertzchain.scene.pulse import Pulse, PulseTable, Ramp
 from hertzchain.scene.reading import read_parts, texts_of
 from hertzchain.scene.run import Run
 from hertzchain.scene.schedule import Leg, lay_steps
-from hertzchain.scene.terms import Precompression, Striker, Wall, refuse_unsupported
+from hertzchain.scene.terms import ALL_TERMS, Precompression, Striker, Wall, refuse_unsupported
 from hertzchain.scene.watching import watched_time, watched_with_terms
-
-_MOST_WITH_TERMS = 1_000_000
-"""Granules of a scene with terms, which holds a dozen numbers for each."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +72,8 @@ class Scene:
         known = isinstance(self.precompression, Precompression | None)
         require(known, "precompression", self.precompression, allowed)
         refuse_unsupported(self.chain, self.wall, self.precompression)
-        allowed = f"must be at most {_MOST_WITH_TERMS} in a scene with {', '.join(self.terms)}"
-        possible = self.is_plain or self.chain.granules <= _MOST_WITH_TERMS
+        allowed = f"must be at most {MOST_UNLIKE} in a scene with {', '.join(self.terms)}"
+        possible = self.is_plain or self.chain.granules <= MOST_UNLIKE
         require(possible, "chain.granules", self.chain.granules, allowed)
         try:
             representable = _is_representable(self)
@@ -140,15 +138,15 @@ class Scene:
         """Names of what the scene has beyond a uniform chain with free ends under one pulse."""
         chain, pressed = self.chain, self.precompression
         has_gap = isinstance(chain.gap, tuple) or chain.gap > 0
-        present = {
-            "unlike granules": any(isinstance(getattr(chain, k), tuple) for k in MATERIAL),
-            "gaps": has_gap,
-            "striker": self.striker is not None,
-            "wall": self.wall is not None,
-            "precompression": pressed is not None and pressed.force > 0,
-            "gravity": pressed is not None and pressed.gravity > 0,
-        }
-        return tuple(name for name, is_there in present.items() if is_there)
+        present = (
+            any(isinstance(getattr(chain, key), tuple) for key in MATERIAL),
+            has_gap,
+            self.striker is not None,
+            self.wall is not None,
+            pressed is not None and pressed.force > 0,
+            pressed is not None and pressed.gravity > 0,
+        )
+        return tuple(itertools.compress(ALL_TERMS, present))
 
     @property
     def is_plain(self) -> bool:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from hertzchain.errors import POSITIVE, SceneError, is_positive, require
-from hertzchain.files import read_bytes
-from hertzchain.scene.chain import MATERIAL, Chain
+from hertzchain.files import read_rows
+from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
 
 _SAME = (*MATERIAL, "gap")
 """Keys by which a granule of a segment can differ."""
@@ -18,9 +18,6 @@ _COLUMNS = ("radius_m", "young_modulus_Pa", "poisson_ratio", "density_kg_m3", "g
 
 _MOST_BYTES = 50_000_000
 """Size of a table of granules [bytes], chosen: 500,000 rows."""
-
-_MOST_GRANULES = 1_000_000
-"""Of a chain with segments, which holds five numbers for each granule."""
 
 Quantities = Callable[..., dict[str, Any]]
 """Reads the values of a section: see ``reading.quantities``."""
@@ -46,7 +43,7 @@ def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
         counts += granules
         most = defaults.granules
         require(counts <= most, f"{name}.granules", granules, _sum_allowed(most, "more"))
-        require(most <= _MOST_GRANULES, "chain.granules", most, f"must be at most {_MOST_GRANULES}")
+        require(most <= MOST_UNLIKE, "chain.granules", most, f"must be at most {MOST_UNLIKE}")
         cells = _cells(name, values, quantities)
         _fill(columns, defaults, values, cells, granules, name)
     require(counts == defaults.granules, "chain.segments", None, _sum_allowed(defaults.granules))
@@ -102,23 +99,17 @@ def _tapered(radius: float, ratio: float, k: int) -> float:
 
 def read_granule_table(path: Path, name: str | None = None) -> Chain:
     """A chain from a CSV file with a row for each granule. A SceneError says what is wrong."""
-    import csv
-    import io
-
     try:
-        text = read_bytes(path, _MOST_BYTES).decode("utf-8-sig")
-        rows = [row for row in csv.reader(io.StringIO(text, newline="")) if row]
-    except (OSError, ValueError, csv.Error) as problem:  # ValueError: no text, or no file name
-        reason = getattr(problem, "strerror", None) or "not a text file"
-        allowed = f"cannot be read ({reason}); must be a CSV file"
+        header, rows = read_rows(path, _MOST_BYTES)
+    except ValueError as problem:
+        allowed = f"cannot be read ({problem}); must be a CSV file"
         raise SceneError("chain.file", name, allowed, None if name else path) from None
-    header = [cell.strip() for cell in rows[0]] if rows else []
     missing = [column for column in _COLUMNS if column not in header]
     allowed = f"must be {','.join(_COLUMNS)}"
     is_known = not missing and len(header) == len(_COLUMNS)
     require_in(path, is_known, "first line", ",".join(header), allowed)
     columns: dict[str, list[float]] = {column: [] for column in _COLUMNS}
-    for number, row in enumerate(rows[1:], start=1):
+    for number, row in enumerate(rows, start=1):
         allowed = f"must be {len(_COLUMNS)} numbers, {','.join(_COLUMNS)}"
         try:
             values = [float(cell) for cell in row]
@@ -127,7 +118,7 @@ def read_granule_table(path: Path, name: str | None = None) -> Chain:
         require_in(path, len(values) == len(header), f"row {number}", ",".join(row), allowed)
         for column, value in zip(header, values, strict=True):
             columns[column].append(value)
-    granules = len(rows) - 1
+    granules = len(rows)
     require_in(path, granules >= 2, "rows", granules, "must be at least 2 granules")
     try:
         return Chain(granules, *(tuple(columns[column]) for column in _COLUMNS))

@@ -11,6 +11,9 @@ from dataclasses import dataclass
 from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
 from hertzchain.scene.chain import Chain, check_material, to_plain_numbers
 
+ALL_TERMS = ("unlike granules", "gaps", "striker", "wall", "precompression", "gravity")
+"""Names of all terms, in the order of ``Scene.terms``."""
+
 WALLS = ("rigid", "same", "elastic")
 """Kinds of a wall: one that does not yield, one of the last granule's material, one of its own."""
 

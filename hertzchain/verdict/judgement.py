@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from collections.abc import Callable, Mapping
@@ -17,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, Native
 from hertzchain.errors import POSITIVE, RunFailed, SceneError, is_finite, is_positive, require
-from hertzchain.files import read_bytes
+from hertzchain.files import read_rows
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.error_bound import refuse_unstable, stable_step
 from hertzchain.observables.peaks import judged_contacts, largest_difference
@@ -263,20 +261,17 @@ def read_peaks(path: Path | str, granules: int) -> FloatArray:
     the row that is wrong or gives a contact for the second time.
     """
     try:
-        text = read_bytes(Path(path), _MOST_BYTES).decode("utf-8-sig")
-        rows = [row for row in csv.reader(io.StringIO(text, newline="")) if row]
-    except (OSError, ValueError, csv.Error) as problem:  # ValueError: no text, or no file name
-        reason = getattr(problem, "strerror", None) or "not a text file"
-        allowed = f"cannot be read ({reason}), must be a CSV file"
+        header, rows = read_rows(Path(path), _MOST_BYTES)
+    except ValueError as problem:
+        allowed = f"cannot be read ({problem}), must be a CSV file"
         raise SceneError("", None, allowed, file=path) from None
-    header = [cell.strip() for cell in rows[0]] if rows else []
     wanted = ("contact", "peak_force_N")
     if any(header.count(name) != 1 for name in wanted):
         allowed = "must name the columns contact and peak_force_N, each once"
         raise SceneError("first line", ",".join(header), allowed, file=path)
     at = [header.index(name) for name in wanted]
     peak_force = np.full(granules - 1, np.nan)
-    for number, row in enumerate(rows[1:], start=1):
+    for number, row in enumerate(rows, start=1):
         try:
             contact, force = (float(row[column]) for column in at)
         except (ValueError, IndexError):

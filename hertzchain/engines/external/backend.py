@@ -16,7 +16,7 @@ from hertzchain.errors import POSITIVE, Unpredictable, is_positive, require
 from hertzchain.observables import error_bound
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, PeakWatch, largest_difference
-from hertzchain.observables.result import LostDigits, Result
+from hertzchain.observables.result import LostDigits, Result, peaks_of_result
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import (
@@ -87,7 +87,6 @@ def run(
         code, answer.error, asked and longest > error_bound.SHORT * scene.contact_time
     )
     refuse_deep_overlap(largest_overlap_ratio(scene, answer.peak_force))
-    contacts = scene.chain.granules - 1  # a wall's comes after them
     history = None if times is None else runner.history(found.legs, times)
     return Result(
         scene=scene,
@@ -97,12 +96,7 @@ def run(
         dt=longest,
         steps=answer.steps,
         force_evaluations=answer.steps,
-        peak_force=answer.peak_force[:contacts],
-        peak_time=answer.peak_time[:contacts],
-        peak_passed=found.peaks.passed[:contacts],
-        wall_peak_force=None if scene.wall is None else float(answer.peak_force[contacts]),
-        wall_peak_time=None if scene.wall is None else float(answer.peak_time[contacts]),
-        wall_peak_passed=None if scene.wall is None else bool(found.peaks.passed[contacts]),
+        **peaks_of_result(scene, answer.peak_force, answer.peak_time, found.peaks.passed),
         error_estimate=answer.error,
         displacement=found.displacement,
         velocity=found.velocity,

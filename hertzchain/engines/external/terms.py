@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from hertzchain.errors import RunFailed
+from hertzchain.scene.granules import Granules
 from hertzchain.scene.scene import Scene
 
-ALL_TERMS = ("unlike granules", "gaps", "striker", "wall", "precompression", "gravity")
-"""All that a scene can have."""
+_MOST_GRANULES = 100_000
+"""A deck names each of them, in ten seconds (chosen)."""
 
-MOST_GRANULES = 100_000
-"""A deck names each of them (chosen)."""
+_MOST_MATERIALS = 100
+"""Types of granules; a number for each pair of them (chosen)."""
+
+Material = tuple[float, float]  # E [Pa] and nu
 
 _RIGID = 1e30
 """Young's modulus of a rigid wall over that of the last granule, for codes whose walls all have
@@ -35,3 +39,45 @@ def wall_material(scene: Scene) -> tuple[float, float]:
     assert wall.young_modulus is not None
     assert wall.poisson_ratio is not None
     return wall.young_modulus, wall.poisson_ratio
+
+
+def refuse_long(what: str, scene: Scene) -> None:
+    """Raise RunFailed for a deck that would name too many granules; ``what`` begins the error."""
+    count = scene.chain.granules
+    if count > _MOST_GRANULES:
+        raise RunFailed(
+            f"{what} {count} unlike granules would be too long: at most {_MOST_GRANULES}"
+        )
+
+
+def materials_of(code: str, granules: Granules) -> tuple[list[Material], list[int]]:
+    """The materials as they come along the chain, and the number of each granule's, from 1.
+
+    RunFailed for more of them than a deck of the code can have.
+    """
+    columns = granules.young_modulus.tolist(), granules.poisson_ratio.tolist()
+    own = list(zip(*columns, strict=True))
+    numbers = {material: k for k, material in enumerate(dict.fromkeys(own), start=1)}
+    if len(numbers) > _MOST_MATERIALS:
+        raise RunFailed(
+            f"the granules are of {len(numbers)} materials, a {code} deck has at most"
+            f" {_MOST_MATERIALS}"
+        )
+    return list(numbers), [numbers[material] for material in own]
+
+
+def load_commands(scene: Scene) -> list[str]:
+    """Forces that are always there, and the striker's velocity, as LAMMPS and LIGGGHTS have them.
+
+    Of the groups ``first`` and ``last``.
+    """
+    lines, pressed = [], scene.precompression
+    if pressed is not None and pressed.gravity:
+        lines.append(f"fix gravity all gravity {pressed.gravity!r} vector 1 0 0")
+    if pressed is not None and pressed.force:
+        lines.append(f"fix press first addforce {pressed.force!r} 0.0 0.0")
+        if scene.wall is None:
+            lines.append(f"fix hold last addforce {-pressed.force!r} 0.0 0.0")
+    if scene.striker is not None:
+        lines.append(f"velocity first set {scene.striker.velocity!r} 0.0 0.0 units box")
+    return lines

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
+from hertzchain.engines.external.terms import wall_position
 from hertzchain.scene.scene import Scene
 
 
@@ -39,7 +40,7 @@ def pressed(scene: Scene, which: Array, fraction: float) -> FloatArray:
             reach = radius[contact] + radius[contact + 1]
             place[contact + 1] = place[contact] + reach - depth[contact]
         else:
-            place[-1] = _wall(scene) - radius[-1] + depth[-1]
+            place[-1] = wall_position(scene) - radius[-1] + depth[-1]
     return place
 
 
@@ -48,7 +49,9 @@ def overlaps(scene: Scene, place: FloatArray) -> FloatArray:
     radius = scene.granules.radius
     found = radius[:-1] + radius[1:] - np.diff(place)
     return (
-        found if scene.wall is None else np.append(found, radius[-1] - (_wall(scene) - place[-1]))
+        found
+        if scene.wall is None
+        else np.append(found, radius[-1] - (wall_position(scene) - place[-1]))
     )
 
 
@@ -70,12 +73,6 @@ def _loose(scene: Scene) -> FloatArray:
     place = np.concatenate([[0.0], np.cumsum(distance)])
     if scene.wall is None:
         return place
-    return np.asarray(place + (_wall(scene) - scene.wall.gap - granules.radius[-1] - place[-1]))
-
-
-def _wall(scene: Scene) -> float:
-    """Place of the wall [m]."""
-    granules, wall = scene.granules, scene.wall
-    assert wall is not None
-    touching = granules.position[-1] + granules.radius[-1]
-    return float(touching + wall.gap - granules.static_overlap[-1])
+    return np.asarray(
+        place + (wall_position(scene) - scene.wall.gap - granules.radius[-1] - place[-1])
+    )

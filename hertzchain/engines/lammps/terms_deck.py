@@ -9,24 +9,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from hertzchain.engines.external.terms import wall_position
+from hertzchain.engines.external.terms import (
+    Material,
+    load_commands,
+    materials_of,
+    refuse_long,
+    wall_position,
+)
 from hertzchain.engines.lammps.dialect import NO_FRICTION, WALL
 from hertzchain.errors import RunFailed
 from hertzchain.scene.granules import Granules
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import Wall
 
-TERMS = ("unlike granules", "gaps", "striker", "wall", "precompression", "gravity")
-"""All that a scene can have."""
-
 PAIR_STYLE = "granular"
 """The only pair style that has a stiffness for each pair of materials."""
-
-_MOST_GRANULES = 100_000
-"""Three commands for each granule: ten seconds (chosen)."""
-
-_MOST_MATERIALS = 100
-"""Types of granules; each pair of them is a command (chosen)."""
 
 
 def granules(scene: Scene, pair_style: str) -> list[str]:
@@ -40,21 +37,12 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
             f" scene with {' and '.join(scene.terms)}"
         )
     each = scene.granules
-    if scene.chain.granules > _MOST_GRANULES:
-        raise RunFailed(
-            f"a LAMMPS deck of {scene.chain.granules} unlike granules would be too long: at most"
-            f" {_MOST_GRANULES}"
-        )
-    materials = _different(each)
-    if len(materials) > _MOST_MATERIALS:
-        raise RunFailed(
-            f"the granules are of {len(materials)} materials, a LAMMPS deck has at most"
-            f" {_MOST_MATERIALS}"
-        )
+    refuse_long("a LAMMPS deck of", scene)
+    materials, kinds = materials_of("LAMMPS", each)
     return [
         *_moduli(materials),
         "",
-        *_granules(each, materials),
+        *_granules(each, kinds, len(materials)),
         "",
         "pair_style granular",
         *_pairs(len(materials)),
@@ -62,18 +50,7 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
     ]
 
 
-def _different(granules: Granules) -> list[tuple[float, float]]:
-    """E and nu of each material, as they come along the chain."""
-    return list(dict.fromkeys(_materials(granules)))
-
-
-def _materials(granules: Granules) -> list[tuple[float, float]]:
-    """E and nu of each granule."""
-    columns = granules.young_modulus.tolist(), granules.poisson_ratio.tolist()
-    return list(zip(*columns, strict=True))
-
-
-def _moduli(materials: list[tuple[float, float]]) -> list[str]:
+def _moduli(materials: list[Material]) -> list[str]:
     lines = ["# Young's modulus [Pa] and Poisson's ratio of each material"]
     for number, (modulus, poisson) in enumerate(materials, start=1):
         lines += [
@@ -83,7 +60,7 @@ def _moduli(materials: list[tuple[float, float]]) -> list[str]:
     return lines
 
 
-def _granules(granules: Granules, materials: list[tuple[float, float]]) -> list[str]:
+def _granules(granules: Granules, kinds: list[int], types: int) -> list[str]:
     """The granules one by one, as they lie at the start: touching, apart or pressed."""
     position, radius = granules.position.tolist(), granules.radius.tolist()
     low, high = position[0] - 2 * radius[0], position[-1] + 2 * radius[-1]
@@ -91,10 +68,8 @@ def _granules(granules: Granules, materials: list[tuple[float, float]]) -> list[
     lines = [
         f"region box block {low!r} {high!r} {-widest!r} {widest!r} {-widest!r} {widest!r} &",
         "    units box",
-        f"create_box {len(materials)} box",
+        f"create_box {types} box",
     ]
-    numbers = {material: number for number, material in enumerate(materials, start=1)}
-    kinds = [numbers[material] for material in _materials(granules)]
     for kind, place in zip(kinds, position, strict=True):
         lines.append(f"create_atoms {kind} single {place!r} 0.0 0.0 units box")
     lines.append("# The diameter first: the density needs it to make a mass.")
@@ -122,24 +97,15 @@ def _pairs(materials: int) -> list[str]:
 
 def held(scene: Scene) -> list[str]:
     """The wall, forces that are always there, and the striker's velocity."""
-    lines, granules = [f"group last id {scene.chain.granules}"], scene.granules
+    lines = [f"group last id {scene.chain.granules}"]
     if scene.wall is not None:
-        own = _different(granules).index(_materials(granules)[-1]) + 1
+        last = materials_of("LAMMPS", scene.granules)[1][-1]
         lines += [
-            f"variable k_wall equal {_wall(scene.wall, own)}",
+            f"variable k_wall equal {_wall(scene.wall, last)}",
             f"fix {WALL} last wall/gran granular hertz ${{k_wall}} 0.0 {NO_FRICTION} &",
             f"    xplane NULL {wall_position(scene)!r} contacts",
         ]
-    pressed = scene.precompression
-    if pressed is not None and pressed.gravity:
-        lines.append(f"fix gravity all gravity {pressed.gravity!r} vector 1 0 0")
-    if pressed is not None and pressed.force:
-        lines.append(f"fix press first addforce {pressed.force!r} 0.0 0.0")
-        if scene.wall is None:
-            lines.append(f"fix hold last addforce {-pressed.force!r} 0.0 0.0")
-    if scene.striker is not None:
-        lines.append(f"velocity first set {scene.striker.velocity!r} 0.0 0.0 units box")
-    return lines
+    return [*lines, *load_commands(scene)]
 
 
 def _wall(wall: Wall, own: int) -> str:

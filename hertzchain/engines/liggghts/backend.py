@@ -13,11 +13,11 @@ import numpy as np
 from hertzchain.engines.external.dumps import read_frames
 from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules
-from hertzchain.engines.external.terms import ALL_TERMS
 from hertzchain.engines.liggghts import deck
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.terms import ALL_TERMS
 
 _LOG = "log.liggghts"
 

@@ -8,18 +8,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from hertzchain.engines.external.terms import MOST_GRANULES, wall_material, wall_position
-from hertzchain.errors import RunFailed
+from hertzchain.engines.external.terms import (
+    Material,
+    load_commands,
+    materials_of,
+    refuse_long,
+    wall_material,
+    wall_position,
+)
 from hertzchain.scene.granules import Granules
 from hertzchain.scene.scene import Scene
 
 WALL_FORCE = "f_force_wall[1]"
 """A column of a dump: the force of the wall on a granule [N], which is negative."""
-
-_MOST_MATERIALS = 100
-"""Types of granules; a number for each pair of them (chosen)."""
-
-Material = tuple[float, float]  # E [Pa] and nu
 
 
 def granules(scene: Scene) -> list[str]:
@@ -27,19 +28,9 @@ def granules(scene: Scene) -> list[str]:
 
     RunFailed for a scene whose deck would be too long.
     """
-    each, count = scene.granules, scene.chain.granules
-    if count > MOST_GRANULES:
-        raise RunFailed(
-            f"a LIGGGHTS deck of {count} unlike granules would be too long: at most {MOST_GRANULES}"
-        )
-    own = _own(each)
-    materials = list(dict.fromkeys(own))
-    if len(materials) > _MOST_MATERIALS:
-        raise RunFailed(
-            f"the granules are of {len(materials)} materials, a LIGGGHTS deck has at most"
-            f" {_MOST_MATERIALS}"
-        )
-    kinds = [materials.index(material) + 1 for material in own]
+    each = scene.granules
+    refuse_long("a LIGGGHTS deck of", scene)
+    materials, kinds = materials_of("LIGGGHTS", each)
     if scene.wall is not None:
         materials.append(wall_material(scene))  # a type that no granule has
     return [
@@ -50,12 +41,6 @@ def granules(scene: Scene) -> list[str]:
         "",
         *_contacts(materials),
     ]
-
-
-def _own(granules: Granules) -> list[Material]:
-    """The material of each granule."""
-    columns = granules.young_modulus.tolist(), granules.poisson_ratio.tolist()
-    return list(zip(*columns, strict=True))
 
 
 def _granules(granules: Granules, kinds: list[int], types: int) -> list[str]:
@@ -97,20 +82,11 @@ def _contacts(materials: list[Material]) -> list[str]:
 
 def held(scene: Scene) -> list[str]:
     """The wall, forces that are always there, and the striker's velocity."""
-    lines, each = [f"group last id {scene.chain.granules}"], scene.granules
+    lines = [f"group last id {scene.chain.granules}"]
     if scene.wall is not None:
-        kind = len(set(_own(each))) + 1
+        kind = len(materials_of("LIGGGHTS", scene.granules)[0]) + 1
         lines += [
             "fix wall all wall/gran model hertz tangential off store_force yes &",
             f"    primitive type {kind} xplane {wall_position(scene)!r}",
         ]
-    pressed = scene.precompression
-    if pressed is not None and pressed.gravity:
-        lines.append(f"fix gravity all gravity {pressed.gravity!r} vector 1.0 0.0 0.0")
-    if pressed is not None and pressed.force:
-        lines.append(f"fix press first addforce {pressed.force!r} 0.0 0.0")
-        if scene.wall is None:
-            lines.append(f"fix hold last addforce {-pressed.force!r} 0.0 0.0")
-    if scene.striker is not None:
-        lines.append(f"velocity first set {scene.striker.velocity!r} 0.0 0.0 units box")
-    return lines
+    return [*lines, *load_commands(scene)]

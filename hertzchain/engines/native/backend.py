@@ -35,7 +35,7 @@ from hertzchain.observables.error_bound import (
 )
 from hertzchain.observables.history import Recorder, wanted_times
 from hertzchain.observables.peaks import ESTIMATED, largest_difference, times_of_peaks
-from hertzchain.observables.result import Balance, Result
+from hertzchain.observables.result import Balance, Result, peaks_of_result
 from hertzchain.scene.scene import Scene, require_scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import (
@@ -165,7 +165,6 @@ class Native:
         peak_force = run.peaks.force * units.force
         refuse_deep_overlap(largest_overlap_ratio(scene, peak_force))
         peak_time = times_of_peaks(peak_force, run.peaks.time * units.time)
-        contacts = scene.chain.granules - 1  # a wall's comes after them
         history = None
         if recorder is not None and times is not None:
             history = recorder.history(times, units.length, units.velocity, units.force)
@@ -176,12 +175,7 @@ class Native:
             dt=max(leg.dt for leg in legs),
             steps=run.steps,
             force_evaluations=run.evaluations,
-            peak_force=peak_force[:contacts],
-            peak_time=peak_time[:contacts],
-            peak_passed=run.peaks.passed[:contacts],
-            wall_peak_force=None if scene.wall is None else float(peak_force[contacts]),
-            wall_peak_time=None if scene.wall is None else float(peak_time[contacts]),
-            wall_peak_passed=None if scene.wall is None else bool(run.peaks.passed[contacts]),
+            **peaks_of_result(scene, peak_force, peak_time, run.peaks.passed),
             error_estimate=error,
             displacement=run.state.displacement * units.length,
             velocity=run.state.velocity * units.velocity,

@@ -10,10 +10,10 @@ from typing import ClassVar
 from hertzchain.engines.external import recorded
 from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules
-from hertzchain.engines.external.terms import ALL_TERMS
 from hertzchain.engines.yade import deck
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.terms import ALL_TERMS
 
 
 @dataclass(frozen=True)

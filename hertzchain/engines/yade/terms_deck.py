@@ -6,8 +6,7 @@ stiffnesses by itself.
 
 from __future__ import annotations
 
-from hertzchain.engines.external.terms import MOST_GRANULES, wall_material, wall_position
-from hertzchain.errors import RunFailed
+from hertzchain.engines.external.terms import refuse_long, wall_material, wall_position
 from hertzchain.scene.scene import Scene
 
 
@@ -17,11 +16,7 @@ def parameters(scene: Scene) -> str:
     RunFailed for a scene whose script would be too long.
     """
     count, each = scene.chain.granules, scene.granules
-    if count > MOST_GRANULES:
-        raise RunFailed(
-            f"a script for Yade with {count} unlike granules would be too long: at most"
-            f" {MOST_GRANULES}"
-        )
+    refuse_long("a script for Yade with", scene)
     columns = (
         each.position, each.radius, each.young_modulus, each.poisson_ratio, each.density,
     )  # fmt: skip
