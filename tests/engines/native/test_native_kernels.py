@@ -202,7 +202,7 @@ def outcome(scene: hc.Scene, leave_behind: bool) -> Any:
         leg_rows(walker.cut(scene.schedule(0.4 * scene.units.time)), scene.units),
         table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, scene.chain.granules, nothing,
         kernels.PLAIN, 8, leave_behind, np.zeros(contacts), np.full(contacts, np.nan),
-        kernels.Record(np.zeros(0), nothing, nothing, nothing), np.zeros(2),
+        kernels.Record(np.zeros(0), nothing, nothing, nothing), np.zeros(3),
     )  # fmt: skip
     return found
 
