@@ -94,8 +94,9 @@ class Native:
         is given either, and not to be given together with one of them. Where the motion multiplies
         rounding errors by more than that, ``error_estimate`` of the result says how good it is.
     peaks_only
-        Whether only the peaks are wanted. Under one of the three pulses granules that cannot change
-        any are left behind then, so that there is no displacement and velocity at the end: NaN.
+        Whether only the peaks are wanted. Under one of the three pulses, and after a striker on a
+        uniform chain, granules that cannot change any are left behind then, so that there is no
+        displacement and velocity at the end: NaN.
     time_limit
         How long a run may take [s].
 

@@ -942,20 +942,39 @@ def _keep_history(
 
 
 @compiled
-def _strength(force: float, velocity: float) -> float:
+def _strength(force: float, velocity: float, stiffness: Any, inertia: Any) -> float:
     """How hard contacts can come to be pressed, after one pulse, by what has these largest values.
 
     Not proved; in 6,787 scenes with one pulse, N 2 to 41, LM_ratio 0.1 to 100, n 1.001 to 101, no
-    peak was missed for it.
+    peak was missed for it. With terms granules ahead are those at the far end, see
+    ``simulation.can_leave_behind``.
     """
-    return max(force, _IMPACT * max(velocity, 0.0) ** 1.2)
+    impact = _IMPACT * max(velocity, 0.0) ** 1.2
+    if stiffness is not None:
+        last = stiffness.size - 1
+        impact *= stiffness[last - 1] ** 0.4 / inertia[last] ** 0.6
+    return max(force, impact)
 
 
 @compiled
-def _left_behind(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) -> int:
+def _fastest(v: Any, i: Any, stiffness: Any) -> float:
+    """The velocity with which a granule may run into others, for ``_strength``.
+
+    Through a contact a heavy first granule gives those ahead up to twice its own.
+    """
+    velocity = float(v[i])
+    if stiffness is not None and i == 0:
+        velocity *= 2
+    return max(velocity, float(v[i] - v[i + ONE]))
+
+
+@compiled
+def _left_behind(
+    u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, stiffness: Any, inertia: Any
+) -> int:
     """How far the window can be closed from behind once the pulse is over.
 
-    The shock has to be one pulse (``simulation.can_leave_behind``). A cut needs all of this:
+    The shock has to be one pulse or a striker (``simulation.can_leave_behind``). A cut needs all of this:
 
     - Ahead of it lies a quiet stretch: ``_QUIET_GRANULES`` granules whose overlaps and velocities
       are rounding errors beside those of the leading wave. Contacts that are hardly pressed are
@@ -972,29 +991,33 @@ def _left_behind(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) -
     crest = hi - 1
     while crest > lo and max(u[crest - 1] - u[crest], 0) >= u[crest] - u[crest + 1]:
         crest -= 1
-    leading = _force(float(u[crest] - u[crest + 1]))
+    leading = _of_contact(_force(float(u[crest] - u[crest + 1])), crest, stiffness)
     noise = _QUIET * (_SINGLE[_EPS] if u.itemsize == 4 else _DOUBLE[_EPS])
     quiet_overlap, quiet_velocity = noise * leading ** (2 / 3), noise * leading ** (5 / 6)
+    if stiffness is not None:
+        quiet_overlap = noise * float(u[crest] - u[crest + 1])
+        quiet_velocity = noise * math.sqrt(leading * (u[crest] - u[crest + 1]) * inertia[crest])
     hardest, fastest, weakest_peak = 0.0, 0.0, leading
     quiet, cut = 0, lo
     for i in range(np.uint64(lo), np.uint64(crest)):
-        closing = v[i] - v[i + ONE]
-        hardest = max(hardest, _force(float(u[i] - u[i + ONE])))
-        fastest = max(fastest, float(v[i]), float(closing))
+        hardest = max(hardest, _of_contact(_force(float(u[i] - u[i + ONE])), i, stiffness))
+        fastest = max(fastest, _fastest(v, i, stiffness))
         weakest_peak = min(weakest_peak, peak_force[np.uint64(base) + i])
         if u[i] - u[i + ONE] <= quiet_overlap and abs(v[i]) <= quiet_velocity:
             quiet += 1
         else:
             quiet = 0
         if quiet >= _QUIET_GRANULES:
-            if _strength(hardest, fastest) >= _SLOWER * weakest_peak:
+            if _strength(hardest, fastest, stiffness, inertia) >= _SLOWER * weakest_peak:
                 break
             cut = int(i) + 1 - _QUIET_GRANULES
     return cut
 
 
 @compiled
-def _settled(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) -> bool:
+def _settled(
+    u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, stiffness: Any, inertia: Any
+) -> bool:
     """Whether no peak can change any more, once the pulse is over and all granules were reached.
 
     Granules that fly off at the free end never come back; of the others none can press a contact
@@ -1005,12 +1028,11 @@ def _settled(u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int) -> bo
         end -= 1
     hardest, fastest = 0.0, 0.0
     for i in range(np.uint64(lo), np.uint64(end - 1)):
-        closing = v[i] - v[i + ONE]
-        hardest = max(hardest, _force(float(u[i] - u[i + ONE])))
-        fastest = max(fastest, float(v[i]), float(closing))
+        hardest = max(hardest, _of_contact(_force(float(u[i] - u[i + ONE])), i, stiffness))
+        fastest = max(fastest, _fastest(v, i, stiffness))
     if end - 1 <= lo:
         return True
-    strength = _strength(hardest, fastest)
+    strength = _strength(hardest, fastest, stiffness, inertia)
     for i in range(np.uint64(base + lo), np.uint64(peak_force.size)):
         if peak_force[i] <= strength:
             return False
@@ -1195,13 +1217,17 @@ def _advance(
                 reason = _DIVERGED
                 break
             if leave_behind and over:
-                cut = _left_behind(u, v, peak_force, base, lo, hi)
+                cut = _left_behind(u, v, peak_force, base, lo, hi, stiffness, inertia)
                 if cut > lo:
                     total[_MOMENTUM] += _momentum(v, lo, cut, inertia)
                     total[_ENERGY] += _energy(u, v, lo, cut, stiffness, inertia, gap, pull)
                     lo = cut
+                    if stiffness is not None:  # the formulas of terms ask for the granule behind
+                        u[lo - 1] = u0[lo - 1] = u[lo] - 1
                     _accelerate_first(u, g, constants, lo, stiffness, inertia, gap, pull)
-                if base + hi == granules and _settled(u, v, peak_force, base, lo, hi):
+                if base + hi == granules and _settled(
+                    u, v, peak_force, base, lo, hi, stiffness, inertia
+                ):
                     reason = _SETTLED
                     break
     count[_LO], count[_HI], count[_KEPT] = lo, hi, kept
@@ -1280,11 +1306,11 @@ def march(
     granules
         N.
     start
-        Displacement and velocity at the start, shape (2, N), without ``leave_behind``; shape (0, 0)
-        for a chain at rest.
+        Displacement and velocity at the start, shape (2, N), with ``leave_behind`` only beside
+        terms; shape (0, 0) for a chain at rest.
     terms
-        What the scene has beyond a plain chain, float64 and without ``leave_behind``: the compiler
-        makes a kernel for each type of it and drops the branches of what is None.
+        What the scene has beyond a plain chain, float64: the compiler makes a kernel for each type
+        of it and drops the branches of what is None.
     moving
         Granules that may move at the start; N for a run without a front.
     leave_behind
@@ -1309,7 +1335,7 @@ def march(
     stages = max(table.nodes.size, table.drifts.size)
     margin = _AHEAD * (stages + 2)
     size = granules + 1
-    if leave_behind:
+    if leave_behind and stiffness is None:
         size = min(size, 1024 + 2 * margin)
     u, v, g = np.zeros(size, kind), np.zeros(size, kind), np.zeros(size, kind)
     constants = np.zeros(5, kind)

@@ -178,7 +178,8 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
 
     While the force acts nothing is left behind, and the front is some way down the chain; it was
     never seen slower than half the speed of a wave as strong as the shock. Under a pulse table,
-    which may push late and little, only the first granule moves for sure.
+    which may push late and little, only the first granule moves for sure. After a striker the run
+    may end at any time, where granules are left behind.
     """
     granules = scene.chain.granules
     single = scene.is_plain and isinstance(scene.shock, Pulse)
@@ -187,7 +188,9 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
     for row in rows:
         start, end, steps, shape = row[:4]
         moving = min(float(granules), speed * (start + end) / 2) if single else 1.0
-        if shape == 0 and leave_behind:
+        if leave_behind and not single:
+            moving = 0.0
+        elif shape == 0 and leave_behind:
             # The run goes on only until the front has met the end.
             steps *= max(0.0, min(1.0, (granules / _FASTEST_FRONT - start) / (end - start)))
             moving = 1.0
@@ -196,11 +199,14 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
 
 
 def can_leave_behind(scene: Scene) -> bool:
-    """Whether it can be told that a granule will not matter any more: under one pulse alone.
+    """Whether it can be told that a granule will not matter any more: after one push alone.
 
     After a second push a broad packet can break up into waves stronger than anything in it was.
+    A push is a pulse, or a striker, whatever its size. Between unlike granules, at gaps and at
+    walls waves are reflected.
     """
-    return scene.is_plain and isinstance(scene.shock, Pulse)
+    single = isinstance(scene.shock, Pulse) and scene.is_plain
+    return single or scene.terms == ("striker",)
 
 
 def terms_of(scene: Scene) -> Terms:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from dataclasses import replace
@@ -342,7 +343,7 @@ def test_what_may_be_left_behind(
 ) -> None:
     u, v, peaks, granules = quiet_chain(quiet, behind)
     peaks[0], v[0] = peak, velocity
-    cut = kernels._left_behind.py_func(u, v, peaks, 0, 0, granules - 1)
+    cut = kernels._left_behind.py_func(u, v, peaks, 0, 0, granules - 1, None, None)
     assert cut == (quiet - 7 if cuts else 0)
 
 
@@ -360,7 +361,7 @@ def test_which_granules_are_at_rest(
     u, v, peaks, granules = quiet_chain(12, 0.5, overlap * noise)
     v[1:14] = velocity * noise
     u, v, peaks = u * leading ** (2 / 3), v * leading ** (5 / 6), peaks * leading
-    cut = kernels._left_behind.py_func(u, v, peaks, 0, 0, granules - 1)
+    cut = kernels._left_behind.py_func(u, v, peaks, 0, 0, granules - 1, None, None)
     assert (cut > 0) == cuts
 
 
@@ -372,7 +373,7 @@ def test_an_impact_is_taken_to_press_harder_than_waves_and_walls_do() -> None:
     velocity = simpson(wave.overlap[middle] ** 1.5, x=wave.x[middle]) / wave.speed
     # Into a wall: v^2 / 2 = 2/5 r^(5/2).
     for force, fastest in ((1.0, float(velocity)), (1.25**0.6, 1.0)):
-        assert kernels._strength.py_func(0.0, fastest) > 1.1 * force
+        assert kernels._strength.py_func(0.0, fastest, None, None) > 1.1 * force
     # The wave and its fastest granule as they are in a chain, in whose far field it is right to
     # 1e-5; recorded times miss the fastest by as much.
     scene = paper_scene("cosine", 0.5, 6.0, 40)
@@ -384,9 +385,43 @@ def test_an_impact_is_taken_to_press_harder_than_waves_and_walls_do() -> None:
 
 
 def test_how_hard_contacts_can_come_to_be_pressed() -> None:
-    assert kernels._strength.py_func(1.31, 1.0) == 1.31
-    assert kernels._strength.py_func(1.29, 1.0) == pytest.approx(1.3, rel=1e-15, abs=0)
-    assert kernels._strength.py_func(0.0, -1.0) == 0
+    assert kernels._strength.py_func(1.31, 1.0, None, None) == 1.31
+    assert kernels._strength.py_func(1.29, 1.0, None, None) == pytest.approx(1.3, rel=1e-15, abs=0)
+    assert kernels._strength.py_func(0.0, -1.0, None, None) == 0
+    # By similarity F / (k^(2/5) m^(3/5) v^(6/5)) is a number, here of the granules ahead.
+    stiffness, inertia = np.array([1.0, 2.0, 1.0]), np.array([1.0, 0.2, 0.2])
+    pressed = kernels._strength.py_func(0.0, 1.0, stiffness, inertia)
+    assert pressed == pytest.approx(1.3 * 2**0.4 * 5**0.6, rel=1e-14, abs=0)
+
+
+@pytest.mark.parametrize(
+    ("behind", "peak", "velocity", "striking", "cuts"),
+    [
+        (0.94, 1.0, 0.0, 0.0, True),
+        (0.96, 1.0, 0.0, 0.0, False),
+        (0.5, 0.53, 0.0, 0.0, True),
+        (0.5, 0.52, 0.0, 0.0, False),
+        (0.5, 1.0, 0.768, 0.0, True),
+        (0.5, 1.0, 0.773, 0.0, False),
+        (0.5, 1.0, 0.0, 0.384, True),  # a striker gives twice its velocity
+        (0.5, 1.0, 0.0, 0.387, False),
+    ],
+)
+def test_what_a_striker_may_leave_behind(
+    behind: float, peak: float, velocity: float, striking: float, cuts: bool
+) -> None:
+    """The same of stiffness k and mass m: forces are k times larger, velocities (k/m)^(1/2)."""
+    k, m = 3.0, 0.2
+    u, v, peaks, granules = quiet_chain(13, behind)
+    u, v, peaks = np.append(u[0] + 10.0, u), np.append(striking, v), np.append(1.0, peaks)
+    v[1], peaks[1] = velocity, peak
+    stiffness, inertia = np.full(granules + 1, k), np.full(granules + 1, 1 / m)
+    stiffness[0], inertia[0] = 7.0, 0.01
+    u[0] = u[1] - 10.0  # the striker does not touch
+    cut = kernels._left_behind.py_func(
+        u, v * math.sqrt(k / m), peaks * k, 0, 0, granules, stiffness, inertia
+    )
+    assert cut == (7 if cuts else 0)
 
 
 @pytest.mark.parametrize(
@@ -406,7 +441,7 @@ def test_when_no_peak_can_change(velocity: float, peak: float, settled: bool) ->
     peaks = np.ones(9)
     peaks[5] = peak
     u = np.append(u, 1e30)
-    assert kernels._settled.py_func(u, v, peaks, 0, 0, 10) == settled
+    assert kernels._settled.py_func(u, v, peaks, 0, 0, 10, None, None) == settled
 
 
 @pytest.mark.parametrize(
