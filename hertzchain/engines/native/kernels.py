@@ -974,7 +974,8 @@ def _left_behind(
 ) -> int:
     """How far the window can be closed from behind once the pulse is over.
 
-    The shock has to be one pulse or a striker (``simulation.can_leave_behind``). A cut needs all of this:
+    The shock has to be one pulse or a striker (``simulation.can_leave_behind``). A cut needs all of
+    this:
 
     - Ahead of it lies a quiet stretch: ``_QUIET_GRANULES`` granules whose overlaps and velocities
       are rounding errors beside those of the leading wave. Contacts that are hardly pressed are
