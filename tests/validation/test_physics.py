@@ -13,6 +13,7 @@ from scipy.special import jv
 import hertzchain as hc
 from validation.physics import (
     chains,
+    cut_offs,
     dimers,
     gapped_taper,
     precompression,
@@ -76,6 +77,16 @@ def test_another_wave_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     true = precompression.wave_speed
     monkeypatch.setattr(precompression, "wave_speed", lambda ratio: true(ratio) * (1 + 1e-6))
     assert failed(precompression.compare(True, False)) == {"speed / sound"}
+
+
+def test_other_cut_offs_fail(monkeypatch: pytest.MonkeyPatch) -> None:
+    true = cut_offs.linear_stiffness
+    monkeypatch.setattr(cut_offs, "linear_stiffness", lambda: 1.005 * true())
+    assert failed(cut_offs.compare(True, False)) == {
+        "top of the lower band / cut-off",
+        "bottom of the upper band / cut-off",
+        "top of the upper band / cut-off",
+    }
 
 
 def test_another_dispersion_fails(monkeypatch: pytest.MonkeyPatch) -> None:
