@@ -1,8 +1,8 @@
 """Cut-off frequencies of a pressed chain of heavy and light granules in turn, from a spectrum.
 
 A weak push makes all modes of the chain ring. Their frequencies lie in two bands, whose ends are
-sqrt(2k'/M), sqrt(2k'/m) and sqrt(2k'(1/m + 1/M)), with the stiffness k' = 3/2 A^(2/3) F_pre^(1/3) of
-a pressed contact (Brillouin, Wave Propagation in Periodic Structures)::
+sqrt(2k'/M), sqrt(2k'/m) and sqrt(2k'(1/m + 1/M)), with the stiffness k' = 3/2 A^(2/3) F_pre^(1/3)
+of a pressed contact (Brillouin, Wave Propagation in Periodic Structures)::
 
     .venv/bin/python validation/physics/cut_offs.py
 """
@@ -55,7 +55,7 @@ def scene(end: float) -> hc.Scene:
 
 
 def linear_stiffness() -> float:
-    """k' of a contact under the static load [N/m]."""
+    """Stiffness k' of a contact under the static load [N/m]."""
     return 1.5 * math.cbrt(steel(2).contact_stiffness ** 2 * FORCE)
 
 
@@ -79,7 +79,8 @@ def modes(time: FloatArray, velocity: FloatArray) -> FloatArray:
     high = (inner > power[:-2]) & (inner > power[2:]) & (inner > _LEAST * np.max(power))
     at = np.nonzero(high)[0] + 1
     before, here, after = (np.log(power[at + k]) for k in (-1, 0, 1))
-    return line * (at + 0.5 * (before - after) / (before - 2 * here + after))
+    places = at + 0.5 * (before - after) / (before - 2 * here + after)
+    return np.asarray(line * places)
 
 
 def compare(quick: bool, with_lammps: bool) -> list[Row]:

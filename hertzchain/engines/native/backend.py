@@ -231,7 +231,7 @@ class Native:
             cost = run.evaluations * scene.chain.granules
             if error <= rtol or plan.hopeless(error, before, cost):
                 break
-            plan, before = plan.closer(rtol, error), error
+            plan, before = plan.closer(rtol, error, has_terms=not scene.is_plain), error
         refuse_meaningless("native", error, too_long=False)
         return plan.method, legs, run, error
 

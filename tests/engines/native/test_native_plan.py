@@ -207,6 +207,13 @@ def test_a_closer_plan_is_a_thousand_times_closer_at_most() -> None:
         assert tolerance == pytest.approx(factor * plan.walker.tolerance, rel=1e-12, abs=0)
 
 
+def test_with_terms_a_closer_plan_is_a_hundred_thousand_times_closer_at_most() -> None:
+    plan = plans.cheapest(1e-6, hard=True)
+    for error, factor in ((0.04, 1.25e-5), (0.06, 1e-5), (np.inf, 1e-3)):
+        tolerance = plan.closer(1e-6, error, has_terms=True).walker.tolerance
+        assert tolerance == pytest.approx(factor * plan.walker.tolerance, rel=1e-12, abs=0)
+
+
 def test_a_pulse_table_is_had_as_accurately() -> None:
     rows = hc.PulseTable((1e-5, 3e-5, 6e-5, 7e-5), (40.0, 100.0, 20.0, 0.0))
     scene = hc.Scene(hc.Chain(30, **STEEL), rows)
