@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from numbers import Integral, Real
 from typing import Any
@@ -82,6 +83,15 @@ class Chain:
         """Whether all granules are alike and touch."""
         values = (getattr(self, key) for key in MATERIAL)
         return not any(isinstance(value, tuple) for value in values) and self.gap == 0
+
+    @property
+    def section(self) -> Mapping[str, Any] | None:
+        """What [chain] and its segments say in SI, if a scene file has segments; None otherwise.
+
+        A copy with other values, by ``dataclasses.replace``, has none.
+        """
+        found: Mapping[str, Any] | None = self.__dict__.get("_section")
+        return found
 
     @property
     def first_modulus(self) -> float:

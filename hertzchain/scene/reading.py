@@ -131,7 +131,7 @@ def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         raise SceneError("[shock] and [striker]", None, allowed)
     require("shock" in document or "striker" in document, "[shock]", None, "missing section")
     parts: dict[str, Any] = {
-        "chain": _chain(document["chain"], folder),
+        "chain": read_chain(document["chain"], folder),
         "shock": _section("striker", document["striker"], Striker)
         if "striker" in document
         else _shock(document["shock"], folder),
@@ -145,7 +145,8 @@ def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     return parts
 
 
-def _chain(section: Mapping[str, Any], folder: Path) -> Chain:
+def read_chain(section: Mapping[str, Any], folder: Path = Path()) -> Chain:
+    """A chain from its section; a SceneError names the key. Tables are relative to the folder."""
     if "file" in section:
         allowed = "not allowed with chain.file, which has every granule"
         for key, value in section.items():

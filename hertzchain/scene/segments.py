@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
     require(bool(is_list), "chain.segments", segments, allowed)
     counts = 0
     columns: dict[str, list[float]] = {key: [] for key in _SAME}
+    read: list[dict[str, Any]] = []
     for number, segment in enumerate(segments, start=1):
         name = f"chain.segments.{number}"
         require(isinstance(segment, dict), name, segment, allowed)
@@ -45,12 +47,15 @@ def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
         require(counts <= most, f"{name}.granules", granules, _sum_allowed(most, "more"))
         require(most <= MOST_UNLIKE, "chain.granules", most, f"must be at most {MOST_UNLIKE}")
         cells = _cells(name, values, quantities)
+        read.append({**values, "cell": cells} if "cell" in values else values)
         _fill(columns, defaults, values, cells, granules, name)
     require(counts == defaults.granules, "chain.segments", None, _sum_allowed(defaults.granules))
     try:
-        return Chain(defaults.granules, *(columns[key] for key in _SAME))
+        chain = Chain(defaults.granules, *(columns[key] for key in _SAME))
     except SceneError as problem:
         raise SceneError(f"chain.{problem.key}", problem.value, problem.allowed) from None
+    chain.__dict__["_section"] = {**asdict(defaults), "segments": read}
+    return chain
 
 
 def _sum_allowed(granules: int, how: str = "fewer") -> str:

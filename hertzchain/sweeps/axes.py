@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import is_finite, require
+from hertzchain.errors import SceneError, is_finite, require
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.reading import UNITS
 
@@ -19,7 +19,15 @@ _MOST_LISTED = 100_000  # values of one list, kept in memory and with the sweep
 
 _FORMS = "A,B,C or LOW:HIGH:COUNT, LOW:HIGH:COUNT:log, or to be sampled LOW:HIGH, LOW:HIGH:log"
 
+_TEXTS = {"profile": ("profile", "cosine,triangular"), "kind": ("kind", "rigid,same")}
+# Keys whose values are text: what they name, and a list of some.
+
 Value = float | int | str
+
+
+def key_of(name: str) -> str:
+    """The key of a parameter in its section or segment."""
+    return name.rpartition(".")[2]
 
 
 @dataclass(frozen=True)
@@ -62,7 +70,7 @@ class Span:
     def ends(self) -> tuple[Value, ...]:
         """Values that have to be possible for all to be."""
         ends = self.low, self.high
-        return tuple(map(int, ends)) if self.name == "chain.granules" else ends
+        return tuple(map(int, ends)) if key_of(self.name) == "granules" else ends
 
     def at(self, index: NDArray[np.int64]) -> NDArray[Any]:
         """The values of these numbers on the grid."""
@@ -71,7 +79,7 @@ class Span:
 
     def between(self, fraction: FloatArray) -> NDArray[Any]:
         """The values at fractions of the way from one end to the other, 0 to 1."""
-        if self.name == "chain.granules":  # each whole number has the same share
+        if key_of(self.name) == "granules":  # each whole number has the same share
             if self.log:
                 edges = self.low - 0.5, self.high + 0.5
                 drawn = edges[0] * (edges[1] / edges[0]) ** fraction
@@ -104,8 +112,9 @@ def axis_of(name: str, given: str | Iterable[Value]) -> Axis:
 
 
 def _range(name: str, given: str) -> Axis:
-    numeric = name != "shock.profile"
-    require(numeric, name, given, "has no range: name its values, cosine,triangular")
+    if key_of(name) in _TEXTS:
+        values = _TEXTS[key_of(name)][1]
+        raise SceneError(name, given, f"has no range: name its values, {values}")
     low_text, high_text, *rest = (piece.strip() for piece in given.split(":"))
     log = bool(rest) and rest[-1] == "log"
     rest = rest[: len(rest) - log]
@@ -120,7 +129,7 @@ def _range(name: str, given: str) -> Axis:
     count = _count(rest[0])
     require(count >= 2, name, given, allowed)
     span = Span(name, low, high, count, log)
-    if name != "chain.granules":
+    if key_of(name) != "granules":
         return span
     # Whole numbers as near to the grid as there are, each of them once.
     require(count <= _MOST_LISTED, name, given, f"must take at most {_MOST_LISTED:,} values")
@@ -145,9 +154,10 @@ def is_whole(value: object, least: int) -> bool:
 
 def _value(name: str, given: Any) -> Value:
     """One value, in SI."""
-    key = name.partition(".")[2]
-    if key == "profile":
-        require(isinstance(given, str), name, given, "must be the name of a profile")
+    key = key_of(name)
+    if key in _TEXTS:
+        what = _TEXTS[key][0]
+        require(isinstance(given, str), name, given, f"must be the name of a {what}")
         return str(given).strip()
     number = given.item() if isinstance(given, np.generic) else given
     number = to_si(name, number.strip() if isinstance(number, str) else number, UNITS.get(key, ""))

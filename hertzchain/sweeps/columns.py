@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -59,6 +60,34 @@ _PARAMETERS = (
 )
 
 PARAMETERS = tuple(column.name for column in _PARAMETERS)  # what can vary, as in scene files
+
+_TERMS = (
+    Column("chain.gap", "gap before each granule [m]", title="gaps of {:.4g} m"),
+    Column("striker.velocity", "velocity of the striker [m/s]", title="striker at {:.4g} m/s"),
+    Column("striker.radius", "radius of the striker [m]", title="striker of R = {:.4g} m"),
+    Column(
+        "striker.young_modulus", "Young's modulus of the striker [Pa]",
+        title="striker of E = {:.4g} Pa",
+    ),
+    Column(
+        "striker.poisson_ratio", "Poisson's ratio of the striker",
+        title="striker of Poisson's ratio {:.4g}",
+    ),
+    Column("striker.density", "density of the striker [kg/m³]", title="striker of {:.4g} kg/m³"),
+    Column("wall.kind", "wall", "str", "{} wall"),
+    Column("wall.young_modulus", "Young's modulus of the wall [Pa]", title="wall of E = {:.4g} Pa"),
+    Column(
+        "wall.poisson_ratio", "Poisson's ratio of the wall",
+        title="wall of Poisson's ratio {:.4g}",
+    ),
+    Column("wall.gap", "gap before the wall [m]", title="{:.4g} m before the wall"),
+    Column("precompression.force", "precompression [N]", title="precompression {:.4g} N"),
+    Column("precompression.gravity", "gravity along the chain [m/s²]", title="gravity {:.4g} m/s²"),
+)  # fmt: skip
+
+TERMS = tuple(column.name for column in _TERMS)  # what can vary in scenes with terms besides
+
+_SEGMENT = re.compile(r"chain\.segments\.(\d+)\.(?:cell\.(\d+)\.)?(\w+)")
 
 FOUND_COLUMNS = (
     Column(
@@ -132,6 +161,35 @@ FOUND_COLUMNS = (
 )
 """What is found, in the order of the table, behind the parameters."""
 
+_OF_WAVES = (
+    "transition_granules", "solitary_wave_force_N", "far_field_force_N", "speed_m_s",
+)  # fmt: skip
+
+_LAST_PEAK = Column(
+    "last_peak_force_N",
+    "peak force of contact N [N]",
+    of_result=lambda found: float(found.peak_force[-1]),
+)
+_FOUND_WITH_WALL = (
+    Column(
+        "wall_peak_force_N",
+        "peak force on the wall [N]",
+        of_result=lambda found: found.wall_peak_force,
+    ),
+    Column(
+        "wall_peak_time_s",
+        "time of the peak force on the wall [s]",
+        of_result=lambda found: found.wall_peak_time,
+    ),
+)
+_FOUND_UNDER_LOAD = Column(
+    "largest_dynamic_force_N",
+    "largest peak force less the static force [N]",
+    of_result=lambda found: (
+        None if found.static_force is None else float(np.max(found.peak_force - found.static_force))
+    ),
+)
+
 ALL = (
     Column("scene", "number of the scene", "int"),
     Column("backend", "backend", "str", "{}"),
@@ -142,10 +200,15 @@ ALL = (
 
 COLUMNS = tuple(column.name for column in ALL)  # of the table
 
+_BY_NAME = {
+    column.name: column
+    for column in (*ALL, *_TERMS, _LAST_PEAK, *_FOUND_WITH_WALL, _FOUND_UNDER_LOAD)
+}
+
 COUNTS = tuple(column.name for column in FOUND_COLUMNS if column.kind == "int")  # 0: missing
 
 WHOLE = tuple(column.name for column in ALL if column.kind == "int")
-TEXT = tuple(column.name for column in ALL if column.kind == "str")
+TEXT = tuple(column.name for column in (*ALL, *_TERMS) if column.kind == "str")
 
 LABELS = {column.name: column.label for column in ALL if column.label}  # on an axis
 PEAK_COLUMNS = ("scene", "backend", "contact", "peak_force_N", "peak_time_s")  # table of peaks
@@ -163,10 +226,76 @@ IN_TITLES = (
     "shock.rise_time",
     "shock.peak_force",
     "chain.granules",
+    *TERMS,
 )
 """Parameters that a title names where they do not vary, in this order; others where fixed."""
 
-_TITLES = {column.name: column.title for column in ALL if column.title}
+_TITLES = {column.name: column.title for column in _BY_NAME.values() if column.title}
 
 TITLES = {name: _TITLES[name] for name in dict.fromkeys((*IN_TITLES, *PARAMETERS, "backend"))}
 """Words of a title for what is the same in all rows, in order."""
+
+
+def column_named(name: str) -> Column:
+    """The column of this name, also those of the segments of a chain."""
+    if name in _BY_NAME:
+        return _BY_NAME[name]
+    found = _SEGMENT.fullmatch(name)
+    assert found is not None, name
+    segment, place, key = found.groups()
+    where = f"segment {segment}" + ("" if place is None else f", granule {place} of the cell")
+    known = _BY_NAME.get(f"chain.{key}")
+    label = "radius over that of the granule before" if known is None else known.label
+    kind = "int" if key == "granules" else "float"
+    return Column(name, f"{label}, {where}", kind, f"{label}, {where}: {{:.4g}}")
+
+
+def is_whole(name: str) -> bool:
+    """Whether the values of a column are whole numbers."""
+    return column_named(name).kind == "int"
+
+
+def columns_of(
+    scene: Mapping[str, Mapping[str, Any]], varied: Collection[str]
+) -> tuple[Column, ...]:
+    """The columns of the table of a sweep, from the sections of its scene and what varies."""
+    chain = scene["chain"]
+    loaded, walled = "precompression" in scene, "wall" in scene
+    unlike = "segments" in chain or any(isinstance(value, list) for value in chain.values())
+    of_terms = any(name not in PARAMETERS for name in varied)
+    if not (of_terms or unlike or "gap" in chain or "striker" in scene or loaded or walled):
+        return ALL
+    kept = [name for name in PARAMETERS if name.partition(".")[0] in {*scene, "run"}]
+    of_chain = [name for name in kept if name.startswith("chain.")]
+    gap = ["chain.gap"] if isinstance(chain.get("gap"), float) or "chain.gap" in varied else []
+    segments = [name for name in varied if _SEGMENT.fullmatch(name)]
+    others = [
+        name
+        for name in TERMS
+        if name in varied or (name != "chain.gap" and _has(scene, *name.split(".")))
+    ]
+    shock_and_run = [name for name in kept if name not in of_chain]
+    parameters = (*of_chain, *gap, *segments, *shock_and_run[:-1], *others, shock_and_run[-1])
+    waves = not (unlike or loaded or walled or "striker" in scene)
+    return (
+        *ALL[:2],
+        *(column_named(name) for name in dict.fromkeys(parameters)),
+        *_found(waves, walled, loaded),
+        ALL[-1],
+    )
+
+
+def _has(scene: Mapping[str, Mapping[str, Any]], section: str, key: str) -> bool:
+    return key in scene.get(section, {})
+
+
+def _found(waves: bool, walled: bool, loaded: bool) -> tuple[Column, ...]:
+    """What is found of scenes with terms: what only uniform free chains have where some are."""
+    found = [
+        column
+        for column in FOUND_COLUMNS
+        if column.of_result is not None and (waves or column.name not in _OF_WAVES)
+    ]
+    at = [column.name for column in found].index("overlap_ratio")
+    more = (_LAST_PEAK, *((_FOUND_UNDER_LOAD,) if loaded else ()))
+    return (*found[:at], *more, *(_FOUND_WITH_WALL if walled else ()), *found[at:])

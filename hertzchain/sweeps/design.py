@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import warnings
 from collections.abc import Iterable, Mapping
@@ -17,9 +16,17 @@ from hertzchain.errors import SceneError, require
 from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene, require_scene
-from hertzchain.scene.validity import refuse_terms
-from hertzchain.sweeps.axes import Axis, Span, Value, axis_of, is_whole
-from hertzchain.sweeps.columns import OTHER_MEASURE, PARAMETERS, TEXT, WHOLE
+from hertzchain.sweeps.axes import Axis, Listed, Span, Value, axis_of, is_whole, key_of
+from hertzchain.sweeps.columns import (
+    ALL,
+    OTHER_MEASURE,
+    PARAMETERS,
+    TEXT,
+    WHOLE,
+    Column,
+    columns_of,
+)
+from hertzchain.sweeps.keys import base_values, changed, full_name, sections_of
 
 MOST_SCENES = 10**8  # of a sweep, chosen: a day of two cores at a millisecond a scene
 MOST_GRANULES = 1_000_000  # of a chain, chosen: a part may hold its peaks several times
@@ -37,6 +44,19 @@ class Design:
     axes: tuple[Axis, ...]
     samples: int | None = None
     seed: int = 0
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether no scene can have terms."""
+        known = all(axis.name in PARAMETERS for axis in self.axes)
+        return known and self.base.is_plain and self.base.chain.section is None
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The columns of the table."""
+        if self.is_plain:
+            return ALL
+        return columns_of(sections_of(self.base), [axis.name for axis in self.axes])
 
     @property
     def grid(self) -> tuple[Axis, ...]:
@@ -69,8 +89,8 @@ class Design:
 
     def parameters(self, scenes: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
         """All parameters in SI of increasing scenes, by name, shape (some,), NaN or "" for none."""
-        base = _flat(self.base)
-        found = {name: np.full(scenes.size, base[name]) for name in PARAMETERS}
+        base = _flat(self.base) if self.is_plain else self._base_values()
+        found = {name: np.full(scenes.size, value) for name, value in base.items()}
         numbers = np.unravel_index(scenes, self.shape)
         for axis, number in zip(self.grid, numbers, strict=False):
             found[axis.name] = axis.at(number.astype(np.int64))
@@ -82,6 +102,24 @@ class Design:
         for given, other in OTHER_MEASURE.items():
             if given in names:
                 found[other] = np.full(scenes.size, np.nan)
+        return found if self.is_plain else self._of_file(found)
+
+    def _base_values(self) -> dict[str, Any]:
+        """The parameters of the base by name, those that vary among them."""
+        return base_values(self.base, [one.name for one in self.columns if "." in one.name])
+
+    def _of_file(self, found: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+        """Parameters as scene files have them: granules of all segments, materials of walls."""
+        segments = (self.base.chain.section or {}).get("segments", [])
+        if segments:
+            counts = [
+                found.get(f"chain.segments.{number}.granules", segment["granules"])
+                for number, segment in enumerate(segments, start=1)
+            ]
+            found["chain.granules"] = found["chain.granules"] * 0 + sum(counts)
+        for name in ("wall.young_modulus", "wall.poisson_ratio"):
+            if name in found:
+                found[name] = np.where(found["wall.kind"] == "elastic", found[name], np.nan)
         return found
 
     def _points(self, samples: NDArray[np.int64]) -> FloatArray:
@@ -104,25 +142,32 @@ class Design:
 
     def scene(self, parameters: Mapping[str, NDArray[Any]], k: int) -> Scene:
         """The k-th of the scenes that these parameters are of."""
+        if not self.is_plain:
+            varied = {axis.name: parameters[axis.name][k].item() for axis in self.axes}
+            return changed(self.base, varied)
         return _with(self.base, {name: values[k].item() for name, values in parameters.items()})
 
     def to_dict(self) -> dict[str, Any]:
         """What tells this design from others, as JSON knows it."""
-        base = self.base
-        shock: dict[str, Any] = (
-            {"time_s": base.shock.time, "force_N": base.shock.force}
-            if isinstance(base.shock, PulseTable)
-            else asdict(base.shock)
-        )
-        chain = asdict(base.chain)
-        del chain["gap"]  # 0, as sweeps have no terms; folders of before do not have it
-        scene = {"chain": chain, "shock": shock, "run": asdict(base.run)}
+        scene = _as_before(self.base) if self.is_plain else sections_of(self.base)
         drawn = None
         if self.sampled:
             from importlib.metadata import version
 
             drawn = {"count": self.samples, "seed": self.seed, "scipy": version("scipy")}
         return {"scene": scene, "vary": [asdict(axis) for axis in self.axes], "samples": drawn}
+
+
+def _as_before(base: Scene) -> dict[str, Any]:
+    """The sections of a plain scene, as folders have them since there are sweeps."""
+    shock: dict[str, Any] = (
+        {"time_s": base.shock.time, "force_N": base.shock.force}
+        if isinstance(base.shock, PulseTable)
+        else asdict(base.shock)
+    )
+    chain = asdict(base.chain)
+    del chain["gap"]  # 0
+    return {"chain": chain, "shock": shock, "run": asdict(base.run)}
 
 
 def design(
@@ -138,12 +183,13 @@ def design(
     scene
         What all of them have in common.
     vary
-        By the name of a parameter, as ``PARAMETERS`` has them (the section may be left out), what
+        By the name of a parameter, as the scene file has it (the section may be left out), what
         it takes: values, as text
         (``"A,B,C"``) or as numbers and names; a grid of ``"LOW:HIGH:COUNT"`` or
         ``"LOW:HIGH:COUNT:log"``, both ends taken; or ``"LOW:HIGH"`` and ``"LOW:HIGH:log"``, between
         which points are drawn. Text may have units (``"1 mm:10 mm:5"``). ``shock.momentum_ratio``
-        and ``shock.rise_time`` take each other's place.
+        and ``shock.rise_time`` take each other's place. Segments and the granules of their cells
+        are counted from 1: ``chain.segments.2.cell.1.radius``.
     samples
         How many points are drawn, for all such ranges together. They are those of a scrambled
         Sobol sequence, and met by every combination of all that does not range.
@@ -157,10 +203,9 @@ def design(
         not possible, samples without ranges or ranges without samples, and too many scenes.
     """
     require_scene(scene)
-    refuse_terms(scene, "a sweep")
     allowed = "must be a mapping that names at least one parameter and what it takes"
     require(isinstance(vary, Mapping) and len(vary) > 0, "vary", None, allowed)
-    axes = tuple(axis_of(_full(name), given) for name, given in vary.items())
+    axes = tuple(axis_of(full_name(name, scene), given) for name, given in vary.items())
     allowed = "must be a whole number of at least 1"
     require(samples is None or is_whole(samples, 1), "samples", samples, allowed)
     within = is_whole(seed, 0) and seed < 2**32
@@ -180,39 +225,63 @@ def design(
     both = "shock.momentum_ratio" in names and "shock.rise_time" in names
     allowed = "takes the place of shock.rise_time: only one of the two can vary"
     require(not both, "shock.momentum_ratio", None, allowed)
-    _check(scene, "chain.granules", scene.chain.granules)
+    _check_granules("chain.granules", scene.chain.granules)
     for axis in axes:
-        for value in axis.ends:
-            _check(scene, axis.name, value)
+        for value in axis.ends if found.is_plain else _extremes(axis):
+            _check(found, axis.name, value)
     return found
 
 
-def _full(name: object) -> str:
-    """The name of a parameter, whose section may have been left out."""
-    full = [one for one in PARAMETERS if name in (one, one.partition(".")[2])]
-    key = str(name).rpartition(".")[2]
-    meant = [one for one in PARAMETERS if one.partition(".")[2] == key]
-    meant = meant or difflib.get_close_matches(str(name), PARAMETERS, n=1)
-    hint = f"did you mean {meant[0]}? What can is" if meant else "what can is"
-    allowed = f"cannot vary; {hint} {', '.join(PARAMETERS)}"
-    require(len(full) == 1, str(name), None, allowed)
-    return full[0]
-
-
-def _check(scene: Scene, name: str, value: Value) -> None:
+def _check(found: Design, name: str, value: Value) -> None:
     """Refuse a value that no scene can have, whatever else varies."""
+    scene = found.base
     section, _, key = name.partition(".")
-    part: Any = {"chain": scene.chain, "shock": scene.shock, "run": scene.run}[section]
-    is_table = section == "shock" and isinstance(part, PulseTable)
+    is_table = section == "shock" and isinstance(scene.shock, PulseTable)
     require(not is_table, name, None, "cannot vary: the shock is a pulse table")
-    if key == "granules" and isinstance(value, int):
-        allowed = f"must be at most {MOST_GRANULES:,} in a sweep: run a longer chain by itself"
-        require(value <= MOST_GRANULES, name, value, allowed)
+    _check_granules(name, value)
+    if not found.is_plain:
+        _check_with_terms(found, name, value)
+        return
+    part: Any = {"chain": scene.chain, "shock": scene.shock, "run": scene.run}[section]
     other = {OTHER_MEASURE[name].partition(".")[2]: None} if name in OTHER_MEASURE else {}
     try:
         replace(part, **{key: value}, **other)
     except SceneError as problem:
         raise SceneError(name, problem.value, problem.allowed) from None
+
+
+def _check_granules(name: str, value: Value) -> None:
+    if key_of(name) == "granules" and isinstance(value, int):
+        allowed = f"must be at most {MOST_GRANULES:,} in a sweep: run a longer chain by itself"
+        require(value <= MOST_GRANULES, name, value, allowed)
+
+
+def _extremes(axis: Axis) -> list[Value]:
+    """Values of an axis that are possible only if all are: each alone would cost a whole scene."""
+    if not isinstance(axis, Listed) or isinstance(axis.values[0], str):
+        return list(axis.ends)
+    numbers = np.array(axis.values)
+    if not np.isfinite(numbers).all():
+        return [float(numbers[~np.isfinite(numbers)][0])]
+    return [axis.values[int(np.argmin(numbers))], axis.values[int(np.argmax(numbers))]]
+
+
+def _check_with_terms(found: Design, name: str, value: Value) -> None:
+    """Refuse a value that no scene with terms can have, with the others of the base or varied."""
+    if name in ("wall.young_modulus", "wall.poisson_ratio"):
+        assert found.base.wall is not None
+        varied = [axis.ends for axis in found.axes if axis.name == "wall.kind"]
+        kinds = varied[0] if varied else (found.base.wall.kind,)
+        allowed = 'cannot vary: only a wall of kind "elastic" has it, in all scenes of the sweep'
+        require(set(kinds) == {"elastic"}, name, None, allowed)
+    others = {axis.name: axis.ends[-1] for axis in found.axes}
+    try:
+        changed(found.base, {name: value})
+    except SceneError as problem:
+        try:
+            changed(found.base, {**others, name: value})
+        except SceneError:
+            raise problem from None
 
 
 def _flat(scene: Scene) -> dict[str, Any]:

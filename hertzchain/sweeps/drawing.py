@@ -12,9 +12,15 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.sweeps.columns import LABELS, TEXT, TITLES
+from hertzchain.sweeps.columns import TEXT, column_named
 from hertzchain.sweeps.looks import colour_bar, is_log, legend, looks_of, set_scale
-from hertzchain.sweeps.selection import Drawable, Rows, full_name, selected_rows
+from hertzchain.sweeps.selection import (
+    Drawable,
+    Rows,
+    full_name,
+    names_of_columns,
+    selected_rows,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,7 +55,9 @@ def draw(
     """
     from matplotlib.figure import Figure
 
-    x, y, colour = full_name(x), full_name(y), None if colour is None else full_name(colour)
+    columns = names_of_columns(sweep.manifest)
+    x, y = full_name(x, columns), full_name(y, columns)
+    colour = None if colour is None else full_name(colour, columns)
     for name in (x, y):
         allowed = "is text: --x and --y must be columns of numbers, text is for --colour"
         require(name not in TEXT, name, None, allowed)
@@ -62,7 +70,7 @@ def draw(
         drawn = _draw_map(axes, rows, x, y, colour)
     else:
         drawn = _draw_lines(axes, rows, x, y, colour or rows.default_colour)
-    axes.set(xlabel=LABELS[x], ylabel=LABELS[y])
+    axes.set(xlabel=column_named(x).label, ylabel=column_named(y).label)
     set_scale(rows, x, axes.set_xscale, axes.xaxis)
     set_scale(rows, y, axes.set_yscale, axes.yaxis)
     axes.set_title(_title(rows, {x, y, colour}), fontsize="medium")
@@ -248,7 +256,7 @@ def cell_edges(values: FloatArray, log: bool) -> FloatArray:
 def _title(rows: Rows, shown: set[str | None]) -> str:
     """What is the same in all that is seen."""
     said = [
-        "pulse table" if value == "table" else TITLES[name].format(value)
+        "pulse table" if value == "table" else column_named(name).title.format(value)
         for name, value in rows.fixed.items()
         if name not in shown and value == value  # noqa: PLR0124
     ]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.report.style import COLOURS
 from hertzchain.sweeps.axes import Span
-from hertzchain.sweeps.columns import LABELS, TEXT, WHOLE
+from hertzchain.sweeps.columns import TEXT, column_named, is_whole
 from hertzchain.sweeps.selection import Rows
 
 if TYPE_CHECKING:
@@ -28,6 +28,9 @@ _NAMED: dict[str, dict[str, str]] = {
     "native": {"color": COLOURS["native"], "marker": "o"},
     "lammps": {"color": COLOURS["lammps"], "marker": "s"},
     "formulas": {"color": COLOURS["eq6"], "marker": "^"},
+    "rigid": {"color": "#0072B2", "marker": "o"},
+    "same": {"color": "#D55E00", "marker": "s"},
+    "elastic": {"color": "#009E73", "marker": "^"},
 }
 """Okabe and Ito's colours, told apart by the colour-blind, too."""
 
@@ -63,7 +66,8 @@ def looks_of(values: NDArray[Any], name: str) -> dict[Any, dict[str, Any]]:
 
 def legend(axes: Axes, colour: str) -> None:
     """Name the colours above the axes."""
-    axes.figure.legend(loc="outside right upper", title=LABELS[colour], fontsize="small")
+    title = column_named(colour).label
+    axes.figure.legend(loc="outside right upper", title=title, fontsize="small")
 
 
 def colour_bar(axes: Axes, rows: Rows, name: str) -> Any:
@@ -71,9 +75,9 @@ def colour_bar(axes: Axes, rows: Rows, name: str) -> Any:
     from matplotlib.cm import ScalarMappable
 
     values = rows.column[name]
-    scale = ScalarMappable(_norm(values, name in WHOLE, is_log(rows, name)), "viridis")
-    bar = axes.figure.colorbar(scale, ax=axes, label=LABELS[name])
-    if name in WHOLE and not is_log(rows, name):
+    scale = ScalarMappable(_norm(values, is_whole(name), is_log(rows, name)), "viridis")
+    bar = axes.figure.colorbar(scale, ax=axes, label=column_named(name).label)
+    if is_whole(name) and not is_log(rows, name):
         bar.locator = _at_whole_numbers()
         bar.minorticks_off()
         bar.update_ticks()
@@ -113,7 +117,7 @@ def set_scale(rows: Rows, name: str, to: Callable[[str], None], axis: Any) -> No
             axis.set_minor_formatter(
                 lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in digits else ""
             )
-    elif name in WHOLE:
+    elif is_whole(name):
         axis.set_major_locator(_at_whole_numbers())
 
 

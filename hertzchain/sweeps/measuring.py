@@ -58,9 +58,12 @@ def measure(
     begin = time.perf_counter()
     numbers = np.arange(part.start, part.stop)
     given = design.parameters(numbers)
-    similar = natural(given)
-    shock = {"shock.momentum_ratio": similar.momentum_ratio, "shock.rise_time": similar.rise_time}
-    rows = Rows(numbers, NAMES[type(part.backend)], {**given, **shock}, peaks)
+    parameters = dict(given)
+    if design.is_plain:
+        similar = natural(given)
+        parameters["shock.momentum_ratio"] = similar.momentum_ratio
+        parameters["shock.rise_time"] = similar.rise_time
+    rows = Rows(numbers, NAMES[type(part.backend)], parameters, peaks, design.columns)
     alone = np.ones(numbers.size, np.bool_)
     if is_batched(design, part.backend):
         assert isinstance(part.backend, Native)
@@ -70,8 +73,9 @@ def measure(
         for row in np.nonzero(alone)[0].tolist():
             try:
                 scene = design.scene(given, row)
-                if isinstance(scene.shock, PulseTable):
-                    rows.set_momentum_ratio(row, scene.momentum_ratio)
+                is_table = isinstance(scene.shock, PulseTable)
+                if is_table or not (design.is_plain or scene.striker):
+                    rows.set_measures(row, scene.momentum_ratio, scene.rise_time)
                 run(rows, row, scene)
             except BackendMissing:
                 raise

@@ -11,6 +11,7 @@ import numpy as np
 
 from hertzchain.engines.lammps import Lammps
 from hertzchain.engines.native import Native
+from hertzchain.errors import SceneError
 from hertzchain.limits import RTOL
 from hertzchain.scene.pulse import PulseTable
 from hertzchain.sweeps.design import Design
@@ -22,6 +23,9 @@ _LEAST_PARTS = 16  # where cores share them; chosen, so that few scenes keep all
 _START = 0.4  # estimated time below which no process is started [s]; chosen: two take 2 s to start
 _REFERENCE = 5.0  # estimated over true time of the reference, at least, on 60 granules
 _LOOKED_AT = 500  # scenes from which the work of all is estimated
+_BUILT = 20  # scenes with terms from which it is, as they have to be built
+_ONE_BY_ONE = 3.0  # times that a batch takes for the same work, measured on scenes with terms
+_OVERHEAD = 1e-3  # of a scene by itself [s], measured
 
 
 @dataclass(frozen=True)
@@ -70,8 +74,7 @@ def is_batched(design: Design, backend: Backend) -> bool:
         return False
     varies = any(axis.name == "run.end_time" for axis in design.axes)
     is_table = isinstance(design.base.shock, PulseTable)
-    is_plain = design.base.is_plain and not is_table
-    return is_plain and not varies and design.base.run.end_time is None
+    return design.is_plain and not is_table and not varies and design.base.run.end_time is None
 
 
 def part_size(design: Design, backend: Backend) -> int:
@@ -97,11 +100,28 @@ def is_short(design: Design, backend: Backend) -> bool:
 
 def _mean_seconds(design: Design, backend: Backend) -> float:
     """The time that a scene takes on one core, estimated from some of them [s]."""
+    if not design.is_plain:
+        return _mean_seconds_with_terms(design, backend)
     given = design.parameters(design.some(_LOOKED_AT))
     duration = natural(given).duration
     known = np.isfinite(duration)
     duration = np.where(known, duration, np.nanmean(duration) if known.any() else 100.0)
     return float(np.mean(_seconds(backend, given["chain.granules"], duration)))
+
+
+def _mean_seconds_with_terms(design: Design, backend: Backend) -> float:
+    """The same of scenes with terms, which have no common natural units."""
+    numbers = design.some(_BUILT)
+    given = design.parameters(numbers)
+    found = []
+    for k in range(numbers.size):
+        try:
+            scene = design.scene(given, k)
+        except SceneError:
+            continue
+        seconds = _seconds(backend, scene.chain.granules, scene.end_time / scene.contact_time)
+        found.append(_OVERHEAD + _ONE_BY_ONE * float(seconds))
+    return float(np.mean(found)) if found else _OVERHEAD
 
 
 def _seconds(backend: Backend, granules: Any, duration: Any) -> Any:

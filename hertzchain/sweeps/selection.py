@@ -12,8 +12,15 @@ from numpy.typing import NDArray
 from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.reading import UNITS
-from hertzchain.sweeps.axes import Axis, Listed, Span
-from hertzchain.sweeps.columns import COLUMNS, IN_TITLES, OTHER_MEASURE, TEXT, TITLES
+from hertzchain.sweeps.axes import Axis, Listed, Span, key_of
+from hertzchain.sweeps.columns import (
+    COLUMNS,
+    IN_TITLES,
+    OTHER_MEASURE,
+    TEXT,
+    TITLES,
+    columns_of,
+)
 
 if TYPE_CHECKING:
     import pandas
@@ -37,12 +44,20 @@ class Drawable(Protocol):
         """One row per scene and backend."""
 
 
-def full_name(name: str) -> str:
+def full_name(name: str, columns: Sequence[str] = COLUMNS) -> str:
     """The name of a column, given with its section or without."""
-    found = [one for one in COLUMNS if name in (one, one.partition(".")[2] or one)]
-    allowed = f"is no column of a sweep, which has {', '.join(COLUMNS)}"
+    found = [one for one in columns if name in (one, one.partition(".")[2] or one)]
+    if len(found) > 1:
+        raise SceneError(name, None, f"is in several sections: name one of {', '.join(found)}")
+    allowed = f"is no column of a sweep, which has {', '.join(columns)}"
     require(len(found) == 1, name, None, allowed)
     return found[0]
+
+
+def names_of_columns(manifest: Mapping[str, Any]) -> tuple[str, ...]:
+    """The columns of a sweep."""
+    varied = [axis["name"] for axis in manifest["vary"]]
+    return tuple(column.name for column in columns_of(manifest["scene"], varied))
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +107,8 @@ def selected_rows(
     manifest = sweep.manifest
     axes = {axis.name: axis for axis in map(_axis, manifest["vary"])}
     backends = tuple(one["name"] for one in manifest["backends"])
-    fixed = {full_name(name): value for name, value in where.items()}
+    columns = names_of_columns(manifest)
+    fixed = {full_name(name, columns): value for name, value in where.items()}
     allowed = f"is fixed twice: by {' and '.join(where)}"
     require(len(fixed) == len(where), next(iter(fixed), ""), None, allowed)
     fixed_to = {name: _number(name, value, axes, backends) for name, value in fixed.items()}
@@ -155,7 +171,7 @@ def _number(name: str, wanted: Any, axes: Mapping[str, Axis], backends: Sequence
         require(wanted in values, name, wanted, f"is not in the sweep: {', '.join(values)}")
         return int(np.nonzero(values == wanted)[0][0])
     given = wanted.strip() if isinstance(wanted, str) else wanted
-    number = float(to_si(name, given, UNITS.get(name.partition(".")[2], "")))
+    number = float(to_si(name, given, UNITS.get(key_of(name), "")))
     off = np.abs(values - number)
     nearest = np.argsort(off, kind="stable")[:2]
     if not off[nearest[0]] <= _AS_GIVEN * abs(values[nearest[0]]):
@@ -203,6 +219,8 @@ def _same_in_all(
         if value is not None
     }
     varies = {*axes, *(OTHER_MEASURE[name] for name in axes if name in OTHER_MEASURE)}
+    if any(key_of(name) == "granules" for name in axes):  # of a segment: those of the chain vary
+        varies.add("chain.granules")
     same = {name: base[name] for name in IN_TITLES if name in base and name not in varies}
     if "shock.time_s" in base:
         same["shock.profile"] = "table"
@@ -211,4 +229,4 @@ def _same_in_all(
             same[name] = axis.at(np.array([fixed_to.get(name, 0)]))[0]
     if "backend" in fixed_to or len(backends) == 1:
         same["backend"] = backends[fixed_to.get("backend", 0)]
-    return {name: same[name] for name in TITLES if name in same}
+    return {name: same[name] for name in dict.fromkeys((*TITLES, *same)) if name in same}

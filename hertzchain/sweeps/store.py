@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from hertzchain.errors import OutputError, require
 from hertzchain.files import write_text, write_with
-from hertzchain.sweeps.columns import COLUMNS, COUNTS, PEAK_COLUMNS
+from hertzchain.sweeps.columns import COUNTS, PEAK_COLUMNS, columns_of
 from hertzchain.sweeps.measuring import Measured
 from hertzchain.sweeps.parts import Part
 
@@ -28,9 +28,7 @@ if TYPE_CHECKING:
 
 Format = Literal["parquet", "csv"]
 
-HEADERS = {"scenes": COLUMNS, "peaks": PEAK_COLUMNS}  # columns, by the names of folders
-
-TABLES = tuple(HEADERS)
+TABLES = ("scenes", "peaks")  # names of folders
 
 MANIFEST = "sweep.json"
 
@@ -153,13 +151,20 @@ class Folder(AbstractContextManager["Folder"]):
                 if self._format == "parquet":
                     yield pandas.read_parquet(path, engine="pyarrow", columns=wanted)
                 else:
-                    yield _read_csv(path, wanted or list(HEADERS[table]))
+                    yield _read_csv(path, wanted or self._header(table))
             except (OSError, ValueError, KeyError) as problem:
                 reason = str(problem).partition("\n")[0]
                 raise OutputError(
                     f"{path}: cannot be read ({reason}); delete it, and the same sweep measures its"
                     " scenes anew"
                 ) from None
+
+    def _header(self, table: str) -> list[str]:
+        """The columns of a table."""
+        if table == "peaks":
+            return list(PEAK_COLUMNS)
+        varied = [axis["name"] for axis in self._manifest["vary"]]
+        return [column.name for column in columns_of(self._manifest["scene"], varied)]
 
     def _paths(self, table: str) -> list[Path]:
         return sorted((self.folder / table).glob(f"*.{self._format}"))

@@ -16,7 +16,8 @@ from hertzchain.limits import RTOL
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps import parts
 from hertzchain.sweeps.axes import Value
-from hertzchain.sweeps.design import design
+from hertzchain.sweeps.columns import PARAMETERS
+from hertzchain.sweeps.design import Design, design
 from hertzchain.sweeps.local import Measure, measure_here
 from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_manifest
 
@@ -179,6 +180,7 @@ def sweep(
     """
     found = design(scene, vary, samples, seed)
     chosen = _backends(backends, rtol)
+    _refuse_formulas(found, chosen)
     if output is not None:
         check_format(file_format)
     manifest = {
@@ -252,6 +254,16 @@ def _backends(given: str | Iterable[str | parts.Backend], rtol: float) -> tuple[
     require(len(names) > 0, "backends", None, "must be at least one")
     require(len(set(names)) == len(names), "backends", names, "must be there once each")
     return tuple(found)
+
+
+def _refuse_formulas(found: Design, backends: Iterable[parts.Backend]) -> None:
+    """Raise a SceneError where formulas are to speak of terms."""
+    who = parts.NAMES[parts.Formulas]
+    varied = (axis.name for axis in found.axes if axis.name not in PARAMETERS)
+    terms = ", ".join([*found.base.terms, *varied]) or "segments"
+    allowed = f"are about uniform free chains, and this sweep has {terms}: leave them out"
+    is_asked = any(isinstance(backend, parts.Formulas) for backend in backends)
+    require(found.is_plain or not is_asked, who, None, allowed)
 
 
 def _joined(frames: Iterable[pandas.DataFrame]) -> pandas.DataFrame:

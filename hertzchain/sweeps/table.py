@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from hertzchain.observables.peaks import times_of_peaks
 from hertzchain.observables.result import Result
 from hertzchain.observables.transition import solitary_waves, transitions
 from hertzchain.scene.validity import IMPOSSIBLE_OVERLAP
-from hertzchain.sweeps.columns import COLUMNS, COUNTS, FOUND_COLUMNS, PEAK_COLUMNS, BatchFound
+from hertzchain.sweeps.columns import ALL, COUNTS, PEAK_COLUMNS, BatchFound, Column
 
 if TYPE_CHECKING:
     import pandas
@@ -32,15 +32,20 @@ class Rows:
         backend: str,
         parameters: Mapping[str, NDArray[Any]],
         peaks: bool,
+        columns: Sequence[Column] = ALL,
     ) -> None:
         self.numbers, self.backend = numbers, backend
+        self._columns = columns
+        self._found_columns = [
+            column for column in columns if column.of_result or column.of_prediction
+        ]
         self._parameters = dict(parameters)
         # No count is 0: a chain has two granules, and a run takes steps.
         self._found: dict[str, NDArray[Any]] = {
             column.name: np.zeros(numbers.size, np.int64)
             if column.kind == "int"
             else np.full(numbers.size, np.nan)
-            for column in FOUND_COLUMNS
+            for column in self._found_columns
         }
         self._failure: NDArray[Any] = np.full(numbers.size, None, object)
         self._peaks: list[tuple[FloatArray, FloatArray] | None] | None = (
@@ -52,13 +57,15 @@ class Rows:
         """Keep the reason why a scene has no numbers."""
         self._failure[row] = str(problem)
 
-    def set_momentum_ratio(self, row: int, momentum_ratio: float) -> None:
-        """Fill in LM_ratio where similarity does not give it."""
+    def set_measures(self, row: int, momentum_ratio: float, rise_time: float | None) -> None:
+        """Fill in LM_ratio and rise time [s], if there is one, where similarity does not."""
         self._parameters["shock.momentum_ratio"][row] = momentum_ratio
+        if rise_time is not None:
+            self._parameters["shock.rise_time"][row] = rise_time
 
     def add_result(self, row: int, result: Result) -> None:
         """Fill in what a simulation found."""
-        self._fill(row, {column.name: column.of_result for column in FOUND_COLUMNS}, result)
+        self._fill(row, {column.name: column.of_result for column in self._found_columns}, result)
         if self._peaks is not None:
             self._peaks[row] = result.peak_force, result.peak_time
         self.versions = result.versions
@@ -68,7 +75,7 @@ class Rows:
         if np.isnan(prediction.peak_force).any():
             self._failure[row] = prediction.missing
             return
-        getters = {column.name: column.of_prediction for column in FOUND_COLUMNS}
+        getters = {column.name: column.of_prediction for column in self._found_columns}
         self._fill(row, getters, prediction)
         if self._peaks is not None:
             self._peaks[row] = prediction.peak_force, np.full(prediction.peak_force.size, np.nan)
@@ -103,7 +110,7 @@ class Rows:
         ratio = np.power(largest / force, 2 / 3) * length / radius
         lost: NDArray[np.bool_] = ~(batch.error_estimate < 1) | ~(ratio <= IMPOSSIBLE_OVERLAP)
         found = BatchFound(batch, near, far, speed, p, largest, at + 2, ratio)
-        for column in FOUND_COLUMNS:
+        for column in self._found_columns:
             if column.of_batch is not None:
                 values = self._found[column.name]
                 values[rows] = np.where(lost, values[rows], column.of_batch(found))
@@ -113,7 +120,7 @@ class Rows:
         return lost
 
     def table(self) -> pandas.DataFrame:
-        """One row per scene, with the columns ``COLUMNS``; nothing where nothing was found."""
+        """One row per scene, with the columns of the sweep; nothing where nothing was found."""
         import pandas
 
         scene_columns = {"scene": self.numbers, "backend": np.full(self.numbers.size, self.backend)}
@@ -123,7 +130,7 @@ class Rows:
         }
         failure = pandas.array(self._failure, dtype="string")
         columns = {**scene_columns, **self._parameters, **found, "failure": failure}
-        return pandas.DataFrame({name: columns[name] for name in COLUMNS})
+        return pandas.DataFrame({column.name: columns[column.name] for column in self._columns})
 
     def peaks(self) -> pandas.DataFrame | None:
         """One row per scene and contact, with the columns ``PEAK_COLUMNS``."""

@@ -1,0 +1,195 @@
+"""Which keys of a scene file can vary, what a scene has there, and a scene with other values."""
+
+from __future__ import annotations
+
+import copy
+import difflib
+from collections import defaultdict
+from collections.abc import Collection, Mapping
+from dataclasses import fields, replace
+from typing import Any, TypeVar
+
+import numpy as np
+
+from hertzchain.errors import SceneError
+from hertzchain.scene.chain import MATERIAL
+from hertzchain.scene.pulse import PulseTable
+from hertzchain.scene.reading import read_chain
+from hertzchain.scene.scene import Scene
+from hertzchain.sweeps.columns import OTHER_MEASURE, PARAMETERS, TERMS
+
+_Part = TypeVar("_Part")
+
+_OF_GRANULE = (*MATERIAL, "gap")
+_OF_ELASTIC_WALL = ("young_modulus", "poisson_ratio")
+_KNOWN = (*PARAMETERS, *TERMS)
+
+
+def sections_of(scene: Scene) -> dict[str, dict[str, Any]]:
+    """The values of a scene in SI by section and key, as JSON knows them.
+
+    What is not given is left out. Unlike granules are lists, or the segments of the scene file.
+    """
+    chain, shock = scene.chain, scene.shock
+    of_shock = (
+        {"time_s": list(shock.time), "force_N": list(shock.force)}
+        if isinstance(shock, PulseTable)
+        else _given(shock)
+    )
+    sections = {
+        "chain": dict(_given(chain) if chain.section is None else chain.section),
+        "striker" if scene.striker else "shock": of_shock,
+        "wall": _given(scene.wall),
+        "precompression": _given(scene.precompression),
+        "run": _given(scene.run),
+    }
+    for section in ("chain", "wall"):
+        if sections[section].get("gap") == 0:
+            del sections[section]["gap"]
+    return {name: section for name, section in sections.items() if section}
+
+
+def _given(part: Any) -> dict[str, Any]:
+    """The fields of a frozen object that are given; none of None."""
+    values = {} if part is None else {one.name: getattr(part, one.name) for one in fields(part)}
+    return {
+        key: list(value) if isinstance(value, tuple) else value
+        for key, value in values.items()
+        if value is not None
+    }
+
+
+def names_of(scene: Scene) -> tuple[str, ...]:
+    """The parameters of a scene that can vary, and those of its pulse table, which cannot."""
+    sections = sections_of(scene)
+    chain = sections["chain"]
+    segments = chain.get("segments", [])
+    numbers = [key for key in _OF_GRANULE if not isinstance(chain.get(key), list)]
+    alike = len(numbers) == len(_OF_GRANULE) and not segments
+    found = ["chain.granules"] if alike else []
+    found += [f"chain.{key}" for key in numbers]
+    for number, segment in enumerate(segments, start=1):
+        cell = segment.get("cell", [])
+        keys = ("granules", *_OF_GRANULE, *(() if cell else ("radius_ratio",)))
+        found += [f"chain.segments.{number}.{key}" for key in keys]
+        for place in range(1, len(cell) + 1):
+            found += [f"chain.segments.{number}.cell.{place}.{key}" for key in _OF_GRANULE]
+    others = [name for name in _KNOWN if not name.startswith("chain.")]
+    return (*found, *(name for name in others if name.partition(".")[0] in {*sections, "run"}))
+
+
+def full_name(name: object, scene: Scene) -> str:
+    """The name of a parameter that can vary, whose section may have been left out."""
+    names = names_of(scene)
+    full = [one for one in names if name in (one, one.partition(".")[2])]
+    if len(full) > 1:
+        allowed = f"is in several sections: name one of {', '.join(full)}"
+        raise SceneError(str(name), None, allowed)
+    if full:
+        return full[0]
+    key = str(name).rpartition(".")[2]
+    known = [one for one in _KNOWN if name in (one, one.partition(".")[2])]
+    if reason := _reason(known[0] if known else str(name), scene):
+        raise SceneError(known[0] if known else str(name), None, f"cannot vary: {reason}")
+    meant = [one for one in names if one.partition(".")[2] == key]
+    meant = meant or difflib.get_close_matches(str(name), names, n=1)
+    hint = f"did you mean {meant[0]}? What can is" if meant else "what can is"
+    raise SceneError(str(name), None, f"cannot vary; {hint} {', '.join(names)}")
+
+
+def _reason(name: str, scene: Scene) -> str:
+    """Why a parameter that scene files know cannot vary in this scene; empty for no such."""
+    section, _, key = name.partition(".")
+    segments = (scene.chain.section or {}).get("segments", [])
+    if name.startswith("chain.segments."):
+        reason = ""
+        place = key.split(".")[1]
+        if not segments:
+            reason = "the scene has no [[chain.segments]]; add some to its file"
+        elif not place.isdigit() or not 1 <= int(place) <= len(segments):
+            reason = f"the scene has segments 1 to {len(segments)}"
+        return reason
+    if name not in _KNOWN:
+        return ""
+    if section == "chain" and segments:
+        return (
+            "it is the sum of those of the segments; vary them, such as chain.segments.1.granules"
+        )
+    more = " in place of [shock]" if section == "striker" else ""
+    return {
+        "chain": "each granule has its own; describe them by [[chain.segments]] in the scene file",
+        "shock": "the scene has a [striker] and no [shock]",
+    }.get(section, f"the scene has no [{section}]; add the section to its file{more}")
+
+
+def changed(base: Scene, values: Mapping[str, Any]) -> Scene:
+    """A scene with other values, by the names of parameters, as its file would have them.
+
+    A wall that is not elastic has no material of its own, whatever the base has. A SceneError
+    names the key with its section.
+    """
+    of: dict[str, dict[str, Any]] = defaultdict(dict)
+    for name, value in values.items():
+        section, _, key = name.partition(".")
+        of[section][key] = value
+        if name in OTHER_MEASURE:
+            of[section][OTHER_MEASURE[name].partition(".")[2]] = None
+    if of["wall"].get("kind", "elastic") != "elastic":
+        of["wall"] |= dict.fromkeys(_OF_ELASTIC_WALL)
+    chain = base.chain
+    if of["chain"] and chain.section is not None:
+        chain = read_chain(_with_keys(chain.section, of["chain"]))
+    else:
+        chain = _replaced("chain", chain, of["chain"])
+    shock = "striker" if base.striker else "shock"
+    return Scene(
+        chain,
+        _replaced(shock, base.shock, of[shock]),
+        _replaced("run", base.run, of["run"]),
+        _replaced("wall", base.wall, of["wall"]),
+        _replaced("precompression", base.precompression, of["precompression"]),
+    )
+
+
+def _replaced(section: str, part: _Part, values: Mapping[str, Any]) -> _Part:
+    if not values:
+        return part
+    try:
+        return replace(part, **values)  # type: ignore[type-var]
+    except SceneError as problem:
+        key = f"{section}.{problem.key}"
+        raise SceneError(key, problem.value, problem.allowed) from None
+
+
+def _with_keys(section: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """A section [chain] with segments in which keys such as ``segments.1.radius`` are others."""
+    found = copy.deepcopy(dict(section))
+    for name, value in values.items():
+        *path, key = name.split(".")
+        at: Any = found
+        for step in path:
+            at = at[int(step) - 1] if step.isdigit() else at[step]
+        at[key] = value
+    found["granules"] = sum(segment["granules"] for segment in found["segments"])
+    return found
+
+
+def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
+    """The values of a scene by the names of parameters, NaN for those that it has not."""
+    sections = sections_of(scene)
+    known: dict[str, Any] = {
+        "chain.granules": scene.chain.granules,
+        "chain.gap": sections["chain"].get("gap", 0.0),
+        "wall.gap": sections.get("wall", {}).get("gap", 0.0),
+        "shock.profile": getattr(scene.shock, "profile", "table"),
+        "shock.peak_force": float(scene.peak_force),
+    }
+    found = {}
+    for name in names:
+        section, _, key = name.partition(".")
+        value = known.get(name, sections.get(section, {}).get(key))
+        # What is typed as 100 is 100.0: a column has one type, whoever wrote the scene.
+        is_number = isinstance(value, float | int) and name != "chain.granules"
+        kept = isinstance(value, str | int)
+        found[name] = float(value) if is_number else value if kept else np.nan  # type: ignore[arg-type]
+    return found
