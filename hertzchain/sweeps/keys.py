@@ -188,8 +188,7 @@ def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
     for name in names:
         section, _, key = name.partition(".")
         value = known.get(name, sections.get(section, {}).get(key))
-        # What is typed as 100 is 100.0: a column has one type, whoever wrote the scene.
-        is_number = isinstance(value, float | int) and name != "chain.granules"
-        kept = isinstance(value, str | int)
-        found[name] = float(value) if is_number else value if kept else np.nan  # type: ignore[arg-type]
+        if isinstance(value, float | int) and name != "chain.granules":
+            value = float(value)  # a column has one type, also where 100 is typed for 100.0
+        found[name] = np.nan if value is None or isinstance(value, list) else value
     return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -28,6 +28,8 @@ from hertzchain.theory.prediction import transition_peaks
 FORMULAS, MAP, COMPILED, NUMPY, SCIPY = "formulas", "map", "compiled", "NumPy", "SciPy"
 LAMMPS = label_of("lammps")
 WAYS = (FORMULAS, MAP, COMPILED, NUMPY, SCIPY, LAMMPS)  # what computes
+PLAIN_ONLY = (FORMULAS, MAP, NUMPY, SCIPY)
+"""What computes uniform free chains under a pulse alone; scenes with terms are left to the rest."""
 
 _SCIPY_INTERVAL = 0.1  # natural time units between samples of SciPy's dense output: 1e-12 of a peak
 
@@ -36,7 +38,7 @@ _SCIPY_INTERVAL = 0.1  # natural time units between samples of SciPy's dense out
 class Outcome:
     """What one run of a contender found."""
 
-    peak_force: FloatArray  # of contacts 2 ... N [N], NaN where it says nothing
+    peak_force: FloatArray  # of all contacts, a wall's the last [N], NaN where it says nothing
     force_evaluations: int  # of Eq. 1 for the whole chain; 0 for a formula
 
 
@@ -59,17 +61,15 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
     """
     finer = {name: _halvings(*ends) for name, ends in _STEPS.items()}
     finer["reference"] = finer["reference"][::2]
+    if not scene.is_plain:
+        return (*_compiled_ones(finer), *_with_accuracy(), *_lammps_ones())
     single = partial(_compiled, "srkn-6b", dtype=np.float32)  # cheapest where that is enough
     return (
         *_formulas(scene, truth),
         *_map(scene),
-        *(
-            Contender(f"{name}, compiled", COMPILED, partial(_compiled, name), steps)
-            for name, steps in finer.items()
-        ),
+        *_compiled_ones(finer),
         Contender("srkn-6b, float32", COMPILED, single, finer["srkn-6b"][:11]),
-        Contender("rtol, with estimate", COMPILED, _with_estimate, rtols=_decades(2, 10)),
-        Contender("rtol, without estimate", COMPILED, _without_estimate, rtols=_decades(2, 10)),
+        *_with_accuracy(),
         *(
             Contender(f"{name}, NumPy", NUMPY, partial(_numpy, name), steps[:9:2])
             for name, steps in finer.items()
@@ -80,6 +80,28 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
             "reference, NumPy", NUMPY, partial(_numpy, "reference"), (METHODS["reference"].step,)
         ),
         Contender("DOP853, SciPy", SCIPY, _scipy, rtols=_decades(4, 12)),
+        *_lammps_ones(),
+    )
+
+
+def _compiled_ones(steps: Mapping[str, tuple[float, ...]]) -> tuple[Contender, ...]:
+    """Each native method with its steps."""
+    return tuple(
+        Contender(f"{name}, compiled", COMPILED, partial(_compiled, name), own)
+        for name, own in steps.items()
+    )
+
+
+def _with_accuracy() -> tuple[Contender, ...]:
+    """Native as users run it, who name an accuracy."""
+    return (
+        Contender("rtol, with estimate", COMPILED, _with_estimate, rtols=_decades(2, 10)),
+        Contender("rtol, without estimate", COMPILED, _without_estimate, rtols=_decades(2, 10)),
+    )
+
+
+def _lammps_ones() -> tuple[Contender, ...]:
+    return (
         Contender(LAMMPS, LAMMPS, _lammps, _halvings(0.4, 0.4 / 2**9)[::2]),
         Contender(
             f"{LAMMPS}, extrapolated",
@@ -159,13 +181,13 @@ def _compiled(
 def _with_estimate(scene: Scene, rtol: float) -> Outcome:
     """What a user gets who asks for an accuracy: method and step chosen, the error estimated."""
     result = Native(rtol=rtol, peaks_only=True).run(scene)
-    return Outcome(result.peak_force, result.force_evaluations)
+    return Outcome(result.all_peaks, result.force_evaluations)
 
 
 def _without_estimate(scene: Scene, rtol: float) -> Outcome:
     """The first run of that: what is left where nobody asks how sure the peaks are."""
     chosen = plans.cheapest(rtol)
-    legs = scene.schedule(chosen.step * scene.units.time)
+    legs = scene.schedule(chosen.step * scene.contact_time)
     run = simulate(scene, legs, chosen.walker, leave_behind=True)
     return Outcome(run.peaks.force * scene.units.force, run.evaluations)
 

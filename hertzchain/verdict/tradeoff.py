@@ -11,7 +11,7 @@ import math
 import platform
 import statistics
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
@@ -25,13 +25,20 @@ from hertzchain.engines.native import Native
 from hertzchain.errors import BackendMissing, RunFailed, require
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.validity import refuse_terms
-from hertzchain.verdict.contenders import FORMULAS, MAP, WAYS, Contender, Outcome, contenders
+from hertzchain.verdict.contenders import (
+    FORMULAS,
+    MAP,
+    PLAIN_ONLY,
+    WAYS,
+    Contender,
+    Outcome,
+    contenders,
+)
 
 if TYPE_CHECKING:
     import pandas
 
-TRUTH_STEP = 1 / 80  # natural time units; step of the truth, a quarter of the reference's own
+TRUTH_STEP = 1 / 80  # contact times; step of the truth, a quarter of the reference's own
 TRUTH_ERROR = 1e-12  # of the truth at best: its peaks move by 2e-13 where its step is quartered
 _LONGEST = 2.0  # seconds; after a run that takes longer its contender is not run at dearer settings
 _ROUNDS = 2  # times that each setting runs: other work of the machine lasts for seconds
@@ -124,14 +131,13 @@ def tradeoff(
     """
     for name in engines:
         require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")
-    refuse_terms(scene, "a trade-off")
     report_progress = progress or (lambda _: None)
     report_progress(
         "the truth: the reference method with short steps (the first run compiles, half a minute)"
     )
-    truth = Native("reference", TRUTH_STEP * scene.units.time, peaks_only=True).run(scene)
+    truth = Native("reference", TRUTH_STEP * scene.contact_time, peaks_only=True).run(scene)
     ordinary = Native("reference", peaks_only=True).run(scene)
-    moved = largest_difference(ordinary.peak_force, truth.peak_force)
+    moved = largest_difference(ordinary.all_peaks, truth.all_peaks)
     running = [one for one in contenders(scene, truth) if one.engine in engines]
     found: dict[tuple[str, float | None, float | None], Row] = {}
     remarks: dict[str, None] = {}
@@ -139,7 +145,7 @@ def tradeoff(
     for contender in running * _ROUNDS:
         report_progress(contender.name)
         try:
-            for row in measured(contender, scene, truth.peak_force, enough):
+            for row in measured(contender, scene, truth.all_peaks, enough):
                 before = found.setdefault(row.setting, row)
                 found[row.setting] = min(before, row, key=lambda row: row.wall_time)
         except BackendMissing as problem:
@@ -147,13 +153,27 @@ def tradeoff(
             remarks[str(problem)] = None
         except RunFailed as problem:
             remarks[f"{contender.name}: {problem}"] = None
-    if FORMULAS in engines and all(one.engine != FORMULAS for one in running):
-        remarks["the formulas do not apply: they need a pulse of Table 1 and a transition"] = None
-    if MAP in engines and all(one.engine != MAP for one in running):
-        remarks[f"the map does not apply: {theory.predict(scene).missing}"] = None
+    remarks |= dict.fromkeys(_left_out(scene, engines, running))
     order = [contender.name for contender in running]
     rows = tuple(sorted(found.values(), key=lambda row: order.index(row.contender)))
     return Tradeoff(scene, rows, max(moved, TRUTH_ERROR), missing, tuple(remarks))
+
+
+def _left_out(scene: Scene, engines: Sequence[str], running: Sequence[Contender]) -> Iterator[str]:
+    """Why some of the engines that are wanted have no contenders."""
+    if not scene.is_plain:
+        wanted = [one for one in PLAIN_ONLY if one in engines]
+        if wanted:
+            has = ", ".join(scene.terms)
+            yield (
+                f"{', '.join(wanted)}: left out, they are for uniform free chains, and this one has"
+                f" {has}"
+            )
+        return
+    if FORMULAS in engines and all(one.engine != FORMULAS for one in running):
+        yield "the formulas do not apply: they need a pulse of Table 1 and a transition"
+    if MAP in engines and all(one.engine != MAP for one in running):
+        yield f"the map does not apply: {theory.predict(scene).missing}"
 
 
 def measured(
@@ -167,7 +187,7 @@ def measured(
     rows: list[Row] = []
     problem: RunFailed | None = None
     for natural_step, rtol in settings or [(None, None)]:
-        step = None if natural_step is None else natural_step * scene.units.time
+        step = None if natural_step is None else natural_step * scene.contact_time
         setting = step or rtol or math.nan
         try:
             outcome, seconds = timed(functools.partial(contender.run, scene, setting), enough)
