@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import difflib
 from collections import defaultdict
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any, TypeVar
 
@@ -99,16 +99,10 @@ def full_name(name: object, scene: Scene) -> str:
 
 def _reason(name: str, scene: Scene) -> str:
     """Why a parameter that scene files know cannot vary in this scene; empty for no such."""
-    section, _, key = name.partition(".")
+    section = name.partition(".")[0]
     segments = (scene.chain.section or {}).get("segments", [])
-    if name.startswith("chain.segments."):
-        reason = ""
-        place = key.split(".")[1]
-        if not segments:
-            reason = "the scene has no [[chain.segments]]; add some to its file"
-        elif not place.isdigit() or not 1 <= int(place) <= len(segments):
-            reason = f"the scene has segments 1 to {len(segments)}"
-        return reason
+    if name.startswith(("chain.segments.", "segments.")):
+        return _reason_in_segments(name.partition("segments.")[2].split("."), segments)
     if name not in _KNOWN:
         return ""
     if section == "chain" and segments:
@@ -120,6 +114,25 @@ def _reason(name: str, scene: Scene) -> str:
         "chain": "each granule has its own; describe them by [[chain.segments]] in the scene file",
         "shock": "the scene has a [striker] and no [shock]",
     }.get(section, f"the scene has no [{section}]; add the section to its file{more}")
+
+
+def _reason_in_segments(path: Sequence[str], segments: Sequence[Mapping[str, Any]]) -> str:
+    """Why a key of a segment, such as 1, cell, 2, radius, cannot vary; empty for no such key."""
+    if not segments:
+        return "the scene has no [[chain.segments]]; add some to its file"
+    if not _counts(path[0], segments):
+        return f"the scene has segments 1 to {len(segments)}"
+    cell = segments[int(path[0]) - 1].get("cell", [])
+    if path[1:2] != ["cell"]:
+        return ""
+    if not cell:
+        return f"segment {path[0]} has no cell; add one to the scene file"
+    return "" if _counts("".join(path[2:3]), cell) else f"its cell has granules 1 to {len(cell)}"
+
+
+def _counts(number: str, things: Sequence[object]) -> bool:
+    """Whether a text is the number of one of several things, from 1."""
+    return number.isdecimal() and 1 <= int(number) <= len(things)
 
 
 def changed(base: Scene, values: Mapping[str, Any]) -> Scene:

@@ -259,8 +259,8 @@ def _backends(given: str | Iterable[str | parts.Backend], rtol: float) -> tuple[
 def _refuse_formulas(found: Design, backends: Iterable[parts.Backend]) -> None:
     """Raise a SceneError where formulas are to speak of terms."""
     who = parts.NAMES[parts.Formulas]
-    varied = (axis.name for axis in found.axes if axis.name not in PARAMETERS)
-    terms = ", ".join([*found.base.terms, *varied]) or "segments"
+    varied = [axis.name for axis in found.axes if axis.name not in PARAMETERS]
+    terms = ", ".join(found.base.terms or varied or ["segments"])
     allowed = f"are about uniform free chains, and this sweep has {terms}: leave them out"
     is_asked = any(isinstance(backend, parts.Formulas) for backend in backends)
     require(found.is_plain or not is_asked, who, None, allowed)

@@ -1,0 +1,577 @@
+"""Sweeps of scenes with terms: each row is a run of the scene that its file would describe."""
+
+from __future__ import annotations
+
+import itertools
+import pickle
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import OutputError, SceneError
+from hertzchain.scene.reading import UNITS
+from hertzchain.sweeps.columns import COLUMNS, PARAMETERS, TERMS, column_named, columns_of
+from hertzchain.sweeps.design import design
+from hertzchain.sweeps.drawing import draw
+from tests.command_line import Command, is_refused
+from tests.conftest import STEEL
+from tests.processes import names
+
+PTFE = {"radius": 4.75e-3, "young_modulus": 1.46e9, "poisson_ratio": 0.46, "density": 2200.0}
+PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
+CHAIN = hc.Chain(6, **STEEL)
+PLAIN = hc.Scene(CHAIN, PULSE)
+STRIKER = hc.Scene(CHAIN, hc.Striker(1.0), wall=hc.Wall("rigid"))
+LOADED = hc.Scene(CHAIN, PULSE, precompression=hc.Precompression(5.0))
+
+CHAIN_SECTION = """
+[chain]
+granules = 6
+radius = "4.75 mm"
+young_modulus = "193 GPa"
+poisson_ratio = 0.3
+density = "7958 kg/m^3"
+"""
+SEGMENTS = """
+[[chain.segments]]
+granules = 4
+cell = [{}, { young_modulus = "1.46 GPa", poisson_ratio = 0.46, density = "2.2 g/cm^3" }]
+[[chain.segments]]
+granules = 2
+radius = "4 mm"
+radius_ratio = 0.9
+gap = "1 um"
+"""
+SHOCK = """
+[shock]
+profile = "cosine"
+peak_force = "100 N"
+duration_ratio = 2
+momentum_ratio = 1.0
+"""
+
+
+@pytest.fixture
+def segmented(tmp_path: Path) -> hc.Scene:
+    """A dimer of steel and PTFE, and two smaller granules with gaps."""
+    (tmp_path / "dimer.toml").write_text(CHAIN_SECTION + SEGMENTS + SHOCK)
+    return hc.Scene.from_toml(tmp_path / "dimer.toml")
+
+
+def chain_of(
+    steel: Mapping[str, float] = STEEL,
+    soft: Mapping[str, float] = PTFE,
+    pairs: int = 2,
+    ratio: float = 0.9,
+) -> hc.Chain:
+    """The chain of ``segmented`` granule by granule."""
+    small = [{**steel, "radius": 4e-3 * ratio**k} for k in range(2)]
+    granules = [steel, soft] * pairs + small
+    values: dict[str, Any] = {key: [one[key] for one in granules] for key in STEEL}
+    return hc.Chain(len(granules), **values, gap=[0.0] * 2 * pairs + [1e-6] * 2)
+
+
+def expected_row(scene: hc.Scene, result: hc.Result) -> dict[str, float]:
+    """What a table says of a run, from its result alone."""
+    largest = int(np.argmax(result.peak_force))
+    found = {
+        "chain.granules": scene.chain.granules,
+        "largest_peak_force_N": result.peak_force[largest],
+        "largest_peak_contact": largest + 2,
+        "last_peak_force_N": result.peak_force[-1],
+        "overlap_ratio": result.overlap_ratio,
+        "error_estimate": result.error_estimate,
+        "force_evaluations": result.force_evaluations,
+    }
+    if scene.wall is not None:
+        assert result.wall_peak_force is not None
+        assert result.wall_peak_time is not None
+        found |= {
+            "wall_peak_force_N": result.wall_peak_force,
+            "wall_peak_time_s": result.wall_peak_time,
+        }
+    if scene.precompression is not None:
+        assert result.static_force is not None
+        found["largest_dynamic_force_N"] = max(result.peak_force - result.static_force)
+    return found
+
+
+def are_rows_of(
+    sweep: hc.Sweep, expected: Iterable[tuple[Mapping[str, Any], hc.Scene]], rtol: float = 1e-4
+) -> None:
+    """Assert that rows are single runs of scenes made by hand, in order, to the last digit."""
+    table, peaks = sweep.to_frame(), sweep.peaks_to_frame()
+    wanted = list(expected)
+    assert len(table) == len(wanted)
+    assert table["failure"].isna().all()
+    for row, (values, scene) in zip(table.to_dict("records"), wanted, strict=True):
+        assert {name: row[name] for name in values} == values
+        result = hc.Native(rtol=rtol, peaks_only=True).run(scene)
+        found = expected_row(scene, result)
+        assert {name: row[name] for name in found} == found
+        own = peaks[peaks["scene"] == row["scene"]]
+        assert own["contact"].tolist() == result.contact.tolist()
+        np.testing.assert_array_equal(own["peak_force_N"], result.peak_force)
+        np.testing.assert_array_equal(own["peak_time_s"], result.peak_time)
+
+
+def swept(scene: hc.Scene, vary: dict[str, Any], **more: Any) -> hc.Sweep:
+    return hc.sweep(scene, vary, rtol=1e-4, peaks=True, **more)
+
+
+# What is measured
+
+
+def test_a_striker_and_a_wall() -> None:
+    """A wall that is not elastic has no modulus, though the scene has one for those that are."""
+    scene = replace(STRIKER, wall=hc.Wall("elastic", 70e9, 0.33))
+    sweep = swept(
+        scene,
+        {
+            "striker.velocity": "0.1 m/s, 1 m/s",
+            "wall.kind": "rigid,same,elastic",
+            "chain.granules": [4, 6],
+        },
+    )
+    walls = {
+        "rigid": hc.Wall("rigid"),
+        "same": hc.Wall("same"),
+        "elastic": hc.Wall("elastic", 70e9, 0.33),
+    }
+    are_rows_of(
+        sweep,
+        (
+            (
+                {"striker.velocity": velocity, "wall.kind": kind},
+                hc.Scene(hc.Chain(granules, **STEEL), hc.Striker(velocity), wall=walls[kind]),
+            )
+            for velocity, kind, granules in itertools.product((0.1, 1.0), walls, (4, 6))
+        ),
+    )
+    table = sweep.to_frame()
+    assert (table["wall.young_modulus"].notna() == (table["wall.kind"] == "elastic")).all()
+    slow, fast = (table[table["striker.velocity"] == v] for v in (0.1, 1.0))
+    for name in ("largest_peak_force_N", "wall_peak_force_N"):
+        ratio = fast[name].to_numpy() / slow[name].to_numpy()
+        # Hertz's law scales: F goes with v^(6/5). Both runs are the same in natural units.
+        np.testing.assert_allclose(ratio, 10**1.2, rtol=1e-9)
+
+
+def test_the_material_of_striker_and_wall() -> None:
+    scene = hc.Scene(CHAIN, hc.Striker(1.0), wall=hc.Wall("elastic", 70e9, 0.33))
+    sweep = swept(scene, {"striker.radius": "6 mm,8 mm", "wall.young_modulus": "70 GPa,200 GPa"})
+    are_rows_of(
+        sweep,
+        (
+            (
+                {"striker.radius": radius, "wall.young_modulus": modulus},
+                hc.Scene(
+                    CHAIN, hc.Striker(1.0, radius=radius), wall=hc.Wall("elastic", modulus, 0.33)
+                ),
+            )
+            for radius, modulus in itertools.product((0.006, 0.008), (70e9, 200e9))
+        ),
+    )
+
+
+def test_segments_do_what_the_file_would(segmented: hc.Scene) -> None:
+    """Defaults reach segments and cells that do not name them."""
+    sweep = swept(
+        segmented,
+        {
+            "chain.young_modulus": "100 GPa,193 GPa",
+            "chain.segments.1.granules": [2, 4],
+            "segments.1.cell.2.density": [2200.0, 1000.0],
+            "chain.segments.2.radius_ratio": [0.9, 0.8],
+        },
+    )
+    choices = itertools.product((100e9, 193e9), (1, 2), (2200.0, 1000.0), (0.9, 0.8))
+    are_rows_of(
+        sweep,
+        (
+            (
+                {
+                    "chain.young_modulus": modulus,
+                    "chain.segments.1.granules": 2 * pairs,
+                    "chain.segments.1.cell.2.density": density,
+                    "chain.segments.2.radius_ratio": ratio,
+                },
+                hc.Scene(
+                    chain_of(
+                        {**STEEL, "young_modulus": modulus},
+                        {**PTFE, "density": density},
+                        pairs,
+                        ratio,
+                    ),
+                    PULSE,
+                ),
+            )
+            for modulus, pairs, density, ratio in choices
+        ),
+    )
+
+
+def test_loads() -> None:
+    scene = replace(LOADED, wall=hc.Wall("same"))
+    sweep = swept(
+        scene,
+        {"precompression.force": [5.0, 20.0], "gravity": [0.0, 9.81], "rise_time": ["30 us"]},
+    )
+    are_rows_of(
+        sweep,
+        (
+            (
+                {"precompression.force": force, "precompression.gravity": gravity},
+                hc.Scene(
+                    CHAIN,
+                    hc.Pulse("cosine", 100.0, 2.0, rise_time=3e-5),
+                    wall=hc.Wall("same"),
+                    precompression=hc.Precompression(force, gravity),
+                ),
+            )
+            for force, gravity in itertools.product((5.0, 20.0), (0.0, 9.81))
+        ),
+    )
+    table = sweep.to_frame()
+    assert (table["shock.rise_time"] == 3e-5).all()
+    ratio = table["shock.momentum_ratio"].tolist()
+    assert ratio == ratio[:1] * 4  # that of the shock alone
+
+
+def test_gaps_of_a_plain_scene() -> None:
+    """Without a gap there is a transition; with gaps there is no p."""
+    chain = hc.Chain(20, **STEEL)
+    sweep = swept(replace(PLAIN, chain=chain), {"gap": "0,1e-7"})
+    scenes = [hc.Scene(hc.Chain(20, **STEEL, gap=gap), PULSE) for gap in (0.0, 1e-7)]
+    are_rows_of(sweep, [({"chain.gap": scene.chain.gap}, scene) for scene in scenes])
+    found = hc.Native(rtol=1e-4, peaks_only=True).run(scenes[0])
+    table = sweep.to_frame()
+    p, none = table["transition_granules"].tolist()
+    assert p == found.transition_granules
+    assert pd.isna(none)
+    assert table["solitary_wave_force_N"][0] == found.solitary_wave.peak_force
+
+
+def test_granules_listed_one_by_one_and_a_pulse_table() -> None:
+    radii = [4.75e-3 * 0.97**k for k in range(6)]
+    others = {key: value for key, value in STEEL.items() if key != "radius"}
+    table = hc.PulseTable((0.0, 2e-5, 6e-5), (0.0, 100.0, 0.0))
+    sweep = swept(
+        hc.Scene(hc.Chain(6, radii, **others), table, wall=hc.Wall("same")),
+        {"density": [1000.0, 7958.0], "wall.gap": ["0", "2 um"]},
+    )
+    scenes = [
+        hc.Scene(
+            hc.Chain(6, radii, **{**others, "density": density}),
+            table,
+            wall=hc.Wall("same", gap=gap),
+        )
+        for density, gap in itertools.product((1000.0, 7958.0), (0.0, 2e-6))
+    ]
+    are_rows_of(
+        sweep,
+        [({"chain.density": one.chain.density, "shock.profile": "table"}, one) for one in scenes],
+    )
+    found = sweep.to_frame()
+    assert found["chain.radius"].isna().all()
+    assert found["shock.momentum_ratio"].tolist() == [one.momentum_ratio for one in scenes]
+
+
+def test_drawn_values() -> None:
+    vary = {"striker.velocity": "0.1:10:log", "chain.granules": "3:6"}
+    sweep = swept(STRIKER, vary, samples=5, seed=2)
+    table = sweep.to_frame()
+    assert table["chain.granules"].between(3, 6).all()
+    assert table["striker.velocity"].between(0.1, 10.0).all()
+    are_rows_of(
+        sweep,
+        (
+            (
+                {"striker.velocity": velocity},
+                hc.Scene(hc.Chain(granules, **STEEL), hc.Striker(velocity), wall=hc.Wall("rigid")),
+            )
+            for velocity, granules in zip(
+                table["striker.velocity"], table["chain.granules"].tolist(), strict=True
+            )
+        ),
+    )
+
+
+@pytest.mark.lammps
+def test_two_codes_agree(segmented: hc.Scene) -> None:
+    lammps = hc.Lammps(rtol=1e-3, extrapolated=True)
+    vary: dict[str, Any] = {"chain.segments.1.cell.2.young_modulus": "1 GPa,2 GPa"}
+    sweep = hc.sweep(segmented, vary, backends=[hc.Native(rtol=1e-6), lammps], peaks=True)
+    table, peaks = sweep.to_frame(), sweep.peaks_to_frame()
+    assert table["failure"].isna().all()
+    native, other = (peaks[peaks["backend"] == name] for name in ("native", "lammps"))
+    bound = table[table["backend"] == "lammps"]["error_estimate"].max() + 1e-6
+    off = np.abs(other["peak_force_N"].to_numpy() / native["peak_force_N"].to_numpy() - 1)
+    assert off.max() <= bound
+    alone = lammps.run(replace(segmented, chain=chain_of(soft={**PTFE, "young_modulus": 1e9})))
+    # The same deck, and the same version of LAMMPS.
+    np.testing.assert_array_equal(other["peak_force_N"][:5], alone.peak_force)
+
+
+def test_what_fails_is_a_row_with_its_reason() -> None:
+    """A load of nothing, where two values meet; an overlap above a radius."""
+    scene = replace(LOADED, wall=hc.Wall("rigid"))
+    vary: dict[str, Any] = {
+        "precompression.force": [0.0, 5.0], "precompression.gravity": [0.0, 9.81]
+    }  # fmt: skip
+    table = swept(scene, vary).to_frame()
+    assert "precompression.force and gravity: both are 0" in table["failure"][0]
+    assert table["failure"].notna().tolist() == [True, False, False, False]
+    deep = swept(STRIKER, {"velocity": [1.0, 5000.0]})
+    assert deep.count().failed == 1
+    assert "Hertz's law says nothing there" in str(deep.count().reason)
+
+
+# What the table has
+
+
+def test_columns() -> None:
+    table = swept(STRIKER, {"striker.velocity": [1.0]}).to_frame()
+    assert list(table.columns) == [
+        *("scene", "backend", "chain.granules", "chain.radius", "chain.young_modulus"),
+        *("chain.poisson_ratio", "chain.density", "striker.velocity", "wall.kind", "run.end_time"),
+        *("largest_peak_force_N", "largest_peak_contact", "last_peak_force_N"),
+        *("wall_peak_force_N", "wall_peak_time_s", "overlap_ratio", "error_estimate"),
+        *("force_evaluations", "failure"),
+    ]
+    typed = hc.Scene(hc.Chain(6, 1, 10**9, 0, 7800), hc.Striker(1), wall=hc.Wall("rigid"))
+    other = swept(typed, {"striker.velocity": [1]}).to_frame()
+    assert other.dtypes.to_dict() == table.dtypes.to_dict()
+
+
+def test_plain_scenes_have_the_columns_of_before() -> None:
+    found = design(PLAIN, {"chain.radius": [1.0, 2.0]})
+    assert tuple(column.name for column in found.columns) == COLUMNS
+    manifest = found.to_dict()
+    assert tuple(one.name for one in columns_of(manifest["scene"], ["chain.radius"])) == COLUMNS
+
+
+def test_every_parameter_has_a_label_and_a_unit() -> None:
+    segments = ("granules", "radius", "radius_ratio", "gap")
+    names = [*TERMS, *(f"chain.segments.2.{key}" for key in segments)]
+    for name in (*names, "chain.segments.1.cell.2.density"):
+        column = column_named(name)
+        assert column.label
+        assert column.title.count("{") == 1
+        key = name.rpartition(".")[2]
+        assert key in UNITS or key in ("granules", "kind")
+        assert f"[{UNITS.get(key)}]".replace("^3", "³").replace("^2", "²") in column.label or (
+            not UNITS.get(key)
+        )
+    assert column_named("chain.segments.2.granules").label == "granules N, segment 2"
+
+
+# What cannot vary
+
+REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
+    (PLAIN, {"striker.velocity": "1,2"}, "the scene has no [striker]; add the section to its file"),
+    (PLAIN, {"velocity": "1,2"}, "striker.velocity: cannot vary: the scene has no [striker]"),
+    (PLAIN, {"wall.kind": "rigid,same"}, "wall.kind: cannot vary: the scene has no [wall]; add"),
+    (PLAIN, {"precompression.force": "1,2"}, "the scene has no [precompression]; add the section"),
+    (PLAIN, {"chain.segments.1.radius": "1,2"}, "the scene has no [[chain.segments]]; add some"),
+    (STRIKER, {"shock.peak_force": "1,2"}, "cannot vary: the scene has a [striker] and no [shock]"),
+    (STRIKER, {"radius": "1,2"}, "is in several sections: name one of chain.radius, striker.rad"),
+    (STRIKER, {"striker.velocty": "1,2"}, "cannot vary; did you mean striker.velocity? What can"),
+    (STRIKER, {"wall.kind": "rigid,soft"}, "wall.kind = 'soft': must be one of rigid, same, elas"),
+    (STRIKER, {"wall.kind": "rigid:same:2"}, "has no range: name its values, rigid,same"),
+    (STRIKER, {"wall.kind": [1, 2]}, "wall.kind = 1: must be the name of a kind"),
+    (STRIKER, {"wall.kind": "rigid,elastic"}, "wall.young_modulus: missing, a wall of kind"),
+    (STRIKER, {"wall.young_modulus": "1,2"}, 'only a wall of kind "elastic" has it, in all scenes'),
+    (STRIKER, {"striker.velocity": "0,1"}, "striker.velocity = 0.0: must be a finite number above"),
+    (STRIKER, {"striker.velocity": "1 m,2 m"}, "has the wrong dimension"),
+    (STRIKER, {"striker.poisson_ratio": "0.1:0.6:3"}, "striker.poisson_ratio = 0.6: must be"),
+    (STRIKER, {"chain.granules": "4,1000001"}, "must be at most 1,000,000 in a sweep"),
+    (LOADED, {"precompression.force": [0.0, 1.0]}, "precompression.force and gravity: both are 0"),
+    (LOADED, {"gravity": [0.0, 1.0]}, "precompression.gravity = 1.0: needs a [wall]"),
+    (LOADED, {"chain.gap": [0.0, 1e-6]}, "chain.gap: must be 0 with [precompression]"),
+    (
+        replace(PLAIN, chain=chain_of()),
+        {"chain.radius": "1,2"},
+        "chain.radius: cannot vary: each granule has its own; describe them by [[chain.segments]]",
+    ),
+]
+
+
+@pytest.mark.parametrize(("scene", "vary", "words"), REFUSED, ids=[one[2] for one in REFUSED])
+def test_what_cannot_vary_is_refused_in_a_sentence(
+    scene: hc.Scene, vary: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(SceneError) as problem:
+        design(scene, vary)
+    assert words in str(problem.value)
+    assert "\n" not in str(problem.value)
+
+
+OF_SEGMENTS = {
+    "granules": "chain.granules: cannot vary: it is the sum of those of the segments",
+    "chain.segments.3.radius": "cannot vary: the scene has segments 1 to 2",
+    "chain.segments.0.radius": "cannot vary: the scene has segments 1 to 2",
+    "chain.segments.1.radius_ratio": "did you mean chain.segments.2.radius_ratio?",
+    "chain.segments.1.cell.3.density": "cannot vary: its cell has granules 1 to 2",
+    "segments.2.cell.1.density": "cannot vary: segment 2 has no cell; add one to the scene file",
+    "segments.x.density": "cannot vary: the scene has segments 1 to 2",
+    "chain.segments.1.cell": "chain.segments.1.cell: cannot vary: its cell has granules 1 to 2",
+    "chain.segments.1": "chain.segments.1: cannot vary; ",
+    "chain.segments.2.granules": "chain.segments.2.granules = 0: must be an integer of at least 1",
+}
+
+
+@pytest.mark.parametrize("name", OF_SEGMENTS)
+def test_what_segments_do_not_have_is_refused(segmented: hc.Scene, name: str) -> None:
+    with pytest.raises(SceneError) as problem:
+        design(segmented, {name: [0, 2]})
+    assert OF_SEGMENTS[name] in str(problem.value)
+
+
+def test_a_chain_with_other_values_has_no_segments(segmented: hc.Scene) -> None:
+    """What the file said of the segments would not be true of it."""
+    assert segmented.chain.section is not None
+    assert pickle.loads(pickle.dumps(segmented)).chain.section == segmented.chain.section  # noqa: S301
+    assert replace(segmented, shock=hc.Striker(1.0)).chain.section is not None
+    other = replace(segmented.chain, density=1000.0)
+    assert other.section is None
+    with pytest.raises(SceneError, match="each granule has its own"):
+        design(replace(segmented, chain=other), {"chain.radius": [1.0, 2.0]})
+
+
+def test_formulas_are_refused() -> None:
+    for scene, vary, words in (
+        (STRIKER, {"striker.velocity": [1.0]}, "this sweep has striker, wall: leave them out"),
+        (PLAIN, {"chain.gap": [0.0, 1e-6]}, "this sweep has chain.gap: leave them out"),
+    ):
+        with pytest.raises(SceneError) as problem:
+            hc.sweep(scene, vary, backends=["native", "formulas"])
+        assert words in str(problem.value)
+
+
+BAD = {
+    "no wall": (("--vary", "wall.gap=0,1 um"), "the scene has no [wall]; add the section"),
+    "formulas": (
+        ("--vary", "velocity=1,2", "--backend", "formulas"),
+        "formulas: are about uniform",
+    ),
+    "a word for a number": (("--vary", "striker.velocity=1,fast"), "striker.velocity = 'fast'"),
+}
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_the_command_refuses_in_one_sentence_and_makes_nothing(
+    hertzchain: Command, what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(CHAIN_SECTION + '[striker]\nvelocity = "1 m/s"\n')
+    arguments, words = BAD[what]
+    is_refused(hertzchain("sweep", "scene.toml", *arguments, "-o", "out"), words)
+    assert names() == ["scene.toml"]
+
+
+# What is kept
+
+
+def test_the_command_resumes_what_was_stopped(
+    hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(CHAIN_SECTION + SEGMENTS + SHOCK)
+    command = (
+        *("sweep", "scene.toml", "--vary", "chain.segments.1.granules=2:20:10"),
+        *("--vary", "segments.2.gap=0,1 um", "--rtol", "1e-3", "--peaks", "-o", "out"),
+    )
+    assert hertzchain(*command).status == 0
+    whole = hc.Sweep.load("out")
+    table, peaks = whole.to_frame(), whole.peaks_to_frame()
+    parts = sorted(Path("out/scenes").glob("*.parquet"))
+    assert len(parts) > 2
+    written = {path: path.stat().st_mtime_ns for path in parts[2:]}
+    for path in parts[:2]:  # as if it had been stopped there
+        path.unlink()
+    assert hertzchain(*command).status == 0
+    pd.testing.assert_frame_equal(hc.Sweep.load("out").to_frame(), table, check_exact=True)
+    pd.testing.assert_frame_equal(hc.Sweep.load("out").peaks_to_frame(), peaks, check_exact=True)
+    assert {path: path.stat().st_mtime_ns for path in parts[2:]} == written
+    text = (CHAIN_SECTION + SEGMENTS + SHOCK).replace("0.46", "0.45")
+    (tmp_path / "scene.toml").write_text(text)
+    is_refused(hertzchain(*command), "belongs to another sweep")
+
+
+def test_csv_has_what_parquet_has(tmp_path: Path) -> None:
+    vary = {"wall.kind": "rigid,same", "striker.velocity": [1.0, 5000.0]}  # the second too deep
+    kinds: tuple[Any, ...] = ("parquet", "csv")
+    for kind in kinds:
+        swept(STRIKER, vary, output=tmp_path / kind, file_format=kind)
+    parquet, csv = (hc.Sweep.load(tmp_path / kind) for kind in kinds)
+    for table in ("to_frame", "peaks_to_frame"):
+        found, expected = (getattr(one, table)() for one in (csv, parquet))
+        pd.testing.assert_frame_equal(found, expected, check_exact=True, check_dtype=False)
+    columns = ["wall.kind", "wall_peak_force_N"]
+    assert list(csv.to_frame(columns).columns) == columns
+    other = replace(STRIKER, wall=hc.Wall("rigid", gap=1e-6))
+    with pytest.raises(OutputError, match="belongs to another sweep"):
+        swept(other, vary, output=tmp_path / "csv", file_format="csv")
+
+
+# What is drawn
+
+
+def test_a_result_over_a_term_with_walls_told_apart(tmp_path: Path, hertzchain: Command) -> None:
+    vary = {"striker.velocity": "0.1:10:3:log", "wall.kind": "same,rigid"}
+    sweep = swept(STRIKER, vary, output=tmp_path / "out")
+    drawn = draw(sweep, "velocity", "wall_peak_force_N", "kind")
+    (axes,) = drawn.figure.axes
+    assert [text.get_text() for text in drawn.figure.legends[0].get_texts()] == ["same", "rigid"]
+    assert axes.get_xlabel() == "velocity of the striker [m/s]"
+    assert axes.get_ylabel() == "peak force on the wall [N]"
+    assert axes.get_title() == "6 granules, native"
+    assert axes.get_xscale() == "log"
+    table = sweep.to_frame()
+    for kind, line in zip(("same", "rigid"), axes.lines, strict=True):
+        own = table[table["wall.kind"] == kind]
+        np.testing.assert_array_equal(line.get_xdata(), own["striker.velocity"])
+        np.testing.assert_array_equal(line.get_ydata(), own["wall_peak_force_N"])
+    (only,) = draw(sweep, "velocity", "last_peak_force_N", where={"wall.kind": "rigid"}).figure.axes
+    assert only.get_title() == "6 granules, rigid wall, native"
+    done = hertzchain("plot", tmp_path / "out", "--x", "velocity", "--y", "largest_peak_force_N")
+    assert done.status == 0
+    assert "wall.kind varies, too" in done.err
+    assert (tmp_path / "out" / "plot.png").exists()
+    is_refused(
+        hertzchain("plot", tmp_path / "out", "--x", "velocity", "--y", "transition_granules"),
+        "is no column of a sweep, which has scene, backend, chain.granules",
+    )
+
+
+def test_a_map_over_segments(segmented: hc.Scene) -> None:
+    vary: dict[str, Any] = {
+        "chain.segments.1.granules": [2, 4, 6], "chain.segments.2.radius": "3 mm:4 mm:3"
+    }  # fmt: skip
+    x, y = vary
+    drawn = draw(swept(segmented, vary), x, y, "last_peak_force_N")
+    axes, bar = drawn.figure.axes
+    assert axes.get_xlabel() == "granules N, segment 1"
+    assert axes.get_ylabel() == "radius R [m], segment 2"
+    assert bar.get_ylabel() == "peak force of contact N [N]"
+    title = "cosine pulse, n = 2, LM_ratio = 1, F0 = 100 N, native"
+    assert axes.get_title() == title  # without N, which varies
+    assert drawn.remarks == ()
+
+
+def test_a_title_names_a_segment_that_is_fixed(segmented: hc.Scene) -> None:
+    vary: dict[str, Any] = {"chain.segments.2.radius": "3 mm:4 mm:3", "chain.density": [1e3, 8e3]}
+    where = {"chain.segments.2.radius": "3 mm"}
+    drawn = draw(swept(segmented, vary), "chain.density", "last_peak_force_N", where=where)
+    assert drawn.figure.axes[0].get_title().endswith("native, radius R [m], segment 2: 0.003")
+
+
+def test_parameters_of_plain_scenes_are_not_those_of_terms() -> None:
+    assert not set(PARAMETERS) & set(TERMS)
