@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -33,7 +34,8 @@ from hertzchain.verdict.tradeoff import (
     tradeoff,
     typical,
 )
-from tests.conftest import paper_scene
+from tests.command_line import Command
+from tests.conftest import STEEL, paper_scene
 
 
 @pytest.fixture(scope="module")
@@ -413,3 +415,74 @@ def test_without_lammps_a_measured_contender_raises(scene: hc.Scene) -> None:
 
     with pytest.raises(BackendMissing, match="not there"):
         measured(Contender("x", "LAMMPS", run, steps=(0.1,)), scene, np.ones(11), 0.0)
+
+
+# Scenes with terms
+
+STRIKER = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(1.0, radius=6e-3), wall=hc.Wall("rigid"))
+
+
+def test_scenes_with_terms_leave_out_what_does_not_know_them() -> None:
+    found = tradeoff(STRIKER, ["formulas", "map", "NumPy", "SciPy"], enough=0.0)
+    assert found.rows == ()
+    assert len(found.remarks) == 1
+    assert found.remarks[0].startswith("formulas, map, NumPy, SciPy: left out, they are for")
+    assert found.remarks[0].endswith("and this one has striker, wall")
+    assert not found.missing
+
+
+def test_native_methods_on_a_scene_with_terms() -> None:
+    """Errors are those of single runs against the truth, the force on the wall among them."""
+    found = tradeoff(STRIKER, ["compiled"], enough=0.0)
+    assert found.remarks == ()
+    assert found.contenders == (
+        *(f"{name}, compiled" for name in ("velocity-verlet", "rk4", "dprkn-6", "srkn-6b")),
+        *("srkn-11b, compiled", "reference, compiled"),
+        *("rtol, with estimate", "rtol, without estimate"),
+    )
+    truth = hc.Native("reference", module.TRUTH_STEP * STRIKER.contact_time).run(STRIKER)
+    for row in rows_of(found, "rk4, compiled"):
+        assert row.step is not None
+        assert row.natural_step is not None
+        assert row.step == row.natural_step * STRIKER.contact_time
+        if row.natural_step < 0.1:  # longer steps cost more runs for their estimate
+            continue
+        alone = hc.Native("rk4", row.step).run(STRIKER)
+        assert row.error == largest_difference(alone.all_peaks, truth.all_peaks)
+        assert row.force_evaluations == alone.force_evaluations
+    for row in rows_of(found, "rtol, with estimate"):
+        assert row.rtol is not None
+        assert row.error <= row.rtol
+    # Fourth order, where steps are short enough for an order and contacts open.
+    errors = [row.error for row in rows_of(found, "rk4, compiled")]
+    assert errors[0] / errors[-1] > 1e4
+
+
+@pytest.mark.lammps
+def test_lammps_on_a_scene_with_terms(
+    hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The command, with table and plot; a few settings of LAMMPS."""
+    few = (0.2, 0.1, 0.05)  # LAMMPS takes every other one
+    monkeypatch.setattr("hertzchain.verdict.contenders._halvings", lambda *_: few)
+    monkeypatch.setattr("hertzchain.verdict.contenders._decades", lambda *_: (1e-4,))
+    monkeypatch.setattr(module, "_ROUNDS", 1)
+    STRIKER.to_toml(tmp_path / "scene.toml")
+    plot, output = tmp_path / "plot.svg", tmp_path / "rows.csv"
+    done = hertzchain("tradeoff", tmp_path / "scene.toml", "--plot", plot, "-o", output)
+    assert done.status == 0
+    assert done.out.startswith("striker at 1 m/s on 7 granules, with wall\n")
+    assert "formulas, map, NumPy, SciPy: left out" in done.err
+    assert "striker at 1 m/s on 7 granules" in plot.read_text(encoding="utf-8")
+    table = pd.read_csv(output)
+    assert set(table["engine"]) == {"compiled", "LAMMPS"}
+    plain = table[table["contender"] == "LAMMPS"]
+    truth = hc.Native("reference", module.TRUTH_STEP * STRIKER.contact_time).run(STRIKER)
+    for row in plain.to_dict("records"):
+        peaks, steps = hc.Lammps(dt=row["step_s"]).peaks_alone(STRIKER)
+        assert row["force_evaluations"] == steps
+        # Read from CSV, which may cost the last digit.
+        assert row["error"] == pytest.approx(largest_difference(peaks, truth.all_peaks), rel=1e-14)
+        assert peaks.size == 8  # with the wall
+    extrapolated = table[table["contender"] == "LAMMPS, extrapolated"]
+    assert extrapolated["error"].min() < plain["error"].min()
