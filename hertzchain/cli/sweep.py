@@ -36,7 +36,8 @@ def sweep(
         list[str],
         typer.Option(
             metavar="NAME=VALUES",
-            help="What changes, as the scene file names it, and what it takes; repeatable."
+            help="What changes, as the scene file names it (segments by their numbers:"
+            " chain.segments.1.radius), and what it takes; repeatable."
             " A,B,C: a list; LOW:HIGH:COUNT: a grid; LOW:HIGH: drawn, see --samples; :log behind a"
             " range: by logarithms. With units: chain.radius='1 mm:10 mm:5'. All are crossed.",
         ),
@@ -60,7 +61,10 @@ def sweep(
     seed: Annotated[int, typer.Option(help="Other points for another number.")] = 0,
     backend: Annotated[
         list[Source] | None,
-        typer.Option(help="Who measures each scene; repeatable. Default: native."),
+        typer.Option(
+            help="Who measures each scene; repeatable; formulas: uniform free chains alone."
+            " Default: native."
+        ),
     ] = None,
     rtol: Annotated[float, typer.Option(help="Wanted relative accuracy of the peaks.")] = RTOL,
     peaks: Annotated[
@@ -87,6 +91,8 @@ def sweep(
     as_json: options.AsJson = False,
 ) -> None:
     """Measure many scenes: a row for each with its parameters, p, F_SW, speed, largest peak, error.
+
+    With a wall also the force on it; p, F_SW and speed are about uniform free chains alone.
 
     Stopped or killed, it goes on where it was when it is started again. A scene that fails is a row
     with the reason.

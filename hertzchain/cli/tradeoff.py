@@ -21,7 +21,10 @@ def tradeoff(
         Path | None, typer.Option("-o", "--output", help="Write all that was measured (CSV).")
     ] = None,
 ) -> None:
-    """Measure error against cost of every method on a scene; half a minute for 60 granules."""
+    """Measure error against cost of every method on a scene; half a minute for 60 granules.
+
+    Formulas, NumPy and SciPy are for uniform free chains, and left out where a scene has more.
+    """
     from hertzchain.files import check_outputs, write_text
     from hertzchain.report import figures
     from hertzchain.report.tradeoff import print_tradeoff

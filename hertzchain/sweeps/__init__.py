@@ -1,5 +1,6 @@
 """Sweeps: what becomes of peaks and p where pulse, material and chain change.
 
+keys        what can vary in a scene, by the keys of its file
 design      which scenes there are
 natural     similarity, of many scenes at once
 parts       who measures, and how a sweep is cut

@@ -244,8 +244,8 @@ def column_named(name: str) -> Column:
     assert found is not None, name
     segment, place, key = found.groups()
     where = f"segment {segment}" + ("" if place is None else f", granule {place} of the cell")
-    known = _BY_NAME.get(f"chain.{key}")
-    label = "radius over that of the granule before" if known is None else known.label
+    own = {"granules": "granules", "radius_ratio": "radius over that of the granule before"}
+    label = own.get(key) or _BY_NAME[f"chain.{key}"].label
     kind = "int" if key == "granules" else "float"
     return Column(name, f"{label}, {where}", kind, f"{label}, {where}: {{:.4g}}")
 

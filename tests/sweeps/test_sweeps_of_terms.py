@@ -369,7 +369,7 @@ def test_every_parameter_has_a_label_and_a_unit() -> None:
         assert f"[{UNITS.get(key)}]".replace("^3", "³").replace("^2", "²") in column.label or (
             not UNITS.get(key)
         )
-    assert column_named("chain.segments.2.granules").label == "granules N, segment 2"
+    assert column_named("chain.segments.2.granules").label == "granules, segment 2"
 
 
 # What cannot vary
@@ -558,7 +558,7 @@ def test_a_map_over_segments(segmented: hc.Scene) -> None:
     x, y = vary
     drawn = draw(swept(segmented, vary), x, y, "last_peak_force_N")
     axes, bar = drawn.figure.axes
-    assert axes.get_xlabel() == "granules N, segment 1"
+    assert axes.get_xlabel() == "granules, segment 1"
     assert axes.get_ylabel() == "radius R [m], segment 2"
     assert bar.get_ylabel() == "peak force of contact N [N]"
     title = "cosine pulse, n = 2, LM_ratio = 1, F0 = 100 N, native"
