@@ -121,13 +121,17 @@ def _reason_in_segments(path: Sequence[str], segments: Sequence[Mapping[str, Any
     if not segments:
         return "the scene has no [[chain.segments]]; add some to its file"
     if not _counts(path[0], segments):
-        return f"the scene has segments 1 to {len(segments)}"
+        return f"the last segment of the scene is {len(segments)}, the first is 1"
     cell = segments[int(path[0]) - 1].get("cell", [])
     if path[1:2] != ["cell"]:
         return ""
     if not cell:
         return f"segment {path[0]} has no cell; add one to the scene file"
-    return "" if _counts("".join(path[2:3]), cell) else f"its cell has granules 1 to {len(cell)}"
+    return (
+        ""
+        if _counts("".join(path[2:3]), cell)
+        else f"the last granule of the cell is {len(cell)}, the first is 1"
+    )
 
 
 def _counts(number: str, things: Sequence[object]) -> bool:

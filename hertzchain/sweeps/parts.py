@@ -24,8 +24,8 @@ _START = 0.4  # estimated time below which no process is started [s]; chosen: tw
 _REFERENCE = 5.0  # estimated over true time of the reference, at least, on 60 granules
 _LOOKED_AT = 500  # scenes from which the work of all is estimated
 _BUILT = 20  # scenes with terms from which it is, as they have to be built
-_ONE_BY_ONE = 3.0  # times that a batch takes for the same work, measured on scenes with terms
-_OVERHEAD = 1e-3  # of a scene by itself [s], measured
+_ONE_BY_ONE = 20.0  # time of a native run with terms over that of a batch: 3 to 50 were measured
+_OVERHEAD = 2e-3  # of a scene by itself [s], measured
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,8 @@ def _mean_seconds_with_terms(design: Design, backend: Backend) -> float:
         except SceneError:
             continue
         seconds = _seconds(backend, scene.chain.granules, scene.end_time / scene.contact_time)
-        found.append(_OVERHEAD + _ONE_BY_ONE * float(seconds))
+        times = _ONE_BY_ONE if isinstance(backend, Native) else 1.0
+        found.append(_OVERHEAD + times * float(seconds))
     return float(np.mean(found)) if found else _OVERHEAD
 
 

@@ -415,13 +415,13 @@ def test_what_cannot_vary_is_refused_in_a_sentence(
 
 OF_SEGMENTS = {
     "granules": "chain.granules: cannot vary: it is the sum of those of the segments",
-    "chain.segments.3.radius": "cannot vary: the scene has segments 1 to 2",
-    "chain.segments.0.radius": "cannot vary: the scene has segments 1 to 2",
+    "chain.segments.3.radius": "cannot vary: the last segment of the scene is 2",
+    "chain.segments.0.radius": "cannot vary: the last segment of the scene is 2",
     "chain.segments.1.radius_ratio": "did you mean chain.segments.2.radius_ratio?",
-    "chain.segments.1.cell.3.density": "cannot vary: its cell has granules 1 to 2",
+    "chain.segments.1.cell.3.density": "cannot vary: the last granule of the cell is 2",
     "segments.2.cell.1.density": "cannot vary: segment 2 has no cell; add one to the scene file",
-    "segments.x.density": "cannot vary: the scene has segments 1 to 2",
-    "chain.segments.1.cell": "chain.segments.1.cell: cannot vary: its cell has granules 1 to 2",
+    "segments.x.density": "cannot vary: the last segment of the scene is 2",
+    "chain.segments.1.cell": "segments.1.cell: cannot vary: the last granule of the cell is 2",
     "chain.segments.1": "chain.segments.1: cannot vary; ",
     "chain.segments.2.granules": "chain.segments.2.granules = 0: must be an integer of at least 1",
 }
