@@ -21,10 +21,11 @@ from pandas.testing import assert_frame_equal
 
 import hertzchain as hc
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
+from hertzchain.scene.reading import read_chain
 from hertzchain.sweeps import cluster
 from hertzchain.sweeps.parts import Part
 from tests.command_line import MAIN
-from tests.conftest import paper_scene
+from tests.conftest import STEEL, paper_scene
 from tests.places import ROOT
 from validation.cluster import await_workers, kill, scheduler, worker
 
@@ -153,6 +154,19 @@ def lammps_processes(workers: Sequence[subprocess.Popen[bytes]]) -> list[psutil.
 def test_tables_are_those_of_this_machine(two: str) -> None:
     backends = (hc.Native(rtol=1e-4), LAMMPS, "formulas")
     assert_same(sweep(two, backends), sweep(None, backends))
+
+
+@pytest.mark.slow
+def test_workers_measure_scenes_with_terms(two: str) -> None:
+    """Segments of a scene file go along to them."""
+    chain = read_chain({**STEEL, "granules": 8, "segments": [{"granules": 4}, {"granules": 4}]})
+    scene = hc.Scene(chain, hc.Striker(1.0), wall=hc.Wall("rigid"))
+    vary = {"chain.segments.2.density": "1000:8000:4", "wall.kind": "rigid,same"}
+    here, there = (
+        hc.sweep(scene, vary, rtol=1e-4, peaks=True, scheduler=one) for one in (None, two)
+    )
+    assert here.count().failed == 0
+    assert_same(there, here)
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ from hertzchain.sweeps.design import design
 from hertzchain.sweeps.drawing import draw
 from tests.command_line import Command, is_refused
 from tests.conftest import STEEL
-from tests.processes import names
+from tests.processes import ended, linux, names, start, wait_for
 
 PTFE = {"radius": 4.75e-3, "young_modulus": 1.46e9, "poisson_ratio": 0.46, "density": 2200.0}
 PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
@@ -575,3 +575,28 @@ def test_a_title_names_a_segment_that_is_fixed(segmented: hc.Scene) -> None:
 
 def test_parameters_of_plain_scenes_are_not_those_of_terms() -> None:
     assert not set(PARAMETERS) & set(TERMS)
+
+
+@pytest.mark.slow
+@pytest.mark.lammps
+@linux
+def test_a_killed_sweep_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two codes, in processes of their own, killed when some parts are there."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(CHAIN_SECTION + SEGMENTS + SHOCK)
+    command = (
+        *("sweep", "scene.toml", "--vary", "chain.segments.1.granules=2:20:10"),
+        *("--backend", "native", "--backend", "lammps", "--rtol", "1e-3", "--peaks", "-o"),
+    )
+    assert ended(start(*command, "whole"))[0] == 0
+    running = start(*command, "killed")
+    wait_for(lambda: len(list(Path("killed/scenes").glob("*.parquet"))) > 11)
+    running.kill()
+    ended(running)
+    before = {path: path.stat().st_mtime_ns for path in Path("killed/scenes").glob("*.parquet")}
+    assert ended(start(*command, "killed"))[0] == 0
+    assert {path: path.stat().st_mtime_ns for path in before} == before
+    whole, killed = (hc.Sweep.load(name) for name in ("whole", "killed"))
+    assert killed.count().done == 20 > len(before)
+    pd.testing.assert_frame_equal(killed.to_frame(), whole.to_frame(), check_exact=True)
+    pd.testing.assert_frame_equal(killed.peaks_to_frame(), whole.peaks_to_frame(), check_exact=True)
