@@ -281,6 +281,8 @@ def _check_with_terms(found: Design, name: str, value: Value) -> None:
         try:
             changed(found.base, {**others, name: value})
         except SceneError:
+            if " of granule " in problem.key:  # which has it from the parameter
+                raise SceneError(name, value, problem.allowed) from None
             raise problem from None
 
 

@@ -94,7 +94,16 @@ def full_name(name: object, scene: Scene) -> str:
     meant = [one for one in names if one.partition(".")[2] == key]
     meant = meant or difflib.get_close_matches(str(name), names, n=1)
     hint = f"did you mean {meant[0]}? What can is" if meant else "what can is"
-    raise SceneError(str(name), None, f"cannot vary; {hint} {', '.join(names)}")
+    raise SceneError(str(name), None, f"cannot vary; {hint} {_listed(names)}")
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names, of which those of segments are told by an example: there may be thousands."""
+    of_segments = [name for name in names if name.startswith("chain.segments.")]
+    listed = [name for name in names if name not in of_segments]
+    if of_segments:
+        listed.append(f"keys of segments, such as {of_segments[-1]}")
+    return ", ".join(listed)
 
 
 def _reason(name: str, scene: Scene) -> str:
@@ -103,12 +112,14 @@ def _reason(name: str, scene: Scene) -> str:
     segments = (scene.chain.section or {}).get("segments", [])
     if name.startswith(("chain.segments.", "segments.")):
         return _reason_in_segments(name.partition("segments.")[2].split("."), segments)
-    if name not in _KNOWN:
-        return ""
-    if section == "chain" and segments:
+    if section == "chain" and name in _KNOWN and segments:
         return (
             "it is the sum of those of the segments; vary them, such as chain.segments.1.granules"
         )
+    sections = {one.partition(".")[0] for one in _KNOWN}
+    is_missing = section in sections - {*sections_of(scene), "run"}
+    if not (is_missing or name in _KNOWN):
+        return ""
     more = " in place of [shock]" if section == "striker" else ""
     return {
         "chain": "each granule has its own; describe them by [[chain.segments]] in the scene file",
@@ -127,11 +138,8 @@ def _reason_in_segments(path: Sequence[str], segments: Sequence[Mapping[str, Any
         return ""
     if not cell:
         return f"segment {path[0]} has no cell; add one to the scene file"
-    return (
-        ""
-        if _counts("".join(path[2:3]), cell)
-        else f"the last granule of the cell is {len(cell)}, the first is 1"
-    )
+    last = f"the last granule of the cell is {len(cell)}, the first is 1"
+    return "" if _counts("".join(path[2:3]), cell) else last
 
 
 def _counts(number: str, things: Sequence[object]) -> bool:

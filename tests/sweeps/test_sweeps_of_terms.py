@@ -380,6 +380,9 @@ REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (PLAIN, {"wall.kind": "rigid,same"}, "wall.kind: cannot vary: the scene has no [wall]; add"),
     (PLAIN, {"precompression.force": "1,2"}, "the scene has no [precompression]; add the section"),
     (PLAIN, {"chain.segments.1.radius": "1,2"}, "the scene has no [[chain.segments]]; add some"),
+    (PLAIN, {"wall": "1,2"}, "wall: cannot vary: the scene has no [wall]; add the section"),
+    (STRIKER, {"shock.colour": "1,2"}, "cannot vary: the scene has a [striker] and no [shock]"),
+    (STRIKER, {"wall.colour": "1,2"}, "what can is chain.granules, chain.radius, chain.young_mod"),
     (STRIKER, {"shock.peak_force": "1,2"}, "cannot vary: the scene has a [striker] and no [shock]"),
     (STRIKER, {"radius": "1,2"}, "is in several sections: name one of chain.radius, striker.rad"),
     (STRIKER, {"striker.velocty": "1,2"}, "cannot vary; did you mean striker.velocity? What can"),
@@ -423,6 +426,8 @@ OF_SEGMENTS = {
     "segments.x.density": "cannot vary: the last segment of the scene is 2",
     "chain.segments.1.cell": "segments.1.cell: cannot vary: the last granule of the cell is 2",
     "chain.segments.1": "chain.segments.1: cannot vary; ",
+    "chain.colour": "end_time, keys of segments, such as chain.segments.2.radius_ratio",
+    "chain.segments.2.radius": "chain.segments.2.radius = 0.0: must be a finite number above 0 [m]",
     "chain.segments.2.granules": "chain.segments.2.granules = 0: must be an integer of at least 1",
 }
 
