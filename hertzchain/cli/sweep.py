@@ -140,6 +140,7 @@ def sweep(
                 "failed": counts.failed,
                 "missed_accuracy": counts.missed,
                 "first_failure": counts.reason,
+                **({"cut_off": counts.cut_off} if counts.cut_off else {}),
                 "wall_time_s": time.perf_counter() - begin,
             }
         )
@@ -180,6 +181,12 @@ def _warn(counts: Counts, rtol: float) -> None:
         typer.echo(
             f"hertzchain: wanted {rtol:g}, and {counts.missed:,} of {counts.done:,} rows are less"
             " accurate: see the column error_estimate",
+            err=True,
+        )
+    if counts.cut_off:
+        typer.echo(
+            f"hertzchain: in {counts.cut_off:,} of {counts.done:,} rows the run may have ended"
+            " before the last peaks: see the column contacts_cut_off, and set end_time in [run]",
             err=True,
         )
 

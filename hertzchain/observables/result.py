@@ -200,25 +200,29 @@ class Result:
                 f"the peaks may be off by {self.error_estimate:.0%}, and p and all that follows"
                 " from them may be wrong: take a smaller dt, or rtol instead"
             )
-        if not self.scene.is_plain and (cut := self._cut_off):
+        if late := self.cut_off:
+            more = f" and {len(late) - 3} more" if len(late) > 3 else ""
             found.append(
-                f"the run ended before {cut} had been pressed and had let up: peaks may be missing,"
-                f" so set end_time in [run] to watch longer than {self.scene.end_time:.3g} s"
+                f"the run ended before {', '.join(late[:3])}{more} had been pressed and had let up:"
+                " peaks may be missing, so set end_time in [run] to watch longer than"
+                f" {self.scene.end_time:.3g} s"
             )
         return tuple(found)
 
     @property
-    def _cut_off(self) -> str:
-        """Contacts whose peak the end of the run may have cut off; empty where there are none."""
+    def cut_off(self) -> tuple[str, ...]:
+        """Names of contacts whose peak the end of the run may have cut off; usually empty.
+
+        Plain scenes have none: what was not seen there has no p.
+        """
+        if self.scene.is_plain:
+            return ()
         passed = np.append(self.peak_passed, self.wall_peak_passed is not False)
         names = [*(f"contact {number}" for number in self.contact.tolist()), "the wall"]
         peaks = np.append(self.peak_force, 0.0)[: passed.size]
         peaks[-1] = self.wall_peak_force or 0.0
         waiting = ~passed & (judged_contacts(peaks, ESTIMATED) | (peaks == 0))
-        late = [name for name, is_late in zip(names, waiting, strict=True) if is_late]
-        if not late:
-            return ""
-        return ", ".join(late[:3]) + (f" and {len(late) - 3} more" if len(late) > 3 else "")
+        return tuple(name for name, is_late in zip(names, waiting, strict=True) if is_late)
 
     @property
     def contact(self) -> NDArray[np.int_]:

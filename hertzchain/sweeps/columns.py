@@ -182,6 +182,12 @@ _FOUND_WITH_WALL = (
         of_result=lambda found: found.wall_peak_time,
     ),
 )
+CUT_OFF = Column(
+    "contacts_cut_off",
+    "contacts whose peak the end of the run may have cut off",
+    "int",
+    of_result=lambda found: len(found.cut_off),
+)
 _FOUND_UNDER_LOAD = Column(
     "largest_dynamic_force_N",
     "largest peak force less the static force [N]",
@@ -202,10 +208,11 @@ COLUMNS = tuple(column.name for column in ALL)  # of the table
 
 _BY_NAME = {
     column.name: column
-    for column in (*ALL, *_TERMS, _LAST_PEAK, *_FOUND_WITH_WALL, _FOUND_UNDER_LOAD)
+    for column in (*ALL, *_TERMS, _LAST_PEAK, CUT_OFF, *_FOUND_WITH_WALL, _FOUND_UNDER_LOAD)
 }
 
-COUNTS = tuple(column.name for column in FOUND_COLUMNS if column.kind == "int")  # 0: missing
+_COUNTED = (*FOUND_COLUMNS, CUT_OFF)
+COUNTS = tuple(column.name for column in _COUNTED if column.kind == "int")  # 0: missing
 
 WHOLE = tuple(column.name for column in ALL if column.kind == "int")
 TEXT = tuple(column.name for column in (*ALL, *_TERMS) if column.kind == "str")
@@ -298,4 +305,4 @@ def _found(waves: bool, walled: bool, loaded: bool) -> tuple[Column, ...]:
     ]
     at = [column.name for column in found].index("overlap_ratio")
     more = (_LAST_PEAK, *((_FOUND_UNDER_LOAD,) if loaded else ()))
-    return (*found[:at], *more, *(_FOUND_WITH_WALL if walled else ()), *found[at:])
+    return (*found[:at], *more, *(_FOUND_WITH_WALL if walled else ()), CUT_OFF, *found[at:])

@@ -16,7 +16,7 @@ from hertzchain.limits import RTOL
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps import parts
 from hertzchain.sweeps.axes import Value
-from hertzchain.sweeps.columns import PARAMETERS
+from hertzchain.sweeps.columns import CUT_OFF, PARAMETERS, columns_of
 from hertzchain.sweeps.design import Design, design
 from hertzchain.sweeps.local import Measure, measure_here
 from hertzchain.sweeps.store import Folder, Format, Memory, check_format, read_manifest
@@ -86,10 +86,13 @@ class Sweep:
 
     def count(self) -> Counts:
         """How the scenes fared; a part at a time is in memory."""
-        done = failed = missed = 0
+        done = failed = missed = cut_off = 0
+        varied = [axis["name"] for axis in self.manifest["vary"]]
+        known = [column.name for column in columns_of(self.manifest["scene"], varied)]
+        late = [CUT_OFF.name] if CUT_OFF.name in known else []
         reason = None
         aims = {each["name"]: _aim(each) for each in self.manifest["backends"]}
-        for frame in self._store.frames("scenes", ["backend", "error_estimate", "failure"]):
+        for frame in self._store.frames("scenes", ["backend", "error_estimate", "failure", *late]):
             failures = frame["failure"].dropna()
             done, failed = done + len(frame), failed + len(failures)
             if reason is None and len(failures):
@@ -97,7 +100,8 @@ class Sweep:
             simulated = frame[frame["backend"] != parts.NAMES[parts.Formulas]]
             aim = simulated["backend"].map(aims).astype(float)
             missed += int((simulated["error_estimate"] > aim).sum())
-        return Counts(done, failed, missed, reason)
+            cut_off += int(frame[late].notna().to_numpy().sum())
+        return Counts(done, failed, missed, reason, cut_off)
 
 
 @dataclass(frozen=True)
@@ -114,12 +118,15 @@ class Counts:
         Those whose error is larger than was asked for.
     reason
         Why the first of those that failed did; None where none did.
+    cut_off
+        Those whose run may have ended before all contacts had their peak; of scenes with terms.
     """
 
     done: int
     failed: int
     missed: int
     reason: str | None
+    cut_off: int = 0
 
 
 def sweep(
@@ -145,8 +152,8 @@ def sweep(
     vary, samples, seed
         What differs; see ``hertzchain.sweeps.design``.
     backends
-        Who measures each scene: ``native``, ``lammps``, ``formulas``, or a ``Native`` or
-        ``Lammps`` with its parameters.
+        Who measures each scene: ``native``, ``lammps``, ``formulas`` (uniform free chains alone), or
+        a ``Native`` or ``Lammps`` with its parameters.
     rtol
         Wanted relative accuracy of the peaks, where a backend is given by name.
     peaks

@@ -126,7 +126,8 @@ def tradeoff(
 ) -> Tradeoff:
     """Measure error and cost of every contender on a scene.
 
-    ``engines`` are of ``WAYS``; each setting is repeated for ``enough`` seconds in each round, or
+    ``engines`` are of ``WAYS``, of which those of ``PLAIN_ONLY`` are left out where a scene has
+    terms, with a remark; each setting is repeated for ``enough`` seconds in each round, or
     runs once for 0. A RunFailed says that there is no truth, as the reference method fails.
     """
     for name in engines:

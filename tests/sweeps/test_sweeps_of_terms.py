@@ -340,6 +340,22 @@ def test_what_fails_is_a_row_with_its_reason() -> None:
     assert "Hertz's law says nothing there" in str(deep.count().reason)
 
 
+def test_runs_that_end_before_all_peaks_are_told(
+    hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    STRIKER.to_toml(tmp_path / "scene.toml")
+    done = hertzchain("sweep", "scene.toml", "--vary", "end_time=50 us,1 ms", "-o", "out")
+    assert done.status == 0
+    assert "in 1 of 2 rows the run may have ended before the last peaks" in done.err
+    table = hc.Sweep.load("out").to_frame()
+    short = hc.Native(rtol=1e-6).run(replace(STRIKER, run=hc.Run(5e-5)))
+    assert any("the run ended before" in text for text in short.warnings)
+    assert table["contacts_cut_off"][0] == len(short.cut_off) > 0
+    assert pd.isna(table["contacts_cut_off"][1])
+    assert hc.sweep(PLAIN, {"end_time": [5e-5]}).count().cut_off == 0
+
+
 # What the table has
 
 
@@ -349,8 +365,8 @@ def test_columns() -> None:
         *("scene", "backend", "chain.granules", "chain.radius", "chain.young_modulus"),
         *("chain.poisson_ratio", "chain.density", "striker.velocity", "wall.kind", "run.end_time"),
         *("largest_peak_force_N", "largest_peak_contact", "last_peak_force_N"),
-        *("wall_peak_force_N", "wall_peak_time_s", "overlap_ratio", "error_estimate"),
-        *("force_evaluations", "failure"),
+        *("wall_peak_force_N", "wall_peak_time_s", "contacts_cut_off", "overlap_ratio"),
+        *("error_estimate", "force_evaluations", "failure"),
     ]
     typed = hc.Scene(hc.Chain(6, 1, 10**9, 0, 7800), hc.Striker(1), wall=hc.Wall("rigid"))
     other = swept(typed, {"striker.velocity": [1]}).to_frame()
