@@ -152,8 +152,8 @@ def sweep(
     vary, samples, seed
         What differs; see ``hertzchain.sweeps.design``.
     backends
-        Who measures each scene: ``native``, ``lammps``, ``formulas`` (uniform free chains alone), or
-        a ``Native`` or ``Lammps`` with its parameters.
+        Who measures each scene: ``native``, ``lammps``, ``formulas`` (uniform free chains alone),
+        or a ``Native`` or ``Lammps`` with its parameters.
     rtol
         Wanted relative accuracy of the peaks, where a backend is given by name.
     peaks
