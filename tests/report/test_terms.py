@@ -100,15 +100,6 @@ def test_given_peaks_are_judged_without_a_cause() -> None:
     assert "unlike granules" in wrong.remarks[0]
 
 
-@pytest.mark.parametrize("what", ["tradeoff", "sweep"])
-def test_what_cannot_have_terms_says_so(hertzchain: Command, what: str, tmp_path: Path) -> None:
-    more = ["--vary", "chain.granules=10,20", "-o", tmp_path / "out"] if what == "sweep" else []
-    done = hertzchain(what, FOLDER / "dimer.toml", *more)
-    assert done.status == 2
-    assert "does not support unlike granules" in done.err
-    assert not (tmp_path / "out").exists()
-
-
 def test_other_engines_refuse_by_name() -> None:
     scene = hc.Scene(hc.Chain(5, **STEEL), hc.Striker(1.0), wall=hc.Wall("same"))
     with pytest.raises(hc.HertzchainError, match=r"gran/hertz/history has one stiffness.*striker"):
