@@ -24,6 +24,7 @@ _START = 0.4  # estimated time below which no process is started [s]; chosen: tw
 _REFERENCE = 5.0  # estimated over true time of the reference, at least, on 60 granules
 _LOOKED_AT = 500  # scenes from which the work of all is estimated
 _BUILT = 20  # scenes with terms from which it is, as they have to be built
+_GRANULES_BUILT = 50_000  # of all of them together, chosen: about a second
 _ONE_BY_ONE = 20.0  # time of a native run with terms over that of a batch: 3 to 50 were measured
 _OVERHEAD = 2e-3  # of a scene by itself [s], measured
 
@@ -111,7 +112,7 @@ def _mean_seconds(design: Design, backend: Backend) -> float:
 
 def _mean_seconds_with_terms(design: Design, backend: Backend) -> float:
     """The same of scenes with terms, which have no common natural units."""
-    numbers = design.some(_BUILT)
+    numbers = design.some(max(2, min(_BUILT, _GRANULES_BUILT // design.base.chain.granules)))
     given = design.parameters(numbers)
     found = []
     for k in range(numbers.size):
