@@ -17,14 +17,19 @@ FOLDER = HERE.parent / "lammps_inputs"
 class Entry:
     """A deck of the gallery."""
 
-    scene: str  # the scene file, without its suffix; the deck is ``in.`` and this
+    scene: str  # the scene file, without its suffix; the deck is ``in.`` and its name
     rtol: float = 1e-6  # what the step may cost the peaks
     watch_every: int | None = None  # steps between two looks; None: as many as the generator takes
 
     @property
     def name(self) -> str:
         """The name of the deck."""
-        return f"in.{self.scene}"
+        return f"in.{self.title}"
+
+    @property
+    def title(self) -> str:
+        """The name of the scene, without its folder."""
+        return self.scene.rpartition("/")[2]
 
     def load(self) -> hc.Scene:
         """The scene."""
@@ -34,7 +39,7 @@ class Entry:
         """The deck."""
         scene = self.load()
         layout = lay_out(
-            scene, rtol=self.rtol, watch_every=self.watch_every, title=self.scene, name=self.name
+            scene, rtol=self.rtol, watch_every=self.watch_every, title=self.title, name=self.name
         )
         return standalone(scene, layout, known_answer(scene, layout))
 
@@ -44,9 +49,12 @@ GALLERY = (
     Entry("triangular_LM0.4_n10"), Entry("triangular_LM1.8_n6"),
     Entry("cosine-triangular_LM0.8_n8"), Entry("cosine-triangular_LM2.0_n2"),
     Entry("long_chain", rtol=1e-4, watch_every=2), Entry("pulse_table"), Entry("weak_shock"),
+    Entry("terms/dimer"), Entry("terms/taper"), Entry("terms/light_defect"),
+    Entry("terms/gapped"), Entry("terms/striker_on_a_wall"), Entry("terms/precompressed"),
+    Entry("terms/upright_column"), Entry("terms/all_at_once"),
 )  # fmt: skip
-"""The demo, the six scenes of Table 2, and what else a deck can do. The long chain takes fewer
-steps, so that it runs in seconds too."""
+"""The demo, the six scenes of Table 2, what else a deck can do, and each term. The long chain takes
+fewer steps, so that it runs in seconds too."""
 
 
 if __name__ == "__main__":

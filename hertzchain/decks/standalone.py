@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from importlib.metadata import version
 
-from hertzchain.decks import standalone_run
+from hertzchain.decks import standalone_run, standalone_terms
 from hertzchain.decks.layout import WANTED, KnownAnswer, Layout
 from hertzchain.engines.external.rescaling import NONE, Softening, predicted_loss, softening
 from hertzchain.engines.lammps.deck import GRANULES, MOTION, SKIN, START, parameters
@@ -20,15 +20,19 @@ from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import refuse_terms
 
+_OVERLAP = "(id<${granules})*(2*$(v_radius:%.17g)+x-c_ahead)"
+"""LAMMPS formula of the overlap of a granule with the next [m]."""
+
 
 def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -> str:
     """A deck for ``lmp -in FILE``, on any processors; ``known`` is None for lean ones.
 
-    A scene with terms raises RunFailed.
+    RunFailed for a layout that a scene with terms cannot have.
     """
-    refuse_terms(scene, "a standalone deck")
     if (known is None) != (layout.watch_every == 0):
         raise SceneError("watch_every", layout.watch_every, "must be 0 where no peaks are known")
+    if not scene.is_plain:
+        return standalone_terms.deck(scene, layout, known)
     steps = sum(leg.steps for leg in scene.schedule(layout.step * scene.units.time))
     made = softening(scene, steps)
     if made.power >= 0 and predicted_loss(scene, steps) <= WANTED:
@@ -39,7 +43,7 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
         _granules(layout),
         _consequences(scene, made),
         _law(layout, made),
-        *([] if known is None else [standalone_run.watch_commands()]),
+        *([] if known is None else [standalone_run.watch_commands(_OVERLAP)]),
         standalone_run.trajectory_commands(layout),
         standalone_run.run_commands(scene, made),
         [write_dump("chain.final", ("x", "vx", "fx"))]
@@ -135,18 +139,8 @@ def _parameters(scene: Scene, layout: Layout, made: Softening) -> list[str]:
     end = "0" if scene.run.end_time is None else repr(scene.run.end_time)
     lines += [
         f"variable end_time index {end} # s; 0: long enough for every contact",
-        f"variable step index {layout.step!r} # the longest step, natural time units",
+        *standalone_run.parameters(layout),
     ]
-    if layout.watch_every:
-        lines += [
-            f"variable watch index {layout.watch_every} # steps between two looks; 0: never",
-            "variable peaks index peaks.csv # where the peak forces go",
-        ]
-    if layout.dump_every:
-        lines += [
-            f"variable dump_every index {layout.dump_every} # steps between two states for OVITO",
-            "variable trajectory index chain.lammpstrj",
-        ]
     if made != NONE:
         lines += [
             *standalone_run.comment(
@@ -156,12 +150,7 @@ def _parameters(scene: Scene, layout: Layout, made: Softening) -> list[str]:
             ),
             f"variable softening index {made.power} # k; 0: the granules as they are",
         ]
-    return [_aligned(line) for line in lines]
-
-
-def _aligned(line: str) -> str:
-    command, mark, comment = line.partition("#")
-    return f"{command.rstrip():<44}# {comment.strip()}" if command and mark else line
+    return [standalone_run.aligned(line) for line in lines]
 
 
 def _granules(layout: Layout) -> list[str]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import textwrap
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from hertzchain.scene.scene import Scene
 
 
 @dataclass(frozen=True)
-class _Piece:
+class Piece:
     """A stretch between two corners of the pulse as the deck says it: formulas and comments."""
 
     what: str
@@ -30,8 +31,30 @@ def comment(text: str) -> list[str]:
     return textwrap.wrap(text, 98, initial_indent="# ", subsequent_indent="# ")
 
 
-def watch_commands() -> list[str]:
-    """The commands that watch the peaks."""
+def aligned(line: str) -> str:
+    """A command with its comment in the column where all have it."""
+    command, mark, comment = line.partition("#")
+    return f"{command.rstrip():<44}# {comment.strip()}" if command and mark else line
+
+
+def parameters(layout: Layout) -> list[str]:
+    """The variables of steps, looks and states for OVITO, which ``-var`` overrides."""
+    lines = [f"variable step index {layout.step!r} # the longest step, natural time units"]
+    if layout.watch_every:
+        lines += [
+            f"variable watch index {layout.watch_every} # steps between two looks; 0: never",
+            "variable peaks index peaks.csv # where the peak forces go",
+        ]
+    if layout.dump_every:
+        lines += [
+            f"variable dump_every index {layout.dump_every} # steps between two states for OVITO",
+            "variable trajectory index chain.lammpstrj",
+        ]
+    return lines
+
+
+def watch_commands(overlap: str) -> list[str]:
+    """The commands that watch the peaks, with the formula of a granule's overlap with the next."""
     return [
         "# ---- Watching: the largest overlap of each contact, kept by the granule behind it",
         "# Each granule is a chunk of its own, so that the sum over it is its position; of these",
@@ -42,7 +65,7 @@ def watch_commands() -> list[str]:
         "compute each all chunk/atom v_id nchunk once ids once",
         "compute positions all reduce/chunk each sum c_position",
         "compute ahead all global/atom v_next c_positions",
-        "variable overlap atom (id<${granules})*(2*$(v_radius:%.17g)+x-c_ahead)",
+        f"variable overlap atom {overlap}",
         "variable larger atom f_largest*(f_largest>v_overlap)+v_overlap*(f_largest<=v_overlap)",
         "# fix store/state keeps what it stored last, f_largest, but does not make LAMMPS compute",
         "# positions anew at each look; the fix before it, an average of nothing, does.",
@@ -64,7 +87,7 @@ def trajectory_commands(layout: Layout) -> list[str]:
     ]
 
 
-def _pieces(scene: Scene, made: Softening) -> list[_Piece]:
+def _pieces(scene: Scene, made: Softening) -> list[Piece]:
     """The legs of ``scene.schedule``, as formulas."""
     shock, pieces = scene.shock, []
     if isinstance(shock, Pulse):
@@ -72,8 +95,8 @@ def _pieces(scene: Scene, made: Softening) -> list[_Piece]:
         rise, decay = (SHAPES[shape].formula.format(elapsed) for shape in PROFILES[shock.profile])
         force = "$(v_peak_force:%.17g)"
         pieces = [
-            _Piece(f"rise ({PROFILES[shock.profile][0]})", "0", "v_t0", f"{force}*{rise}"),
-            _Piece(
+            Piece(f"rise ({PROFILES[shock.profile][0]})", "0", "v_t0", f"{force}*{rise}"),
+            Piece(
                 f"decay ({PROFILES[shock.profile][1]})",
                 "v_t0",
                 "v_pulse_end",
@@ -84,11 +107,11 @@ def _pieces(scene: Scene, made: Softening) -> list[_Piece]:
         assert isinstance(shock, PulseTable)
         stretch = "" if made == NONE else "v_stretch*"
         if shock.time[0] > 0:
-            pieces.append(_Piece("no force", "0", f"{stretch}{shock.time[0]!r}"))
+            pieces.append(Piece("no force", "0", f"{stretch}{shock.time[0]!r}"))
         for ramp in scene.ramps:
             change = f"({ramp.end_force!r}-{ramp.start_force!r})"
             pieces.append(
-                _Piece(
+                Piece(
                     f"from {ramp.start_force:g} N to {ramp.end_force:g} N",
                     f"{stretch}{ramp.start!r}",
                     f"{stretch}{ramp.end!r}",
@@ -96,7 +119,7 @@ def _pieces(scene: Scene, made: Softening) -> list[_Piece]:
                     "*(time-$(v_begin:%.17g))/$(v_finish-v_begin:%.17g)",
                 )
             )
-    pieces.append(_Piece("no force any more", "v_pulse_end", "v_end"))
+    pieces.append(Piece("no force any more", "v_pulse_end", "v_end"))
     return pieces[: len(scene.schedule(scene.end_time))]
 
 
@@ -114,22 +137,28 @@ def run_commands(scene: Scene, made: Softening) -> list[str]:
             """    "print 'The run has to end on the same part of the pulse: change end_time'" &""",
             '    "quit 2"',
         ]
+    if last.force is not None:
+        # The ramp goes on beyond the end of the run.
+        force = last.force.replace("$(v_finish-v_begin", f"$({last.finish}-v_begin")
+        last = replace(last, force=force)
+    return lines + leg_commands([*pieces[:-1], replace(last, finish="v_end")])
+
+
+def leg_commands(pieces: Sequence[Piece]) -> list[str]:
+    """The commands that run piece after piece, each in equal steps."""
+    lines: list[str] = []
     pushed = False
     for piece in pieces:
         lines += [
             "",
             f"# {piece.what[0].upper()}{piece.what[1:]}",
             f"variable begin equal {piece.begin}",
-            f"variable finish equal {piece.finish if piece is not last else 'v_end'}",
+            f"variable finish equal {piece.finish}",
             "variable steps equal ceil((v_finish-v_begin)/v_longest)",
             "timestep $((v_finish-v_begin)/v_steps:%.17g)",
         ]
         if piece.force is not None:
-            force = piece.force
-            if piece is last:
-                # The ramp goes on beyond the end of the run.
-                force = force.replace("$(v_finish-v_begin", f"$({piece.finish}-v_begin")
-            lines.append(f"variable force equal {force}")
+            lines.append(f"variable force equal {piece.force}")
             if not pushed:
                 lines.append(PUSH)
         elif pushed:
@@ -144,14 +173,31 @@ def verdict_commands(
 ) -> list[str]:
     """The commands that compare the peaks with the known ones and judge."""
     each, flight = loss_of_coordinates(scene, steps)
-    ratio = known.force_ratio
-    judged = known.judged
-    answers = [
-        f"set atom {i + 1} d_true {ratio[i]:.12g} d_cost {known.error[i]:.3g}"
-        for i in np.flatnonzero(judged)
+    cost = (
+        f"{ROOM} is room for shorter steps and intervals. Coordinates cost the more digits the"
+        " larger granules are beside their overlaps."
+    )
+    return [
+        *peak_commands("$(v_stiffness:%.17g)*f_largest^1.5"),
+        "",
+        *answers(known, f"contacts 2 to {scene.chain.granules}"),
+        "",
+        *comment(cost),
+        f"variable coordinate equal 2*v_granules*v_radius/v_unit_length+{flight:.4g}",
+        f"variable lost equal {each:.4g}*sqrt({layout.step!r}/v_step)*v_coordinate",
+        "",
+        "# F/F0 stays the same as long as these do (similarity).",
+        *conditions(_changes(scene, layout, made)),
+        "",
+        *judging_commands(known, LAW_FAILED, {}),
     ]
+
+
+def answers(known: KnownAnswer, contacts: str) -> list[str]:
+    """The commands that give each granule the true peak of its contact with the next."""
+    ratio, judged = known.force_ratio, known.judged
     remark = (
-        f"True peak forces over F0, of contacts 2 to {scene.chain.granules}: Eq. 1 by a method of"
+        f"True peak forces over F0, of {contacts}: Eq. 1 by a method of"
         " eleven stages, right to 1e-10; and what step and interval cost them, measured."
     )
     if not np.all(judged):
@@ -159,15 +205,22 @@ def verdict_commands(
             f" Those below {SIGNIFICANT:g} of the largest, and those that the interval misses as"
             " the run ends, are left out and not judged."
         )
-    cost = (
-        f"{ROOM} is room for shorter steps and intervals. Coordinates cost the more digits the"
-        " larger granules are beside their overlaps."
-    )
+    return [
+        *comment(remark),
+        *(
+            f"set atom {i + 1} d_true {ratio[i]:.12g} d_cost {known.error[i]:.3g}"
+            for i in np.flatnonzero(judged)
+        ),
+    ]
+
+
+def peak_commands(force: str) -> list[str]:
+    """The commands that write the peaks, with the formula of a contact's force."""
     return [
         "# ---- The answer: the largest overlaps, and the forces that Hertz's law gives them",
         """if "${watch} <= 0" then "print 'NOT CHECKED: watch is 0'" quit""",
         "fix answers all property/atom d_force d_true d_cost",
-        "variable peak atom $(v_stiffness:%.17g)*f_largest^1.5",
+        f"variable peak atom {force}",
         "set group all d_force v_peak",
         "variable contact atom id+1",
         "group behind id < ${granules}",
@@ -175,18 +228,26 @@ def verdict_commands(
         "write_dump behind custom ${peaks} v_contact d_force modify append yes header no sort id &",
         '    format line "%.0f, %.17g"',
         "unfix largest",
-        "",
-        *comment(remark),
-        *answers,
-        "",
-        *comment(cost),
-        f"variable coordinate equal 2*v_granules*v_radius/v_unit_length+{flight:.4g}",
-        f"variable lost equal {each:.4g}*sqrt({layout.step!r}/v_step)*v_coordinate",
-        "",
-        "# F/F0 stays the same as long as these do (similarity).",
-        "variable same equal 1",
-        *_conditions(scene, layout, made),
-        "",
+    ]
+
+
+LAW_FAILED = (
+    "Forces or masses are not those of these parameters:",
+    "off by $(v_pressed:%.1e), $(v_pressed_less:%.1e), $(v_heavier:%.1e)",
+)
+"""Lines of a plain deck whose LAMMPS has another law or other masses."""
+
+
+def judging_commands(
+    known: KnownAnswer, law_failed: Sequence[str], also: Mapping[str, str]
+) -> list[str]:
+    """The commands that say PASS, FAIL or NOT CHECKED, once peaks and answers are there.
+
+    ``law_failed`` are the lines to print where the variable ``law`` is 0, ``also`` names of
+    computes that are there, too, each with the command that prints it.
+    """
+    right = int(np.sum(known.judged))
+    return [
         "compute found all property/atom d_force",
         "compute true all property/atom d_true",
         "variable found atom c_found/$(v_peak_force:%.17g)",
@@ -207,13 +268,18 @@ def verdict_commands(
         "compute limit all reduce max v_limit",
         "variable good atom (c_true>0)*(v_off<=v_allowed)",
         "compute good all reduce sum v_good",
-        "thermo_style custom step c_worst c_where c_expected c_there c_limit c_good",
+        " ".join(
+            [
+                "thermo_style custom step c_worst c_where c_expected c_there c_limit c_good",
+                *(f"c_{name}" for name in also),
+            ]
+        ),
         NO_STEP,
         "",
         'print ""',
+        *also.values(),
         'if "$(v_law) == 0" then &',
-        """    "print 'Forces or masses are not those of these parameters:'" &""",
-        """    "print 'off by $(v_pressed:%.1e), $(v_pressed_less:%.1e), $(v_heavier:%.1e)'" &""",
+        *(f"""    "print '{line}'" &""" for line in law_failed),
         '    "print FAIL" "quit 1" &',
         'elif "$(v_same) == 0" &',
         """    "print 'NOT CHECKED: ${why}'" quit""",
@@ -222,23 +288,24 @@ def verdict_commands(
         'print "  found       $(c_there:%.10f)"',
         'print "  difference  $(abs(c_there/c_expected-1):%.1e)"',
         'print "  tolerance   $(c_limit:%.1e)"',
-        f'if "$(c_good) == {int(np.sum(judged))}" then "print PASS" else "print FAIL" "quit 1"',
+        f'if "$(c_good) == {right}" then "print PASS" else "print FAIL" "quit 1"',
     ]
 
 
-def _conditions(scene: Scene, layout: Layout, made: Softening) -> list[str]:
-    """Commands that set ``same`` to 0, and ``why``, where F/F0 may be another one."""
+Change = tuple[str, str, float]
+"""A formula that is 1 where F/F0 may be another one, what to say, and the number in it."""
+
+
+def _changes(scene: Scene, layout: Layout, made: Softening) -> list[Change]:
     shock, chain, unit = scene.shock, scene.chain, scene.units.time
     end = scene.end_time / unit
-    unclear = f"{ROUNDING}*v_lost>{UNCLEAR}"
     # The highest peaks expected, 5 F0, press three times as deep: below R, from where on second
     # neighbours touch. A softened chain is made as deep as it may be.
     deepest = max(0.3, 1.01 * scene.units.length * made.length / chain.radius)
-    changed: list[tuple[str, str, float]] = [
-        (unclear, "coordinates may cost more than {} of a peak", UNCLEAR),
+    changed: list[Change] = [
+        UNCLEAR_DIGITS,
         (f"v_unit_length>{deepest!r}*v_radius", "F0 presses granules by more than {} R", deepest),
-        (f"v_watch>{layout.watch_every}", "watch is above {}", layout.watch_every),
-        (f"v_step>{layout.step!r}", "step is above {}", layout.step),
+        *looser(layout),
         (
             f"abs(v_end/v_unit_time/{end!r}-1)>1e-9",
             "the end is not at {} natural units any more",
@@ -257,8 +324,31 @@ def _conditions(scene: Scene, layout: Layout, made: Softening) -> list[str]:
             (f"abs({given}/{unit!r}-1)>1e-9", "the natural time unit is not {} s any more", unit)
         )
     changed.append((f"v_granules!={chain.granules}", "N is not {} any more", chain.granules))
+    return changed
+
+
+UNCLEAR_DIGITS: Change = (
+    f"{ROUNDING}*v_lost>{UNCLEAR}",
+    "coordinates may cost more than {} of a peak",
+    UNCLEAR,
+)
+
+
+def looser(layout: Layout) -> list[Change]:
+    """Looks and steps that were measured for no deck like this."""
     return [
-        f"""if "$({formula}) == 1" then &
+        (f"v_watch>{layout.watch_every}", "watch is above {}", layout.watch_every),
+        (f"v_step>{layout.step!r}", "step is above {}", layout.step),
+    ]
+
+
+def conditions(changes: Sequence[Change]) -> list[str]:
+    """The commands that set ``same`` to 0, and ``why``, where F/F0 may be another one."""
+    return [
+        "variable same equal 1",
+        *(
+            f"""if "$({formula}) == 1" then &
     "variable same equal 0" "variable why string '{text.format(f"{value:.10g}")}'\""""
-        for formula, text, value in changed
+            for formula, text, value in changes
+        ),
     ]

@@ -1,30 +1,214 @@
-"""Scenes with terms: writers of decks refuse them, as each would write another scene."""
+"""Scenes with terms: LAMMPS decks that judge themselves; other writers of decks refuse them."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.decks.known_answer import deck_step, lay_out, looked_at
 from hertzchain.decks.layout import Layout
 from hertzchain.decks.standalone import data_file, standalone
 from hertzchain.decks.unit_test import known_motion
 from hertzchain.engines.liggghts.deck import deck as liggghts_deck
 from hertzchain.engines.yade.deck import deck as yade_deck
-from hertzchain.errors import RunFailed
+from hertzchain.errors import RunFailed, TooExpensive, Unpredictable
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.verdict.judgement import judge
 from tests.command_line import Command
 from tests.conftest import STEEL
+from tests.decks.test_standalone_deck import peaks, run, verdict, written
 from tests.engines.native.test_terms import PULSE, SCENES
+from validation.lammps_versions import on_wall, sampled_maxima
+
+RTOL = 1e-4
+"""What the steps of these decks may cost the peaks: two thousand steps or so."""
+
+ALL = SCENES["all at once"]
+
+PASSING = {
+    **SCENES,
+    "force, rigid wall": hc.Scene(
+        hc.Chain(3, **STEEL), PULSE, wall=hc.Wall("rigid"), precompression=hc.Precompression(5.0)
+    ),
+    "one granule and its wall count two contacts": hc.Scene(
+        hc.Chain(2, **STEEL), PULSE, wall=hc.Wall("same", gap=1e-6)
+    ),
+    "pulse table": hc.Scene(
+        replace(hc.Chain(8, **STEEL), gap=1e-6),
+        hc.PulseTable((1e-5, 3e-5, 6e-5), (40.0, 100.0, 30.0)),
+    ),
+    "end in the pulse": hc.Scene(
+        hc.Chain(8, **STEEL), PULSE, hc.Run(3e-5), precompression=hc.Precompression(20.0)
+    ),
+}
+
+QUICK = ("large striker", "gaps, wall", "precompression", "all at once")
+
+
+def slow_but(quick: Iterable[str], names: Iterable[str]) -> list[Any]:
+    """Names, of which all but the quick ones are slow: each takes LAMMPS a third of a second."""
+    return [name if name in quick else pytest.param(name, marks=pytest.mark.slow) for name in names]
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("name", slow_but(QUICK, PASSING))
+def test_every_term_passes(name: str, tmp_path: Path) -> None:
+    scene = PASSING[name]
+    path = written(scene, tmp_path, RTOL)
+    status, screen = run(path, tmp_path)
+    assert (status, verdict(screen)) == (0, "PASS"), screen
+    assert "WARNING" not in screen
+    step = lay_out(scene, rtol=RTOL).step
+    legs = scene.schedule(step * scene.units.time)
+    assert re.findall(r"Current step  : (\d+)", screen)[-1] == str(sum(leg.steps for leg in legs))
+    found, expected = peaks(tmp_path), sampled_maxima(scene, step, 1) * scene.units.force
+    assert found.size == scene.chain.granules - 1
+    if scene.wall is not None:
+        found = np.append(found, on_wall(screen))
+    # Round-off of absolute coordinates over some 3,000 steps; 2e-9 measured.
+    assert largest_difference(found, expected) < 1e-8
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("name", slow_but(["all at once"], ["gaps, wall", "all at once"]))
+def test_two_processors_find_the_same_peaks(name: str, tmp_path: Path) -> None:
+    path = written(SCENES[name], tmp_path, RTOL)
+    found = []
+    for ranks in (1, 2):
+        status, screen = run(path, tmp_path, ranks=ranks)
+        assert (status, verdict(screen)) == (0, "PASS"), screen
+        assert f"{ranks} by 1 by 1 MPI processor grid" in screen
+        found.append(np.append(peaks(tmp_path), on_wall(screen)))
+    # Ten digits of the force on the wall are printed.
+    assert found[1] == pytest.approx(found[0], rel=2e-10, abs=0)
+    assert judge(SCENES[name], tmp_path / "peaks.csv").verdict == "pass"
+
+
+MISTAKES = {
+    "wall twice as stiff": ("all at once", r"(variable k_wall equal )", r"\g<1>2*"),
+    "no wall": ("striker, rigid wall", r"fix wall last wall", "fix wall empty wall"),
+    "pair mixed wrongly": ("dimer", r"(pair_coeff 1 2 hertz )\$\{k1_2\}", r"\g<1>${k1_1}"),
+    "stiffness": ("dimer", r"(variable k2_2 equal )", r"\g<1>(1+1e-6)*"),
+    "exponent": ("large striker", r"(pair_coeff 1 1) hertz \S+", r"\1 hooke 1e7"),
+    "radius": ("dimer", r"(set atom 5 diameter 0\.0095)", r"\g<1>01"),
+    "density": ("dimer", r"(set atom 5 density )", r"\g<1>1"),
+    "gap lost": ("gaps", r"(create_atoms 1 single 0\.038)04", r"\g<1>03"),
+    "gravity the wrong way": ("column", r"vector 1 0 0", "vector -1 0 0"),
+    "no load": ("precompression", r"(fix press first addforce) 20.0", r"\1 0.0"),
+    "load on one end": ("precompression", r"(fix hold last addforce) -20.0", r"\1 0.0"),
+    "velocity of granule 2": ("large striker", r"velocity first", "velocity second"),
+    "velocity": ("large striker", r"(velocity first set) 1.0", r"\1 1.001"),
+    "damping": ("all at once", r"(pair_coeff 1 2 \S+ \S+) 0.0", r"\1 1e-2"),
+    "step": ("all at once", r"(variable longest equal )", r"\g<1>10*"),
+    "pulse": ("gaps", r"(variable force equal 0\.0\+)100\.0", r"\g<1>100.1"),
+    "wall's peak": ("all at once", r"(set atom 12 d_true )0", r"\g<1>1"),
+    "a true peak": ("all at once", r"(set atom 4 d_true 0\.)", r"\g<1>1"),
+    "overlap": ("gaps", r"f_known\[1\]\+x-c_ahead", r"f_known[1]*1.0000001+x-c_ahead"),
+    "stale positions": ("gaps", r"(fix look all ave/time) \S+ 1 \S+", r"\1 100 1 100"),
+}
+
+QUICK_MISTAKES = (
+    "wall twice as stiff", "pair mixed wrongly", "radius", "gap lost", "gravity the wrong way",
+    "velocity of granule 2",
+)  # fmt: skip
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("mistake", slow_but(QUICK_MISTAKES, MISTAKES))
+def test_a_mistake_in_a_deck_fails(mistake: str, tmp_path: Path) -> None:
+    name, right, wrong = MISTAKES[mistake]
+    path = written(SCENES[name], tmp_path, RTOL)
+    text, count = re.subn(right, wrong, path.read_text())
+    assert count == 1
+    groups = "group second id 2\ngroup empty empty\n"
+    path.write_text(text.replace("group first id 1\n", "group first id 1\n" + groups))
+    status, screen = run(path, tmp_path)
+    assert (status, verdict(screen)) == (1, "FAIL"), screen
+
+
+@pytest.mark.lammps
+def test_the_law_is_checked_much_more_closely_than_peaks(tmp_path: Path) -> None:
+    # 1e-8 of one stiffness moves no peak by as much as the tolerance, some 1e-4.
+    path = written(ALL, tmp_path, RTOL)
+    text = path.read_text()
+    assert text.count("variable k1_2 equal ") == 1
+    path.write_text(text.replace("variable k1_2 equal ", "variable k1_2 equal (1+1e-8)*"))
+    status, screen = run(path, tmp_path)
+    assert (status, verdict(screen)) == (1, "FAIL")
+    assert "Forces, masses or places are not those of this scene" in screen
+    # The change of a force and of its eighth, where both act on a granule.
+    found = re.search(r"^off by (\S+), (\S+), (\S+), (\S+)$", screen, re.MULTILINE)
+    assert found is not None
+    assert [float(found[k]) for k in (1, 2)] == pytest.approx([1e-8, 1e-8], rel=0.2, abs=0)
+    assert [float(found[k]) for k in (3, 4)] == pytest.approx([0, 0], rel=0, abs=1e-11)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (("step", "0.005"), "PASS"),
+        (("step", "0.011"), "NOT CHECKED: step is above"),
+        (("watch", "2"), "NOT CHECKED: watch is above"),
+        (("watch", "0"), "NOT CHECKED: watch is 0"),
+        (("E1", "190e9"), "FAIL"),
+    ],
+    ids=" ".join,
+)
+@pytest.mark.slow
+def test_steps_and_looks_can_be_changed(
+    change: tuple[str, str], expected: str, tmp_path: Path
+) -> None:
+    path = written(ALL, tmp_path, RTOL)
+    status, screen = run(path, tmp_path, "-var", *change)
+    assert re.search(f"^{re.escape(expected)}", screen, re.MULTILINE), screen
+    assert status == (expected == "FAIL")
+
+
+@pytest.mark.slow
+@pytest.mark.lammps
+@pytest.mark.parametrize("step", [0.0077, 0.0041, 0.0023])
+@pytest.mark.parametrize("name", SCENES)
+def test_shorter_steps_pass(name: str, step: float, tmp_path: Path) -> None:
+    status, screen = run(written(SCENES[name], tmp_path, RTOL), tmp_path, "-var", "step", f"{step}")
+    assert (status, verdict(screen)) == (0, "PASS"), screen
+
+
+@pytest.mark.parametrize("name", ["gaps, wall", "all at once"])
+def test_what_looks_can_find_is_what_they_do_find(name: str) -> None:
+    # Wherever the looks fall, the maxima of samples lie between the peak and the least of it.
+    scene = SCENES[name]
+    for watch_every in (3, 20):
+        peak, least = looked_at(scene, 0.005, watch_every)
+        sampled = sampled_maxima(scene, 0.005, watch_every)
+        assert np.all(sampled <= peak * (1 + 1e-12))
+        assert np.all(sampled >= least * (1 - 1e-6))  # a parabola is not quite what a peak is
+
+
+@pytest.mark.lammps
+def test_lean_deck_with_a_trajectory(tmp_path: Path) -> None:
+    path = written(ALL, tmp_path, RTOL, watch_every=0, dump_every=500)
+    for word in ("looks", "compute", "d_true", "PASS"):
+        assert word not in path.read_text()
+    status, screen = run(path, tmp_path)
+    assert status == 0, screen
+    assert (tmp_path / "chain.final").exists()
+    assert (tmp_path / "chain.lammpstrj").read_text().count("ITEM: TIMESTEP") > 2
+
 
 WRITERS = {
-    "lammps": ("deck",),
-    "lammps, lean": ("deck", "--watch-every", "0"),
-    "lammps, data file": ("deck", "--atoms", "data"),
-    "lammps, step given": ("deck", "--dt", "1 us"),
-    "liggghts": ("deck", "--engine", "liggghts"),
-    "yade": ("deck", "--engine", "yade"),
-    "unit test": ("unit-test",),
+    "data file": (("deck", "--atoms", "data"), "leave out --atoms data"),
+    "pair style": (("deck", "--pair-style", "gran/hertz/history"), "take granular for a scene"),
+    "liggghts": (("deck", "--engine", "liggghts"), "does not support wall: "),
+    "yade": (("deck", "--engine", "yade"), "does not support wall: "),
+    "unit test": (("unit-test",), "does not support wall: "),
 }
 
 
@@ -32,11 +216,11 @@ WRITERS = {
 def test_nothing_is_written(hertzchain: Command, tmp_path: Path, writer: str) -> None:
     scene = tmp_path / "scene.toml"
     hc.Scene(hc.Chain(12, **STEEL), PULSE, wall=hc.Wall("rigid")).to_toml(scene)
-    command, *options = WRITERS[writer]
+    (command, *options), why = WRITERS[writer]
     outcome = hertzchain(command, scene, "-o", tmp_path / "out", *options)
     assert outcome.status == 2
     assert outcome.out == ""
-    assert "does not support wall: " in outcome.err
+    assert why in outcome.err
     assert "Traceback" not in outcome.err
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
 
@@ -44,9 +228,7 @@ def test_nothing_is_written(hertzchain: Command, tmp_path: Path, writer: str) ->
 @pytest.mark.parametrize("name", SCENES)
 def test_no_text_is_made_in_python(name: str) -> None:
     scene = SCENES[name]
-    layout = Layout(0.01, 0)
     for write in (
-        lambda: standalone(scene, layout),
         lambda: data_file(scene),
         lambda: known_motion(scene),
         lambda: yade_deck(scene, 1e-8, [1.0], 1e-3),
@@ -54,3 +236,16 @@ def test_no_text_is_made_in_python(name: str) -> None:
     ):
         with pytest.raises(RunFailed, match="does not support "):
             write()
+    with pytest.raises(RunFailed, match="leave out --atoms data"):
+        standalone(scene, Layout(0.01, 0, atoms="data"))
+
+
+def test_a_deck_that_would_judge_nothing_is_refused() -> None:
+    weak = hc.Scene(hc.Chain(12, **STEEL), hc.Striker(1e-8), wall=hc.Wall("rigid"))
+    with pytest.raises(Unpredictable, match=r"^coordinates would cost the peaks of this"):
+        lay_out(weak, rtol=RTOL)
+
+
+def test_a_deck_that_would_take_too_many_steps_is_refused() -> None:
+    with pytest.raises(TooExpensive, match=r"steps, more than 1e\+07: ask for a larger rtol"):
+        deck_step(ALL, rtol=2e-9)

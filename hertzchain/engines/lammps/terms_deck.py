@@ -31,11 +31,7 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
 
     RunFailed where LAMMPS cannot have the scene, or not with this pair style.
     """
-    if pair_style != PAIR_STYLE:
-        raise RunFailed(
-            f"pair style {pair_style} has one stiffness for all contacts: take {PAIR_STYLE} for a"
-            f" scene with {' and '.join(scene.terms)}"
-        )
+    check_pair_style(scene, pair_style)
     each = scene.granules
     refuse_long("a LAMMPS deck of", scene)
     materials, kinds = materials_of("LAMMPS", each)
@@ -48,6 +44,15 @@ def granules(scene: Scene, pair_style: str) -> list[str]:
         *_pairs(len(materials)),
         f"neighbor {float(np.min(each.radius)) / 2!r} bin",
     ]
+
+
+def check_pair_style(scene: Scene, pair_style: str) -> None:
+    """Raise RunFailed for a pair style that has not the contacts of a scene with terms."""
+    if pair_style != PAIR_STYLE:
+        raise RunFailed(
+            f"pair style {pair_style} has one stiffness for all contacts: take {PAIR_STYLE} for a"
+            f" scene with {' and '.join(scene.terms)}"
+        )
 
 
 def _moduli(materials: list[Material]) -> list[str]:
