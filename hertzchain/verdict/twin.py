@@ -33,10 +33,12 @@ def velocity_verlet(scene: Scene, legs: Sequence[Leg], deadline: Deadline) -> Ve
     # The highest sample is next to the peak: only there is the same run looked at once more.
     after = np.searchsorted(nodes, run.peaks.time[np.isfinite(run.peaks.time)])
     beside = np.clip(np.concatenate([after - 1, after, after + 1]), 0, nodes.size - 1)
-    recorder = Recorder(np.unique(nodes[beside]), scene.chain.granules)
+    granules = scene.chain.granules
+    recorder = Recorder(np.unique(nodes[beside]), granules, scene.wall is not None)
     simulate(scene, legs, walker, recorder, deadline=deadline)
     sampled = np.max(recorder.contact_force, axis=0, initial=0.0)
-    return Verlet(run.peaks.force * unit.force, sampled * unit.force)
+    between = slice(granules - 1)  # a wall's contact is the last
+    return Verlet(run.peaks.force[between] * unit.force, sampled[between] * unit.force)
 
 
 MOST_LEGS = 100_000  # legs of one step each that are made: half a second

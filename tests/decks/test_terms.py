@@ -49,7 +49,7 @@ PASSING = {
     ),
 }
 
-QUICK = ("large striker", "gaps, wall", "precompression", "all at once")
+QUICK = ("gaps, wall", "all at once")
 
 
 def slow_but(quick: Iterable[str], names: Iterable[str]) -> list[Any]:
@@ -76,8 +76,10 @@ def test_every_term_passes(name: str, tmp_path: Path) -> None:
     assert largest_difference(found, expected) < 1e-8
 
 
+# Two processors wait for one another at every step.
+@pytest.mark.slow
 @pytest.mark.lammps
-@pytest.mark.parametrize("name", slow_but(["all at once"], ["gaps, wall", "all at once"]))
+@pytest.mark.parametrize("name", ["gaps, wall", "all at once"])
 def test_two_processors_find_the_same_peaks(name: str, tmp_path: Path) -> None:
     path = written(SCENES[name], tmp_path, RTOL)
     found = []
@@ -95,7 +97,7 @@ MISTAKES = {
     "wall twice as stiff": ("all at once", r"(variable k_wall equal )", r"\g<1>2*"),
     "no wall": ("striker, rigid wall", r"fix wall last wall", "fix wall empty wall"),
     "pair mixed wrongly": ("dimer", r"(pair_coeff 1 2 hertz )\$\{k1_2\}", r"\g<1>${k1_1}"),
-    "stiffness": ("dimer", r"(variable k2_2 equal )", r"\g<1>(1+1e-6)*"),
+    "stiffness": ("dimer", r"(variable k1_2 equal )", r"\g<1>(1+1e-6)*"),
     "exponent": ("large striker", r"(pair_coeff 1 1) hertz \S+", r"\1 hooke 1e7"),
     "radius": ("dimer", r"(set atom 5 diameter 0\.0095)", r"\g<1>01"),
     "density": ("dimer", r"(set atom 5 density )", r"\g<1>1"),
@@ -105,19 +107,16 @@ MISTAKES = {
     "load on one end": ("precompression", r"(fix hold last addforce) -20.0", r"\1 0.0"),
     "velocity of granule 2": ("large striker", r"velocity first", "velocity second"),
     "velocity": ("large striker", r"(velocity first set) 1.0", r"\1 1.001"),
-    "damping": ("all at once", r"(pair_coeff 1 2 \S+ \S+) 0.0", r"\1 1e-2"),
+    "damping": ("all at once", r"(pair_coeff 1 2 \S+ \S+) 0.0", r"\1 1e6"),
     "step": ("all at once", r"(variable longest equal )", r"\g<1>10*"),
     "pulse": ("gaps", r"(variable force equal 0\.0\+)100\.0", r"\g<1>100.1"),
-    "wall's peak": ("all at once", r"(set atom 12 d_true )0", r"\g<1>1"),
-    "a true peak": ("all at once", r"(set atom 4 d_true 0\.)", r"\g<1>1"),
+    "wall's peak": ("all at once", r"(set atom 12 d_true 2\.)7", r"\g<1>8"),
+    "a true peak": ("all at once", r"(set atom 4 d_true 1\.)7", r"\g<1>8"),
     "overlap": ("gaps", r"f_known\[1\]\+x-c_ahead", r"f_known[1]*1.0000001+x-c_ahead"),
     "stale positions": ("gaps", r"(fix look all ave/time) \S+ 1 \S+", r"\1 100 1 100"),
 }
 
-QUICK_MISTAKES = (
-    "wall twice as stiff", "pair mixed wrongly", "radius", "gap lost", "gravity the wrong way",
-    "velocity of granule 2",
-)  # fmt: skip
+QUICK_MISTAKES = ("wall twice as stiff", "pair mixed wrongly", "gap lost")
 
 
 @pytest.mark.lammps
@@ -150,6 +149,7 @@ def test_the_law_is_checked_much_more_closely_than_peaks(tmp_path: Path) -> None
     assert [float(found[k]) for k in (3, 4)] == pytest.approx([0, 0], rel=0, abs=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.lammps
 @pytest.mark.parametrize(
     ("change", "expected"),
@@ -160,9 +160,8 @@ def test_the_law_is_checked_much_more_closely_than_peaks(tmp_path: Path) -> None
         (("watch", "0"), "NOT CHECKED: watch is 0"),
         (("E1", "190e9"), "FAIL"),
     ],
-    ids=" ".join,
+    ids=str,
 )
-@pytest.mark.slow
 def test_steps_and_looks_can_be_changed(
     change: tuple[str, str], expected: str, tmp_path: Path
 ) -> None:
@@ -246,6 +245,8 @@ def test_a_deck_that_would_judge_nothing_is_refused() -> None:
         lay_out(weak, rtol=RTOL)
 
 
-def test_a_deck_that_would_take_too_many_steps_is_refused() -> None:
-    with pytest.raises(TooExpensive, match=r"steps, more than 1e\+07: ask for a larger rtol"):
-        deck_step(ALL, rtol=2e-9)
+def test_a_deck_that_would_take_too_many_steps_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    # It takes 26,000 steps.
+    monkeypatch.setattr("hertzchain.decks.known_answer._MOST_STEPS", 2e4)
+    with pytest.raises(TooExpensive, match=r"than 2e\+04: ask for a larger rtol"):
+        deck_step(ALL, rtol=1e-5)

@@ -484,7 +484,7 @@ def _wall(deck: Deck) -> Found:
                 f" with damping 0.0 and {dialect.NO_FRICTION}"
             )
             yield wall, "error", text
-        elif words[4:5] == ("granular",) and not deck.is_heap:
+        elif words[4:5] == ("granular",) and words[5:6] != ("hertz",) and not deck.is_heap:
             text = (
                 "a wall of this law is an elastic half-space of the given material, no rigid wall:"
                 " for a rigid one halve its compliance, that is give it twice E"
