@@ -44,11 +44,14 @@ def deck(
         ),
     ] = None,
     pair_style: Annotated[
-        PairStyle, typer.Option(help="How LAMMPS is told Hertz's law.")
+        PairStyle, typer.Option(help="Pair style of LAMMPS that has Hertz's law.")
     ] = GRANULAR,
     atoms: Annotated[
         Atoms,
-        typer.Option(help="Whether the deck makes the granules or reads FILE.data beside it."),
+        typer.Option(
+            help="Whether the deck makes the granules or reads FILE.data next to it (equal granules"
+            " that touch)."
+        ),
     ] = Atoms.CREATE,
     dump_every: Annotated[
         int, typer.Option(metavar="STEPS", help="Steps between two states for OVITO; 0: none.")
@@ -57,7 +60,8 @@ def deck(
     """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade that says whether its answer is right.
 
     For LAMMPS and Yade it finds the peak forces by itself and compares them with the true ones; for
-    LIGGGHTS it compares the motion at the end.
+    LIGGGHTS it compares the motion at the end. Scenes with unlike granules, gaps, striker, wall or
+    static loads have decks for LAMMPS alone, of pair style granular.
     """
     from hertzchain.decks import known_answer
     from hertzchain.decks.standalone import data_file, standalone

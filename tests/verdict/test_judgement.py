@@ -147,6 +147,18 @@ def test_the_accuracy_that_a_step_should_have(demo_reference: hc.Result) -> None
     assert there.sampled == pytest.approx(found.largest_difference, rel=0.5, abs=0)
 
 
+@pytest.mark.parametrize("dt", [None, 1e-7])
+def test_peaks_before_a_wall_are_judged(dt: float | None) -> None:
+    chain = paper_scene("cosine", 1.0, 2.0, 8).chain
+    scene = hc.Scene(chain, hc.Striker(1.0), wall=hc.Wall("rigid"))
+    true = hc.Native("reference").run(scene).peak_force
+    found = hc.judge(scene, 1.01 * true, dt=dt)
+    # The reference is right to 1e-9 here.
+    assert found.largest_difference == pytest.approx(0.01, rel=1e-6, abs=0)
+    assert (found.verdict, found.passed.tolist()) == ("fail", [False] * 7)
+    assert (found.expected is None) == (dt is None)
+
+
 def test_no_step_is_named_where_nothing_is_off_or_no_step_is_as_bad() -> None:
     scene = paper_scene("cosine", 1.0, 2.0, granules=20)
     truth = hc.Native("reference").run(scene)
