@@ -180,7 +180,11 @@ def verdict_commands(
     return [
         *peak_commands("$(v_stiffness:%.17g)*f_largest^1.5"),
         "",
-        *answers(known, f"contacts 2 to {scene.chain.granules}"),
+        *answers(
+            known,
+            f"True peak forces over F0, of contacts 2 to {scene.chain.granules}: Eq. 1 by a method"
+            " of eleven stages, right to 1e-10; and what step and interval cost them, measured.",
+        ),
         "",
         *comment(cost),
         f"variable coordinate equal 2*v_granules*v_radius/v_unit_length+{flight:.4g}",
@@ -193,13 +197,9 @@ def verdict_commands(
     ]
 
 
-def answers(known: KnownAnswer, contacts: str) -> list[str]:
+def answers(known: KnownAnswer, remark: str) -> list[str]:
     """The commands that give each granule the true peak of its contact with the next."""
     ratio, judged = known.force_ratio, known.judged
-    remark = (
-        f"True peak forces over F0, of {contacts}: Eq. 1 by a method of"
-        " eleven stages, right to 1e-10; and what step and interval cost them, measured."
-    )
     if not np.all(judged):
         remark += (
             f" Those below {SIGNIFICANT:g} of the largest, and those that the interval misses as"
