@@ -121,7 +121,7 @@ def test_the_gallery_passes_on_two_processors(entry: Entry, tmp_path: Path) -> N
 
 @pytest.mark.lammps
 def test_two_processors_find_the_same_peaks(tmp_path: Path) -> None:
-    path = written(small(), tmp_path, rtol=1e-3, watch_every=1)
+    path = written(small(5), tmp_path, rtol=1e-2, watch_every=1)
     found = []
     for ranks in (1, 2):
         status, screen = run(path, tmp_path, ranks=ranks)
@@ -363,7 +363,7 @@ def test_what_a_shipped_deck_allows_is_little(entry: Entry) -> None:
 
 @pytest.mark.lammps
 def test_a_failure_on_two_processors_has_a_status(tmp_path: Path) -> None:
-    path = written(small(), tmp_path, rtol=1e-3, watch_every=1)
+    path = written(small(5), tmp_path, rtol=1e-3, watch_every=1)
     path.write_text(path.read_text().replace("longest equal v_step", "longest equal 4*v_step"))
     status, screen = run(path, tmp_path, ranks=2)
     assert verdict(screen) == "FAIL"

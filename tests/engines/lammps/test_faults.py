@@ -36,7 +36,7 @@ from hertzchain.errors import (
     StepUnstable,
     TooExpensive,
 )
-from tests.command_line import MAIN
+from tests.command_line import MAIN, Command
 from tests.conftest import paper_scene
 from tests.places import ROOT
 from tests.processes import (
@@ -290,7 +290,7 @@ def test_a_batch_that_is_left_early_leaves_no_process() -> None:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize(("isolated", "limit"), [(False, 0.2), (True, 0.7)])
+@pytest.mark.parametrize(("isolated", "limit"), [(False, 0.2), (True, 0.6)])
 def test_a_run_ends_at_its_time_limit(isolated: bool, limit: float) -> None:
     # A process of its own takes half a second to start. Stopping LAMMPS at every step takes 30
     # times as long as the steps, and only these are counted beforehand: at 6/7 of the limit the
@@ -455,7 +455,7 @@ def test_a_want_of_memory_is_one_line(folder: Path, isolated: bool) -> None:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("isolated", [False, True])
+@pytest.mark.parametrize("isolated", [pytest.param(False, marks=slow), True])
 def test_lammps_leaves_no_files(folder: Path, isolated: bool) -> None:
     # Neither here, nor where temporary files go, nor in shared memory: 1 MB each time, once.
     work, temporary = folder / "work", folder / "tmp"
@@ -479,7 +479,7 @@ def test_lammps_leaves_no_files(folder: Path, isolated: bool) -> None:
 
 @posix
 @pytest.mark.lammps
-@pytest.mark.parametrize("isolated", [False, True])
+@pytest.mark.parametrize("isolated", [pytest.param(False, marks=slow), True])
 def test_a_folder_that_is_gone_is_no_hindrance(folder: Path, isolated: bool) -> None:
     SHORT.to_toml(folder / "scene.toml")
     output = folder / "peaks.csv"
@@ -564,7 +564,11 @@ WRONG_MPI: dict[str, tuple[Callable[[], dict[str, bytes]], str]] = {
 @linux
 @pytest.mark.lammps
 @pytest.mark.parametrize(
-    "what", ["missing", "no library", "another library", pytest.param("lost", marks=slow)]
+    "what",
+    [
+        *("no library", "another library"),
+        *(pytest.param(what, marks=slow) for what in ("missing", "lost")),
+    ],
 )
 def test_a_wrong_mpi_is_said_by_doctor_and_run(folder: Path, what: str) -> None:
     files, words = WRONG_MPI[what]
@@ -605,13 +609,17 @@ WRONG_LAMMPS = {
 
 @posix
 @pytest.mark.parametrize("what", ["crashes", "is another", pytest.param("ends", marks=slow)])
-def test_doctor_survives_a_lammps_that(folder: Path, what: str) -> None:
+def test_doctor_survives_a_lammps_that(
+    folder: Path, what: str, hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
     program, words = WRONG_LAMMPS[what]
     (folder / "lammps.py").write_text(program)
-    without_binaries = before_all(folder) | {"PATH": str(folder)}
-    status, out, err = ended(start("doctor", env=without_binaries))
-    assert (status, err) == (2, "")
-    (bad,) = [line for line in out.splitlines() if line.startswith("FAIL")]
+    # The doctor looks at LAMMPS in a process of its own, which finds this one first.
+    monkeypatch.syspath_prepend(folder)
+    monkeypatch.setenv("PATH", str(folder))  # no binaries
+    done = hertzchain("doctor")
+    assert (done.status, done.err) == (2, "")
+    (bad,) = [line for line in done.out.splitlines() if line.startswith("FAIL")]
     assert bad.startswith(f"FAIL  LAMMPS: {words}")
 
 
@@ -682,7 +690,8 @@ def small(tmp_path: Path) -> Path:
     return tmp_path / "small"
 
 
-def test_kernels_that_are_damaged_are_compiled_anew(small: Path) -> None:
+@pytest.mark.parametrize("every", [False, pytest.param(True, marks=slow)])
+def test_kernels_that_are_damaged_are_compiled_anew(small: Path, every: bool) -> None:
     kept = small / "__pycache__"
     (index,) = kept.glob("*.nbi")
     codes = sorted(kept.glob("*.nbc"))
@@ -698,7 +707,8 @@ def test_kernels_that_are_damaged_are_compiled_anew(small: Path) -> None:
         (codes[0], codes[0].read_bytes()[:-100]),
         (codes[0], bytes(1000)),
     ]
-    for path, content in damages:
+    # By default an index and a code cut short, what a full disk leaves, and a code that is none.
+    for path, content in damages if every else (damages[1], damages[6], damages[7]):
         path.write_bytes(content)
         assert read_small(small)[0] < 2
         assert read_small(small)[0] == 2  # and mended
@@ -763,7 +773,11 @@ def test_kernels_are_compiled_where_the_disk_is_full(tmp_path: Path, full_disk: 
 
 @linux
 def test_doctor_says_where_kernels_are_kept(tmp_path: Path) -> None:
-    kept = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    # Neither LAMMPS nor binaries, which would be tried for seconds.
+    kept = before_all(ROOT / "tests" / "no_lammps") | {
+        "NUMBA_CACHE_DIR": str(tmp_path),
+        "PATH": str(tmp_path),
+    }
     assert (
         f"ok    kernels: compiled once, kept in {tmp_path}" in ended(start("doctor", env=kept))[1]
     )

@@ -60,7 +60,6 @@ LONG = replace(SHORT, run=hc.Run(0.02))
 """Ten seconds at steps of 1 ns, and few dumps."""
 
 every_lmp = pytest.mark.parametrize("lmp", [BESIDE_PYTHON, *OTHERS])
-alone_and_on_ranks = pytest.mark.parametrize("ranks", [1, 2])
 slow = pytest.mark.slow
 
 
@@ -93,10 +92,15 @@ def tolerance(lmp: str) -> float:
 
 @pytest.mark.lammps
 @every_lmp
-@alone_and_on_ranks
-def test_the_numbers_are_those_of_the_module(demo: hc.Scene, lmp: str, ranks: int) -> None:
-    module = hc.Lammps(0.02 * demo.units.time)
-    expected, found = (each.run(demo) for each in (module, replace(module, lmp=lmp, ranks=ranks)))
+@pytest.mark.parametrize(
+    # Two ranks wait for one another at every step.
+    ("ranks", "granules"),
+    [(1, 60), (2, 8), pytest.param(2, 60, marks=slow)],
+)
+def test_the_numbers_are_those_of_the_module(lmp: str, ranks: int, granules: int) -> None:
+    scene = paper_scene("cosine-triangular", 2.0, 2.0, granules)
+    module = hc.Lammps(0.02 * scene.units.time)
+    expected, found = (each.run(scene) for each in (module, replace(module, lmp=lmp, ranks=ranks)))
     for name in ("peak_force", "peak_time", "displacement", "velocity"):
         assert largest(getattr(found, name), getattr(expected, name)) <= tolerance(lmp)
     assert found.error_estimate == pytest.approx(expected.error_estimate, rel=1e-6, abs=0)
