@@ -25,6 +25,7 @@ from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import HertzchainError
 from tests import scenes
+from tests.command_line import Command
 from tests.conftest import STEEL
 from tests.places import ROOT
 
@@ -668,16 +669,6 @@ def test_comments_may_be_in_another_encoding(tmp_path: Path) -> None:
     assert lint_file(file) == []
 
 
-def run_lint(*arguments: str) -> subprocess.CompletedProcess[str]:
-    code = "import sys; from hertzchain.cli import main; sys.argv[0] = 'hertzchain'; main()"
-    return subprocess.run(
-        [sys.executable, "-c", code, "lint", *arguments],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
 def test_text_that_is_no_deck_is_named() -> None:
     assert [finding.rule for finding in lint("Dear all,\nplease find attached.\n")] == ["no-deck"]
 
@@ -687,28 +678,27 @@ def test_a_deck_that_never_runs_is_named() -> None:
     assert [finding.rule for finding in bad(lint(text))] == ["no-run"]
 
 
-def test_the_command(tmp_path: Path) -> None:
+def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     good, wrong = tmp_path / "in.good", tmp_path / "in.wrong"
     good.write_text(CLEAN, encoding="utf-8")
     wrong.write_text(planted(TRAPS["density first"]), encoding="utf-8")
-    clean = run_lint(str(good))
-    assert (clean.returncode, clean.stdout) == (0, "0 errors, 0 warnings, 0 notes\n")
-    found = run_lint(str(good), str(wrong))
-    assert found.returncode == 1
-    assert found.stdout.startswith(f"{wrong}:15: error: the density is set before the diameter")
-    assert found.stdout.endswith("[density-before-diameter]\n1 error, 0 warnings, 0 notes\n")
-    as_json = run_lint("--json", str(good), str(wrong))
-    decks = json.loads(as_json.stdout)["decks"]
+    clean = hertzchain("lint", good)
+    assert (clean.status, clean.out) == (0, "0 errors, 0 warnings, 0 notes\n")
+    found = hertzchain("lint", good, wrong)
+    assert found.status == 1
+    assert found.out.startswith(f"{wrong}:15: error: the density is set before the diameter")
+    assert found.out.endswith("[density-before-diameter]\n1 error, 0 warnings, 0 notes\n")
+    decks = hertzchain("lint", "--json", good, wrong).json()["decks"]
     assert [len(one["findings"]) for one in decks] == [0, 1]
     assert decks[1]["findings"][0]["line"] == 15
-    missing = run_lint(str(tmp_path / "none"))
-    assert missing.returncode == 2
-    assert missing.stderr.count("\n") == 1
+    missing = hertzchain("lint", tmp_path / "none")
+    assert missing.status == 2
+    assert missing.err.count("\n") == 1
 
 
-def test_notes_leave_the_status_at_0(tmp_path: Path) -> None:
+def test_notes_leave_the_status_at_0(tmp_path: Path, hertzchain: Command) -> None:
     file = tmp_path / "in.chain"
     file.write_text(planted(TRAPS["a force left on"]), encoding="utf-8")
-    outcome = run_lint(str(file))
-    assert outcome.returncode == 0
-    assert ": note: " in outcome.stdout
+    outcome = hertzchain("lint", file)
+    assert outcome.status == 0
+    assert ": note: " in outcome.out

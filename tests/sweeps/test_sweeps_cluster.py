@@ -36,24 +36,29 @@ PATIENCE = 120.0
 """With processes, on a machine that does other things, too [s]."""
 
 
+Workers = list[subprocess.Popen[bytes]]
+
+
 @contextmanager
-def cluster_of(folder: Path, workers: int = 2, *options: str) -> Iterator[str]:
-    """A scheduler and workers without nannies: its address."""
+def cluster_of(folder: Path, workers: int = 2, *options: str) -> Iterator[tuple[str, Workers]]:
+    """A scheduler and workers without nannies: its address, and the workers."""
     with ExitStack() as stack:
         address, _ = stack.enter_context(scheduler(folder))
-        for number in range(workers):
+        started = [
             stack.enter_context(
                 worker(address, folder, "--no-nanny", *options, name=f"worker-{number}")
             )
+            for number in range(workers)
+        ]
         await_workers(address, workers)
-        yield address
+        yield address, started
 
 
 @pytest.fixture(scope="module")
-def two(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The address of a cluster of two workers."""
-    with cluster_of(tmp_path_factory.mktemp("two")) as address:
-        yield address
+def two(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Workers]]:
+    """A cluster of two workers: its address, and the workers."""
+    with cluster_of(tmp_path_factory.mktemp("two")) as both:
+        yield both
 
 
 @pytest.fixture(scope="module")
@@ -151,9 +156,21 @@ def lammps_processes(workers: Sequence[subprocess.Popen[bytes]]) -> list[psutil.
 
 
 @pytest.mark.lammps
-def test_tables_are_those_of_this_machine(two: str) -> None:
+def test_tables_are_those_of_this_machine_by_one_process_for_lammps_on_each_worker(
+    two: tuple[str, Workers],
+) -> None:
+    """Such a process lasts for all parts that its worker measures, and ends with the sweep."""
+    address, workers = two
     backends = (hc.Native(rtol=1e-4), LAMMPS, "formulas")
-    assert_same(sweep(two, backends), sweep(None, backends))
+    seen: dict[int, set[int]] = {process.pid: set() for process in workers}
+
+    def look(*_: int) -> None:
+        for process in workers:
+            seen[process.pid].update(one.pid for one in lammps_processes([process]))
+
+    assert_same(sweep(address, backends, progress=look), sweep(None, backends))
+    assert max(len(pids) for pids in seen.values()) == 1
+    await_that(lambda: not lammps_processes(workers))
 
 
 @pytest.mark.slow
@@ -244,21 +261,6 @@ def test_a_worker_that_is_told_to_end_gives_its_part_to_another(
         assert_same(sweep(address, progress=tell_it), here)
 
 
-@pytest.mark.lammps
-def test_one_process_for_lammps_lasts_for_all_parts_and_ends_with_the_sweep(
-    lonely: str, tmp_path: Path
-) -> None:
-    with worker(lonely, tmp_path, "--no-nanny") as only:
-        seen: set[int] = set()
-
-        def look(*_: int) -> None:
-            seen.update(process.pid for process in lammps_processes([only]))
-
-        sweep(lonely, progress=look)
-        assert len(seen) == 1
-        await_that(lambda: not lammps_processes([only]))
-
-
 # What goes wrong
 
 
@@ -345,7 +347,7 @@ def test_with_a_new_scheduler_it_goes_on(tmp_path: Path) -> None:
     assert f"the scheduler {address} is gone" in said
     kept = done_parts(tmp_path)
     assert 2 <= kept < PARTS
-    with cluster_of(tmp_path) as address:
+    with cluster_of(tmp_path) as (address, _):
         status, said = run(tmp_path, address, rtol=1e-3)
         assert status == 0
         assert said.endswith(" rows are there, going on\n")
@@ -484,7 +486,8 @@ def test_workers_without_this_hertzchain_are_named(
 
 
 def test_a_part_that_ends_workers_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "1")  # not 3: it takes time
+    # Not 3: each worker that is lost takes a second to start.
+    monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
     deadly = tmp_path / "deadly.py"
     deadly.write_text(
         "import os\nfrom hertzchain.sweeps import measuring\n"
@@ -492,7 +495,7 @@ def test_a_part_that_ends_workers_is_named(tmp_path: Path, monkeypatch: pytest.M
         encoding="utf-8",
     )
     lost = pytest.raises(RunFailed, match="was lost with worker after worker")
-    with cluster_of(tmp_path, 2, "--preload", str(deadly)) as address, lost:
+    with cluster_of(tmp_path, 1, "--preload", str(deadly)) as (address, _), lost:
         sweep(address, ["native"])
 
 
@@ -582,7 +585,7 @@ class Seen(Exception):
     """Enough parts."""
 
 
-def test_parts_are_taken_as_they_are_needed(two: str) -> None:
+def test_parts_are_taken_as_they_are_needed(two: tuple[str, Workers]) -> None:
     """However many there are: what is in flight depends on the workers."""
     from hertzchain.sweeps.design import design
 
@@ -603,6 +606,6 @@ def test_parts_are_taken_as_they_are_needed(two: str) -> None:
         if kept == 30:
             raise Seen
 
-    with cluster.cluster(two) as measure, pytest.raises(Seen):
+    with cluster.cluster(two[0]) as measure, pytest.raises(Seen):
         measure(found, parts(), False, keep, lambda _: None)
     assert most <= 2 * 3

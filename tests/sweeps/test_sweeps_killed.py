@@ -162,31 +162,31 @@ def goes_on_to_the_same(folder: Path, whole: Path, capfd: pytest.CaptureFixture[
 
 
 @pytest.mark.lammps
-def test_a_sweep_that_is_killed_goes_on_and_ends_as_if_it_had_not_been(
-    folder: Path, whole: Path, capfd: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("name", "status"), [("SIGINT", 130), pytest.param("SIGTERM", 143, marks=pytest.mark.slow)]
+)
+def test_a_sweep_that_is_killed_and_then_stopped_goes_on_and_ends_as_if_it_had_not_been(
+    folder: Path, whole: Path, capfd: pytest.CaptureFixture[str], name: str, status: int
 ) -> None:
     running = begun(folder)
     inside = children(running.pid)
     running.kill()
     ended(running)
     wait_for(partial(are_gone, inside))
-    goes_on_to_the_same(folder, whole, capfd)
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    ("name", "status"), [("SIGINT", 130), pytest.param("SIGTERM", 143, marks=pytest.mark.slow)]
-)
-def test_a_sweep_that_is_stopped_says_so_leaves_no_process_and_goes_on(
-    folder: Path, whole: Path, capfd: pytest.CaptureFixture[str], name: str, status: int
-) -> None:
-    running = begun(folder)
+    done = parts(folder / "out")
+    # The same command goes on; when it has done a part more, it is stopped.
+    running = start(*COMMAND, "--samples", "10", "-o", "out")
+    wait_for(lambda: parts(folder / "out") > done)
     inside = children(running.pid)
     running.send_signal(getattr(signal, name))
     found, out, err = ended(running)
     assert (found, out) == (status, "")
-    assert re.search(r"what is done is in out, \d+ rows; the same command goes on from there", err)
-    assert err.count("\n") == 2
+    goes_on, *said = err.splitlines()
+    assert re.fullmatch(r"hertzchain: \d+ of 60 rows are there, going on", goes_on)
+    assert re.search(
+        r"what is done is in out, \d+ rows; the same command goes on from there", said[0]
+    )
+    assert len(said) == 2
     assert are_gone(inside)
     goes_on_to_the_same(folder, whole, capfd)
 
