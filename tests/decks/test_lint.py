@@ -593,7 +593,7 @@ MORE_WORDS = 'set fix run if variable jump label next ${R} $(v_R) $( & # " \' ""
 WORDS = sorted(set((CLEAN + HEAP + MORE_WORDS).split()))
 
 
-EXAMPLES = pytest.mark.parametrize("examples", [100, pytest.param(2000, marks=pytest.mark.slow)])
+EXAMPLES = pytest.mark.parametrize("examples", [30, pytest.param(2000, marks=pytest.mark.slow)])
 
 
 @EXAMPLES

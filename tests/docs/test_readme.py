@@ -38,8 +38,18 @@ COPIES = re.findall(r"^    cp (\S+) (\S+)", README, re.MULTILINE)
 TARGETS = re.findall(r"^    make (\S+)", README, re.MULTILINE)
 
 
+VALIDATION = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
+
+
 @pytest.mark.lammps
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    "command",
+    [
+        # What a page of the documentation shows, too, is run there.
+        pytest.param(command, marks=[pytest.mark.slow] * (f"$ {command}" in VALIDATION))
+        for command in COMMANDS
+    ],
+)
 def test_a_command_works(
     command: str,
     tmp_path: Path,

@@ -45,7 +45,9 @@ def test_every_scene_passes(name: str) -> None:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("name", ["large striker", "all at once"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("large striker", marks=pytest.mark.slow), "all at once"]
+)
 def test_a_binary_gives_the_numbers_of_the_module(name: str) -> None:
     scene = SCENES[name]
     dt = 0.02 * scene.contact_time

@@ -307,7 +307,14 @@ WATCHED = {
 }
 
 
-@pytest.mark.parametrize("name", WATCHED)
+@pytest.mark.parametrize(
+    "name",
+    [
+        # Seconds, as its wave takes long to come; wide gaps are in another.
+        pytest.param(name, marks=[pytest.mark.slow] * name.startswith("growing granules"))
+        for name in WATCHED
+    ],
+)
 def test_the_default_end_lets_every_contact_peak(name: str) -> None:
     scene = WATCHED[name]
     result = hc.Native().run(scene)
