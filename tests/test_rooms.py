@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -62,11 +63,14 @@ def imported_by(path: Path) -> set[str]:
     return {name for name in found if name.startswith("hertzchain.")}
 
 
-IMPORTS = {
-    name: (imported_by(path) & FILES.keys()) - {name}
-    for name, path in FILES.items()
-    if name not in OUTSIDE
-}
+@functools.cache
+def imports() -> dict[str, set[str]]:
+    """What each module imports, by its name; reading all sources takes half a second."""
+    return {
+        name: (imported_by(path) & FILES.keys()) - {name}
+        for name, path in FILES.items()
+        if name not in OUTSIDE
+    }
 
 
 def room_of(name: str) -> str:
@@ -77,21 +81,21 @@ def room_of(name: str) -> str:
 
 def test_the_files_are_found() -> None:
     assert "hertzchain.engines.native.equations" in FILES
-    assert "hertzchain.scene.natural_units" in IMPORTS["hertzchain.scene.scene"]
-    assert "hertzchain.files" in IMPORTS["hertzchain.scene.scene"]  # from within a function
+    assert "hertzchain.scene.natural_units" in imports()["hertzchain.scene.scene"]
+    assert "hertzchain.files" in imports()["hertzchain.scene.scene"]  # from within a function
     both = {"hertzchain.engines.native", "hertzchain.engines.lammps"}
-    assert both <= IMPORTS["hertzchain.verdict.comparison"]
+    assert both <= imports()["hertzchain.verdict.comparison"]
 
 
 def test_every_module_has_a_room() -> None:
-    rooms = {room_of(name) for name in IMPORTS}
+    rooms = {room_of(name) for name in imports()}
     assert rooms == {room for level in LEVELS for room in level}
 
 
 def test_imports_go_down_only() -> None:
     level = {room: k for k, rooms in enumerate(LEVELS) for room in rooms}
     wrong = []
-    for name, imported in IMPORTS.items():
+    for name, imported in imports().items():
         here = room_of(name)
         for other in imported - set(OUTSIDE):
             there = room_of(other)
@@ -103,13 +107,13 @@ def test_imports_go_down_only() -> None:
 
 def test_public_names_are_for_scripts_outside() -> None:
     """Through ``hertzchain.lammps`` an engine could be imported unseen."""
-    assert [name for name, imported in IMPORTS.items() if imported & set(OUTSIDE[2:])] == []
+    assert [name for name, imported in imports().items() if imported & set(OUTSIDE[2:])] == []
 
 
 def test_there_is_no_cycle() -> None:
     """Imports within functions and for types alone count, too."""
     try:
-        tuple(TopologicalSorter(IMPORTS).static_order())
+        tuple(TopologicalSorter(imports()).static_order())
     except CycleError as cycle:
         pytest.fail(" -> ".join(cycle.args[1]))
 

@@ -8,9 +8,9 @@ import random
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pint
 import pytest
 
 import hertzchain as hc
@@ -26,6 +26,9 @@ from hertzchain.verdict.judgement import read_peaks
 from tests.conftest import paper_scene
 from tests.effort import effort
 from validation.planting import in_set_up
+
+if TYPE_CHECKING:
+    import pint
 
 QUICK = ("cosine", 0.3, 2.0), ("cosine-triangular", 2.0, 2.0)
 MORE = ("triangular", 1.0, 4.0), ("cosine", 2.5, 6.0)
@@ -243,7 +246,9 @@ def test_another_force_or_unit_is_named(truth: hc.Result) -> None:
 
 @functools.cache
 def units() -> pint.UnitRegistry[float]:
-    """Units by Pint, which takes a tenth of a second to read them."""
+    """Units by Pint, which takes half a second to load and to read them."""
+    import pint
+
     return pint.UnitRegistry()
 
 
