@@ -250,6 +250,33 @@ TRAPS = {
         f"fix motion all nve\nfix wall all wall/gran granular {MODEL}"
         " xplane NULL $(2*v_R*v_N-v_R)",
     ),
+    "wall of a material": Trap(
+        "wall",
+        "warning",
+        "fix motion all nve",
+        f"fix motion all nve\nfix wall all wall/gran granular {MODEL}"
+        " xplane NULL $(2*v_R*v_N-v_R)",
+    ),
+    "two planes": Trap(
+        "wall",
+        "warning",
+        "fix motion all nve",
+        "fix motion all nve\nfix wall all wall/gran granular hertz 1e11 0.0 tangential"
+        " linear_nohistory 0.0 0.0 zplane $(-v_R) $(v_R)",
+    ),
+    "contacts that pull": Trap(
+        "attraction", "warning", "193e9 0.0 0.3", "193e9 1e4 0.3"
+    ),
+    "classic contacts that pull": Trap(
+        "attraction", "warning", STYLE, f"pair_style gran/hertz/history {KN} NULL 1e9 0.0 0.0 0\n"
+        "pair_coeff * *"
+    ),
+    "a pair left to LAMMPS": Trap(
+        "mixed-pairs",
+        "warning",
+        f"create_box 1|pair_coeff * * {MODEL}",
+        f"create_box 3|pair_coeff 1 1 {MODEL}\npair_coeff 2*3 2*3 {MODEL}\npair_coeff 1 3 {MODEL}",
+    ),
     "no motion": Trap("motion", "error", "fix motion all nve\n", "", "peaks", 0.99),
     "two motions": Trap(
         "motion", "error", "fix motion all nve", "fix motion all nve\nfix two all nve", "peaks", 0.1
@@ -443,6 +470,31 @@ def test_a_generated_deck_with_a_trap_is_not_clean() -> None:
     assert bad(lint(re.sub(r"(set .*diameter.*\n)(set .*density.*\n)", r"\2\1", text)))
 
 
+@pytest.mark.parametrize(
+    ("pairs", "found"),
+    [
+        (("1 1", "2 2", "1 2"), False),
+        (("1 1", "2 2", "2 1"), False),
+        (("* *",), False),
+        (("1*2 2", "1 1"), False),
+        (("1 1", "2 2"), True),
+        (("1 1", "${i} 2"), False),  # cannot be known
+    ],
+)  # fmt: skip
+def test_which_pairs_are_left_to_lammps(pairs: tuple[str, ...], found: bool) -> None:
+    laws = "\n".join(f"pair_coeff {pair} {MODEL}" for pair in pairs)
+    text = CLEAN.replace("create_box 1", "create_box 2").replace(f"pair_coeff * * {MODEL}", laws)
+    said = {finding.rule for finding in lint(text)}
+    assert ("mixed-pairs" in said) == found
+
+
+@pytest.mark.parametrize(("height", "found"), [("$(v_R)", True), ("$(1.01*v_R)", False)])
+def test_two_planes_that_a_granule_may_touch_at_once(height: str, found: bool) -> None:
+    law = "granular hertz 1e11 0.0 tangential linear_nohistory 0.0 0.0"
+    wall = f"fix motion all nve\nfix wall all wall/gran {law} zplane $(-v_R) {height}"
+    assert bool(lint(CLEAN.replace("fix motion all nve", wall))) == found
+
+
 def test_a_wall_whose_stiffness_is_given_may_be_rigid() -> None:
     law = "hertz 2.8e11 0.0 tangential linear_nohistory 0.0 0.0"
     wall = f"fix motion all nve\nfix wall all wall/gran granular {law} xplane NULL $(2*v_R*v_N-v_R)"
@@ -473,7 +525,8 @@ run 5000
 
 def test_of_a_heap_only_damping_is_noted() -> None:
     found = lint(HEAP)
-    assert {(finding.rule, finding.severity) for finding in found} == {("damping", "note")}
+    said = {(finding.rule, finding.severity) for finding in found}
+    assert said == {("damping", "note"), ("attraction", "note")}
 
 
 def test_included_files_are_not_guessed_at() -> None:

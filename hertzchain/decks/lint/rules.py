@@ -212,6 +212,25 @@ def _restitution(law: Law, damping: str, value: float) -> Found:
         yield law.command, "note", text
 
 
+def _attraction(deck: Deck) -> Found:
+    """Damping that is not limited pulls as a contact opens."""
+    text = (
+        "damping without limit_damping makes contacts pull as they open, which dry granules cannot:"
+        " write limit_damping at the end of this command (LAMMPS since 29 Sep 2021)"
+    )
+    severity: Severity = "note" if deck.is_heap else "warning"
+    for law in deck.laws:
+        words = law.command.words
+        known = law.normal in ("hooke", "hertz", "hertz/material")
+        if known and number(law.numbers[1]) and not {"none", "limit_damping"} & set(words):
+            yield law.command, severity, text
+    style = deck.pair_style
+    if style is None or not style.words[1].startswith("gran/") or len(style.words) < 5:
+        return
+    if number(style.words[4]) and "limit_damping" not in style.words:
+        yield style, severity, text
+
+
 def _poisson_ratio(deck: Deck) -> Found:
     """The order of the numbers is E, damping, Poisson's ratio."""
     for law in deck.laws:
@@ -265,6 +284,47 @@ def _several_materials(deck: Deck) -> Found:
                 " are of one material"
             )
             yield style, "warning", text
+
+
+def _mixed_pairs(deck: Deck) -> Found:
+    """Pairs of two types that LAMMPS mixes by itself."""
+    if deck.pair_style is None or deck.pair_style.words[1] != "granular" or deck.is_partial:
+        return
+    types = [number(" ".join(box.words[1:2])) for box in deck.named("create_box")]
+    if len(types) != 1 or types[0] is None or not 2 <= types[0] <= _MOST_TYPES:
+        return
+    count = int(types[0])
+    given: set[tuple[int, int]] = set()
+    for command in deck.named("pair_coeff"):
+        first, second = (_types_of(word, count) for word in (*command.words[1:3], "", "")[:2])
+        if not first or not second:
+            return
+        given |= {(min(i, j), max(i, j)) for i in first for j in second}
+    missing = [(i, j) for i in range(1, count + 1) for j in range(i, count + 1)]
+    missing = [pair for pair in missing if pair not in given and pair[0] != pair[1]]
+    laws = [law.command for law in deck.laws if law.command.name == "pair_coeff"]
+    if missing and laws:
+        i, j = missing[0]
+        more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+        text = (
+            f"there is no pair_coeff {i} {j}{more}: LAMMPS mixes the laws of both types, and those"
+            " of 2021 and 2022 leave out the contact radius (an overlap of 1 um of granules of 9.5"
+            f" mm presses 20,000 times too hard); write pair_coeff {i} {j} ... as for one type"
+        )
+        yield laws[-1], "warning", text
+
+
+_MOST_TYPES = 100  # a deck with more is not looked at pair by pair
+
+
+def _types_of(word: str, count: int) -> range | None:
+    """The types of a word such as 2, *, 2*3; None for one that cannot be known."""
+    match = re.fullmatch(r"(\d*)(\*?)(\d*)", word)
+    if not word or match is None or (not match[2] and match[3]):
+        return None
+    first = int(match[1] or 1)
+    last = first if not match[2] else int(match[3] or count)
+    return range(first, last + 1)
 
 
 _TIME_WORDS = {"step", "time", "elapsed", "elaplong"}
@@ -480,8 +540,8 @@ def _wall(deck: Deck) -> Found:
         if words[4:5] == ("hertz/history",) and number(" ".join(words[7:8])) == 0:
             text = (
                 "wall/gran hertz/history with gamma_n = 0 makes positions NaN at the first touch"
-                f" ({dialect.WALL_IS_NAN}): write wall/gran granular hertz/material"
-                f" with damping 0.0 and {dialect.NO_FRICTION}"
+                f" ({dialect.WALL_IS_NAN}): write wall/gran granular hertz K 0.0"
+                f" {dialect.NO_FRICTION} with K = 4/3 E*"
             )
             yield wall, "error", text
         elif words[4:5] == ("granular",) and words[5:6] != ("hertz",) and not deck.is_heap:
@@ -490,6 +550,31 @@ def _wall(deck: Deck) -> Found:
                 " for a rigid one halve its compliance, that is give it twice E"
             )
             yield wall, "note", text
+            if words[5:6] == ("hertz/material",):
+                yield wall, "warning", _WALL_OF_MATERIAL
+        ends = _planes(wall)
+        if ends is not None and deck.diameter is not None and ends[1] - ends[0] <= deck.diameter:
+            text = (
+                "both planes of this wall can touch the same granule, which feels the nearer one"
+                " alone: write a fix for each plane"
+            )
+            yield wall, "warning", text
+
+
+_WALL_OF_MATERIAL = (
+    "LAMMPS of 2021 and 2022 makes this wall 1 + nu times too stiff: give the stiffness itself,"
+    " granular hertz K with K = 4/3 E*"
+)
+
+
+def _planes(wall: Command) -> tuple[float, float] | None:
+    """Where both planes of a wall across an axis are; None unless there are two that are known."""
+    for axis in ("xplane", "yplane", "zplane"):
+        if axis in wall.words:
+            at = wall.words.index(axis)
+            low, high = (number(word) for word in (*wall.words[at + 1 : at + 3], "", "")[:2])
+            return None if low is None or high is None else (low, high)
+    return None
 
 
 def _not_hertz(deck: Deck) -> Found:
@@ -673,9 +758,10 @@ RULES: dict[str, Callable[[Deck], Found]] = {
     for rule in (
         _no_deck, _elsewhere, _units, _atom_style, _density_before_diameter,
         _diameter_missing, _mass_set, _not_touching, _periodic, _ghost_velocity, _skin,
-        _neighbours, _not_hertz, _damping, _poisson_ratio, _tangential, _several_materials,
-        _wall, _motion, _no_run, _thermostat, _force_clock, _force_frozen, _force_on_all,
-        _force_left_on, _force_cut, _step_length, _step_default, _dump_every_step,
+        _neighbours, _not_hertz, _damping, _attraction, _poisson_ratio, _tangential,
+        _several_materials, _mixed_pairs, _wall, _motion, _no_run, _thermostat, _force_clock,
+        _force_frozen, _force_on_all, _force_left_on, _force_cut, _step_length, _step_default,
+        _dump_every_step,
     )
 }  # fmt: skip
 """All rules by name."""
