@@ -227,7 +227,8 @@ class Native:
                 # What is stated for such a contact is the force at an instant, not a peak.
                 hard, plan, before = True, plans.cheapest(rtol, hard=True), math.inf
                 continue
-            error = _estimate(scene, legs, plan, run, deadline)
+            again = before < math.inf and not scene.is_plain
+            error = _estimate(scene, legs, plan, run, deadline, again)
             cost = run.evaluations * scene.chain.granules
             if error <= rtol or plan.hopeless(error, before, cost):
                 break
@@ -237,13 +238,21 @@ class Native:
 
 
 def _estimate(
-    scene: Scene, legs: Sequence[Leg], plan: plans.Plan, run: Simulation, deadline: Deadline
+    scene: Scene,
+    legs: Sequence[Leg],
+    plan: plans.Plan,
+    run: Simulation,
+    deadline: Deadline,
+    again: bool,
 ) -> float:
-    """Upper bound of the error of the peaks, from one run or two with other steps."""
+    """Upper bound of the error of the peaks, from one run or two with other steps.
+
+    ``again`` says that the plan before was not close enough, in a scene with terms.
+    """
     others = [tuple(replace(leg, steps=plans.other_step(leg.steps)) for leg in legs)]
-    if run.peaks.any_rising:
+    if run.peaks.any_rising or again:
         # Forces at an instant are erratic from step to step: one difference may be small by chance,
-        # and none falls with a power of the step.
+        # and none falls with a power of the step. So are rounding errors that collisions multiply.
         others.append(finer_run(legs).legs)
     difference = 0.0
     for other in others:
