@@ -15,11 +15,12 @@ section 5.1             granule_velocity
 ======================= ==========================================================================
 
 Where the paper's own formulas hold: outside_range. Beyond the paper: the exact solitary wave, in
-hertzchain.theory.solitary_wave; peaks without a simulation, in hertzchain.theory.peak_map; and all
-of it for a scene: predict.
+hertzchain.theory.solitary_wave; peaks without a simulation, in hertzchain.theory.peak_map;
+coefficients of restitution of damped contacts, in hertzchain.theory.restitution; and all that is
+known of a scene: predict.
 """
 
-from hertzchain.theory import peak_map, solitary_wave
+from hertzchain.theory import peak_map, restitution, solitary_wave
 from hertzchain.theory.paper import (
     acceleration,
     applied_force,
@@ -66,6 +67,7 @@ __all__ = [
     "peak_map",
     "peak_shift",
     "predict",
+    "restitution",
     "solitary_wave",
     "solitary_wave_momentum",
     "solitary_wave_speed",

@@ -1,0 +1,275 @@
+"""Coefficient of restitution of two spheres that meet head-on in a damped Hertz contact.
+
+The contact force is F = k d^(3/2) + eta(d) d' at an overlap d > 0, where k = 4/3 E* sqrt(R*), and
+the overlap moves as m* d'' = -F. A contact that may pull ends where d is 0 again. One that may not,
+F = max(F, 0), ends where F is 0: the spheres then part at the speed that they have.
+
+Three laws of damping:
+
+============ ============================= ====================================================
+restitution  eta = alpha sqrt(m* k) d^1/4  e depends on alpha alone: closed form, ``of_ratio``
+viscoelastic eta = 3/2 A k d^1/2           e depends on the velocity: ``viscoelastic``
+dashpot      eta constant                  e depends on the velocity: ``dashpot``
+============ ============================= ====================================================
+
+Kuwabara and Kono, Jpn. J. Appl. Phys. 26 (1987) 1230; Brilliantov, Spahn, Hertzsch and Poeschel,
+Phys. Rev. E 53 (1996) 5382; Schwager and Poeschel, Granular Matter 9 (2007) 465 (contacts that do
+not pull); Thornton, Cummins and Cleary, Powder Technology 233 (2013) 30.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import POSITIVE, is_finite, is_positive, require
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.terms import NOT_NEGATIVE
+
+LEAST = 1e-3
+"""Smallest coefficient of restitution that a coefficient of damping is sought for (chosen)."""
+
+VISCOELASTIC, DASHPOT = 0.5, 0.0
+"""Exponent q of the overlap in eta = c d^q."""
+
+_ACCURACY = 1e-13
+"""Relative error of a step of the integration; e is then right to 1e-10 (measured)."""
+
+_WEAKEST = 1e-12
+"""Damping in natural units below which e is 1 to 2e-12 (derived: 1 - e is at most 1.8 c)."""
+
+_CREEPING = 8.0
+"""Viscoelastic damping in natural units from which a contact that pulls creeps back (chosen).
+
+What the approach leaves behind has by then decayed by exp(-2 * 8^2)."""
+
+
+@dataclass(frozen=True)
+class Collision:
+    """Two spheres that meet.
+
+    Parameters
+    ----------
+    mass
+        m* = m1 m2 / (m1 + m2) [kg].
+    stiffness
+        k = 4/3 E* sqrt(R*) [N m^(-3/2)].
+    radius
+        R* = R1 R2 / (R1 + R2) [m].
+    velocity
+        Relative velocity of the impact [m/s].
+
+    Raises
+    ------
+    SceneError
+        For a value that is not a finite number above 0.
+    """
+
+    mass: float
+    stiffness: float
+    radius: float
+    velocity: float
+
+    def __post_init__(self) -> None:
+        for key in ("mass", "stiffness", "radius", "velocity"):
+            value = getattr(self, key)
+            require(is_positive(value), key, value, POSITIVE)
+
+    @property
+    def length(self) -> float:
+        """Unit of the overlap, (m* v^2 / k)^(2/5) [m]; the largest overlap is 1.09 of it."""
+        return float((self.mass * self.velocity**2 / self.stiffness) ** 0.4)
+
+    def unit(self, exponent: float) -> float:
+        """Return the unit of c in eta = c d^q [N s m^(-1-q)] where m*, k and the velocity are 1."""
+        return float(self.mass * self.velocity / self.length ** (1 + exponent))
+
+
+def collision_of(scene: Scene) -> Collision:
+    """Return the collision of a scene's striker with granule 2; SceneError without a striker."""
+    striker = scene.striker
+    allowed = "needs a scene with a [striker]: it is the velocity of the impact"
+    require(striker is not None, "striker", None, allowed)
+    granules = scene.granules
+    one, other = granules.radius[:2].tolist()
+    return Collision(
+        mass=float(granules.contact_mass[0]),
+        stiffness=float(granules.stiffness[0]),
+        radius=one * other / (one + other),
+        velocity=float(scene.start_velocity),
+    )
+
+
+# ---- The restitution law
+
+
+def damping_ratio(restitution: float) -> float:
+    """Return alpha / sqrt(5) that gives a restitution where contacts may pull: beta(e).
+
+    beta = -ln e / sqrt(pi^2 + ln^2 e), between 0 and 1.
+    """
+    right = is_finite(restitution) and 0 < restitution <= 1
+    require(right, "restitution", restitution, "must be a number above 0, at most 1")
+    logarithm = math.log(restitution)
+    return abs(logarithm) / math.hypot(math.pi, logarithm)
+
+
+def of_ratio(ratio: float, pulls: bool) -> float:
+    """Return e of eta = alpha sqrt(m* k) d^(1/4), where ``ratio`` is z = alpha / sqrt(5).
+
+    d^(5/4) is the displacement of a damped linear oscillator in a time of its own, and z is its
+    damping ratio. Where contacts pull, e = exp(-pi z / sqrt(1 - z^2)), and 0 from z = 1 on: the
+    spheres stay together. Where they do not, e = exp(-2 z arccos(z) / sqrt(1 - z^2)), exp(-2) at
+    z = 1 and exp(-2 z arcosh(z) / sqrt(z^2 - 1)) above.
+    """
+    require(is_finite(ratio) and ratio >= 0, "damping ratio", ratio, NOT_NEGATIVE)
+    other = math.sqrt(abs((1 - ratio) * (1 + ratio)))
+    if pulls:
+        return math.exp(-math.pi * ratio / other) if ratio < 1 else 0.0
+    if ratio < 1:
+        return math.exp(-2 * ratio * math.atan2(other, ratio) / other)
+    return math.exp(-2 * ratio * math.asinh(other) / other) if other else math.exp(-2)
+
+
+def ratio_for(restitution: float, pulls: bool) -> float:
+    """Return alpha / sqrt(5) of the restitution law that gives a restitution."""
+    check_wanted(restitution)
+    if pulls:
+        return damping_ratio(restitution)
+    return _root(lambda ratio: of_ratio(ratio, False), restitution)
+
+
+# ---- Laws whose restitution depends on the velocity
+
+
+def dashpot(coefficient: float, collision: Collision, pulls: bool) -> float:
+    """Return e of a constant eta, ``coefficient`` [kg/s]."""
+    return of_natural(coefficient / collision.unit(DASHPOT), DASHPOT, pulls)
+
+
+def viscoelastic(relaxation_time: float, collision: Collision, pulls: bool) -> float:
+    """Return e of F = k (d^(3/2) + 3/2 A d^(1/2) d'), A = ``relaxation_time`` [s].
+
+    For a small A, e = 1 - C1 x + 0.6 C1^2 x^2, x = 3/2 A (k/m*)^(2/5) v^(1/5), C1 = 1.15344886.
+    """
+    damping = 1.5 * relaxation_time * collision.stiffness
+    return of_natural(damping / collision.unit(VISCOELASTIC), VISCOELASTIC, pulls)
+
+
+def of_natural(damping: float, exponent: float, pulls: bool) -> float:
+    """Return e of d'' = -d^(3/2) - c d^q d' from d = 0, d' = 1; right to 1e-10.
+
+    Parameters
+    ----------
+    damping
+        c.
+    exponent
+        q: 0 (dashpot) or 1/2 (viscoelastic).
+    pulls
+        Whether the contact may pull.
+    """
+    require(is_finite(damping) and damping >= 0, "damping", damping, NOT_NEGATIVE)
+    allowed = "must be 0 (dashpot) or 0.5 (viscoelastic)"
+    require(exponent in (DASHPOT, VISCOELASTIC), "exponent", exponent, allowed)
+    if damping < _WEAKEST:
+        return 1.0
+    if not pulls:
+        return _parted(damping, exponent)
+    if exponent == VISCOELASTIC and damping > _CREEPING:
+        # All such contacts creep back along one path, d' = -d/c, and e scales as c^-5.
+        return _parted_at_rest(_CREEPING, exponent) * (_CREEPING / damping) ** 5
+    return _parted_at_rest(damping, exponent)
+
+
+def _parted(damping: float, exponent: float) -> float:
+    """The speed at which the force is 0: u^3 + c u^(2q) v, divided by u^(2q)."""
+
+    def force(_: float, state: FloatArray) -> float:
+        u, v = state
+        return float(u ** (3 - 2 * exponent) + damping * v)
+
+    return _speed(damping, exponent, force)
+
+
+def _parted_at_rest(damping: float, exponent: float) -> float:
+    """The speed at which the overlap is 0, or 0 where the spheres never part.
+
+    That happens to a dashpot alone. In the variables of ``_speed`` let s = -v / (c u^2): then
+    s' = 2 c u (u / c^2 - s (1 - s)). While v < 0 and u < c^2 / 4, an s below 1/2 stays below: the
+    overlap creeps to 0 and never passes it.
+    """
+
+    def overlap(_: float, state: FloatArray) -> float:
+        return float(state[0])
+
+    def sticks(_: float, state: FloatArray) -> float:
+        u, v = state
+        return float(max(v, -v - damping * u * u / 2, u - damping * damping / 4))
+
+    return _speed(damping, exponent, overlap, *([sticks] if exponent == DASHPOT else []))
+
+
+Event = Callable[[float, FloatArray], float]
+
+
+def _speed(damping: float, exponent: float, end: Event, *others: Event) -> float:
+    """The speed -v where ``end`` falls to 0; 0.0 where one of ``others`` falls to 0 before.
+
+    With d = u^2 and dt = 2 u dtau the motion is u' = v, v' = -2 u^4 - 2 c u^(1 + 2q) v: a
+    polynomial, also where the contact begins and ends.
+    """
+    from scipy.integrate import solve_ivp
+
+    power = int(1 + 2 * exponent)
+
+    def motion(_: float, state: FloatArray) -> tuple[float, float]:
+        u, v = float(state[0]), float(state[1])
+        return v, -2 * u**4 - 2 * damping * u**power * v
+
+    events = (end, *others)
+    for event in events:
+        event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
+    found = solve_ivp(
+        motion, (0.0, math.inf), (0.0, 1.0), "DOP853", events=events,
+        rtol=_ACCURACY, atol=1e-16, first_step=1e-6 / (1 + damping),
+    )  # fmt: skip
+    assert found.status == 1, found.message
+    assert found.y_events is not None
+    ends = found.y_events[0]
+    return float(-ends[0][1]) if len(ends) else 0.0
+
+
+# ---- The inverse
+
+
+def natural_for(wanted: float, exponent: float, pulls: bool) -> float:
+    """Return the damping c of ``of_natural`` that gives a restitution; 0 for 1.
+
+    Times ``Collision.unit`` it is the coefficient in SI units. SceneError for a restitution that is
+    not between ``LEAST`` and 1.
+    """
+    check_wanted(wanted)
+    return _root(lambda damping: of_natural(damping, exponent, pulls), wanted)
+
+
+def check_wanted(restitution: float) -> None:
+    """Raise a SceneError for a restitution that is not between ``LEAST`` and 1."""
+    right = is_finite(restitution) and LEAST <= restitution <= 1
+    require(right, "restitution", restitution, f"must be a number from {LEAST:g} to 1")
+
+
+def _root(restitution_of: Callable[[float], float], wanted: float) -> float:
+    """Return where a function that falls from 1 at 0 towards 0 has the wanted value."""
+    from scipy.optimize import brentq
+
+    if wanted == 1:
+        return 0.0
+    high = 1.0
+    while restitution_of(high) > wanted:
+        high *= 2
+    low = high / 2
+    while restitution_of(low) < wanted:
+        low /= 2
+    return float(brentq(lambda x: restitution_of(x) - wanted, low, high, xtol=1e-14, rtol=1e-13))

@@ -1,0 +1,171 @@
+"""Restitution of damped Hertz contacts: closed forms, and SciPy in the variables of the law."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from scipy.integrate import solve_ivp
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import SceneError
+from hertzchain.theory import restitution
+from hertzchain.theory.restitution import Collision, collision_of, of_natural, of_ratio
+from tests.conftest import STEEL
+
+ROOT_5 = math.sqrt(5)
+BOTH = pytest.mark.parametrize("pulls", [False, True])
+
+
+def collide(damping: float, exponent: float, pulls: bool, duration: float = 60.0) -> float:
+    """Speed after a collision of speed 1: the force as it stands, no end of contact looked for.
+
+    Steps are short where the contact ends, as SciPy finds them.
+    """
+
+    def motion(_: float, state: FloatArray) -> tuple[float, float]:
+        d, v = state
+        if d <= 0:
+            return v, 0.0
+        force = d**1.5 + damping * d**exponent * v
+        return v, -force if pulls else -max(force, 0.0)
+
+    found = solve_ivp(motion, (0, duration), (0, 1), rtol=1e-10, atol=1e-13, method="RK45")
+    assert found.success
+    return float(-found.y[1, -1])
+
+
+@pytest.mark.parametrize(
+    ("asked", "given"),
+    [(0.9, 0.9020261), (0.8, 0.8080993), (0.7, 0.7182014), (0.5, 0.5502832), (0.3, 0.3971405)],
+)
+def test_contacts_that_do_not_pull_give_more_than_was_asked(asked: float, given: float) -> None:
+    """Found by independent integration, to all digits shown."""
+    ratio = restitution.damping_ratio(asked)
+    assert of_ratio(ratio, False) == pytest.approx(given, abs=0.6e-7)  # half a unit of the last
+    assert of_ratio(ratio, True) == pytest.approx(asked, rel=1e-14)  # round-off
+
+
+@BOTH
+@pytest.mark.parametrize("ratio", [0.05, 0.6, 1.4])
+def test_the_closed_form_is_the_motion(ratio: float, pulls: bool) -> None:
+    expected = collide(ROOT_5 * ratio, 0.25, pulls, 60.0 if ratio < 1 else 400.0)
+    # SciPy's steps are right to 1e-8 across the ends of the contact. Above a ratio of 1 the overlap
+    # of a contact that pulls creeps to 0, and the speed falls as t^-5: 2.7e-5 at 60, 2e-9 at 400.
+    assert of_ratio(ratio, pulls) == pytest.approx(expected, abs=3e-8)
+
+
+def test_the_closed_form_as_it_is_often_written() -> None:
+    for ratio in (0.01, 0.3, 0.7, 0.99):
+        l = ROOT_5 * ratio / 2  # noqa: E741 - the formula's letter
+        w = math.sqrt(1.25 - l * l)
+        t = math.atan2(2 * l * w, l * l - w * w) / w
+        e = -math.exp(-l * t) * (math.cos(w * t) - l / w * math.sin(w * t))
+        assert of_ratio(ratio, False) == pytest.approx(e, rel=1e-12)  # round-off of the difference
+
+
+def test_critical_damping_is_no_corner() -> None:
+    assert of_ratio(1.0, False) == math.exp(-2)
+    for ratio in (1 - 1e-9, 1 + 1e-9):
+        # The slope there is -4/3 exp(-2): 2e-10.
+        assert of_ratio(ratio, False) == pytest.approx(math.exp(-2), abs=3e-10)
+    assert of_ratio(1.0, True) == of_ratio(5.0, True) == 0.0
+    assert of_ratio(0.0, True) == of_ratio(0.0, False) == 1.0
+    # (2 z)^-2 for large z; the next term is of the order of ln z / z^2.
+    assert of_ratio(1e4, False) == pytest.approx(2.5e-9, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("relaxation", "pulled", "parted"),
+    [(0.01, 0.98287613, 0.98288329), (0.1, 0.84333941, 0.84514381)],
+)
+def test_kuwabara_and_kono(relaxation: float, parted: float, pulled: float) -> None:
+    """The spheres part at a lower speed where the contact pulls as it opens."""
+    one = Collision(mass=1.0, stiffness=1.0, radius=1.0, velocity=1.0)
+    # Half a unit of the last digit that is known.
+    assert restitution.viscoelastic(relaxation, one, False) == pytest.approx(parted, abs=6e-9)
+    assert restitution.viscoelastic(relaxation, one, True) == pytest.approx(pulled, abs=6e-9)
+
+
+def test_weak_viscous_damping_follows_the_series() -> None:
+    c1 = 1.15344886
+    for x in (1e-2, 1e-3):
+        series = 1 - c1 * x + 0.6 * (c1 * x) ** 2
+        # The next term is of the order of x^(5/2) where contacts do not pull, of x^3 else.
+        assert of_natural(x, 0.5, True) == pytest.approx(series, abs=x**2.5)
+        assert of_natural(x, 0.5, False) == pytest.approx(series, abs=x**2.5)
+
+
+@BOTH
+@pytest.mark.parametrize(("exponent", "damping"), [(0.0, 0.1), (0.0, 0.9), (0.5, 0.3), (0.5, 2.0)])
+def test_laws_that_depend_on_the_velocity(exponent: float, damping: float, pulls: bool) -> None:
+    expected = collide(damping, exponent, pulls)
+    # As above; the force of a dashpot jumps where the contact ends.
+    assert of_natural(damping, exponent, pulls) == pytest.approx(expected, abs=3e-8)
+
+
+def test_strong_viscous_damping_scales() -> None:
+    """A contact that pulls creeps back on one path: e goes as c^-5; below 8 it is integrated."""
+    one, other = of_natural(7.0, 0.5, True), of_natural(16.0, 0.5, True)
+    # 1e-16 of the absolute error of a step, 4e-6 being the smaller number.
+    assert one * 7.0**5 == pytest.approx(other * 16.0**5, rel=1e-6)
+
+
+def test_a_dashpot_that_pulls_holds_the_spheres() -> None:
+    """From c = 1.17 on: in SciPy's motion the overlap is still there after a long time."""
+    below = of_natural(1.1, 0.0, True)
+    assert below == pytest.approx(collide(1.1, 0.0, True), abs=3e-8)  # as above
+    assert below > 0
+    assert of_natural(1.2, 0.0, True) == of_natural(100.0, 0.0, True) == 0.0
+    assert abs(collide(1.2, 0.0, True, 400.0)) < 1e-6  # creeps: 8 c^2 / t^3 = 2e-7
+
+
+@BOTH
+@pytest.mark.parametrize("wanted", [0.001, 0.8, 1.0])
+def test_damping_for_a_wanted_restitution(wanted: float, pulls: bool) -> None:
+    ratio = restitution.ratio_for(wanted, pulls)
+    assert of_ratio(ratio, pulls) == pytest.approx(wanted, abs=1e-12)  # of the root
+    for exponent in (restitution.DASHPOT, restitution.VISCOELASTIC):
+        damping = restitution.natural_for(wanted, exponent, pulls)
+        assert of_natural(damping, exponent, pulls) == pytest.approx(wanted, abs=1e-10)  # integral
+
+
+def test_units_of_a_collision() -> None:
+    """A scene, and the same in natural units: lengths, times and masses are scaled."""
+    scene = hc.Scene(hc.Chain(2, **STEEL), hc.Striker(2.0, radius=6e-3))
+    collision = collision_of(scene)
+    one, other = scene.granules.mass
+    assert collision.mass == pytest.approx(one * other / (one + other), rel=1e-14)  # round-off
+    assert collision.radius == pytest.approx(1 / (1 / 4.75e-3 + 1 / 6e-3), rel=1e-14)
+    assert collision.velocity == 2.0
+    # x = 3/2 A (k/m)^(2/5) v^(1/5) and g (m^3 k^2 v)^(-1/5), formulas of dimensions
+    m, k, v = collision.mass, collision.stiffness, 2.0
+    x, c = 1.5e-6 * (k / m) ** 0.4 * v**0.2, 20 / (m**3 * k**2 * v) ** 0.2
+    expected = of_natural(x, 0.5, True)
+    assert restitution.viscoelastic(1e-6, collision, True) == pytest.approx(expected, rel=1e-10)
+    expected = of_natural(c, 0.0, False)
+    assert restitution.dashpot(20.0, collision, False) == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.parametrize("wrong", [0.0, -0.5, 1.5, math.nan, 1e-4, "half"])
+def test_what_is_no_restitution_is_refused(wrong: float) -> None:
+    with pytest.raises(SceneError, match=r"restitution = .*: must be a number from 0\.001 to 1"):
+        restitution.natural_for(wrong, 0.5, True)
+    with pytest.raises(SceneError, match="must be a number from"):
+        restitution.ratio_for(wrong, False)
+
+
+def test_what_cannot_be_is_refused() -> None:
+    for wrong in (-1.0, math.inf):
+        with pytest.raises(SceneError, match="damping"):
+            of_ratio(wrong, True)
+        with pytest.raises(SceneError, match="damping"):
+            of_natural(wrong, 0.0, True)
+    with pytest.raises(SceneError, match="exponent"):
+        of_natural(0.1, 0.25, True)
+    with pytest.raises(SceneError, match="velocity"):
+        Collision(1.0, 1.0, 1.0, 0.0)
+    pulse = hc.Pulse("cosine", 1.0, 2.0, rise_time=1e-5)
+    with pytest.raises(SceneError, match="striker: needs a scene with a"):
+        collision_of(hc.Scene(hc.Chain(2, **STEEL), pulse))
