@@ -11,6 +11,7 @@ from hertzchain.cli.deck import deck, lint, unit_test
 from hertzchain.cli.doctor import doctor
 from hertzchain.cli.plot import plot
 from hertzchain.cli.predict import predict
+from hertzchain.cli.restitution import restitution
 from hertzchain.cli.run import run
 from hertzchain.cli.sweep import sweep
 from hertzchain.cli.tradeoff import tradeoff
@@ -55,4 +56,5 @@ app.command()(predict)
 app.command()(deck)
 app.command()(lint)
 app.command()(unit_test)
+app.command()(restitution)
 app.command()(doctor)

@@ -100,6 +100,7 @@ NEEDS = {
     **dict.fromkeys(("watch_every", "pair_style", "atoms", "dump_every"), "is for --engine lammps"),
     **dict.fromkeys(("tolerance", "dt"), "goes with --results FILE"),
     "frames": "goes with --trajectory FILE",
+    "coefficient": "goes with --scene FILE",
 }
 """What options need that go with others only."""
 

@@ -59,12 +59,19 @@ class Option:
         """Whether the restitution depends on the spheres and the velocity of their impact."""
         return self.ratio is None
 
+    @property
+    def range(self) -> tuple[float, float]:
+        """Lowest and highest restitution of an option whose number is one, numbers of 1 aside."""
+        return self.restitution(self.least), self.restitution(self.most)
+
     def restitution(self, number: float, collision: Collision | None = None) -> float:
         """Return the coefficient of restitution that a number gives.
 
         SceneError for a number that the program does not take.
         """
-        self._check(number)
+        of_what = f"{self.least:g} to 1" if self.number == RESTITUTION else "0 on"
+        allowed = f"must be a finite number from {of_what} for {self}"
+        require(self.takes(number), "number", number, allowed)
         if self.ratio is not None:
             return theory.of_ratio(self.ratio(number), self.pulls)
         return theory.of_natural(number * self._natural(collision), self.exponent, self.pulls)
@@ -82,8 +89,8 @@ class Option:
             return theory.ratio_for(wanted, self.pulls) / self.ratio(1.0)
         if self.restitution(1.0) == wanted:
             return 1.0
-        lowest, highest = self.restitution(self.least), self.restitution(self.most)
-        allowed = f"cannot be had with {self}, which gives {lowest:.3g} to {highest:.6g}"
+        lowest, highest = self.range
+        allowed = f"cannot be had with {self}, which gives {lowest:.4g} to {highest:.6g}"
         allowed += ": take another option"
         require(lowest <= wanted <= highest, "restitution", wanted, allowed)
 
@@ -96,14 +103,11 @@ class Option:
         """Name words, code and versions."""
         return f"{self.words} of {self.code} ({self.versions})"
 
-    def _check(self, number: float) -> None:
-        if self.number == RESTITUTION:
-            right = is_finite(number) and (self.least <= number <= self.most or number == 1)
-            allowed = f"must be a number from {self.least:g} to 1 for {self}"
-        else:
-            right = is_finite(number) and number >= 0
-            allowed = f"must be a finite number of at least 0 for {self}"
-        require(right, "number", number, allowed)
+    def takes(self, number: float) -> bool:
+        """Whether the program takes a number."""
+        if self.number != RESTITUTION:
+            return is_finite(number) and number >= 0
+        return is_finite(number) and (self.least <= number <= self.most or number == 1)
 
     def _natural(self, collision: Collision | None) -> float:
         """Damping in natural units that the number 1 gives."""
@@ -136,11 +140,11 @@ OPTIONS = (
     ),
     Option(
         "LIGGGHTS", "3.8.0", "coefficientRestitution", True, RESTITUTION,
-        ratio=theory.damping_ratio, least=0.05,
+        ratio=theory.damping_ratio, least=0.05 + _TINY,
     ),
     Option(
         "LIGGGHTS", "3.8.0", "coefficientRestitution, limitForce on", False, RESTITUTION,
-        ratio=theory.damping_ratio, least=0.05,
+        ratio=theory.damping_ratio, least=0.05 + _TINY,
     ),
     # Below 1 its fit ends at 0.9846; 1 itself damps nothing.
     Option(
@@ -174,7 +178,7 @@ class Answer:
     written
         The number whose restitution is ``gives``: the wanted restitution, or a given coefficient.
     gives
-        The restitution of ``written``.
+        The restitution of ``written``; None where nothing is, or where the program refuses it.
     write
         The number to write for the wanted restitution.
     why_none
@@ -220,7 +224,7 @@ def answers(
     Raises
     ------
     SceneError
-        For a restitution or a coefficient that cannot be.
+        For a restitution that cannot be.
     """
     theory.check_wanted(wanted)
     found = []
@@ -229,23 +233,11 @@ def answers(
             continue
         written = coefficient if option.needs_spheres else wanted
         written = None if option.number == RATIO else written
-        if written is not None and option.needs_spheres:
-            option.restitution(written, collision)  # a coefficient that cannot be is refused
-        gives, no_number = _or_why(option.restitution, written, collision)
-        write, why_none = _or_why(option.number_for, wanted, collision)
-        found.append(Answer(option, written, gives, write, why_none or no_number))
+        takes = written is not None and option.takes(written)
+        gives = option.restitution(written, collision) if written is not None and takes else None
+        try:
+            write, why_none = option.number_for(wanted, collision), None
+        except SceneError as problem:
+            write, why_none = None, str(problem)
+        found.append(Answer(option, written, gives, write, why_none))
     return found
-
-
-def _or_why(
-    ask: Callable[[float, Collision | None], float],
-    number: float | None,
-    collision: Collision | None,
-) -> tuple[float | None, str | None]:
-    """A number, or None and the sentence that says why."""
-    if number is None:
-        return None, None
-    try:
-        return ask(number, collision), None
-    except SceneError as problem:
-        return None, str(problem)

@@ -19,6 +19,7 @@ not pull); Thornton, Cummins and Cleary, Powder Technology 233 (2013) 30.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -184,11 +185,14 @@ def of_natural(damping: float, exponent: float, pulls: bool) -> float:
 
 
 def _parted(damping: float, exponent: float) -> float:
-    """The speed at which the force is 0: u^3 + c u^(2q) v, divided by u^(2q)."""
+    """The speed at which the force is 0: u^3 + c u^(2q) v, divided by u^(2q).
+
+    Odd in u: where c is small a step goes from above to below all that is near 0.
+    """
 
     def force(_: float, state: FloatArray) -> float:
         u, v = state
-        return float(u ** (3 - 2 * exponent) + damping * v)
+        return float(math.copysign(abs(u) ** (3 - 2 * exponent), u) + damping * v)
 
     return _speed(damping, exponent, force)
 
@@ -251,6 +255,11 @@ def natural_for(wanted: float, exponent: float, pulls: bool) -> float:
     not between ``LEAST`` and 1.
     """
     check_wanted(wanted)
+    return _natural_for(wanted, exponent, pulls)
+
+
+@functools.lru_cache(64)  # options of different units ask for the same
+def _natural_for(wanted: float, exponent: float, pulls: bool) -> float:
     return _root(lambda damping: of_natural(damping, exponent, pulls), wanted)
 
 

@@ -11,12 +11,15 @@ import pytest
 from scipy.special import jv
 
 import hertzchain as hc
+from hertzchain.engines.lammps import damping
+from hertzchain.theory.restitution import of_ratio
 from validation.physics import (
     chains,
     cut_offs,
     dimers,
     gapped_taper,
     precompression,
+    restitution,
     strikers,
     two_spheres,
     walls,
@@ -92,3 +95,20 @@ def test_other_cut_offs_fail(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_another_dispersion_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(precompression, "jv", lambda n, x: jv(n, x * (1 + 1e-4)))
     assert failed(precompression.compare(True, False)) == {"velocities - Bessel functions"}
+
+
+def test_another_closed_form_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    true = of_ratio
+    monkeypatch.setattr(restitution, "of_ratio", lambda *given: true(*given) + 1e-6)
+    assert {entry.backend for entry in restitution.compare(True, False) if not entry.passed} == {
+        "closed form"
+    }
+
+
+@pytest.mark.lammps
+def test_another_damping_of_lammps_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As if the factor of later versions stood in the formula of those before."""
+    true = damping.tsuji
+    monkeypatch.setattr(damping, "tsuji", lambda asked, _: true(asked, True))
+    failed_rows = [entry.what for entry in restitution.compare(True, True) if not entry.passed]
+    assert failed_rows == ["damping tsuji, 0.8", "damping tsuji limit_damping, 0.8"]

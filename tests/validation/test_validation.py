@@ -50,6 +50,7 @@ KEPT_ROWS = {
     "dimers": 7,
     "precompression": 24,
     "cut_offs": 6,
+    "restitution": 37,
 }
 
 PAGE = Path(run_all.__file__).parents[1] / "docs" / "validation.md"
