@@ -165,9 +165,9 @@ def of_natural(damping: float, exponent: float, pulls: bool) -> float:
     Parameters
     ----------
     damping
-        c.
+        The coefficient c.
     exponent
-        q: 0 (dashpot) or 1/2 (viscoelastic).
+        The exponent q: 0 (dashpot) or 1/2 (viscoelastic).
     pulls
         Whether the contact may pull.
     """

@@ -22,7 +22,7 @@ import math
 
 SINCE_2021 = "29 Sep 2021 or later"
 WITH_COEFF_RESTITUTION = "29 Aug 2024 or later"
-BEFORE_ROOT_2, WITH_ROOT_2 = "29 Sep 2021 to 22 Jul 2025", "2 Sep 2026 or later"
+BEFORE_ROOT_2, WITH_ROOT_2 = "before 2 Sep 2026", "2 Sep 2026 or later"
 """Versions whose ``tsuji`` is without and with the factor sqrt(2), as the manual has it."""
 
 _TSUJI = (1.2728, -4.2783, 11.087, -22.348, 27.467, -18.022, 4.8218)
