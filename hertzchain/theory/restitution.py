@@ -41,6 +41,9 @@ _ACCURACY = 1e-13
 _WEAKEST = 1e-12
 """Damping in natural units below which e is 1 to 2e-12 (derived: 1 - e is at most 1.8 c)."""
 
+_STRONGEST = 1e10
+"""Damping in natural units above which e is below 1e-16, and counts as 0 (measured)."""
+
 _CREEPING = 8.0
 """Viscoelastic damping in natural units from which a contact that pulls creeps back (chosen).
 
@@ -126,12 +129,12 @@ def of_ratio(ratio: float, pulls: bool) -> float:
     z = 1 and exp(-2 z arcosh(z) / sqrt(z^2 - 1)) above.
     """
     require(is_finite(ratio) and ratio >= 0, "damping ratio", ratio, NOT_NEGATIVE)
-    other = math.sqrt(abs((1 - ratio) * (1 + ratio)))
+    other = math.sqrt(abs(1 - ratio)) * math.sqrt(1 + ratio)
     if pulls:
         return math.exp(-math.pi * ratio / other) if ratio < 1 else 0.0
     if ratio < 1:
         return math.exp(-2 * ratio * math.atan2(other, ratio) / other)
-    return math.exp(-2 * ratio * math.asinh(other) / other) if other else math.exp(-2)
+    return math.exp(-2 * (ratio / other) * math.asinh(other)) if other else math.exp(-2)
 
 
 def ratio_for(restitution: float, pulls: bool) -> float:
@@ -176,6 +179,8 @@ def of_natural(damping: float, exponent: float, pulls: bool) -> float:
     require(exponent in (DASHPOT, VISCOELASTIC), "exponent", exponent, allowed)
     if damping < _WEAKEST:
         return 1.0
+    if damping > _STRONGEST:
+        return 0.0
     if not pulls:
         return _parted(damping, exponent)
     if exponent == VISCOELASTIC and damping > _CREEPING:

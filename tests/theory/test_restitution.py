@@ -112,6 +112,17 @@ def test_strong_viscous_damping_scales() -> None:
     assert one * 7.0**5 == pytest.approx(other * 16.0**5, rel=1e-6)
 
 
+@BOTH
+@pytest.mark.parametrize("exponent", [0.0, 0.5])
+def test_extremes(exponent: float, pulls: bool) -> None:
+    for weak in (1e-300, 1.1e-12, 1e-9):
+        # 1 - e is at most 1.8 c; e is right to 1e-10.
+        assert of_natural(weak, exponent, pulls) == pytest.approx(1.0, abs=1.8e-9)
+    for strong in (1e9, 1e11, 1e300):
+        assert 0 <= of_natural(strong, exponent, pulls) < 1e-10
+    assert 0 <= of_ratio(1e300, pulls) < 1e-300
+
+
 def test_a_dashpot_that_pulls_holds_the_spheres() -> None:
     """From c = 1.17 on: in SciPy's motion the overlap is still there after a long time."""
     below = of_natural(1.1, 0.0, True)
