@@ -267,6 +267,15 @@ TRAPS = {
     "contacts that pull": Trap(
         "attraction", "warning", "193e9 0.0 0.3", "193e9 1e4 0.3"
     ),
+    "another restitution": Trap(
+        "damping",
+        "warning",
+        "hertz/material 193e9 0.0 0.3 &\n    tangential linear_nohistory 0.0 0.0",
+        "hertz/material 193e9 0.8 0.3 &\n    tangential linear_nohistory 0.0 0.0 damping tsuji"
+        " limit_damping",
+        "peaks",
+        0.1,
+    ),
     "classic contacts that pull": Trap(
         "attraction", "warning", STYLE, f"pair_style gran/hertz/history {KN} NULL 1e9 0.0 0.0 0\n"
         "pair_coeff * *"
@@ -493,6 +502,14 @@ def test_two_planes_that_a_granule_may_touch_at_once(height: str, found: bool) -
     law = "granular hertz 1e11 0.0 tangential linear_nohistory 0.0 0.0"
     wall = f"fix motion all nve\nfix wall all wall/gran {law} zplane $(-v_R) {height}"
     assert bool(lint(CLEAN.replace("fix motion all nve", wall))) == found
+
+
+@pytest.mark.parametrize(("limit", "given"), [("", "0.853"), (" limit_damping", "0.858")])
+def test_the_restitution_of_tsuji_is_said(limit: str, given: str) -> None:
+    text = CLEAN.replace("193e9 0.0 0.3", "193e9 0.8 0.3")
+    law = "tangential linear_nohistory 0.0 0.0"
+    said = [finding.text for finding in lint(text.replace(law, f"{law} damping tsuji{limit}"))]
+    assert any(f"tsuji with 0.8 gives a restitution of {given} in LAMMPS" in one for one in said)
 
 
 def test_a_wall_whose_stiffness_is_given_may_be_rigid() -> None:

@@ -18,8 +18,10 @@ from hertzchain.decks.lint.arithmetic import number
 from hertzchain.decks.lint.deck import TOUCHING, Deck, Law, Push, Run
 from hertzchain.decks.lint.script import Command, parse
 from hertzchain.engines.lammps import dialect
+from hertzchain.engines.lammps.damping import BEFORE_ROOT_2, tsuji
 from hertzchain.errors import HertzchainError
 from hertzchain.files import read_bytes
+from hertzchain.theory.restitution import of_ratio
 
 Severity = Literal["error", "warning", "note"]
 
@@ -170,7 +172,7 @@ def _damping(deck: Deck) -> Found:
             )
             yield law.command, "error", text
         elif value is not None and damping in ("tsuji", "coeff_restitution"):
-            yield from _restitution(law, damping, value)
+            yield from _restitution(law, damping, value, "note" if deck.is_heap else "warning")
         elif value:
             text = (
                 f"the second number of {law.normal}, {word}, damps the contacts: energy is lost,"
@@ -188,8 +190,8 @@ def _damping(deck: Deck) -> Found:
             yield style, "note", text
 
 
-def _restitution(law: Law, damping: str, value: float) -> Found:
-    """Damping laws whose number is a coefficient of restitution."""
+def _restitution(law: Law, damping: str, value: float, other: Severity) -> Found:
+    """Damping laws whose number is a coefficient of restitution; ``other``: it gives another."""
     undamped = "leave the damping out and give 0.0 there, which damps nothing"
     if value == 0:
         what = "the tenth peak loses 73 %" if damping == "tsuji" else "positions become NaN"
@@ -210,6 +212,15 @@ def _restitution(law: Law, damping: str, value: float) -> Found:
             " lower than those of Hertz's law"
         )
         yield law.command, "note", text
+        pulls = "limit_damping" not in law.command.words
+        ratio = tsuji(value, root_2=False) / math.sqrt(5) if damping == "tsuji" else None
+        if 0 < value < 1 and ratio is not None:
+            text = (
+                f"damping tsuji with {value:g} gives a restitution of"
+                f" {of_ratio(ratio, pulls):.3g} in LAMMPS {BEFORE_ROOT_2}, and another in later"
+                f" ones: hertzchain restitution {value:g} lists what to write"
+            )
+            yield law.command, other, text
 
 
 def _attraction(deck: Deck) -> Found:
