@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import warnings
 from collections.abc import Iterable, Mapping
@@ -274,16 +275,26 @@ def _check_with_terms(found: Design, name: str, value: Value) -> None:
         kinds = varied[0] if varied else (found.base.wall.kind,)
         allowed = 'cannot vary: only a wall of kind "elastic" has it, in all scenes of the sweep'
         require(set(kinds) == {"elastic"}, name, None, allowed)
-    others = {axis.name: axis.ends[-1] for axis in found.axes}
+    problem = _problem(found.base, {name: value})
+    if problem is None:
+        return
+    others = [axis for axis in found.axes if axis.name != name]
+    for values in itertools.product(*map(_extremes, others)):
+        given = dict(zip([axis.name for axis in others], values, strict=True))
+        if _problem(found.base, {**given, name: value}) is None:
+            return
+    if " of granule " in problem.key:  # which has it from the parameter
+        raise SceneError(name, value, problem.allowed)
+    raise problem
+
+
+def _problem(base: Scene, values: Mapping[str, Value]) -> SceneError | None:
+    """What is wrong with a scene of these values; None where it is possible."""
     try:
-        changed(found.base, {name: value})
+        changed(base, values)
     except SceneError as problem:
-        try:
-            changed(found.base, {**others, name: value})
-        except SceneError:
-            if " of granule " in problem.key:  # which has it from the parameter
-                raise SceneError(name, value, problem.allowed) from None
-            raise problem from None
+        return problem
+    return None
 
 
 def _flat(scene: Scene) -> dict[str, Any]:

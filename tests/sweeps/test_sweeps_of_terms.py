@@ -340,6 +340,18 @@ def test_what_fails_is_a_row_with_its_reason() -> None:
     assert "Hertz's law says nothing there" in str(deep.count().reason)
 
 
+@pytest.mark.parametrize("force", [[0.0, 5.0], [5.0, 0.0]], ids=str)
+@pytest.mark.parametrize("gravity", [[0.0, 9.81], [9.81, 0.0]], ids=str)
+@pytest.mark.parametrize("load", [hc.Precompression(5.0), hc.Precompression(gravity=9.81)], ids=str)
+def test_the_order_of_values_refuses_nothing(
+    load: hc.Precompression, gravity: list[float], force: list[float]
+) -> None:
+    """Either load can be 0 where the other is not, wherever that is in its list."""
+    scene = replace(LOADED, wall=hc.Wall("rigid"), precompression=load)
+    vary = {"precompression.force": force, "precompression.gravity": gravity}
+    assert design(scene, vary).scenes == 4
+
+
 def test_runs_that_end_before_all_peaks_are_told(
     hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
