@@ -11,7 +11,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.decks import standalone_terms
-from hertzchain.decks.layout import ROUNDING, KnownAnswer, Layout, whole_step
+from hertzchain.decks.layout import ROOM, ROUNDING, KnownAnswer, Layout, whole_step
 from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.engines.native import METHODS, Native, simulate
 from hertzchain.errors import (
@@ -93,7 +93,10 @@ def lay_out(
 
 
 def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
-    """The true peaks, and what steps and looks of a deck cost them; None if it does not look."""
+    """The true peaks, and what steps and looks of a deck cost them; None if it does not look.
+
+    Unpredictable for a deck that would find no peak wrong.
+    """
     if layout.watch_every == 0:
         return None
     truth = Native("reference", peaks_only=True).run(scene)
@@ -109,7 +112,14 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
         off = off + ROUNDING * ratio * _made_of_rounding(scene, layout.step)
     # Contacts that are never pressed are not judged.
     error = off / np.where(ratio > 0, ratio, 1.0)
-    return KnownAnswer(ratio, error + truth.error_estimate)
+    known = KnownAnswer(ratio, error + truth.error_estimate)
+    if ROOM * known.largest_error >= 1:  # a force of 0 would pass
+        raise Unpredictable(
+            f"this deck would judge nothing: steps of {layout.step * scene.units.time:.3g} s,"
+            f" {layout.watch_every} from one look to the next, can miss whole peaks; take a smaller"
+            " watch_every, rtol or dt, or a later end_time"
+        )
+    return known
 
 
 def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, FloatArray]:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.decks.known_answer import deck_step, lay_out, looked_at
+from hertzchain.decks.known_answer import deck_step, known_answer, lay_out, looked_at
 from hertzchain.decks.layout import Layout
 from hertzchain.decks.standalone import data_file, standalone
 from hertzchain.decks.unit_test import known_motion
@@ -257,6 +257,15 @@ def test_a_deck_that_would_judge_nothing_is_refused() -> None:
     weak = hc.Scene(hc.Chain(12, **STEEL), hc.Striker(1e-8), wall=hc.Wall("rigid"))
     with pytest.raises(Unpredictable, match=r"^coordinates would cost the peaks of this"):
         lay_out(weak, rtol=RTOL)
+
+
+@pytest.mark.parametrize("scene", [ALL, hc.Scene(hc.Chain(8, **STEEL), PULSE)], ids=["terms", ""])
+def test_a_deck_in_which_no_peak_could_be_wrong_is_refused(scene: hc.Scene) -> None:
+    # Its tolerance would be above 1, so that a force of 0 would pass.
+    known_answer(scene, lay_out(scene, rtol=RTOL))
+    rare = lay_out(scene, rtol=RTOL, watch_every=10**8)
+    with pytest.raises(Unpredictable, match=r"judge nothing: steps of .*, 100000000 from one look"):
+        known_answer(scene, rare)
 
 
 def test_a_deck_that_would_take_too_many_steps_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
