@@ -56,7 +56,7 @@ def load_scene(path: Path) -> Scene:
     from hertzchain.scene.scene import Scene
 
     scene = Scene.from_toml(path)
-    if scene.momentum_ratio > _ODD_RATIO:
+    if scene.striker is None and scene.momentum_ratio > _ODD_RATIO:
         typer.echo(
             f"hertzchain: LM_ratio is {scene.momentum_ratio:.3g}, so this may take long: the pulse"
             f" lasts {scene.pulse_end:.3g} s, is that meant?",
