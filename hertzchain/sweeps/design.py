@@ -283,8 +283,12 @@ def _check_with_terms(found: Design, name: str, value: Value) -> None:
         given = dict(zip([axis.name for axis in others], values, strict=True))
         if _problem(found.base, {**given, name: value}) is None:
             return
-    if " of granule " in problem.key:  # which has it from the parameter
+    key, _, granule = problem.key.partition(" of granule ")
+    if granule and key == f"chain.{key_of(name)}":  # which has it from the parameter
         raise SceneError(name, value, problem.allowed)
+    if granule:
+        allowed = f"gives granule {granule} {key} = {problem.value!r}, which {problem.allowed}"
+        raise SceneError(name, value, allowed)
     raise problem
 
 

@@ -463,6 +463,7 @@ OF_SEGMENTS = {
     "chain.segments.1": "chain.segments.1: cannot vary; ",
     "chain.colour": "end_time, keys of segments, such as chain.segments.2.radius_ratio",
     "chain.segments.2.radius": "chain.segments.2.radius = 0.0: must be a finite number above 0 [m]",
+    "chain.segments.2.radius_ratio": "chain.segments.2.radius_ratio = 0.0: must be a finite number",
     "chain.segments.2.granules": "chain.segments.2.granules = 0: must be an integer of at least 1",
 }
 
@@ -472,6 +473,15 @@ def test_what_segments_do_not_have_is_refused(segmented: hc.Scene, name: str) ->
     with pytest.raises(SceneError) as problem:
         design(segmented, {name: [0, 2]})
     assert OF_SEGMENTS[name] in str(problem.value)
+
+
+def test_a_ratio_whose_radii_leave_floating_point_is_refused(tmp_path: Path) -> None:
+    taper = "[[chain.segments]]\ngranules = 6\n"
+    (tmp_path / "taper.toml").write_text(CHAIN_SECTION + taper + SHOCK)
+    scene = hc.Scene.from_toml(tmp_path / "taper.toml")
+    words = r"segments\.1\.radius_ratio = 1e-300: gives granule 3 chain\.radius = 0\.0, which"
+    with pytest.raises(SceneError, match=words):
+        design(scene, {"chain.segments.1.radius_ratio": [1e-300, 1.0]})
 
 
 def test_a_chain_with_other_values_has_no_segments(segmented: hc.Scene) -> None:
