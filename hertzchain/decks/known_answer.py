@@ -59,7 +59,14 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> floa
     def peaks_at(dt: float) -> FloatArray:
         return Native("velocity-verlet", dt, peaks_only=True).run(scene).all_peaks
 
-    natural = second_order_step(peaks_at, _PILOT_STEP * scene.contact_time, rtol) / unit
+    pilot = _PILOT_STEP * scene.contact_time
+    # No step found by trials is longer than two of theirs, which may themselves take hours.
+    if not scene.is_plain and scene.end_time / (2 * pilot) > _MOST_STEPS:
+        raise TooExpensive(
+            f"a deck of this scene would take velocity Verlet {scene.end_time / (2 * pilot):.0e}"
+            f" steps or more, more than {_MOST_STEPS:.0e}: ask for a dt, or for a shorter end_time"
+        )
+    natural = second_order_step(peaks_at, pilot, rtol) / unit
     digit = 10.0 ** (math.floor(math.log10(natural)) - 1)
     step = float(f"{math.floor(natural / digit) * digit:.2g}")
     if not scene.is_plain and scene.end_time / unit / step > _MOST_STEPS:
