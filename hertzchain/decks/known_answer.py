@@ -159,8 +159,8 @@ def _made_of_rounding(scene: Scene, step: float) -> FloatArray:
     """Relative change of the peaks when granules start where rounding leaves them, (contacts,).
 
     Repeated collisions amplify it. The shifts are those of a coordinate that is rounded at each
-    step, all at once at the start, a few times at random. A contact that they happen to leave as it
-    is has the change of most.
+    step, all at once at the start, a few times at random. A contact that changes less than the
+    median gets the median.
     """
     units, granules = scene.units, scene.chain.granules
     legs = scene.schedule(step * units.time)

@@ -93,12 +93,12 @@ def full_name(name: object, scene: Scene) -> str:
         raise SceneError(known[0] if known else str(name), None, f"cannot vary: {reason}")
     meant = [one for one in names if one.partition(".")[2] == key]
     meant = meant or difflib.get_close_matches(str(name), names, n=1)
-    hint = f"did you mean {meant[0]}? What can is" if meant else "what can is"
-    raise SceneError(str(name), None, f"cannot vary; {hint} {_listed(names)}")
+    hint = f"did you mean {meant[0]}? What can vary" if meant else "what can vary"
+    raise SceneError(str(name), None, f"cannot vary; {hint}: {_listed(names)}")
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Names, of which those of segments are told by an example: there may be thousands."""
+    """Names for a sentence, with one example of those of segments: there may be thousands."""
     of_segments = [name for name in names if name.startswith("chain.segments.")]
     listed = [name for name in names if name not in of_segments]
     if of_segments:

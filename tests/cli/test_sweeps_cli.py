@@ -68,7 +68,7 @@ def test_accuracy_that_is_missed_is_said_and_makes_the_status_1(
 
 
 BAD = {
-    "an unknown parameter": (("--vary", "shock.colour=1,2"), "cannot vary; what can is"),
+    "an unknown parameter": (("--vary", "shock.colour=1,2"), "cannot vary; what can vary: "),
     "an empty range": (("--vary", "shock.momentum_ratio=2:1:5"), "is empty"),
     "no values": (("--vary", "shock.momentum_ratio="), "must be NAME=VALUE, such as"),
     "no name": (("--vary", "1,2"), "must be NAME=VALUE, such as"),

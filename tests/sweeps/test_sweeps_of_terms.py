@@ -417,7 +417,7 @@ REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (PLAIN, {"chain.segments.1.radius": "1,2"}, "the scene has no [[chain.segments]]; add some"),
     (PLAIN, {"wall": "1,2"}, "wall: cannot vary: the scene has no [wall]; add the section"),
     (STRIKER, {"shock.colour": "1,2"}, "cannot vary: the scene has a [striker] and no [shock]"),
-    (STRIKER, {"wall.colour": "1,2"}, "what can is chain.granules, chain.radius, chain.young_mod"),
+    (STRIKER, {"wall.colour": "1,2"}, "what can vary: chain.granules, chain.radius, chain.y"),
     (STRIKER, {"shock.peak_force": "1,2"}, "cannot vary: the scene has a [striker] and no [shock]"),
     (STRIKER, {"radius": "1,2"}, "is in several sections: name one of chain.radius, striker.rad"),
     (STRIKER, {"striker.velocty": "1,2"}, "cannot vary; did you mean striker.velocity? What can"),
