@@ -50,6 +50,11 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> floa
         require(is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
         legs, interval = scene.schedule(dt), METHODS["velocity-verlet"].interval
         refuse_unstable(scene, legs, interval, "velocity-verlet")
+        if not scene.is_plain and scene.end_time / dt > _MOST_STEPS:
+            raise TooExpensive(
+                f"a deck with steps of {dt:g} s would take {scene.end_time / dt:.0e} of them, more"
+                f" than {_MOST_STEPS:.0e}: ask for a larger dt, or for a shorter end_time"
+            )
         return whole_step(scene, dt / unit)
     allowed = (
         f"must be a number from {_FINEST:g} to 1: velocity Verlet takes too many steps for less"
