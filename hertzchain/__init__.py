@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hertzchain.scene.pulse import Pulse, PulseTable
     from hertzchain.scene.run import Run
     from hertzchain.scene.scene import Scene
-    from hertzchain.scene.terms import Precompression, Striker, Wall
+    from hertzchain.scene.terms import Contact, Precompression, Striker, Wall
     from hertzchain.sweeps import Sweep, sweep
     from hertzchain.verdict.comparison import Comparison, compare
     from hertzchain.verdict.judgement import Judgement, judge
@@ -35,6 +35,7 @@ _HOME = {
     "Lammps": "hertzchain.engines.lammps",
     "Liggghts": "hertzchain.engines.liggghts",
     "Native": "hertzchain.engines.native",
+    "Contact": "hertzchain.scene.terms",
     "Precompression": "hertzchain.scene.terms",
     "Pulse": "hertzchain.scene.pulse",
     "PulseTable": "hertzchain.scene.pulse",
@@ -57,6 +58,7 @@ __all__ = [
     "Batch",
     "Chain",
     "Comparison",
+    "Contact",
     "HertzchainError",
     "Judgement",
     "Lammps",

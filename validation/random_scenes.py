@@ -133,7 +133,7 @@ def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
     first = chain.radius[0] if isinstance(chain.radius, tuple) else chain.radius
     own = {"radius": first * _around(rng, 3.0)} if rng.random() < 0.5 else {}
     striker = hc.Striker(1.0, **own) if rng.random() < 0.33 else None
-    each = granules_of(chain, striker, wall, None)
+    each = granules_of(chain, striker, wall, None, None)
     # The largest load presses the weakest contact into its smaller granule by this part of it.
     depth = _spread(rng, 1e-6, 3e-3)
     smaller = np.minimum(each.radius, np.append(each.radius[1:], np.inf))

@@ -173,6 +173,6 @@ def to_plain_numbers(part: Any) -> None:
     """Make the numbers of a frozen object Python's own: files and decks must not know NumPy."""
     for field in fields(part):
         value = getattr(part, field.name)
-        if isinstance(value, Real):
+        if isinstance(value, Real) and not isinstance(value, bool):
             plain = int(value) if isinstance(value, Integral) else float(value)
             object.__setattr__(part, field.name, plain)

@@ -9,7 +9,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.chain import MATERIAL, Chain, granule_mass
-from hertzchain.scene.terms import Precompression, Striker, Wall
+from hertzchain.scene.terms import Contact, Precompression, Striker, Wall
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +33,8 @@ class Granules:
         Gravity and precompression on each granule, along the chain [N], shape (granules,).
     static_force
         In each contact at the start [N], shape (contacts,).
+    damping
+        c of each contact [N s m^-(1+q)], shape (contacts,), see ``Contact``; None without damping.
     """
 
     radius: FloatArray
@@ -44,6 +46,7 @@ class Granules:
     gap: FloatArray
     constant_force: FloatArray
     static_force: FloatArray
+    damping: FloatArray | None = None
 
     @property
     def static_overlap(self) -> FloatArray:
@@ -61,14 +64,17 @@ class Granules:
     @property
     def contact_mass(self) -> FloatArray:
         """m* = m1 m2 / (m1 + m2) of each contact, m of the last granule at a wall: (contacts,)."""
-        pairs = self.mass[:-1] * self.mass[1:] / (self.mass[:-1] + self.mass[1:])
-        return np.concatenate([pairs, self.mass[-1:]])[: self.stiffness.size]
+        return _contact_mass(self.mass, self.stiffness.size)
 
 
 def granules_of(
-    chain: Chain, striker: Striker | None, wall: Wall | None, pressed: Precompression | None
+    chain: Chain,
+    striker: Striker | None,
+    wall: Wall | None,
+    pressed: Precompression | None,
+    contact: Contact | None,
 ) -> Granules:
-    """The granules of a chain with its striker, wall and precompression."""
+    """The granules of a chain with its striker, wall, precompression and damping."""
     values = {key: np.broadcast_to(getattr(chain, key), chain.granules) for key in MATERIAL}
     if striker is not None:
         values = {key: np.array(value, np.float64) for key, value in values.items()}
@@ -90,10 +96,18 @@ def granules_of(
         constant[0] += pressed.force
         if wall is None:
             constant[-1] -= pressed.force
+    damping = None
+    if contact is not None:
+        damping = contact.coefficients(stiffness, _contact_mass(mass, stiffness.size))
     return Granules(
         **values, mass=mass, stiffness=stiffness, gap=gap, constant_force=constant,
-        static_force=static,
+        static_force=static, damping=damping,
     )  # fmt: skip
+
+
+def _contact_mass(mass: FloatArray, contacts: int) -> FloatArray:
+    pairs = mass[:-1] * mass[1:] / (mass[:-1] + mass[1:])
+    return np.concatenate([pairs, mass[-1:]])[:contacts]
 
 
 def plane_modulus(young_modulus: FloatArray, poisson_ratio: FloatArray) -> FloatArray:

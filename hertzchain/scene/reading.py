@@ -16,7 +16,7 @@ from hertzchain.scene.pulse import Pulse, PulseTable, read_pulse_table
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.run import Run
 from hertzchain.scene.segments import expand, granule_table, read_granule_table
-from hertzchain.scene.terms import Precompression, Striker, Wall
+from hertzchain.scene.terms import Contact, Precompression, Striker, Wall
 
 _Kind = TypeVar("_Kind")
 
@@ -36,6 +36,9 @@ UNITS = {
     "force": "N",
     "gravity": "m/s^2",
     "radius_ratio": "",
+    "restitution": "",
+    "relaxation_time": "s",
+    "coefficient": "kg/s",
 }
 _OPTIONAL = {
     Chain: {"gap"},
@@ -44,13 +47,14 @@ _OPTIONAL = {
     Striker: {"radius", "young_modulus", "poisson_ratio", "density"},
     Wall: {"young_modulus", "poisson_ratio", "gap"},
     Precompression: {"force", "gravity"},
+    Contact: {"restitution", "relaxation_time", "coefficient", "attraction"},
 }
 _MOST_BYTES = 100_000
 """Of a scene file; that of `make demo` has 500."""
 _MOST_DOTS = 200
 """In a line: a dotted key costs tomllib the square of its dots, 35 s where it has 32,000."""
 
-SECTIONS = ("chain", "precompression", "run", "shock", "striker", "wall")
+SECTIONS = ("chain", "contact", "precompression", "run", "shock", "striker", "wall")
 
 
 def read_parts(path: Path) -> dict[str, Any]:
@@ -74,6 +78,7 @@ def texts_of(
     run: Run,
     wall: Wall | None,
     precompression: Precompression | None,
+    contact: Contact | None,
 ) -> dict[Path, str]:
     """A scene as files, by where to: its tables, if there are any, then the TOML."""
     import tomli_w
@@ -94,7 +99,8 @@ def texts_of(
         document["shock"] = {"profile": "table", "file": table.name}
     else:
         document["striker" if isinstance(shock, Striker) else "shock"] = _given(shock)
-    for name, part in (("wall", wall), ("precompression", precompression), ("run", run)):
+    others = {"wall": wall, "precompression": precompression, "contact": contact, "run": run}
+    for name, part in others.items():
         if part is not None and (values := _given(part)):
             document[name] = values
     return {**texts, path: tomli_w.dumps(document)}
@@ -142,6 +148,8 @@ def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     if "precompression" in document:
         section = document["precompression"]
         parts["precompression"] = _section("precompression", section, Precompression)
+    if "contact" in document:
+        parts["contact"] = _section("contact", document["contact"], Contact)
     return parts
 
 

@@ -27,7 +27,14 @@ from hertzchain.scene.pulse import Pulse, PulseTable, Ramp
 from hertzchain.scene.reading import read_parts, texts_of
 from hertzchain.scene.run import Run
 from hertzchain.scene.schedule import Leg, lay_steps
-from hertzchain.scene.terms import ALL_TERMS, Precompression, Striker, Wall, refuse_unsupported
+from hertzchain.scene.terms import (
+    ALL_TERMS,
+    Contact,
+    Precompression,
+    Striker,
+    Wall,
+    refuse_unsupported,
+)
 from hertzchain.scene.watching import watched_time, watched_with_terms
 
 
@@ -47,6 +54,8 @@ class Scene:
         At the far end; None for a free end.
     precompression
         Forces that act all the time; None for a chain at rest under no load.
+    contact
+        Damping in the contacts; None for elastic ones.
 
     Raises
     ------
@@ -60,6 +69,7 @@ class Scene:
     run: Run = Run()  # noqa: RUF009 - it is frozen
     wall: Wall | None = None
     precompression: Precompression | None = None
+    contact: Contact | None = None
 
     def __post_init__(self) -> None:
         require(isinstance(self.chain, Chain), "chain", self.chain, "must be a Chain")
@@ -71,6 +81,8 @@ class Scene:
         allowed = "must be a Precompression or None"
         known = isinstance(self.precompression, Precompression | None)
         require(known, "precompression", self.precompression, allowed)
+        allowed = "must be a Contact or None"
+        require(isinstance(self.contact, Contact | None), "contact", self.contact, allowed)
         refuse_unsupported(self.chain, self.wall, self.precompression)
         allowed = f"must be at most {MOST_UNLIKE} in a scene with {', '.join(self.terms)}"
         possible = self.is_plain or self.chain.granules <= MOST_UNLIKE
@@ -95,7 +107,7 @@ class Scene:
         ----------
         path
             A TOML file with the sections chain, shock or striker and, optionally, wall,
-            precompression and run. Bare numbers are SI, strings carry units.
+            precompression, contact and run. Bare numbers are SI, strings carry units.
 
         Raises
         ------
@@ -130,7 +142,7 @@ class Scene:
 
     def to_texts(self, path: Path | str) -> dict[Path, str]:
         """The texts that ``to_toml`` writes, by path: tables, if there are any, then the TOML."""
-        parts = self.chain, self.shock, self.run, self.wall, self.precompression
+        parts = self.chain, self.shock, self.run, self.wall, self.precompression, self.contact
         return texts_of(Path(path), *parts)
 
     @functools.cached_property
@@ -145,6 +157,7 @@ class Scene:
             self.wall is not None,
             pressed is not None and pressed.force > 0,
             pressed is not None and pressed.gravity > 0,
+            self.contact is not None,
         )
         return tuple(itertools.compress(ALL_TERMS, present))
 
@@ -160,8 +173,9 @@ class Scene:
 
     @functools.cached_property
     def granules(self) -> Granules:
-        """Every granule and contact, with striker, wall and precompression."""
-        return granules_of(self.chain, self.striker, self.wall, self.precompression)
+        """Every granule and contact, with striker, wall, precompression and damping."""
+        held = self.wall, self.precompression, self.contact
+        return granules_of(self.chain, self.striker, *held)
 
     @functools.cached_property
     def _shock_units(self) -> NaturalUnits:

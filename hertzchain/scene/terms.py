@@ -6,16 +6,27 @@ gaps stand in the chain itself.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
 from hertzchain.scene.chain import Chain, check_material, to_plain_numbers
 
-ALL_TERMS = ("unlike granules", "gaps", "striker", "wall", "precompression", "gravity")
+ALL_TERMS = ("unlike granules", "gaps", "striker", "wall", "precompression", "gravity", "damping")
 """Names of all terms, in the order of ``Scene.terms``."""
 
 WALLS = ("rigid", "same", "elastic")
 """Kinds of a wall: one that does not yield, one of the last granule's material, one of its own."""
+
+DAMPING = {
+    "restitution": "restitution",
+    "viscoelastic": "relaxation_time",
+    "dashpot": "coefficient",
+}
+"""Laws of damping, each with the parameter that it needs."""
 
 NOT_NEGATIVE = "must be a finite number of at least 0"
 
@@ -117,6 +128,79 @@ class Precompression:
             allowed = "both are 0: give one of them, or leave the section out"
             raise SceneError("force and gravity", None, allowed)
         to_plain_numbers(self)
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Damping in all contacts, the wall's too: F = A d^(3/2) + c d^q d' for an overlap d > 0.
+
+    Parameters
+    ----------
+    damping
+        ``restitution``: q = 1/4 and c = alpha sqrt(m* A) with
+        alpha = sqrt(5) (-ln e) / sqrt(pi^2 + ln^2 e), so that two spheres part with e times the
+        velocity of their approach if the contact may pull (Antypov and Elliott, EPL 94 (2011)
+        50004). ``viscoelastic``: q = 1/2 and c = 3/2 A times the relaxation time (Kuwabara and
+        Kono, Jpn. J. Appl. Phys. 26 (1987) 1230). ``dashpot``: q = 0 and c the coefficient.
+    restitution
+        e, above 0 and below 1.
+    relaxation_time
+        Of Kuwabara and Kono [s].
+    coefficient
+        Of the dashpots [kg/s].
+    attraction
+        Whether damping may make a contact pull as it opens; otherwise its force is 0 then.
+
+    Raises
+    ------
+    SceneError
+        For a value that is not possible, or a parameter of another law.
+    """
+
+    damping: str
+    restitution: float | None = None
+    relaxation_time: float | None = None
+    coefficient: float | None = None
+    attraction: bool = False
+
+    def __post_init__(self) -> None:
+        known = isinstance(self.damping, str) and self.damping in DAMPING
+        require(known, "damping", self.damping, f"must be one of {', '.join(DAMPING)}")
+        needed = DAMPING[self.damping]
+        for key in DAMPING.values():
+            value = getattr(self, key)
+            if key == needed:
+                require(
+                    value is not None, key, None, f'missing, damping = "{self.damping}" needs it'
+                )
+            else:
+                allowed = f'not allowed with damping = "{self.damping}", which takes {needed}'
+                require(value is None, key, value, allowed)
+        allowed = "must be a number above 0 and below 1; leave out [contact] for no damping"
+        e = self.restitution
+        require(e is None or (is_finite(e) and 0 < e < 1), "restitution", e, allowed)
+        for key, unit in (("relaxation_time", "s"), ("coefficient", "kg/s")):
+            value = getattr(self, key)
+            require(value is None or is_positive(value), key, value, f"{POSITIVE} [{unit}]")
+        known = isinstance(self.attraction, bool)
+        require(known, "attraction", self.attraction, "must be true or false")
+        to_plain_numbers(self)
+
+    @property
+    def exponent(self) -> float:
+        """Q in the force of damping c d^q d'."""
+        return {"restitution": 0.25, "viscoelastic": 0.5, "dashpot": 0.0}[self.damping]
+
+    def coefficients(self, stiffness: FloatArray, contact_mass: FloatArray) -> FloatArray:
+        """C of contacts [N s m^-(1+q)] from their A and m*, all of shape (contacts,)."""
+        if self.restitution is not None:
+            log = math.log(self.restitution)
+            alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)
+            return np.asarray(alpha * np.sqrt(contact_mass * stiffness))
+        if self.relaxation_time is not None:
+            return np.asarray(1.5 * self.relaxation_time * stiffness)
+        assert self.coefficient is not None
+        return np.full(stiffness.shape, self.coefficient)
 
 
 def refuse_unsupported(chain: Chain, wall: Wall | None, pressed: Precompression | None) -> None:

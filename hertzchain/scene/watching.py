@@ -18,8 +18,8 @@ _STOP = 3.0
 """Times (M^2 / (K^2 v))^(1/5), in which a spring of Hertz stops a mass: 1.6 until it is at rest."""
 
 _UNLIKE = 2.0
-"""Times as long, where granules are unlike or apart: waves decay there, and weak ones are slow
-(chosen: as slow as a wave of 1/64 of the force)."""
+"""Times as long, where granules are unlike, apart or damped: waves decay there, and weak ones are
+slow (chosen: as slow as a wave of 1/64 of the force)."""
 
 
 def watched_time(granules: Any, momentum_ratio: Any) -> Any:
@@ -46,7 +46,8 @@ def watched_with_terms(
         flight = 0.0
     wave = watched_time(0, weak) / 5 * (float(np.sum(crossed)) + 5 * float(np.max(crossed)))
     others = granules.mass[1:], granules.young_modulus[1:], granules.gap  # but the striker
-    if any(np.ptp(values) > 0 for values in others) or granules.gap.any():
+    decays = any(np.ptp(values) > 0 for values in others) or granules.damping is not None
+    if decays or granules.gap.any():
         wave *= _UNLIKE
     if not wall:
         return float(wave + flight)

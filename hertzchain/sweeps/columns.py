@@ -83,6 +83,14 @@ _TERMS = (
     Column("wall.gap", "gap before the wall [m]", title="{:.4g} m before the wall"),
     Column("precompression.force", "precompression [N]", title="precompression {:.4g} N"),
     Column("precompression.gravity", "gravity along the chain [m/s²]", title="gravity {:.4g} m/s²"),
+    Column("contact.restitution", "coefficient of restitution e", title="e = {:.4g}"),
+    Column(
+        "contact.relaxation_time", "relaxation time of contacts [s]",
+        title="relaxation time {:.4g} s",
+    ),
+    Column(
+        "contact.coefficient", "coefficient of dashpots [kg/s]", title="dashpots of {:.4g} kg/s"
+    ),
 )  # fmt: skip
 
 TERMS = tuple(column.name for column in _TERMS)  # what can vary in scenes with terms besides
@@ -270,7 +278,8 @@ def columns_of(
     loaded, walled = "precompression" in scene, "wall" in scene
     unlike = "segments" in chain or any(isinstance(value, list) for value in chain.values())
     of_terms = any(name not in PARAMETERS for name in varied)
-    if not (of_terms or unlike or "gap" in chain or "striker" in scene or loaded or walled):
+    held = any(section in scene for section in ("striker", "wall", "precompression", "contact"))
+    if not (of_terms or unlike or "gap" in chain or held):
         return ALL
     kept = [name for name in PARAMETERS if name.partition(".")[0] in {*scene, "run"}]
     of_chain = [name for name in kept if name.startswith("chain.")]
@@ -283,7 +292,7 @@ def columns_of(
     ]
     shock_and_run = [name for name in kept if name not in of_chain]
     parameters = (*of_chain, *gap, *segments, *shock_and_run[:-1], *others, shock_and_run[-1])
-    waves = not (unlike or loaded or walled or "striker" in scene)
+    waves = not (unlike or held)
     return (
         *ALL[:2],
         *(column_named(name) for name in dict.fromkeys(parameters)),

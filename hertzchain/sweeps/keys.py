@@ -41,6 +41,7 @@ def sections_of(scene: Scene) -> dict[str, dict[str, Any]]:
         "striker" if scene.striker else "shock": of_shock,
         "wall": _given(scene.wall),
         "precompression": _given(scene.precompression),
+        "contact": _given(scene.contact),
         "run": _given(scene.run),
     }
     for section in ("chain", "wall"):
@@ -173,6 +174,7 @@ def changed(base: Scene, values: Mapping[str, Any]) -> Scene:
         _replaced("run", base.run, of["run"]),
         _replaced("wall", base.wall, of["wall"]),
         _replaced("precompression", base.precompression, of["precompression"]),
+        _replaced("contact", base.contact, of["contact"]),
     )
 
 

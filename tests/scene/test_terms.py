@@ -39,6 +39,13 @@ def test_a_plain_scene_has_no_terms(tmp_path: Path) -> None:
         (TEXT + WALL + "[precompression]\ngravity = 9.81\n", ("wall", "gravity")),
         (segmented("granules = 60\nradius_ratio = 0.99"), ("unlike granules",)),
         (segmented('granules = 60\ngap = "1 um"'), ("gaps",)),
+        (TEXT + '[contact]\ndamping = "restitution"\nrestitution = 0.9\n', ("damping",)),
+        (
+            TEXT + WALL + '[contact]\ndamping = "viscoelastic"\nrelaxation_time = "1 us"\n'
+            "attraction = true\n",
+            ("wall", "damping"),
+        ),
+        (TEXT + '[contact]\ndamping = "dashpot"\ncoefficient = "2 g/s"\n', ("damping",)),
         (TEXT.replace("[shock]", 'gap = "1 um"\n[shock]'), ("gaps",)),
         (
             segmented("granules = 30", 'granules = 30\ndensity = "2 g/cm^3"')
@@ -151,6 +158,35 @@ REFUSED = {
     ),
     "soft wall": (TEXT + '[wall]\nkind = "soft"\n', "wall.kind = 'soft': must be one of rigid"),
     "no kind": (TEXT + "[wall]\n", "wall.kind: missing"),
+    "damping of no law": (
+        TEXT + '[contact]\ndamping = "tsuji"\n',
+        "contact.damping = 'tsuji': must be one of restitution, viscoelastic, dashpot",
+    ),
+    "no law of damping": (TEXT + "[contact]\nrestitution = 0.9\n", "contact.damping: missing"),
+    "restitution without e": (
+        TEXT + '[contact]\ndamping = "restitution"\n',
+        "contact.restitution: missing",
+    ),
+    "no loss": (
+        TEXT + '[contact]\ndamping = "restitution"\nrestitution = 1\n',
+        "contact.restitution = 1: must be a number above 0 and below 1",
+    ),
+    "all is lost": (
+        TEXT + '[contact]\ndamping = "restitution"\nrestitution = 0\n',
+        "contact.restitution = 0: must be a number above 0",
+    ),
+    "parameter of another law": (
+        TEXT + '[contact]\ndamping = "dashpot"\ncoefficient = 1\nrestitution = 0.5\n',
+        'contact.restitution = 0.5: not allowed with damping = "dashpot", which takes coefficient',
+    ),
+    "negative coefficient": (
+        TEXT + '[contact]\ndamping = "dashpot"\ncoefficient = -1\n',
+        "contact.coefficient = -1: must be a finite number above 0 [kg/s]",
+    ),
+    "attraction that is no truth": (
+        TEXT + '[contact]\ndamping = "dashpot"\ncoefficient = 1\nattraction = 1\n',
+        "contact.attraction = 1: must be true or false",
+    ),
     "wall misspelt": (TEXT + "[wal]\n", "did you mean wall?"),
 }
 
