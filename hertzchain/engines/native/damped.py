@@ -1,0 +1,172 @@
+"""One integration of a chain whose contacts are damped."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native.methods import DOP853
+
+if TYPE_CHECKING:
+    from hertzchain.engines.native.damped_kernel import Method
+
+_MOVING = 8
+"""Granules that the window of a run starts with."""
+
+MOST_STEPS = 100_000_000
+"""Steps of a run, at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Damped:
+    """A chain of damped contacts, natural units.
+
+    The force of a contact at overlap d > 0 is ``stiffness`` d^(3/2) + ``damping`` d^``exponent``
+    d', and 0 at d <= 0. Without ``attraction`` it is never below 0.
+
+    Parameters
+    ----------
+    stiffness, damping
+        Of the contacts, shape (contacts,).
+    inertia
+        1 / mass, shape (granules,).
+    gap
+        How far each contact is open at the start, shape (contacts,); below 0 for a static overlap.
+    pull
+        Acceleration by constant forces, shape (granules,).
+    exponent
+        q of all contacts: 0 (dashpot), 0.25 (restitution), 0.5 (viscoelastic).
+    attraction
+        Whether the force of a contact may be below 0 while it overlaps.
+    wall
+        Whether the last contact is a wall; then there are as many contacts as granules, else one
+        less.
+    """
+
+    stiffness: FloatArray
+    inertia: FloatArray
+    gap: FloatArray
+    pull: FloatArray
+    damping: FloatArray
+    exponent: float
+    attraction: bool = False
+    wall: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Simulated:
+    """What one integration found, in natural units."""
+
+    status: int  # as ``damped_kernel.DONE`` and what follows
+    displacement: FloatArray  # at the end, shape (granules,)
+    velocity: FloatArray
+    peak_force: FloatArray  # shape (contacts,)
+    peak_time: FloatArray  # NaN for a contact that was never pressed
+    end: float  # time reached
+    work: float  # done by the applied force, and the energy at the start
+    dissipated: float  # energy lost in the contacts
+    momentum: float  # of all granules at the end
+    energy: float  # of all granules at the end, with that in constant forces
+    wall_impulse: float  # integral of the force on the wall
+    steps: int
+    evaluations: int  # of all forces, those of refused steps too
+
+
+def integrate_damped(
+    chain: Damped,
+    rows: FloatArray,
+    start: FloatArray,
+    tolerance: float,
+    longest: float,
+    record: Any = None,
+    control: FloatArray | None = None,
+    most_steps: int = MOST_STEPS,
+) -> Simulated:
+    """Integrate a chain of damped contacts with the compiled kernel.
+
+    Parameters
+    ----------
+    chain
+        What is integrated.
+    rows
+        Legs of the applied force, as ``simulation.leg_rows`` makes them, shape (legs, 8).
+    start
+        Displacement and velocity at the start, shape (2, granules), or (0, 0) for a chain at rest.
+    tolerance
+        Error of the velocities in a step over the largest velocity.
+    longest
+        The longest step, 0.8 of the natural time unit of the fastest contact.
+    record, control
+        A ``kernels.Record``, and what stops the run, as ``kernels.march`` takes them.
+    most_steps
+        The run ends after so many.
+    """
+    from hertzchain.engines.native import damped_kernel, kernels
+    from hertzchain.engines.native.damped_contacts import Contacts
+
+    granules, contacts = chain.inertia.size, chain.stiffness.size
+    inertia = np.ascontiguousarray(chain.inertia, np.float64)
+
+    def padded(values: FloatArray) -> FloatArray:
+        """With an entry for the free end, where nothing presses."""
+        whole = np.zeros(granules)
+        whole[:contacts] = values
+        return whole
+
+    made = Contacts(
+        padded(chain.stiffness),
+        padded(chain.damping),
+        padded(chain.gap),
+        inertia,
+        np.ascontiguousarray(chain.pull, np.float64),
+        np.maximum(inertia, np.append(inertia[1:], 0.0)),
+        round(4 * chain.exponent),
+        chain.attraction,
+    )
+    if record is None:
+        nothing = np.zeros((0, 0))
+        record = kernels.Record(np.zeros(0), nothing, nothing, nothing)
+    # The front of a wave moves granules smoothly, but not across a gap or under a static load.
+    has_front = start.size == 0 and not chain.gap.any() and not chain.pull.any()
+    force, time = np.zeros(contacts), np.full(contacts, np.nan)
+    found, displacement, velocity = damped_kernel.march(
+        rows, _method(), made, start if start.size else np.zeros((2, granules)),
+        _MOVING if has_front else granules, tolerance, longest, most_steps, force, time, record,
+        np.zeros(3) if control is None else control,
+    )  # fmt: skip
+    return Simulated(
+        found.status,
+        displacement,
+        velocity,
+        force,
+        time,
+        found.end,
+        found.given,
+        found.dissipated,
+        found.momentum,
+        found.energy,
+        found.wall_impulse,
+        found.steps,
+        found.evaluations,
+    )
+
+
+@functools.cache
+def _method() -> Method:
+    """The coefficients of the method as the kernel takes them."""
+    from hertzchain.engines.native.damped_kernel import Method
+
+    rows = np.zeros((DOP853.stages, DOP853.stages))
+    for row, known in zip(rows[1:], DOP853.rows, strict=True):
+        row[: len(known)] = known
+    return Method(
+        np.array(DOP853.nodes),
+        rows,
+        np.array(DOP853.weights),
+        np.array(DOP853.fifth),
+        np.array(DOP853.third),
+    )

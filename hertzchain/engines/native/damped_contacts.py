@@ -1,0 +1,324 @@
+"""Damped contacts, compiled: their forces, when they begin and end, and their highest forces.
+
+Contact i lies ahead of granule i, and every array has an entry for it: at a free end stiffness,
+damping and ``on`` of the last are 0. An array of forces has one entry more: entry 0 is the applied
+force, entry i + 1 that of contact i. In a step each contact keeps its mode: 1 in ``on`` means that
+F = k d^(3/2) + c d^q d' without a limit, 0 that F = 0. So all is smooth within a step, and where a
+mode has to change is a root of a smooth function. ``quarters`` is 4 q.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native.kernels import (
+    ONE,
+    _applied_force,
+    _applied_force_rate,
+    _hermite,
+    _slope,
+    _value,
+    compiled,
+)
+
+FROM_BELOW, PRESSES, PARTS = 0, 1, 8
+"""What is looked for in a contact: a beginning, an end; and the parts in which that is done."""
+
+
+class Contacts(NamedTuple):
+    """A chain of damped contacts, natural units; every array has shape (granules,).
+
+    ``gap`` is how far a contact is open at the start, below 0 for a static overlap; ``inertia`` is
+    1 / mass, ``pull`` the acceleration by constant forces. ``lightest`` is the inertia of the lighter
+    of both granules of a contact.
+    """
+
+    stiffness: FloatArray
+    damping: FloatArray
+    gap: FloatArray
+    inertia: FloatArray
+    pull: FloatArray
+    lightest: FloatArray
+    quarters: int
+    attraction: bool
+
+
+@compiled
+def forces(
+    u: Any, v: Any, on: Any, f: Any, power: Any, stiffness: Any, damping: Any, gap: Any,
+    quarters: int, hi: int,
+) -> None:  # fmt: skip
+    """Fill in the force of each contact and the power that it dissipates.
+
+    What a contact that overlaps without a force still holds counts as dissipated already.
+    """
+    for i in range(np.uint64(0), np.uint64(hi)):
+        d = u[i] - u[i + ONE] - gap[i]
+        w = v[i] - v[i + ONE]
+        d = d if d > 0.0 else 0.0
+        root = np.sqrt(d)
+        factor = 1.0
+        if quarters == 2:
+            factor = root
+        elif quarters == 1:
+            factor = np.sqrt(root)
+        elastic = stiffness[i] * d * root
+        force = on[i] * (elastic + damping[i] * factor * w)
+        f[i + ONE] = force
+        power[i] = (force - on[i] * elastic) * w
+
+
+@compiled
+def accelerations(f: Any, a: Any, inertia: Any, pull: Any, hi: int) -> None:
+    """Fill in the acceleration of each granule."""
+    for i in range(np.uint64(0), np.uint64(hi)):
+        a[i] = (f[i] - f[i + ONE]) * inertia[i] + pull[i]
+
+
+@compiled
+def force_rates(
+    u: Any, v: Any, a: Any, on: Any, rate: Any, stiffness: Any, damping: Any, gap: Any,
+    quarters: int, hi: int,
+) -> None:  # fmt: skip
+    """Fill in how fast the force of each contact grows."""
+    q = 0.25 * quarters
+    for i in range(np.uint64(0), np.uint64(hi)):
+        d = u[i] - u[i + ONE] - gap[i]
+        w = v[i] - v[i + ONE]
+        bend = a[i] - a[i + ONE]
+        d = d if d > 1e-60 else 1e-60
+        root = np.sqrt(d)
+        factor = 1.0
+        if quarters == 2:
+            factor = root
+        elif quarters == 1:
+            factor = np.sqrt(root)
+        damped = damping[i] * factor * (q * w * w / d + bend)
+        rate[i + ONE] = on[i] * (1.5 * stiffness[i] * root * w + damped)
+
+
+@compiled
+def power_of(d: float, quarters: int) -> float:
+    """d^q, and 1 for q = 0; d is not below 0."""
+    if quarters == 0:
+        return 1.0
+    root = math.sqrt(d)
+    return root if quarters == 2 else math.sqrt(root)
+
+
+@compiled
+def law(d: float, w: float, i: int, c: Any) -> float:
+    """Force of contact i at overlap d and closing speed w, without a limit; 0 for d <= 0."""
+    if d <= 0.0:
+        return 0.0
+    return c.stiffness[i] * d * math.sqrt(d) + c.damping[i] * power_of(d, c.quarters) * w
+
+
+@compiled
+def law_rate(d: float, w: float, bend: float, i: int, c: Any) -> float:
+    """How fast that force grows; ``bend`` is the second derivative of the overlap."""
+    if d <= 0.0:
+        return 0.0
+    grown = 0.25 * c.quarters * w * w / d + bend
+    return 1.5 * c.stiffness[i] * math.sqrt(d) * w + (
+        c.damping[i] * power_of(d, c.quarters) * grown
+    )
+
+
+@compiled
+def margin(d: float, w: float, i: int, pressing: bool, c: Any) -> float:
+    """Positive while contact i presses or may press: its overlap, or its force over d^q if less.
+
+    The force over d^q, k d^(3/2 - q) + c d', is smooth where d^q is not.
+    """
+    if c.attraction or c.damping[i] == 0.0:
+        return d
+    length = abs(d)
+    reduced = c.stiffness[i] * length * math.sqrt(length) / max(
+        power_of(length, c.quarters), 1e-300
+    )
+    reduced = math.copysign(reduced, d) + c.damping[i] * w
+    if pressing:
+        # With an overlap of 0 a contact that has just begun would look as if it ended.
+        return reduced if d > 0.0 or w > 0.0 else min(d, reduced)
+    return min(d, reduced)
+
+
+@compiled
+def quintic(u0: Any, v0: Any, a0: Any, u1: Any, v1: Any, a1: Any, h: float) -> Any:
+    """Coefficients of the polynomial of degree 5 that meets value and two derivatives."""
+    p, b = v0 * h, a0 * h * h / 2
+    d = u1 - u0 - p - b
+    d1 = v1 * h - p - 2 * b
+    d2 = a1 * h * h - 2 * b
+    return (
+        u0, p, b,
+        10 * d - 4 * d1 + d2 / 2,
+        -15 * d + 7 * d1 - d2,
+        6 * d - 3 * d1 + d2 / 2,
+        0.0, 0.0,
+    )  # fmt: skip
+
+
+@compiled
+def overlap_curve(
+    u0: Any, v0: Any, a0: Any, u1: Any, v1: Any, a1: Any, gap: Any, i: int, h: float
+) -> Any:
+    """The overlap of contact i within a step, a polynomial in (t - t_start) / h."""
+    return quintic(
+        u0[i] - u0[i + 1] - gap[i], v0[i] - v0[i + 1], a0[i] - a0[i + 1],
+        u1[i] - u1[i + 1] - gap[i], v1[i] - v1[i + 1], a1[i] - a1[i + 1], h,
+    )  # fmt: skip
+
+
+@compiled
+def first_change(curve: Any, h: float, i: int, pressing: bool, c: Any) -> float:
+    """When in a step, from 0 to 1, contact i first ends (``pressing``) or begins; 2 for never."""
+    sign = -1.0 if pressing else 1.0
+    left, at_left = 0.0, sign * margin(curve[0], curve[1] / h, i, pressing, c)
+    for part in range(1, PARTS + 1):
+        right = part / PARTS
+        at_right = sign * margin(
+            _value(curve, right), _slope(curve, right) / h, i, pressing, c
+        )
+        if at_right > 0.0:
+            if at_left > 0.0:
+                return left
+            return _root(curve, h, i, pressing, sign, left, right, at_left, at_right, c)
+        left, at_left = right, at_right
+    return 2.0
+
+
+@compiled
+def _root(
+    curve: Any, h: float, i: int, pressing: bool, sign: float, left: float, right: float,
+    at_left: float, at_right: float, c: Any,
+) -> float:  # fmt: skip
+    """The root between left and right, by the method of Illinois."""
+    side = 0
+    for _ in range(60):
+        s = (left * at_right - right * at_left) / (at_right - at_left)
+        if not left < s < right:
+            break
+        value = sign * margin(_value(curve, s), _slope(curve, s) / h, i, pressing, c)
+        if value > 0.0:
+            right, at_right = s, value
+            at_left = at_left / 2 if side == 1 else at_left
+            side = 1
+        else:
+            left, at_left = s, value
+            at_right = at_right / 2 if side == -1 else at_right
+            side = -1
+        if right - left < 1e-15 or value == 0.0:
+            break
+    return right
+
+
+@compiled
+def highest(
+    u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any, i: int, h: float, c: Any
+) -> Any:
+    """The maximum of the force of contact i within a step, and its place from 0 to 1.
+
+    The force grows at the start and falls at the end. The overlap is the polynomial of degree 7
+    that meets it and its first three derivatives at both ends.
+    """
+    curve = septic(u0, v0, a0, r0, u1, v1, a1, r1, i, h, c)
+    low, high = 0.0, 1.0
+    for _ in range(45):
+        s = (low + high) / 2
+        w = _slope(curve, s) / h
+        if law_rate(_value(curve, s), w, bend_of(curve, s) / (h * h), i, c) > 0.0:
+            low = s
+        else:
+            high = s
+    s = (low + high) / 2
+    return law(_value(curve, s), _slope(curve, s) / h, i, c), s
+
+
+@compiled
+def bend_of(c: Any, s: float) -> float:
+    """Second derivative of a polynomial of degree 7."""
+    return 2 * c[2] + s * (
+        6 * c[3] + s * (12 * c[4] + s * (20 * c[5] + s * (30 * c[6] + s * 42 * c[7])))
+    )
+
+
+@compiled
+def jerk(rate: Any, i: int, c: Any) -> float:
+    """The jerk of a granule, from how fast forces grow; 0 for the wall."""
+    if i == c.inertia.size:
+        return 0.0
+    return float((rate[i] - rate[i + 1]) * c.inertia[i])
+
+
+@compiled
+def septic(
+    u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any, i: int, h: float, c: Any
+) -> Any:
+    """The overlap of contact i within a step, a polynomial of degree 7 in (t - t_start) / h."""
+    start = (
+        u0[i] - u0[i + 1] - c.gap[i], v0[i] - v0[i + 1], a0[i] - a0[i + 1],
+        jerk(r0, i, c) - jerk(r0, i + 1, c),
+    )  # fmt: skip
+    end = (
+        u1[i] - u1[i + 1] - c.gap[i], v1[i] - v1[i + 1], a1[i] - a1[i + 1],
+        jerk(r1, i, c) - jerk(r1, i + 1, c),
+    )  # fmt: skip
+    return _hermite(start, end, h)
+
+
+@compiled
+def keep_history(
+    record: Any, kept: int, u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any,
+    on: Any, hi: int, begin: float, end: float, c: Any,
+) -> int:  # fmt: skip
+    """Fill in the wanted times up to the end of a step; returns how many are filled in now."""
+    h = end - begin
+    while kept < record.time.size and record.time[kept] <= end:
+        s = (record.time[kept] - begin) / h
+        for i in range(hi):
+            start = (u0[i], v0[i], a0[i], jerk(r0, i, c))
+            after = (u1[i], v1[i], a1[i], jerk(r1, i, c))
+            curve = _hermite(start, after, h)
+            record.displacement[kept, i] = _value(curve, s)
+            record.velocity[kept, i] = _slope(curve, s) / h
+            if i < record.contact_force.shape[1] and on[i] > 0.0:
+                curve = septic(u0, v0, a0, r0, u1, v1, a1, r1, i, h, c)
+                force = law(_value(curve, s), _slope(curve, s) / h, i, c)
+                record.contact_force[kept, i] = force if c.attraction else max(force, 0.0)
+        kept += 1
+    return kept
+
+
+@compiled
+def held(u: Any, i: int, c: Any) -> float:
+    """Elastic energy of contact i."""
+    d = u[i] - u[i + 1] - c.gap[i]
+    return float(0.4 * c.stiffness[i] * d * d * math.sqrt(d)) if d > 0.0 else 0.0
+
+
+@compiled
+def energy(u: Any, v: Any, hi: int, c: Any) -> float:
+    """Energy of all granules and contacts, with that in constant forces."""
+    total = 0.0
+    for i in range(hi):
+        mass = 1.0 / c.inertia[i]
+        total += mass * (v[i] * v[i] / 2 - c.pull[i] * u[i]) + held(u, i, c)
+    return total
+
+
+@compiled
+def applied(leg: Any, time: float) -> float:
+    """The applied force on a leg."""
+    return _applied_force(leg, time)
+
+
+@compiled
+def applied_rate(leg: Any, time: float) -> float:
+    """How fast the applied force grows on a leg."""
+    return _applied_force_rate(leg, time)
