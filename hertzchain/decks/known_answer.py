@@ -28,6 +28,7 @@ from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.terms import ELASTIC_TERMS
 from hertzchain.scene.validity import refuse_terms
 
 _FINEST = 1e-9  # of the peaks: three million steps
@@ -45,6 +46,7 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> floa
 
     By default for peaks of accuracy ``rtol``, cut to two digits: the same on every machine.
     """
+    refuse_terms(scene, "a standalone deck", ELASTIC_TERMS)
     unit = scene.units.time
     if dt is not None:
         require(is_positive(dt), "dt", dt, f"{POSITIVE} [s]")

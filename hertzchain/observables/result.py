@@ -43,12 +43,15 @@ class Balance:
     energy
         Kinetic energy plus that of the contacts, 2/5 F overlap each, at the end, less the work of
         constant forces [J].
+    dissipated
+        Energy that damping of contacts took [J].
     """
 
     impulse: float
     momentum: float
     work: float
     energy: float
+    dissipated: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -285,6 +288,7 @@ class Result:
                 "momentum_N_s": self.balance.momentum,
                 "work_J": self.balance.work,
                 "energy_J": self.balance.energy,
+                **({"dissipated_J": self.balance.dissipated} if self.scene.contact else {}),
             },
             "wall_time_s": self.wall_time,
             "watching_share": self.watching_share,

@@ -18,6 +18,9 @@ from hertzchain.scene.chain import Chain, check_material, to_plain_numbers
 ALL_TERMS = ("unlike granules", "gaps", "striker", "wall", "precompression", "gravity", "damping")
 """Names of all terms, in the order of ``Scene.terms``."""
 
+ELASTIC_TERMS = ALL_TERMS[:-1]
+"""All but damping: what every engine has."""
+
 WALLS = ("rigid", "same", "elastic")
 """Kinds of a wall: one that does not yield, one of the last granule's material, one of its own."""
 

@@ -69,8 +69,8 @@ def refuse_terms(scene: Scene, who: str, known: Collection[str] = ()) -> None:
     unknown = [term for term in scene.terms if term not in known]
     if unknown:
         raise RunFailed(
-            f"{who} does not support {', '.join(unknown)}: take a scene without, or use run or"
-            " compare"
+            f"{who} does not support {', '.join(unknown)}: take a scene without, or run it with"
+            " native, which has all terms"
         )
 
 

@@ -200,7 +200,7 @@ def balance_checks(result: Result) -> list[Check]:
         within(
             ENERGY,
             result.backend,
-            balance.energy,
+            balance.energy + balance.dissipated,
             balance.work,
             energy,
             "energy goes as force to the power 5/3, so at most twice its own error estimate; and"

@@ -25,6 +25,8 @@ from hertzchain.engines.native import Native
 from hertzchain.errors import BackendMissing, RunFailed, require
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.terms import ELASTIC_TERMS
+from hertzchain.scene.validity import refuse_terms
 from hertzchain.verdict.contenders import (
     FORMULAS,
     MAP,
@@ -132,6 +134,7 @@ def tradeoff(
     """
     for name in engines:
         require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")
+    refuse_terms(scene, "a trade-off", ELASTIC_TERMS)
     report_progress = progress or (lambda _: None)
     report_progress(
         "the truth: the reference method with short steps (the first run compiles, half a minute)"

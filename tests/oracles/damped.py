@@ -34,7 +34,7 @@ def peaks(
     corners: list[float],
     start: Floats,
     rtol: float = 1e-12,
-    longest: float = 0.1,
+    longest: float = 0.05,
 ) -> Found:
     """Peaks and the end by DOP853 with a small tolerance and short steps.
 
@@ -74,9 +74,10 @@ def peaks(
             assert solver.step() is None  # else it says why it failed
             curve, h = solver.dense_output(), solver.t - before
             seen = np.array([contact_forces(curve(before + s * h)) for s in share])
-            for contact in np.flatnonzero(seen.max(axis=0) > highest):
+            # A maximum may lie between the last sample of a step and the first of the next.
+            for contact in np.flatnonzero(seen.max(axis=0) >= 0.99 * highest):
                 top = int(np.argmax(seen[:, contact]))
-                best = seen[top, contact]
+                best = max(highest[contact], seen[top, contact])
                 if h > 1e-6:
                     ahead = min(top + 1, share.size - 1)
                     around = before + h * share[max(top - 1, 0)], before + h * share[ahead]

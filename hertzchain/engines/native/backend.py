@@ -158,10 +158,13 @@ class Native:
             times = wanted_times(record, scene.end_time)
             wall = scene.wall is not None
             recorder = Recorder(times / scene.units.time, scene.chain.granules, wall)
-        if self.method is None and self.dt is None:
-            method, legs, run, error = self._accurate_enough(scene, recorder, deadline)
+        if scene.contact is not None:
+            method, dt, run, error = self._damped(scene, recorder, deadline)
         else:
-            method, legs, run, error = self._as_asked(scene, recorder, deadline)
+            chosen = self.method is None and self.dt is None
+            found = self._accurate_enough if chosen else self._as_asked
+            method, legs, run, error = found(scene, recorder, deadline)
+            dt = max(leg.dt for leg in legs)
         units = scene.units
         peak_force = run.peaks.force * units.force
         refuse_deep_overlap(largest_overlap_ratio(scene, peak_force))
@@ -173,7 +176,7 @@ class Native:
             scene=scene,
             backend="native",
             method=method,
-            dt=max(leg.dt for leg in legs),
+            dt=dt,
             steps=run.steps,
             force_evaluations=run.evaluations,
             **peaks_of_result(scene, peak_force, peak_time, run.peaks.passed),
@@ -185,6 +188,7 @@ class Native:
                 momentum=float(run.momentum) * units.momentum,
                 work=float(run.work) * units.energy,
                 energy=float(run.energy) * units.energy,
+                dissipated=float(run.dissipated) * units.energy,
             ),
             history=history,
             wall_time=time.perf_counter() - begin,
@@ -209,6 +213,22 @@ class Native:
             "native", error, max(leg.dt for leg in legs) > SHORT * scene.contact_time
         )
         return name, legs, run, error
+
+    def _damped(
+        self, scene: Scene, recorder: Recorder | None, deadline: Deadline
+    ) -> tuple[str, float, Simulation, float]:
+        """Method, longest step [s], run and its error for damped contacts."""
+        from hertzchain.engines.native import damped_runs
+
+        for key in ("method", "dt"):
+            value = getattr(self, key)
+            allowed = "must be left out for damped contacts, whose method takes steps of its own"
+            require(value is None or value == "reference", key, value, allowed)
+        tightest = plans.TIGHTEST if self.method == "reference" else RTOL
+        rtol = tightest if self.rtol is None else self.rtol
+        run, error = damped_runs.accurate_enough(scene, rtol, deadline, recorder)
+        refuse_meaningless("native", error, too_long=False)
+        return damped_runs.METHOD, damped_runs.LONGEST * scene.contact_time, run, error
 
     def _accurate_enough(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline

@@ -138,8 +138,8 @@ def margin(d: float, w: float, i: int, pressing: bool, c: Any) -> float:
     if c.attraction or c.damping[i] == 0.0:
         return d
     length = abs(d)
-    reduced = c.stiffness[i] * length * math.sqrt(length) / max(
-        power_of(length, c.quarters), 1e-300
+    reduced = (
+        c.stiffness[i] * length * math.sqrt(length) / max(power_of(length, c.quarters), 1e-300)
     )
     reduced = math.copysign(reduced, d) + c.damping[i] * w
     if pressing:
@@ -182,9 +182,7 @@ def first_change(curve: Any, h: float, i: int, pressing: bool, c: Any) -> float:
     left, at_left = 0.0, sign * margin(curve[0], curve[1] / h, i, pressing, c)
     for part in range(1, PARTS + 1):
         right = part / PARTS
-        at_right = sign * margin(
-            _value(curve, right), _slope(curve, right) / h, i, pressing, c
-        )
+        at_right = sign * margin(_value(curve, right), _slope(curve, right) / h, i, pressing, c)
         if at_right > 0.0:
             if at_left > 0.0:
                 return left
@@ -202,8 +200,10 @@ def _root(
     side = 0
     for _ in range(60):
         s = (left * at_right - right * at_left) / (at_right - at_left)
-        if not left < s < right:
-            break
+        if s <= left:
+            return left
+        if s >= right:
+            return right
         value = sign * margin(_value(curve, s), _slope(curve, s) / h, i, pressing, c)
         if value > 0.0:
             right, at_right = s, value

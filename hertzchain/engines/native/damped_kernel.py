@@ -65,6 +65,10 @@ _EVENT = 0.1
 _IDLE = 1e-3
 """Forces and overlaps that change no mode, over the tolerance of a step."""
 
+_FRESH, _STRICTER = 0.25, 0.1
+"""The longest first step of a contact over that of others, and what error it may have: estimates
+in tau can be small by chance."""
+
 _RELOCATED = 8
 """Most repetitions of a step for one change of modes; two or three are usual."""
 
@@ -100,30 +104,36 @@ class Found(NamedTuple):
 
 
 @compiled
-def _add(total: Any, weight: float, k: Any, j: int, hi: int) -> None:
+def _add_three(
+    total: Any, one: float, j: int, two: float, m: int, three: float, n: int, k: Any, hi: int
+) -> None:
     for i in range(np.uint64(0), np.uint64(hi)):
-        total[i] += weight * k[j, i]
-
-
-@compiled
-def _add_two(total: Any, one: float, j: int, two: float, m: int, k: Any, hi: int) -> None:
-    for i in range(np.uint64(0), np.uint64(hi)):
-        total[i] += one * k[j, i] + two * k[m, i]
+        total[i] += one * k[j, i] + two * k[m, i] + three * k[n, i]
 
 
 @compiled
 def _combine(total: Any, size: float, row: Any, s: int, k: Any, stages: int, hi: int) -> None:
-    """Add the stages with a row of coefficients, two at a time."""
-    waiting = -1
+    """Add the stages with a row of coefficients, three at a time."""
+    first = second = waiting = 0
     for j in range(stages):
-        if row[s, j] != 0.0:
-            if waiting >= 0:
-                _add_two(total, size * row[s, waiting], waiting, size * row[s, j], j, k, hi)
-                waiting = -1
-            else:
-                waiting = j
-    if waiting >= 0:
-        _add(total, size * row[s, waiting], k, waiting, hi)
+        if row[s, j] == 0.0:
+            continue
+        if waiting == 2:
+            _add_three(
+                total, size * row[s, first], first, size * row[s, second], second,
+                size * row[s, j], j, k, hi,
+            )  # fmt: skip
+            waiting = 0
+        elif waiting == 1:
+            second, waiting = j, 2
+        else:
+            first, waiting = j, 1
+    if waiting == 2:
+        for i in range(np.uint64(0), np.uint64(hi)):
+            total[i] += size * row[s, first] * k[first, i] + size * row[s, second] * k[second, i]
+    elif waiting == 1:
+        for i in range(np.uint64(0), np.uint64(hi)):
+            total[i] += size * row[s, first] * k[first, i]
 
 
 @compiled
@@ -140,6 +150,7 @@ def _keep_stage(
 ) -> None:  # fmt: skip
     for i in range(np.uint64(0), np.uint64(hi)):
         ku[s, i] = scale * (v[i] - v0[i])
+    for i in range(np.uint64(0), np.uint64(hi)):
         kv[s, i] = scale * ((f[i] - f[i + ONE]) * inertia[i] + pull[i])
 
 
@@ -192,9 +203,7 @@ def _step(
 
 
 @kernels._compiled_without_nan
-def _error(
-    v0: Any, v1: Any, kv: Any, fifth: Any, third: Any, size: float, hi: int
-) -> Any:
+def _error(v0: Any, v1: Any, kv: Any, fifth: Any, third: Any, size: float, hi: int) -> Any:
     """The two estimates of the error of the velocities, and the largest velocity."""
     e5, e3, fastest = 0.0, 0.0, 0.0
     f0, f5, f6, f7 = fifth[0], fifth[5], fifth[6], fifth[7]
@@ -234,9 +243,7 @@ def _differs(u: Any, v: Any, f: Any, on: Any, i: int, idle: float, c: Any) -> bo
 
 
 @compiled
-def _cost(
-    d: float, w: float, at_change: Any, late: float, ending: bool, i: int, c: Any
-) -> float:
+def _cost(d: float, w: float, at_change: Any, late: float, ending: bool, i: int, c: Any) -> float:
     """What it costs in velocity that contact i keeps its mode for a time ``late`` too long.
 
     ``at_change`` is overlap and closing speed when it should have changed; d and w are those now.
@@ -264,9 +271,12 @@ def _earliest(
     first, which = 2.0, -1
     idle = _IDLE * allowed
     for i in range(hi):
-        d0, d1 = u0[i] - u0[i + 1] - c.gap[i], u1[i] - u1[i + 1] - c.gap[i]
-        w0, w1 = v0[i] - v0[i + 1], v1[i] - v1[i + 1]
+        d1 = u1[i] - u1[i + 1] - c.gap[i]
         pressing = on[i] > 0.0
+        if pressing and d1 >= -idle and (f1[i + 1] >= -idle or c.attraction):
+            continue
+        d0 = u0[i] - u0[i + 1] - c.gap[i]
+        w0, w1 = v0[i] - v0[i + 1], v1[i] - v1[i + 1]
         differs = _differs(u1, v1, f1, on, i, idle, c)
         if not differs:
             # It may change and change back within the step.
@@ -432,6 +442,8 @@ def march(
             shortest = _SHORTEST * (1.0 + abs(time))
             while True:
                 m = root if fresh else 1
+                if fresh:
+                    h = min(h, _FRESH * longest)
                 if fresh and kept < record.time.size and record.time[kept] > time + shortest:
                     h = min(h, record.time[kept] - time)
                 hi = _step(
@@ -444,7 +456,7 @@ def march(
                     v0, v1, kv, method.fifth, method.third, h if m == 1 else h ** (1.0 / m), hi
                 )
                 allowed = tolerance * max(fastest, _SLOW)
-                error = _ratio(e5, e3, allowed)
+                error = _ratio(e5, e3, allowed * (_STRICTER if fresh else 1.0))
                 if error > 1.0 and h > shortest:
                     h *= max(0.1, 0.9 * error ** (-1 / 8)) ** m
                     smooth = h
@@ -452,9 +464,7 @@ def march(
                 after = time + h if h < end - time else end
                 _end(u1, v1, a1, f1, r1, power, on, leg, after, hi, c)
                 if h > shortest and tried < _RELOCATED:
-                    s, which = _earliest(
-                        u0, v0, a0, u1, v1, a1, f1, on, hi, h, allowed, c
-                    )
+                    s, which = _earliest(u0, v0, a0, u1, v1, a1, f1, on, hi, h, allowed, c)
                     if which >= 0:
                         tried += 1
                         if s * h > shortest:
@@ -463,15 +473,11 @@ def march(
                         d, w = u0[which] - u0[which + 1] - c.gap[which], v0[which] - v0[which + 1]
                         total[1] += held(u0, which, c) * (2.0 * on[which] - 1.0)
                         on[which] = 1.0 - on[which]
-                        fresh = fresh or (
-                            on[which] > 0.0 and _begins(d, w, which, h, allowed, c)
-                        )
+                        fresh = fresh or (on[which] > 0.0 and _begins(d, w, which, h, allowed, c))
                         _end(u0, v0, a0, f0, r0, power, on, leg, time, hi, c)
                         _keep_ends(peak_force, peak_time, f0, time, hi)
                         continue
-                if fresh and h > shortest and _hidden_maximum(
-                    f0, r0, f1, r1, peak_force, h, hi
-                ):
+                if fresh and h > shortest and _hidden_maximum(f0, r0, f1, r1, peak_force, h, hi):
                     h /= 4
                     smooth = h
                     continue

@@ -81,6 +81,7 @@ class Simulation:
     steps: int
     evaluations: int  # of the force; compiled runs count those of refused steps too
     wall_impulse: Scalar = 0.0  # integral of the force on the wall
+    dissipated: Scalar = 0.0  # energy that damping took
 
 
 def simulate(
@@ -104,6 +105,7 @@ def simulate(
     """
     from hertzchain.engines.native import kernels
 
+    assert scene.contact is None  # damped contacts: damped_runs
     granules = scene.chain.granules
     leave_behind = leave_behind and start is None and can_leave_behind(scene)
     deadline = deadline or Deadline(TIME_LIMIT)
@@ -132,7 +134,7 @@ def simulate(
     # The front of a wave moves granules smoothly, but not across a gap or under a static load.
     has_front = window and start is None and terms.gap is None
     moving = _MOVING if has_front else granules
-    own = _start_of(scene)
+    own = start_of(scene)
     start = own if start is None else start + own if own.size else start
     # An opening contact costs in proportion to stiffness over mass.
     tolerance = walker.tolerance * (1.0 if scene.is_plain else _softest(scene))
@@ -238,7 +240,7 @@ def _softest(scene: Scene) -> float:
     return float(ratio[0] / np.max(ratio))
 
 
-def _start_of(scene: Scene) -> FloatArray:
+def start_of(scene: Scene) -> FloatArray:
     """Displacement and velocity at the start, natural units, shape (2, N); (0, 0) at rest."""
     if scene.striker is None:
         return np.zeros((0, 0))

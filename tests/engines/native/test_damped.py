@@ -1,0 +1,294 @@
+"""The kernel of damped contacts: closed forms, balances, and SciPy on random chains."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate._ivp import dop853_coefficients
+
+from hertzchain.engines.native import damped_kernel, kernels
+from hertzchain.engines.native.damped import Damped, Simulated, integrate_damped
+from hertzchain.engines.native.methods import DOP853, SRKN_11B
+from hertzchain.engines.native.simulation import table
+from tests.oracles import damped as oracle
+
+Floats = NDArray[np.float64]
+
+DASHPOT, RESTITUTION, VISCOELASTIC = 0.0, 0.25, 0.5
+
+FREE = np.array([[0.0, 12.0, 1, 0, 0, 0, 0, 0]])
+"""One leg without an applied force."""
+
+
+def alpha_of(restitution: float) -> float:
+    """Damping over sqrt(m* k) that returns this fraction of the speed, with attraction."""
+    beta = -math.log(restitution) / math.hypot(math.pi, math.log(restitution))
+    return math.sqrt(5) * beta
+
+
+def two_spheres(exponent: float, damping: float, attraction: bool, tolerance: float) -> Simulated:
+    """Two spheres that collide with k = m* = v = 1."""
+    chain = Damped(
+        stiffness=np.ones(1),
+        inertia=np.full(2, 0.5),
+        gap=np.zeros(1),
+        pull=np.zeros(2),
+        damping=np.array([damping]),
+        exponent=exponent,
+        attraction=attraction,
+    )
+    return integrate_damped(chain, FREE, np.array([[0.0, 0.0], [1.0, 0.0]]), tolerance, 0.8)
+
+
+def returned(run: Simulated) -> float:
+    return float(run.velocity[1] - run.velocity[0])
+
+
+def uniform(granules: int, exponent: float, damping: float, attraction: bool = False) -> Damped:
+    """A chain of equal granules that just touch, k = m = 1."""
+    return Damped(
+        stiffness=np.ones(granules - 1),
+        inertia=np.ones(granules),
+        gap=np.zeros(granules - 1),
+        pull=np.zeros(granules),
+        damping=np.full(granules - 1, damping),
+        exponent=exponent,
+        attraction=attraction,
+    )
+
+
+def pulse(rise: float, fall: float, end: float, shape: int = 2) -> Floats:
+    """Legs of a force that rises to 1 and falls to 0."""
+    over = rise + fall
+    return np.array(
+        [
+            [0.0, rise, 1, shape, 0.0, rise, 0.0, 1.0],
+            [rise, over, 1, shape, rise, over, 1.0, 0.0],
+            [over, end, 1, 0, 0, 0, 0, 0],
+        ]
+    )
+
+
+AT_REST = np.zeros((0, 0))
+
+QUICK = (1, 3)
+"""Random chains in every run; SciPy takes a second for each."""
+
+
+def error_of(found: Floats, true: Floats) -> float:
+    """Largest relative error of peaks of at least a thousandth of the largest."""
+    judged = true >= 1e-3 * true.max()
+    return float(np.max(np.abs(found[judged] / true[judged] - 1)))
+
+
+def test_the_coefficients_are_those_of_scipy() -> None:
+    rows = np.zeros((12, 12))
+    for row, known in zip(rows[1:], DOP853.rows, strict=True):
+        row[: len(known)] = known
+    their = dop853_coefficients
+    assert np.array_equal(rows, their.A[:12, :12])
+    assert np.array_equal(DOP853.nodes, their.C[:12])
+    assert np.array_equal(DOP853.weights, their.B)
+    assert np.array_equal([*DOP853.fifth, 0.0], their.E5)
+    assert np.array_equal([*DOP853.third, 0.0], their.E3)
+
+
+@pytest.mark.parametrize("asked", [0.9, 0.8, 0.7, 0.5, 0.3])
+def test_restitution_of_two_spheres(asked: float) -> None:
+    """In closed form: in units of its contact time the collision is a damped oscillation."""
+    alpha = alpha_of(asked)
+    with_attraction = two_spheres(RESTITUTION, alpha, True, 1e-12)
+    # 1e-11 was found: the end of the contact is singular.
+    assert returned(with_attraction) == pytest.approx(asked, rel=0, abs=1e-10)
+    rate = alpha / 2
+    frequency = math.sqrt(1.25 - rate**2)
+    over = math.atan2(2 * rate * frequency, rate**2 - frequency**2)
+    ratio = rate / frequency
+    left = -math.exp(-rate * over / frequency) * (math.cos(over) - ratio * math.sin(over))
+    without = two_spheres(RESTITUTION, alpha, False, 1e-12)
+    # 1e-13 to 1e-12 was found.
+    assert returned(without) == pytest.approx(left, rel=0, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("relaxation", "without", "with_attraction"),
+    [(0.01, 0.98288329, 0.98287613), (0.1, 0.84514381, 0.84333941)],
+)
+def test_viscoelastic_spheres(relaxation: float, without: float, with_attraction: float) -> None:
+    """Numbers of independent simulations."""
+    for attraction, expected in ((False, without), (True, with_attraction)):
+        run = two_spheres(VISCOELASTIC, 1.5 * relaxation, attraction, 1e-11)
+        # Half a unit of the last digit given.
+        assert returned(run) == pytest.approx(expected, rel=0, abs=5e-9)
+
+
+@pytest.mark.parametrize("exponent", [DASHPOT, RESTITUTION, VISCOELASTIC])
+@pytest.mark.parametrize("attraction", [False, True])
+def test_momentum_and_energy(exponent: float, attraction: bool) -> None:
+    chain = uniform(20, exponent, 0.1, attraction)
+    rows, impulse = pulse(1.5, 2.5, 35.0), 2.0
+    run = integrate_damped(chain, rows, AT_REST, 1e-10, 0.8)
+    assert run.status == damped_kernel.DONE
+    # Round-off, but for the impulse of the pulse: the method integrates a cosine to 1e-14.
+    assert run.momentum == pytest.approx(impulse, rel=1e-13)
+    # A tenth of what was found at this tolerance.
+    assert run.energy + run.dissipated == pytest.approx(run.work, rel=1e-9)
+    assert run.dissipated > 0.1 * run.work
+
+
+def test_impulse_on_a_wall() -> None:
+    free = uniform(8, RESTITUTION, 0.1)
+    one = np.ones(8)
+    chain = replace(free, stiffness=one, gap=0 * one, damping=0.1 * one, wall=True)
+    run = integrate_damped(chain, pulse(1.5, 2.5, 35.0), AT_REST, 1e-10, 0.8)
+    # What the chain got and has not any more; errors as those of the energy.
+    assert run.wall_impulse == pytest.approx(2.0 - run.momentum, rel=1e-9)
+    assert run.momentum < 0
+
+
+def test_order() -> None:
+    """Errors fall with the eighth power of the step, over a run with contacts that open."""
+    chain, rows = uniform(12, RESTITUTION, 0.1), pulse(1.5, 2.5, 25.0)
+    true = integrate_damped(chain, rows, AT_REST, 1e-13, 0.1)
+    errors, steps = [], []
+    for tolerance in (1e-6, 1e-10):
+        run = integrate_damped(chain, rows, AT_REST, tolerance, 10.0)
+        errors.append(error_of(run.peak_force, true.peak_force))
+        steps.append(run.steps)
+    # Steps at events are short whatever the tolerance, which makes the order look higher.
+    assert math.log(errors[0] / errors[1]) / math.log(steps[1] / steps[0]) > 7
+    assert errors[1] < 1e-9
+
+
+def test_without_damping_it_is_the_other_kernel() -> None:
+    """A chain whose contacts are damped by nothing, as ``kernels.march`` integrates it."""
+    chain, rows = uniform(10, RESTITUTION, 0.0), pulse(1.5, 2.5, 20.0)
+    ours = integrate_damped(chain, rows, AT_REST, 1e-11, 0.8)
+    fine = rows.copy()
+    fine[:, 2] = np.ceil((rows[:, 1] - rows[:, 0]) / 0.02)
+    force, time = np.zeros(9), np.full(9, np.nan)
+    none = np.zeros((0, 0))
+    kernels.march(
+        fine, table(SRKN_11B), np.zeros(0), False, 1e-9, math.inf, 10, none, kernels.PLAIN, 10,
+        False, force, time, kernels.Record(np.zeros(0), none, none, none), np.zeros(3),
+    )  # fmt: skip
+    # What is left of both tolerances.
+    assert ours.peak_force == pytest.approx(force, rel=1e-9)
+    assert ours.peak_time == pytest.approx(time, rel=0, abs=1e-4)
+
+
+def random_chain(seed: int, most: int) -> tuple[Damped, Floats, Floats]:
+    """A random damped chain with its legs and its start: at rest under a pulse, or a striker."""
+    draw = np.random.default_rng(seed)
+    granules, wall = int(draw.integers(2, most + 1)), bool(draw.random() < 0.4)
+    contacts = granules if wall else granules - 1
+    spread = 0.5 * (draw.random() < 0.5)  # of unlike granules
+    mass = np.exp(spread * draw.normal(0, 1.4, granules))
+    stiffness = np.exp(spread * draw.normal(0, 1, contacts))
+    strength = math.exp(draw.uniform(math.log(0.003), math.log(1.5)))
+    damping = strength * np.exp(spread * draw.normal(0, 0.6, contacts))
+    gap, pull = np.zeros(contacts), np.zeros(granules)
+    kind = draw.choice(["touching", "gaps", "some gaps", "pressed"], p=[0.4, 0.25, 0.15, 0.2])
+    if kind == "gaps":
+        gap[:] = draw.uniform(0.01, 1.0)
+    elif kind == "some gaps":
+        gap = np.where(draw.random(contacts) < 0.3, draw.uniform(0.01, 1.0, contacts), 0.0)
+    elif kind == "pressed":
+        force = draw.uniform(0.02, 0.5)
+        gap = -((force / stiffness) ** (2 / 3))
+        pull[0] = force / mass[0]
+        if not wall:
+            pull[-1] -= force / mass[-1]
+    exponent = float(draw.choice([DASHPOT, RESTITUTION, VISCOELASTIC]))
+    chain = Damped(
+        stiffness, 1 / mass, gap, pull, damping, exponent, bool(draw.random() < 0.4), wall
+    )
+    end = float(draw.uniform(1.0, 1.8) * granules + 5)
+    if draw.random() < 0.5:
+        start = np.zeros((2, granules))
+        start[1, 0] = 1.0
+        return chain, np.array([[0.0, end, 1, 0, 0, 0, 0, 0]]), start
+    rise, fall = draw.uniform(0.5, 6.0, 2)
+    return chain, pulse(rise, fall, rise + fall + end, int(draw.integers(1, 3))), AT_REST
+
+
+def true_peaks(chain: Damped, rows: Floats, start: Floats) -> oracle.Found:
+    """By SciPy."""
+
+    def push(time: float) -> float:
+        for begin, end, _, shape, _, _, first, last in rows:
+            if begin <= time <= end and shape > 0:
+                growth = (time - begin) / (end - begin)
+                growth = growth if shape == 1 else (1 - math.cos(math.pi * growth)) / 2
+                return float(first + (last - first) * growth)
+        return 0.0
+
+    at = start if start.size else np.zeros((2, chain.inertia.size))
+    return oracle.peaks(chain, push, [0.0, *rows[:, 1].tolist()], at)
+
+
+def longest_of(chain: Damped) -> float:
+    """0.8 of the time unit of the fastest contact."""
+    lightest = chain.inertia + np.append(chain.inertia[1:], 0.0)
+    fastest = np.max(chain.stiffness * lightest[: chain.stiffness.size] / 2)
+    return float(0.8 / math.sqrt(fastest))
+
+
+@pytest.mark.parametrize(
+    "seed", [*QUICK, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(4, 120))]
+)
+def test_random_chains_vs_scipy(seed: int) -> None:
+    most = 5 if seed in QUICK else 12
+    chain, rows, start = random_chain(seed, most)
+    true = true_peaks(chain, rows, start)
+    run = integrate_damped(chain, rows, start, 1e-11, longest_of(chain))
+    assert run.status == damped_kernel.DONE
+    # What SciPy leaves where contacts begin and end, of which it knows nothing.
+    assert error_of(run.peak_force, true.peak_force) < 2e-7
+    assert run.velocity == pytest.approx(true.velocity, rel=0, abs=2e-7)
+    assert run.energy + run.dissipated == pytest.approx(run.work, rel=1e-9)
+
+
+def test_history() -> None:
+    """At any time it is what a run that ends there finds."""
+    chain = replace(
+        uniform(6, RESTITUTION, 0.3), gap=np.array([0.0, 0.2, 0.0, 0.1, 0.0]), attraction=True
+    )
+    start = np.zeros((2, 6))
+    start[1, 0] = 1.0
+    times = np.array([0.0, 0.05, 1.0, 1.3, 2.5, 4.0, 9.0, 12.0])
+    record = kernels.Record(times, np.zeros((8, 6)), np.zeros((8, 6)), np.zeros((8, 5)))
+    integrate_damped(chain, FREE, start, 1e-10, 0.8, record)
+    for k in range(1, times.size):
+        rows = FREE.copy()
+        rows[0, 1] = times[k]
+        run = integrate_damped(chain, rows, start, 1e-12, 0.8)
+        # Interpolants are as accurate as steps, within a factor of a hundred.
+        assert record.displacement[k] == pytest.approx(run.displacement, rel=0, abs=1e-8)
+        assert record.velocity[k] == pytest.approx(run.velocity, rel=0, abs=1e-8)
+        overlap = -np.diff(run.displacement) - chain.gap
+        rate, pressed = -np.diff(run.velocity), np.maximum(overlap, 0.0)
+        force = pressed**1.5 + 0.3 * pressed**0.25 * rate
+        assert record.contact_force[k] == pytest.approx(force, rel=0, abs=1e-8)
+
+
+@pytest.mark.parametrize("exponent", [DASHPOT, RESTITUTION, VISCOELASTIC])
+def test_granules_ahead_of_the_front_are_left_out(exponent: float) -> None:
+    chain, rows = uniform(60, exponent, 0.2), pulse(1.5, 2.5, 30.0)
+    front = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8)
+    whole = integrate_damped(chain, rows, np.zeros((2, 60)), 1e-9, 0.8)
+    # The same steps: round-off.
+    assert front.steps == whole.steps
+    assert error_of(front.peak_force, whole.peak_force) < 1e-13
+
+
+def test_stop_and_most_steps() -> None:
+    chain, rows = uniform(6, RESTITUTION, 0.2), pulse(1.5, 2.5, 30.0)
+    stopped = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8, control=np.array([-1.0, 0.0, 0.0]))
+    assert stopped.status == damped_kernel.STOPPED
+    few = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8, most_steps=3)
+    assert (few.status, few.steps) == (damped_kernel.TOO_MANY, 3)
