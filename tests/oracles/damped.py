@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -61,6 +62,10 @@ def peaks(
         net[0] += push(t)
         return np.concatenate([y[size:], net * inertia + chain.pull])
 
+    def below(curve: Any, contact: int, time: float) -> float:
+        """The force of a contact, with the other sign."""
+        return -float(contact_forces(curve(time))[contact])
+
     state: Any = np.concatenate([start[0], start[1]])
     highest = contact_forces(state)
     share = np.linspace(0.0, 1.0, 9)
@@ -82,7 +87,7 @@ def peaks(
                     ahead = min(top + 1, share.size - 1)
                     around = before + h * share[max(top - 1, 0)], before + h * share[ahead]
                     found = minimize_scalar(
-                        lambda t, at=contact, path=curve: -contact_forces(path(t))[at],
+                        partial(below, curve, int(contact)),
                         bounds=around,
                         method="bounded",
                         options={"xatol": 1e-8 * h},

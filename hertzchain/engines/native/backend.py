@@ -228,7 +228,7 @@ class Native:
         rtol = tightest if self.rtol is None else self.rtol
         run, error = damped_runs.accurate_enough(scene, rtol, deadline, recorder)
         refuse_meaningless("native", error, too_long=False)
-        return damped_runs.METHOD, damped_runs.LONGEST * scene.contact_time, run, error
+        return damped_runs.METHOD, damped_runs.longest_step(scene), run, error
 
     def _accurate_enough(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline

@@ -32,9 +32,9 @@ FROM_BELOW, PRESSES, PARTS = 0, 1, 8
 class Contacts(NamedTuple):
     """A chain of damped contacts, natural units; every array has shape (granules,).
 
-    ``gap`` is how far a contact is open at the start, below 0 for a static overlap; ``inertia`` is
-    1 / mass, ``pull`` the acceleration by constant forces. ``lightest`` is the inertia of the lighter
-    of both granules of a contact.
+    ``gap`` is how far a contact is open at the start, below 0 for a static overlap. ``inertia`` is
+    1 / mass, ``pull`` the acceleration by constant forces, ``lightest`` the larger inertia of both
+    granules of a contact.
     """
 
     stiffness: FloatArray
@@ -90,14 +90,15 @@ def force_rates(
         d = u[i] - u[i + ONE] - gap[i]
         w = v[i] - v[i + ONE]
         bend = a[i] - a[i + ONE]
-        d = d if d > 1e-60 else 1e-60
+        steep = q * w * w / d if d > 1e-60 else 0.0
+        d = d if d > 0.0 else 0.0
         root = np.sqrt(d)
         factor = 1.0
         if quarters == 2:
             factor = root
         elif quarters == 1:
             factor = np.sqrt(root)
-        damped = damping[i] * factor * (q * w * w / d + bend)
+        damped = damping[i] * factor * (steep + bend)
         rate[i + ONE] = on[i] * (1.5 * stiffness[i] * root * w + damped)
 
 
@@ -222,22 +223,35 @@ def _root(
 def highest(
     u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any, i: int, h: float, c: Any
 ) -> Any:
-    """The maximum of the force of contact i within a step, and its place from 0 to 1.
+    """The highest maximum of the force of contact i in a step, and its place from 0 to 1; or 0, 0.
 
-    The force grows at the start and falls at the end. The overlap is the polynomial of degree 7
-    that meets it and its first three derivatives at both ends.
+    The overlap is the polynomial of degree 7 that meets it and its first three derivatives at both
+    ends.
     """
     curve = septic(u0, v0, a0, r0, u1, v1, a1, r1, i, h, c)
-    low, high = 0.0, 1.0
-    for _ in range(45):
-        s = (low + high) / 2
-        w = _slope(curve, s) / h
-        if law_rate(_value(curve, s), w, bend_of(curve, s) / (h * h), i, c) > 0.0:
-            low = s
-        else:
-            high = s
-    s = (low + high) / 2
-    return law(_value(curve, s), _slope(curve, s) / h, i, c), s
+    force, place, rises = 0.0, 0.0, _rises(curve, 0.0, h, i, c)
+    for part in range(1, PARTS + 1):
+        rose, rises = rises, _rises(curve, part / PARTS, h, i, c)
+        if not rose or rises:
+            continue
+        low, high = (part - 1) / PARTS, part / PARTS
+        while high - low > 1e-12:
+            s = (low + high) / 2
+            if _rises(curve, s, h, i, c):
+                low = s
+            else:
+                high = s
+        found = law(_value(curve, low), _slope(curve, low) / h, i, c)
+        if found > force:
+            force, place = found, low
+    return force, place
+
+
+@compiled
+def _rises(curve: Any, s: float, h: float, i: int, c: Any) -> bool:
+    """Whether the force of contact i grows at a place of a step."""
+    w = _slope(curve, s) / h
+    return law_rate(_value(curve, s), w, bend_of(curve, s) / (h * h), i, c) > 0.0
 
 
 @compiled

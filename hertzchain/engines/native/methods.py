@@ -1,5 +1,8 @@
-"""Methods as tables of coefficients: for u'' = f(t, u), which ``in_numpy.step`` takes, and one for
-forces that depend on velocities."""
+"""Methods, as tables of coefficients.
+
+Those for u'' = f(t, u) are what ``in_numpy.step`` takes; the last is for forces that depend on
+velocities.
+"""
 
 from __future__ import annotations
 

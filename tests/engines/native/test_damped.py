@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from scipy.integrate._ivp import dop853_coefficients
 
 from hertzchain.engines.native import damped_kernel, kernels
 from hertzchain.engines.native.damped import Damped, Simulated, integrate_damped
+from hertzchain.engines.native.damped_plan import accurate
 from hertzchain.engines.native.methods import DOP853, SRKN_11B
 from hertzchain.engines.native.simulation import table
 from tests.oracles import damped as oracle
@@ -292,3 +294,16 @@ def test_stop_and_most_steps() -> None:
     assert stopped.status == damped_kernel.STOPPED
     few = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8, most_steps=3)
     assert (few.status, few.steps) == (damped_kernel.TOO_MANY, 3)
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+def test_the_bound_is_above_the_error(rtol: float) -> None:
+    """On random chains, beside a run with the least tolerance, which SciPy confirms above."""
+    for seed in range(500, 515):
+        chain, rows, start = random_chain(seed, 8)
+        longest = longest_of(chain)
+        true = integrate_damped(chain, rows, start, 1e-12, longest)
+        integrate = partial(integrate_damped, chain, rows, start)
+        found = accurate(integrate, rtol, longest, bool((chain.gap > 0).any()))
+        assert found.bound <= rtol
+        assert error_of(found.run.peak_force, true.peak_force) <= found.bound

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -104,7 +106,11 @@ def test_the_law_of_restitution_is_similar_at_all_forces() -> None:
 
 @pytest.mark.parametrize("law", LAWS)
 def test_weak_damping_is_none(law: str) -> None:
-    weak = {"restitution": 1 - 1e-9, "relaxation_time": 1e-15, "coefficient": 1e-8}
+    weak: dict[str, Any] = {
+        "restitution": 1 - 1e-9,
+        "relaxation_time": 1e-15,
+        "coefficient": 1e-8,
+    }
     given = LAWS[law]
     same = {key: weak[key] for key in weak if getattr(given, key) is not None}
     scene = hc.Scene(hc.Chain(15, **STEEL), PULSE)
@@ -132,7 +138,7 @@ def test_a_history_of_damped_contacts() -> None:
     assert np.max(history.contact_force) == pytest.approx(result.peak_force[0], rel=1e-3, abs=0)
 
 
-REFUSED = {
+REFUSED: dict[str, Callable[[hc.Scene], object]] = {
     "method": lambda scene: hc.Native("rk4").run(scene),
     "dt": lambda scene: hc.Native(dt=1e-7).run(scene),
     "LAMMPS": lambda scene: hc.Lammps().run(scene),

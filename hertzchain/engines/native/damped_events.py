@@ -1,0 +1,178 @@
+"""When damped contacts change their mode, whether that matters, and their highest forces, compiled.
+
+See ``damped_contacts`` for what a mode is.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hertzchain.engines.native.damped_contacts import (
+    first_change,
+    highest,
+    law,
+    overlap_curve,
+    power_of,
+)
+from hertzchain.engines.native.kernels import (
+    _slope,
+    _value,
+    compiled,
+)
+
+EVENT = 0.1
+"""What a mode that changes late may cost in velocity, over the tolerance of a step."""
+
+IDLE = 1e-3
+"""Forces and overlaps that change no mode, over the tolerance of a step."""
+
+
+@compiled
+def in_wrong_mode(u: Any, v: Any, f: Any, on: Any, i: int, idle: float, c: Any) -> bool:
+    """Whether contact i is in a mode that it ought not to have."""
+    d = u[i] - u[i + 1] - c.gap[i]
+    if on[i] > 0.0:
+        return d < -idle or (f[i + 1] < -idle and not c.attraction)
+    if d <= 0.0 or (c.stiffness[i] == 0.0):
+        return False
+    w = v[i] - v[i + 1]
+    if c.attraction:
+        return d > idle or w > 0.0
+    return law(d, w, i, c) > idle
+
+
+@compiled
+def cost(d: float, w: float, at_change: Any, late: float, ending: bool, i: int, c: Any) -> float:
+    """What it costs in velocity that contact i keeps its mode for a time ``late`` too long.
+
+    ``at_change`` is overlap and closing speed when it should have changed; d and w are those now.
+    """
+    if not ending:
+        reached = max(d, abs(w) * late)
+        return c.lightest[i] * late * abs(law(reached, abs(w), i, c))
+    far, speed = max(at_change[0], 0.0), abs(at_change[1])
+    if c.attraction:
+        return c.lightest[i] * late * law(speed * late, speed, i, c)
+    if c.damping[i] == 0.0:
+        return c.lightest[i] * late * law(speed * late, 0.0, i, c)
+    if d > 0.0:
+        return c.lightest[i] * late * abs(law(d, w, i, c))
+    held = c.lightest[i] * c.damping[i] * power_of(far, c.quarters) * speed
+    return held * (late if c.quarters == 0 else min(late, far / max(speed, 1e-300)))
+
+
+@compiled
+def begins(d: float, w: float, i: int, h: float, allowed: float, c: Any) -> bool:
+    """Whether the force of a contact that begins now matters before a step h is over."""
+    reached = w * h
+    if w <= 0.0 or d > reached:
+        return False
+    return c.lightest[i] * h * law(reached, w, i, c) > EVENT * allowed
+
+
+@compiled
+def _dips(start: Any, end: Any, h: float) -> bool:
+    """Whether what falls at the start of a step and rises at the end may be below 0 between.
+
+    Start and end are value and rate; the lowest that it can be, if it is convex, is where the
+    tangents meet.
+    """
+    fall, rise = start[1], end[1]
+    return bool(start[0] + fall * (end[0] - start[0] - rise * h) / (fall - rise) < 0.0)
+
+
+@compiled
+def earliest(
+    u0: Any, v0: Any, a0: Any, f0: Any, r0: Any, u1: Any, v1: Any, a1: Any, f1: Any, r1: Any,
+    on: Any, hi: int, h: float, allowed: float, c: Any,
+) -> Any:  # fmt: skip
+    """When in a step, from 0 to 1, a mode first changes so that it matters, and whose; or 2."""
+    first, which = 2.0, -1
+    idle = IDLE * allowed
+    for i in range(hi):
+        d1 = u1[i] - u1[i + 1] - c.gap[i]
+        pressing = on[i] > 0.0
+        differs = not pressing or d1 < -idle or (f1[i + 1] < -idle and not c.attraction)
+        if not differs:
+            # A force, or an overlap, may fall to 0 and rise again.
+            if c.attraction:
+                start = u0[i] - u0[i + 1] - c.gap[i], v0[i] - v0[i + 1]
+                end = d1, v1[i] - v1[i + 1]
+            else:
+                start, end = (f0[i + 1], r0[i + 1]), (f1[i + 1], r1[i + 1])
+            if start[1] < 0.0 and end[1] > 0.0 and _dips(start, end, h):
+                curve = overlap_curve(u0, v0, a0, u1, v1, a1, c.gap, i, h)
+                s = first_change(curve, h, i, pressing, c)
+                if s < first:
+                    first, which = s, i
+            continue
+        d0 = u0[i] - u0[i + 1] - c.gap[i]
+        w0, w1 = v0[i] - v0[i + 1], v1[i] - v1[i + 1]
+        differs = in_wrong_mode(u1, v1, f1, on, i, idle, c)
+        if not differs and (c.stiffness[i] == 0.0 or not (w0 > 0.0 and w1 < 0.0)):
+            continue
+        if not differs and d0 + w0 * h <= 0.0:
+            continue
+        curve = overlap_curve(u0, v0, a0, u1, v1, a1, c.gap, i, h)
+        s = first_change(curve, h, i, pressing, c)
+        if s >= first:
+            continue
+        at = (_value(curve, s), _slope(curve, s) / h)
+        d, w = d1, w1
+        if not differs:
+            d, w = _value(curve, 0.5), max(w0, -w1)
+        if cost(d, w, at, (1.0 - s) * h, pressing, i, c) > EVENT * allowed:
+            first, which = s, i
+    return first, which
+
+
+@compiled
+def keep_ends(peak_force: Any, peak_time: Any, f: Any, time: float, hi: int) -> None:
+    """Keep the forces of an instant that are higher than all before."""
+    for i in range(min(hi, peak_force.size)):
+        if f[i + 1] > peak_force[i]:
+            peak_force[i], peak_time[i] = f[i + 1], time
+
+
+@compiled
+def hidden_maximum(f0: Any, r0: Any, f1: Any, r1: Any, peak: Any, h: float, hi: int) -> bool:
+    """Whether a force may have a maximum that matters within a step whose start is not smooth."""
+    for i in range(min(hi, peak.size)):
+        if r1[i + 1] < 0.0 and (r0[i + 1] > 0.0 or f0[i + 1] == 0.0):
+            above = -r1[i + 1] * h
+            if f1[i + 1] + above > peak[i] and above > 1e-12 * f1[i + 1]:
+                return True
+    return False
+
+
+@compiled
+def keep_maxima(
+    u0: Any, v0: Any, a0: Any, r0: Any, u1: Any, v1: Any, a1: Any, r1: Any, f0: Any, f1: Any,
+    peak_force: Any, peak_time: Any, begin: float, h: float, hi: int, c: Any,
+) -> None:  # fmt: skip
+    """The maxima of contact forces within a step."""
+    for i in range(min(hi, peak_force.size)):
+        rise, end_rise, grown = r0[i + 1] * h, r1[i + 1] * h, f1[i + 1] - f0[i + 1]
+        # Rates that are not too large for the change make a cubic that has no maximum.
+        if rise >= 0.0 and end_rise >= 0.0 and max(rise, end_rise) <= 3.0 * grown:
+            continue
+        if rise <= 0.0 and end_rise <= 0.0 and min(rise, end_rise) >= 3.0 * grown:
+            continue
+        reach = max(f0[i + 1], f1[i + 1]) + max(abs(rise), abs(end_rise))
+        if reach > peak_force[i]:
+            force, s = highest(u0, v0, a0, r0, u1, v1, a1, r1, i, h, c)
+            if reach >= force > peak_force[i]:
+                peak_force[i], peak_time[i] = force, begin + s * h
+
+
+@compiled
+def start_modes(u: Any, v: Any, on: Any, c: Any) -> bool:
+    """Modes at the start; returns whether a contact begins with a closing speed."""
+    fresh = False
+    for i in range(on.size):
+        d, w = u[i] - u[i + 1] - c.gap[i], v[i] - v[i + 1]
+        on[i] = 0.0
+        if c.stiffness[i] > 0.0 and (d > 0.0 or (d == 0.0 and w >= 0.0)):
+            on[i] = 1.0
+            fresh = fresh or (d == 0.0 and w > 0.0)
+    return fresh
