@@ -174,13 +174,14 @@ def test_tables_are_those_of_this_machine_by_one_process_for_lammps_on_each_work
 
 
 @pytest.mark.slow
-def test_workers_measure_scenes_with_terms(two: str) -> None:
+def test_workers_measure_scenes_with_terms(two: tuple[str, Workers]) -> None:
     """Segments of a scene file go along to them."""
+    address, _ = two
     chain = read_chain({**STEEL, "granules": 8, "segments": [{"granules": 4}, {"granules": 4}]})
     scene = hc.Scene(chain, hc.Striker(1.0), wall=hc.Wall("rigid"))
     vary = {"chain.segments.2.density": "1000:8000:4", "wall.kind": "rigid,same"}
     here, there = (
-        hc.sweep(scene, vary, rtol=1e-4, peaks=True, scheduler=one) for one in (None, two)
+        hc.sweep(scene, vary, rtol=1e-4, peaks=True, scheduler=one) for one in (None, address)
     )
     assert here.count().failed == 0
     assert_same(there, here)
