@@ -112,7 +112,10 @@ BAD_SCENES: list[tuple[Changes, tuple[str, ...]]] = [
     ({"run.steps": "3"}, ("run.steps", "3", "unknown key, allowed are end_time")),
     (
         {"walls.left": "true"},
-        ("walls", "allowed are the sections chain, precompression, run, shock, striker, wall"),
+        (
+            "walls",
+            "allowed are the sections chain, contact, precompression, run, shock, striker, wall",
+        ),
     ),
     *(({key: None}, (key, "missing")) for key in SCENE if key != "shock.momentum_ratio"),
     ({"shock.momentum_ratio": None}, ("momentum_ratio or rise_time", "exactly one")),

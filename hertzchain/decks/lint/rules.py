@@ -21,7 +21,6 @@ from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.damping import BEFORE_ROOT_2, tsuji
 from hertzchain.errors import HertzchainError
 from hertzchain.files import read_bytes
-from hertzchain.theory.restitution import of_ratio
 
 Severity = Literal["error", "warning", "note"]
 
@@ -212,12 +211,13 @@ def _restitution(law: Law, damping: str, value: float, other: Severity) -> Found
             " lower than those of Hertz's law"
         )
         yield law.command, "note", text
-        pulls = "limit_damping" not in law.command.words
-        ratio = tsuji(value, root_2=False) / math.sqrt(5) if damping == "tsuji" else None
-        if 0 < value < 1 and ratio is not None:
+        if damping == "tsuji" and 0 < value < 1:
+            from hertzchain.theory.restitution import of_ratio  # loads NumPy
+
+            pulls = "limit_damping" not in law.command.words
+            given = of_ratio(tsuji(value, root_2=False) / math.sqrt(5), pulls)
             text = (
-                f"damping tsuji with {value:g} gives a restitution of"
-                f" {of_ratio(ratio, pulls):.3g} in LAMMPS {BEFORE_ROOT_2}, and another in later"
+                f"damping tsuji with {value:g} gives a restitution of {given:.3g} in LAMMPS {BEFORE_ROOT_2}, and another in later"
                 f" ones: hertzchain restitution {value:g} lists what to write"
             )
             yield law.command, other, text
