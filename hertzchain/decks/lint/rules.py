@@ -218,7 +218,8 @@ def _restitution(law: Law, damping: str, value: float, other: Severity) -> Found
             given = of_ratio(tsuji(value, root_2=False) / math.sqrt(5), pulls)
             text = (
                 f"damping tsuji with {value:g} gives a restitution of {given:.3g} in LAMMPS"
-                f" {BEFORE_ROOT_2}, and another in later ones: hertzchain restitution {value:g} lists what to write"
+                f" {BEFORE_ROOT_2}, and another in later ones: hertzchain restitution {value:g}"
+                " lists what to write"
             )
             yield law.command, other, text
 
