@@ -19,6 +19,7 @@ from hertzchain.engines.native.kernels import (
     ONE,
     _applied_force,
     _applied_force_rate,
+    _curvature,
     _hermite,
     _slope,
     _value,
@@ -251,15 +252,7 @@ def highest(
 def _rises(curve: Any, s: float, h: float, i: int, c: Any) -> bool:
     """Whether the force of contact i grows at a place of a step."""
     w = _slope(curve, s) / h
-    return law_rate(_value(curve, s), w, bend_of(curve, s) / (h * h), i, c) > 0.0
-
-
-@compiled
-def bend_of(c: Any, s: float) -> float:
-    """Second derivative of a polynomial of degree 7."""
-    return 2 * c[2] + s * (
-        6 * c[3] + s * (12 * c[4] + s * (20 * c[5] + s * (30 * c[6] + s * 42 * c[7])))
-    )
+    return law_rate(_value(curve, s), w, _curvature(curve, s) / (h * h), i, c) > 0.0
 
 
 @compiled
