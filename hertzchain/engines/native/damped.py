@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 _MOVING = 8
 """Granules that the window of a run starts with."""
 
+_ROUNDED = 1e-14
+"""Products of coefficients that are 0 but for rounding are below; those that are not, far above."""
+
 MOST_STEPS = 100_000_000
 """Steps of a run, at most."""
 
@@ -160,13 +163,15 @@ def _method() -> Method:
     """The coefficients of the method as the kernel takes them."""
     from hertzchain.engines.native.damped_kernel import Method
 
-    rows = np.zeros((DOP853.stages, DOP853.stages))
-    for row, known in zip(rows[1:], DOP853.rows, strict=True):
+    rows = np.zeros((DOP853.stages + 1, DOP853.stages))
+    for row, known in zip(rows[1:], (*DOP853.rows, DOP853.weights), strict=True):
         row[: len(known)] = known
+    squares = rows @ rows[:-1]
+    squares[abs(squares) < _ROUNDED] = 0.0
     return Method(
         np.array(DOP853.nodes),
         rows,
-        np.array(DOP853.weights),
+        squares,
         np.array(DOP853.fifth),
         np.array(DOP853.third),
     )

@@ -26,8 +26,12 @@ from hertzchain.engines.native.kernels import (
     compiled,
 )
 
-FROM_BELOW, PRESSES, PARTS = 0, 1, 8
-"""What is looked for in a contact: a beginning, an end; and the parts in which that is done."""
+PARTS = 8
+"""Parts of a step in which a beginning, an end, or a maximum is looked for."""
+
+_SUMMIT = 1e-12
+"""How fast a force grows where it is highest, over how fast it does beside; and how near in a step
+the place is."""
 
 
 class Contacts(NamedTuple):
@@ -230,29 +234,50 @@ def highest(
     ends.
     """
     curve = septic(u0, v0, a0, r0, u1, v1, a1, r1, i, h, c)
-    force, place, rises = 0.0, 0.0, _rises(curve, 0.0, h, i, c)
+    force, place, rate = 0.0, 0.0, _growth(curve, 0.0, h, i, c)
     for part in range(1, PARTS + 1):
-        rose, rises = rises, _rises(curve, part / PARTS, h, i, c)
-        if not rose or rises:
+        before, rate = rate, _growth(curve, part / PARTS, h, i, c)
+        if not before > 0.0 or rate > 0.0:
             continue
-        low, high = (part - 1) / PARTS, part / PARTS
-        while high - low > 1e-12:
-            s = (low + high) / 2
-            if _rises(curve, s, h, i, c):
-                low = s
-            else:
-                high = s
-        found = law(_value(curve, low), _slope(curve, low) / h, i, c)
+        s = _summit(curve, h, i, (part - 1) / PARTS, part / PARTS, before, rate, c)
+        found = law(_value(curve, s), _slope(curve, s) / h, i, c)
         if found > force:
-            force, place = found, low
+            force, place = found, s
     return force, place
 
 
 @compiled
-def _rises(curve: Any, s: float, h: float, i: int, c: Any) -> bool:
-    """Whether the force of contact i grows at a place of a step."""
+def _growth(curve: Any, s: float, h: float, i: int, c: Any) -> float:
+    """How fast the force of contact i grows at a place of a step."""
     w = _slope(curve, s) / h
-    return law_rate(_value(curve, s), w, _curvature(curve, s) / (h * h), i, c) > 0.0
+    return float(law_rate(_value(curve, s), w, _curvature(curve, s) / (h * h), i, c))
+
+
+@compiled
+def _summit(
+    curve: Any, h: float, i: int, low: float, high: float, at_low: float, at_high: float, c: Any
+) -> float:
+    """Where the force of contact i stops to grow, between low and high, by the method of Illinois.
+
+    At low it grows, at high it does not.
+    """
+    side, enough = 0, _SUMMIT * (at_low - at_high)
+    for _ in range(60):
+        s = (low * at_high - high * at_low) / (at_high - at_low)
+        if not low < s < high:
+            break
+        value = _growth(curve, s, h, i, c)
+        if abs(value) <= enough or high - low <= _SUMMIT:
+            return s
+        if value > 0.0:
+            low, at_low = s, value
+            at_high = at_high / 2 if side == 1 else at_high
+            side = 1
+        else:
+            high, at_high = s, value
+            at_low = at_low / 2 if side == -1 else at_low
+            side = -1
+    return high if at_high == 0.0 else low
 
 
 @compiled

@@ -74,11 +74,15 @@ _SLOW = 1e-3
 
 
 class Method(NamedTuple):
-    """Coefficients of an ``EmbeddedRungeKutta``; shape (stages,), ``rows`` (stages, stages)."""
+    """Coefficients of an ``EmbeddedRungeKutta``; shape (stages,).
+
+    ``rows``, of shape (stages + 1, stages), ends with the weights; ``squares`` is their product
+    with the rows of the stages, which makes displacements of accelerations.
+    """
 
     nodes: FloatArray
     rows: FloatArray
-    weights: FloatArray
+    squares: FloatArray
     fifth: FloatArray
     third: FloatArray
 
@@ -162,10 +166,8 @@ def march(
         np.zeros(granules + 1),
     )  # fmt: skip
     f, power, on = np.zeros(granules + 1), np.zeros(granules), np.zeros(granules)
-    stages = method.nodes.size
-    ku, kv = np.zeros((stages, granules)), np.zeros((stages, granules))
-    rows = np.zeros((stages + 1, stages))
-    rows[:stages], rows[stages] = method.rows, method.weights
+    p0, p1, lost = np.zeros(granules), np.zeros(granules), np.zeros(granules)
+    k, bent = np.zeros((method.nodes.size, granules)), np.zeros(method.rows.shape)
     gained, total = np.zeros(3), np.zeros(3)
     u0[:granules], v0[:granules] = start[0], start[1]
     fresh = start_modes(u0, v0, on, c)
@@ -179,7 +181,7 @@ def march(
     for number in range(legs.shape[0]):
         leg = legs[number]
         end = leg[END]
-        evaluate(u0, v0, a0, f0, r0, power, on, leg, time, hi, c)
+        evaluate(u0, v0, a0, f0, r0, p0, on, leg, time, hi, c)
         keep_ends(peak_force, peak_time, f0, time, hi)
         following = min(following, longest / 4)
         while status == DONE and time < end:
@@ -194,14 +196,15 @@ def march(
                 if fresh and kept < record.time.size and record.time[kept] > time + shortest:
                     h = min(h, record.time[kept] - time)
                 hi = take_step(
-                    u0, v0, u1, v1, f, power, ku, kv, on, rows, method.nodes, method.weights, leg,
-                    time, h, m, hi, c, gained,
+                    u0, v0, a0, f0, p0, u1, v1, f, power, lost, k, on, method.rows, method.squares,
+                    bent, method.nodes, leg, time, h, m, hi, c, gained,
                 )  # fmt: skip
-                evaluations += stages
-                spent += stages * hi
+                evaluations += method.nodes.size
+                spent += method.nodes.size * hi
                 e5, e3, fastest = errors(
-                    v0, v1, kv, method.fifth, method.third, h if m == 1 else h ** (1.0 / m), hi
-                )
+                    v0, v1, k, method.fifth, method.third, h if m == 1 else h ** (1.0 / m), hi,
+                    power, lost,
+                )  # fmt: skip
                 allowed = tolerance * max(fastest, _SLOW)
                 error = error_ratio(e5, e3, allowed * (_STRICTER if fresh else 1.0))
                 if error > 1.0 and h > shortest:
@@ -209,7 +212,7 @@ def march(
                     smooth = h
                     continue
                 after = time + h if h < end - time else end
-                evaluate(u1, v1, a1, f1, r1, power, on, leg, after, hi, c)
+                evaluate(u1, v1, a1, f1, r1, p1, on, leg, after, hi, c)
                 if h > shortest and tried < _RELOCATED:
                     s, which = earliest(
                         u0, v0, a0, f0, r0, u1, v1, a1, f1, r1, on, hi, h, allowed, c
@@ -223,7 +226,7 @@ def march(
                         total[1] += held(u0, which, c) * (2.0 * on[which] - 1.0)
                         on[which] = 1.0 - on[which]
                         fresh = fresh or (on[which] > 0.0 and begins(d, w, which, h, allowed, c))
-                        evaluate(u0, v0, a0, f0, r0, power, on, leg, time, hi, c)
+                        evaluate(u0, v0, a0, f0, r0, p0, on, leg, time, hi, c)
                         keep_ends(peak_force, peak_time, f0, time, hi)
                         continue
                 if fresh and h > shortest and hidden_maximum(f0, r0, f1, r1, peak_force, h, hi):
@@ -233,8 +236,8 @@ def march(
                 break
             begin, time = time, after
             steps += 1
-            for k in range(3):
-                total[k] += gained[k]
+            for item in range(3):
+                total[item] += gained[item]
             if not fresh:
                 keep_maxima(
                     u0, v0, a0, r0, u1, v1, a1, r1, f0, f1, peak_force, peak_time, begin, h, hi, c
@@ -265,12 +268,13 @@ def march(
             _copy(u1, u0, 0, hi)
             _copy(v1, v0, 0, hi)
             if changed:
-                evaluate(u0, v0, a0, f0, r0, power, on, leg, time, hi, c)
+                evaluate(u0, v0, a0, f0, r0, p0, on, leg, time, hi, c)
                 keep_ends(peak_force, peak_time, f0, time, hi)
             else:
                 _copy(a1, a0, 0, hi)
                 _copy(f1, f0, 0, hi + 1)
                 _copy(r1, r0, 0, hi + 1)
+                _copy(p1, p0, 0, hi)
             if was_fresh and not fresh:
                 following = min(following, h)
             if steps >= most_steps:

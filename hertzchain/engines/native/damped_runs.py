@@ -106,8 +106,9 @@ def accurate_enough(
     What the recorder keeps is of that run, which is always the last.
     """
 
-    def integrate(tolerance: float, longest: float) -> Simulated:
-        return simulate_damped(scene, tolerance, longest, deadline, recorder)
+    def integrate(tolerance: float, longest: float, may_be_last: bool) -> Simulated:
+        kept = recorder if may_be_last else None
+        return simulate_damped(scene, tolerance, longest, deadline, kept)
 
     has_gaps = bool((scene.granules.gap > 0).any())
     found = accurate(integrate, rtol, longest_step(scene) / scene.units.time, has_gaps)

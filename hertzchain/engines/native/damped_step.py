@@ -29,39 +29,6 @@ _LEAST = 1e-60
 
 
 @compiled
-def _add_three(
-    total: Any, one: float, j: int, two: float, m: int, three: float, n: int, k: Any, hi: int
-) -> None:
-    for i in range(np.uint64(0), np.uint64(hi)):
-        total[i] += one * k[j, i] + two * k[m, i] + three * k[n, i]
-
-
-@compiled
-def _combine(total: Any, size: float, row: Any, s: int, k: Any, stages: int, hi: int) -> None:
-    """Add the stages with a row of coefficients, three at a time."""
-    first = second = waiting = 0
-    for j in range(stages):
-        if row[s, j] == 0.0:
-            continue
-        if waiting == 2:
-            _add_three(
-                total, size * row[s, first], first, size * row[s, second], second,
-                size * row[s, j], j, k, hi,
-            )  # fmt: skip
-            waiting = 0
-        elif waiting == 1:
-            second, waiting = j, 2
-        else:
-            first, waiting = j, 1
-    if waiting == 2:
-        for i in range(np.uint64(0), np.uint64(hi)):
-            total[i] += size * row[s, first] * k[first, i] + size * row[s, second] * k[second, i]
-    elif waiting == 1:
-        for i in range(np.uint64(0), np.uint64(hi)):
-            total[i] += size * row[s, first] * k[first, i]
-
-
-@compiled
 def _fly(u: Any, v: Any, u0: Any, v0: Any, time: float, hi: int) -> None:
     for i in range(np.uint64(0), np.uint64(hi)):
         u[i] = u0[i] + time * v0[i]
@@ -69,14 +36,59 @@ def _fly(u: Any, v: Any, u0: Any, v0: Any, time: float, hi: int) -> None:
 
 
 @compiled
-def _keep_stage(
-    ku: Any, kv: Any, s: int, v: Any, v0: Any, f: Any, inertia: Any, pull: Any, scale: float,
-    hi: int,
+def _add_four(
+    u: Any, v: Any, k: Any, hi: int, j0: int, j1: int, j2: int, j3: int,
+    of_u: Any, of_v: Any,
 ) -> None:  # fmt: skip
+    u0, u1, u2, u3 = of_u
+    v0, v1, v2, v3 = of_v
     for i in range(np.uint64(0), np.uint64(hi)):
-        ku[s, i] = scale * (v[i] - v0[i])
+        k0, k1, k2, k3 = k[j0, i], k[j1, i], k[j2, i], k[j3, i]
+        u[i] += u0 * k0 + u1 * k1 + u2 * k2 + u3 * k3
+        v[i] += v0 * k0 + v1 * k1 + v2 * k2 + v3 * k3
+
+
+@compiled
+def _combine(
+    u: Any, v: Any, size: float, twice: Any, once: Any, s: int, k: Any, stages: int, hi: int
+) -> None:
+    """Add the stages with rows of coefficients, four at a time; a stage that is left out counts 0.
+
+    ``once`` makes velocities of scaled accelerations, ``twice`` displacements.
+    """
+    square, j = size * size, 0
+    while j < stages:
+        if once[s, j] == 0.0 and twice[s, j] == 0.0:
+            j += 1
+            continue
+        j0, j1, j2, j3, found = j, j, j, j, 1
+        a1 = a2 = a3 = b1 = b2 = b3 = 0.0
+        a0, b0 = size * once[s, j], square * twice[s, j]
+        j += 1
+        while j < stages and found < 4:
+            if once[s, j] != 0.0 or twice[s, j] != 0.0:
+                a, b = size * once[s, j], square * twice[s, j]
+                if found == 1:
+                    j1, a1, b1 = j, a, b
+                elif found == 2:
+                    j2, a2, b2 = j, a, b
+                else:
+                    j3, a3, b3 = j, a, b
+                found += 1
+            j += 1
+        _add_four(u, v, k, hi, j0, j1, j2, j3, (b0, b1, b2, b3), (a0, a1, a2, a3))
+
+
+@compiled
+def _keep_stage(k: Any, s: int, f: Any, inertia: Any, pull: Any, scale: float, hi: int) -> None:
     for i in range(np.uint64(0), np.uint64(hi)):
-        kv[s, i] = scale * ((f[i] - f[i + ONE]) * inertia[i] + pull[i])
+        k[s, i] = scale * ((f[i] - f[i + ONE]) * inertia[i] + pull[i])
+
+
+@compiled
+def _lose(lost: Any, part: float, power: Any, hi: int) -> None:
+    for i in range(np.uint64(0), np.uint64(hi)):
+        lost[i] += part * power[i]
 
 
 @compiled
@@ -88,27 +100,55 @@ def _sum(of: Any, hi: int) -> float:
 
 
 @compiled
+def _bend(bent: Any, rows: Any, nodes: Any, size: float, m: int) -> None:
+    """Coefficients of displacements in t^(1/m): rows times rows, weighted by dt/dtau of stages."""
+    stages = nodes.size
+    for s in range(stages + 1):
+        for j in range(stages):
+            bent[s, j] = 0.0
+        for through in range(1, min(s, stages)):
+            weighted = rows[s, through] * m * (nodes[through] * size) ** (m - 1)
+            if weighted != 0.0:
+                for j in range(through):
+                    bent[s, j] += weighted * rows[through, j]
+
+
+@compiled
 def take_step(
-    u0: Any, v0: Any, u1: Any, v1: Any, f: Any, power: Any, ku: Any, kv: Any, on: Any, rows: Any,
-    nodes: Any, weights: Any, leg: Any, begin: float, h: float, m: int, hi: int, c: Any,
-    gained: Any,
+    u0: Any, v0: Any, a0: Any, f0: Any, power0: Any, u1: Any, v1: Any, f: Any, power: Any,
+    lost: Any, k: Any, on: Any, rows: Any, squares: Any, bent: Any, nodes: Any, leg: Any,
+    begin: float, h: float, m: int, hi: int, c: Any, gained: Any,
 ) -> int:  # fmt: skip
     """Take one step in t^(1/m); returns where the window ends.
 
-    ``gained`` gets the work of the applied force, what was dissipated, and the wall's impulse.
+    The last row of ``rows`` has the weights, ``squares`` is the product of rows and rows, ``bent``
+    a place for that in t^(1/m). ``gained`` gets the work of the applied force, what was dissipated,
+    and the wall's impulse.
     """
-    granules = c.inertia.size
+    granules, stages = c.inertia.size, nodes.size
     size = h if m == 1 else h ** (1.0 / m)
-    stages = nodes.size
+    twice = squares
+    if m > 1:
+        _bend(bent, rows, nodes, size, m)
+        twice = bent
     gained[0], gained[1], gained[2] = 0.0, 0.0, 0.0
-    for s in range(stages + 1):
+    for i in range(granules):
+        lost[i] = 0.0
+    # The first stage is the state itself; in t^(1/m) nothing moves yet.
+    start = 1.0 if m == 1 else 0.0
+    for i in range(np.uint64(0), np.uint64(hi)):
+        k[0, i] = start * a0[i]
+    part = size * rows[stages, 0] * start
+    gained[0] += part * f0[0] * v0[0]
+    gained[2] += part * f0[granules]
+    _lose(lost, part, power0, hi)
+    for s in range(1, stages + 1):
         tau = size if s == stages else nodes[s] * size
         past, scale = tau, 1.0
         if m > 1:
             past, scale = tau**m, m * tau ** (m - 1)
         _fly(u1, v1, u0, v0, past, hi)
-        _combine(u1, size, rows, s, ku, min(s, stages), hi)
-        _combine(v1, size, rows, s, kv, min(s, stages), hi)
+        _combine(u1, v1, size, twice, rows, s, k, min(s, stages), hi)
         if s == stages:
             break
         f[0] = applied(leg, begin + past)
@@ -117,21 +157,29 @@ def take_step(
             grown = min(hi + _AHEAD, granules)
             for j in range(stages):
                 for i in range(hi, grown):
-                    ku[j, i], kv[j, i] = 0.0, 0.0
+                    k[j, i] = 0.0
+            for i in range(hi, grown):
+                power[i] = 0.0
             hi = grown
-        _keep_stage(ku, kv, s, v1, v0, f, c.inertia, c.pull, scale, hi)
-        if weights[s] != 0.0:
-            part = size * weights[s] * scale
+        _keep_stage(k, s, f, c.inertia, c.pull, scale, hi)
+        if rows[stages, s] != 0.0:
+            part = size * rows[stages, s] * scale
             gained[0] += part * f[0] * v1[0]
-            gained[1] += part * _sum(power, hi)
             gained[2] += part * f[granules]
+            _lose(lost, part, power, hi)
+    gained[1] = _sum(lost, hi)
     return hi
 
 
 @_compiled_without_nan
-def errors(v0: Any, v1: Any, kv: Any, fifth: Any, third: Any, size: float, hi: int) -> Any:
-    """The two estimates of the error of the velocities, and the largest velocity."""
-    e5, e3, fastest = 0.0, 0.0, 0.0
+def errors(
+    v0: Any, v1: Any, kv: Any, fifth: Any, third: Any, size: float, hi: int, by5: Any, by3: Any
+) -> Any:
+    """The two estimates of the error of the velocities, and the largest velocity.
+
+    ``by5`` and ``by3``, shape (granules,), are filled with the estimates of each granule: sums are
+    made by vector instructions in a short window too, maxima are not.
+    """
     f0, f5, f6, f7 = fifth[0], fifth[5], fifth[6], fifth[7]
     f8, f9, f10, f11 = fifth[8], fifth[9], fifth[10], fifth[11]
     t0, t5, t6, t7 = third[0], third[5], third[6], third[7]
@@ -139,10 +187,12 @@ def errors(v0: Any, v1: Any, kv: Any, fifth: Any, third: Any, size: float, hi: i
     for i in range(np.uint64(0), np.uint64(hi)):
         k0, k5, k6, k7 = kv[0, i], kv[5, i], kv[6, i], kv[7, i]
         k8, k9, k10, k11 = kv[8, i], kv[9, i], kv[10, i], kv[11, i]
-        five = f0 * k0 + f5 * k5 + f6 * k6 + f7 * k7 + f8 * k8 + f9 * k9 + f10 * k10 + f11 * k11
-        three = t0 * k0 + t5 * k5 + t6 * k6 + t7 * k7 + t8 * k8 + t9 * k9 + t10 * k10 + t11 * k11
-        e5 = _larger(e5, abs(five))
-        e3 = _larger(e3, abs(three))
+        by5[i] = f0 * k0 + f5 * k5 + f6 * k6 + f7 * k7 + f8 * k8 + f9 * k9 + f10 * k10 + f11 * k11
+        by3[i] = t0 * k0 + t5 * k5 + t6 * k6 + t7 * k7 + t8 * k8 + t9 * k9 + t10 * k10 + t11 * k11
+    e5, e3, fastest = 0.0, 0.0, 0.0
+    for i in range(np.uint64(0), np.uint64(hi)):
+        e5 = _larger(e5, abs(by5[i]))
+        e3 = _larger(e3, abs(by3[i]))
         fastest = _larger(fastest, _larger(abs(v0[i]), abs(v1[i])))
     return size * e5, size * e3, fastest
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -303,7 +302,15 @@ def test_the_bound_is_above_the_error(rtol: float) -> None:
         chain, rows, start = random_chain(seed, 8)
         longest = longest_of(chain)
         true = integrate_damped(chain, rows, start, 1e-12, longest)
-        integrate = partial(integrate_damped, chain, rows, start)
+
+        def integrate(
+            tolerance: float,
+            longest: float,
+            may_be_last: bool,  # noqa: ARG001 - nothing is recorded
+            given: tuple[Damped, Floats, Floats] = (chain, rows, start),
+        ) -> Simulated:
+            return integrate_damped(*given, tolerance, longest)
+
         found = accurate(integrate, rtol, longest, bool((chain.gap > 0).any()))
         assert found.bound <= rtol
         assert error_of(found.run.peak_force, true.peak_force) <= found.bound
