@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.observables import hermite
+from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.samples import Samples
 
 
@@ -53,10 +54,14 @@ def wanted_times(record: ArrayLike, end_time: float) -> FloatArray:
 class Recorder:
     """Fills a history from samples, at wanted times that increase, in the units of the samples.
 
-    Where there is a wall its contact is the last.
+    Where there is a wall its contact is the last. ``law`` is that of damped contacts, if they are,
+    in the units of the samples.
     """
 
-    def __init__(self, time: Array, granules: int, wall: bool = False) -> None:
+    def __init__(
+        self, time: Array, granules: int, wall: bool = False, law: DampedLaw | None = None
+    ) -> None:
+        self._law = law
         self.time = np.asarray(time)
         self.displacement = np.full((self.time.size, granules), np.nan)
         self.velocity = np.full((self.time.size, granules), np.nan)
@@ -74,13 +79,32 @@ class Recorder:
         curve = _interpolant(samples.granule_derivatives, at, h)
         self.displacement[wanted] = hermite.evaluate(curve, s)
         self.velocity[wanted] = hermite.evaluate(hermite.derivative(curve), s) / h
-        overlap = hermite.evaluate(_interpolant(samples.overlap_derivatives, at, h), s)
+        curve = _interpolant(samples.overlap_derivatives, at, h)
+        overlap = hermite.evaluate(curve, s)
+        if self._law is not None:
+            rate = hermite.evaluate(hermite.derivative(curve), s) / h
+            self.contact_force[wanted] = self._damped(samples, at, overlap, rate)
+            return
         later = samples.overlap[at + 1] > samples.overlap[at]
         pressed = np.where(later, samples.overlap[at + 1], samples.overlap[at])
         force = np.where(later, samples.contact_force[at + 1], samples.contact_force[at])
         touching = (pressed > 0) & (overlap > 0)
         ratio = np.where(touching, overlap, 0) / np.where(touching, pressed, 1)
         self.contact_force[wanted] = force * ratio * np.sqrt(ratio)
+
+    def _damped(self, samples: Samples, at: NDArray[np.intp], overlap: Array, rate: Array) -> Array:
+        """Forces of damped contacts: those of the sample pressed harder, times the law's ratio."""
+        assert self._law is not None
+        derivatives = samples.overlap_derivatives
+        later = samples.contact_force[at + 1] > samples.contact_force[at]
+        force, deep, closing = (
+            np.where(later, values[at + 1], values[at])
+            for values in (samples.contact_force, derivatives[0], derivatives[1])
+        )
+        expected = self._law.force(deep, closing)
+        sure = (force > 0) & (expected > 0)
+        scale = np.where(sure, force, 1.0) / np.where(sure, expected, 1.0)
+        return np.asarray(scale * self._law.force(overlap, rate))
 
     def history(
         self, time: FloatArray, length: float = 1.0, velocity: float = 1.0, force: float = 1.0

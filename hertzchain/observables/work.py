@@ -41,7 +41,7 @@ def wall_impulse(samples: Samples) -> float:
     pressed = np.where(later, overlap[1:], overlap[:-1])
     known = np.where(later, force[1:], force[:-1])
     touching = (pressed > 0) & (known > 0)
-    open_at = _openings(curve, touching & (np.minimum(overlap[1:], overlap[:-1]) < 0), later)
+    open_at = openings(curve, touching & (np.minimum(overlap[1:], overlap[:-1]) < 0), later)
     begin = np.where(later, open_at, 0.0)
     length = np.where(later, 1.0, open_at) - begin
     total = 0.0
@@ -58,8 +58,8 @@ def wall_impulse(samples: Samples) -> float:
     return total
 
 
-def _openings(curve: Any, crossing: Any, later: Any) -> Any:
-    """Where in [0, 1] overlaps pass 0, if they do, shape (intervals,).
+def openings(curve: Any, crossing: Any, later: Any) -> Any:
+    """Where in [0, 1] overlaps that are ``crossing`` pass 0, shape (intervals,).
 
     Otherwise 0 where the end of the interval has the larger overlap, and 1 where the start has it.
     """

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.engines.native import METHODS, Simulation, simulate
+from hertzchain.engines.native import METHODS, Simulation, simulate, simulate_damped_verlet
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.peaks import judged_contacts, largest_difference
@@ -73,7 +73,7 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
     scene, units = result.scene, result.scene.units
     legs = scene.schedule(result.dt)
     deadline = Deadline(time_limit)
-    twin = simulate(scene, legs, VELOCITY_VERLET, deadline=deadline)
+    twin = _verlet(scene, legs, deadline)
     step = result.dt / scene.contact_time
     lost = result.lost_digits.bound if result.lost_digits is not None else 0.0
     between = SAME_STEPS_PEAKS * max(1.0, 0.01 / step) + LONG_STEPS_PEAKS * step**4
@@ -112,6 +112,17 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
     return checks
 
 
+def _verlet(
+    scene: Scene, legs: Sequence[Leg], deadline: Deadline, start: FloatArray | None = None
+) -> Simulation:
+    """Native velocity Verlet; a start other than rest moves all granules."""
+    if scene.contact is not None:
+        return simulate_damped_verlet(scene, legs, deadline, start=start)
+    return simulate(
+        scene, legs, VELOCITY_VERLET, window=start is None, deadline=deadline, start=start
+    )
+
+
 def _farthest_peak(peak_force: FloatArray, expected: FloatArray) -> int:
     """The contact, by the paper's number, whose peak differs most of those that are judged."""
     judged = judged_contacts(expected)
@@ -128,10 +139,7 @@ def _grown(
     nudge = lost * float(np.max(twin.peaks.force)) ** (2 / 3)
     start = np.zeros((2, scene.chain.granules))
     start[0] = nudge * np.random.default_rng(0).uniform(-1, 1, scene.chain.granules)
-    nudged, other = (
-        simulate(scene, legs, VELOCITY_VERLET, window=False, deadline=deadline, start=each)
-        for each in (start, -start)
-    )
+    nudged, other = (_verlet(scene, legs, deadline, each) for each in (start, -start))
     return (
         _largest(nudged.state.displacement, other.state.displacement),
         _largest(nudged.state.velocity, other.state.velocity),

@@ -26,6 +26,7 @@ from hertzchain.scene.validity import (
 )
 
 _READING_INTERVAL = 0.3  # natural time units at steps of 0.01: 7e-9 of a peak; goes as 1 / dt
+_DAMPED_INTERVAL = 0.1  # natural time units between readings of damped contacts: see ``step_error``
 _RECORDING_INTERVAL = 0.1  # natural time units; at 0.3 opening contacts leave 5e-5 in velocities
 _KINK_PER_STEP = 0.02  # of a peak, over the square of a step that is asked for [natural units]
 _READINGS_PER_RAMP = 8  # at least, if there are so many steps: the work of a short pulse needs them
@@ -35,6 +36,8 @@ STABLE = 2.0  # largest product of step and frequency of velocity Verlet: see ``
 _ERRATIC_STEP = 0.05  # natural time units; above, opening contacts may hide the error of two runs
 _PILOT_STEP = 0.04  # natural time units; first of the runs that find the step for a wanted error
 _COARSEST_STEP = 0.065  # natural time units; first of three runs to be extrapolated, for 1e-6
+_COARSEST_DAMPED_STEP = 0.004  # the same for damped contacts
+_UNSTABLE = 0.5  # of the longest stable step, at most where a step is chosen for damped contacts
 
 Simulate = Callable[[Sequence[Leg], Sequence[int], FloatArray | None], Simulation]
 """Runs a scene once: legs, steps between two readings on each, wanted times of a history."""
@@ -125,7 +128,7 @@ def peaks_alone(
         return found.peaks.force, found.steps
     halved = tuple(replace(leg, steps=2 * leg.steps) for leg in legs)
     finer = runner.simulate(halved, [2 * stride for stride in strides])
-    return step_error.extrapolate(found, finer)[0], found.steps + finer.steps
+    return step_error.extrapolate(found, finer, runner.order)[0], found.steps + finer.steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +150,11 @@ class _Runner:
     scene: Scene
     once: Simulate
     steps: Steps
+
+    @property
+    def order(self) -> int:
+        """Of velocity Verlet: damping takes velocities of half a step before."""
+        return 2 if self.scene.contact is None else 1
 
     def answer(self) -> _Answer:
         return self._extrapolated() if self.steps.extrapolated else self._plain()
@@ -170,10 +178,7 @@ class _Runner:
         def peaks_at(dt: float) -> FloatArray:
             return self._rough_peaks(self.scene.schedule(dt))
 
-        unit = self.scene.contact_time
-        dt = self.steps.dt or error_bound.second_order_step(
-            peaks_at, _PILOT_STEP * unit, self.steps.rtol
-        )
+        dt = self.steps.dt or self._step_for(peaks_at)
         for _ in range(_TRIES):
             legs = self.scene.schedule(dt)
             strides = [self.stride(leg, recording=False) for leg in legs]
@@ -183,15 +188,16 @@ class _Runner:
             error = by_steps + step_error.interpolation_error(self.scene, legs, strides) + lost
             if self._is_enough(by_steps, error, lost):
                 break
-            dt *= max(0.25, 0.9 * math.sqrt(self.steps.rtol / error))
+            dt *= max(
+                0.25 if self.order == 2 else 0.05,
+                0.9 * (self.steps.rtol / error) ** (1 / self.order),
+            )
         return _Answer(run, run.peaks.force, run.peaks.time, run.steps, error, lost)
 
     def _extrapolated(self) -> _Answer:
         """Extrapolate from two runs, read at the same times; a third says how good that is."""
-        # Of fourth order; longer steps than that are no use to an extrapolation.
-        wanted = min(_COARSEST_STEP * math.pow(self.steps.rtol / 1e-6, 1 / 4), 0.4)
         legs = self.scene.schedule(
-            wanted * self.scene.contact_time if self.steps.dt is None else 4 * self.steps.dt
+            self._coarsest_step() if self.steps.dt is None else 4 * self.steps.dt
         )
         strides = [self.stride(leg, recording=False) for leg in legs]
         runs: list[Simulation] = []
@@ -201,15 +207,37 @@ class _Runner:
             runs = [*runs[-2:], self.simulate(finer, apart)]
             if len(runs) < 3:
                 continue
-            before, after = (step_error.extrapolate(*pair) for pair in itertools.pairwise(runs))
+            before, after = (
+                step_error.extrapolate(*pair, self.order) for pair in itertools.pairwise(runs)
+            )
             difference = largest_difference(before[0], after[0], ESTIMATED)
             by_steps = step_error.extrapolation_error(self.scene, finer, difference, runs[2].peaks)
             by_steps += step_error.rival_error(runs[2].peaks, after[0])
-            lost = (4 * runs[2].round_off(self.scene) + runs[1].round_off(self.scene)) / 3
+            grows, lost = 2**self.order, runs[1].round_off(self.scene)
+            lost = (grows * runs[2].round_off(self.scene) + lost) / (grows - 1)
             error = by_steps + step_error.interpolation_error(self.scene, finer, apart) + lost
             if self._is_enough(by_steps, error, lost):
                 break
         return _Answer(runs[2], *after, runs[1].steps + runs[2].steps, error, lost)
+
+    def _step_for(self, peaks_at: Callable[[float], FloatArray]) -> float:
+        """The step [s] for the wanted error, by trials."""
+        pilot = _PILOT_STEP * self.scene.contact_time
+        if self.scene.contact is None:
+            return error_bound.second_order_step(peaks_at, pilot, self.steps.rtol)
+        longest = _UNSTABLE * error_bound.stable_step(self.scene, STABLE)
+        step = error_bound.first_order_step(
+            self.scene, peaks_at, min(pilot, longest), self.steps.rtol
+        )
+        return min(step, longest)
+
+    def _coarsest_step(self) -> float:
+        """The first of the steps to be extrapolated [s]; longer ones are no use to that."""
+        unit, part = self.scene.contact_time, self.steps.rtol / 1e-6
+        if self.scene.contact is None:  # of fourth order
+            return min(_COARSEST_STEP * math.pow(part, 1 / 4), 0.4) * unit
+        longest = _UNSTABLE * error_bound.stable_step(self.scene, STABLE)
+        return min(min(_COARSEST_DAMPED_STEP * math.sqrt(part), 0.2) * unit, longest)
 
     def _is_enough(self, by_steps: float, error: float, lost: float) -> bool:
         """Whether shorter steps are not wanted, or no help beside what round-off costs."""
@@ -234,6 +262,8 @@ class _Runner:
     def _longest_stride(self, leg: Leg) -> int:
         """Steps between readings, which cost what round-off does, or 0.1 of the wanted error."""
         unit = self.scene.contact_time
+        if self.scene.contact is not None:
+            return max(1, int(min(leg.steps, self._damped_interval * unit / leg.dt)))
         interval = _READING_INTERVAL * math.pow(0.01 * unit / leg.dt, 1 / 8)
         if self.steps.dt is None:
             interval = min(
@@ -245,15 +275,29 @@ class _Runner:
             interval = min(interval, math.pow(error / step_error.KINK, 1 / 3.5))
         return max(1, int(min(leg.steps, interval * unit / leg.dt)))
 
+    @property
+    def _damped_interval(self) -> float:
+        """Natural time units between readings of damped contacts, at most."""
+        if self.steps.dt is not None:
+            return _DAMPED_INTERVAL
+        wanted = math.pow(0.1 * self.steps.rtol / step_error.DAMPED_INTERPOLATION, 1 / 5)
+        return min(_DAMPED_INTERVAL, wanted)
+
     def _step_error(self, legs: Sequence[Leg], peaks: PeakWatch) -> float:
         """Bound of what the steps cost the peaks, as a fraction."""
-        others = [error_bound.coarser_run(legs, error_bound.stable_step(self.scene, STABLE))]
+        stable, rising = error_bound.stable_step(self.scene, STABLE), peaks.any_rising
+        if self.scene.contact is not None:
+            runs = error_bound.first_order_runs(legs, stable)
+            return error_bound.first_order_safety(self.scene, rising) * self._largest(runs, peaks)
+        others = [error_bound.coarser_run(legs, stable)]
         longest = max(leg.dt for leg in legs) / self.scene.contact_time
-        rising = peaks.any_rising
         if longest > _ERRATIC_STEP or rising or error_bound.amplifies_errors(self.scene):
             others.append(error_bound.finer_run(legs))
-        error = max(
+        return error_bound.second_order_safety(longest, rising) * self._largest(others, peaks)
+
+    def _largest(self, others: Sequence[error_bound.SecondRun], peaks: PeakWatch) -> float:
+        """The largest estimate of the error that runs with other steps give."""
+        return max(
             other.factor * largest_difference(self._rough_peaks(other.legs), peaks.force, ESTIMATED)
             for other in others
         )
-        return error_bound.second_order_safety(longest, rising) * error

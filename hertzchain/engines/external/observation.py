@@ -14,6 +14,8 @@ from hertzchain.engines.external.readings import FREE
 from hertzchain.engines.external.rescaling import Softening, round_off
 from hertzchain.engines.external.terms import wall_position
 from hertzchain.errors import OverlapTooLarge, RunFailed
+from hertzchain.observables.damped_law import DampedLaw
+from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import PeakWatch
@@ -43,8 +45,10 @@ class Observation:
         self.legs = [made.leg(leg) for leg in legs]  # as the code is given them
         granules, wall = scene.chain.granules, scene.wall is not None
         self._fastest = _fastest(scene)
-        self._peaks = PeakWatch(granules - 1 + wall)
-        self._recorder = None if times is None else Recorder(times, granules, wall)
+        self._law = None if scene.contact is None else DampedLaw.of(scene)
+        self._damped = None if self._law is None else DampedWatch(self._law, wall)
+        self._peaks = self._damped or PeakWatch(granules - 1 + wall)
+        self._recorder = None if times is None else Recorder(times, granules, wall, self._law)
         self._work = self._wall_impulse = 0.0
         self._held = FREE
         self._samples: Samples | None = None
@@ -59,8 +63,10 @@ class Observation:
                 " version with it"
             )
         self._at_rest = at_rest
+        made = self._made.scene(self._scene)
         if not self._scene.is_plain:
-            self._held = _held(self._made.scene(self._scene))
+            self._held = _held(made)
+        self._law_given = None if made.contact is None else DampedLaw.of(made)
 
     def update(
         self,
@@ -81,18 +87,23 @@ class Observation:
             raise diverged(self.code)
         leg = self._legs[number]
         leg_given = self.legs[number]
-        seen = readings.samples(time, arrays, self._at_rest, leg_given, self._held, wall_force)
+        seen = readings.samples(
+            time, arrays, self._at_rest, leg_given, self._held, wall_force, self._law_given
+        )
         self._refuse_second_neighbours(seen)
         samples = self._made.true(seen)
         if self._samples is None:
             before = arrays[0, 1] / self._made.time
-            self._work = self._energy(samples.contact_force[0], samples.overlap[0], before)
+            self._work = self._energy(samples, 0, before)
         if np.max(np.abs(samples.velocity)) > 2 * self._fastest:
             raise diverged(self.code)
-        self._peaks.update(samples)
+        if self._damped is None:
+            self._peaks.update(samples)
+        else:
+            self._damped.update(samples, leg.dt / 2)
         if leg.ramp is not None:
             self._work += float(work_done(samples, leg.ramp))
-        if wall_force is not None:
+        if wall_force is not None and self._damped is None:
             self._wall_impulse += wall_impulse(samples)
         if self._recorder is not None:
             self._recorder.update(samples)
@@ -127,14 +138,21 @@ class Observation:
     def _balance(self, samples: Samples) -> Balance:
         """Momentum and energy from the masses, velocities, forces and overlaps of the code."""
         mass, velocity, scene = self._at_rest.mass, self._velocity, self._scene
-        energy = self._energy(samples.contact_force[-1], samples.overlap[-1], velocity)
+        energy = self._energy(samples, -1, velocity)
         if scene.precompression is not None:
             energy -= float(np.sum(scene.granules.constant_force * samples.displacement[-1]))
         momentum = float(np.sum(mass * velocity))
-        return Balance(scene.given_impulse - self._wall_impulse, momentum, self._work, energy)
+        given = scene.given_impulse
+        if self._damped is None:
+            return Balance(given - self._wall_impulse, momentum, self._work, energy)
+        impulse, lost = given - self._damped.wall_impulse, self._damped.dissipated
+        return Balance(impulse, momentum, self._work, energy, lost)
 
-    def _energy(self, force: FloatArray, overlap: FloatArray, velocity: FloatArray) -> float:
+    def _energy(self, samples: Samples, which: int, velocity: FloatArray) -> float:
         """Of motion and of contacts, from forces, overlaps and velocities at one time [J]."""
+        force, overlap = samples.contact_force[which], samples.overlap[which]
+        if self._law is not None:
+            force = force - self._law.damper(overlap, samples.overlap_derivatives[1][which])
         pressed = np.maximum(overlap, 0.0)
         kinetic = 0.5 * np.sum(self._at_rest.mass * velocity**2)
         return float(kinetic + 0.4 * np.sum(force * pressed))

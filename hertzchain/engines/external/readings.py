@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
+from hertzchain.observables.damped_law import DampedLaw, true_forces
 from hertzchain.observables.samples import Samples, closing
 from hertzchain.scene.schedule import Leg
 
@@ -78,11 +79,13 @@ def samples(
     leg: Leg,
     held: Held = FREE,
     wall_force: FloatArray | None = None,
+    law: DampedLaw | None = None,
 ) -> Samples:
     """Successive readings on a leg as samples, whose derivatives are those of the positions.
 
     The readings, at least two: times [s], shape (readings,), and positions [m], velocities [m/s]
-    and net forces [N] along the chain, shape (readings, 3, granules).
+    and net forces [N] along the chain, shape (readings, 3, granules). ``law`` is that of damped
+    contacts, if they are.
 
     Velocity Verlet's velocities and accelerations are not: they are the central differences of
     its positions over a step, so they differ from the derivatives by dt^2/6 times the third and
@@ -106,6 +109,8 @@ def samples(
         overlap=overlap,
         contact_force=contact_force,
     )
+    if law is not None:
+        return true_forces(known, law, leg)  # errors of the derivatives are of a higher order
     return _with_true_derivatives(known, at_rest.mass, leg)
 
 

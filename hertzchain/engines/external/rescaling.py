@@ -20,7 +20,7 @@ from hertzchain.observables.samples import Samples
 from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.terms import Striker
+from hertzchain.scene.terms import Contact, Striker
 
 TOLERABLE = 1e-9  # predicted loss, of the peaks, up to which a scene is computed as it stands
 _DEEPEST = 0.8  # radii; deepest overlap expected: two that add up to 2 let second neighbours touch
@@ -64,7 +64,21 @@ class Softening:
         gap = _times(self.length, scene.chain.gap)
         modulus = self._modulus(scene.chain.young_modulus)
         chain = replace(scene.chain, young_modulus=modulus, gap=gap)
-        return Scene(chain, shock, run, wall, pressed)
+        return Scene(chain, shock, run, wall, pressed, self._contact(scene.contact))
+
+    def _contact(self, contact: Contact | None) -> Contact | None:
+        """Damping that takes as much of the similar motion: restitution is a ratio of velocities.
+
+        A relaxation time is a time, and a dashpot takes a force, which stays, from a velocity.
+        """
+        if contact is None:
+            return None
+        relaxation, coefficient = contact.relaxation_time, contact.coefficient
+        return replace(
+            contact,
+            relaxation_time=None if relaxation is None else self.time * relaxation,
+            coefficient=None if coefficient is None else coefficient / self.time,
+        )
 
     def _modulus(self, young_modulus: Any) -> Any:
         return None if young_modulus is None else _times(1 / 8.0**self.power, young_modulus)

@@ -2,6 +2,7 @@
 
 from hertzchain.engines.native.backend import METHODS, Native
 from hertzchain.engines.native.batch import Batch, peak_forces, similar_peak_forces
+from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.native.in_numpy import simulate_in_numpy
 from hertzchain.engines.native.simulation import Simulation, simulate
 
@@ -13,5 +14,6 @@ __all__ = [
     "peak_forces",
     "similar_peak_forces",
     "simulate",
+    "simulate_damped_verlet",
     "simulate_in_numpy",
 ]

@@ -23,11 +23,14 @@ from hertzchain.engines.native.refinement import Fixed, Refined, Walker
 from hertzchain.engines.native.simulation import Simulation, simulate
 from hertzchain.errors import POSITIVE, is_positive, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
+from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import (
     SHORT,
     amplifies_errors,
     coarser_run,
     finer_run,
+    first_order_runs,
+    first_order_safety,
     refuse_meaningless,
     refuse_unstable,
     second_order_safety,
@@ -156,8 +159,10 @@ class Native:
             allowed = "must not be given with peaks_only, which leaves granules behind"
             require(not self.peaks_only, "record", record, allowed)
             times = wanted_times(record, scene.end_time)
-            wall = scene.wall is not None
-            recorder = Recorder(times / scene.units.time, scene.chain.granules, wall)
+            wall, law = scene.wall is not None, None
+            if scene.contact is not None:
+                law = DampedLaw.of(scene).in_units(scene.units)
+            recorder = Recorder(times / scene.units.time, scene.chain.granules, wall, law)
         if scene.contact is not None:
             method, dt, run, error = self._damped(scene, recorder, deadline)
         else:
@@ -220,15 +225,39 @@ class Native:
         """Method, longest step [s], run and its error for damped contacts."""
         from hertzchain.engines.native import damped_runs
 
-        for key in ("method", "dt"):
-            value = getattr(self, key)
-            allowed = "must be left out for damped contacts, whose method takes steps of its own"
-            require(value is None or value == "reference", key, value, allowed)
+        if self.method == "velocity-verlet":
+            return self._damped_verlet(scene, recorder, deadline)
+        names = "must be velocity-verlet or left out for damped contacts"
+        require(self.method in (None, "reference"), "method", self.method, names)
+        allowed = "must be left out for damped contacts, or stand with method velocity-verlet"
+        require(self.dt is None, "dt", self.dt, allowed)
         tightest = plans.TIGHTEST if self.method == "reference" else RTOL
         rtol = tightest if self.rtol is None else self.rtol
         run, error = damped_runs.accurate_enough(scene, rtol, deadline, recorder)
         refuse_meaningless("native", error, too_long=False)
         return damped_runs.METHOD, damped_runs.longest_step(scene), run, error
+
+    def _damped_verlet(
+        self, scene: Scene, recorder: Recorder | None, deadline: Deadline
+    ) -> tuple[str, float, Simulation, float]:
+        """As ``_damped``, by velocity Verlet with the step asked for."""
+        from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
+
+        name = "velocity-verlet"
+        method = METHODS[name]
+        dt = self.dt if self.dt is not None else method.step * scene.contact_time
+        legs = scene.schedule(dt)
+        refuse_unstable(scene, legs, method.interval, name)
+        run = simulate_damped_verlet(scene, legs, deadline, recorder)
+        longest, error = max(leg.dt for leg in legs), 0.0
+        for other in first_order_runs(legs, stable_step(scene, method.interval)):
+            peaks = simulate_damped_verlet(scene, other.legs, deadline).peaks.force
+            difference = largest_difference(peaks, run.peaks.force, ESTIMATED)
+            error = max(error, other.factor * difference)
+        error = first_order_safety(scene, run.peaks.any_rising) * error
+        error += plans.round_off(run.evaluations)
+        refuse_meaningless("native", error, longest > SHORT * scene.contact_time)
+        return name, longest, run, error
 
     def _accurate_enough(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline

@@ -1,0 +1,137 @@
+"""Scenes with damped contacts by velocity Verlet, at the steps that are asked for."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native.damped_runs import damped_contacts
+from hertzchain.engines.native.simulation import End, Peaks, Simulation, leg_rows, start_of
+from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
+from hertzchain.observables.damped_law import DampedLaw, true_forces
+from hertzchain.observables.damped_watch import DampedWatch
+from hertzchain.observables.error_bound import diverged
+from hertzchain.observables.history import Recorder
+from hertzchain.observables.samples import Samples, closing
+from hertzchain.observables.work import work_done
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+_INTERVAL = 0.05
+"""Natural time units between two samples, at most (chosen: see ``DampedWatch``)."""
+
+_SAMPLES_PER_RAMP = 8
+"""At least, if there are so many steps: the work of a short pulse needs them (chosen)."""
+
+_BLOCK = 256
+"""Samples looked at together (chosen)."""
+
+
+def simulate_damped_verlet(
+    scene: Scene,
+    legs: Sequence[Leg],
+    deadline: Deadline | None = None,
+    recorder: Recorder | None = None,
+    start: FloatArray | None = None,
+) -> Simulation:
+    """Integrate a scene with damped contacts by velocity Verlet on given legs [s, N].
+
+    The damping of a step takes velocities of half a step before, as LAMMPS forms it. The recorder,
+    if there is one, has natural units. ``start`` is displacement and velocity added to those of the
+    scene, natural units, shape (2, granules). Raises StepUnstable if the motion diverges,
+    TooExpensive if the run has taken longer than the deadline, an hour by default.
+    """
+    from hertzchain.engines.native.damped_verlet_kernel import Contacts, take_steps
+
+    deadline = deadline or Deadline(TIME_LIMIT)
+    granules, chain = scene.chain.granules, damped_contacts(scene)
+    refuse_memory(8.0 * granules * 20 * _BLOCK)
+    contacts = chain.stiffness.size
+    made = Contacts(
+        _padded(chain.stiffness, granules),
+        _padded(chain.damping, granules),
+        _padded(chain.gap, granules),
+        np.ascontiguousarray(chain.inertia, np.float64),
+        np.ascontiguousarray(chain.pull, np.float64),
+        round(4 * chain.exponent),
+        chain.attraction,
+    )
+    law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
+    watch, mass = DampedWatch(law, chain.wall), 1 / made.inertia
+    u, v, f, a = (np.zeros(granules + 1) for _ in range(4))
+    own = start_of(scene)
+    for given in (own, start):
+        if given is not None and given.size:
+            u[:granules] += given[0]
+            v[:granules] += given[1]
+    work = _energy(law, mass, u, v, made.gap)
+    steps = 0
+    rows, unit = leg_rows(legs, scene.units), scene.units
+    for leg, row in zip(legs, rows, strict=True):
+        stride = _stride(scene, leg)
+        natural = leg.in_units(unit.time, unit.force)
+        for done, last in itertools.pairwise([*range(0, leg.steps, _BLOCK * stride), leg.steps]):
+            if deadline.left <= 0:
+                raise deadline.passed()
+            kept = np.array([*range(done, last, stride), last])
+            states = np.zeros((kept.size, 4, granules))
+            take_steps(row, done, last, stride, made, u, v, f, a, states)
+            if not np.all(np.isfinite(states)):
+                raise diverged("native")
+            time = natural.start + natural.dt * kept
+            time[-1] = natural.end if last == leg.steps else time[-1]
+            samples = true_forces(_samples(time, states, made.gap, contacts), law, natural)
+            watch.update(samples, natural.dt / 2)
+            if natural.ramp is not None:
+                work += float(work_done(samples, natural.ramp))
+            if recorder is not None:
+                recorder.update(samples)
+        steps += leg.steps
+    energy = _energy(law, mass, u, v, made.gap) - float(np.sum(mass * made.pull * u[:granules]))
+    if not energy <= 10 * work:
+        raise diverged("native")
+    return Simulation(
+        End(u[:granules], v[:granules]),
+        Peaks(watch.force, watch.time, watch.passed),
+        work,
+        float(np.sum(mass * v[:granules])),
+        energy,
+        steps,
+        steps,
+        watch.wall_impulse,
+        watch.dissipated,
+    )
+
+
+def _padded(values: FloatArray, granules: int) -> FloatArray:
+    """With an entry for the free end, where nothing presses."""
+    whole = np.zeros(granules)
+    whole[: values.size] = values
+    return whole
+
+
+def _stride(scene: Scene, leg: Leg) -> int:
+    """Steps between two samples on a leg."""
+    stride = int(min(_INTERVAL * scene.contact_time / leg.dt, leg.steps))
+    if leg.ramp is not None:
+        stride = min(stride, leg.steps // _SAMPLES_PER_RAMP)
+    return max(1, stride)
+
+
+def _samples(time: FloatArray, states: FloatArray, gap: FloatArray, contacts: int) -> Samples:
+    u, v, a, f = (np.ascontiguousarray(states[:, k]) for k in range(4))
+    overlap = closing(u, contacts) - gap[:contacts]
+    return Samples(time, u, v, a, overlap, f[:, :contacts])
+
+
+def _energy(
+    law: DampedLaw, mass: FloatArray, u: FloatArray, v: FloatArray, gap: FloatArray
+) -> float:
+    """Of motion and of contacts."""
+    contacts = law.stiffness.size
+    overlap = np.maximum(u[:contacts] - u[1 : contacts + 1] - gap[:contacts], 0.0)
+    kinetic = 0.5 * np.sum(mass * v[: mass.size] ** 2)
+    return float(kinetic + 0.4 * np.sum(law.elastic(overlap) * overlap))

@@ -1,0 +1,95 @@
+"""The law of damped contacts, in any units, as what watches a run needs it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.observables.samples import Samples
+from hertzchain.scene.natural_units import NaturalUnits
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+
+@dataclass(frozen=True, eq=False)
+class DampedLaw:
+    """F = k d^(3/2) + c d^q d' of contacts that overlap, else 0.
+
+    Parameters
+    ----------
+    stiffness, damping
+        k and c of each contact, shape (contacts,).
+    exponent
+        q of all contacts.
+    attraction
+        Whether F may be below 0; otherwise it is 0 then.
+    """
+
+    stiffness: FloatArray
+    damping: FloatArray
+    exponent: float
+    attraction: bool
+
+    @classmethod
+    def of(cls, scene: Scene) -> DampedLaw:
+        """The contacts of a scene with damping, SI units."""
+        granules, contact = scene.granules, scene.contact
+        assert contact is not None
+        assert granules.damping is not None
+        return cls(granules.stiffness, granules.damping, contact.exponent, contact.attraction)
+
+    def in_units(self, units: NaturalUnits) -> DampedLaw:
+        """The same law with all quantities in other units."""
+        per_rate = units.velocity * units.length**self.exponent / units.force
+        return replace(
+            self,
+            stiffness=self.stiffness * (units.length**1.5 / units.force),
+            damping=self.damping * per_rate,
+        )
+
+    def elastic(self, overlap: Array, contacts: Any = slice(None)) -> Array:
+        """Force without damping; overlaps of some contacts, or of all, on the last axis."""
+        pressed = np.maximum(overlap, 0.0)
+        return np.asarray(self.stiffness[contacts] * pressed * np.sqrt(pressed))
+
+    def damper(self, overlap: Array, rate: Array, contacts: Any = slice(None)) -> Array:
+        """What damping adds to the elastic force; rates have the shape of the overlaps."""
+        pressed = np.maximum(overlap, 0.0)
+        if self.exponent == 0:
+            factor = np.where(overlap > 0, 1.0, 0.0)
+        elif self.exponent == 0.25:
+            factor = np.sqrt(np.sqrt(pressed))
+        else:
+            factor = pressed**self.exponent
+        added = self.damping[contacts] * factor * rate
+        if self.attraction:
+            return np.asarray(added)
+        return np.asarray(np.maximum(added, -self.elastic(overlap, contacts)))
+
+    def force(self, overlap: Array, rate: Array, contacts: Any = slice(None)) -> Array:
+        """Force of contacts, with its limit."""
+        return np.asarray(self.elastic(overlap, contacts) + self.damper(overlap, rate, contacts))
+
+    def with_rate(self, force: Array, overlap: Array, felt: Array, rate: Array) -> Array:
+        """Forces of a backend at the rate ``rate``, which it has formed with the rate ``felt``.
+
+        All of shape (samples, contacts). Velocity Verlet has no velocity yet where forces are due;
+        codes take that of half a step before.
+        """
+        found = force + (self.force(overlap, rate) - self.force(overlap, felt))
+        return found if self.attraction else np.maximum(found, 0.0)
+
+
+def true_forces(samples: Samples, law: DampedLaw, leg: Leg) -> Samples:
+    """Samples of velocity Verlet with forces by the velocities of the samples.
+
+    They have forces by the velocities half a step before, as LAMMPS forms them; at the start of a
+    leg, where forces are formed anew, by the velocities themselves.
+    """
+    overlap, rate, growth = samples.overlap_derivatives[:3]
+    late = np.where(samples.time > leg.start, leg.dt / 2, 0.0)[:, np.newaxis]
+    force = law.with_rate(samples.contact_force, overlap, rate - late * growth, rate)
+    return replace(samples, contact_force=force)
