@@ -114,7 +114,7 @@ def stable_step(scene: Scene, interval: float) -> float:
     if scene.contact is not None:
         # Of z^2 - (2 - r h - (w h)^2) z + 1 - r h, no root may be outside the unit circle, where r
         # is the rate at which dampers alone would stop a motion, taken with half a step's delay.
-        frequency, rate = _highest_frequency(scene), _highest_rate(scene)
+        frequency, rate = _highest_frequency(scene), highest_rate(scene)
         return 2 * interval / (rate + math.hypot(rate, 2 * frequency))
     if not scene.is_plain:
         return interval / _highest_frequency(scene)
@@ -134,7 +134,7 @@ def _highest_frequency(scene: Scene) -> float:
     return math.sqrt(_largest_row(scene, pressed))
 
 
-def _highest_rate(scene: Scene) -> float:
+def highest_rate(scene: Scene) -> float:
     """Bound of the rates at which dampers stop motions, all pressed by the unit of force [1/s]."""
     granules, contact = scene.granules, scene.contact
     assert contact is not None

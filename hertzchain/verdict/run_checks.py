@@ -12,6 +12,7 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import METHODS, Simulation, simulate, simulate_damped_verlet
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline
+from hertzchain.observables.error_bound import highest_rate
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
@@ -25,6 +26,8 @@ SAME_STEPS_PEAKS = 7e-9  # of the peaks at steps of 0.01 natural units, for read
 LONG_STEPS_PEAKS = 0.1  # of the peaks, times dt^4 [natural units]: velocities are no slopes
 READINGS_WITH_TERMS = 0.02  # of the peaks, times dt^2 [natural units]: as readings are laid
 LEAST_WITH_TERMS = 1e-7  # of the peaks, by readings at the shortest steps; 1.1e-7 measured at 0.01
+DAMPED_READINGS = 0.2  # of the peaks, times dt^2 [natural units]; 0.05 measured
+DAMPER_ERROR = 1.0  # of the energy that dampers take, times steps over their time; 0.5 measured
 _ONE_OF_MANY = 3.0  # times the growth of one small difference at the start: another grows more
 MUCH_GROWN = 0.01  # a wider tolerance shows gross errors only: right decks differ by up to 0.35
 _ROUND_OFF = 1e-12  # of the states: what is left where coordinates cost nothing
@@ -77,20 +80,25 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
     step = result.dt / scene.contact_time
     lost = result.lost_digits.bound if result.lost_digits is not None else 0.0
     between = SAME_STEPS_PEAKS * max(1.0, 0.01 / step) + LONG_STEPS_PEAKS * step**4
-    if not scene.is_plain:
+    if scene.contact is not None:
+        # Contacts that begin or end bend overlaps: as much as readings cost there.
+        between += min(DAMPED_READINGS * step**2, result.error_estimate)
+    elif not scene.is_plain:
         # A contact that opens next to one that is pressed most: readings see that less well.
         readings = max(LEAST_WITH_TERMS, READINGS_WITH_TERMS * step**2)
         between += min(readings, result.error_estimate)
+    # What has come to rest by damping still has the rounding errors of its coordinates.
+    least = 0.0 if scene.contact is None else 1.0
     state, peaks = _ROUND_OFF + SAME_STEPS_STATE * lost, between + lost
     measured = (
-        _largest(result.displacement / units.length, twin.state.displacement),
-        _largest(result.velocity / units.velocity, twin.state.velocity),
+        _largest(result.displacement / units.length, twin.state.displacement, least),
+        _largest(result.velocity / units.velocity, twin.state.velocity, least),
         largest_difference(result.all_peaks / units.force, twin.peaks.force),
     )
     remark = ""
     reason = "same scheme, same steps: only round-off may differ, and it adds up over the steps"
     if lost > 0 and not (max(measured[:2]) <= state and measured[2] <= peaks):
-        grown = _grown(scene, legs, twin, lost, deadline)
+        grown = _grown(scene, legs, twin, lost, deadline, least)
         if max(grown) > lost:
             state = max(state, _ONE_OF_MANY * max(grown[:2]))
             peaks = max(peaks, between + _ONE_OF_MANY * grown[2])
@@ -130,7 +138,12 @@ def _farthest_peak(peak_force: FloatArray, expected: FloatArray) -> int:
 
 
 def _grown(
-    scene: Scene, legs: Sequence[Leg], twin: Simulation, lost: float, deadline: Deadline
+    scene: Scene,
+    legs: Sequence[Leg],
+    twin: Simulation,
+    lost: float,
+    deadline: Deadline,
+    least: float,
 ) -> tuple[float, float, float]:
     """Differences of displacement, velocity and peaks that collisions make of one at the start.
 
@@ -141,15 +154,15 @@ def _grown(
     start[0] = nudge * np.random.default_rng(0).uniform(-1, 1, scene.chain.granules)
     nudged, other = (_verlet(scene, legs, deadline, each) for each in (start, -start))
     return (
-        _largest(nudged.state.displacement, other.state.displacement),
-        _largest(nudged.state.velocity, other.state.velocity),
+        _largest(nudged.state.displacement, other.state.displacement, least),
+        _largest(nudged.state.velocity, other.state.velocity, least),
         largest_difference(nudged.peaks.force, other.peaks.force),
     )
 
 
-def _largest(measured: Array, expected: Array) -> float:
-    """Largest difference as a fraction of the largest value expected."""
-    largest = float(np.max(np.abs(expected)))
+def _largest(measured: Array, expected: Array, least: float = 0.0) -> float:
+    """Largest difference as a fraction of the largest value expected, or of ``least``."""
+    largest = max(float(np.max(np.abs(expected))), least)
     difference = float(np.max(np.abs(measured - expected)))
     return difference / largest if largest > 0 else difference
 
@@ -188,6 +201,8 @@ def balance_checks(result: Result) -> list[Check]:
     energy += _ROUND_OFF**2 * units.energy  # where nothing has been pushed yet, states are rounded
     if result.scheme == "velocity-verlet":
         energy += _work_error(result)
+        if scene.contact is not None:
+            energy += DAMPER_ERROR * highest_rate(scene) * result.dt * balance.dissipated
     reason = "steps end at the corners of the pulse, so its impulse is exact"
     momentum = MOMENTUM_ERROR + MOMENTUM_OF_A_STEP * result.steps
     if scene.end_time < scene.pulse_end:

@@ -9,7 +9,7 @@ from hertzchain.scene.scene import Scene
 _MOST_GRANULES = 100_000
 """A deck names each of them, in ten seconds (chosen)."""
 
-_MOST_MATERIALS = 100
+MOST_MATERIALS = 100
 """Types of granules; a number for each pair of them (chosen)."""
 
 Material = tuple[float, float]  # E [Pa] and nu
@@ -58,10 +58,10 @@ def materials_of(code: str, granules: Granules) -> tuple[list[Material], list[in
     columns = granules.young_modulus.tolist(), granules.poisson_ratio.tolist()
     own = list(zip(*columns, strict=True))
     numbers = {material: k for k, material in enumerate(dict.fromkeys(own), start=1)}
-    if len(numbers) > _MOST_MATERIALS:
+    if len(numbers) > MOST_MATERIALS:
         raise RunFailed(
             f"the granules are of {len(numbers)} materials, a {code} deck has at most"
-            f" {_MOST_MATERIALS}"
+            f" {MOST_MATERIALS}"
         )
     return list(numbers), [numbers[material] for material in own]
 

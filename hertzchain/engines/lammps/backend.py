@@ -29,7 +29,7 @@ from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.terms import ELASTIC_TERMS
+from hertzchain.scene.terms import ALL_TERMS
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Lammps(ExternalEngine):
 
     LABEL: ClassVar[str] = "LAMMPS"
     FASTEST: ClassVar[tuple[float, float]] = (0.3e-6, 8e-9)  # 0.5e-6 and 2e-8 measured
-    TERMS: ClassVar[tuple[str, ...]] = ELASTIC_TERMS
+    TERMS: ClassVar[tuple[str, ...]] = ALL_TERMS
 
     dt: float | None = None
     pair_style: str = "granular"
@@ -221,7 +221,8 @@ class _Module:
         """Run the deck of a scene, reading it every so many steps of each leg."""
         clock = _Clock(self.deadline)
         with engine() as lammps:
-            command(lammps, deck.set_up(scene, self.pair_style) + reading.COMMANDS)
+            made = deck.set_up(scene, self.pair_style, version_of(lammps))
+            command(lammps, made + reading.COMMANDS)
             seen.begin(reading.granules(lammps))
             before = None
             for number, (leg, stride) in enumerate(zip(legs, strides, strict=True)):

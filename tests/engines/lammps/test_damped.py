@@ -1,0 +1,180 @@
+"""Damped scenes by LAMMPS: against native velocity Verlet at the same steps, and its accuracy."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.lammps.damping import asked_of_tsuji, tsuji
+from hertzchain.engines.lammps.deck import set_up
+from hertzchain.errors import RunFailed
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.scene.terms import ALL_TERMS, DAMPING
+from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
+from tests.conftest import STEEL
+from tests.engines.native.test_damped_scenes import LAWS, PULSE, TWO
+from tests.engines.native.test_damped_verlet import FLYING
+from validation.random_scenes import random_damped_scene
+
+STEP = 0.01
+"""Of all runs [natural time units of the fastest contact]: tolerances are stated for it."""
+
+QUICK, SLOW = range(91, 97), range(100, 160)
+"""Numbers of random scenes."""
+
+
+def drawn(number: int) -> hc.Scene:
+    """A random damped scene of 2 to 100 granules; the quick ones are short."""
+    longest_time = 100.0 if number in QUICK else 500.0
+    return random_damped_scene(np.random.default_rng([11, number]), 100, longest_time)
+
+
+def agrees(number: int) -> None:
+    """Only round-off differs."""
+    scene = drawn(number)
+    result = hc.Lammps(dt=STEP * scene.contact_time).run(scene)
+    checks = same_steps_checks(result)
+    assert len(checks) == 3  # displacement, velocity and peaks
+    for check in checks:
+        assert check.passed, check
+    # Both are read at the same steps, so peaks differ by round-off, too.
+    measured, state = checks[2].measured, checks[0].tolerance
+    assert measured is not None
+    assert state is not None
+    assert measured < max(state, 1e-9)  # 1.1e-9 where coordinates cost 1.4e-9
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("number", QUICK)
+def test_same_scheme_same_steps(number: int) -> None:
+    agrees(number)
+
+
+@pytest.mark.lammps
+@pytest.mark.slow
+@pytest.mark.parametrize("number", SLOW)
+def test_same_scheme_same_steps_in_many_scenes(number: int) -> None:
+    agrees(number)
+
+
+def test_random_scenes_have_every_term_and_law() -> None:
+    for numbers in (QUICK, SLOW):
+        scenes = [drawn(number) for number in numbers]
+        assert {term for scene in scenes for term in scene.terms} == set(ALL_TERMS)
+        laws = {(scene.contact.damping) for scene in scenes if scene.contact}
+        assert laws == set(DAMPING)
+        assert {scene.contact.attraction for scene in scenes if scene.contact} == {False, True}
+
+
+ONE_EACH = {
+    "restitution": hc.Scene(
+        hc.Chain(3, **STEEL), PULSE, wall=hc.Wall("same"), contact=LAWS["restitution"]
+    ),
+    "viscoelastic": hc.Scene(
+        hc.Chain(3, **STEEL | {"radius": [4e-3, 5e-3, 6e-3]}), PULSE, contact=LAWS["viscoelastic"]
+    ),
+    "dashpot": replace(FLYING, contact=LAWS["dashpot"]),
+}
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("law", ONE_EACH)
+def test_damping_that_is_off_by_a_millionth_shows(law: str) -> None:
+    scene = replace(ONE_EACH[law], run=hc.Run(ONE_EACH[law].end_time))
+    result = hc.Lammps(STEP * scene.contact_time).run(scene)
+    assert all(check.passed for check in same_steps_checks(result))
+    key, contact = DAMPING[law], scene.contact
+    changed: dict[str, Any] = {key: getattr(contact, key) * (1 - 1e-6)}
+    assert contact is not None
+    mistaken = replace(result, scene=replace(scene, contact=replace(contact, **changed)))
+    assert not all(check.passed for check in same_steps_checks(mistaken))
+
+
+@pytest.mark.lammps
+def test_attraction_shows() -> None:
+    scene = hc.Scene(TWO, hc.Striker(1.0), contact=LAWS["restitution, pulling"])
+    result = hc.Lammps(STEP * scene.contact_time).run(scene)
+    assert all(check.passed for check in same_steps_checks(result))
+    mistaken = replace(result, scene=replace(scene, contact=LAWS["restitution"]))
+    assert not all(check.passed for check in same_steps_checks(mistaken))
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("extrapolated", [False, True])
+def test_peaks_are_as_right_as_asked(law: str, extrapolated: bool) -> None:
+    scene = hc.Scene(hc.Chain(6, **STEEL), PULSE, contact=LAWS[law])
+    rtol = 1e-5 if extrapolated else 1e-3
+    lammps = hc.Lammps(rtol=rtol, extrapolated=extrapolated)
+    result, exact = lammps.run(scene), hc.Native(rtol=1e-9).run(scene)
+    error = largest_difference(result.all_peaks, exact.all_peaks)
+    assert error <= result.error_estimate <= rtol
+    assert [check for check in balance_checks(result) if not check.passed] == []
+    assert result.balance.dissipated > 0
+
+
+def test_the_number_that_tsuji_is_asked_for() -> None:
+    for restitution in (0.12, 0.3, 0.8, 0.99, 0.99999):
+        asked = asked_of_tsuji(restitution)
+        assert asked is not None
+        log = math.log(restitution)
+        alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)
+        # Sums of numbers of up to 27 are rounded to 4e-15.
+        assert tsuji(asked, root_2=False) == pytest.approx(alpha, rel=1e-12, abs=1e-14)
+
+
+BEFORE, SINCE = "20240828", "20240829"
+
+
+@pytest.mark.parametrize(
+    ("version", "restitution", "words"),
+    [
+        (SINCE, 0.05, "0.05 tangential linear_nohistory 0.0 0.0 damping coeff_restitution limit"),
+        (BEFORE, 0.8, f"{asked_of_tsuji(0.8)} tangential linear_nohistory 0.0 0.0 damping tsuji l"),
+    ],
+)
+def test_restitution_by_version(version: str, restitution: float, words: str) -> None:
+    law = hc.Contact("restitution", restitution=restitution)
+    text = set_up(hc.Scene(TWO, hc.Striker(1.0), contact=law), version=version)
+    assert words in text
+
+
+def test_restitution_that_an_old_lammps_does_not_have() -> None:
+    scene = hc.Scene(TWO, hc.Striker(1.0), contact=hc.Contact("restitution", restitution=0.113))
+    with pytest.raises(RunFailed, match=r"of 0\.113: take one above 0\.114, or LAMMPS of 29 Aug"):
+        set_up(scene, version=BEFORE)
+    set_up(replace(scene, contact=hc.Contact("restitution", restitution=0.114)), version=BEFORE)
+
+
+def test_restitution_at_a_wall_of_an_old_lammps() -> None:
+    scene = ONE_EACH["restitution"]
+    with pytest.raises(RunFailed, match="20230801 changes the restitution at a wall"):
+        set_up(scene, version="20230801")
+    set_up(scene, version="20230802")
+    set_up(replace(scene, wall=None), version="20220623")
+
+
+def test_too_many_kinds_of_granules_for_viscoelastic_damping() -> None:
+    radius = np.linspace(4e-3, 5e-3, 101)
+    shock, law = hc.Striker(1.0), LAWS["viscoelastic"]
+    scenes = [
+        hc.Scene(hc.Chain(n, **STEEL | {"radius": radius[:n]}), shock, contact=law)
+        for n in (100, 101)
+    ]
+    assert "pair_coeff 100 100 " in set_up(scenes[0])
+    with pytest.raises(RunFailed, match="101 kinds, and with viscoelastic damping"):
+        set_up(scenes[1])
+    assert "pair_coeff 2 2 " not in set_up(replace(scenes[1], contact=LAWS["dashpot"]))
+
+
+@pytest.mark.parametrize("attraction", [False, True])
+def test_contacts_pull_only_where_they_may(attraction: bool) -> None:
+    law = replace(LAWS["dashpot"], attraction=attraction)
+    text = set_up(replace(ONE_EACH["restitution"], contact=law))
+    assert text.count("damping velocity") == 2  # of the pair and of the wall
+    assert text.count("limit_damping") == (0 if attraction else 2)
