@@ -44,10 +44,10 @@ def half_the_overlaps() -> AbstractContextManager[Any]:
     """Granules are put as half of the precompression would press them, which acts in full."""
     original = terms_deck.granules
 
-    def pressed_less(scene: hc.Scene, pair_style: str) -> list[str]:
+    def pressed_less(scene: hc.Scene, *style: str) -> list[str]:
         assert scene.precompression is not None
         half = replace(scene.precompression, force=scene.precompression.force / 2)
-        return original(replace(scene, precompression=half), pair_style)
+        return original(replace(scene, precompression=half), *style)
 
     return patch.object(terms_deck, "granules", pressed_less)
 
@@ -56,9 +56,9 @@ def wall_too_far() -> AbstractContextManager[Any]:
     """The wall is a micrometre too far from the last granule."""
     original = terms_deck.held
 
-    def farther(scene: hc.Scene) -> list[str]:
+    def farther(scene: hc.Scene, *version: str) -> list[str]:
         assert scene.wall is not None
-        lines = "\n".join(original(scene))
+        lines = "\n".join(original(scene, *version))
         place = re.search(r"xplane NULL (\S+)", lines)
         assert place is not None
         return lines.replace(place[1], repr(float(place[1]) + 1e-6)).split("\n")

@@ -21,8 +21,6 @@ from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, TooExp
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.terms import ELASTIC_TERMS
-from hertzchain.scene.validity import refuse_terms
 from hertzchain.verdict.check import FAILED, NOT_RUN, Check, unmeasured
 from hertzchain.verdict.deck_checks import examined
 from hertzchain.verdict.formulas import Formulas, formulas
@@ -147,8 +145,6 @@ def compare(
     backends = compared_by_default() if backends is None else backends
     for name in backends:
         require(name in ENGINES, "backend", name, f"must be one of {', '.join(ENGINES)}")
-    if any(name in others() for name in backends):
-        refuse_terms(scene, "a comparison", ELASTIC_TERMS)
     report_progress = progress or (lambda _: None)
     report_progress("native: the reference method")
     named = {"lammps": lammps, "liggghts": liggghts, "yade": yade}

@@ -12,6 +12,7 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.lammps import Examination, Lammps
 from hertzchain.engines.lammps.examination import Held
 from hertzchain.errors import RunFailed
+from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.check import Check, Kind, farthest, unmeasured, within
@@ -116,7 +117,8 @@ def _checks_with_terms(scene: Scene, found: Examination, held: Held) -> list[Che
                 " granule: only round-off may differ, as a fraction of the chain",
             )
         )
-    checks += _contact_checks(found, granules.stiffness, room, scene.wall is not None)
+    law = None if scene.contact is None else DampedLaw.of(scene)
+    checks += _contact_checks(found, granules.stiffness, room, scene.wall is not None, law)
     load = scene.units.force
     # A static overlap is the difference of two rounded coordinates.
     rounding = 4 * np.finfo(np.float64).eps * length
@@ -129,9 +131,9 @@ def _checks_with_terms(scene: Scene, found: Examination, held: Held) -> list[Che
     checks += [
         _each(CONSTANT_FORCE, held.constant_force, expected.constant_force, EXAMINED * load,
             "gravity and precompression where nothing touches: only round-off may differ"),
-        _each(START_FORCE, held.force, np.zeros_like(held.force), EXAMINED * load + both,
-            "contacts balance gravity and precompression at the start: none but what rounded"
-            " coordinates make"),
+        _each(START_FORCE, held.force, expected.force, EXAMINED * load + both,
+            "contacts balance gravity and precompression at the start, and damping acts on a"
+            " striker: none else but what rounded coordinates make"),
         _each(START_VELOCITY, held.velocity, expected.velocity, EXAMINED * scene.start_velocity,
             "of a striker, else 0: only round-off may differ"),
         _applied_force_check(scene, found),
@@ -150,6 +152,7 @@ class _Start:
     beyond: float
     constant_force: FloatArray
     velocity: FloatArray
+    force: FloatArray
 
 
 def _start(scene: Scene) -> _Start:
@@ -173,7 +176,14 @@ def _start(scene: Scene) -> _Start:
     constant[-1] -= force if scene.wall is None else 0.0
     velocity = np.zeros(chain.granules)
     velocity[0] = 0.0 if scene.striker is None else scene.striker.velocity
-    return _Start(np.array(places), beyond, np.array(constant), velocity)
+    net = np.zeros(chain.granules)
+    if scene.contact is not None:
+        deep, rate = float(each.static_overlap[0]), np.zeros(each.stiffness.size)
+        rate[0] = velocity[0]
+        # A contact that only touches is not damped yet.
+        lost = DampedLaw.of(scene).damper(each.static_overlap, rate)[0] if deep > 0 else 0.0
+        net[0], net[1] = -lost, lost
+    return _Start(np.array(places), beyond, np.array(constant), velocity, net)
 
 
 def _each(
@@ -188,10 +198,17 @@ def _each(
 
 
 def _contact_checks(
-    found: Examination, stiffness: FloatArray, room: FloatArray, has_wall: bool = False
+    found: Examination,
+    stiffness: FloatArray,
+    room: FloatArray,
+    has_wall: bool = False,
+    law: DampedLaw | None = None,
 ) -> list[Check]:
-    """The law of each contact; ``room`` is the relative tolerance of its forces, (contacts,)."""
-    force, larger = found.contact_force, found.contact_force[1]
+    """The law of each contact; ``room`` is the relative tolerance of its forces, (contacts,).
+
+    ``law`` is that of damped contacts, if they are.
+    """
+    force = found.contact_force
     allowed, wall = np.broadcast_to(room * stiffness, force.shape), stiffness.size * has_wall
     expected = np.broadcast_to(stiffness, force.shape).ravel()
     measured = (force / found.overlap**1.5).ravel()
@@ -205,8 +222,6 @@ def _contact_checks(
     worth = room / np.max(room)
     bent = farthest((np.where(there, exponent, 1.5) - 1.5) / worth, 0.0)
     unit = stiffness * found.overlap[1] ** 1.5
-    change = (found.damped_force - larger) / unit
-    damped = farthest((change / worth).ravel(), 0.0)
     spun = farthest(found.tangential_force, 0.0)
     # Forces of two overlaps that differ by a factor of 2: one more rounding of each.
     bending = room[bent] if room[bent] == EXAMINED else 3 * room[bent]
@@ -228,12 +243,7 @@ def _contact_checks(
             "the contact force goes as overlap^(3/2): only round-off may differ;"
             f" {missing or at(bent)}",
         ),
-        _check(
-            DAMPING,
-            (change.ravel()[damped], 0.0, room[damped % there.size]),
-            "change of a contact force, as a fraction, when its granules approach or part:"
-            f" none; {at(damped)}",
-        ),
+        _damping_check(found, stiffness, room, law, wall),
         _check(
             TANGENTIAL,
             (found.tangential_force[spun] / np.min(unit), 0.0, EXAMINED),
@@ -241,6 +251,38 @@ def _contact_checks(
             f" the granules spin: none; largest at granule {spun + 1}",
         ),
     ]
+
+
+def _damping_check(
+    found: Examination, stiffness: FloatArray, room: FloatArray, law: DampedLaw | None, wall: int
+) -> Check:
+    """What contact forces change by when granules approach or part."""
+    if law is None or found.closing is None:
+        unit = stiffness * found.overlap[1] ** 1.5
+        change = (found.damped_force - found.contact_force[1]) / unit
+        damped = farthest((change / (room / np.max(room))).ravel(), 0.0)
+        contact = damped % stiffness.size
+        return _check(
+            DAMPING,
+            (change.ravel()[damped], 0.0, room[contact]),
+            "change of a contact force, as a fraction, when its granules approach or part:"
+            f" none; largest at {_named(contact, wall)}",
+        )
+    overlap = np.repeat(found.overlap, 2, axis=0)
+    unit = stiffness * overlap**1.5
+    change = (found.damped_force - np.repeat(found.contact_force, 2, axis=0)) / unit
+    expected = law.damper(overlap, found.closing) / unit
+    # Both forces are rounded, and damping may be many times the elastic force.
+    allowed = room * np.maximum(1.0, np.abs(expected))
+    at = farthest(((change - expected) / (allowed / np.max(allowed))).ravel(), 0.0)
+    contact = at % stiffness.size
+    return _check(
+        DAMPING,
+        (change.ravel()[at], expected.ravel()[at], allowed.ravel()[at]),
+        "change of a contact force, as a fraction, when its granules approach or part at two"
+        " overlaps: only round-off may differ from the law of damping; largest at"
+        f" {_named(contact, wall)}",
+    )
 
 
 def _named(contact: int, wall: int) -> str:

@@ -124,7 +124,8 @@ class Lammps(ExternalEngine):
         if self.lmp is not None:
             deadline = Deadline(self.time_limit)
             program = Program.find(str(self.lmp), self.ranks, deadline)
-            return examine(scene, self.pair_style, partial(program.ask, deadline=deadline))
+            ask = partial(program.ask, deadline=deadline)
+            return examine(scene, self.pair_style, ask, program.build.version)
         if not self.isolated:
             return examine(scene, self.pair_style)
         with Child() as child:

@@ -15,7 +15,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import contact_forces
 from hertzchain.engines.lammps import deck, examined_places, reading
 from hertzchain.engines.lammps.dialect import NO_STEP, go_on
-from hertzchain.engines.lammps.engine import command, engine
+from hertzchain.engines.lammps.engine import command, engine, look
 from hertzchain.engines.lammps.examined_places import set_places
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -65,7 +65,8 @@ class Examination:
         Two overlaps of each contact [m] and the forces there [N], shape (2, contacts).
     damped_force
         The forces at the larger overlap with granules that approach, and with granules that part,
-        by turns [N], shape (2, contacts).
+        by turns [N], shape (2, contacts). Where contacts are damped, first those at the smaller
+        overlap, shape (4, contacts).
     tangential_force
         On each granule at the larger overlap with spins, sideways, or torque over radius if that is
         larger [N], shape (granules,).
@@ -74,6 +75,9 @@ class Examination:
         the first of each leg just after its corner, the last just before the next.
     held
         What a scene with terms has besides; None for a plain one. Its wall is the last contact.
+    closing
+        Speeds at which overlaps grow under the damped forces [m/s], of their shape; None where
+        contacts are not damped.
     """
 
     position: FloatArray
@@ -85,6 +89,7 @@ class Examination:
     time: FloatArray
     applied_force: FloatArray
     held: Held | None = None
+    closing: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -101,7 +106,12 @@ Ask = Callable[[Sequence[Stage]], Iterator[Snapshot]]
 """Gives LAMMPS the commands of one stage after another; yields a snapshot after each."""
 
 
-def examine(scene: Scene, pair_style: str = "granular", ask: Ask | None = None) -> Examination:
+def examine(
+    scene: Scene,
+    pair_style: str = "granular",
+    ask: Ask | None = None,
+    version: str | None = None,
+) -> Examination:
     """Ask LAMMPS what it makes of the deck of a scene.
 
     Parameters
@@ -112,6 +122,8 @@ def examine(scene: Scene, pair_style: str = "granular", ask: Ask | None = None) 
         ``granular`` (with hertz/material) or ``gran/hertz/history``.
     ask
         Who gives LAMMPS the commands; by default its Python module.
+    version
+        Of that LAMMPS, year month day; by default that of the module.
 
     Raises
     ------
@@ -125,7 +137,8 @@ def examine(scene: Scene, pair_style: str = "granular", ask: Ask | None = None) 
         for leg in scene.schedule(_SCHEDULED_STEP * scene.units.time)
     ]
     if not scene.is_plain:
-        return _examine_terms(scene, legs, pair_style, ask or _ask_module)
+        set_up = deck.set_up(scene, pair_style, *_version_for(scene, version))
+        return _examine_terms(scene, legs, set_up, ask or _ask_module)
     snapshots = (ask or _ask_module)(
         [
             Stage(deck.set_up(scene, pair_style) + reading.COMMANDS, ("x", "mass")),
@@ -163,7 +176,14 @@ def _times(legs: Sequence[Leg]) -> FloatArray:
     return time
 
 
-def _examine_terms(scene: Scene, legs: Sequence[Leg], pair_style: str, ask: Ask) -> Examination:
+def _version_for(scene: Scene, version: str | None) -> tuple[str, ...]:
+    """The version of LAMMPS, where the deck of a scene depends on it."""
+    if scene.contact is None:
+        return ()
+    return (version or look()[0],)
+
+
+def _examine_terms(scene: Scene, legs: Sequence[Leg], set_up: str, ask: Ask) -> Examination:
     """The examination of a scene with terms.
 
     Contacts are pressed every other one at a time: the force on a granule is then that of one
@@ -173,7 +193,7 @@ def _examine_terms(scene: Scene, legs: Sequence[Leg], pair_style: str, ask: Ask)
     contacts = np.arange(granules.stiffness.size)
     turns = [contacts % 2 == turn for turn in (0, 1) if np.any(contacts % 2 == turn)]
     stages = [
-        Stage(deck.set_up(scene, pair_style) + reading.COMMANDS, start),
+        Stage(set_up + reading.COMMANDS, start),
         Stage("unfix motion\nvelocity all set 0.0 0.0 0.0 units box", ()),
         Stage(f"{set_places(examined_places.apart(scene, OVERLAPS[0]))}\n{NO_STEP}", ("fx",)),
         *_pulse(legs),
@@ -183,7 +203,8 @@ def _examine_terms(scene: Scene, legs: Sequence[Leg], pair_style: str, ask: Ask)
             places = set_places(examined_places.pressed(scene, turn, fraction))
             rest = "velocity all set 0.0 0.0 0.0 units box\nset group all omega 0.0 0.0 0.0"
             stages.append(Stage(f"{places}\n{rest}\n{_STEP}", ("x", "fx")))
-        stages += [_move(scene, sign) for sign in (1, -1)]
+            if fraction == OVERLAPS[-1] or scene.contact is not None:
+                stages += [_move(scene, sign) for sign in (1, -1)]
         stages.append(_spin(scene))
     snapshots = ask(stages)
     at_start = next(snapshots)
@@ -193,7 +214,9 @@ def _examine_terms(scene: Scene, legs: Sequence[Leg], pair_style: str, ask: Ask)
     readings = len(legs) * (_STEPS_PER_LEG + 1)
     applied = [next(snapshots)["fx"] - alone for _ in range(readings)]
     shape = (2, contacts.size)
-    overlap, force, damped = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    moved = (0, 1) if scene.contact is not None else (1,)  # overlaps at which granules move
+    overlap, force = np.zeros(shape), np.zeros(shape)
+    damped, closing = (np.zeros((2 * len(moved), contacts.size)) for _ in range(2))
     sideways, last = np.zeros(granules.mass.size), np.zeros(2)
     for turn in turns:
         for k in range(2):
@@ -201,9 +224,13 @@ def _examine_terms(scene: Scene, legs: Sequence[Leg], pair_style: str, ask: Ask)
             overlap[k, turn] = examined_places.overlaps(scene, found["x"])[turn]
             force[k, turn] = _forces_of_contacts(found["fx"] - alone, contacts.size)[turn]
             last[k] = found["x"][-1] if turn[-1] else last[k]
-        for k in range(2):
-            net = next(snapshots)["fx"] - alone
-            damped[k, turn] = _forces_of_contacts(net, contacts.size)[turn]
+            for row in range(2 * moved.index(k), 2 * moved.index(k) + 2) if k in moved else ():
+                moving = next(snapshots)
+                net = moving["fx"] - alone
+                damped[row, turn] = _forces_of_contacts(net, contacts.size)[turn]
+                if scene.contact is not None:
+                    speed = np.append(moving["vx"], 0.0)
+                    closing[row, turn] = (speed[:-1] - speed[1:])[: contacts.size][turn]
         spinning = next(snapshots)
         torque = np.max([abs(spinning[name]) for name in ("tqx", "tqy", "tqz")], axis=0)
         found_sideways = [abs(spinning["fy"]), abs(spinning["fz"]), torque / granules.radius]
@@ -227,6 +254,7 @@ def _examine_terms(scene: Scene, legs: Sequence[Leg], pair_style: str, ask: Ask)
             [net[0] + np.sum(np.abs(net[1:])) for net in applied], (len(legs), -1)
         ),
         held=held,
+        closing=None if scene.contact is None else closing,
     )
 
 
@@ -283,7 +311,7 @@ def _move(scene: Scene, sign: int) -> Stage:
     return Stage(
         f"variable speed atom {speed!r}*(1-2*((id-1)%2))\n"
         f"velocity all set v_speed 0.0 0.0 units box\n{_STEP}",
-        ("fx",),
+        ("fx",) if scene.contact is None else ("fx", "vx"),
     )
 
 

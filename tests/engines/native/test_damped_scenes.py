@@ -143,7 +143,6 @@ REFUSED: dict[str, Callable[[hc.Scene], object]] = {
     "dt": lambda scene: hc.Native(dt=1e-7).run(scene),
     "LIGGGHTS": lambda scene: hc.Liggghts().run(scene),
     "Yade": lambda scene: hc.Yade().run(scene),
-    "a comparison": lambda scene: hc.compare(scene, ["native", "lammps"]),
     "a trade-off": tradeoff,
 }
 

@@ -1,0 +1,83 @@
+"""Comparisons of damped scenes, and mistakes in their damping, each planted and to be named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+import hertzchain as hc
+from hertzchain.verdict.deck_checks import examined
+from hertzchain.verdict.run_checks import balance_checks
+from tests.conftest import STEEL
+from tests.engines.native.test_damped_scenes import LAWS, PULSE, scene_with
+from validation.planting import DAMPING, Plant, in_set_up
+
+pytestmark = pytest.mark.lammps
+
+UNLIKE = hc.Chain(3, **STEEL | {"radius": [4e-3, 5e-3, 6e-3]})
+
+
+def test_a_comparison_passes() -> None:
+    scene = scene_with(LAWS["restitution"])
+    found = hc.compare(scene, ["native", "lammps"], lammps=hc.Lammps(rtol=1e-2))
+    assert [check for check in found.checks if not check.passed] == []
+    names = {check.name for check in found.checks}
+    assert {DAMPING, "lammps: velocity, same steps", "lammps: energy [J]"} <= names
+
+
+WALLED = hc.Scene(hc.Chain(3, **STEEL), PULSE, wall=hc.Wall("same"))
+
+MISTAKES: dict[str, tuple[hc.Scene, Plant]] = {
+    "another restitution": (
+        replace(WALLED, contact=LAWS["restitution"]),
+        in_set_up((" 0.8 tangential", " 0.800001 tangential")),
+    ),
+    "restitution asked of tsuji": (
+        replace(WALLED, contact=LAWS["restitution"]),
+        in_set_up(("damping coeff_restitution", "damping tsuji")),
+    ),
+    "contacts that pull": (
+        replace(WALLED, contact=hc.Contact("dashpot", coefficient=500.0)),
+        in_set_up((" limit_damping", "")),
+    ),
+    "contacts that do not": (
+        replace(WALLED, contact=hc.Contact("dashpot", coefficient=500.0, attraction=True)),
+        in_set_up(("damping velocity", "damping velocity limit_damping")),
+    ),
+    "wall without damping": (
+        replace(WALLED, contact=LAWS["dashpot"]),
+        in_set_up(("${k_wall} 5.0 ", "${k_wall} 0.0 ")),
+    ),
+    "another law": (
+        replace(WALLED, contact=LAWS["dashpot"]),
+        in_set_up(("damping velocity", "damping viscoelastic")),
+    ),
+    "the mass of one granule for that of the pair": (
+        hc.Scene(UNLIKE, PULSE, contact=LAWS["viscoelastic"]),
+        in_set_up(("/(v_m2*v_m3/(v_m2+v_m3))", "/v_m2")),
+    ),
+    "no damping": (
+        hc.Scene(UNLIKE, PULSE, contact=LAWS["dashpot"]),
+        in_set_up(("} 5.0 tangential", "} 0.0 tangential")),
+    ),
+}
+
+
+@pytest.mark.parametrize("what", MISTAKES)
+def test_the_examination_names_wrong_damping(what: str) -> None:
+    scene, plant = MISTAKES[what]
+    assert [check.name for check in examined(scene, hc.Lammps()) if not check.passed] == []
+    with plant():
+        named = [check.name for check in examined(scene, hc.Lammps()) if not check.passed]
+    assert named == [DAMPING]
+
+
+def test_energy_shows_damping_that_is_not_the_scene_s() -> None:
+    scene = hc.Scene(hc.Chain(5, **STEEL), PULSE, contact=LAWS["restitution"])
+    lammps = hc.Lammps(0.005 * scene.contact_time)
+    assert all(check.passed for check in balance_checks(lammps.run(scene)))
+    with in_set_up((" 0.8 tangential", " 0.6 tangential"))():
+        energy = balance_checks(lammps.run(scene))[1]
+    assert energy.name == "lammps: energy [J]"
+    assert not energy.passed
