@@ -14,6 +14,7 @@ from hertzchain.engines.external.dumps import read_frames
 from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.liggghts import deck
+from hertzchain.engines.liggghts.contacts import refuse_damping
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -27,7 +28,7 @@ class Liggghts(ProgramEngine):
     """A generated deck, run by the program ``liggghts``, a fork of LAMMPS.
 
     Each run starts the program, which takes half a second. It knows Poisson's ratios from 0 to 0.5
-    only.
+    and restitutions above 0.05 only, and dashpots only in contacts that may pull.
 
     Parameters
     ----------
@@ -68,6 +69,7 @@ class Liggghts(ProgramEngine):
         return "velocity-verlet, gran model hertz"
 
     def _refuse(self, scene: Scene) -> None:
+        refuse_damping(scene.contact)
         for whose, ratio in _poisson_ratios(scene):
             if ratio < 0:
                 raise RunFailed(
@@ -85,8 +87,9 @@ class Liggghts(ProgramEngine):
         _, rest = read_frames(folder / deck.AT_REST, deck.GRANULES)
         _, frames = read_frames(folder / deck.READINGS, deck.columns_of(scene))
         # The wall pushes the last granule back, and is pushed by as much.
-        wall_force = None if scene.wall is None else -frames[:, -1, -1]
-        readings = frames[:, : len(deck.COLUMNS)]
+        own = len(deck.COLUMNS)
+        wall_force = None if scene.wall is None else -np.sum(frames[:, own:, -1], axis=1)
+        readings = frames[:, :own]
         return Found(_version(folder / _LOG), Granules(*rest[0]), readings, wall_force)
 
 

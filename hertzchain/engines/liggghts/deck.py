@@ -109,8 +109,8 @@ def force_formula(leg: Leg) -> str:
 
 
 def columns_of(scene: Scene) -> tuple[str, ...]:
-    """Columns of the readings: ``COLUMNS``, and the force of the wall where there is one."""
-    return COLUMNS if scene.wall is None else (*COLUMNS, terms_deck.WALL_FORCE)
+    """Columns of the readings: ``COLUMNS``, and the forces of the wall where there is one."""
+    return *COLUMNS, *terms_deck.wall_forces(scene)
 
 
 def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:

@@ -1,26 +1,22 @@
-"""The commands of LIGGGHTS for a chain with terms: unlike granules, gaps, wall, static load.
+"""The commands of LIGGGHTS for a chain with terms: unlike granules, gaps, wall, load, damping.
 
 LIGGGHTS gets E and nu of each material, radius and density of each granule, and positions; it makes
-masses and contact stiffnesses by itself.
+masses and contact stiffnesses by itself, except in viscoelastic contacts: see ``contacts``.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from hertzchain.engines.external.terms import (
-    Material,
-    load_commands,
-    materials_of,
-    refuse_long,
-    wall_material,
-    wall_position,
-)
+from hertzchain.engines.external.terms import load_commands, refuse_long, wall_position
+from hertzchain.engines.liggghts.contacts import models, pair_commands, types_of
 from hertzchain.scene.granules import Granules
 from hertzchain.scene.scene import Scene
 
-WALL_FORCE = "f_force_wall[1]"
-"""A column of a dump: the force of the wall on a granule [N], which is negative."""
+
+def wall_forces(scene: Scene) -> list[str]:
+    """Columns of a dump: the forces of the wall on a granule [N], which add up to one below 0."""
+    return [f"f_force_{name}[1]" for name, _, _ in _walls(scene)]
 
 
 def granules(scene: Scene) -> list[str]:
@@ -30,16 +26,14 @@ def granules(scene: Scene) -> list[str]:
     """
     each = scene.granules
     refuse_long("a LIGGGHTS deck of", scene)
-    materials, kinds = materials_of("LIGGGHTS", each)
-    if scene.wall is not None:
-        materials.append(wall_material(scene))  # a type that no granule has
+    types, kinds = types_of(scene)
     return [
-        *_granules(each, kinds, len(materials)),
+        *_granules(each, kinds, len(types)),
         "# Wide enough for the nearest neighbours, too narrow for the next; looked at every step.",
         f"neighbor {float(np.min(each.radius)) / 2!r} bin",
         "neigh_modify delay 0",
         "",
-        *_contacts(materials),
+        *pair_commands(types, scene.contact),
     ]
 
 
@@ -64,29 +58,21 @@ def _granules(granules: Granules, kinds: list[int], types: int) -> list[str]:
     ]
 
 
-def _contacts(materials: list[Material]) -> list[str]:
-    """Hertz's law between all materials."""
-    modulus, poisson = (" ".join(map(repr, column)) for column in zip(*materials, strict=True))
-    types = len(materials)
-    return [
-        "# Hertz's law without damping (coefficient of restitution 1) and tangential force.",
-        f"fix young_modulus all property/global youngsModulus peratomtype {modulus}",
-        f"fix poisson_ratio all property/global poissonsRatio peratomtype {poisson}",
-        f"fix restitution all property/global coefficientRestitution peratomtypepair {types} &",
-        *(f"    {' '.join(['1.0'] * types)} &" for _ in range(types - 1)),
-        f"    {' '.join(['1.0'] * types)}",
-        "pair_style gran model hertz tangential off",
-        "pair_coeff * *",
-    ]
-
-
 def held(scene: Scene) -> list[str]:
     """The wall, forces that are always there, and the striker's velocity."""
     lines = [f"group last id {scene.chain.granules}"]
-    if scene.wall is not None:
-        kind = len(materials_of("LIGGGHTS", scene.granules)[0]) + 1
+    for name, model, options in _walls(scene):
+        kind, place = len(types_of(scene)[0]), wall_position(scene)
         lines += [
-            "fix wall all wall/gran model hertz tangential off store_force yes &",
-            f"    primitive type {kind} xplane {wall_position(scene)!r}",
+            f"fix {name} all wall/gran model {model} tangential off store_force yes &",
+            f"    primitive type {kind} xplane {place!r}{options}",
         ]
     return [*lines, *load_commands(scene)]
+
+
+def _walls(scene: Scene) -> list[tuple[str, str, str]]:
+    """A wall for each model: name, model and options."""
+    if scene.wall is None:
+        return []
+    names = ("wall", "wall_dashpot")
+    return [(name, *model) for name, model in zip(names, models(scene.contact), strict=False)]

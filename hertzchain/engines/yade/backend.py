@@ -11,6 +11,7 @@ from hertzchain.engines.external import recorded
 from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.yade import deck
+from hertzchain.engines.yade.damping import refuse_damping
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.terms import ELASTIC_TERMS
@@ -23,6 +24,7 @@ class Yade(ProgramEngine):
     Each run starts Yade, which takes 1.4 s. A step of 60 granules takes 5e-5 s, about half of it
     for the function in Python that is called at each step, as it applies the force and reads the
     state.
+    Of the laws of damping it has that of a restitution, in contacts that do not pull.
     While it runs, Yade listens on a port of this machine, behind a password; it has no option
     against that.
 
@@ -64,6 +66,9 @@ class Yade(ProgramEngine):
     def method(self) -> str:
         """The method, as the result names it."""
         return "velocity-verlet, MindlinPhys"
+
+    def _refuse(self, scene: Scene) -> None:
+        refuse_damping(scene.contact)
 
     def _deck(self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
         return deck.watched(scene, legs, strides)

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import math
 
+from hertzchain.errors import RunFailed
+from hertzchain.scene.terms import Contact
+
 VERSION = "2023.02a"
 
 BETAN_PER_RATIO = math.sqrt(5 / 6)
@@ -27,3 +30,18 @@ def betan(en: float) -> float:
         return 0.0
     fit = sum(c * en**power for power, c in enumerate(_THORNTON, start=1))
     return math.sqrt(max(0.0, 1 / (1 - (1 + en) ** 2 * math.exp(fit)) - 1))
+
+
+def refuse_damping(contact: Contact | None) -> None:
+    """Raise RunFailed for damping that Yade does not have."""
+    if contact is None:
+        return
+    if contact.restitution is None:
+        raise RunFailed(
+            f"Yade has no {contact.damping} damping with Hertz's law: take damping ="
+            ' "restitution", or another backend'
+        )
+    if contact.attraction:
+        raise RunFailed(
+            "contacts never pull in Yade: leave out attraction, or take another backend"
+        )

@@ -7,11 +7,15 @@ Yade leaps: it holds positions at t_n and velocities at t_n - dt/2. Between cont
 motion the velocity at t_n is therefore that half step before, and the net force over the mass times
 dt/2. At a corner of the pulse, velocities are set back from t_n by half a step of the leg that
 begins, with its force. So the motion is that of velocity Verlet, to the last step of each leg.
+
+Damping takes the velocities of t_n - dt/2 with the overlaps of t_n, as in LAMMPS. Where a leg
+begins it takes those of t_n, as in LAMMPS, which computes all forces again at each ``run``; Yade
+does so in a step that moves nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib.metadata import version
 
 import numpy as np
@@ -39,13 +43,17 @@ def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     ``step`` runs between contact forces and motion. It hands the state on to ``see(leg, step,
     positions, velocities, net forces)`` every so many steps of each leg, and at both of its ends.
     """
-    rows = "\n".join(f"    {_row(leg, stride)}," for leg, stride in zip(legs, strides, strict=True))
+    rows = "\n".join(f"    {row}," for row in _rows(legs, strides, again=scene.contact is not None))
     parameters, bodies, start = _parameters(scene.chain), _BODIES, "np.zeros(granules)"
     if not scene.is_plain:
         parameters, bodies = terms_deck.parameters(scene), terms_deck.BODIES
         start = "start_velocity"
     bounds, geometry, law, loads = terms_deck.loops(scene)
-    made = _MOTION.format(start=start, bounds=bounds, geometry=geometry, law=law, loads=loads)
+    physics, damping = terms_deck.damping(scene)
+    made = _MOTION.format(
+        start=start, bounds=bounds, geometry=geometry, law=law, loads=loads, physics=physics,
+        damping=damping,
+    )  # fmt: skip
     return f"""\
 import numpy as np
 
@@ -70,7 +78,21 @@ poisson_ratio = {chain.poisson_ratio!r}
 density = {chain.density!r}  # kg/m^3"""
 
 
-def _row(leg: Leg, stride: int) -> tuple[int, float, int, str, float, float, float]:
+_Row = tuple[int, float, int, str, float, float, float]
+
+_NO_TIME = 1e-100
+"""Length of a step that moves nothing [s]; 0 makes Yade's velocities NaN (measured)."""
+
+
+def _rows(legs: Sequence[Leg], strides: Sequence[int], again: bool) -> Iterator[_Row]:
+    """Yield the legs of a script, each after a step of no length if forces are computed again."""
+    for leg, stride in zip(legs, strides, strict=True):
+        if again:
+            yield 1, _NO_TIME, 1, "none", 0.0, 0.0, 0.0
+        yield _row(leg, stride)
+
+
+def _row(leg: Leg, stride: int) -> _Row:
     if (ramp := leg.ramp) is None:
         return leg.steps, leg.dt, stride, "none", 0.0, 0.0, 0.0
     # A leg starts where its ramp starts.
@@ -151,8 +173,8 @@ O.engines = [
     InsertionSortCollider([Bo1_Sphere_Aabb(){bounds}]),
     InteractionLoop(
         [Ig2_Sphere_Sphere_ScGeom(){geometry}],
-        [Ip2_FrictMat_FrictMat_MindlinPhys()],
-        [Law2_ScGeom_MindlinPhys_Mindlin({law})],  # Hertz; no friction, no damping
+        [Ip2_FrictMat_FrictMat_MindlinPhys({physics})],
+        [Law2_ScGeom_MindlinPhys_Mindlin({law})],  # Hertz; no friction, {damping}
     ),
 {loads}    PyRunner(command="push()", iterPeriod=1, initRun=True),
     NewtonIntegrator(damping=0),
@@ -163,6 +185,7 @@ O.engines = [
 def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     """A whole script that leaves the granules at rest, and readings every so many steps, behind."""
     wall, before, watch, after = terms_deck.wall(scene), "", "", ""
+    skip = "" if scene.contact is None else _SKIP
     if scene.wall is not None:
         before = "wall_force = []\n"
         watch = "    wall_force.append(abs(contact.phys.normalForce[0]))\n"
@@ -180,13 +203,18 @@ readings = []
 {before}
 
 def see(position, velocity, force):
-    readings.append((position, velocity, force))
+{skip}    readings.append((position, velocity, force))
 {watch}
 
 O.run(sum(row[0] for row in legs) + 1, wait=True)
 np.save({READINGS!r}, readings)
 {after}"""
 
+
+_SKIP = f"""\
+    if legs[leg][1] == {_NO_TIME!r}:
+        return  # a step of no length
+"""
 
 READING_INTERVAL = 0.01  # natural time units between readings; a parabola misses 6e-8 of a peak
 

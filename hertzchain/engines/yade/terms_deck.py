@@ -22,6 +22,7 @@ def parameters(scene: Scene) -> str:
     )  # fmt: skip
     rows = zip(*(column.tolist() for column in columns), strict=True)
     lines = "\n".join(f"    {row!r}," for row in rows)
+    law = "" if scene.contact is None else _RESTITUTION.format(scene.contact.restitution)
     return f"""\
 granules = {count}
 # Of each granule: position [m], radius [m], Young's modulus [Pa], Poisson's ratio, and density
@@ -30,7 +31,13 @@ rows = [
 {lines}
 ]
 start_velocity = np.zeros(granules)
-start_velocity[0] = {scene.start_velocity!r}  # m/s"""
+start_velocity[0] = {scene.start_velocity!r}  # m/s{law}"""
+
+
+_RESTITUTION = """
+restitution = {!r}  # of two spheres whose contact pulls as it opens; this one does not
+log_e = np.log(restitution)
+betan = float(-np.sqrt(5 / 6) * log_e / np.hypot(np.pi, log_e))"""
 
 
 BODIES = """
@@ -59,6 +66,13 @@ def loops(scene: Scene) -> tuple[str, str, str, str]:
         if scene.wall is None:
             loads += f"    ForceEngine(force=({-pressed.force!r}, 0, 0), ids=[granules - 1]),\n"
     return bounds, geometry, law, loads
+
+
+def damping(scene: Scene) -> tuple[str, str]:
+    """How an engine of Yade makes contacts, and the comment on them."""
+    if scene.contact is None:
+        return "", "no damping"
+    return "betan=betan", "damped, and never pulling"
 
 
 def wall(scene: Scene) -> str:
