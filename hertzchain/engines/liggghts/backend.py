@@ -18,7 +18,7 @@ from hertzchain.engines.liggghts.contacts import refuse_damping
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.terms import ELASTIC_TERMS
+from hertzchain.scene.terms import ALL_TERMS
 
 _LOG = "log.liggghts"
 
@@ -58,7 +58,7 @@ class Liggghts(ProgramEngine):
     FILE: ClassVar[str] = "in.chain"
     PACKAGE: ClassVar[str] = "liggghts"
     FASTEST: ClassVar[tuple[float, float]] = (0.3e-6, 8e-9)  # 4e-6 measured with 60 granules
-    TERMS: ClassVar[tuple[str, ...]] = ELASTIC_TERMS
+    TERMS: ClassVar[tuple[str, ...]] = ALL_TERMS
     ENVIRONMENT: ClassVar[dict[str, str]] = {"OMP_NUM_THREADS": "1"}
 
     program: str = "liggghts"

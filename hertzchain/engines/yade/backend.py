@@ -14,7 +14,7 @@ from hertzchain.engines.yade import deck
 from hertzchain.engines.yade.damping import refuse_damping
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.terms import ELASTIC_TERMS
+from hertzchain.scene.terms import ALL_TERMS
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Yade(ProgramEngine):
     FILE: ClassVar[str] = "chain.py"
     PACKAGE: ClassVar[str] = "yade"
     FASTEST: ClassVar[tuple[float, float]] = (3e-6, 1e-7)  # 4e-5 and 4e-7 measured
-    TERMS: ClassVar[tuple[str, ...]] = ELASTIC_TERMS
+    TERMS: ClassVar[tuple[str, ...]] = ALL_TERMS
     # Modules for this Python are not for that within Yade.
     ENVIRONMENT: ClassVar[dict[str, str]] = {"PYTHONPATH": ""}
 

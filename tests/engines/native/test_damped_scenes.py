@@ -141,8 +141,6 @@ def test_a_history_of_damped_contacts() -> None:
 REFUSED: dict[str, Callable[[hc.Scene], object]] = {
     "method": lambda scene: hc.Native("rk4").run(scene),
     "dt": lambda scene: hc.Native(dt=1e-7).run(scene),
-    "LIGGGHTS": lambda scene: hc.Liggghts().run(scene),
-    "Yade": lambda scene: hc.Yade().run(scene),
     "a trade-off": tradeoff,
 }
 
