@@ -13,6 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 import hertzchain as hc
+from hertzchain.engines.external.backend import _Runner
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.liggghts import contacts
 from hertzchain.engines.liggghts import deck as liggghts_deck
@@ -43,8 +44,7 @@ LAWS = {
 """All that LIGGGHTS has; Yade has the first."""
 
 STEP = 0.03
-"""Of the runs at the same steps [natural time units of the fastest contact]; native looks at each
-of them, too, so that peaks are interpolated between the same states."""
+"""Of the runs at the same steps [natural time units of the fastest contact]."""
 
 QUICK = {
     hc.Liggghts: {
@@ -81,8 +81,10 @@ def refuse_other_motion(engine: type[ProgramEngine], scene: hc.Scene, law: hc.Co
     """Only round-off differs from native velocity Verlet, with the law, at the same steps."""
     dt = STEP * scene.contact_time
     legs = scene.schedule(dt)
-    # One run, without those that tell its error.
-    found = engine()._simulate(scene, Deadline(60.0))(legs, [1] * len(legs), None)
+    own = engine(dt=dt)
+    runner = _Runner(scene, own._simulate(scene, Deadline(60.0)), own._steps)
+    # One run, without those that tell its error. Native looks at the same steps.
+    found = runner.simulate(legs, [runner.stride(leg, recording=False) for leg in legs])
     native = hc.Native("velocity-verlet", dt).run(replace(scene, contact=law))
     unit = scene.units
     # Absolute coordinates: a softer chain is run where they would cost more than 1e-9.
@@ -176,7 +178,7 @@ def test_histories(engine: type[ProgramEngine]) -> None:
     scene = replace(SCENES["all at once"], contact=RESTITUTION)
     times = np.linspace(0.0, scene.end_time, 41)
     dt = STEP * scene.contact_time
-    found = engine(dt=dt, read_every=1).run(scene, record=times).history
+    found = engine(dt=dt).run(scene, record=times).history
     native = hc.Native("velocity-verlet", dt).run(scene, record=times).history
     assert found is not None
     assert native is not None
