@@ -17,6 +17,9 @@ from hertzchain.theory.restitution import of_ratio
 from validation.physics import (
     chains,
     cut_offs,
+    damped_pulses,
+    damped_similarity,
+    damped_waves,
     dimers,
     gapped_taper,
     precompression,
@@ -104,6 +107,38 @@ def test_another_closed_form_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     assert {entry.backend for entry in restitution.compare(True, False) if not entry.passed} == {
         "closed form"
     }
+
+
+def test_a_wave_that_loses_otherwise_fails() -> None:
+    table = damped_waves.measure(True, False)
+    assert failed(damped_waves.promises(table)) == set()
+    for factor in (1 - 2e-4, 1 + 2e-4):  # twice what the quick form allows
+        rows = damped_waves.promises(table.assign(lost=factor * table["lost"]))
+        assert "G without damping" in failed(rows)
+
+
+def test_a_wave_that_is_not_similar_fails() -> None:
+    table = damped_waves.measure(True, False)
+    table.loc[table["contact"] == 90, "lost"] *= 1 + 2e-5
+    names = failed(damped_waves.promises(table))
+    assert names == {"lost"}
+
+
+def test_a_law_of_another_power_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    laws = {
+        law: (contact, power + 1e-3) for law, (contact, power) in damped_similarity.LAWS.items()
+    }
+    monkeypatch.setattr(damped_similarity, "LAWS", laws)
+    found = damped_similarity.compare(True, False)
+    # A restitution has no coefficient that could be another.
+    assert [entry.passed for entry in found] == [True, True, False, *[False] * 6]
+
+
+def test_a_front_that_is_off_fails() -> None:
+    table = damped_pulses.measure(True, False)
+    assert failed(damped_pulses.promises(table)) == set()
+    table[["x", "y"]] *= 1 + 2e-3
+    assert failed(damped_pulses.promises(table)) == {"speed / F0^(1/6)", "dissipated / work"}
 
 
 @pytest.mark.lammps
