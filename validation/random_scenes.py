@@ -124,6 +124,27 @@ def random_scene_with_terms(
             return scene
 
 
+def random_damped_scene(
+    rng: np.random.Generator, longest: int, longest_time: float = math.inf
+) -> hc.Scene:
+    """A scene as ``random_scene_with_terms`` draws it, with damping of any law, weak or strong.
+
+    Its coefficient in natural units of the first contact is 0.003 to 2, a restitution of 0.995 to
+    0.06.
+    """
+    scene = random_scene_with_terms(rng, longest, longest_time)
+    units, strength = scene.units, _spread(rng, 0.003, 2.0)
+    law = str(rng.choice(list(DAMPING)))
+    ratio = strength / math.sqrt(5 + strength**2)  # below 1, whatever the strength
+    value = {
+        "restitution": math.exp(-math.pi * ratio / math.sqrt(1 - ratio**2)),
+        "viscoelastic": strength * units.time,
+        "dashpot": strength * units.force * units.time / units.length,
+    }[law]
+    contact = hc.Contact(law, **{DAMPING[law]: value}, attraction=bool(rng.random() < 0.4))
+    return replace(scene, contact=contact)
+
+
 def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
     """Static loads are 1e-3 to 1e3 of the shock."""
     granules = round(_spread(rng, 2.0, longest))

@@ -6,6 +6,7 @@ F = k d^(3/2) + c d^q d' where d > 0, and never below 0 without attraction.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -16,6 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853
 from scipy.optimize import minimize_scalar
+
+import hertzchain as hc
+from tests.oracles.terms_in_si import numbers_of
 
 Floats = NDArray[np.float64]
 
@@ -96,3 +100,55 @@ def peaks(
                 highest[contact] = best
         state = solver.y
     return Found(highest, state[:size], state[size:])
+
+
+@dataclass(frozen=True)
+class Chain:
+    """A chain as ``peaks`` takes it, natural units."""
+
+    stiffness: Floats
+    damping: Floats
+    gap: Floats
+    inertia: Floats
+    pull: Floats
+    exponent: float
+    attraction: bool
+
+
+def peaks_of_scene(scene: hc.Scene, rtol: float) -> Floats:
+    """Peak force of each contact of a damped scene [N], a wall's last."""
+    each, law = numbers_of(scene), scene.contact
+    assert law is not None
+    mass, stiffness = each.mass, each.stiffness
+    pairs = mass[:-1] * mass[1:] / (mass[:-1] + mass[1:])
+    contact_mass = np.append(pairs, mass[-1:])[: stiffness.size]
+    exponent, damping = 0.0, (law.coefficient or 0.0) * np.ones(stiffness.size)
+    if law.restitution is not None:
+        log = math.log(law.restitution)
+        alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)
+        exponent, damping = 0.25, alpha * np.sqrt(contact_mass * stiffness)
+    elif law.relaxation_time is not None:
+        exponent, damping = 0.5, 1.5 * law.relaxation_time * stiffness
+    force = max(scene.peak_force, float(np.max(stiffness * each.start_overlap**1.5)))
+    length = (force / stiffness[0]) ** (2 / 3)
+    time = math.sqrt(2 * contact_mass[0] * length / force)
+    chain = Chain(
+        stiffness=stiffness * length**1.5 / force,
+        damping=damping * length ** (exponent + 1) / time / force,
+        gap=(each.gap - each.start_overlap) / length,
+        inertia=force * time**2 / length / mass,
+        pull=each.constant / mass * time**2 / length,
+        exponent=exponent,
+        attraction=law.attraction,
+    )
+    start = np.zeros((2, mass.size))
+    if isinstance(scene.shock, hc.Striker):
+        start[1, 0] = scene.shock.velocity * time / length
+
+    def push(t: float) -> float:
+        return float(scene.applied_force(np.array([t * time]))[0]) / force
+
+    corners = sorted({0.0, *(r.start for r in scene.ramps), *(r.end for r in scene.ramps)})
+    corners = [corner for corner in corners if corner < scene.end_time] + [scene.end_time]
+    natural = [corner / time for corner in corners]
+    return peaks(chain, push, natural, start, rtol, longest=0.1).peak_force * force

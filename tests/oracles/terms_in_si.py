@@ -30,13 +30,19 @@ class Found:
     velocity: Floats
 
 
-def peaks(  # noqa: PLR0915 - formula after formula
-    scene: hc.Scene, rtol: float, most_steps: float = math.inf
-) -> Found:
-    """Peaks and velocities at the end, by DOP853; its steps end where contacts open or close.
+@dataclass(frozen=True)
+class Numbers:
+    """What a scene is made of, SI units; granules first, then contacts, a wall's last."""
 
-    ArithmeticError where that takes more than ``most_steps``.
-    """
+    mass: Floats
+    constant: Floats  # force on each granule
+    stiffness: Floats
+    gap: Floats
+    start_overlap: Floats
+
+
+def numbers_of(scene: hc.Scene) -> Numbers:
+    """Masses, stiffnesses, gaps and loads from radii and materials."""
     size, chain = scene.chain.granules, scene.chain
     columns = {
         name: np.array(np.broadcast_to(getattr(chain, name), size), np.float64)
@@ -68,7 +74,20 @@ def peaks(  # noqa: PLR0915 - formula after formula
     constant[0] += force
     if wall is None:
         constant[-1] -= force
-    start_overlap = (static / stiffness) ** (2 / 3)
+    return Numbers(mass, constant, stiffness, gap, (static / stiffness) ** (2 / 3))
+
+
+def peaks(  # noqa: PLR0915 - formula after formula
+    scene: hc.Scene, rtol: float, most_steps: float = math.inf
+) -> Found:
+    """Peaks and velocities at the end, by DOP853; its steps end where contacts open or close.
+
+    ArithmeticError where that takes more than ``most_steps``.
+    """
+    size, wall = scene.chain.granules, scene.wall
+    each = numbers_of(scene)
+    mass, constant, stiffness = each.mass, each.constant, each.stiffness
+    gap, start_overlap = each.gap, each.start_overlap
 
     def overlaps(state: Floats) -> Floats:
         x = state[:size]
@@ -95,7 +114,7 @@ def peaks(  # noqa: PLR0915 - formula after formula
     highest = contact_forces(state)
     corners = sorted({0.0, *(r.start for r in scene.ramps), *(r.end for r in scene.ramps)})
     corners = [corner for corner in corners if corner < scene.end_time] + [scene.end_time]
-    scale = np.max(np.abs(static)) + scene.peak_force
+    scale = np.max(stiffness * start_overlap**1.5) + scene.peak_force
     length = (scale / float(np.max(stiffness))) ** (2 / 3)
     shortest = math.sqrt(float(np.min(mass)) * length / scale)
     tolerance = rtol * np.repeat([length, length / shortest], size)

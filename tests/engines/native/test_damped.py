@@ -151,18 +151,38 @@ def test_impulse_on_a_wall() -> None:
     assert run.momentum < 0
 
 
-def test_order() -> None:
-    """Errors fall with the eighth power of the step, over a run with contacts that open."""
-    chain, rows = uniform(12, RESTITUTION, 0.1), pulse(1.5, 2.5, 25.0)
+@pytest.mark.parametrize("exponent", [DASHPOT, RESTITUTION, VISCOELASTIC])
+def test_order_over_a_run(exponent: float) -> None:
+    """Errors fall with the eighth power of the steps, with contacts that begin and end.
+
+    Without attraction: where contacts pull, their end is singular, and orders of 6 to 7 were found.
+    """
+    chain, rows = uniform(12, exponent, 0.1), pulse(1.5, 2.5, 25.0)
     true = integrate_damped(chain, rows, AT_REST, 1e-13, 0.1)
     errors, steps = [], []
-    for tolerance in (1e-6, 1e-10):
-        run = integrate_damped(chain, rows, AT_REST, tolerance, 10.0)
+    for power in range(6, 12):
+        run = integrate_damped(chain, rows, AT_REST, 10.0**-power, 10.0)
         errors.append(error_of(run.peak_force, true.peak_force))
         steps.append(run.steps)
-    # Steps at events are short whatever the tolerance, which makes the order look higher.
-    assert math.log(errors[0] / errors[1]) / math.log(steps[1] / steps[0]) > 7
-    assert errors[1] < 1e-9
+    order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert order == pytest.approx(8.0, rel=0, abs=0.3)
+    assert errors[-1] < 1e-10
+
+
+@pytest.mark.parametrize("exponent", [DASHPOT, RESTITUTION, VISCOELASTIC])
+def test_order_in_a_smooth_stretch(exponent: float) -> None:
+    """A pressed chain, whose contacts stay closed, with steps of one length."""
+    load = np.array([1.0, 0.0, 0.0, 0.0, 0.0, -1.0])
+    chain = replace(uniform(6, exponent, 0.1), gap=-np.ones(5), pull=load)
+    start = np.array([np.zeros(6), [0.3, -0.1, 0.2, 0.0, -0.2, 0.1]])
+    loose = 1e3  # leaves steps as long as they may be
+    velocities = [
+        integrate_damped(chain, FREE, start, loose, longest).velocity
+        for longest in (0.4, 0.2, 0.1, 0.02)
+    ]
+    coarse, middle, fine = (np.max(np.abs(v - velocities[-1])) for v in velocities[:-1])
+    assert math.log2(coarse / middle) == pytest.approx(8.0, rel=0, abs=0.3)
+    assert math.log2(middle / fine) == pytest.approx(8.0, rel=0, abs=0.3)
 
 
 def test_without_damping_it_is_the_other_kernel() -> None:

@@ -1,0 +1,50 @@
+"""Random damped scenes: no answer of the native backend is worse than it says, by SciPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.observables.peaks import largest_difference
+from tests.oracles import damped as oracle
+from validation.random_scenes import random_damped_scene
+
+TOLERANCES = (1e-3, 1e-6, 1e-8)
+
+LONGEST, LONGEST_TIME = 12, 60.0
+"""Granules and natural time units of a scene: SciPy takes about a second for one."""
+
+BLOCK = 10
+"""Scenes of one slow test."""
+
+SCENES = 300
+
+
+def judge(number: int) -> None:
+    """Whether each answer of a random scene is within its own bound, or refused."""
+    scene = random_damped_scene(np.random.default_rng([13, number]), LONGEST, LONGEST_TIME)
+    coarse, true = (oracle.peaks_of_scene(scene, rtol) for rtol in (1e-10, 1e-12))
+    # SciPy's own error: the difference is that of the coarser run, or more.
+    unsure = largest_difference(coarse, true)
+    for rtol in TOLERANCES:
+        try:
+            result = hc.Native(rtol=rtol).run(scene)
+        except hc.HertzchainError:
+            continue  # a refusal is honest
+        # Where collisions multiply round-off to more than that, SciPy loses as many digits.
+        assert result.error_estimate <= rtol or unsure > rtol, (number, rtol)
+        error = largest_difference(result.all_peaks, true)
+        assert error <= result.error_estimate + unsure, (number, rtol)
+
+
+@pytest.mark.parametrize("number", [1, 30])
+def test_random_damped_scenes(number: int) -> None:
+    judge(number)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, SCENES, BLOCK))
+def test_many_random_damped_scenes(first: int) -> None:
+    for number in range(first, first + BLOCK):
+        judge(number)
