@@ -16,6 +16,7 @@ from hertzchain.limits import Deadline
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 
+_TOLERANCE = 1e-8  # of a step of damped contacts: peaks are right to 2e-8 (measured)
 _LOWEST = 1e-9  # of the truth: lower peaks are as good as none
 
 
@@ -60,12 +61,23 @@ class Case:
     def of(self, scene: Scene) -> FloatArray:
         """True peaks of another scene [N]; NaN where there are none."""
         try:
+            if scene.contact is not None:
+                return self._damped(scene)
             run = Native(rtol=1e-8, peaks_only=True, time_limit=max(self.deadline.left, 1e-3))
             return run.run(scene).peak_force
         except TooExpensive:
             raise
         except (RunFailed, SceneError):
             return np.full_like(self.given, np.nan)
+
+    def _damped(self, scene: Scene) -> FloatArray:
+        """Peaks of a scene with damped contacts, right to about 1e-8, by one run."""
+        from hertzchain.engines.native import damped_runs
+
+        longest = damped_runs.longest_step(scene) / scene.units.time
+        run = damped_runs.simulate_damped(scene, _TOLERANCE, longest, self.deadline)
+        between = scene.chain.granules - 1  # a wall's contact is the last
+        return np.asarray(run.peak_force[:between] * scene.units.force)
 
     def fit(
         self, family: Callable[[float], FloatArray], trials: Sequence[float]

@@ -18,6 +18,7 @@ from hertzchain.observables.transition import FREE_END
 from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.case import Case, Cause
+from hertzchain.verdict.damping_causes import damping
 from hertzchain.verdict.other_laws import HERTZ, Law, peaks
 from hertzchain.verdict.sampling import samples
 from hertzchain.verdict.step_causes import known_step, long_steps
@@ -49,7 +50,7 @@ def likely_cause(
         return alone, None
     found: list[Cause] = []
     remark = None
-    for name, find in FINDERS.items():
+    for name, find in finders_for(case.scene).items():
         if name in DEAR and any(one.residual <= _CERTAIN * size for one in found):
             continue  # nothing else could leave as little
         if progress is not None:
@@ -241,40 +242,26 @@ _BACKWARD = -(np.linspace(0.6, 0.0, 10)[:-1] ** 2)  # of damping, natural units:
 _OF_DRAG = 0.2  # share of these coefficients for a drag, which acts on a granule for long
 
 
-def damping(case: Case) -> Iterator[Cause]:
-    """Damping on, of four kinds; and what acts like it, forces that are late."""
+def late_forces(case: Case) -> Iterator[Cause]:
+    """Forces that are late or early, which acts like damping; and a drag."""
     units = case.scene.units
-    for text, law, unit in (
-        ("damping on, a dashpot in each contact", Law(damped_by="contact"), "N s/m"),
-        (
-            "damping on, as Tsuji's: overlap^(1/4) times its rate",
-            Law(damped_by="contact", damping_exponent=0.25),
-            "N s/m^(5/4)",
-        ),
-        (
-            "damping on, as of viscoelastic spheres: overlap^(1/2) times its rate",
-            Law(damped_by="contact", damping_exponent=0.5),
-            "N s/m^(3/2)",
-        ),
-        ("damping on, a drag on each granule", Law(damped_by="drag"), "N s/m"),
-    ):
-        scale = units.force * units.time / units.length ** (1 + law.damping_exponent)
-        forward = _OF_DRAG * _FORWARD if law.damped_by == "drag" else _FORWARD
-        x, left = _fit_damping(case, law, forward, whole=True)
-        yield Cause(f"{text}, coefficient {x * scale:.3g} {unit}", left)
-        if law.damping_exponent == 0.5:
-            # F(t - dt) = F - 3/2 dt overlap^(1/2) overlap': damping that gives energy.
-            both_ways = np.concatenate([_BACKWARD, forward])
-            x, left = _fit_damping(case, law, both_ways, whole=False)
-            late = -x / 1.5 * units.time
-            yield Cause(
-                f"contact forces {late:.3g} s late, a step: explicit Euler, or forces from"
-                " positions of the step before"
-                if late > 0
-                else f"contact forces {-late:.3g} s early: implicit Euler, or damping as of"
-                " viscoelastic spheres that the peaks leave out",
-                left,
-            )
+    drag = Law(damped_by="drag")
+    x, left = _fit_damping(case, drag, _OF_DRAG * _FORWARD, whole=True)
+    coefficient = x * units.force * units.time / units.length
+    text = f"damping on, a drag on each granule, coefficient {coefficient:.3g} N s/m"
+    yield Cause(text, left)
+    # F(t - dt) = F - 3/2 dt overlap^(1/2) overlap': damping that gives energy.
+    law = Law(damped_by="contact", damping_exponent=0.5)
+    x, left = _fit_damping(case, law, np.concatenate([_BACKWARD, _FORWARD]), whole=False)
+    late = -x / 1.5 * units.time
+    yield Cause(
+        f"contact forces {late:.3g} s late, a step: explicit Euler, or forces from"
+        " positions of the step before"
+        if late > 0
+        else f"contact forces {-late:.3g} s early: implicit Euler, or damping as of"
+        " viscoelastic spheres that the peaks leave out",
+        left,
+    )
 
 
 def _fit_damping(case: Case, law: Law, trials: FloatArray, whole: bool) -> tuple[float, float]:
@@ -321,8 +308,20 @@ FINDERS: dict[str, Finder] = {
     "steps too long": long_steps,
     "samples": samples,
     "damping": damping,
+    "drag and late forces": late_forces,
     "the contact law": other_contacts,
 }
 """In the order in which they are tried."""
 
-DEAR = ("samples", "damping", "the contact law")  # those that take seconds
+DEAR = ("samples", "damping", "drag and late forces", "the contact law")  # those that take seconds
+
+_OF_DAMPED = ("stiffness, mass or duration", "applied force, units", "numbers of the contacts")
+_OF_ALL = ("damping",)  # what is tried whatever the terms of the scene
+
+
+def finders_for(scene: Scene) -> dict[str, Finder]:
+    """Causes that can be tried in a scene: all in a plain one, with terms those of damping."""
+    if scene.is_plain:
+        return FINDERS
+    names = (*_OF_DAMPED, *_OF_ALL) if scene.terms == ("damping",) else _OF_ALL
+    return {name: FINDERS[name] for name in names}

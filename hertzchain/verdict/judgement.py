@@ -22,7 +22,7 @@ from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene, require_scene
 from hertzchain.verdict.case import Case
-from hertzchain.verdict.causes import likely_cause
+from hertzchain.verdict.causes import finders_for, likely_cause
 from hertzchain.verdict.twin import velocity_verlet
 
 if TYPE_CHECKING:
@@ -229,24 +229,30 @@ def judge(
     require(tolerance >= 10 * known, "tolerance", tolerance, allowed)
     judged = judged_peaks(reference, given)
     expected = like = None
-    if dt is not None:
+    remarks = []
+    if scene.contact is not None:
+        if dt is not None:
+            remarks.append("what velocity Verlet has at that step is not known of damped contacts")
+    elif dt is not None:
         report_progress("native: velocity Verlet at that step")
         expected = _accuracy(reference, dt, time_limit)
     elif judged.any():
         report_progress("native: velocity Verlet")
         difference = np.max(np.abs(given[judged] / reference.peak_force[judged] - 1.0))
         like = _like_steps(reference, float(difference), time_limit)
-    found = Judgement(reference, given, float(tolerance), None, (), expected, like)
+    found = Judgement(reference, given, float(tolerance), None, tuple(remarks), expected, like)
     if np.array_equal(found.passed, judged):
         return found  # nothing is wrong by this tolerance
     if not scene.is_plain:
-        why = f"no cause was looked for: the scene has {', '.join(scene.terms)}"
-        return replace(found, remarks=(why,))
+        tried = ", ".join(finders_for(scene))
+        terms = ", ".join(scene.terms)
+        remarks.append(f"only some causes were tried, as the scene has {terms}: {tried}")
     deadline = Deadline(min(PATIENCE, time_limit))
     cause, remark = likely_cause(
         Case(scene, reference, given, judged, dt, deadline), report_progress
     )
-    return replace(found, cause=cause, remarks=() if remark is None else (remark,))
+    remarks += [] if remark is None else [remark]
+    return replace(found, cause=cause, remarks=tuple(remarks))
 
 
 def judged_peaks(reference: Result, given: FloatArray) -> NDArray[np.bool_]:

@@ -337,16 +337,22 @@ def plain_code(scene: hc.Scene, dt: float, damping: Damping, euler: bool = False
 @in_turn(
     "damping, words",
     {
-        "dashpot": (lambda _, rate: 0.02 * rate, "a dashpot in each contact"),
-        "Tsuji": (lambda pressed, rate: 0.1 * pressed**0.25 * rate, "Tsuji's"),
-        "viscoelastic": (lambda over, rate: 0.1 * np.sqrt(over) * rate, "viscoelastic spheres"),
-        "weak": (lambda over, rate: 0.002 * np.sqrt(over) * rate, "viscoelastic spheres"),
+        "dashpot": (lambda _, rate: 0.02 * rate, "by dashpots of 4.9 kg/s"),
+        "Tsuji": (lambda pressed, rate: 0.1 * pressed**0.25 * rate, "of restitution 0.819"),
+        "viscoelastic": (
+            lambda over, rate: 0.1 * np.sqrt(over) * rate,
+            "of viscoelastic spheres with the relaxation time 9.7e-07 s",
+        ),
+        "weak": (
+            lambda over, rate: 0.002 * np.sqrt(over) * rate,
+            "of viscoelastic spheres with the relaxation time 1.9e-08 s",
+        ),
     },
 )
 def test_damping_is_named(truth: hc.Result, damping: Damping, words: str) -> None:
     found = named(truth, plain_code(truth.scene, 0.01, damping))
-    assert found.startswith("damping on")
-    assert words in found
+    # The coefficient in SI units, and alpha = 0.1 sqrt(2) as a restitution: 0.8195.
+    assert found.startswith(f"damping {words}")
 
 
 @on(QUICK[1])
@@ -369,7 +375,7 @@ def test_explicit_euler_is_named(truth: hc.Result) -> None:
                 "hertz/material ${young_modulus} 0.0 ${poisson_ratio}",
                 "hertz/material ${young_modulus} 0.2 ${poisson_ratio} damping tsuji",
             ),
-            "Tsuji's",
+            "damping of restitution 0.34",  # 0.3433 is what tsuji gives for 0.2
         ),
     },
 )

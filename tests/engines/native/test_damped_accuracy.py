@@ -24,7 +24,7 @@ SCENES = 300
 def judge(number: int) -> None:
     """Whether each answer of a random scene is within its own bound, or refused."""
     scene = random_damped_scene(np.random.default_rng([13, number]), LONGEST, LONGEST_TIME)
-    coarse, true = (oracle.peaks_of_scene(scene, rtol) for rtol in (1e-10, 1e-12))
+    coarse, true = (oracle.peaks_of_scene(scene, rtol) for rtol in (1e-11, 1e-13))
     # SciPy's own error: the difference is that of the coarser run, or more.
     unsure = largest_difference(coarse, true)
     for rtol in TOLERANCES:

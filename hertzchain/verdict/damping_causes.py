@@ -1,0 +1,210 @@
+"""Damping as a cause of wrong peaks: there, missing, of another law or with another coefficient."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.damping import BEFORE_ROOT_2, WITH_ROOT_2, tsuji
+from hertzchain.engines.yade.damping import BETAN_PER_RATIO, betan
+from hertzchain.errors import SceneError
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.terms import DAMPING, Contact
+from hertzchain.theory.restitution import damping_ratio, of_ratio, ratio_for
+from hertzchain.verdict.case import Case, Cause
+
+_TRIALS = np.log(np.geomspace(1e-6, 2.2, 14))
+"""Logarithms of coefficients in natural units; sqrt(5) is a restitution of 0."""
+
+_BETTER = 3.0
+"""Times that a coefficient, or contacts that pull, have to leave less to be named (chosen)."""
+
+_NEAR = 0.003
+"""Relative; how near a fitted coefficient has to be to a known one for that to be named."""
+
+_SAME = 3e-4
+"""Relative; coefficients that are nearer to the scene's than this are the scene's."""
+
+_KNOWN_TO = 1e-4
+"""Least relative uncertainty of a coefficient: the trial runs and the search leave less."""
+
+_HIDDEN = 4.0
+"""Times that a coefficient can be further off than what is left says, as errors of steps change it,
+too (4 measured, of velocity Verlet)."""
+
+
+_NAMES = {
+    "restitution": "damping of restitution",
+    "viscoelastic": "damping of viscoelastic spheres with the relaxation time",
+    "dashpot": "damping by dashpots of",
+}
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """A law whose coefficient leaves the least of the differences."""
+
+    contact: Contact
+    log: float  # of the coefficient, natural units
+    left: float
+
+
+def damping(case: Case) -> Iterator[Cause]:
+    """No damping, another law, another coefficient, contacts that pull or not."""
+    scene, own = case.scene, case.scene.contact
+    without = case.size
+    base = False
+    if own is not None:
+        base = own.attraction
+        without = case.residual(case.of(replace(scene, contact=None)))
+        yield Cause("no damping", without)
+        other = replace(own, attraction=not base)
+        text = (
+            "contacts that pull as they open" if not base else "contacts that are kept from pulling"
+        )
+        yield Cause(text, case.residual(case.of(replace(scene, contact=other))))
+    for law in DAMPING:
+        found = _fit(case, law, base, _TRIALS)
+        if found is None or found.left > case.size / 2:
+            continue
+        near = found.log + 0.1 * np.linspace(-1.0, 1.0, 5)
+        other_way = _fit(case, law, not base, near)
+        if other_way is not None and other_way.left < found.left / _BETTER:
+            found = other_way
+        if found.left > without / _BETTER or _is_own(scene, found):
+            continue
+        yield Cause(_in_words(case, found, base), found.left)
+
+
+def _fit(case: Case, law: str, attraction: bool, logs: FloatArray) -> _Fitted | None:
+    """The coefficient of a law that leaves the least; None where none can be tried."""
+
+    def peaks_at(log: float) -> FloatArray:
+        contact = contact_of(case.scene, law, math.exp(log), attraction)
+        return case.of(replace(case.scene, contact=contact))
+
+    allowed = [log for log in logs.tolist() if law != "restitution" or log < _TRIALS[-1] + 1e-9]
+    log, left = case.fit(peaks_at, allowed)
+    if not math.isfinite(left):
+        return None
+    return _Fitted(contact_of(case.scene, law, math.exp(log), attraction), log, left)
+
+
+def contact_of(scene: Scene, law: str, strength: float, attraction: bool) -> Contact:
+    """A law of damping whose coefficient in natural units is ``strength``.
+
+    That is c in F = d^(3/2) + c d^q d', and alpha of the law of restitution.
+    """
+    units = scene.units
+    if law == "restitution":
+        e = of_ratio(strength / math.sqrt(5), pulls=True)
+        return Contact(law, restitution=e, attraction=attraction)
+    if law == "viscoelastic":
+        time = strength / 1.5 * units.time
+        return Contact(law, relaxation_time=time, attraction=attraction)
+    coefficient = strength * units.force * units.time / units.length
+    return Contact(law, coefficient=coefficient, attraction=attraction)
+
+
+def strength_of(scene: Scene, contact: Contact) -> float:
+    """What ``contact_of`` takes for a law of damping."""
+    units = scene.units
+    if contact.restitution is not None:
+        return math.sqrt(5) * damping_ratio(contact.restitution)
+    if contact.relaxation_time is not None:
+        return 1.5 * contact.relaxation_time / units.time
+    assert contact.coefficient is not None
+    return contact.coefficient * units.length / (units.force * units.time)
+
+
+def _is_own(scene: Scene, found: _Fitted) -> bool:
+    """Whether what was found is the scene's own law and coefficient."""
+    own = scene.contact
+    if own is None or own.damping != found.contact.damping:
+        return False
+    return abs(math.exp(found.log) / strength_of(scene, own) - 1) < _SAME
+
+
+def _in_words(case: Case, found: _Fitted, base: bool) -> str:
+    own, same = case.scene.contact, False
+    text = described(found.contact, _uncertainty(case, found))
+    if own is not None:
+        same = own.damping == found.contact.damping
+        text += f" in place of {(_value if same else described)(own, _KNOWN_TO)}"
+    if found.contact.attraction != base:
+        text += ", with contacts that pull" if not base else ", with contacts that cannot pull"
+    if own is not None and same:
+        factor = math.exp(found.log) / strength_of(case.scene, own)
+        text += f" (coefficient {factor:.4g} times the scene's)"
+        known = known_factors(case.scene)
+        names = [
+            name for name, q in known.items() if abs(factor / q - 1) < min(_NEAR, 0.1 * abs(q - 1))
+        ]
+        text += f": {' or '.join(names)}" if names else ""
+    return text
+
+
+def described(contact: Contact, uncertainty: float) -> str:
+    """A law with its coefficient, in as many digits as are known of it.
+
+    ``uncertainty`` is that of the coefficient, relative.
+    """
+    return f"{_NAMES[contact.damping]} {_value(contact, uncertainty)}"
+
+
+def _value(contact: Contact, uncertainty: float) -> str:
+    digits = max(2, math.floor(-math.log10(uncertainty)))
+    if contact.restitution is not None:
+        e = contact.restitution
+        # Of ln e = -pi z / sqrt(1 - z^2).
+        off = uncertainty * e * -math.log(e) / (1 - damping_ratio(e) ** 2)
+        return f"{round(e, max(2, math.floor(-math.log10(off)))):.10g}"
+    if contact.relaxation_time is not None:
+        return f"{contact.relaxation_time:.{digits}g} s"
+    assert contact.coefficient is not None
+    return f"{contact.coefficient:.{digits}g} kg/s"
+
+
+def _uncertainty(case: Case, found: _Fitted) -> float:
+    """Of the coefficient, relative, from what is left and how fast peaks change with it."""
+    step = 0.01
+    law, attraction = found.contact.damping, found.contact.attraction
+    here, there = (
+        case.of(replace(case.scene, contact=contact_of(case.scene, law, strength, attraction)))
+        for strength in (math.exp(found.log), math.exp(found.log - step))
+    )
+    slope = replace(case, given=here).residual(there) / step
+    if not slope > 0:
+        return 1.0
+    return min(max(_HIDDEN * found.left / slope, _KNOWN_TO), 1.0)
+
+
+def known_factors(scene: Scene) -> dict[str, float]:
+    """What mistakes make of the coefficient of a law, by their names."""
+    contact = scene.contact
+    assert contact is not None
+    if contact.relaxation_time is not None:
+        return {"the factor 3/2 is missing": 2 / 3, "the factor 3/2 is there twice": 3 / 2}
+    if contact.restitution is None:
+        return {"half of the coefficient": 0.5, "twice the coefficient": 2.0}
+    e = contact.restitution
+    ratio = damping_ratio(e)
+    known = {
+        f"damping tsuji of LAMMPS {version} for {e:g}": tsuji(e, root_2) / (math.sqrt(5) * ratio)
+        for version, root_2 in ((BEFORE_ROOT_2, False), (WITH_ROOT_2, True))
+    }
+    try:
+        limited = ratio_for(e, pulls=False)
+    except SceneError:  # no contact that cannot pull has so small a restitution
+        limited = math.nan
+    known |= {
+        f"the coefficient with which contacts that cannot pull have {e:g}": limited / ratio,
+        f"en = {e:g} of Yade": betan(e) / BETAN_PER_RATIO / ratio,
+    }
+    if not {"unlike granules", "wall"} & set(scene.terms):
+        known |= {"m in place of m*": math.sqrt(2), "m*/2 in place of m*": math.sqrt(0.5)}
+    return known

@@ -1,0 +1,243 @@
+"""Peaks of chains that are damped otherwise than they should be, and the damping that is named."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.damping import tsuji
+from hertzchain.limits import Deadline
+from hertzchain.scene.terms import DAMPING
+from hertzchain.theory.restitution import damping_ratio, of_ratio
+from hertzchain.verdict.case import Case
+from hertzchain.verdict.causes import EXPLAINED, finders_for
+from hertzchain.verdict.damping_causes import (
+    contact_of,
+    damping,
+    described,
+    known_factors,
+    strength_of,
+)
+from tests.conftest import STEEL, paper_scene
+
+ELASTIC = paper_scene("cosine", 0.5, 2.0, 16)
+
+ASKED = {
+    "restitution": hc.Contact("restitution", restitution=0.8),
+    "viscoelastic": hc.Contact("viscoelastic", relaxation_time=1e-6),
+    "dashpot": hc.Contact("dashpot", coefficient=3.0),
+}
+
+LAWS = ["restitution", *(pytest.param(law, marks=pytest.mark.slow) for law in list(ASKED)[1:])]
+"""One in every run, as each judgement takes half a second."""
+
+
+def peaks_of(scene: hc.Scene) -> FloatArray:
+    return hc.Native(rtol=1e-7).run(scene).peak_force
+
+
+def named(scene: hc.Scene, true: hc.Scene, tolerance: float = 1e-4) -> str:
+    """The cause that is found for the peaks of another scene."""
+    found = hc.judge(scene, peaks_of(true), tolerance=tolerance)
+    assert found.verdict == "fail"
+    return (found.cause or "").partition("; leaves")[0]
+
+
+@pytest.mark.parametrize(
+    ("contact", "words"),
+    [
+        (hc.Contact("restitution", restitution=0.9), "damping of restitution 0.9"),
+        pytest.param(
+            hc.Contact("restitution", restitution=0.5432),
+            "damping of restitution 0.5432",
+            marks=pytest.mark.slow,
+        ),
+        (
+            hc.Contact("viscoelastic", relaxation_time=1.234e-6),
+            "damping of viscoelastic spheres with the relaxation time 1.234e-06 s",
+        ),
+        (hc.Contact("dashpot", coefficient=3.456), "damping by dashpots of 3.456 kg/s"),
+    ],
+)
+def test_damping_of_an_elastic_scene_is_named(contact: hc.Contact, words: str) -> None:
+    assert named(ELASTIC, replace(ELASTIC, contact=contact)) == words
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_contacts_that_pull_are_named_with_the_damping(law: str) -> None:
+    pulling = replace(ELASTIC, contact=replace(ASKED[law], attraction=True))
+    assert named(ELASTIC, pulling) == f"{described(ASKED[law], 1e-4)}, with contacts that pull"
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_missing_damping_is_named(law: str) -> None:
+    scene = replace(ELASTIC, contact=ASKED[law])
+    assert named(scene, ELASTIC) == "no damping"
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_contacts_that_pull_are_named(law: str) -> None:
+    limited = replace(ELASTIC, contact=ASKED[law])
+    pulling = replace(limited, contact=replace(ASKED[law], attraction=True))
+    assert named(limited, pulling, 1e-6) == "contacts that pull as they open"
+    assert named(pulling, limited, 1e-6) == "contacts that are kept from pulling"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ASKED)
+def test_another_law_is_named(law: str) -> None:
+    scene = replace(ELASTIC, contact=ASKED[law])
+    for other in set(ASKED) - {law}:
+        words = f"{described(ASKED[other], 1e-4)} in place of {described(ASKED[law], 1e-4)}"
+        # Laws that leave a little more are named after it.
+        assert named(scene, replace(scene, contact=ASKED[other])).startswith(words)
+
+
+def with_ratio(factor: float) -> hc.Scene:
+    """A restitution of 0.8 whose coefficient is off by a factor."""
+    e = of_ratio(factor * damping_ratio(0.8), pulls=True)
+    return replace(ELASTIC, contact=hc.Contact("restitution", restitution=e))
+
+
+def test_the_restitution_of_tsuji_is_named() -> None:
+    scene = replace(ELASTIC, contact=ASKED["restitution"])
+    alpha = math.sqrt(5) * damping_ratio(0.8)
+    for root_2, e, version in ((False, 0.8534, "before"), (True, 0.7989, "2 Sep 2026 or later")):
+        found = named(scene, with_ratio(tsuji(0.8, root_2) / alpha))
+        assert found.startswith(f"damping of restitution {e} in place of 0.8 (coefficient ")
+        assert re.search(rf": damping tsuji of LAMMPS {version}.* for 0.8$", found)
+
+
+@pytest.mark.slow
+def test_a_known_factor_is_named_where_it_is_near() -> None:
+    scene = replace(ELASTIC, contact=ASKED["restitution"])
+    factor = math.sqrt(2)
+    assert named(scene, with_ratio(factor)).endswith(": m in place of m*")
+    assert named(scene, with_ratio(1.0029 * factor)).endswith(": m in place of m*")
+    assert named(scene, with_ratio(1.0031 * factor)).endswith("times the scene's)")
+    viscoelastic = replace(ELASTIC, contact=ASKED["viscoelastic"])
+    less = replace(viscoelastic, contact=hc.Contact("viscoelastic", relaxation_time=1e-6 / 1.5))
+    assert named(viscoelastic, less).endswith(": the factor 3/2 is missing")
+
+
+def test_factors_of_a_uniform_mass_need_one() -> None:
+    free = replace(ELASTIC, contact=ASKED["restitution"])
+    assert "m in place of m*" in known_factors(free)
+    assert "m in place of m*" not in known_factors(replace(free, wall=hc.Wall("rigid")))
+
+
+@pytest.mark.slow
+def test_the_scenes_own_coefficient_is_no_cause() -> None:
+    """A coefficient is named from 3e-4 on: nearer ones are the scene's."""
+    scene = replace(ELASTIC, contact=ASKED["restitution"])
+    for factor, is_named in ((1 + 2e-4, False), (1 + 4e-4, True)):
+        found = named(scene, with_ratio(factor), tolerance=1e-5)
+        assert ("in place of 0.8" in found) == is_named
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_right_peaks_and_noise_have_no_cause(law: str) -> None:
+    scene = replace(ELASTIC, contact=ASKED[law])
+    right = hc.judge(scene, peaks_of(scene), tolerance=1e-6)
+    assert (right.verdict, right.cause, right.remarks) == ("pass", None, ())
+    noise = np.random.default_rng(1).standard_normal(15)
+    wrong = hc.judge(scene, peaks_of(scene) * (1 + 0.01 * noise))
+    assert (wrong.verdict, wrong.cause) == ("fail", None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ASKED)
+@pytest.mark.parametrize("size", [1e-4, 1e-3, 3e-3])
+def test_uncertain_digits_are_left_out(law: str, size: float) -> None:
+    """Of peaks with noise; the last digit shown may be off by one."""
+    damped = replace(ELASTIC, contact=ASKED[law])
+    noise = np.random.default_rng(2).standard_normal(15)
+    found = hc.judge(ELASTIC, peaks_of(damped) * (1 + size * noise)).cause or ""
+    true = getattr(ASKED[law], DAMPING[law])
+    said = described(ASKED[law], 0.1).rpartition(" ")[0] if law == "restitution" else None
+    start = said or described(ASKED[law], 0.1).rpartition(" ")[0].rpartition(" ")[0]
+    number = re.search(rf"{re.escape(start)} (\d+(?:\.(\d+))?(?:e([-+]\d+))?)", found)
+    assert number is not None, found
+    unit = 10.0 ** (int(number[3] or 0) - len(number[2] or ""))
+    assert abs(float(number[1]) - true) <= 1.001 * unit
+
+
+@pytest.mark.slow
+def test_other_numbers_and_forces_of_a_damped_scene_are_named() -> None:
+    scene = replace(ELASTIC, contact=ASKED["restitution"])
+    peaks = peaks_of(scene)
+    assert "in units of kN" in (hc.judge(scene, 1e-3 * peaks).cause or "")
+    assert "from the far end" in (hc.judge(scene, peaks[::-1]).cause or "")
+    viscoelastic = replace(ELASTIC, contact=ASKED["viscoelastic"])
+    assert isinstance(ELASTIC.shock, hc.Pulse)
+    harder = replace(ELASTIC.shock, rise_time=ELASTIC.rise_time, momentum_ratio=None)
+    harder = replace(harder, peak_force=110.0)
+    found = named(viscoelastic, replace(viscoelastic, shock=harder))
+    assert found.startswith("applied force 1.1 times that of the scene")
+
+
+def test_with_other_terms_damping_alone_is_tried() -> None:
+    """Before a wall, behind a striker; elastic scenes with terms, too."""
+    chain = hc.Chain(12, **STEEL)
+    elastic = hc.Scene(chain, hc.Striker(1.0), wall=hc.Wall("rigid"))
+    damped = replace(elastic, contact=hc.Contact("restitution", restitution=0.85))
+    found = hc.judge(elastic, peaks_of(damped))
+    assert (found.cause or "").startswith("damping of restitution 0.85; leaves")
+    assert found.remarks == (
+        "only some causes were tried, as the scene has striker, wall: damping",
+    )
+    asked = replace(damped, contact=ASKED["restitution"])
+    assert named(asked, damped).startswith("damping of restitution 0.85 in place of 0.8 ")
+
+
+def test_what_is_tried() -> None:
+    damped = replace(ELASTIC, contact=ASKED["dashpot"])
+    assert len(finders_for(ELASTIC)) == 9
+    assert [*finders_for(damped)] == [
+        "stiffness, mass or duration",
+        "applied force, units",
+        "numbers of the contacts",
+        "damping",
+    ]
+    assert [*finders_for(replace(damped, wall=hc.Wall("same")))] == ["damping"]
+
+
+def test_a_step_of_damped_contacts_is_only_remarked() -> None:
+    scene = replace(ELASTIC, contact=ASKED["dashpot"])
+    found = hc.judge(scene, peaks_of(scene), dt=1e-7)
+    assert (found.verdict, found.expected, found.like_steps) == ("pass", None, None)
+    assert found.remarks == (
+        "what velocity Verlet has at that step is not known of damped contacts",
+    )
+
+
+@pytest.mark.parametrize("law", ASKED)
+def test_strengths_are_coefficients_in_natural_units(law: str) -> None:
+    for strength in (1e-5, 0.1, 2.0):
+        contact = contact_of(ELASTIC, law, strength, attraction=True)
+        assert contact.attraction
+        # 1 - e keeps ten digits of the smallest.
+        assert strength_of(ELASTIC, contact) == pytest.approx(strength, rel=1e-10, abs=0)
+
+
+def test_every_cause_says_what_it_leaves() -> None:
+    """A law that explains nothing is not among them: it leaves at most half."""
+    scene = replace(ELASTIC, contact=ASKED["restitution"])
+    reference = hc.Native("reference").run(scene)
+    given = peaks_of(with_ratio(1.3))
+    judged = np.ones(15, bool)
+    case = Case(scene, reference, given, judged, None, Deadline(60.0))
+    found = list(damping(case))
+    assert [cause.sentence for cause in found[:2]] == [
+        "no damping", "contacts that pull as they open",
+    ]  # fmt: skip
+    best = min(found, key=lambda cause: cause.residual)
+    assert best.sentence.startswith("damping of restitution 0.74")
+    assert best.residual < 1e-5 * case.size < EXPLAINED
+    assert all(cause.residual < case.size / 2 for cause in found[2:])
