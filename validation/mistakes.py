@@ -28,6 +28,7 @@ from hertzchain.scene.pulse import Pulse, Ramp
 from hertzchain.scene.schedule import Leg
 from hertzchain.verdict import run_checks
 from validation import peak_forces
+from validation.mistakes_in_damping import plant_in_damping
 from validation.mistakes_with_terms import MISTAKES_WITH_TERMS
 from validation.planting import DAMPING, POSITION, STIFFNESS, Mistake, Plant, in_set_up
 from validation.rows import Row
@@ -259,10 +260,11 @@ def plant_all(quick: bool, with_lammps: bool) -> list[Row]:
 
     The column of backends has the check that names it. In the quick form every fourth mistake is
     planted, and Eq. 6 as printed is held against one scene of each profile instead of three;
-    without LAMMPS nothing is planted but that.
+    without LAMMPS nothing is planted but that and mistakes in damping.
     """
     mistakes = (*MISTAKES, *MISTAKES_WITH_TERMS)[:: 4 if quick else 1] if with_lammps else ()
     rows = [_row(mistake, compared(mistake)) for mistake in mistakes]
+    rows += plant_in_damping(quick)
     for number in (3, 4):
         with printed_formula():
             found = peak_forces.promises(peak_forces.measure(number, quick, False))
@@ -287,7 +289,7 @@ def _row(mistake: Mistake, comparison: hc.Comparison) -> Row:
 SCRIPT = Script(
     TITLE,
     "Would a mistake in a deck, in Eq. 1 or in a formula be seen, and named?",
-    "the checks of the comparison; mistakes that are planted",
+    "the checks of the comparison; closed forms and judgements; mistakes that are planted",
     **rows_only(plant_all),
 )
 

@@ -42,7 +42,7 @@ KEPT_ROWS = {
     "corrections": 49,
     "ladder": 60,
     "limits": 41,
-    "mistakes": 42,
+    "mistakes": 62,
     "two_spheres": 40,
     "strikers": 18,
     "gapped_taper": 7,

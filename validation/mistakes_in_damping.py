@@ -1,0 +1,199 @@
+"""Mistakes planted in damped contacts, and who sees them: closed forms, and judgements of peaks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from typing import Any
+from unittest.mock import patch
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.damping import tsuji
+from hertzchain.engines.native import damped_runs
+from hertzchain.engines.native.damped import Damped
+from hertzchain.scene import granules
+from hertzchain.theory.restitution import (
+    collision_of,
+    damping_ratio,
+    dashpot,
+    of_ratio,
+    viscoelastic,
+)
+from validation.physics.chains import steel
+from validation.planting import Plant
+from validation.rows import Row
+
+RESTITUTION_LAW = hc.Contact("restitution", restitution=0.8)
+VISCOELASTIC_LAW = hc.Contact("viscoelastic", relaxation_time=1e-6)
+DASHPOT_LAW = hc.Contact("dashpot", coefficient=20.0)
+
+TOLERANCE = 1e-8
+PARTS = "right ones are off by 5e-12; has to be exceeded"
+
+JUDGED_TO = 1e-6
+NAMED = "that of the judgement, which has to be exceeded, with the cause named"
+
+
+@dataclass(frozen=True)
+class DampingMistake:
+    """Something to get wrong in the damping of contacts."""
+
+    what: str
+    plant: Plant
+    law: hc.Contact  # what is asked for
+    at_wall: bool = False  # whether a granule meets a wall, else two granules meet
+    cause: str | None = None  # words that a judgement names; None where it does not see it
+
+
+def coefficients_times(factor: float) -> Plant:
+    """All coefficients of damping off by a factor."""
+    original = hc.Contact.coefficients
+
+    def changed(contact: hc.Contact, stiffness: FloatArray, mass: FloatArray) -> FloatArray:
+        return factor * original(contact, stiffness, mass)
+
+    return lambda: patch.object(hc.Contact, "coefficients", changed)
+
+
+def contact_mass_times(factor: float) -> Plant:
+    """Another m* in the coefficients, not in the motion."""
+    original = hc.Contact.coefficients
+
+    def changed(contact: hc.Contact, stiffness: FloatArray, mass: FloatArray) -> FloatArray:
+        return original(contact, stiffness, factor * mass)
+
+    return lambda: patch.object(hc.Contact, "coefficients", changed)
+
+
+def half_the_mass_at_walls() -> AbstractContextManager[Any]:
+    """A wall's m* is that of two granules."""
+    original = granules._contact_mass
+
+    def changed(mass: FloatArray, contacts: int) -> FloatArray:
+        found = original(mass, contacts).copy()
+        if contacts == mass.size:
+            found[-1] /= 2
+        return found
+
+    return patch.object(granules, "_contact_mass", changed)
+
+
+def another(**other: Any) -> Plant:
+    """The integrator gets another chain: its fields by their names."""
+    original = damped_runs.damped_contacts
+
+    def changed(scene: hc.Scene) -> Damped:
+        chain = original(scene)
+        return replace(chain, **{key: change(chain) for key, change in other.items()})
+
+    return lambda: patch.object(damped_runs, "damped_contacts", changed)
+
+
+def without_the_last(chain: Damped) -> FloatArray:
+    """No damping in the last contact, which is a wall's where there is one."""
+    damping = chain.damping.copy()
+    if chain.wall:
+        damping[-1] = 0.0
+    return damping
+
+
+def _of_tsuji() -> float:
+    return tsuji(0.8, root_2=False) / (math.sqrt(5) * damping_ratio(0.8))
+
+
+MISTAKES_IN_DAMPING = (
+    DampingMistake("overlap^(1/2) in place of overlap^(1/4)",
+        another(exponent=lambda _: 0.5), RESTITUTION_LAW, cause="of viscoelastic spheres"),
+    DampingMistake("overlap^0 in place of overlap^(1/2)",
+        another(exponent=lambda _: 0.0), VISCOELASTIC_LAW, cause="by dashpots of"),
+    DampingMistake("contacts that pull, restitution",
+        another(attraction=lambda _: True), RESTITUTION_LAW, cause="contacts that pull"),
+    DampingMistake("contacts that pull, dashpots",
+        another(attraction=lambda _: True), DASHPOT_LAW, cause="contacts that pull"),
+    DampingMistake("m in place of m*",
+        contact_mass_times(2.0), RESTITUTION_LAW, cause="m in place of m*"),
+    DampingMistake("m* of a wall as if it were a granule",
+        half_the_mass_at_walls, RESTITUTION_LAW, at_wall=True),
+    DampingMistake("3/2 missing, viscoelastic",
+        coefficients_times(2 / 3), VISCOELASTIC_LAW, cause="the factor 3/2 is missing"),
+    DampingMistake("alpha of LAMMPS's tsuji",
+        coefficients_times(_of_tsuji()), RESTITUTION_LAW, cause="damping tsuji of LAMMPS before"),
+    DampingMistake("coefficient times 1.001",
+        coefficients_times(1.001), DASHPOT_LAW, cause="(coefficient 1.001 times"),
+    DampingMistake("no damping at the wall",
+        another(damping=without_the_last), RESTITUTION_LAW, at_wall=True),
+    DampingMistake("no damping", coefficients_times(1e-12), RESTITUTION_LAW, cause="no damping"),
+)  # fmt: skip
+"""Where each is planted, and what a judgement of the peaks names."""
+
+
+def plant_in_damping(quick: bool) -> Iterator[Row]:
+    """Yield rows of every mistake, which pass where it is seen; the quick form plants every fourth.
+
+    The column of backends has who sees it: a closed form or an integral of a collision, and the
+    judgement of the peaks of a chain, which has to name it.
+    """
+    for mistake in MISTAKES_IN_DAMPING[:: 4 if quick else 1]:
+        yield by_collision(mistake)
+        if mistake.cause is not None:
+            yield by_judgement(mistake, mistake.cause)
+
+
+def by_collision(mistake: DampingMistake) -> Row:
+    """The speed of parting over that of approach, which is known."""
+    expected = restitution_of(mistake.law)
+    with mistake.plant():
+        found = at_wall(mistake.law) if mistake.at_wall else of_two(mistake.law)
+    caught = not abs(found - expected) <= TOLERANCE
+    who = "a granule and a wall" if mistake.at_wall else "two spheres"
+    return Row(mistake.what, f"{who}: restitution", found, expected, TOLERANCE, caught, PARTS)
+
+
+def by_judgement(mistake: DampingMistake, cause: str) -> Row:
+    """The largest difference of the peaks of a chain; passes where a judgement names the mistake.
+
+    The scene is made under the mistake: it keeps what it has worked out.
+    """
+    with mistake.plant():
+        peaks = hc.Native(rtol=1e-8).run(chain_of(mistake.law)).peak_force
+    judgement = hc.judge(chain_of(mistake.law), peaks, tolerance=JUDGED_TO)
+    found = judgement.largest_difference or 0.0
+    caught = judgement.verdict == "fail" and cause in (judgement.cause or "").split("; or ")[0]
+    return Row(mistake.what, "judgement: cause", found, 0.0, JUDGED_TO, caught, NAMED)
+
+
+def chain_of(law: hc.Contact) -> hc.Scene:
+    """A pulse so short that contacts open while the wave is near."""
+    pulse = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=0.5)
+    return hc.Scene(steel(16), pulse, contact=law)
+
+
+def of_two(law: hc.Contact) -> float:
+    """Restitution of a striker of 1 m/s and the granule that it meets."""
+    velocity = hc.Native(rtol=1e-10).run(hc.Scene(steel(2), hc.Striker(1.0), contact=law)).velocity
+    return float(velocity[1] - velocity[0])
+
+
+def at_wall(law: hc.Contact) -> float:
+    """Restitution of a granule and a wall, under a law under which speeds do not matter.
+
+    A striker of 1 m/s throws granule 2 at a wall 0.1 mm away; it comes back from 0.15 to 0.23 ms.
+    """
+    wall, end = hc.Wall("rigid", gap=1e-4), hc.Run(1.9e-4)
+    scene = hc.Scene(steel(2), hc.Striker(1.0), end, wall=wall, contact=law)
+    thrown = (1 + restitution_of(law)) / 2
+    return -float(hc.Native(rtol=1e-10).run(scene).velocity[1]) / thrown
+
+
+def restitution_of(law: hc.Contact) -> float:
+    """What a striker of 1 m/s and a granule part with, if contacts cannot pull."""
+    if law.restitution is not None:
+        return of_ratio(damping_ratio(law.restitution), pulls=False)
+    collision = collision_of(hc.Scene(steel(2), hc.Striker(1.0)))
+    if law.relaxation_time is not None:
+        return viscoelastic(law.relaxation_time, collision, pulls=False)
+    assert law.coefficient is not None
+    return dashpot(law.coefficient, collision, pulls=False)
