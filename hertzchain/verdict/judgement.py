@@ -200,7 +200,7 @@ def judge(
     tolerance
         Largest relative difference that passes; between 0 and 1.
     dt
-        The step they were computed with [s], if it is known.
+        The step they were computed with [s], if it is known; of no use for damped contacts.
     time_limit
         How long the reference may take [s].
     progress
@@ -244,9 +244,8 @@ def judge(
     if np.array_equal(found.passed, judged):
         return found  # nothing is wrong by this tolerance
     if not scene.is_plain:
-        tried = ", ".join(finders_for(scene))
-        terms = ", ".join(scene.terms)
-        remarks.append(f"only some causes were tried, as the scene has {terms}: {tried}")
+        terms, tried = ", ".join(scene.terms), "; ".join(finders_for(scene))
+        remarks.append(f"causes that were tried in a scene with {terms}: {tried}")
     deadline = Deadline(min(PATIENCE, time_limit))
     cause, remark = likely_cause(
         Case(scene, reference, given, judged, dt, deadline), report_progress

@@ -736,6 +736,22 @@ def test_wrong_peaks_are_status_1_with_a_cause(hertzchain: Command, native: Outc
     assert [list(row) for row in document["rows"]] == [keys] * CONTACTS
 
 
+def test_peaks_of_a_damped_scene_are_judged(hertzchain: Command, native: Outcome) -> None:
+    """Those of the elastic scene lack its damping."""
+    scene_file()
+    peaks_file(native)
+    with Path("scene.toml").open("a") as file:
+        file.write('\n[contact]\ndamping = "dashpot"\ncoefficient = 5.0\n')
+    command = ("compare", "scene.toml", "--results", "peaks.csv", "--report", "report.html")
+    outcome = hertzchain(*command, "--dt", "20 ns")
+    assert outcome.status == 1
+    said = " ".join(outcome.out.split())
+    assert "Likely cause: no damping; leaves" in said
+    assert "What velocity Verlet has at that step is not known of damped contacts." in said
+    assert "Causes that were tried in a scene with damping: " in said
+    assert "no damping" in Path("report.html").read_text("utf-8")
+
+
 def test_a_judgement_with_a_report(hertzchain: Command, native: Outcome) -> None:
     scene_file()
     peaks_file(native, 1.01)

@@ -189,9 +189,7 @@ def test_with_other_terms_damping_alone_is_tried() -> None:
     damped = replace(elastic, contact=hc.Contact("restitution", restitution=0.85))
     found = hc.judge(elastic, peaks_of(damped))
     assert (found.cause or "").startswith("damping of restitution 0.85; leaves")
-    assert found.remarks == (
-        "only some causes were tried, as the scene has striker, wall: damping",
-    )
+    assert found.remarks == ("causes that were tried in a scene with striker, wall: damping",)
     asked = replace(damped, contact=ASKED["restitution"])
     assert named(asked, damped).startswith("damping of restitution 0.85 in place of 0.8 ")
 
