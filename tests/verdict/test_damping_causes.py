@@ -81,7 +81,8 @@ def test_missing_damping_is_named(law: str) -> None:
     assert named(scene, ELASTIC) == "no damping"
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ASKED)
 def test_contacts_that_pull_are_named(law: str) -> None:
     limited = replace(ELASTIC, contact=ASKED[law])
     pulling = replace(limited, contact=replace(ASKED[law], attraction=True))
