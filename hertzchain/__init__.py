@@ -18,9 +18,11 @@ if TYPE_CHECKING:
     from hertzchain.observables.result import Result
     from hertzchain.report.trajectory import write_trajectory
     from hertzchain.scene.chain import Chain
+    from hertzchain.scene.piston import Piston
     from hertzchain.scene.pulse import Pulse, PulseTable
     from hertzchain.scene.run import Run
     from hertzchain.scene.scene import Scene
+    from hertzchain.scene.sine import Sine
     from hertzchain.scene.terms import Contact, Precompression, Striker, Wall
     from hertzchain.sweeps import Sweep, sweep
     from hertzchain.verdict.comparison import Comparison, compare
@@ -36,12 +38,14 @@ _HOME = {
     "Liggghts": "hertzchain.engines.liggghts",
     "Native": "hertzchain.engines.native",
     "Contact": "hertzchain.scene.terms",
+    "Piston": "hertzchain.scene.piston",
     "Precompression": "hertzchain.scene.terms",
     "Pulse": "hertzchain.scene.pulse",
     "PulseTable": "hertzchain.scene.pulse",
     "Result": "hertzchain.observables.result",
     "Run": "hertzchain.scene.run",
     "Scene": "hertzchain.scene.scene",
+    "Sine": "hertzchain.scene.sine",
     "Striker": "hertzchain.scene.terms",
     "Sweep": "hertzchain.sweeps",
     "Wall": "hertzchain.scene.terms",
@@ -64,12 +68,14 @@ __all__ = [
     "Lammps",
     "Liggghts",
     "Native",
+    "Piston",
     "Precompression",
     "Pulse",
     "PulseTable",
     "Result",
     "Run",
     "Scene",
+    "Sine",
     "Striker",
     "Sweep",
     "Wall",

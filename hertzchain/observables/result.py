@@ -35,14 +35,16 @@ class Balance:
     ----------
     impulse
         Integral of the applied force over time, from the scene [N s]; with a striker its momentum,
-        with constant forces their impulse, less that on a wall.
+        with a piston the integral of its force on granule 2, with constant forces their impulse,
+        less that on a wall.
     momentum
-        Of all granules at the end [N s].
+        Of all granules but a piston at the end [N s].
     work
-        Of the applied force on the first granule, and the energy at the start [J].
+        Of the applied force on the first granule, or of a piston on the second, and the energy at
+        the start [J].
     energy
-        Kinetic energy plus that of the contacts, 2/5 F overlap each, at the end, less the work of
-        constant forces [J].
+        Kinetic energy of all granules but a piston plus that of the contacts, 2/5 F overlap each,
+        at the end, less the work of constant forces [J].
     dissipated
         Energy that damping of contacts took [J].
     """

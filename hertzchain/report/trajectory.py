@@ -13,6 +13,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError, SceneError
 from hertzchain.files import write_with
 from hertzchain.observables.result import Result
+from hertzchain.scene.chain import granule_mass
 from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -105,11 +106,13 @@ def frames(result: Result) -> Iterator[Atoms]:
         power_of_1000(unit)
         for unit in (scene.units.length, scene.units.velocity, scene.units.force)
     )
-    mass = power_of_1000(scene.first_mass)
+    # Viewers draw a piston as the granule that it is.
+    masses = np.asarray(granule_mass(granules.radius, granules.density))
+    mass = power_of_1000(float(masses[0]))
     radius, widest = granules.radius / length, 2 * float(np.max(granules.radius)) / length
     sites = 2 * scene.chain.radius * np.arange(count) if is_plain else granules.position
     span = (sites[-1] + granules.radius[-1] + granules.radius[0]) / length
-    masses = (np.full(count, scene.first_mass) if is_plain else granules.mass) / mass
+    masses = masses / mass
     applied = scene.applied_force(history.time)
     on_wall = np.zeros(applied.size) if history.wall_force is None else history.wall_force
     for k, time in enumerate(history.time.tolist()):

@@ -142,7 +142,7 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
     largest = max(float(np.max(native.peak_force)), scene.peak_force)
     scale = _Scale(around, unit, unit_name, 1.6 / largest)
     traces, below = [], ""
-    if scene.striker is None:
+    if scene.ramps:
         below = ", and the applied force below them"
         time = _shock_times(scene)
         shock = time, scene.applied_force(time)
@@ -159,9 +159,10 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
             curve, peak = _with_peak(result, contact), float(native.peak_time[contact - 2])
             more = {"line": style, "legendgroup": key, "showlegend": place == 1}
             traces.append(scale.trace(place, f"contact {contact}", LABELS[key], curve, peak) | more)
+    first = "striker" if scene.striker else "piston" if scene.piston else "shock"
     y = axis("contact", tickvals=list(range(len(drawn) + 1)))
     y |= {
-        "ticktext": ["striker" if scene.striker else "shock", *map(str, drawn)],
+        "ticktext": [first, *map(str, drawn)],
         "range": [-0.4, len(drawn) + 1.9],
     }
     if long:

@@ -9,6 +9,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.chain import MATERIAL, Chain, granule_mass
+from hertzchain.scene.piston import Piston
 from hertzchain.scene.terms import Contact, Precompression, Striker, Wall
 
 
@@ -24,13 +25,14 @@ class Granules:
     radius, young_modulus, poisson_ratio, density
         Of each granule [m], [Pa], 1, [kg/m^3], shape (granules,).
     mass
-        Of each granule [kg], shape (granules,).
+        Of each granule [kg], shape (granules,); that of a piston is infinite.
     stiffness
         A in F = A overlap^(3/2) of each contact [N m^(-3/2)], shape (contacts,).
     gap
         Of each contact at the start [m], shape (contacts,).
     constant_force
-        Gravity and precompression on each granule, along the chain [N], shape (granules,).
+        Gravity and precompression on each granule, along the chain [N], shape (granules,); 0 for a
+        piston.
     static_force
         In each contact at the start [N], shape (contacts,).
     damping
@@ -63,23 +65,26 @@ class Granules:
 
     @property
     def contact_mass(self) -> FloatArray:
-        """m* = m1 m2 / (m1 + m2) of each contact, m of the last granule at a wall: (contacts,)."""
+        """m* = m1 m2 / (m1 + m2) of each contact [kg], shape (contacts,).
+
+        At a wall it is the mass of the last granule, at a piston that of granule 2.
+        """
         return _contact_mass(self.mass, self.stiffness.size)
 
 
 def granules_of(
     chain: Chain,
-    striker: Striker | None,
+    first: Striker | Piston | None,
     wall: Wall | None,
     pressed: Precompression | None,
     contact: Contact | None,
 ) -> Granules:
-    """The granules of a chain with its striker, wall, precompression and damping."""
+    """The granules of a chain with its striker or piston, wall, precompression and damping."""
     values = {key: np.broadcast_to(getattr(chain, key), chain.granules) for key in MATERIAL}
-    if striker is not None:
+    if isinstance(first, Striker):
         values = {key: np.array(value, np.float64) for key, value in values.items()}
         for key, value in values.items():
-            own = getattr(striker, key)
+            own = getattr(first, key)
             value[0] = value[0] if own is None else own
     radius, density = values["radius"], values["density"]
     mass = np.asarray(granule_mass(radius, density), np.float64)
@@ -96,6 +101,8 @@ def granules_of(
         constant[0] += pressed.force
         if wall is None:
             constant[-1] -= pressed.force
+    if isinstance(first, Piston):  # what holds it while it rests is the same static load
+        mass, constant[0] = np.append(math.inf, mass[1:]), 0.0
     damping = None
     if contact is not None:
         damping = contact.coefficients(stiffness, _contact_mass(mass, stiffness.size))
@@ -106,7 +113,10 @@ def granules_of(
 
 
 def _contact_mass(mass: FloatArray, contacts: int) -> FloatArray:
-    pairs = mass[:-1] * mass[1:] / (mass[:-1] + mass[1:])
+    with np.errstate(invalid="ignore"):
+        pairs = mass[:-1] * mass[1:] / (mass[:-1] + mass[1:])
+    if math.isinf(mass[0]):
+        pairs[0] = mass[1]
     return np.concatenate([pairs, mass[-1:]])[:contacts]
 
 

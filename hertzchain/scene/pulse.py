@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -51,8 +51,25 @@ SHAPES = {
         "sin(PI/2*{})^2",
         is_curved=True,
     ),
+    "quarter-sine": Shape(
+        lambda s: np.sin(np.pi / 2 * s),
+        lambda s: np.pi / 2 * np.cos(np.pi / 2 * s),
+        lambda s: 4 / math.pi * math.sin(math.pi / 4 * s) ** 2,
+        2 / math.pi,
+        "sin(PI/2*{})",
+        is_curved=True,
+    ),
+    "quarter-cosine": Shape(
+        lambda s: 2 * np.sin(np.pi / 4 * s) ** 2,
+        lambda s: np.pi / 2 * np.sin(np.pi / 2 * s),
+        lambda s: 4 * _cosine_integral(s / 2),
+        1 - 2 / math.pi,
+        "2*sin(PI/4*{})^2",
+        is_curved=True,
+    ),
 }
-"""By name; ``cosine`` is half a period of 1 - cos."""
+"""By name; ``cosine`` is half a period of 1 - cos, the quarters are those of a sine: from 0 to its
+crest, and from the crest to 0."""
 
 PROFILES = {
     "cosine": ("cosine", "cosine"),
@@ -60,6 +77,8 @@ PROFILES = {
     "cosine-triangular": ("cosine", "linear"),
 }
 """The shapes of rise and decay of each profile of Table 1."""
+
+_IN_FILES = ", or table, sine or piston in a scene file"
 
 _MOST_BYTES = 5_000_000
 """Of a pulse table: some 200,000 rows, which take a second to read and a minute to run."""
@@ -151,7 +170,7 @@ class Pulse:
     def __post_init__(self) -> None:
         names = ", ".join(PROFILES)
         known = isinstance(self.profile, str) and self.profile in PROFILES
-        require(known, "profile", self.profile, f"must be one of {names}, or table in a scene file")
+        require(known, "profile", self.profile, f"must be one of {names}{_IN_FILES}")
         require(is_positive(self.peak_force), "peak_force", self.peak_force, f"{POSITIVE} [N]")
         require(
             is_finite(self.duration_ratio) and self.duration_ratio > 1,
@@ -210,23 +229,11 @@ class PulseTable:
     file: str | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        rows = len(self.time)
-        require(rows >= 2, "rows", rows, "must be at least 2 rows of time_s and force_N")
-        forces = len(self.force)
-        require(rows == forces, "rows of force_N", forces, f"must be {rows}, as those of time_s")
-        for row, (time, force) in enumerate(zip(self.time, self.force, strict=True), start=1):
-            at_row = f"in row {row}"
-            require(is_finite(time), f"time_s {at_row}", time, "must be a finite number [s]")
-            earliest = self.time[row - 2] if row > 1 else None
-            require(
-                time >= 0 if earliest is None else time > earliest,
-                f"time_s {at_row}",
-                time,
-                "must be at least 0" if earliest is None else f"must be above {earliest}",
-            )
+        check_times(self.time, self.force, "force_N")
+        for row, force in enumerate(self.force, start=1):
             require(
                 is_finite(force) and force >= 0,
-                f"force_N {at_row}",
+                f"force_N in row {row}",
                 force,
                 "must be a finite number of at least 0 [N]",
             )
@@ -247,26 +254,59 @@ class PulseTable:
         )
 
 
+def check_times(times: Sequence[float], values: Sequence[float], column: str) -> None:
+    """Raise a SceneError for times of a table that do not increase, or too few of them or values.
+
+    ``column`` is the name of the values; they are not looked at themselves.
+    """
+    rows = len(times)
+    require(rows >= 2, "rows", rows, f"must be at least 2 rows of time_s and {column}")
+    allowed = f"must be {rows}, as those of time_s"
+    require(rows == len(values), f"rows of {column}", len(values), allowed)
+    earliest = None
+    for row, time in enumerate(times, start=1):
+        key = f"time_s in row {row}"
+        require(is_finite(time), key, time, "must be a finite number [s]")
+        require(
+            time >= 0 if earliest is None else time > earliest,
+            key,
+            time,
+            "must be at least 0" if earliest is None else f"must be above {earliest}",
+        )
+        earliest = time
+
+
 def read_pulse_table(path: Path, name: str | None = None) -> PulseTable:
     """Read a pulse table: CSV, header ``time_s,force_N``. A SceneError says what is wrong."""
+    time, force = read_table(path, name, "force_N")
+    try:
+        return PulseTable(time, force, name or str(path))
+    except SceneError as problem:
+        raise SceneError(problem.key, problem.value, problem.allowed, file=path) from None
+
+
+def read_table(
+    path: Path, name: str | None, column: str
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Times and values of a CSV file with the header ``time_s`` and ``column``.
+
+    A SceneError says what is wrong; ``name`` is that of the file in a scene file.
+    """
     try:
         header, rows = read_rows(path, _MOST_BYTES)
     except ValueError as problem:
         allowed = f"cannot be read ({problem}); must be a CSV file"
         raise SceneError("shock.file", name, allowed, None if name else path) from None
-    if header != ["time_s", "force_N"]:
-        raise SceneError("first line", ",".join(header), "must be time_s,force_N", file=path)
+    expected = f"time_s,{column}"
+    if ",".join(header) != expected:
+        raise SceneError("first line", ",".join(header), f"must be {expected}", file=path)
     columns: tuple[list[float], list[float]] = ([], [])
     for number, row in enumerate(rows, start=1):
         try:
-            time, force = (float(cell) for cell in row)
+            time, value = (float(cell) for cell in row)
         except ValueError:
-            raise SceneError(
-                f"row {number}", ",".join(row), "must be two numbers, time_s,force_N", file=path
-            ) from None
+            allowed = f"must be two numbers, {expected}"
+            raise SceneError(f"row {number}", ",".join(row), allowed, file=path) from None
         columns[0].append(time)
-        columns[1].append(force)
-    try:
-        return PulseTable(tuple(columns[0]), tuple(columns[1]), name or str(path))
-    except SceneError as problem:
-        raise SceneError(problem.key, problem.value, problem.allowed, file=path) from None
+        columns[1].append(value)
+    return tuple(columns[0]), tuple(columns[1])

@@ -12,10 +12,13 @@ from typing import Any, TypeVar
 from hertzchain.errors import SceneError, require
 from hertzchain.files import read_bytes
 from hertzchain.scene.chain import Chain
+from hertzchain.scene.piston import Piston, read_piston_table
 from hertzchain.scene.pulse import Pulse, PulseTable, read_pulse_table
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.run import Run
 from hertzchain.scene.segments import expand, granule_table, read_granule_table
+from hertzchain.scene.shock import Shock
+from hertzchain.scene.sine import Sine
 from hertzchain.scene.terms import Contact, Precompression, Striker, Wall
 
 _Kind = TypeVar("_Kind")
@@ -39,6 +42,9 @@ UNITS = {
     "restitution": "",
     "relaxation_time": "s",
     "coefficient": "kg/s",
+    "amplitude": "N",
+    "frequency": "Hz",
+    "cycles": "",
 }
 _OPTIONAL = {
     Chain: {"gap"},
@@ -74,7 +80,7 @@ def read_parts(path: Path) -> dict[str, Any]:
 def texts_of(
     path: Path,
     chain: Chain,
-    shock: Pulse | PulseTable | Striker,
+    shock: Shock,
     run: Run,
     wall: Wall | None,
     precompression: Precompression | None,
@@ -89,21 +95,39 @@ def texts_of(
         table = path.with_suffix(".granules.csv")
         texts[table] = granule_table(chain)
         document["chain"] = {"file": table.name}
-    if isinstance(shock, PulseTable):
+    if (rows := _table_of(shock)) is not None:
         table = path.with_suffix(".csv")
-        allowed = "must not end in .csv: the pulse table is written under that name"
+        allowed = "must not end in .csv: the table of the shock is written under that name"
         require(table != path, "path", str(path), allowed)
-        rows = zip(shock.time, shock.force, strict=True)
-        lines = ["time_s,force_N", *(f"{time!r},{force!r}" for time, force in rows)]
-        texts[table] = "\n".join(lines) + "\n"
-        document["shock"] = {"profile": "table", "file": table.name}
+        texts[table] = "\n".join(rows) + "\n"
+        document["shock"] = {"profile": profile_of(shock), "file": table.name}
+    elif isinstance(shock, Striker):
+        document["striker"] = _given(shock)
     else:
-        document["striker" if isinstance(shock, Striker) else "shock"] = _given(shock)
+        document["shock"] = {"profile": profile_of(shock), **_given(shock)}
     others = {"wall": wall, "precompression": precompression, "contact": contact, "run": run}
     for name, part in others.items():
         if part is not None and (values := _given(part)):
             document[name] = values
     return {**texts, path: tomli_w.dumps(document)}
+
+
+def profile_of(shock: Shock) -> str:
+    """The name of a shock in ``profile`` of a scene file; that of a striker is "striker"."""
+    if isinstance(shock, Pulse):
+        return shock.profile
+    return {PulseTable: "table", Sine: "sine", Piston: "piston", Striker: "striker"}[type(shock)]
+
+
+def _table_of(shock: Shock) -> list[str] | None:
+    """The lines of the CSV file that belongs to a shock; None where none does."""
+    if isinstance(shock, PulseTable):
+        rows, name = list(zip(shock.time, shock.force, strict=True)), "force_N"
+    elif isinstance(shock, Piston) and shock.velocity is None:
+        rows, name = list(shock.rows), "displacement_m"
+    else:
+        return None
+    return [f"time_s,{name}", *(f"{time!r},{value!r}" for time, value in rows)]
 
 
 def _load(path: Path) -> dict[str, Any]:
@@ -173,20 +197,33 @@ def read_chain(section: Mapping[str, Any], folder: Path = Path()) -> Chain:
     return expand(defaults, section["segments"], quantities)
 
 
-def _shock(section: Mapping[str, Any], folder: Path) -> Pulse | PulseTable:
-    if section.get("profile") != "table":
-        return _section("shock", section, Pulse)
+def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
+    profile = section.get("profile")
+    if profile == "table":
+        name = _file_alone(section, 'profile = "table"')
+        return read_pulse_table(folder / name, name)
+    if profile == "piston" and "file" in section:
+        name = _file_alone(section, 'profile = "piston" and a file')
+        return read_piston_table(folder / name, name)
+    if profile == "sine":
+        return _section("shock", section, Sine, ("profile",))
+    if profile == "piston":
+        given = {key: value for key, value in section.items() if key != "profile"}
+        known = {"velocity": "m/s"}
+        values = quantities("shock", given, known, ("profile", "file"))
+        return _made("shock", section, Piston, values)
+    return _section("shock", section, Pulse)
+
+
+def _file_alone(section: Mapping[str, Any], what: str) -> str:
+    """The name of the file of a [shock] that has nothing else."""
     for key, value in section.items():
-        require(
-            key in ("profile", "file"),
-            f"shock.{key}",
-            value,
-            'not allowed with profile = "table", which takes only file',
-        )
+        allowed = f"not allowed with {what}, which takes only file"
+        require(key in ("profile", "file"), f"shock.{key}", value, allowed)
     name = section.get("file")
-    require("file" in section, "shock.file", None, 'missing, profile = "table" needs it')
+    require("file" in section, "shock.file", None, f"missing, {what} needs it")
     require(isinstance(name, str), "shock.file", name, "must be the name of a CSV file")
-    return read_pulse_table(folder / str(name), str(name))
+    return str(name)
 
 
 def quantities(
@@ -218,9 +255,17 @@ def _section(
     """Build one frozen object from its section; errors name the key with its section."""
     known = [item.name for item in fields(kind)]  # type: ignore[arg-type]
     values = quantities(name, section, known, besides)
-    optional = _OPTIONAL[kind]  # type: ignore[index]
+    values = {key: value for key, value in values.items() if key not in besides}
+    optional = _OPTIONAL.get(kind, set())  # type: ignore[call-overload]
     for key in known:
         require(key in values or key in optional, f"{name}.{key}", None, "missing")
+    return _made(name, section, kind, values)
+
+
+def _made(
+    name: str, section: Mapping[str, Any], kind: Callable[..., _Kind], values: Mapping[str, Any]
+) -> _Kind:
+    """Build one frozen object from its values in SI; errors name the key as the section does."""
     try:
         return kind(**values)
     except SceneError as problem:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,19 +22,17 @@ from hertzchain.scene.natural_units import (
     natural_units,
     slowness,
 )
+from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import Pulse, PulseTable, Ramp
 from hertzchain.scene.reading import read_parts, texts_of
+from hertzchain.scene.representable import are_normal, hold_digits
 from hertzchain.scene.run import Run
-from hertzchain.scene.schedule import Leg, lay_steps
-from hertzchain.scene.terms import (
-    ALL_TERMS,
-    Contact,
-    Precompression,
-    Striker,
-    Wall,
-    refuse_unsupported,
-)
-from hertzchain.scene.watching import watched_time, watched_with_terms
+from hertzchain.scene.schedule import Leg, lay_steps, lay_strokes
+from hertzchain.scene.shock import Shock
+from hertzchain.scene.sine import Sine
+from hertzchain.scene.terms import ALL_TERMS, Contact, Precompression, Striker, Wall
+from hertzchain.scene.together import refuse_impossible
+from hertzchain.scene.watching import squeezing_force, watched_time, watched_with_terms
 
 
 @dataclass(frozen=True)
@@ -47,7 +44,7 @@ class Scene:
     chain
         The granules.
     shock
-        The force on the first of them, or the striker that the first of them is.
+        The force on the first of them, or the striker or piston that the first of them is.
     run
         How long to watch.
     wall
@@ -65,39 +62,28 @@ class Scene:
     """
 
     chain: Chain
-    shock: Pulse | PulseTable | Striker
+    shock: Shock
     run: Run = Run()  # noqa: RUF009 - it is frozen
     wall: Wall | None = None
     precompression: Precompression | None = None
     contact: Contact | None = None
 
     def __post_init__(self) -> None:
-        require(isinstance(self.chain, Chain), "chain", self.chain, "must be a Chain")
-        allowed = "must be a Pulse, a PulseTable or a Striker"
-        known = isinstance(self.shock, Pulse | PulseTable | Striker)
-        require(known, "shock", self.shock, allowed)
-        require(isinstance(self.run, Run), "run", self.run, "must be a Run")
-        require(isinstance(self.wall, Wall | None), "wall", self.wall, "must be a Wall or None")
-        allowed = "must be a Precompression or None"
-        known = isinstance(self.precompression, Precompression | None)
-        require(known, "precompression", self.precompression, allowed)
-        allowed = "must be a Contact or None"
-        require(isinstance(self.contact, Contact | None), "contact", self.contact, allowed)
-        refuse_unsupported(self.chain, self.wall, self.precompression)
+        held = self.wall, self.precompression, self.contact
+        refuse_impossible(self.chain, self.shock, self.run, *held)
         allowed = f"must be at most {MOST_UNLIKE} in a scene with {', '.join(self.terms)}"
         possible = self.is_plain or self.chain.granules <= MOST_UNLIKE
         require(possible, "chain.granules", self.chain.granules, allowed)
+        allowed = (
+            "its mass, contact time or duration is too large or too small to be"
+            " represented; check the units of chain and shock"
+        )
         try:
-            representable = _is_representable(self)
+            with np.errstate(all="ignore"):
+                representable = _is_representable(self)
         except (OverflowError, ZeroDivisionError):
             representable = False
-        if not representable:
-            raise SceneError(
-                "scene",
-                None,
-                "its mass, contact time or duration is too large or too small to be"
-                " represented; check the units of chain and shock",
-            )
+        require(representable, "scene", None, allowed)
 
     @classmethod
     def from_toml(cls, path: Path | str) -> Scene:
@@ -154,6 +140,7 @@ class Scene:
             any(isinstance(getattr(chain, key), tuple) for key in MATERIAL),
             has_gap,
             self.striker is not None,
+            self.piston is not None,
             self.wall is not None,
             pressed is not None and pressed.force > 0,
             pressed is not None and pressed.gravity > 0,
@@ -171,11 +158,16 @@ class Scene:
         """The striker, or None where a force pushes granule 1."""
         return self.shock if isinstance(self.shock, Striker) else None
 
+    @property
+    def piston(self) -> Piston | None:
+        """The piston, or None where granule 1 is free."""
+        return self.shock if isinstance(self.shock, Piston) else None
+
     @functools.cached_property
     def granules(self) -> Granules:
-        """Every granule and contact, with striker, wall, precompression and damping."""
+        """Every granule and contact, with striker or piston, wall, precompression and damping."""
         held = self.wall, self.precompression, self.contact
-        return granules_of(self.chain, self.striker, *held)
+        return granules_of(self.chain, self.striker or self.piston, *held)
 
     @functools.cached_property
     def _shock_units(self) -> NaturalUnits:
@@ -193,21 +185,30 @@ class Scene:
 
     @functools.cached_property
     def peak_force(self) -> float:
-        """The largest applied force [N], or that of a striker's first contact alone."""
-        if not isinstance(self.shock, Striker):
+        """The largest applied force [N], or that of a striker's or piston's first contact alone.
+
+        A piston hits granule 2 with its largest speed then.
+        """
+        if not isinstance(self.shock, Striker | Piston):
             return self.shock.peak_force
-        stiffness, mass = self._first_contact
-        return impact_force(stiffness, mass / 2, self.shock.velocity)
+        shock, (stiffness, mass) = self.shock, self._first_contact
+        velocity = shock.velocity if isinstance(shock, Striker) else shock.fastest
+        return impact_force(stiffness, mass / 2, velocity)
 
     @functools.cached_property
     def units(self) -> NaturalUnits:
         """The natural units of the first contact under the largest force known before.
 
-        That is the shock's, or the largest static force where it is larger.
+        That is the shock's, the largest static force, or that of a chain which a piston presses
+        against a wall.
         """
-        if self.precompression is None:
+        force = self.peak_force
+        if self.precompression is not None:
+            force = max(force, float(np.max(self.granules.static_force)))
+        if self.piston is not None and self.wall is not None:
+            force = max(force, squeezing_force(self.granules, self.piston, self.run.end_time))
+        if force == self.peak_force:
             return self._shock_units
-        force = max(self.peak_force, float(np.max(self.granules.static_force)))
         stiffness, mass = self._first_contact
         return NaturalUnits(force, *length_and_time(stiffness, mass, force))
 
@@ -222,7 +223,7 @@ class Scene:
 
     @property
     def rise_time(self) -> float | None:
-        """t0 [s]; None for a pulse table or a striker, which have none."""
+        """t0 [s]; None for a shock that is none of the three pulses."""
         if not isinstance(self.shock, Pulse):
             return None
         if self.shock.rise_time is not None:
@@ -235,10 +236,11 @@ class Scene:
         """LM_ratio, the impulse over L_SW(F0), always with the paper's 139/32.
 
         In a scene with terms L_SW is that of a uniform chain of the first contact, and F0 the
-        force of a striker's first contact.
+        ``peak_force``. The impulse is that of half a cycle of a sine, and that which granule 2
+        takes from the fastest stroke of a piston in a collision.
         """
         if not isinstance(self.shock, Pulse):
-            return (self.impulse + self.start_momentum) / self._unit_momentum
+            return self._shock_momentum / self._unit_momentum
         if self.shock.momentum_ratio is not None:
             return self.shock.momentum_ratio
         assert self.shock.rise_time is not None
@@ -253,24 +255,37 @@ class Scene:
         """L_SW of a solitary wave of height F0 [N s]: the momentum at LM_ratio = 1."""
         return MOMENTUM_IN_NATURAL_UNITS * self._shock_units.momentum
 
+    @property
+    def _shock_momentum(self) -> float:
+        """The momentum by which LM_ratio measures the shock [N s]."""
+        if isinstance(self.shock, Sine):
+            return self.shock.half_cycle_impulse
+        if isinstance(self.shock, Piston):
+            return self._first_contact[1] * self.shock.fastest
+        return self.impulse + self.start_momentum
+
     @functools.cached_property
     def ramps(self) -> tuple[Ramp, ...]:
-        """The applied force as ramps between its corners [s, N]; none for a striker."""
-        if isinstance(self.shock, Striker):
+        """The applied force as ramps between its corners [s, N]; none for a striker or piston."""
+        if isinstance(self.shock, Striker | Piston):
             return ()
-        if isinstance(self.shock, PulseTable):
+        if isinstance(self.shock, PulseTable | Sine):
             return self.shock.ramps()
         assert self.rise_time is not None
         return self.shock.ramps(self.rise_time)
 
     @property
     def pulse_end(self) -> float:
-        """When the applied force ends [s]; 0 for a striker."""
+        """When the force ends, or a piston last changes its velocity [s]; 0 for a striker."""
+        if self.piston is not None:
+            return self.piston.end
         return self.ramps[-1].end if self.ramps else 0.0
 
     @property
     def start_velocity(self) -> float:
         """Velocity of granule 1 at the start [m/s]; all others are at rest."""
+        if self.piston is not None:
+            return self.piston.strokes[0].velocity
         return self.shock.velocity if isinstance(self.shock, Striker) else 0.0
 
     @property
@@ -295,7 +310,7 @@ class Scene:
 
     @property
     def first_mass(self) -> float:
-        """Mass of granule 1 [kg]."""
+        """Mass of granule 1 [kg]; infinite for a piston."""
         return self.chain.granule_mass if self.is_plain else float(self.granules.mass[0])
 
     @property
@@ -308,7 +323,7 @@ class Scene:
 
     @property
     def given_impulse(self) -> float:
-        """Momentum of all granules at the end if there is no wall [N s].
+        """Momentum of all granules at the end if there is neither wall nor piston [N s].
 
         It is that of the applied force, of the striker and of constant forces.
         """
@@ -325,9 +340,9 @@ class Scene:
         if self.is_plain:
             watched = watched_time(self.chain.granules, self.momentum_ratio)
             return self.ramps[-1].end + float(watched) * self.units.time
-        momentum = self.impulse + self.start_momentum
-        of_shock = self._shock_units, self.momentum_ratio, momentum, self.wall is not None
-        return self.pulse_end + watched_with_terms(self.granules, *of_shock)
+        of_shock = self._shock_units, self.momentum_ratio, self._shock_momentum
+        watched = watched_with_terms(self.granules, *of_shock, wall=self.wall is not None)
+        return self.pulse_end + watched
 
     def applied_force(self, time: FloatArray) -> FloatArray:
         """F(t) [N] at any times [s], before and after the pulse too, of the shape of ``time``."""
@@ -340,45 +355,33 @@ class Scene:
         return force
 
     def schedule(self, dt: float) -> tuple[Leg, ...]:
-        """The steps of a run with steps of at most ``dt`` [s], ending at the pulse's corners."""
+        """The steps of a run with steps of at most ``dt`` [s], ending at the shock's corners."""
+        if self.piston is not None:
+            return lay_strokes(self.piston.strokes, self.end_time, dt)
         return lay_steps(self.ramps, self.end_time, dt)
 
 
 def _is_representable(scene: Scene) -> bool:
-    """Whether a scene's quantities, and all numbers on the way to them, are normal: no digit lost.
+    """Whether a scene's quantities, and all on the way to them, are normal: no digit lost.
 
     Nothing divides here by a number that was not checked.
     """
+    force, has_piston = scene.peak_force, scene.piston is not None
     if scene.is_plain:
-        chain, force = scene.chain, scene.peak_force
+        chain = scene.chain
         mass, stiffness = chain.granule_mass, chain.contact_stiffness
         of_chain = (chain.radius**3, mass, chain.young_modulus / 3, stiffness, force)
-        if not all(map(_is_normal, of_chain)) or not _is_normal(force / stiffness):
+        if not are_normal(*of_chain) or not are_normal(force / stiffness):
             return False
-    elif not _are_representable(scene):
+    elif not hold_digits(scene.granules, force, has_piston):
         return False
     mass = scene.chain.granule_mass if scene.is_plain else scene._first_contact[1]
     units = scene.units
     of_units = (units.length, mass * units.length, units.time**2, units.velocity)
-    if not all(map(_is_normal, (*of_units, units.momentum, units.energy))):
+    if not are_normal(*of_units, units.momentum, units.energy):
         return False
     times = [ramp.end for ramp in scene.ramps[:1]]
-    return all(map(_is_normal, (scene.momentum_ratio, *times, scene.end_time)))
-
-
-def _are_representable(scene: Scene) -> bool:
-    """Whether the granules and contacts of a scene with terms are normal numbers."""
-    with np.errstate(all="ignore"):
-        granules = scene.granules
-        values = [
-            *(granules.radius**3, granules.mass, granules.stiffness, granules.contact_mass),
-            scene.peak_force / granules.stiffness,
-        ]
-        return all(_is_normal(float(np.min(v))) and _is_normal(float(np.max(v))) for v in values)
-
-
-def _is_normal(value: float) -> bool:
-    return sys.float_info.min <= value < math.inf
+    return are_normal(scene.momentum_ratio, *times, scene.end_time)
 
 
 def require_scene(scene: object) -> None:

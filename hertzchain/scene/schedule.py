@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hertzchain.errors import TooExpensive
+from hertzchain.scene.piston import Stroke
 from hertzchain.scene.pulse import Ramp
 
 MOST_STEPS = 1e10
@@ -29,20 +30,23 @@ class Leg:
         Number of steps, at least 1.
     ramp
         The ramp that the force follows here, or None where no force acts.
+    stroke
+        The stroke of the piston, or None where there is no piston.
     """
 
     start: float
     end: float
     steps: int
     ramp: Ramp | None
+    stroke: Stroke | None = None
 
     @property
     def dt(self) -> float:
         """The length of a step [s]."""
         return (self.end - self.start) / self.steps
 
-    def in_units(self, time: float, force: float) -> Leg:
-        """The same leg with time and force measured in other units [s, N]."""
+    def in_units(self, time: float, force: float, length: float = 1.0) -> Leg:
+        """The same leg with time, force and length measured in other units [s, N, m]."""
         ramp = self.ramp and Ramp(
             self.ramp.start / time,
             self.ramp.end / time,
@@ -50,7 +54,12 @@ class Leg:
             self.ramp.end_force / force,
             self.ramp.shape,
         )
-        return Leg(self.start / time, self.end / time, self.steps, ramp)
+        stroke = self.stroke and Stroke(
+            self.stroke.start / time,
+            self.stroke.displacement / length,
+            self.stroke.velocity / (length / time),
+        )
+        return Leg(self.start / time, self.end / time, self.steps, ramp, stroke)
 
 
 def lay_steps(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, ...]:
@@ -59,24 +68,38 @@ def lay_steps(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, .
     A piece has ceil(length / dt) of them. The ramps follow one another and may go on beyond the
     end. Raises TooExpensive if there would be more steps than any run can take.
     """
-    legs: list[Leg] = []
-
-    def add(start: float, end: float, ramp: Ramp | None) -> None:
-        end = min(end, end_time)
-        if end > start:
-            steps = (end - start) / dt
-            if steps > MOST_STEPS:
-                raise TooExpensive(
-                    f"steps of {dt:.3g} s are {steps:.1e} in {end - start:.3g} s, more than the"
-                    f" {MOST_STEPS:.0e} that a run may take: shorten pulse, chain or end_time, or"
-                    " take a longer dt"
-                )
-            # A step that was once the result of this division must give the same number again.
-            legs.append(Leg(start, end, max(1, math.ceil(steps * (1 - 2**-52))), ramp))
-
-    add(0.0, ramps[0].start if ramps else end_time, None)
-    for ramp in ramps:
-        add(ramp.start, ramp.end, ramp)
+    pieces: list[tuple[float, float, Ramp | None]] = [
+        (0.0, ramps[0].start if ramps else end_time, None)
+    ]
+    pieces += [(ramp.start, ramp.end, ramp) for ramp in ramps]
     if ramps:
-        add(ramps[-1].end, end_time, None)
-    return tuple(legs)
+        pieces.append((ramps[-1].end, end_time, None))
+    return tuple(
+        Leg(start, min(end, end_time), _steps(start, min(end, end_time), dt), ramp)
+        for start, end, ramp in pieces
+        if min(end, end_time) > start
+    )
+
+
+def lay_strokes(strokes: Sequence[Stroke], end_time: float, dt: float) -> tuple[Leg, ...]:
+    """Cut the time from 0 to ``end_time`` [s] where strokes of a piston begin, as ``lay_steps``."""
+    ends = [*(stroke.start for stroke in strokes[1:]), end_time]
+    return tuple(
+        Leg(stroke.start, min(end, end_time), _steps(stroke.start, min(end, end_time), dt), None,
+            stroke)
+        for stroke, end in zip(strokes, ends, strict=True)
+        if min(end, end_time) > stroke.start
+    )  # fmt: skip
+
+
+def _steps(start: float, end: float, dt: float) -> int:
+    """How many equal steps of at most ``dt`` [s] lead from start to end."""
+    steps = (end - start) / dt
+    if steps > MOST_STEPS:
+        raise TooExpensive(
+            f"steps of {dt:.3g} s are {steps:.1e} in {end - start:.3g} s, more than the"
+            f" {MOST_STEPS:.0e} that a run may take: shorten pulse, chain or end_time, or"
+            " take a longer dt"
+        )
+    # A step that was once the result of this division must give the same number again.
+    return max(1, math.ceil(steps * (1 - 2**-52)))

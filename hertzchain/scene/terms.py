@@ -13,13 +13,15 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
-from hertzchain.scene.chain import Chain, check_material, to_plain_numbers
+from hertzchain.scene.chain import check_material, to_plain_numbers
 
-ALL_TERMS = ("unlike granules", "gaps", "striker", "wall", "precompression", "gravity", "damping")
+ALL_TERMS = (
+    "unlike granules", "gaps", "striker", "piston", "wall", "precompression", "gravity", "damping",
+)  # fmt: skip
 """Names of all terms, in the order of ``Scene.terms``."""
 
-ELASTIC_TERMS = ALL_TERMS[:-1]
-"""All but damping: what every engine has."""
+ELASTIC_TERMS = tuple(term for term in ALL_TERMS if term not in ("piston", "damping"))
+"""All but pistons and damping: what every engine has."""
 
 WALLS = ("rigid", "same", "elastic")
 """Kinds of a wall: one that does not yield, one of the last granule's material, one of its own."""
@@ -204,15 +206,3 @@ class Contact:
             return np.asarray(1.5 * self.relaxation_time * stiffness)
         assert self.coefficient is not None
         return np.full(stiffness.shape, self.coefficient)
-
-
-def refuse_unsupported(chain: Chain, wall: Wall | None, pressed: Precompression | None) -> None:
-    """Raise a SceneError for a weight without a wall, and for a load on a chain with gaps."""
-    if pressed is None:
-        return
-    if wall is None and pressed.gravity:
-        allowed = "needs a [wall], which carries the weight of the chain"
-        raise SceneError("precompression.gravity", pressed.gravity, allowed)
-    closed = "must be 0 with [precompression], which presses all contacts from the start"
-    require(not isinstance(chain.gap, tuple) and chain.gap == 0, "chain.gap", None, closed)
-    require(wall is None or wall.gap == 0, "wall.gap", wall and wall.gap, closed)

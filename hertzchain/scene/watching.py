@@ -10,6 +10,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.granules import Granules
 from hertzchain.scene.natural_units import NaturalUnits, slowness
+from hertzchain.scene.piston import Piston
 
 _WAVE_SPEED = 0.9055
 """Granules per natural time unit of a wave of height 1; it only decides how long to watch."""
@@ -52,7 +53,9 @@ def watched_with_terms(
     if not wall:
         return float(wave + flight)
     mass = float(granules.mass[0])
-    softness = float(np.sum(granules.stiffness ** (-2 / 3)))
+    if math.isinf(mass):  # a piston is not stopped
+        return float(2 * wave + 2 * flight)
+    softness = _softness(granules)
     stop = (mass**3 * softness**3 / momentum) ** 0.2
     return float(max(2 * wave, _STOP * stop) + 2 * flight)
 
@@ -61,10 +64,32 @@ def _velocity_at_gaps(granules: Granules, velocity: float, momentum: float) -> F
     """Velocities with which the granules before each gap close it at least, about [m/s].
 
     A collision passes on 2 m1 / (m1 + m2) of the velocity; all granules before a gap together go on
-    with the velocity of their centre of mass.
+    with the velocity of their centre of mass. Behind a piston they go on with its own.
     """
+    if math.isinf(granules.mass[0]):
+        return np.full(granules.gap.size, velocity)
     passed_on = 2 * granules.mass[:-1] / (granules.mass[:-1] + granules.mass[1:])
     alone = velocity * np.minimum.accumulate(np.cumprod(np.append(1.0, passed_on)))
     together = momentum / np.cumsum(granules.mass)
     found: FloatArray = np.minimum(np.maximum(alone, together), velocity)
     return found[: granules.gap.size]
+
+
+def _softness(granules: Granules) -> float:
+    """Overlap of all contacts together under 1 N [m N^(-2/3)]."""
+    return float(np.sum(granules.stiffness ** (-2 / 3)))
+
+
+def squeezing_force(granules: Granules, piston: Piston, end_time: float | None) -> float:
+    """Force with which a piston presses a chain against a wall when it has gone farthest [N].
+
+    All granules are at rest then. A constant velocity counts up to the given end of the run [s]; by
+    default a run ends when the wave has come back, which presses no harder than it went.
+    """
+    if piston.velocity is None:
+        assert piston.displacement is not None
+        farthest = max(piston.displacement)
+    else:
+        farthest = piston.velocity * (end_time or 0.0)
+    pressed = granules.static_overlap.sum() + farthest - granules.gap.sum()
+    return float((max(pressed, 0.0) / _softness(granules)) ** 1.5)

@@ -211,6 +211,12 @@ def balance_checks(result: Result) -> list[Check]:
     elif scene.wall is not None:
         reason = "its own error estimate, as the force on the wall is integrated from its overlap"
         momentum += result.error_estimate
+    if scene.piston is not None:
+        reason = "its own error estimate, as the force of the piston is integrated from its overlap"
+        momentum = MOMENTUM_ERROR + MOMENTUM_OF_A_STEP * result.steps + result.error_estimate
+        pushed = float(np.max(result.all_peaks))
+        given += pushed * scene.end_time
+        energy += 2 * result.error_estimate * pushed * scene.piston.distance(scene.end_time)
     return [
         within(
             MOMENTUM,

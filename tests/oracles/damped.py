@@ -40,11 +40,14 @@ def peaks(
     start: Floats,
     rtol: float = 1e-12,
     longest: float = 0.05,
+    piston: Callable[[float, float], tuple[float, float]] | None = None,
 ) -> Found:
     """Peaks and the end by DOP853 with a small tolerance and short steps.
 
     It knows nothing of contacts that begin and end: its control of errors makes steps there as
-    short as they have to be. ``push`` is the applied force, smooth between ``corners``.
+    short as they have to be. ``push`` is the applied force, smooth between ``corners``. ``piston``
+    tells displacement at the start and velocity between two corners of granule 1, whose inertia is
+    0 then.
     """
     k, c, gap, inertia = chain.stiffness, chain.damping, chain.gap, chain.inertia
     size, contacts = inertia.size, chain.stiffness.size
@@ -75,6 +78,9 @@ def peaks(
     share = np.linspace(0.0, 1.0, 9)
     for begin, end in pairwise(corners):
         inside = (end - begin) * 1e-15
+        if piston is not None:
+            state = state.copy()
+            state[0], state[size] = piston(begin, end)
         solver = DOP853(
             rates, begin + inside, state, end - inside, rtol=rtol, atol=rtol, max_step=longest
         )

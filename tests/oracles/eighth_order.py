@@ -113,7 +113,7 @@ def peaks(
     # Two equal spheres: 4/3 E* sqrt(R*), with E* = E / (2 (1 - nu^2)) and R* = R / 2.
     modulus = chain.young_modulus / (2 * (1 - chain.poisson_ratio**2))
     stiffness = 4 / 3 * modulus * math.sqrt(chain.radius / 2)
-    assert not isinstance(shock, hc.Striker)
+    assert isinstance(shock, hc.Pulse | hc.PulseTable)
     length = (shock.peak_force / stiffness) ** (2 / 3)
     unit = math.sqrt(mass * length / shock.peak_force)
     ramps = _ramps(shock, unit)

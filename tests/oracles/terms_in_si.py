@@ -103,16 +103,21 @@ def peaks(  # noqa: PLR0915 - formula after formula
     def rates(t: float, y: Floats) -> Floats:
         contact = contact_forces(y)
         net = constant.copy()
-        net[0] += float(scene.applied_force(np.array([t]))[0])
+        net[0] += _push(scene, t)
         net[: contact.size] -= contact
         net[1:] += contact[: size - 1]
-        return np.concatenate([y[size:], net / mass])
+        gained = net / mass
+        if isinstance(scene.shock, hc.Piston):
+            gained[0] = 0.0
+        return np.concatenate([y[size:], gained])
 
     state: Any = np.zeros(2 * size)
     if isinstance(scene.shock, hc.Striker):
         state[size] = scene.shock.velocity
     highest = contact_forces(state)
     corners = sorted({0.0, *(r.start for r in scene.ramps), *(r.end for r in scene.ramps)})
+    if isinstance(scene.shock, hc.Piston) and scene.shock.time is not None:
+        corners = sorted({0.0, *scene.shock.time})
     corners = [corner for corner in corners if corner < scene.end_time] + [scene.end_time]
     scale = np.max(stiffness * start_overlap**1.5) + scene.peak_force
     length = (scale / float(np.max(stiffness))) ** (2 / 3)
@@ -140,6 +145,9 @@ def peaks(  # noqa: PLR0915 - formula after formula
     for begin, end in pairwise(corners):
         # Just inside the leg: F(t) may jump at its ends.
         inside = (end - begin) * 1e-15
+        if isinstance(scene.shock, hc.Piston):
+            state = state.copy()
+            state[0], state[size] = _piston(scene.shock, begin, end)
         solver = DOP853(rates, begin + inside, state, end - inside, **how)
         while solver.t < solver.t_bound:
             most_steps -= 1
@@ -161,3 +169,22 @@ def peaks(  # noqa: PLR0915 - formula after formula
             solver = DOP853(rates, opened, part.y[:, -1], end - inside, **how)
         state = solver.y
     return Found(highest, state[size:])
+
+
+def _push(scene: hc.Scene, time: float) -> float:
+    """The applied force at a time [N]."""
+    if isinstance(scene.shock, hc.Sine):
+        shock = scene.shock
+        phase = shock.frequency * time
+        return shock.amplitude * math.sin(2 * math.pi * phase) if phase < shock.cycles else 0.0
+    return float(scene.applied_force(np.array([time]))[0])
+
+
+def _piston(piston: hc.Piston, begin: float, end: float) -> tuple[float, float]:
+    """Displacement [m] at the start of an interval without corners, and velocity [m/s] in it."""
+    if piston.velocity is not None:
+        return piston.velocity * begin, piston.velocity
+    assert piston.time is not None
+    assert piston.displacement is not None
+    place, later = np.interp([begin, end], piston.time, piston.displacement)
+    return float(place), float((later - place) / (end - begin))

@@ -122,7 +122,7 @@ def test_a_table_may_lie_anywhere(tmp_path: Path) -> None:
         ("duration_ratio = 2\n", "", "shock.duration_ratio: missing"),
         ("momentum_ratio = 2.0\n", "", "shock.momentum_ratio or rise_time: missing"),
         ("momentum_ratio = 2.0", "momentum_ratio = 2.0\nrise_time = 1", "both are given"),
-        ('"cosine-triangular"', '"sine"', "shock.profile = 'sine': must be one of cosine, tria"),
+        ('"cosine-triangular"', '"box"', "shock.profile = 'box': must be one of cosine, triang"),
         ('profile = "cosine-triangular"\n', "", "shock.profile: missing"),
         ("[chain]", "colour = 1\n[chain]", "colour = 1: unknown key, allowed are the sections"),
         ("[chain]", "[chains]", "chains = "),
@@ -275,7 +275,7 @@ PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
     ("parts", "said"),
     [
         ((None, PULSE), "chain: must be a Chain"),
-        ((CHAIN, "cosine"), "shock = 'cosine': must be a Pulse, a PulseTable or a Striker"),
+        ((CHAIN, "cosine"), "shock = 'cosine': must be a Pulse, a PulseTable, a Sine, a Piston"),
         ((CHAIN, PULSE, 1e-3), r"run = 0\.001: must be a Run"),
     ],
     ids=["chain", "shock", "run"],

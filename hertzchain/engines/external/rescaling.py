@@ -17,9 +17,11 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.peaks import SIGNIFICANT, judged_contacts
 from hertzchain.observables.samples import Samples
+from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.sine import Sine
 from hertzchain.scene.terms import Contact, Striker
 
 TOLERABLE = 1e-9  # predicted loss, of the peaks, up to which a scene is computed as it stands
@@ -54,6 +56,10 @@ class Softening:
         elif isinstance(shock, Striker):
             own = self._modulus(shock.young_modulus)
             shock = replace(shock, velocity=self.time * shock.velocity, young_modulus=own)
+        elif isinstance(shock, Sine):
+            shock = replace(shock, frequency=shock.frequency / self.time)
+        elif isinstance(shock, Piston):
+            shock = self._piston(shock)
         elif shock.rise_time is not None:
             shock = replace(shock, rise_time=self.time * shock.rise_time)
         if run.end_time is not None:
@@ -80,12 +86,23 @@ class Softening:
             coefficient=None if coefficient is None else coefficient / self.time,
         )
 
+    def _piston(self, piston: Piston) -> Piston:
+        """The piston of the similar scene: as far as its overlaps, in its times."""
+        if piston.velocity is not None:
+            return replace(piston, velocity=self.time * piston.velocity)
+        rows = piston.rows
+        return replace(
+            piston,
+            time=tuple(self.time * time for time, _ in rows),
+            displacement=tuple(self.length * place for _, place in rows),
+        )
+
     def _modulus(self, young_modulus: Any) -> Any:
         return None if young_modulus is None else _times(1 / 8.0**self.power, young_modulus)
 
     def leg(self, leg: Leg) -> Leg:
         """A leg in the time of the similar scene."""
-        return leg.in_units(1 / self.time, 1.0)
+        return leg.in_units(1 / self.time, 1.0, 1 / self.length)
 
     def true(self, samples: Samples) -> Samples:
         """Samples of the similar scene as they are in the true one."""

@@ -189,7 +189,8 @@ class Native:
             displacement=run.state.displacement * units.length,
             velocity=run.state.velocity * units.velocity,
             balance=Balance(
-                impulse=scene.given_impulse - float(run.wall_impulse) * units.momentum,
+                impulse=scene.given_impulse
+                + float(run.piston_impulse - run.wall_impulse) * units.momentum,
                 momentum=float(run.momentum) * units.momentum,
                 work=float(run.work) * units.energy,
                 energy=float(run.energy) * units.energy,

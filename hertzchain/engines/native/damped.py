@@ -36,7 +36,7 @@ class Damped:
     stiffness, damping
         Of the contacts, shape (contacts,).
     inertia
-        1 / mass, shape (granules,).
+        1 / mass, shape (granules,), 0 for a piston.
     gap
         How far each contact is open at the start, shape (contacts,); below 0 for a static overlap.
     pull
@@ -70,11 +70,12 @@ class Simulated:
     peak_force: FloatArray  # shape (contacts,)
     peak_time: FloatArray  # NaN for a contact that was never pressed
     end: float  # time reached
-    work: float  # done by the applied force, and the energy at the start
+    work: float  # done by the applied force or the piston, and the energy at the start
     dissipated: float  # energy lost in the contacts
-    momentum: float  # of all granules at the end
-    energy: float  # of all granules at the end, with that in constant forces
+    momentum: float  # of all granules but a piston at the end
+    energy: float  # of the same at the end, with that in constant forces
     wall_impulse: float  # integral of the force on the wall
+    piston_impulse: float  # integral of the force of the piston
     steps: int
     evaluations: int  # of all forces, those of refused steps too
 
@@ -153,6 +154,7 @@ def integrate_damped(
         found.momentum,
         found.energy,
         found.wall_impulse,
+        found.piston_impulse,
         found.steps,
         found.evaluations,
     )

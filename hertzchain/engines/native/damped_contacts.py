@@ -38,8 +38,8 @@ class Contacts(NamedTuple):
     """A chain of damped contacts, natural units; every array has shape (granules,).
 
     ``gap`` is how far a contact is open at the start, below 0 for a static overlap. ``inertia`` is
-    1 / mass, ``pull`` the acceleration by constant forces, ``lightest`` the larger inertia of both
-    granules of a contact.
+    1 / mass, 0 for a piston, ``pull`` the acceleration by constant forces, ``lightest`` the larger
+    inertia of both granules of a contact.
     """
 
     stiffness: FloatArray
@@ -339,7 +339,7 @@ def energy(u: Any, v: Any, hi: int, c: Any) -> float:
     """Energy of all granules and contacts, with that in constant forces."""
     total = 0.0
     for i in range(hi):
-        mass = 1.0 / c.inertia[i]
+        mass = 1.0 / c.inertia[i] if c.inertia[i] > 0.0 else 0.0
         total += mass * (v[i] * v[i] / 2 - c.pull[i] * u[i]) + held(u, i, c)
     return total
 

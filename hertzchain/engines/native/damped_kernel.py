@@ -43,10 +43,13 @@ from hertzchain.engines.native.damped_step import (
 )
 from hertzchain.engines.native.kernels import (
     END,
+    PLACE,
     START,
+    VELOCITY,
     Record,
     _copy,
     _is_stopped,
+    compiled,
     compiled_and_kept,
 )
 
@@ -99,6 +102,7 @@ class Found(NamedTuple):
     momentum: float
     energy: float
     wall_impulse: float
+    piston_impulse: float
 
 
 def _kept_with_its_parts(function: Any) -> Any:
@@ -113,6 +117,14 @@ def _kept_with_its_parts(function: Any) -> Any:
             *((file.st_mtime, file.st_size) for file in files),
         )
     return kernel
+
+
+@compiled
+def _is_diverged(left: float, given: float, total: Any, c: Any) -> bool:
+    """Whether the chain has far more energy than it was given; see ``kernels._is_diverged``."""
+    if c.inertia[0] == 0.0:
+        return not abs(left) <= _DIVERGED_ENERGY * (abs(given) + total[4])
+    return not left <= _DIVERGED_ENERGY * (given + total[0])
 
 
 @_kept_with_its_parts
@@ -168,7 +180,8 @@ def march(
     f, power, on = np.zeros(granules + 1), np.zeros(granules), np.zeros(granules)
     p0, p1, lost = np.zeros(granules), np.zeros(granules), np.zeros(granules)
     k, bent = np.zeros((method.nodes.size, granules)), np.zeros(method.rows.shape)
-    gained, total = np.zeros(3), np.zeros(3)
+    # Work, what was dissipated, impulses of wall and piston, work of a piston without its sign.
+    gained, total = np.zeros(4), np.zeros(5)
     u0[:granules], v0[:granules] = start[0], start[1]
     fresh = start_modes(u0, v0, on, c)
     root = 4 if c.quarters == 1 else 2
@@ -181,6 +194,12 @@ def march(
     for number in range(legs.shape[0]):
         leg = legs[number]
         end = leg[END]
+        if c.inertia[0] == 0.0:
+            u0[0], v0[0] = leg[PLACE], leg[VELOCITY]
+            d, w = u0[0] - u0[1] - c.gap[0], v0[0] - v0[1]
+            allowed = tolerance * max(abs(w), _SLOW)
+            if on[0] > 0.0 and begins(d, w, 0, min(following, longest), allowed, c):
+                fresh = True
         evaluate(u0, v0, a0, f0, r0, p0, on, leg, time, hi, c)
         keep_ends(peak_force, peak_time, f0, time, hi)
         following = min(following, longest / 4)
@@ -236,8 +255,10 @@ def march(
                 break
             begin, time = time, after
             steps += 1
-            for item in range(3):
+            for item in range(4):
                 total[item] += gained[item]
+            if c.inertia[0] == 0.0:
+                total[4] += abs(gained[0])
             if not fresh:
                 keep_maxima(
                     u0, v0, a0, r0, u1, v1, a1, r1, f0, f1, peak_force, peak_time, begin, h, hi, c
@@ -284,7 +305,7 @@ def march(
                 control[1], control[2] = time, control[2] + 1
                 if _is_stopped(control):
                     status = STOPPED
-                elif not energy(u0, v0, hi, c) <= _DIVERGED_ENERGY * (given + total[0]):
+                elif _is_diverged(energy(u0, v0, hi, c), given, total, c):
                     status = DIVERGED
         if status != DONE:
             break
@@ -293,10 +314,11 @@ def march(
     for i in range(hi):
         if on[i] == 0.0:
             total[1] -= held(u0, i, c)
-        momentum += v0[i] / c.inertia[i]
-    if status == DONE and not left <= _DIVERGED_ENERGY * (given + total[0]):
+        momentum += v0[i] / c.inertia[i] if c.inertia[i] > 0.0 else 0.0
+    if status == DONE and _is_diverged(left, given, total, c):
         status = DIVERGED
     found = Found(
-        status, steps, evaluations, time, given + total[0], total[1], momentum, left, total[2]
-    )
+        status, steps, evaluations, time, given + total[0], total[1], momentum, left, total[2],
+        total[3],
+    )  # fmt: skip
     return found, u0[:granules], v0[:granules]

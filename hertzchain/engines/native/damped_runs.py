@@ -121,7 +121,8 @@ def accurate_enough(
         run.energy,
         run.steps,
         run.evaluations,
-        run.wall_impulse,
-        run.dissipated,
+        wall_impulse=run.wall_impulse,
+        piston_impulse=run.piston_impulse,
+        dissipated=run.dissipated,
     )
     return simulation, found.bound

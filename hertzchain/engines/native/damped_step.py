@@ -122,8 +122,8 @@ def take_step(
     """Take one step in t^(1/m); returns where the window ends.
 
     The last row of ``rows`` has the weights, ``squares`` is the product of rows and rows, ``bent``
-    a place for that in t^(1/m). ``gained`` gets the work of the applied force, what was dissipated,
-    and the wall's impulse.
+    a place for that in t^(1/m). ``gained`` gets the work of the applied force or the piston, what
+    was dissipated, and the impulses of wall and piston.
     """
     granules, stages = c.inertia.size, nodes.size
     size = h if m == 1 else h ** (1.0 / m)
@@ -131,7 +131,8 @@ def take_step(
     if m > 1:
         _bend(bent, rows, nodes, size, m)
         twice = bent
-    gained[0], gained[1], gained[2] = 0.0, 0.0, 0.0
+    gained[0], gained[1], gained[2], gained[3] = 0.0, 0.0, 0.0, 0.0
+    pushing = 1 if c.inertia[0] == 0.0 else 0  # the contact of a piston, or the applied force
     for i in range(granules):
         lost[i] = 0.0
     # The first stage is the state itself; in t^(1/m) nothing moves yet.
@@ -139,8 +140,9 @@ def take_step(
     for i in range(np.uint64(0), np.uint64(hi)):
         k[0, i] = start * a0[i]
     part = size * rows[stages, 0] * start
-    gained[0] += part * f0[0] * v0[0]
+    gained[0] += part * f0[pushing] * v0[0]
     gained[2] += part * f0[granules]
+    gained[3] += pushing * part * f0[1]
     _lose(lost, part, power0, hi)
     for s in range(1, stages + 1):
         tau = size if s == stages else nodes[s] * size
@@ -164,8 +166,9 @@ def take_step(
         _keep_stage(k, s, f, c.inertia, c.pull, scale, hi)
         if rows[stages, s] != 0.0:
             part = size * rows[stages, s] * scale
-            gained[0] += part * f[0] * v1[0]
+            gained[0] += part * f[pushing] * v1[0]
             gained[2] += part * f[granules]
+            gained[3] += pushing * part * f[1]
             _lose(lost, part, power, hi)
     gained[1] = _sum(lost, hi)
     return hi

@@ -38,8 +38,11 @@ from hertzchain.arrays import Array, FloatArray
 START, END, STEPS, SHAPE, RAMP_START, RAMP_END, FORCE_START, FORCE_END = range(8)
 """Columns of legs: times of leg and ramp, forces at the ends of the ramp, natural units.
 
-The shape is 0 where no force acts, 1 on a linear and 2 on a cosine ramp.
+The shape is 0 where no force acts, 1 on a linear and 2 on a cosine ramp. Where there is a piston
+the last two are its displacement at the start of the leg, and its velocity: see PLACE.
 """
+
+PLACE, VELOCITY = FORCE_START, FORCE_END
 
 DONE, DIVERGED, STOPPED = range(3)
 """How a run ended."""
@@ -137,7 +140,7 @@ class Terms(NamedTuple):
         Of the contact ahead of each granule, shape (granules,); the last is that of the wall, or 1
         at a free end. None for a plain scene alone.
     inertia
-        1 / mass of each granule, shape (granules,); None where all masses are 1.
+        1 / mass of each granule, shape (granules,), 0 for a piston; None where all masses are 1.
     gap
         How far the contact ahead of each granule is open at the start, shape (granules,); below 0
         for a static overlap. None where all granules just touch.
@@ -165,11 +168,14 @@ class Outcome(NamedTuple):
     end
         Time reached.
     work
-        Done by the applied force, and the energy at the start.
+        Done by the applied force or the piston, and the energy at the start.
     momentum, energy
-        Of all granules, those left behind too; the energy with that in constant forces.
+        Of all granules but a piston, those left behind too; the energy with that in constant
+        forces.
     wall_impulse
         Integral of the force on the wall over time; 0 at a free end.
+    piston_impulse
+        Integral of the force of the piston on granule 2 over time; 0 without a piston.
     """
 
     status: int
@@ -181,6 +187,7 @@ class Outcome(NamedTuple):
     momentum: float
     energy: float
     wall_impulse: float
+    piston_impulse: float
 
 
 PLAIN = Terms(None, None, None, None)
@@ -639,8 +646,16 @@ def _of_contact(force: float, i: int, stiffness: Any) -> float:
 
 
 @compiled
+def _has_piston(inertia: Any) -> bool:
+    return False if inertia is None else inertia[0] == 0
+
+
+@compiled
 def _mass(i: int, inertia: Any) -> float:
-    return 1.0 if inertia is None else 1.0 / inertia[i]
+    """Mass of a granule; 0 for a piston, whose momentum and energy are not the chain's."""
+    if inertia is None:
+        return 1.0
+    return 1.0 / inertia[i] if inertia[i] > 0 else 0.0
 
 
 @compiled
@@ -898,21 +913,20 @@ def _work(
 
 
 @compiled
-def _impulse_on_wall(
-    u0: Any, v0: Any, u: Any, v: Any, leg: Any, begin: float, h: float, off: float,
+def _impulse(
+    contact: int, u0: Any, v0: Any, u: Any, v: Any, leg: Any, begin: float, h: float, off: float,
     stiffness: Any, inertia: Any, gap: Any, pull: Any,
 ) -> float:  # fmt: skip
-    """Integral of the force on the wall over a step, by the points of ``_work``."""
-    last = stiffness.size - 1
-    start = _contact(u0, v0, last, 0, leg, begin, off, stiffness, inertia, gap, pull)
-    end = _contact(u, v, last, 0, leg, begin + h, off, stiffness, inertia, gap, pull)
+    """Integral of the force of a contact over a step, by the points of ``_work``."""
+    start = _contact(u0, v0, contact, 0, leg, begin, off, stiffness, inertia, gap, pull)
+    end = _contact(u, v, contact, 0, leg, begin + h, off, stiffness, inertia, gap, pull)
     if start[0] <= 0 and end[0] <= 0:
         return 0.0
     curve = _hermite(start, end, h)
     total = 0.0
     for node in (-_OUTER, -_INNER, _INNER, _OUTER):
         weight = _OUTER_WEIGHT if abs(node) == _OUTER else _INNER_WEIGHT
-        total += weight * _of_contact(_force(_value(curve, (1 + node) / 2)), last, stiffness)
+        total += weight * _of_contact(_force(_value(curve, (1 + node) / 2)), contact, stiffness)
     return total * h
 
 
@@ -1047,7 +1061,7 @@ def _momentum(v: Any, lo: int, hi: int, inertia: Any) -> float:
         if inertia is None:
             total += v[i]
         else:
-            total += v[i] / inertia[i]
+            total += v[i] / inertia[i] if inertia[i] > 0 else 0.0
     return total
 
 
@@ -1081,9 +1095,10 @@ def _is_stopped(control: Any) -> bool:
     return control[0] < 0 or 0 < control[0] <= control[2]
 
 
-# What _advance keeps between two calls, by place in two arrays. _GIVEN is the energy at the start.
+# What _advance keeps between two calls, by place in two arrays. _GIVEN is the energy at the start,
+# _MOVED the work that a piston did and took, both counted as positive.
 _LO, _HI, _WHOLE, _PART, _LEVEL, _KEPT, _STEPS, _EVALUATIONS, _GRANULE_EVALUATIONS = range(9)
-_TIME, _NEXT_CHECK, _WORK, _MOMENTUM, _ENERGY, _GIVEN, _WALL = range(7)
+_TIME, _NEXT_CHECK, _WORK, _MOMENTUM, _ENERGY, _GIVEN, _WALL, _PISTON, _MOVED = range(9)
 
 _ZERO, _LEAST, _PUSH, _H, _DIP_TIMES_H = range(5)
 """Places among the numbers of a run that have the precision of its state: 0, the least overlap that
@@ -1091,6 +1106,17 @@ is one, the applied force of the moment, the step, and ``_DIP`` times it."""
 
 _LEG_DONE, _NO_ROOM, _SETTLED, _DIVERGED, _STOPPED = range(5)
 """Why _advance returns."""
+
+
+@compiled
+def _is_diverged(energy: float, total: Any, inertia: Any) -> bool:
+    """Whether the chain has far more energy than it was given.
+
+    A piston that goes back under a load takes more than it gave: constant forces do work then.
+    """
+    if _has_piston(inertia):
+        return not abs(energy) <= _DIVERGED_ENERGY * (total[_MOVED] + abs(total[_GIVEN]))
+    return not energy <= _DIVERGED_ENERGY * (total[_WORK] + total[_GIVEN])
 
 
 @compiled
@@ -1194,9 +1220,14 @@ def _advance(
                 u0, v0, u, v, lo, leg, begin, h, off, stiffness, inertia, gap, pull
             )
         if stiffness is not None and on_wall == 1:
-            total[_WALL] += _impulse_on_wall(
-                u0, v0, u, v, leg, begin, h, off, stiffness, inertia, gap, pull
+            total[_WALL] += _impulse(
+                granules - 1, u0, v0, u, v, leg, begin, h, off, stiffness, inertia, gap, pull
             )
+        if stiffness is not None and _has_piston(inertia):
+            pushed = _impulse(0, u0, v0, u, v, leg, begin, h, off, stiffness, inertia, gap, pull)
+            total[_PISTON] += pushed
+            total[_WORK] += pushed * leg[VELOCITY]
+            total[_MOVED] += pushed * abs(leg[VELOCITY])
         if kept < record.time.size and record.time[kept] <= time:
             kept = _keep_history(
                 record, kept, u0, v0, u, v, lo, hi, leg, begin, time, off, stiffness, inertia, gap,
@@ -1214,7 +1245,7 @@ def _advance(
             next_check = time + _CHECK
             control[1] = time
             energy = total[_ENERGY] + _energy(u, v, lo, hi, stiffness, inertia, gap, pull)
-            if not energy <= _DIVERGED_ENERGY * (total[_WORK] + total[_GIVEN]):
+            if _is_diverged(energy, total, inertia):
                 reason = _DIVERGED
                 break
             if leave_behind and over:
@@ -1346,7 +1377,7 @@ def march(
     a = np.zeros((max(table.nodes.size, 1), size), kind)
     base = 0
     _end_chain(u, base, granules, peak_force)
-    count, total = np.zeros(9, np.int64), np.zeros(7)
+    count, total = np.zeros(9, np.int64), np.zeros(9)
     count[_HI] = min(moving, granules)
     total[_TIME], total[_NEXT_CHECK] = legs[0, START], _CHECK
     if start.size > 0:
@@ -1360,6 +1391,8 @@ def march(
         over = number >= pushed
         count[_WHOLE] = 0
         constants[_PUSH] = _applied_force(leg, leg[START])
+        if _has_piston(inertia):
+            u[0], v[0] = leg[PLACE], leg[VELOCITY]
         _accelerate_first(u, g, constants, count[_LO], stiffness, inertia, gap, pull)
         while True:
             reason = _advance(
@@ -1397,7 +1430,7 @@ def march(
             peak_time[base + i] = total[_TIME]
     status = DONE
     given = total[_WORK] + total[_GIVEN]
-    if reason == _DIVERGED or not energy <= _DIVERGED_ENERGY * given:
+    if reason == _DIVERGED or _is_diverged(energy, total, inertia):
         status = DIVERGED
     elif reason == _STOPPED:
         status = STOPPED
@@ -1411,6 +1444,7 @@ def march(
         momentum,
         energy,
         total[_WALL],
+        total[_PISTON],
     )
     return outcome, u[:granules], v[:granules]
 

@@ -75,12 +75,13 @@ class Simulation:
 
     state: End  # at the end; NaN where granules were left behind
     peaks: Peaks
-    work: Scalar  # done by the applied force, and the energy at the start
-    momentum: Scalar  # of all granules at the end
-    energy: Scalar  # of all granules at the end, with that in constant forces
+    work: Scalar  # done by the applied force or the piston, and the energy at the start
+    momentum: Scalar  # of all granules but a piston at the end
+    energy: Scalar  # of the same at the end, with that in constant forces
     steps: int
     evaluations: int  # of the force; compiled runs count those of refused steps too
     wall_impulse: Scalar = 0.0  # integral of the force on the wall
+    piston_impulse: Scalar = 0.0  # integral of the force of the piston
     dissipated: Scalar = 0.0  # energy that damping took
 
 
@@ -171,7 +172,8 @@ def simulate(
         outcome.energy,
         outcome.steps,
         outcome.evaluations,
-        outcome.wall_impulse,
+        wall_impulse=outcome.wall_impulse,
+        piston_impulse=outcome.piston_impulse,
     )
 
 
@@ -242,7 +244,7 @@ def _softest(scene: Scene) -> float:
 
 def start_of(scene: Scene) -> FloatArray:
     """Displacement and velocity at the start, natural units, shape (2, N); (0, 0) at rest."""
-    if scene.striker is None:
+    if scene.striker is None and scene.piston is None:
         return np.zeros((0, 0))
     start = np.zeros((2, scene.chain.granules))
     start[1, 0] = scene.start_velocity / scene.units.velocity
@@ -290,7 +292,7 @@ def _wait(thread: threading.Thread, deadline: Deadline) -> None:
             raise deadline.passed()
 
 
-_CODES = {"linear": 1, "cosine": 2}
+_CODES = {"linear": 1, "cosine": 2, "quarter-sine": 2, "quarter-cosine": 2}
 
 
 def code_of(shape: str) -> int:
@@ -301,14 +303,25 @@ def code_of(shape: str) -> int:
 
 
 def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
-    """Legs [s, N] as the kernels take them: natural units, shape (legs, 8)."""
+    """Legs [s, N] as the kernels take them: natural units, shape (legs, 8).
+
+    A quarter of a sine is half of a cosine ramp, whose other half no leg reaches.
+    """
     rows = []
     for leg in legs:
         row = [leg.start / units.time, leg.end / units.time, leg.steps, 0.0, 0.0, 0.0, 0.0, 0.0]
         if leg.ramp is not None:
             ramp = leg.ramp
-            row[3:6] = code_of(ramp.shape), ramp.start / units.time, ramp.end / units.time
-            row[6:8] = ramp.start_force / units.force, ramp.end_force / units.force
+            start, end = ramp.start / units.time, ramp.end / units.time
+            first, last = ramp.start_force / units.force, ramp.end_force / units.force
+            if ramp.shape == "quarter-sine":
+                start, first = 2 * start - end, 2 * first - last
+            elif ramp.shape == "quarter-cosine":
+                end, last = 2 * end - start, 2 * last - first
+            row[3:8] = code_of(ramp.shape), start, end, first, last
+        if leg.stroke is not None:
+            row[6] = leg.stroke.displacement_at(leg.start) / units.length
+            row[7] = leg.stroke.velocity / units.velocity
         rows.append(row)
     return np.array(rows, np.float64)
 

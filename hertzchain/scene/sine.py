@@ -1,0 +1,79 @@
+"""The sine: an actuator adds an oscillating force to the static load on granule 1."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from numbers import Integral
+
+from hertzchain.errors import POSITIVE, is_finite, is_positive, require
+from hertzchain.scene.chain import to_plain_numbers
+from hertzchain.scene.pulse import Ramp
+
+_MOST_CYCLES = 50_000
+"""Of the force: as many corners as a pulse table can have rows, about 200,000."""
+
+_QUARTERS = (
+    ("quarter-sine", 0.0, 1.0),
+    ("quarter-cosine", 1.0, 0.0),
+    ("quarter-sine", 0.0, -1.0),
+    ("quarter-cosine", -1.0, 0.0),
+)
+"""Shape, and the force at both ends over the amplitude, of each quarter of a cycle."""
+
+
+@dataclass(frozen=True)
+class Sine:
+    """The force amplitude * sin(2 pi frequency t) on granule 1, for some cycles, in SI units.
+
+    It comes on top of the static load, which must be at least the amplitude: an actuator pushes
+    granule 1, and cannot pull it.
+
+    Parameters
+    ----------
+    amplitude
+        Of the force [N].
+    frequency
+        In cycles per second [Hz].
+    cycles
+        How many; a whole number from 1 to 50,000.
+
+    Raises
+    ------
+    SceneError
+        For a value outside what is stated above.
+    """
+
+    amplitude: float
+    frequency: float
+    cycles: int
+
+    def __post_init__(self) -> None:
+        require(is_positive(self.amplitude), "amplitude", self.amplitude, f"{POSITIVE} [N]")
+        require(is_positive(self.frequency), "frequency", self.frequency, f"{POSITIVE} [Hz]")
+        whole = is_finite(self.cycles) and self.cycles == int(self.cycles)
+        allowed = f"must be a whole number from 1 to {_MOST_CYCLES}"
+        require(whole and 1 <= self.cycles <= _MOST_CYCLES, "cycles", self.cycles, allowed)
+        if not isinstance(self.cycles, Integral):
+            object.__setattr__(self, "cycles", int(self.cycles))
+        to_plain_numbers(self)
+
+    @property
+    def peak_force(self) -> float:
+        """The largest force [N], without the static load."""
+        return self.amplitude
+
+    @property
+    def half_cycle_impulse(self) -> float:
+        """Integral of the force over the first half of a cycle [N s]; over a whole one it is 0."""
+        return self.amplitude / (math.pi * self.frequency)
+
+    def ramps(self) -> tuple[Ramp, ...]:
+        """Four quarters for each cycle."""
+        ramps = []
+        for quarter in range(4 * self.cycles):
+            shape, start, end = _QUARTERS[quarter % 4]
+            begin, stop = (number / (4 * self.frequency) for number in (quarter, quarter + 1))
+            forces = start * self.amplitude, end * self.amplitude
+            ramps.append(Ramp(begin, stop, *forces, shape))
+        return tuple(ramps)

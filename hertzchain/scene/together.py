@@ -1,0 +1,48 @@
+"""What parts of a scene ask of one another."""
+
+from __future__ import annotations
+
+from hertzchain.errors import SceneError, require
+from hertzchain.scene.chain import Chain
+from hertzchain.scene.run import Run
+from hertzchain.scene.shock import Shock
+from hertzchain.scene.sine import Sine
+from hertzchain.scene.terms import Contact, Precompression, Wall
+
+
+def refuse_impossible(
+    chain: Chain,
+    shock: Shock,
+    run: Run,
+    wall: Wall | None,
+    pressed: Precompression | None,
+    contact: Contact | None,
+) -> None:
+    """Raise a SceneError for parts of a scene of another type, or that cannot stand together.
+
+    A weight needs a wall, a load closed contacts, and a sine a load that it does not exceed.
+    """
+    require(isinstance(chain, Chain), "chain", chain, "must be a Chain")
+    allowed = "must be a Pulse, a PulseTable, a Sine, a Piston or a Striker"
+    require(isinstance(shock, Shock), "shock", shock, allowed)
+    require(isinstance(run, Run), "run", run, "must be a Run")
+    require(isinstance(wall, Wall | None), "wall", wall, "must be a Wall or None")
+    allowed = "must be a Precompression or None"
+    require(isinstance(pressed, Precompression | None), "precompression", pressed, allowed)
+    allowed = "must be a Contact or None"
+    require(isinstance(contact, Contact | None), "contact", contact, allowed)
+    if isinstance(shock, Sine):
+        load = 0.0 if pressed is None else pressed.force
+        allowed = (
+            f"must be at most the static load, [precompression] force = {load:g} N: an actuator"
+            " pushes granule 1, and cannot pull it"
+        )
+        require(shock.amplitude <= load, "shock.amplitude", shock.amplitude, allowed)
+    if pressed is None:
+        return
+    if wall is None and pressed.gravity:
+        allowed = "needs a [wall], which carries the weight of the chain"
+        raise SceneError("precompression.gravity", pressed.gravity, allowed)
+    closed = "must be 0 with [precompression], which presses all contacts from the start"
+    require(not isinstance(chain.gap, tuple) and chain.gap == 0, "chain.gap", None, closed)
+    require(wall is None or wall.gap == 0, "wall.gap", wall and wall.gap, closed)

@@ -1,0 +1,133 @@
+"""Random scenes with pistons and sines: no answer is worse than it says, by SciPy."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.native.damped_runs import damped_contacts
+from hertzchain.observables.peaks import largest_difference
+from tests.oracles import damped, terms_in_si
+from tests.oracles.terms_in_si import Floats
+from validation.random_drives import random_scene_with_piston, random_scene_with_sine
+
+DRAWN = {"piston": random_scene_with_piston, "sine": random_scene_with_sine}
+
+TOLERANCES = (1e-3, 1e-6, 1e-9)
+
+LONGEST, LONGEST_TIME = 12, 250.0
+"""Granules and natural time units of a scene: SciPy takes about a second for one."""
+
+MOST_STEPS = 6000
+"""Of SciPy: granules that collide over and over take more (chosen)."""
+
+BLOCK, SCENES = 10, 200
+"""Scenes of one slow test, and of all of a kind."""
+
+LAWS = (
+    hc.Contact("restitution", restitution=0.8),
+    hc.Contact("restitution", restitution=0.3, attraction=True),
+    hc.Contact("dashpot", coefficient=1.0),
+)
+
+
+def judge(kind: str, number: int) -> bool:
+    """Whether SciPy can judge a random elastic scene; if so, answers are within their bounds."""
+    scene = DRAWN[kind](np.random.default_rng([19, number]), LONGEST, LONGEST_TIME)
+    try:
+        coarse, true = (
+            terms_in_si.peaks(scene, rtol, MOST_STEPS).peak_force for rtol in (1e-12, 1e-13)
+        )
+    except ArithmeticError:
+        return False
+    # SciPy's own error: the difference is that of the coarser run, or more.
+    unsure = largest_difference(coarse, true)
+    for rtol in TOLERANCES:
+        try:
+            result = hc.Native(rtol=rtol).run(scene)
+        except hc.HertzchainError:
+            continue  # a refusal is honest
+        # Where collisions multiply round-off to more than that, SciPy loses as many digits.
+        assert result.error_estimate <= rtol or unsure > rtol, (number, rtol)
+        error = largest_difference(result.all_peaks, true)
+        assert error <= result.error_estimate + unsure, (number, rtol)
+    return True
+
+
+def true_peaks(scene: hc.Scene, rtol: float) -> Floats:
+    """Of damped contacts, by SciPy [N]: the equations in natural units, the drive as it is."""
+    units, shock = scene.units, scene.shock
+    chain, end = damped_contacts(scene), scene.end_time / scene.units.time
+    start = np.zeros((2, scene.chain.granules))
+    more: dict[str, Any] = {}
+    corners = [0.0]
+    if isinstance(shock, hc.Piston):
+        if shock.time is not None:
+            corners = sorted({0.0, *(t / units.time for t in shock.time)})
+
+        def piston(begin: float, stop: float) -> tuple[float, float]:
+            assert isinstance(shock, hc.Piston)
+            place, velocity = terms_in_si._piston(shock, begin * units.time, stop * units.time)
+            return place / units.length, velocity / units.velocity
+
+        more["piston"] = piston
+    else:
+        assert isinstance(shock, hc.Sine)
+        corners.append(shock.cycles / shock.frequency / units.time)
+
+    def push(time: float) -> float:
+        if isinstance(shock, hc.Piston) or time > corners[-1]:
+            return 0.0
+        phase = 2 * math.pi * shock.frequency * units.time * time
+        return shock.amplitude / units.force * math.sin(phase)
+
+    corners = [corner for corner in corners if corner < end] + [end]
+    found = damped.peaks(chain, push, corners, start, rtol, **more)
+    return np.asarray(found.peak_force * units.force)
+
+
+def judge_damped(kind: str, number: int) -> None:
+    """Answers on a random damped scene are within their bounds."""
+    scene = DRAWN[kind](np.random.default_rng([20, number]), 5, 60.0)
+    law = LAWS[number % 3]
+    if law.damping == "dashpot":
+        each = scene.granules
+        natural = float(each.stiffness[0]) * scene.units.length**1.5 / scene.units.velocity
+        law = replace(law, coefficient=0.2 * natural)
+    scene = replace(scene, contact=law)
+    coarse, true = (true_peaks(scene, rtol) for rtol in (1e-11, 1e-12))
+    unsure = largest_difference(coarse, true)
+    for rtol in TOLERANCES:
+        try:
+            result = hc.Native(rtol=rtol).run(scene)
+        except hc.HertzchainError:
+            continue  # a refusal is honest
+        error = largest_difference(result.all_peaks, true)
+        # SciPy's tolerance is that of a step; it knows nothing of contacts that begin and end.
+        assert error <= result.error_estimate + 10 * unsure + 2e-7, (number, rtol)
+
+
+@pytest.mark.parametrize("kind", DRAWN)
+@pytest.mark.parametrize("number", [1, 2])
+def test_random_scenes(kind: str, number: int) -> None:
+    assert judge(kind, number)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", DRAWN)
+@pytest.mark.parametrize("first", range(0, SCENES, BLOCK))
+def test_many_random_scenes(kind: str, first: int) -> None:
+    judged = [judge(kind, number) for number in range(first, first + BLOCK)]
+    assert sum(judged) >= BLOCK // 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", DRAWN)
+@pytest.mark.parametrize("number", range(40))
+def test_random_damped_scenes(kind: str, number: int) -> None:
+    judge_damped(kind, number)

@@ -1,0 +1,219 @@
+"""Pistons by the native backend: closed forms, identities, balances, and SciPy."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import quad
+from scipy.special import jv
+
+import hertzchain as hc
+from hertzchain.engines.native import METHODS, simulate
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.verdict.run_checks import balance_checks
+from tests.conftest import STEEL
+from tests.oracles import terms_in_si
+
+Floats = NDArray[np.float64]
+
+UNIFORM = hc.Chain(12, **STEEL)
+TABLE = hc.Piston(None, (1e-5, 5e-5, 9e-5, 2e-4), (0.0, 4e-6, 1e-6, 2e-6))
+PRESSED = hc.Precompression(10.0)
+
+SCENES = {
+    "constant velocity": hc.Scene(UNIFORM, hc.Piston(0.1)),
+    "forwards and backwards": hc.Scene(UNIFORM, TABLE, precompression=PRESSED),
+    "backwards alone": hc.Scene(
+        UNIFORM, hc.Piston(None, (0.0, 1e-4), (0.0, -1e-5)), precompression=PRESSED
+    ),
+    "gaps, wall": hc.Scene(
+        hc.Chain(4, **STEEL, gap=1e-6), hc.Piston(0.1), wall=hc.Wall("same", gap=2e-6)
+    ),
+    "column": hc.Scene(
+        hc.Chain(
+            6, radius=[5e-3, 4e-3] * 3, young_modulus=193e9, poisson_ratio=0.3, density=7958.0
+        ),
+        TABLE,
+        wall=hc.Wall("elastic", 70e9, 0.33),
+        precompression=hc.Precompression(3.0, 9.81),
+    ),
+}
+
+LAWS = {
+    "elastic": None,
+    "restitution": hc.Contact("restitution", restitution=0.8),
+    "dashpot, pulling": hc.Contact("dashpot", coefficient=2.0, attraction=True),
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("name", SCENES)
+def test_momentum_and_energy(name: str, law: str) -> None:
+    scene = replace(SCENES[name], contact=LAWS[law])
+    result = hc.Native(rtol=1e-8).run(scene)
+    assert result.error_estimate <= 1e-8
+    balance = result.balance
+    # The force of the piston is integrated, so that both sides are as good as the peaks.
+    given = np.max(result.all_peaks) * scene.end_time
+    assert balance.momentum == pytest.approx(balance.impulse, rel=0, abs=1e-8 * given)
+    worked = abs(balance.work) + abs(balance.energy) + balance.dissipated
+    left = balance.energy + balance.dissipated - balance.work
+    assert abs(left) < 1e-8 * worked
+    assert [check for check in balance_checks(result) if not check.passed] == []
+
+
+@pytest.mark.parametrize("name", ["forwards and backwards", "column"])
+def test_balances_that_are_off_do_not_pass(name: str) -> None:
+    result = hc.Native(rtol=1e-6).run(SCENES[name])
+    assert not [check for check in balance_checks(result) if not check.passed]
+    moved = TABLE.distance(1.0)
+    for key, size in (("momentum", result.scene.end_time), ("energy", moved)):
+        wrong = getattr(result.balance, key) + 1e-5 * size * np.max(result.all_peaks)
+        broken = replace(result, balance=replace(result.balance, **{key: wrong}))
+        (check,) = (check for check in balance_checks(broken) if not check.passed)
+        assert key in check.name
+
+
+def test_a_granule_hit_by_a_piston() -> None:
+    """It leaves with twice the velocity; m v^2 / 2 = 2/5 A d^(5/2) at the peak."""
+    chain = hc.Chain(2, radius=[3e-3, 5e-3], young_modulus=193e9, poisson_ratio=0.3, density=7958.0)
+    scene = hc.Scene(chain, hc.Piston(0.2))
+    result = hc.Native("reference").run(scene)
+    stiffness, mass = float(scene.granules.stiffness[0]), float(scene.granules.mass[1])
+    force = (1.25 * mass * 0.2**2) ** 0.6 * stiffness**0.4
+    assert result.peak_force[0] == pytest.approx(force, rel=1e-11, abs=0)
+    assert result.peak_force[0] == pytest.approx(scene.peak_force, rel=1e-11, abs=0)
+    assert result.velocity == pytest.approx([0.2, 0.4], rel=1e-10, abs=0)
+    assert result.balance.impulse == pytest.approx(2 * mass * 0.2, rel=1e-9)
+    assert result.displacement[0] == pytest.approx(0.2 * scene.end_time, rel=1e-14)
+
+
+@pytest.mark.parametrize(("asked", "returned"), [(0.8, 0.8080993), (0.5, 0.5502832)])
+def test_restitution_at_a_piston(asked: float, returned: float) -> None:
+    """The granule leaves with 1 + e times the velocity; e without attraction, in closed form."""
+    law = hc.Contact("restitution", restitution=asked)
+    chain = hc.Chain(2, **STEEL)
+    scene = hc.Scene(chain, hc.Piston(0.2), hc.Run(1e-3), contact=law)
+    velocity = hc.Native(rtol=1e-10).run(scene).velocity
+    assert velocity[1] / 0.2 - 1 == pytest.approx(returned, rel=0, abs=5.1e-8)
+    pulling = replace(scene, contact=replace(law, attraction=True))
+    velocity = hc.Native(rtol=1e-10).run(pulling).velocity
+    assert velocity[1] / 0.2 - 1 == pytest.approx(asked, rel=1e-9)
+
+
+def test_seen_from_the_piston_it_is_a_wall() -> None:
+    """Granules that fly at a wall as stiff as the piston, one behind the other: Galilei's frame.
+
+    A wall of the plane modulus E' = E / (1 - nu^2) / (2 sqrt 2 - 1) is as stiff as an equal sphere.
+    """
+    scene = SCENES["constant velocity"]
+    plane = STEEL["young_modulus"] / (1 - STEEL["poisson_ratio"] ** 2)
+    wall = hc.Wall("elastic", plane / (2 * math.sqrt(2) - 1), 0.0)
+    never = hc.PulseTable((1.0, 2.0), (0.0, scene.peak_force))
+    thrown = hc.Scene(hc.Chain(11, **STEEL), never, hc.Run(scene.end_time), wall)
+    assert thrown.granules.stiffness[-1] == pytest.approx(scene.granules.stiffness[0], rel=1e-14)
+    start = np.zeros((2, 11))
+    start[1] = 0.1 / thrown.units.velocity
+    dt, walker = 0.02 * scene.contact_time, METHODS["srkn-11b"].walker
+    ours = simulate(scene, scene.schedule(dt), walker)
+    other = simulate(thrown, thrown.schedule(dt), walker, start=start)
+    # Forces in units of each scene; the same steps, so round-off.
+    ratio = thrown.units.force / scene.units.force
+    assert ours.peaks.force == pytest.approx(ratio * other.peaks.force[::-1], rel=1e-11, abs=0)
+    velocity = ours.state.velocity[1:] * scene.units.velocity
+    mirrored = 0.1 - other.state.velocity[::-1] * thrown.units.velocity
+    assert velocity == pytest.approx(mirrored, rel=0, abs=1e-12)
+    assert ours.piston_impulse * scene.units.momentum == pytest.approx(
+        other.wall_impulse * thrown.units.momentum, rel=1e-10
+    )
+
+
+@pytest.mark.parametrize("strength", [1e-3, 1e-4])
+def test_a_slow_piston_on_a_pressed_chain_vs_bessel_functions(strength: float) -> None:
+    """v_j(t) = v times the integral of 2 j J_{2j}(2 w0 s) / s from 0 to t, w0^2 = k' / m.
+
+    The linear chain passes on (sqrt(p^2 + 4 w0^2) - p)^2 / 4 w0^2 from granule to granule in terms
+    of Laplace's p, whose j-th power is the transform of 2 j J_{2j}(2 w0 t) / t.
+    """
+    press, chain = 100.0, hc.Chain(40, **STEEL)
+    linear = 1.5 * press ** (1 / 3) * chain.contact_stiffness ** (2 / 3)
+    frequency = math.sqrt(linear / chain.granule_mass)
+    velocity = strength * (press / chain.contact_stiffness) ** (2 / 3) * frequency
+    time = np.array([5.0, 12.0, 25.0]) / frequency
+    pressed = hc.Precompression(press)
+    scene = hc.Scene(chain, hc.Piston(velocity), hc.Run(float(time[-1])), precompression=pressed)
+    history = hc.Native(rtol=1e-9).run(scene, record=time).history
+    assert history is not None
+
+    def passed_on(j: int, t: float) -> float:
+        return float(quad(lambda s: 2 * j * jv(2 * j, 2 * s) / s, 0, t, limit=200)[0])
+
+    for k, t in enumerate(time * frequency):
+        expected = [velocity, *(velocity * passed_on(j, float(t)) for j in range(1, 12))]
+        # What the curvature of Hertz's law leaves is of first order in the push.
+        assert np.max(np.abs(history.velocity[k, :12] - expected)) < 2 * strength * velocity
+
+
+def test_tables_of_one_line_are_a_constant_velocity() -> None:
+    scene = SCENES["constant velocity"]
+    end = 2 * scene.end_time
+    line = hc.Piston(None, (0.0, end / 3, end), (0.0, 0.1 * end / 3, 0.1 * end))
+    same = replace(scene, shock=line, run=hc.Run(scene.end_time))
+    one, other = (hc.Native(rtol=1e-9).run(s) for s in (scene, same))
+    assert largest_difference(one.peak_force, other.peak_force) <= 2e-9
+
+
+def test_history_follows_the_table() -> None:
+    scene = SCENES["forwards and backwards"]
+    time = np.linspace(0.0, scene.end_time, 41)
+    for law in LAWS.values():
+        history = hc.Native().run(replace(scene, contact=law), record=time).history
+        assert history is not None
+        expected = np.interp(time, TABLE.time or (), TABLE.displacement or ())
+        assert history.displacement[:, 0] == pytest.approx(expected, rel=0, abs=1e-18)
+
+
+def test_a_piston_at_rest_holds_the_static_load() -> None:
+    late = hc.Piston(None, (1.0, 2.0), (0.0, 1e-6))
+    loads, wall = hc.Precompression(5.0, 9.81), hc.Wall("same")
+    scene = hc.Scene(UNIFORM, late, hc.Run(2e-4), wall, loads)
+    result = hc.Native("reference").run(scene)
+    assert np.max(np.abs(result.displacement)) < 1e-13 * scene.units.length
+    assert result.static_force is not None
+    assert result.peak_force == pytest.approx(result.static_force, rel=1e-14, abs=0)
+
+
+QUICK = ("gaps, wall", "column")
+"""SciPy takes seconds for each."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in SCENES],
+)
+def test_peaks_vs_scipy(name: str) -> None:
+    scene = SCENES[name]
+    coarse, true = (terms_in_si.peaks(scene, rtol, 5000) for rtol in (1e-11, 1e-12))
+    unsure = largest_difference(coarse.peak_force, true.peak_force)
+    assert unsure < 1e-7
+    asked: list[tuple[Any, float]] = [(hc.Native(rtol=rtol), rtol) for rtol in (1e-3, 1e-6, 1e-9)]
+    asked += [(hc.Native(method), 1.0) for method in METHODS]
+    for native, rtol in asked:
+        result = native.run(scene)
+        assert result.error_estimate <= rtol
+        error = largest_difference(result.all_peaks, true.peak_force)
+        assert error <= result.error_estimate + unsure
+    largest = np.max(np.abs(true.velocity))
+    precise = hc.Native(rtol=1e-9).run(scene).velocity
+    assert precise == pytest.approx(true.velocity, rel=0, abs=1e-6 * largest)
+
+
+def test_steps_that_are_too_long_diverge_and_say_so() -> None:
+    scene = SCENES["constant velocity"]
+    with pytest.raises(hc.HertzchainError, match="is unstable"):
+        hc.Native("velocity-verlet", dt=3 * scene.contact_time).run(scene)

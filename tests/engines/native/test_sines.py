@@ -1,0 +1,90 @@
+"""Sines by the native backend: the linear chain, balances, and SciPy."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import jv
+
+import hertzchain as hc
+from hertzchain.engines.native import METHODS
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.verdict.run_checks import balance_checks
+from tests.conftest import STEEL
+from tests.oracles import terms_in_si
+
+UNIFORM = hc.Chain(12, **STEEL)
+PRESSED = hc.Precompression(10.0)
+
+SCENES = {
+    "slow": hc.Scene(UNIFORM, hc.Sine(3.0, 2000.0, 2), precompression=PRESSED),
+    "as strong as the load": hc.Scene(UNIFORM, hc.Sine(10.0, 8000.0, 3), precompression=PRESSED),
+    "above the cut-off, wall": hc.Scene(
+        hc.Chain(5, **STEEL), hc.Sine(5.0, 3e4, 2), wall=hc.Wall("rigid"),
+        precompression=hc.Precompression(10.0, 9.81),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("damping", [None, hc.Contact("viscoelastic", relaxation_time=1e-6)])
+@pytest.mark.parametrize("name", SCENES)
+def test_momentum_and_energy(name: str, damping: hc.Contact | None) -> None:
+    scene = SCENES[name]
+    scene = hc.Scene(scene.chain, scene.shock, scene.run, scene.wall, scene.precompression, damping)
+    result = hc.Native(rtol=1e-8).run(scene)
+    assert result.error_estimate <= 1e-8
+    assert [check for check in balance_checks(result) if not check.passed] == []
+    balance = result.balance
+    left = balance.energy + balance.dissipated - balance.work
+    assert abs(left) < 1e-8 * balance.work
+
+
+@pytest.mark.parametrize("strength", [1e-3, 1e-4])
+@pytest.mark.parametrize("above", [0.6, 1.2])
+def test_a_weak_sine_is_that_of_the_linear_chain(strength: float, above: float) -> None:
+    """The velocity after a blow P on a free end is (2j + 1) J_{2j+1}(2 w0 t) / (w0 t) P / m.
+
+    A force is a row of blows. Frequencies are those over the cut-off 2 w0, w0^2 = k' / m.
+    """
+    press, chain = 100.0, hc.Chain(40, **STEEL)
+    linear = 1.5 * press ** (1 / 3) * chain.contact_stiffness ** (2 / 3)
+    w0 = math.sqrt(linear / chain.granule_mass)
+    frequency, cycles = above * 2 * w0 / (2 * math.pi), 3
+    sine, pressed = hc.Sine(strength * press, frequency, cycles), hc.Precompression(press)
+    time = np.array([0.7, 1.6, 2.9]) * cycles / frequency
+    scene = hc.Scene(chain, sine, hc.Run(float(time[-1])), precompression=pressed)
+    history = hc.Native(rtol=1e-9).run(scene, record=time).history
+    assert history is not None
+
+    def velocity(j: int, t: float) -> float:
+        def part(s: float) -> float:
+            x = w0 * (t - s)
+            after = (2 * j + 1) * jv(2 * j + 1, 2 * x) / x if x > 0 else float(j == 0)
+            return float(after * math.sin(2 * math.pi * frequency * s))
+
+        whole = quad(part, 0.0, min(t, cycles / frequency), limit=400, epsabs=1e-12 / w0)[0]
+        return strength * press / chain.granule_mass * float(whole)
+
+    scale = strength * press / (chain.granule_mass * w0)
+    for k, t in enumerate(time):
+        expected = [velocity(j, float(t)) for j in range(8)]
+        # What the curvature of Hertz's law leaves is of first order in the push.
+        assert np.max(np.abs(history.velocity[k, :8] - expected)) < 2 * strength * scale
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_peaks_vs_scipy(name: str) -> None:
+    scene = SCENES[name]
+    coarse, true = (terms_in_si.peaks(scene, rtol, 5000) for rtol in (1e-11, 1e-12))
+    unsure = largest_difference(coarse.peak_force, true.peak_force)
+    assert unsure < 1e-7
+    asked = [(hc.Native(rtol=rtol), rtol) for rtol in (1e-3, 1e-6, 1e-9)]
+    asked += [(hc.Native(method), 1.0) for method in METHODS]
+    for native, rtol in asked:
+        result = native.run(scene)
+        assert result.error_estimate <= rtol
+        error = largest_difference(result.all_peaks, true.peak_force)
+        assert error <= result.error_estimate + unsure

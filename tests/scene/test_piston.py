@@ -1,0 +1,177 @@
+"""Pistons in scene files and in Python: what can be said, what is refused, how they move."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import SceneError
+from hertzchain.scene.piston import Stroke
+from tests.conftest import STEEL
+from tests.scene.test_scene import CHAIN_TEXT, refusal, scene_of
+
+PISTON = '[shock]\nprofile = "piston"\n'
+WALL = '[wall]\nkind = "same"\n'
+TABLE = "time_s,displacement_m\n1e-5,0\n3e-5,4e-6\n4e-5,1e-6\n"
+
+
+def test_a_velocity_and_a_table_there_and_back(tmp_path: Path) -> None:
+    (tmp_path / "motion.csv").write_text(TABLE)
+    for text, piston in (
+        ('velocity = "20 cm/s"\n', hc.Piston(0.2)),
+        ('file = "motion.csv"\n', hc.Piston(None, (1e-5, 3e-5, 4e-5), (0, 4e-6, 1e-6))),
+    ):
+        scene = scene_of(tmp_path, CHAIN_TEXT + PISTON + text)
+        assert scene.shock == piston
+        assert scene.terms == ("piston",)
+        scene.to_toml(tmp_path / "copy.toml")
+        assert hc.Scene.from_toml(tmp_path / "copy.toml") == scene
+
+
+REFUSED = {
+    "neither": (PISTON, "velocity or file: missing, a piston needs exactly one of the two"),
+    "both": (
+        PISTON + 'velocity = 1\nfile = "motion.csv"\n',
+        'shock.velocity = 1: not allowed with profile = "piston" and a file, which takes only file',
+    ),
+    "at rest": (PISTON + "velocity = 0\n", "shock.velocity = 0: must be a finite number above 0"),
+    "a force": (PISTON + "velocity = 1\npeak_force = 1\n", "shock.peak_force = 1: unknown key"),
+    "another unit": (PISTON + 'velocity = "1 N"\n', "shock.velocity = '1 N': has the wrong"),
+    "no file": (PISTON + 'file = "none.csv"\n', "shock.file = 'none.csv': cannot be read"),
+    "no name": (PISTON + "file = 3\n", "shock.file = 3: must be the name of a CSV file"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_is_one_sentence(tmp_path: Path, case: str) -> None:
+    text, expected = REFUSED[case]
+    said = refusal(tmp_path, CHAIN_TEXT + text)
+    assert expected in said
+    assert "\n" not in said
+
+
+@pytest.mark.parametrize(
+    ("table", "expected"),
+    [
+        ("time_s,force_N\n0,0\n1,1\n", "must be time_s,displacement_m"),
+        (TABLE.replace("1e-5,0", "1e-5,1e-9"), "displacement_m in row 1 = 1e-09: must be 0"),
+        (TABLE.replace("4e-6", "inf"), "displacement_m in row 2 = inf: must be a finite number"),
+        (TABLE.replace("4e-6", "0").replace("1e-6", "0"), "must not be 0 in all rows"),
+        (TABLE.replace("3e-5", "5e-5"), "time_s in row 3 = 4e-05: must be above 5e-05"),
+        ("time_s,displacement_m\n0,0\n", "rows = 1: must be at least 2 rows"),
+        ("time_s,displacement_m\n0,0\n1e-300,1e10\n", "displacement_m in row 2: is reached in"),
+        ("time_s,displacement_m\n0,0,1\n", "row 1 = '0,0,1': must be two numbers"),
+    ],
+)
+def test_tables_that_cannot_be(tmp_path: Path, table: str, expected: str) -> None:
+    (tmp_path / "motion.csv").write_text(table)
+    assert expected in refusal(tmp_path, CHAIN_TEXT + PISTON + 'file = "motion.csv"\n')
+
+
+@pytest.mark.parametrize(
+    ("given", "key"),
+    [
+        ({}, "velocity or file"),
+        ({"velocity": 1.0, "time": (0, 1), "displacement": (0, 1)}, "velocity and file"),
+        ({"velocity": math.inf}, "velocity"),
+        ({"time": (0, 1)}, "rows of displacement_m"),
+        ({"displacement": (0, 1)}, "rows"),
+    ],
+)
+def test_a_piston_in_python_that_cannot_be(given: dict[str, Any], key: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        hc.Piston(**given)
+    assert caught.value.key == key
+
+
+def test_strokes_follow_the_table() -> None:
+    rows = (1.0, 3.0, 4.0), (0.0, 4.0, 1.0)
+    piston = hc.Piston(None, *rows)
+    assert piston.strokes == (
+        Stroke(0.0, 0.0, 0.0), Stroke(1.0, 0.0, 2.0), Stroke(3.0, 4.0, -3.0), Stroke(4.0, 1.0, 0.0)
+    )  # fmt: skip
+    assert (piston.fastest, piston.end) == (3.0, 4.0)
+    travelled = [piston.distance(t) for t in (0.5, 2.0, 3.5, 9.0)]
+    assert travelled == pytest.approx([0.0, 2.0, 5.5, 7.0], rel=1e-14)
+    times = np.linspace(0.0, 6.0, 25)
+    place = [max((s for s in piston.strokes if s.start <= t), key=lambda s: s.start)
+             .displacement_at(t) for t in times]  # fmt: skip
+    assert place == pytest.approx(np.interp(times, *rows), abs=1e-15)
+    # Without a row at 0 there is no rest before it.
+    assert hc.Piston(None, (0.0, 1.0), (0.0, 1.0)).strokes[0] == Stroke(0.0, 0.0, 1.0)
+
+
+def test_steps_end_where_the_velocity_changes() -> None:
+    chain = hc.Chain(10, **STEEL)
+    scene = hc.Scene(chain, hc.Piston(None, (1e-5, 3e-5, 4e-5), (0, 4e-6, 1e-6)), hc.Run(3.5e-5))
+    legs = scene.schedule(3e-6)
+    assert [(leg.start, leg.end, leg.steps) for leg in legs] == [
+        (0.0, 1e-5, 4), (1e-5, 3e-5, 7), (3e-5, 3.5e-5, 2)
+    ]  # fmt: skip
+    velocities = [leg.stroke.velocity for leg in legs if leg.stroke is not None]
+    assert velocities == pytest.approx([0.0, 0.2, -0.3], rel=1e-12)
+    assert all(leg.ramp is None for leg in legs)
+    scaled = legs[1].in_units(2.0, 1.0, 3.0).stroke
+    assert scaled is not None
+    assert (scaled.start, scaled.displacement) == (0.5e-5, 0.0)
+    assert scaled.velocity == pytest.approx(0.2 / 3 * 2, rel=1e-12)
+
+
+def test_the_mass_of_a_piston_is_infinite() -> None:
+    chain, load = hc.Chain(6, **STEEL), hc.Precompression(2.0, 9.81)
+    scene = hc.Scene(chain, hc.Piston(0.1), wall=hc.Wall("same"), precompression=load)
+    granules = scene.granules
+    assert math.isinf(granules.mass[0])
+    assert granules.contact_mass[0] == granules.mass[1]
+    assert granules.contact_mass[1:-1] == pytest.approx(granules.mass[2:] / 2)
+    assert granules.constant_force[0] == 0
+    # The static load is that of a free granule 1, whose weight is carried, too.
+    free = hc.Scene(chain, hc.Striker(0.1), wall=hc.Wall("same"), precompression=load).granules
+    assert np.array_equal(granules.static_force, free.static_force)
+
+
+def test_the_scale_is_a_collision_with_the_fastest_stroke() -> None:
+    chain = hc.Chain(6, **STEEL)
+    slow = hc.Scene(chain, hc.Piston(0.1))
+    table = hc.Scene(chain, hc.Piston(None, (0.0, 1e-4, 2e-4), (0.0, 2e-6, -8e-6)))
+    # Energy m v^2 / 2 = 2/5 A d^(5/2).
+    force = (1.25 * chain.granule_mass * 0.1**2) ** 0.6 * chain.contact_stiffness**0.4
+    for scene in (slow, table):
+        assert scene.peak_force == pytest.approx(force, rel=1e-14)
+    # A striker of the same mass gives m* v, with m* = m / 2, twice; a piston with m* = m.
+    striker = hc.Scene(chain, hc.Striker(0.1))
+    units = [s.units.momentum for s in (slow, striker)]
+    assert slow.momentum_ratio == pytest.approx(striker.momentum_ratio, rel=1e-12)
+    assert units[0] / units[1] == pytest.approx(2.0, rel=1e-12)
+
+
+def test_a_chain_between_piston_and_wall_has_the_scale_of_its_rest() -> None:
+    chain, far = hc.Chain(6, **STEEL), 1e-4
+    table = hc.Piston(None, (0.0, 1.0), (0.0, far))
+    scene = hc.Scene(chain, table, wall=hc.Wall("same"))
+    overlaps = (scene.units.force / scene.granules.stiffness) ** (2 / 3)
+    assert np.sum(overlaps) == pytest.approx(far, rel=1e-12)
+    free = hc.Scene(chain, table)
+    assert free.units.force == free.peak_force
+    # A constant velocity goes as far as the run lasts.
+    run = hc.Run(0.5)
+    long = hc.Scene(chain, hc.Piston(2 * far), run, wall=hc.Wall("same"))
+    assert long.units.force == pytest.approx(scene.units.force, rel=1e-12)
+
+
+def test_numbers_that_floating_point_cannot_hold_are_refused() -> None:
+    with pytest.raises(SceneError, match="too large or too small to be represented"):
+        hc.Scene(hc.Chain(6, **STEEL), hc.Piston(1e-300))
+
+
+def test_the_default_end_counts_from_the_last_row() -> None:
+    chain = hc.Chain(10, **STEEL)
+    early, late = (
+        hc.Scene(chain, hc.Piston(None, (t, t + 1e-5), (0.0, 1e-6))).end_time for t in (0.0, 1e-3)
+    )
+    assert late - early == pytest.approx(1e-3, rel=1e-12)

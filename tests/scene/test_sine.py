@@ -1,0 +1,88 @@
+"""Sines in scene files and in Python: what can be said, what is refused, and their force."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import SceneError
+from tests.conftest import STEEL
+from tests.scene.test_scene import CHAIN_TEXT, refusal, scene_of
+
+SINE = '[shock]\nprofile = "sine"\namplitude = "5 N"\nfrequency = "8 kHz"\ncycles = 3\n'
+PRESSED = '[precompression]\nforce = "5 N"\n'
+
+
+def test_there_and_back(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, CHAIN_TEXT + SINE + PRESSED)
+    assert scene.shock == hc.Sine(5.0, 8000.0, 3)
+    assert scene.terms == ("precompression",)
+    scene.to_toml(tmp_path / "copy.toml")
+    assert "cycles = 3\n" in (tmp_path / "copy.toml").read_text()
+    assert hc.Scene.from_toml(tmp_path / "copy.toml") == scene
+
+
+REFUSED = {
+    "half a cycle": (SINE.replace("= 3", "= 0.5"), "shock.cycles = 0.5: must be a whole number"),
+    "no cycle": (SINE.replace("= 3", "= 0"), "shock.cycles = 0: must be a whole number from 1"),
+    "too many": (SINE.replace("= 3", "= 50001"), "must be a whole number from 1 to 50000"),
+    "no frequency": (SINE.replace("frequency", "#"), "shock.frequency: missing"),
+    "a time": (SINE.replace("8 kHz", "8 s"), "shock.frequency = '8 s': has the wrong dimension"),
+    "a peak": (SINE + "peak_force = 3\n", "shock.peak_force = 3: unknown key"),
+    "negative": (SINE.replace("5 N", "-5 N"), "shock.amplitude = '-5 N': must be a finite number"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_is_one_sentence(tmp_path: Path, case: str) -> None:
+    text, expected = REFUSED[case]
+    said = refusal(tmp_path, CHAIN_TEXT + text + PRESSED)
+    assert expected in said
+    assert "\n" not in said
+
+
+def test_an_actuator_cannot_pull(tmp_path: Path) -> None:
+    said = "shock.amplitude = 5.0: must be at most the static load"
+    assert said in refusal(tmp_path, CHAIN_TEXT + SINE)
+    little = PRESSED.replace('"5 N"', "4.9999999")
+    assert said in refusal(tmp_path, CHAIN_TEXT + SINE + little)
+    gravity = '[wall]\nkind = "rigid"\n[precompression]\ngravity = 1e4\n'
+    assert said in refusal(tmp_path, CHAIN_TEXT + SINE + gravity)
+
+
+@pytest.mark.parametrize(
+    ("given", "key"),
+    [
+        ({"amplitude": math.nan}, "amplitude"),
+        ({"frequency": 0}, "frequency"),
+        ({"cycles": True}, "cycles"),
+        ({"cycles": 2.5}, "cycles"),
+        ({"cycles": "2"}, "cycles"),
+    ],
+)
+def test_a_sine_in_python_that_cannot_be(given: dict[str, Any], key: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        hc.Sine(**{"amplitude": 1.0, "frequency": 1.0, "cycles": 1} | given)
+    assert caught.value.key == key
+
+
+def test_the_force_is_a_sine() -> None:
+    shock = hc.Sine(5.0, 8000.0, 3.0)  # type: ignore[arg-type]
+    assert isinstance(shock.cycles, int)
+    scene = hc.Scene(hc.Chain(5, **STEEL), shock, precompression=hc.Precompression(5.0))
+    time = np.linspace(-1e-4, 5e-4, 1201)
+    within = (time >= 0) & (time < 3 / 8000)
+    expected = np.where(within, 5 * np.sin(2 * np.pi * 8000 * time), 0.0)
+    # The force changes by 1e-14 N while the time changes by its last digit.
+    assert scene.applied_force(time) == pytest.approx(expected, rel=0, abs=3e-14)
+    # Whole cycles leave nothing; half of one is what LM_ratio is measured by.
+    assert scene.impulse == pytest.approx(0.0, abs=1e-15 * shock.half_cycle_impulse)
+    half = hc.Scene(scene.chain, shock, hc.Run(0.5 / 8000), precompression=scene.precompression)
+    assert half.applied_impulse == pytest.approx(shock.half_cycle_impulse, rel=1e-14)
+    assert half.momentum_ratio > 0
+    assert [ramp.start for ramp in scene.ramps] == [k / 32000 for k in range(12)]
