@@ -31,13 +31,14 @@ _NEAR = 0.98
 
 
 class DampedWatch(PeakWatch):
-    """Keeps peaks of damped contacts, the energy lost in them, and the impulse on a wall."""
+    """Keeps peaks of damped contacts, the energy lost in them, and impulses of wall and piston."""
 
-    def __init__(self, law: DampedLaw, has_wall: bool) -> None:
+    def __init__(self, law: DampedLaw, has_wall: bool, has_piston: bool = False) -> None:
         super().__init__(law.stiffness.size)
-        self._law, self._has_wall = law, has_wall
+        self._law, self._has_wall, self._has_piston = law, has_wall, has_piston
         self.dissipated = 0.0
         self.wall_impulse = 0.0
+        self.piston_impulse = 0.0
 
     @property
     def rival(self) -> Array:
@@ -61,10 +62,12 @@ class DampedWatch(PeakWatch):
         felt = rate - late * growth
         damper = self._law.damper(overlap, felt, contact)
         self.dissipated += float(np.sum(part.worth * damper * rate))
-        if self._has_wall:
-            on_wall = part.scale * (self._law.elastic(overlap, contact) + damper)
-            at_wall = contact == self.force.size - 1
-            self.wall_impulse += float(np.sum((part.worth * on_wall)[:, at_wall]))
+        if self._has_wall or self._has_piston:
+            impulse = part.worth * part.scale * (self._law.elastic(overlap, contact) + damper)
+            if self._has_wall:
+                self.wall_impulse += float(np.sum(impulse[:, contact == self.force.size - 1]))
+            if self._has_piston:
+                self.piston_impulse += float(np.sum(impulse[:, contact == 0]))
         force = part.scale * self._law.force(overlap, rate, contact)
         self._keep_maxima(samples, part, force)
 

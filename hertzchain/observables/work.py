@@ -1,4 +1,4 @@
-"""Work done on the chain by the applied force, and impulse on a wall, from samples."""
+"""Work done on the chain by the applied force, and impulses of contacts, from samples."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ def work_done(samples: Samples, ramp: Ramp) -> Any:
     return total
 
 
-def wall_impulse(samples: Samples) -> float:
-    """Integral over the samples of the force of the last contact, that with the wall.
+def contact_impulse(samples: Samples, contact: int) -> float:
+    """Integral over the samples of the force of a contact: 0 is that of a piston, -1 of a wall.
 
     Four Gauss points in each interval: the overlap is interpolated, and the force is that of the
     end with the larger overlap times the ratio of overlaps to the power 3/2. Where the contact
     opens or closes within an interval, the points lie in the touching part alone.
     """
     h = np.diff(samples.time)
-    last = [values[:, -1] for values in samples.overlap_derivatives]
-    curve = hermite.coefficients([d[:-1] for d in last], [d[1:] for d in last], h)
-    overlap, force = last[0], samples.contact_force[:, -1]
+    its = [values[:, contact] for values in samples.overlap_derivatives]
+    curve = hermite.coefficients([d[:-1] for d in its], [d[1:] for d in its], h)
+    overlap, force = its[0], samples.contact_force[:, contact]
     later = overlap[1:] > overlap[:-1]
     pressed = np.where(later, overlap[1:], overlap[:-1])
     known = np.where(later, force[1:], force[:-1])

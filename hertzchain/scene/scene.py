@@ -206,7 +206,7 @@ class Scene:
         if self.precompression is not None:
             force = max(force, float(np.max(self.granules.static_force)))
         if self.piston is not None and self.wall is not None:
-            force = max(force, squeezing_force(self.granules, self.piston, self.run.end_time))
+            force = max(force, squeezing_force(self.granules, self.piston, self.end_time))
         if force == self.peak_force:
             return self._shock_units
         stiffness, mass = self._first_contact

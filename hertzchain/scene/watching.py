@@ -80,16 +80,13 @@ def _softness(granules: Granules) -> float:
     return float(np.sum(granules.stiffness ** (-2 / 3)))
 
 
-def squeezing_force(granules: Granules, piston: Piston, end_time: float | None) -> float:
+def squeezing_force(granules: Granules, piston: Piston, end_time: float) -> float:
     """Force with which a piston presses a chain against a wall when it has gone farthest [N].
 
-    All granules are at rest then. A constant velocity counts up to the given end of the run [s]; by
-    default a run ends when the wave has come back, which presses no harder than it went.
+    All granules are at rest then. The run ends at ``end_time`` [s].
     """
-    if piston.velocity is None:
-        assert piston.displacement is not None
-        farthest = max(piston.displacement)
-    else:
-        farthest = piston.velocity * (end_time or 0.0)
+    starts = [stroke for stroke in piston.strokes if stroke.start < end_time]
+    places = [stroke.displacement for stroke in starts]
+    farthest = max(*places, starts[-1].displacement_at(end_time))
     pressed = granules.static_overlap.sum() + farthest - granules.gap.sum()
     return float((max(pressed, 0.0) / _softness(granules)) ** 1.5)

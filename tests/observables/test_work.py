@@ -14,7 +14,7 @@ from scipy.integrate import quad
 
 from hertzchain.arrays import Array
 from hertzchain.observables.samples import Samples
-from hertzchain.observables.work import wall_impulse, work_done
+from hertzchain.observables.work import contact_impulse, work_done
 from hertzchain.scene.pulse import Ramp
 
 
@@ -146,4 +146,4 @@ def test_impulse_of_a_bounce_off_a_wall(samples: int) -> None:
     )
     # Integral of (1 - s^2)^(3/2) from -1 to 1. An opening just outside an interval leaves most:
     # 9e-7 of the whole.
-    assert wall_impulse(seen) == pytest.approx(3 * math.pi / 8, rel=1.5e-6, abs=0)
+    assert contact_impulse(seen, -1) == pytest.approx(3 * math.pi / 8, rel=1.5e-6, abs=0)

@@ -162,6 +162,9 @@ def test_a_chain_between_piston_and_wall_has_the_scale_of_its_rest() -> None:
     run = hc.Run(0.5)
     long = hc.Scene(chain, hc.Piston(2 * far), run, wall=hc.Wall("same"))
     assert long.units.force == pytest.approx(scene.units.force, rel=1e-12)
+    # A run that ends before has another.
+    half = hc.Scene(chain, table, hc.Run(0.5), wall=hc.Wall("same"))
+    assert half.units.force == pytest.approx(scene.units.force / 2**1.5, rel=1e-12)
 
 
 def test_numbers_that_floating_point_cannot_hold_are_refused() -> None:

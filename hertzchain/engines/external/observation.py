@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.result import Balance
 from hertzchain.observables.samples import Samples
-from hertzchain.observables.work import wall_impulse, work_done
+from hertzchain.observables.work import contact_impulse, work_done
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -46,10 +46,11 @@ class Observation:
         granules, wall = scene.chain.granules, scene.wall is not None
         self._fastest = _fastest(scene)
         self._law = None if scene.contact is None else DampedLaw.of(scene)
-        self._damped = None if self._law is None else DampedWatch(self._law, wall)
+        has_piston = scene.piston is not None
+        self._damped = None if self._law is None else DampedWatch(self._law, wall, has_piston)
         self._peaks = self._damped or PeakWatch(granules - 1 + wall)
         self._recorder = None if times is None else Recorder(times, granules, wall, self._law)
-        self._work = self._wall_impulse = 0.0
+        self._work = self._wall_impulse = self._piston_impulse = 0.0
         self._held = FREE
         self._samples: Samples | None = None
         self._velocity = np.zeros(scene.chain.granules)
@@ -62,6 +63,8 @@ class Observation:
                 f"{self.code} made {count} granules of a chain of {wanted}: do not trust this"
                 " version with it"
             )
+        if self._scene.piston is not None:
+            at_rest = replace(at_rest, mass=np.append(math.inf, at_rest.mass[1:]))
         self._at_rest = at_rest
         made = self._made.scene(self._scene)
         if not self._scene.is_plain:
@@ -103,8 +106,12 @@ class Observation:
             self._damped.update(samples, leg.dt / 2)
         if leg.ramp is not None:
             self._work += float(work_done(samples, leg.ramp))
+        if leg.stroke is not None:
+            pushed = self._pushed(samples)
+            self._piston_impulse += pushed
+            self._work += pushed * leg.stroke.velocity
         if wall_force is not None and self._damped is None:
-            self._wall_impulse += wall_impulse(samples)
+            self._wall_impulse += contact_impulse(samples, -1)
         if self._recorder is not None:
             self._recorder.update(samples)
         self._samples = samples
@@ -137,16 +144,22 @@ class Observation:
 
     def _balance(self, samples: Samples) -> Balance:
         """Momentum and energy from the masses, velocities, forces and overlaps of the code."""
-        mass, velocity, scene = self._at_rest.mass, self._velocity, self._scene
+        mass, velocity, scene = self._at_rest.moving_mass, self._velocity, self._scene
         energy = self._energy(samples, -1, velocity)
         if scene.precompression is not None:
             energy -= float(np.sum(scene.granules.constant_force * samples.displacement[-1]))
         momentum = float(np.sum(mass * velocity))
-        given = scene.given_impulse
+        given = scene.given_impulse + self._piston_impulse
         if self._damped is None:
             return Balance(given - self._wall_impulse, momentum, self._work, energy)
         impulse, lost = given - self._damped.wall_impulse, self._damped.dissipated
         return Balance(impulse, momentum, self._work, energy, lost)
+
+    def _pushed(self, samples: Samples) -> float:
+        """Impulse that the piston has given since the readings before [N s]."""
+        if self._damped is None:
+            return float(contact_impulse(samples, 0))
+        return self._damped.piston_impulse - self._piston_impulse
 
     def _energy(self, samples: Samples, which: int, velocity: FloatArray) -> float:
         """Of motion and of contacts, from forces, overlaps and velocities at one time [J]."""
@@ -154,7 +167,7 @@ class Observation:
         if self._law is not None:
             force = force - self._law.damper(overlap, samples.overlap_derivatives[1][which])
         pressed = np.maximum(overlap, 0.0)
-        kinetic = 0.5 * np.sum(self._at_rest.mass * velocity**2)
+        kinetic = 0.5 * np.sum(self._at_rest.moving_mass * velocity**2)
         return float(kinetic + 0.4 * np.sum(force * pressed))
 
 
@@ -165,8 +178,14 @@ def _fastest(scene: Scene) -> float:
     # All energy in one granule of the smallest mass could be as fast; static contacts have some.
     lightest = float(np.min(scene.granules.mass))
     static = 0.4 * float(np.sum(scene.granules.static_force * scene.granules.static_overlap))
-    momentum = scene.impulse + scene.start_momentum
-    energy = momentum**2 / (2 * scene.first_mass) + static
+    if scene.piston is not None:
+        moved = scene.granules.mass[1:]
+        # All granules thrown ahead, and all contacts pressed as hard as the scene is measured by.
+        energy = 2 * float(np.sum(moved)) * scene.piston.fastest**2 + static
+        energy += moved.size * scene.units.energy
+    else:
+        momentum = scene.impulse + scene.start_momentum
+        energy = momentum**2 / (2 * scene.first_mass) + static
     return 10.0 * math.sqrt(2 * energy / lightest)
 
 

@@ -17,11 +17,19 @@ BLOCK = 256  # readings handed on at a time
 
 @dataclass(frozen=True, eq=False)
 class Granules:
-    """What a code made of the granules before the shock: [m], [kg], [m], shape (granules,) each."""
+    """What a code made of the granules before the shock: [m], [kg], [m], shape (granules,) each.
+
+    The mass of a piston is infinite.
+    """
 
     position: FloatArray
     mass: FloatArray
     diameter: FloatArray
+
+    @property
+    def moving_mass(self) -> FloatArray:
+        """Masses whose momentum and energy are the chain's [kg], shape (granules,): no piston's."""
+        return np.where(np.isinf(self.mass), 0.0, self.mass)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +64,7 @@ def contact_forces(net_force: FloatArray) -> FloatArray:
 
 
 def all_contact_forces(
-    net_force: FloatArray, mass: FloatArray, held: Held, wall_force: FloatArray | None
+    net_force: FloatArray, at_rest: Granules, held: Held, wall_force: FloatArray | None
 ) -> FloatArray:
     """``contact_forces`` where more acts on the granules, that on the wall the last.
 
@@ -64,7 +72,7 @@ def all_contact_forces(
     """
     if held == FREE:
         return contact_forces(net_force)
-    own = net_force - held.acceleration * mass
+    own = net_force - held.acceleration * at_rest.moving_mass
     own[:, -1] += held.last_force
     if wall_force is None:
         return contact_forces(own)
@@ -99,7 +107,7 @@ def samples(
         overlap = np.concatenate([overlap, last], axis=1)
     # Granules that only touch overlap by the rounding of their positions: that is no contact.
     pressed = overlap > np.finfo(np.float64).eps * np.max(np.abs(at_rest.position))
-    contact_force = all_contact_forces(force, at_rest.mass, held, wall_force)
+    contact_force = all_contact_forces(force, at_rest, held, wall_force)
     contact_force = np.where(pressed, contact_force, 0.0)
     known = Samples(
         time=time,

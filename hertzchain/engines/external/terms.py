@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import RunFailed
 from hertzchain.scene.granules import Granules
 from hertzchain.scene.scene import Scene
@@ -17,6 +20,16 @@ Material = tuple[float, float]  # E [Pa] and nu
 _RIGID = 1e30
 """Young's modulus of a rigid wall over that of the last granule, for codes whose walls all have
 one: what it yields is below round-off (chosen)."""
+
+
+_HEAVY = 1e30
+"""Density of a piston over that of the granule, for codes in which damping of its contact takes the
+masses of both: what its own leaves is below round-off (chosen)."""
+
+
+def weighty_density(granules: Granules) -> FloatArray:
+    """Density of each granule [kg/m^3], shape (granules,), with which a piston is heavy."""
+    return np.where(np.isinf(granules.mass), _HEAVY, 1.0) * granules.density
 
 
 def wall_position(scene: Scene) -> float:

@@ -61,7 +61,8 @@ def set_up(scene: Scene, pair_style: str = "granular", version: str = COEFF_REST
     if not scene.is_plain:
         made = terms_deck.granules(scene, pair_style, version)
         held = terms_deck.held(scene, version)
-        return "\n".join([*START, "", *made, "", *MOTION, *held]) + "\n"
+        motion = MOTION if scene.piston is None else terms_deck.PISTON_MOTION
+        return "\n".join([*START, "", *made, "", *motion, *held]) + "\n"
     lines = [
         *START,
         "",
@@ -103,6 +104,8 @@ def _neighbour_skin(radius: float) -> list[str]:
 
 def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
     """The commands between two legs: the new step and the new force, where they are new."""
+    if leg.stroke is not None:
+        return terms_deck.stroke_commands(leg, before)
     lines = [] if before is not None and before.dt == leg.dt else [f"timestep {leg.dt!r}"]
     pushed = before is not None and before.ramp is not None
     if leg.ramp is not None:

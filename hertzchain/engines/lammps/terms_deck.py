@@ -1,4 +1,4 @@
-"""The commands that make a chain with terms: unlike granules, gaps, striker, wall, load, damping.
+"""The commands that make a chain with terms: unlike granules, gaps, moved ends, wall, load, damping.
 
 LAMMPS gets E and nu of each material, radius and density of each granule, and positions; it makes
 masses and contact stiffnesses by itself. Pairs of two materials are written out, as LAMMPS of 2021
@@ -17,16 +17,25 @@ from hertzchain.engines.external.terms import (
     materials_of,
     refuse_long,
     wall_position,
+    weighty_density,
 )
 from hertzchain.engines.lammps.damping import damping_of, refuse_wall
 from hertzchain.engines.lammps.dialect import COEFF_RESTITUTION, NO_FRICTION, WALL
 from hertzchain.errors import RunFailed
 from hertzchain.scene.granules import Granules
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
 from hertzchain.scene.terms import Contact, Wall
 
 PAIR_STYLE = "granular"
 """The only pair style that has a stiffness for each pair of materials."""
+
+PISTON_MOTION = (
+    "# In one dimension granules do not spin: fix nve is enough. Granule 1 is moved.",
+    "group first id 1",
+    "group moving subtract all first",
+    "fix motion moving nve",
+)
 
 
 def granules(scene: Scene, pair_style: str, version: str = COEFF_RESTITUTION) -> list[str]:
@@ -117,13 +126,28 @@ def _granules(granules: Granules, kinds: list[int], types: int) -> list[str]:
     for kind, place in zip(kinds, position, strict=True):
         lines.append(f"create_atoms {kind} single {place!r} 0.0 0.0 units box")
     lines.append("# The diameter first: the density needs it to make a mass.")
-    density = granules.density.tolist()
+    density = weighty_density(granules).tolist()
     for number, (each, of_mass) in enumerate(zip(radius, density, strict=True), start=1):
         lines += [
             f"set atom {number} diameter {2 * each!r}",
             f"set atom {number} density {of_mass!r}",
         ]
     return lines
+
+
+def stroke_commands(leg: Leg, before: Leg | None) -> list[str]:
+    """The commands that begin a stroke of the piston, with the step of its leg.
+
+    LAMMPS computes places from the time since the command: another step needs another command.
+    """
+    assert leg.stroke is not None
+    velocity = f"{leg.stroke.velocity!r} 0.0 0.0 units box"
+    return [
+        *(["unfix piston"] if before is not None else []),
+        f"timestep {leg.dt!r}",
+        f"velocity first set {velocity}",
+        f"fix piston first move linear {velocity}",
+    ]
 
 
 def _pairs(kinds: list[_Kind], contact: Contact | None, version: str) -> list[str]:
