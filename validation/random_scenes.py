@@ -127,21 +127,28 @@ def random_scene_with_terms(
 def random_damped_scene(
     rng: np.random.Generator, longest: int, longest_time: float = math.inf
 ) -> hc.Scene:
-    """A scene as ``random_scene_with_terms`` draws it, with damping of any law, weak or strong.
+    """A chain of damped contacts: plain but for damping, or with terms of all kinds.
 
-    Its coefficient in natural units of the first contact is 0.003 to 2, a restitution of 0.995 to
-    0.06.
+    Restitution is 0.1 to 0.99; dampers of the other laws take 0.001 to 1 of the momentum of the
+    first contact in its natural time unit. See ``random_scene_with_terms`` for the arguments.
     """
-    scene = random_scene_with_terms(rng, longest, longest_time)
-    units, strength = scene.units, _spread(rng, 0.003, 2.0)
-    law = str(rng.choice(list(DAMPING)))
-    ratio = strength / math.sqrt(5 + strength**2)  # below 1, whatever the strength
-    value = {
-        "restitution": math.exp(-math.pi * ratio / math.sqrt(1 - ratio**2)),
-        "viscoelastic": strength * units.time,
-        "dashpot": strength * units.force * units.time / units.length,
-    }[law]
-    contact = hc.Contact(law, **{DAMPING[law]: value}, attraction=bool(rng.random() < 0.4))
+    if rng.random() < 0.2:
+        scene = any_pulse(rng, longest)
+        while scene.end_time > longest_time * scene.contact_time:
+            scene = any_pulse(rng, longest)
+    else:
+        scene = random_scene_with_terms(rng, longest, longest_time)
+    strength, attraction = _spread(rng, 1e-3, 1.0), bool(rng.random() < 0.3)
+    law, each = str(rng.choice(list(DAMPING))), scene.granules
+    if law == "restitution":
+        contact = hc.Contact(law, restitution=float(rng.uniform(0.1, 0.99)), attraction=attraction)
+    elif law == "viscoelastic":
+        relaxation = strength * scene.contact_time
+        contact = hc.Contact(law, relaxation_time=relaxation, attraction=attraction)
+    else:
+        mass = 2 * float(np.min(each.contact_mass))
+        coefficient = strength * mass / scene.contact_time
+        contact = hc.Contact(law, coefficient=coefficient, attraction=attraction)
     return replace(scene, contact=contact)
 
 
@@ -229,31 +236,3 @@ def _apart(
     if wall is not None and rng.random() < 0.5:
         wall = replace(wall, gap=overlap * _spread(rng, 0.01, 30.0))
     return replace(chain, gap=gaps), wall
-
-
-def random_damped_scene(
-    rng: np.random.Generator, longest: int, longest_time: float = math.inf
-) -> hc.Scene:
-    """A chain of damped contacts: plain but for damping, or with terms of all kinds.
-
-    Restitution is 0.1 to 0.99; dampers of the other laws take 0.001 to 1 of the momentum of the
-    first contact in its natural time unit. See ``random_scene_with_terms`` for the arguments.
-    """
-    if rng.random() < 0.2:
-        scene = any_pulse(rng, longest)
-        while scene.end_time > longest_time * scene.contact_time:
-            scene = any_pulse(rng, longest)
-    else:
-        scene = random_scene_with_terms(rng, longest, longest_time)
-    strength, attraction = _spread(rng, 1e-3, 1.0), bool(rng.random() < 0.3)
-    law, each = str(rng.choice(list(DAMPING))), scene.granules
-    if law == "restitution":
-        contact = hc.Contact(law, restitution=float(rng.uniform(0.1, 0.99)), attraction=attraction)
-    elif law == "viscoelastic":
-        relaxation = strength * scene.contact_time
-        contact = hc.Contact(law, relaxation_time=relaxation, attraction=attraction)
-    else:
-        mass = 2 * float(np.min(each.contact_mass))
-        coefficient = strength * mass / scene.contact_time
-        contact = hc.Contact(law, coefficient=coefficient, attraction=attraction)
-    return replace(scene, contact=contact)

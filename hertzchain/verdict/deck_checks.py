@@ -13,8 +13,10 @@ from hertzchain.engines.lammps import Examination, Lammps
 from hertzchain.engines.lammps.examination import Held
 from hertzchain.errors import RunFailed
 from hertzchain.observables.damped_law import DampedLaw
+from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.sine import Sine
 from hertzchain.verdict.check import Check, Kind, farthest, unmeasured, within
 
 EXAMINED = 1e-12  # relative, of each number of LAMMPS; 3e-15 measured, R 1e-8 to 1e3 m, N to 1e4
@@ -39,6 +41,7 @@ CONSTANT_FORCE = Kind("constant force [N]", _MEND)
 START_FORCE = Kind("net force at the start [N]", _MEND)
 START_VELOCITY = Kind("velocity at the start [m/s]", _MEND)
 WALL = Kind("wall position [m]", _MEND)
+PISTON = Kind("displacement of the piston [m]", _MEND)
 NOT_EXAMINED = Kind("not examined", _MEND)
 
 
@@ -91,6 +94,12 @@ def _granule_checks(scene: Scene, found: Examination) -> list[Check]:
 def _checks_with_terms(scene: Scene, found: Examination, held: Held) -> list[Check]:
     """The numbers of a scene with terms, granule by granule and contact by contact."""
     granules, expected = scene.granules, _start(scene)
+    mass = granules.mass
+    if scene.piston is not None:  # its mass and the forces on it do not matter
+        mass = mass[[1, *range(1, mass.size)]]
+        found.mass[0] = mass[0]
+        expected.constant_force[0] = held.constant_force[0]
+        held.force[0] = 0.0
     length = float(np.sum(2 * granules.radius) + np.sum(granules.gap))
     # Coordinates are rounded, two of them and their difference: so much of an overlap.
     reach = granules.radius[:-1] + granules.radius[1:]
@@ -104,7 +113,7 @@ def _checks_with_terms(scene: Scene, found: Examination, held: Held) -> list[Che
             " fraction of the chain"),
         _each(RADIUS, held.radius, granules.radius, EXAMINED * granules.radius,
             "half of the diameter: only round-off may differ"),
-        _each(MASS, found.mass, granules.mass, EXAMINED * granules.mass,
+        _each(MASS, found.mass, mass, EXAMINED * mass,
             "LAMMPS makes it from diameter and density, 4/3 pi R^3 rho: only round-off may differ"),
     ]  # fmt: skip
     if held.wall is not None:
@@ -135,8 +144,9 @@ def _checks_with_terms(scene: Scene, found: Examination, held: Held) -> list[Che
             "contacts balance gravity and precompression at the start, and damping acts on a"
             " striker: none else but what rounded coordinates make"),
         _each(START_VELOCITY, held.velocity, expected.velocity, EXAMINED * scene.start_velocity,
-            "of a striker, else 0: only round-off may differ"),
-        _applied_force_check(scene, found),
+            "of a striker or a piston, else 0: only round-off may differ"),
+        _applied_force_check(scene, found) if scene.piston is None
+        else _piston_check(scene, scene.piston, found.time, held.moved, length),
     ]  # fmt: skip
     return checks
 
@@ -161,9 +171,11 @@ def _start(scene: Scene) -> _Start:
     force, gravity = (0.0, 0.0) if pressed is None else (pressed.force, pressed.gravity)
     gaps = np.broadcast_to(chain.gap, chain.granules)
     carried, place, places, beyond = force, 0.0, [0.0], 0.0
+    mass = [4 / 3 * math.pi * float(r) ** 3 * float(rho) for r, rho in
+            zip(each.radius, each.density, strict=True)]  # fmt: skip
     for granule in range(chain.granules):
         radius = float(each.radius[granule])
-        carried += gravity * float(each.mass[granule])
+        carried += gravity * mass[granule]
         if granule < each.stiffness.size:
             overlap = (carried / float(each.stiffness[granule])) ** (2 / 3)
         if granule + 1 < chain.granules:
@@ -171,11 +183,11 @@ def _start(scene: Scene) -> _Start:
             places.append(place)
         elif scene.wall is not None:
             beyond = radius + scene.wall.gap - overlap
-    constant = [gravity * float(mass) for mass in each.mass]
+    constant = [gravity * each_mass for each_mass in mass]
     constant[0] += force
     constant[-1] -= force if scene.wall is None else 0.0
     velocity = np.zeros(chain.granules)
-    velocity[0] = 0.0 if scene.striker is None else scene.striker.velocity
+    velocity[0] = scene.start_velocity
     net = np.zeros(chain.granules)
     if scene.contact is not None:
         deep, rate = float(each.static_overlap[0]), np.zeros(each.stiffness.size)
@@ -330,6 +342,27 @@ def _applied_force_check(scene: Scene, found: Examination) -> Check:
     )
 
 
+def _piston_check(
+    scene: Scene, piston: Piston, time: FloatArray, moved: FloatArray, length: float
+) -> Check:
+    """The displacement of granule 1 against the piston's, at the corners from both sides."""
+    if piston.velocity is not None:
+        expected = piston.velocity * time
+    else:
+        assert piston.time is not None
+        assert piston.displacement is not None
+        expected = np.interp(time, piston.time, piston.displacement)
+    leg, step = divmod(farthest(moved, expected), expected.shape[1])
+    # Places are rounded, and times add up.
+    room = EXAMINED * (length + piston.distance(scene.end_time))
+    return _check(
+        PISTON,
+        (moved[leg, step], expected[leg, step], room),
+        "the displacement of granule 1 at the corners and between them: only round-off may differ,"
+        f" as a fraction of the chain; largest at {time[leg, step]:.6g} s",
+    )
+
+
 def _applied_force(scene: Scene, time: FloatArray) -> FloatArray:
     """F(t) [N] by Table 1 or the pulse table, not the schedule's ramps: shape (legs, readings)."""
     if isinstance(scene.shock, Pulse):
@@ -337,6 +370,10 @@ def _applied_force(scene: Scene, time: FloatArray) -> FloatArray:
         return theory.applied_force(time, scene.shock, scene.rise_time)
     if scene.striker is not None:
         return np.zeros_like(time)
+    if isinstance(scene.shock, Sine):
+        shock = scene.shock
+        force = shock.amplitude * np.sin(2 * math.pi * shock.frequency * time)
+        return np.where(time < shock.cycles / shock.frequency, force, 0.0)
     table = scene.shock
     assert isinstance(table, PulseTable)
     force = np.interp(time, table.time, table.force, left=0.0, right=0.0)

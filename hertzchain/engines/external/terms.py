@@ -7,6 +7,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import RunFailed
 from hertzchain.scene.granules import Granules
+from hertzchain.scene.piston import Stroke
 from hertzchain.scene.scene import Scene
 
 _MOST_GRANULES = 100_000
@@ -80,7 +81,7 @@ def materials_of(code: str, granules: Granules) -> tuple[list[Material], list[in
 
 
 def load_commands(scene: Scene) -> list[str]:
-    """Forces that are always there, and the striker's velocity, as LAMMPS and LIGGGHTS have them.
+    """Forces that are always there, and the first velocity, as LAMMPS and LIGGGHTS have them.
 
     Of the groups ``first`` and ``last``.
     """
@@ -91,6 +92,29 @@ def load_commands(scene: Scene) -> list[str]:
         lines.append(f"fix press first addforce {pressed.force!r} 0.0 0.0")
         if scene.wall is None:
             lines.append(f"fix hold last addforce {-pressed.force!r} 0.0 0.0")
-    if scene.striker is not None:
-        lines.append(f"velocity first set {scene.striker.velocity!r} 0.0 0.0 units box")
+    if scene.striker is not None or scene.piston is not None:
+        lines.append(f"velocity first set {scene.start_velocity!r} 0.0 0.0 units box")
     return lines
+
+
+PISTON_MOTION = (
+    "# In one dimension granules do not spin: fix nve is enough. Granule 1 is moved.",
+    "group first id 1",
+    "group moving subtract all first",
+    "fix motion moving nve",
+)
+"""Commands of LAMMPS and LIGGGHTS for the motion of all granules but the piston."""
+
+
+def stroke_commands(stroke: Stroke) -> list[str]:
+    """The commands that begin a stroke of the piston, of LAMMPS and LIGGGHTS.
+
+    Places follow from the number of steps since the command: ``LET_GO_PISTON`` stands before a
+    change of the step, or of that number.
+    """
+    velocity = f"{stroke.velocity!r} 0.0 0.0 units box"
+    return [f"velocity first set {velocity}", f"fix piston first move linear {velocity}"]
+
+
+LET_GO_PISTON = "unfix piston"
+"""Command that ends a stroke."""

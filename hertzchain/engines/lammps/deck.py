@@ -6,6 +6,7 @@ a mistake in either shows. ``decks.standalone`` is made of the same pieces.
 
 from __future__ import annotations
 
+from hertzchain.engines.external.terms import LET_GO_PISTON, PISTON_MOTION, stroke_commands
 from hertzchain.engines.lammps import terms_deck
 from hertzchain.engines.lammps.dialect import (
     COEFF_RESTITUTION,
@@ -61,7 +62,7 @@ def set_up(scene: Scene, pair_style: str = "granular", version: str = COEFF_REST
     if not scene.is_plain:
         made = terms_deck.granules(scene, pair_style, version)
         held = terms_deck.held(scene, version)
-        motion = MOTION if scene.piston is None else terms_deck.PISTON_MOTION
+        motion = MOTION if scene.piston is None else PISTON_MOTION
         return "\n".join([*START, "", *made, "", *motion, *held]) + "\n"
     lines = [
         *START,
@@ -105,7 +106,8 @@ def _neighbour_skin(radius: float) -> list[str]:
 def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
     """The commands between two legs: the new step and the new force, where they are new."""
     if leg.stroke is not None:
-        return terms_deck.stroke_commands(leg, before)
+        end = [LET_GO_PISTON] if before is not None else []
+        return [*end, f"timestep {leg.dt!r}", *stroke_commands(leg.stroke)]
     lines = [] if before is not None and before.dt == leg.dt else [f"timestep {leg.dt!r}"]
     pushed = before is not None and before.ramp is not None
     if leg.ramp is not None:

@@ -13,6 +13,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import contact_forces
+from hertzchain.engines.external.terms import LET_GO_PISTON
 from hertzchain.engines.lammps import deck, examined_places, reading
 from hertzchain.engines.lammps.dialect import NO_STEP, go_on
 from hertzchain.engines.lammps.engine import command, engine, look
@@ -44,6 +45,9 @@ class Held:
         On each granule where nothing touches it and no shock acts [N], shape (granules,).
     wall
         Position of the wall [m], by the forces at two places of the last granule; None without.
+    moved
+        Displacement of granule 1 at the times of the shock [m], shape (legs, readings): only a
+        piston moves there.
     """
 
     radius: FloatArray
@@ -51,6 +55,7 @@ class Held:
     force: FloatArray
     constant_force: FloatArray
     wall: float | None
+    moved: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,6 +202,7 @@ def _examine_terms(scene: Scene, legs: Sequence[Leg], set_up: str, ask: Ask) -> 
         Stage("unfix motion\nvelocity all set 0.0 0.0 0.0 units box", ()),
         Stage(f"{set_places(examined_places.apart(scene, OVERLAPS[0]))}\n{NO_STEP}", ("fx",)),
         *_pulse(legs),
+        *([] if scene.piston is None else [Stage(f"{LET_GO_PISTON}\n{NO_STEP}", ())]),
     ]
     for turn in turns:
         for fraction in OVERLAPS:
@@ -212,7 +218,9 @@ def _examine_terms(scene: Scene, legs: Sequence[Leg], set_up: str, ask: Ask) -> 
         return _of_another_number(at_start)
     _, alone = next(snapshots), next(snapshots)["fx"]
     readings = len(legs) * (_STEPS_PER_LEG + 1)
-    applied = [next(snapshots)["fx"] - alone for _ in range(readings)]
+    pushed = [next(snapshots) for _ in range(readings)]
+    if scene.piston is not None:
+        next(snapshots)
     shape = (2, contacts.size)
     moved = (0, 1) if scene.contact is not None else (1,)  # overlaps at which granules move
     overlap, force = np.zeros(shape), np.zeros(shape)
@@ -240,7 +248,7 @@ def _examine_terms(scene: Scene, legs: Sequence[Leg], set_up: str, ask: Ask) -> 
     wall = None
     if scene.wall is not None:
         wall = examined_places.wall_place(last, force[:, -1], float(radius[-1]))
-    held = Held(radius, at_start["vx"], at_start["fx"], alone, wall)
+    held = Held(radius, at_start["vx"], at_start["fx"], alone, wall, _moved(pushed, len(legs)))
     return Examination(
         position=at_start["x"],
         mass=at_start["mass"],
@@ -250,18 +258,33 @@ def _examine_terms(scene: Scene, legs: Sequence[Leg], set_up: str, ask: Ask) -> 
         tangential_force=sideways,
         time=_times(legs),
         # A force on any other granule is none of the shock's.
-        applied_force=np.reshape(
-            [net[0] + np.sum(np.abs(net[1:])) for net in applied], (len(legs), -1)
-        ),
+        applied_force=_applied(scene, pushed, alone, len(legs)),
         held=held,
         closing=None if scene.contact is None else closing,
     )
 
 
+def _applied(scene: Scene, pushed: Sequence[Snapshot], alone: FloatArray, legs: int) -> FloatArray:
+    """The force of the shock on the chain [N], shape (legs, readings); 0 for a piston.
+
+    A force on any other granule is none of the shock's. A piston may touch the others meanwhile.
+    """
+    if scene.piston is not None:
+        return np.zeros((legs, len(pushed) // legs))
+    nets = [snapshot["fx"] - alone for snapshot in pushed]
+    return np.reshape([net[0] + np.sum(np.abs(net[1:])) for net in nets], (legs, -1))
+
+
+def _moved(pushed: Sequence[Snapshot], legs: int) -> FloatArray:
+    """How far granule 1 has moved at the readings of the shock [m], shape (legs, readings)."""
+    place = np.array([snapshot["x"][0] for snapshot in pushed])
+    return np.reshape(place - place[0], (legs, -1))
+
+
 def _of_another_number(at_start: Snapshot) -> Examination:
     """The examination of more or fewer granules than the scene has: nothing else has a meaning."""
     contacts, nothing = np.zeros((2, 0)), np.zeros(0)
-    held = Held(at_start["radius"], at_start["vx"], at_start["fx"], nothing, None)
+    held = Held(at_start["radius"], at_start["vx"], at_start["fx"], nothing, None, contacts)
     return Examination(
         position=at_start["x"],
         mass=at_start["mass"],
@@ -289,11 +312,11 @@ def _ask_module(stages: Sequence[Stage]) -> Iterator[Snapshot]:
 
 
 def _pulse(legs: Sequence[Leg]) -> Iterator[Stage]:
-    """The forces on the chain, which stays at rest, leg by leg."""
+    """The forces on the chain, which stays at rest but for a piston, leg by leg."""
     for before, leg in zip((None, *legs[:-1]), legs, strict=True):
-        yield Stage("\n".join([*deck.leg_commands(leg, before), NO_STEP]), ("fx",))
+        yield Stage("\n".join([*deck.leg_commands(leg, before), NO_STEP]), ("x", "fx"))
         for _ in range(leg.steps):
-            yield Stage(_STEP, ("fx",))
+            yield Stage(_STEP, ("x", "fx"))
 
 
 def _press(scene: Scene, depth: float) -> Stage:

@@ -1,4 +1,4 @@
-"""The commands that make a chain with terms: unlike granules, gaps, moved ends, wall, load, damping.
+"""The commands that make a chain with terms: unlike granules, moved ends, wall, loads, damping.
 
 LAMMPS gets E and nu of each material, radius and density of each granule, and positions; it makes
 masses and contact stiffnesses by itself. Pairs of two materials are written out, as LAMMPS of 2021
@@ -24,18 +24,10 @@ from hertzchain.engines.lammps.dialect import COEFF_RESTITUTION, NO_FRICTION, WA
 from hertzchain.errors import RunFailed
 from hertzchain.scene.granules import Granules
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.schedule import Leg
 from hertzchain.scene.terms import Contact, Wall
 
 PAIR_STYLE = "granular"
 """The only pair style that has a stiffness for each pair of materials."""
-
-PISTON_MOTION = (
-    "# In one dimension granules do not spin: fix nve is enough. Granule 1 is moved.",
-    "group first id 1",
-    "group moving subtract all first",
-    "fix motion moving nve",
-)
 
 
 def granules(scene: Scene, pair_style: str, version: str = COEFF_RESTITUTION) -> list[str]:
@@ -89,7 +81,8 @@ def _kinds(scene: Scene) -> tuple[list[_Kind], list[int]]:
     if scene.contact is None or scene.contact.relaxation_time is None:
         materials, numbers = materials_of("LAMMPS", each)
         return [_Kind(*material) for material in materials], numbers
-    columns = each.young_modulus, each.poisson_ratio, each.radius, each.density
+    density = weighty_density(each)
+    columns = each.young_modulus, each.poisson_ratio, each.radius, density
     own = [_Kind(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
     known = {kind: k for k, kind in enumerate(dict.fromkeys(own), start=1)}
     if len(known) > MOST_MATERIALS:
@@ -133,21 +126,6 @@ def _granules(granules: Granules, kinds: list[int], types: int) -> list[str]:
             f"set atom {number} density {of_mass!r}",
         ]
     return lines
-
-
-def stroke_commands(leg: Leg, before: Leg | None) -> list[str]:
-    """The commands that begin a stroke of the piston, with the step of its leg.
-
-    LAMMPS computes places from the time since the command: another step needs another command.
-    """
-    assert leg.stroke is not None
-    velocity = f"{leg.stroke.velocity!r} 0.0 0.0 units box"
-    return [
-        *(["unfix piston"] if before is not None else []),
-        f"timestep {leg.dt!r}",
-        f"velocity first set {velocity}",
-        f"fix piston first move linear {velocity}",
-    ]
 
 
 def _pairs(kinds: list[_Kind], contact: Contact | None, version: str) -> list[str]:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.engines.external.rescaling import predicted_loss
+from hertzchain.engines.external.terms import LET_GO_PISTON, PISTON_MOTION, stroke_commands
 from hertzchain.engines.liggghts import terms_deck
 from hertzchain.scene.pulse import SHAPES
 from hertzchain.scene.scene import Scene
@@ -52,7 +53,8 @@ def set_up(scene: Scene) -> str:
         lines = [*START, "", *_plain_granules(scene), "", *MOTION]
     else:
         made, held = terms_deck.granules(scene), terms_deck.held(scene)
-        lines = [*START, "", *made, "", *MOTION, *held]
+        motion = MOTION if scene.piston is None else (*PISTON_MOTION, MOTION[-1])
+        lines = [*START, "", *made, "", *motion, *held]
     return "\n".join(lines) + "\n"
 
 
@@ -84,9 +86,12 @@ def _plain_granules(scene: Scene) -> list[str]:
 
 def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
     """The commands between two legs: the new step and the new force."""
+    lines = [] if before is None or before.stroke is None else [LET_GO_PISTON]
     # Back to 0, so that readings are counted from the start of each leg.
-    lines = [] if before is None else ["reset_timestep 0"]
+    lines += [] if before is None else ["reset_timestep 0"]
     lines += [f"timestep {leg.dt!r}"]
+    if leg.stroke is not None:
+        return [*lines, *stroke_commands(leg.stroke)]
     if before is not None and before.ramp is not None:
         lines.append("unfix shock")
     if leg.ramp is not None:

@@ -8,7 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from hertzchain.engines.external.terms import load_commands, refuse_long, wall_position
+from hertzchain.engines.external.terms import (
+    load_commands,
+    refuse_long,
+    wall_position,
+    weighty_density,
+)
 from hertzchain.engines.liggghts.contacts import models, pair_commands, types_of
 from hertzchain.scene.granules import Granules
 from hertzchain.scene.scene import Scene
@@ -42,7 +47,7 @@ def _granules(granules: Granules, kinds: list[int], types: int) -> list[str]:
     position, radius = granules.position.tolist(), granules.radius.tolist()
     low, high, widest = position[0] - radius[0], position[-1] + radius[-1], max(radius)
     across = f"{-widest!r} {widest!r}"
-    density = granules.density.tolist()
+    density = weighty_density(granules).tolist()
     return [
         f"region chain block {low!r} {high!r} {across} {across} units box",
         f"create_box {types} chain",

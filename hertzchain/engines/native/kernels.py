@@ -1393,6 +1393,10 @@ def march(
         constants[_PUSH] = _applied_force(leg, leg[START])
         if _has_piston(inertia):
             u[0], v[0] = leg[PLACE], leg[VELOCITY]
+            # A piston that turns round makes a maximum, which lies in neither of the steps.
+            force = _of_contact(_force(_overlap(u, 0, gap)), 0, stiffness)
+            if force > peak_force[0]:
+                peak_force[0], peak_time[0] = force, leg[START]
         _accelerate_first(u, g, constants, count[_LO], stiffness, inertia, gap, pull)
         while True:
             reason = _advance(

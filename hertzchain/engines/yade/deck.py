@@ -50,9 +50,10 @@ def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
         start = "start_velocity"
     bounds, geometry, law, loads = terms_deck.loops(scene)
     physics, damping = terms_deck.damping(scene)
+    piston, stroke = terms_deck.piston(legs)
     made = _MOTION.format(
         start=start, bounds=bounds, geometry=geometry, law=law, loads=loads, physics=physics,
-        damping=damping,
+        damping=damping, piston=piston, stroke=stroke,
     )  # fmt: skip
     return f"""\
 import numpy as np
@@ -97,11 +98,14 @@ def _row(leg: Leg, stride: int) -> _Row:
         return leg.steps, leg.dt, stride, "none", 0.0, 0.0, 0.0
     # A leg starts where its ramp starts.
     assert ramp.start == leg.start
-    if ramp.shape not in ("linear", "cosine"):
+    if ramp.shape not in _SHAPES:
         raise RunFailed(f"the script for Yade has no formula for a ramp of shape {ramp.shape}")
     growth, fraction = ramp.end_force - ramp.start_force, leg.dt / (ramp.end - ramp.start)
     return leg.steps, leg.dt, stride, ramp.shape, ramp.start_force, growth, fraction
 
+
+_SHAPES = ("linear", "cosine", "quarter-sine", "quarter-cosine")
+"""Shapes of ramps that ``_MOTION`` has a formula for."""
 
 _BODIES = """
 steel = FrictMat(
@@ -115,15 +119,22 @@ states = [body.state for body in O.bodies]
 for state in states:
     state.blockedDOFs = "yzXYZ"  # one dimension
 mass = np.array([state.mass for state in states])
-
+{piston}
 leg, done = 0, 0  # which leg, and how many steps of it
 
 
 def applied_force():
     """The force on the first granule at this step of this leg [N]."""
-    shape, start, growth, fraction = legs[leg][3:]
+    shape, start, growth, fraction = legs[leg][3:7]
     part = done * fraction
-    return start + growth * (part if shape == "linear" else np.sin(np.pi / 2 * part) ** 2)
+    grown = {{
+        "none": 0.0,
+        "linear": part,
+        "cosine": np.sin(np.pi / 2 * part) ** 2,
+        "quarter-sine": np.sin(np.pi / 2 * part),
+        "quarter-cosine": 2 * np.sin(np.pi / 4 * part) ** 2,
+    }}
+    return start + growth * grown[shape]
 
 
 def along_the_chain():
@@ -159,7 +170,7 @@ def push():
 
 def start_leg(velocity):
     """Set velocities back by half a step of a leg, with its force."""
-    position, _, force = along_the_chain()
+{stroke}    position, _, force = along_the_chain()
     force[0] += applied_force()
     see(position, velocity, force)
     O.dt = legs[leg][1]

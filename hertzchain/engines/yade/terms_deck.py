@@ -6,8 +6,11 @@ stiffnesses by itself.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from hertzchain.engines.external.terms import refuse_long, wall_material, wall_position
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
 
 
 def parameters(scene: Scene) -> str:
@@ -73,6 +76,20 @@ def damping(scene: Scene) -> tuple[str, str]:
     if scene.contact is None:
         return "", "no damping"
     return "betan=betan", "damped, and never pulling"
+
+
+def piston(legs: Sequence[Leg]) -> tuple[str, str]:
+    """What moves granule 1 of a scene with a piston: before the legs, and at the start of each."""
+    strokes = [leg.stroke for leg in legs if leg.stroke is not None]
+    if not strokes:
+        return "", ""
+    velocities = ", ".join(repr(stroke.velocity) for stroke in strokes)
+    before = f"""\
+states[0].blockedDOFs = "xyzXYZ"  # the piston, which nothing pushes
+mass[0] = np.inf
+piston_velocity = [{velocities}]  # on each leg [m/s]
+"""
+    return before, "    velocity = np.append(piston_velocity[leg], velocity[1:])\n"
 
 
 def wall(scene: Scene) -> str:

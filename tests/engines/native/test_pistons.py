@@ -168,6 +168,20 @@ def test_tables_of_one_line_are_a_constant_velocity() -> None:
     assert largest_difference(one.peak_force, other.peak_force) <= 2e-9
 
 
+def test_a_piston_that_turns_round_makes_a_peak() -> None:
+    """The contact is pressed hardest at the instant at which the piston turns."""
+    turn, law = 1e-5, hc.Contact("restitution", restitution=0.9)
+    chain = hc.Chain(4, **STEEL)
+    for contact in (None, law):
+        back = hc.Piston(None, (0.0, turn, 2 * turn), (0.0, 2e-6, -2e-6))
+        scene = hc.Scene(chain, back, contact=contact)
+        result = hc.Native(rtol=1e-9).run(scene)
+        assert result.peak_time[0] == pytest.approx(turn, rel=1e-12)
+        until = hc.Scene(chain, hc.Piston(0.2), hc.Run(turn), contact=contact)
+        at_turn = hc.Native(rtol=1e-9).run(until).peak_force[0]
+        assert result.peak_force[0] == pytest.approx(at_turn, rel=1e-8)
+
+
 def test_history_follows_the_table() -> None:
     scene = SCENES["forwards and backwards"]
     time = np.linspace(0.0, scene.end_time, 41)
