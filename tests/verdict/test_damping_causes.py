@@ -225,6 +225,19 @@ def test_strengths_are_coefficients_in_natural_units(law: str) -> None:
         assert strength_of(ELASTIC, contact) == pytest.approx(strength, rel=1e-10, abs=0)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ASKED)
+def test_weak_and_strong_damping_is_found_between_trials(law: str) -> None:
+    """Two coefficients in a decade are tried; a law is found in between as well."""
+    for strength in np.geomspace(3e-5, 1.5, 12):
+        contact = contact_of(ELASTIC, law, float(strength), attraction=False)
+        given = peaks_of(replace(ELASTIC, contact=contact))
+        reference = hc.Native("reference").run(ELASTIC)
+        case = Case(ELASTIC, reference, given, np.ones(15, bool), None, Deadline(60.0))
+        best = min(damping(case), key=lambda cause: cause.residual)
+        assert best.residual < 0.01 * case.size
+
+
 def test_every_cause_says_what_it_leaves() -> None:
     """A law that explains nothing is not among them: it leaves at most half."""
     scene = replace(ELASTIC, contact=ASKED["restitution"])
