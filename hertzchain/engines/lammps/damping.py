@@ -19,10 +19,13 @@ option                eta                               g
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from hertzchain.engines.lammps.dialect import COEFF_RESTITUTION, TSUJI_AT_WALLS, WITHOUT_ATTRACTION
 from hertzchain.errors import RunFailed
-from hertzchain.scene.terms import Contact
+
+if TYPE_CHECKING:  # lint takes numbers from here, and loads no NumPy
+    from hertzchain.scene.terms import Contact
 
 SINCE_2021 = "29 Sep 2021 or later"
 WITH_COEFF_RESTITUTION = "29 Aug 2024 or later"

@@ -61,7 +61,9 @@ def simulate_damped_verlet(
         chain.attraction,
     )
     law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
-    watch, mass = DampedWatch(law, chain.wall), 1 / made.inertia
+    watch = DampedWatch(law, chain.wall, scene.piston is not None)
+    moves = made.inertia > 0  # all but a piston
+    mass = np.where(moves, 1 / np.where(moves, made.inertia, 1.0), 0.0)
     u, v, f, a = (np.zeros(granules + 1) for _ in range(4))
     own = start_of(scene)
     for given in (own, start):
@@ -69,11 +71,14 @@ def simulate_damped_verlet(
             u[:granules] += given[0]
             v[:granules] += given[1]
     work = _energy(law, mass, u, v, made.gap)
-    steps = 0
+    steps, exchanged = 0, abs(work)
     rows, unit = leg_rows(legs, scene.units), scene.units
     for leg, row in zip(legs, rows, strict=True):
         stride = _stride(scene, leg)
-        natural = leg.in_units(unit.time, unit.force)
+        natural = leg.in_units(unit.time, unit.force, unit.length)
+        if natural.stroke is not None:
+            u[0] = natural.stroke.displacement_at(natural.start)
+            v[0] = natural.stroke.velocity
         for done, last in itertools.pairwise([*range(0, leg.steps, _BLOCK * stride), leg.steps]):
             if deadline.left <= 0:
                 raise deadline.passed()
@@ -85,14 +90,19 @@ def simulate_damped_verlet(
             time = natural.start + natural.dt * kept
             time[-1] = natural.end if last == leg.steps else time[-1]
             samples = true_forces(_samples(time, states, made.gap, contacts), law, natural)
+            pushed = watch.piston_impulse
             watch.update(samples, natural.dt / 2)
+            done_now = 0.0
+            if natural.stroke is not None:
+                done_now = (watch.piston_impulse - pushed) * natural.stroke.velocity
             if natural.ramp is not None:
-                work += float(work_done(samples, natural.ramp))
+                done_now = float(work_done(samples, natural.ramp))
+            work, exchanged = work + done_now, exchanged + abs(done_now)
             if recorder is not None:
                 recorder.update(samples)
         steps += leg.steps
     energy = _energy(law, mass, u, v, made.gap) - float(np.sum(mass * made.pull * u[:granules]))
-    if not energy <= 10 * work:
+    if not abs(energy) <= 10 * exchanged:
         raise diverged("native")
     return Simulation(
         End(u[:granules], v[:granules]),
@@ -102,8 +112,9 @@ def simulate_damped_verlet(
         energy,
         steps,
         steps,
-        watch.wall_impulse,
-        watch.dissipated,
+        wall_impulse=watch.wall_impulse,
+        piston_impulse=watch.piston_impulse,
+        dissipated=watch.dissipated,
     )
 
 
