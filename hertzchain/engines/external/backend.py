@@ -36,7 +36,8 @@ STABLE = 2.0  # largest product of step and frequency of velocity Verlet: see ``
 _ERRATIC_STEP = 0.05  # natural time units; above, opening contacts may hide the error of two runs
 _PILOT_STEP = 0.04  # natural time units; first of the runs that find the step for a wanted error
 _COARSEST_STEP = 0.065  # natural time units; first of three runs to be extrapolated, for 1e-6
-_COARSEST_DAMPED_STEP = 0.004  # the same for damped contacts
+_COARSEST_DAMPED_STEP = 0.008  # the same for damped contacts, first of four runs
+_PLAIN_IF_DAMPED = 1e-4  # of the peaks; smaller errors would take first-order steps without end
 _UNSTABLE = 0.5  # of the longest stable step, at most where a step is chosen for damped contacts
 
 Simulate = Callable[[Sequence[Leg], Sequence[int], FloatArray | None], Simulation]
@@ -95,7 +96,7 @@ def run(
         scene=scene,
         backend=code.lower(),
         scheme="velocity-verlet",
-        method=", ".join([method, *["extrapolated"] * steps.extrapolated]),
+        method=", ".join([method, *["extrapolated"] * runner.extrapolated]),
         dt=longest,
         steps=answer.steps,
         force_evaluations=answer.steps,
@@ -156,8 +157,15 @@ class _Runner:
         """Of velocity Verlet: damping takes velocities of half a step before."""
         return 2 if self.scene.contact is None else 1
 
+    @property
+    def extrapolated(self) -> bool:
+        """Whether peaks are extrapolated: as asked, or as damped ones that are to be this right."""
+        steps = self.steps
+        needed = self.order == 1 and steps.dt is None and steps.rtol < _PLAIN_IF_DAMPED
+        return steps.extrapolated or needed
+
     def answer(self) -> _Answer:
-        return self._extrapolated() if self.steps.extrapolated else self._plain()
+        return self._extrapolated() if self.extrapolated else self._plain()
 
     def history(self, legs: Sequence[Leg], times: FloatArray) -> History:
         """Record in one more run with closer readings, which must not change the peaks."""
@@ -195,30 +203,37 @@ class _Runner:
         return _Answer(run, run.peaks.force, run.peaks.time, run.steps, error, lost)
 
     def _extrapolated(self) -> _Answer:
-        """Extrapolate from two runs, read at the same times; a third says how good that is."""
+        """Extrapolate from two runs, read at the same times; a third says how good that is.
+
+        Where contacts are damped a fourth does, too: two extrapolations can agree by chance.
+        """
+        needed = 3 if self.order == 2 else 4
         legs = self.scene.schedule(
-            self._coarsest_step() if self.steps.dt is None else 4 * self.steps.dt
+            self._coarsest_step() if self.steps.dt is None else 2 ** (needed - 1) * self.steps.dt
         )
         strides = [self.stride(leg, recording=False) for leg in legs]
         runs: list[Simulation] = []
-        for k in range(3 + _HALVINGS):
+        for k in range(needed + _HALVINGS):
             finer = tuple(replace(leg, steps=2**k * leg.steps) for leg in legs)
             apart = [2**k * stride for stride in strides]
-            runs = [*runs[-2:], self.simulate(finer, apart)]
-            if len(runs) < 3:
+            runs = [*runs[1 - needed :], self.simulate(finer, apart)]
+            if len(runs) < needed:
                 continue
-            before, after = (
-                step_error.extrapolate(*pair, self.order) for pair in itertools.pairwise(runs)
+            found = [step_error.extrapolate(*pair, self.order) for pair in itertools.pairwise(runs)]
+            after, last = found[-1], runs[-1]
+            # The error falls by 4 with half the steps, at the least that is expected.
+            difference = max(
+                largest_difference(one[0], other[0], ESTIMATED) / 4**later
+                for later, (other, one) in enumerate(itertools.pairwise(reversed(found)))
             )
-            difference = largest_difference(before[0], after[0], ESTIMATED)
-            by_steps = step_error.extrapolation_error(self.scene, finer, difference, runs[2].peaks)
-            by_steps += step_error.rival_error(runs[2].peaks, after[0])
-            grows, lost = 2**self.order, runs[1].round_off(self.scene)
-            lost = (grows * runs[2].round_off(self.scene) + lost) / (grows - 1)
+            by_steps = step_error.extrapolation_error(self.scene, finer, difference, last.peaks)
+            by_steps += step_error.rival_error(last.peaks, after[0])
+            grows, lost = 2**self.order, runs[-2].round_off(self.scene)
+            lost = (grows * last.round_off(self.scene) + lost) / (grows - 1)
             error = by_steps + step_error.interpolation_error(self.scene, finer, apart) + lost
             if self._is_enough(by_steps, error, lost):
                 break
-        return _Answer(runs[2], *after, runs[1].steps + runs[2].steps, error, lost)
+        return _Answer(last, *after, runs[-2].steps + last.steps, error, lost)
 
     def _step_for(self, peaks_at: Callable[[float], FloatArray]) -> float:
         """The step [s] for the wanted error, by trials."""

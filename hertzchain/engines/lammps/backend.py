@@ -53,7 +53,9 @@ class Lammps(ExternalEngine):
         Whether peaks and their times are extrapolated from two runs, one with half the steps of the
         other (Richardson): right to 1e-6 in an eighth of the steps. Everything else in the result,
         from displacement to balance and history, is that of the finer run, whose step is ``dt``;
-        its error is that of velocity Verlet at this step, some 0.1 dt^2 in natural units.
+        its error is that of velocity Verlet at this step, some 0.1 dt^2 in natural units. Damped
+        contacts leave errors in proportion to dt: then peaks are also extrapolated wherever no step
+        is asked for and ``rtol`` is below 1e-4.
     isolated
         Whether LAMMPS runs in a process of its own: where it crashes, hangs or runs out of memory
         that is an error like any other. It costs a second for each run; many runs share one
