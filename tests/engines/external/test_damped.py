@@ -177,6 +177,16 @@ def test_the_wanted_error(engine: type[ProgramEngine], rtol: float, extrapolated
 
 
 @pytest.mark.parametrize("engine", EACH)
+def test_a_comparison_passes(engine: type[ProgramEngine]) -> None:
+    name = engine.__name__.lower()
+    scene = replace(SCENES["all at once"], contact=RESTITUTION)
+    found = hc.compare(scene, [name], engines={name: engine(rtol=1e-2)})
+    assert [check for check in found.checks if not check.passed] == []
+    expected = {f"{name}: {what}" for what in ("velocity, same steps", "energy [J]")}
+    assert expected <= {check.name for check in found.checks}
+
+
+@pytest.mark.parametrize("engine", EACH)
 def test_histories(engine: type[ProgramEngine]) -> None:
     scene = replace(SCENES["all at once"], contact=RESTITUTION)
     times = np.linspace(0.0, scene.end_time, 41)
