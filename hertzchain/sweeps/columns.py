@@ -74,6 +74,10 @@ _TERMS = (
         title="striker of Poisson's ratio {:.4g}",
     ),
     Column("striker.density", "density of the striker [kg/m³]", title="striker of {:.4g} kg/m³"),
+    Column("shock.velocity", "velocity of the piston [m/s]", title="piston at {:.4g} m/s"),
+    Column("shock.amplitude", "amplitude of the force [N]", title="amplitude {:.4g} N"),
+    Column("shock.frequency", "frequency [Hz]", title="{:.4g} Hz"),
+    Column("shock.cycles", "cycles", "int", "{} cycles"),
     Column("wall.kind", "wall", "str", "{} wall"),
     Column("wall.young_modulus", "Young's modulus of the wall [Pa]", title="wall of E = {:.4g} Pa"),
     Column(
@@ -94,6 +98,8 @@ _TERMS = (
 )  # fmt: skip
 
 TERMS = tuple(column.name for column in _TERMS)  # what can vary in scenes with terms besides
+
+_OF_EVERY_SHOCK = ("shock.profile", "shock.momentum_ratio")
 
 _SEGMENT = re.compile(r"chain\.segments\.(\d+)\.(?:cell\.(\d+)\.)?(\w+)")
 
@@ -279,9 +285,13 @@ def columns_of(
     unlike = "segments" in chain or any(isinstance(value, list) for value in chain.values())
     of_terms = any(name not in PARAMETERS for name in varied)
     held = any(section in scene for section in ("striker", "wall", "precompression", "contact"))
+    profile = scene.get("shock", {}).get("profile")
+    held = held or profile == "piston"
     if not (of_terms or unlike or "gap" in chain or held):
         return ALL
     kept = [name for name in PARAMETERS if name.partition(".")[0] in {*scene, "run"}]
+    if profile in ("sine", "piston"):
+        kept = [name for name in kept if not name.startswith("shock.") or name in _OF_EVERY_SHOCK]
     of_chain = [name for name in kept if name.startswith("chain.")]
     gap = ["chain.gap"] if isinstance(chain.get("gap"), float) or "chain.gap" in varied else []
     segments = [name for name in varied if _SEGMENT.fullmatch(name)]

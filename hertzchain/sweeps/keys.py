@@ -13,9 +13,12 @@ import numpy as np
 
 from hertzchain.errors import SceneError
 from hertzchain.scene.chain import MATERIAL
+from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import PulseTable
-from hertzchain.scene.reading import read_chain
+from hertzchain.scene.reading import profile_of, read_chain
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.shock import Shock
+from hertzchain.scene.sine import Sine
 from hertzchain.sweeps.columns import OTHER_MEASURE, PARAMETERS, TERMS
 
 _Part = TypeVar("_Part")
@@ -31,11 +34,7 @@ def sections_of(scene: Scene) -> dict[str, dict[str, Any]]:
     What is not given is left out. Unlike granules are lists, or the segments of the scene file.
     """
     chain, shock = scene.chain, scene.shock
-    of_shock = (
-        {"time_s": list(shock.time), "force_N": list(shock.force)}
-        if isinstance(shock, PulseTable)
-        else _given(shock)
-    )
+    of_shock = _of_shock(shock)
     sections = {
         "chain": dict(_given(chain) if chain.section is None else chain.section),
         "striker" if scene.striker else "shock": of_shock,
@@ -50,13 +49,25 @@ def sections_of(scene: Scene) -> dict[str, dict[str, Any]]:
     return {name: section for name, section in sections.items() if section}
 
 
+def _of_shock(shock: Shock) -> dict[str, Any]:
+    """The section of a shock; a table stands in it by its columns."""
+    if isinstance(shock, PulseTable):
+        return {"time_s": list(shock.time), "force_N": list(shock.force)}
+    if isinstance(shock, Piston) and shock.velocity is None:
+        time, displacement = (list(column) for column in zip(*shock.rows, strict=True))
+        return {"profile": "piston", "time_s": time, "displacement_m": displacement}
+    if isinstance(shock, Piston | Sine):
+        return {"profile": profile_of(shock), **_given(shock)}
+    return _given(shock)
+
+
 def _given(part: Any) -> dict[str, Any]:
     """The fields of a frozen object that are given; none of None."""
     values = {} if part is None else {one.name: getattr(part, one.name) for one in fields(part)}
     return {
         key: list(value) if isinstance(value, tuple) else value
         for key, value in values.items()
-        if value is not None
+        if value is not None and key != "file"
     }
 
 
@@ -75,8 +86,22 @@ def names_of(scene: Scene) -> tuple[str, ...]:
         found += [f"chain.segments.{number}.{key}" for key in keys]
         for place in range(1, len(cell) + 1):
             found += [f"chain.segments.{number}.cell.{place}.{key}" for key in _OF_GRANULE]
-    others = [name for name in _KNOWN if not name.startswith("chain.")]
+    others = [
+        name
+        for name in _KNOWN
+        if not name.startswith("chain.")
+        and (not name.startswith("shock.") or name in _names_of_shock(scene.shock))
+    ]
     return (*found, *(name for name in others if name.partition(".")[0] in {*sections, "run"}))
+
+
+def _names_of_shock(shock: Shock) -> tuple[str, ...]:
+    """The parameters of a shock that can vary, and those of a pulse table, which cannot."""
+    if isinstance(shock, Piston):
+        return ("shock.velocity",) if shock.velocity is not None else ()
+    if isinstance(shock, Sine):
+        return ("shock.amplitude", "shock.frequency", "shock.cycles")
+    return PARAMETERS
 
 
 def full_name(name: object, scene: Scene) -> str:
@@ -124,7 +149,9 @@ def _reason(name: str, scene: Scene) -> str:
     more = " in place of [shock]" if section == "striker" else ""
     return {
         "chain": "each granule has its own; describe them by [[chain.segments]] in the scene file",
-        "shock": "the scene has a [striker] and no [shock]",
+        "shock": "the scene has a [striker] and no [shock]"
+        if scene.striker
+        else f"a shock of profile {profile_of(scene.shock)} has no such key, or has it in a file",
     }.get(section, f"the scene has no [{section}]; add the section to its file{more}")
 
 
@@ -208,14 +235,14 @@ def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
         "chain.granules": scene.chain.granules,
         "chain.gap": sections["chain"].get("gap", 0.0),
         "wall.gap": sections.get("wall", {}).get("gap", 0.0),
-        "shock.profile": getattr(scene.shock, "profile", "table"),
+        "shock.profile": profile_of(scene.shock),
         "shock.peak_force": float(scene.peak_force),
     }
     found = {}
     for name in names:
         section, _, key = name.partition(".")
         value = known.get(name, sections.get(section, {}).get(key))
-        if isinstance(value, float | int) and name != "chain.granules":
+        if isinstance(value, float | int) and name not in ("chain.granules", "shock.cycles"):
             value = float(value)  # a column has one type, also where 100 is typed for 100.0
         found[name] = np.nan if value is None or isinstance(value, list) else value
     return found

@@ -222,7 +222,7 @@ def _same_in_all(
     if any(key_of(name) == "granules" for name in axes):  # of a segment: those of the chain vary
         varies.add("chain.granules")
     same = {name: base[name] for name in IN_TITLES if name in base and name not in varies}
-    if "shock.time_s" in base:
+    if "shock.force_N" in base:
         same["shock.profile"] = "table"
     for name, axis in axes.items():
         if name in fixed_to or axis.count == 1:
