@@ -79,9 +79,10 @@ def true_peaks(scene: hc.Scene, rtol: float) -> Floats:
     else:
         assert isinstance(shock, hc.Sine)
         corners.append(shock.cycles / shock.frequency / units.time)
+    over = corners[-1]
 
     def push(time: float) -> float:
-        if isinstance(shock, hc.Piston) or time > corners[-1]:
+        if isinstance(shock, hc.Piston) or time > over:
             return 0.0
         phase = 2 * math.pi * shock.frequency * units.time * time
         return shock.amplitude / units.force * math.sin(phase)
