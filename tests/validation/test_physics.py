@@ -22,6 +22,7 @@ from validation.physics import (
     damped_similarity,
     damped_waves,
     dimers,
+    drives,
     gapped_taper,
     precompression,
     restitution,
@@ -63,6 +64,8 @@ def failed(rows: list[Row]) -> set[str]:
         (gapped_taper, faster, {"last / first velocity"}),
         (walls, harder, {"peak"}),
         (precompression, faster, {"speed / sound"}),
+        (drives, harder, {"F", "contact 2"}),
+        (drives, faster, {"velocity"}),
     ],
 )  # fmt: skip
 def test_a_wrong_simulation_fails(
@@ -100,6 +103,19 @@ def test_other_cut_offs_fail(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_another_dispersion_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(precompression, "jv", lambda n, x: jv(n, x * (1 + 1e-4)))
     assert failed(precompression.compare(True, False)) == {"velocities - Bessel functions"}
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"), [("passed_on", "slow piston"), ("shaken", "sine of")]
+)
+def test_another_linear_chain_fails(
+    name: str, expected: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    true = getattr(drives, name)
+    monkeypatch.setattr(drives, name, lambda j, t, *more: true(j, 1.01 * t, *more))
+    wrong = [entry.what for entry in drives.compare(True, False) if not entry.passed]
+    assert wrong
+    assert all(what.startswith(expected) for what in wrong)
 
 
 def test_another_closed_form_fails(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -49,6 +49,7 @@ KEPT_ROWS = {
     "walls": 18,
     "dimers": 7,
     "precompression": 24,
+    "drives": 19,
     "cut_offs": 6,
     "restitution": 37,
     "damped_waves": 11,
