@@ -1,0 +1,111 @@
+"""Pistons and sines by LAMMPS, LIGGGHTS and Yade: native at the same steps, comparisons, decks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.lammps import examination
+from hertzchain.errors import HertzchainError, RunFailed
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.verdict.deck_checks import examination_checks
+from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
+from tests.engines.native.test_pistons import SCENES as PISTONS
+from tests.engines.native.test_sines import SCENES as SINES
+from validation.random_drives import random_scene_with_piston, random_scene_with_sine
+
+SCENES = {**PISTONS, **SINES}
+
+QUICK = ("forwards and backwards", "as strong as the load")
+
+ENGINES: dict[str, Any] = {"lammps": hc.Lammps, "liggghts": hc.Liggghts, "yade": hc.Yade}
+
+RUNS = [
+    pytest.param(
+        engine,
+        name,
+        marks=[getattr(pytest.mark, engine)]
+        + [pytest.mark.slow] * (engine == "yade" or name not in QUICK),
+    )
+    for engine in ENGINES
+    for name in SCENES
+    if (engine, name) != ("yade", "gaps, wall")  # three minutes
+]
+
+
+@pytest.mark.parametrize(("engine", "name"), RUNS)
+def test_native_velocity_verlet_at_the_same_steps(engine: str, name: str) -> None:
+    scene = SCENES[name]
+    dt = 0.02 * scene.contact_time
+    result = ENGINES[engine](dt=dt, read_every=2).run(scene)
+    native = hc.Native("velocity-verlet", dt).run(scene)
+    # Round-off of absolute coordinates: a softer chain is run where it would cost more than 1e-9.
+    for found, expected in (
+        (result.displacement, native.displacement),
+        (result.velocity, native.velocity),
+    ):
+        largest = np.max(np.abs(expected))
+        assert found == pytest.approx(expected, rel=0, abs=1e-9 * largest)
+    # Native interpolates with velocities that are no slopes of its displacements: 0.05 dt^4, 8e-9.
+    assert largest_difference(result.all_peaks, native.all_peaks) < 2e-8
+    assert [check for check in balance_checks(result) if not check.passed] == []
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("name", ["column", "above the cut-off, wall"])
+def test_comparisons(name: str) -> None:
+    compared = hc.compare(SCENES[name])
+    assert [check for check in compared.checks if not check.passed] == []
+    assert compared.verdict == "pass"
+
+
+@pytest.mark.lammps
+def test_a_piston_that_moves_otherwise_is_found() -> None:
+    scene = SCENES["forwards and backwards"]
+    found = examination.examine(scene)
+    assert [check for check in examination_checks(scene, found) if not check.passed] == []
+    assert isinstance(scene.shock, hc.Piston)
+    other = replace(scene.shock, displacement=(0.0, 4e-6, 1e-6, 2e-6 * (1 + 1e-6)))
+    wrong = examination_checks(replace(scene, shock=other), found)
+    (check,) = (check for check in wrong if not check.passed)
+    assert "displacement of the piston" in check.name
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    "other", [hc.Sine(10.00001, 8000.0, 3), hc.Sine(10.0, 8000.1, 3), hc.Sine(10.0, 8000.0, 4)]
+)
+def test_another_sine_is_found(other: hc.Sine) -> None:
+    scene = SCENES["as strong as the load"]
+    run, load = hc.Run(scene.end_time), hc.Precompression(10.1)
+    scene = hc.Scene(scene.chain, scene.shock, run, precompression=load)
+    result = hc.Lammps(dt=0.02 * scene.contact_time).run(scene)
+    assert all(check.passed for check in same_steps_checks(result))
+    mistaken = replace(result, scene=replace(scene, shock=other))
+    assert not all(check.passed for check in same_steps_checks(mistaken))
+
+
+@pytest.mark.lammps
+@pytest.mark.slow
+@pytest.mark.parametrize("draw", [random_scene_with_piston, random_scene_with_sine])
+@pytest.mark.parametrize("number", range(20))
+def test_random_scenes_at_the_same_steps(draw: Any, number: int) -> None:
+    scene = draw(np.random.default_rng([21, number]), 30, 300.0)
+    lammps = hc.Lammps(dt=0.01 * scene.contact_time, read_every=3)
+    try:
+        result = lammps.run(scene)
+    except HertzchainError:
+        return  # a refusal is honest
+    for check in same_steps_checks(result):
+        assert check.passed, check
+
+
+def test_standalone_decks_have_no_piston() -> None:
+    from hertzchain.decks.known_answer import lay_out
+
+    with pytest.raises(RunFailed, match="a standalone deck does not support piston"):
+        lay_out(SCENES["constant velocity"])
