@@ -50,7 +50,7 @@ def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
         start = "start_velocity"
     bounds, geometry, law, loads = terms_deck.loops(scene)
     physics, damping = terms_deck.damping(scene)
-    piston, stroke = terms_deck.piston(legs)
+    piston, stroke = terms_deck.piston(legs, rows_each=1 if scene.contact is None else 2)
     made = _MOTION.format(
         start=start, bounds=bounds, geometry=geometry, law=law, loads=loads, physics=physics,
         damping=damping, piston=piston, stroke=stroke,

@@ -78,16 +78,19 @@ def damping(scene: Scene) -> tuple[str, str]:
     return "betan=betan", "damped, and never pulling"
 
 
-def piston(legs: Sequence[Leg]) -> tuple[str, str]:
-    """What moves granule 1 of a scene with a piston: before the legs, and at the start of each."""
+def piston(legs: Sequence[Leg], rows_each: int) -> tuple[str, str]:
+    """What moves granule 1 of a scene with a piston: before the legs, and at the start of each.
+
+    A leg has one row in the script, or two where a step of no length comes first.
+    """
     strokes = [leg.stroke for leg in legs if leg.stroke is not None]
     if not strokes:
         return "", ""
-    velocities = ", ".join(repr(stroke.velocity) for stroke in strokes)
+    velocities = ", ".join(repr(stroke.velocity) for stroke in strokes for _ in range(rows_each))
     before = f"""\
 states[0].blockedDOFs = "xyzXYZ"  # the piston, which nothing pushes
 mass[0] = np.inf
-piston_velocity = [{velocities}]  # on each leg [m/s]
+piston_velocity = [{velocities}]  # in each row of legs [m/s]
 """
     return before, "    velocity = np.append(piston_velocity[leg], velocity[1:])\n"
 

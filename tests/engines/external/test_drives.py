@@ -55,6 +55,15 @@ def test_native_velocity_verlet_at_the_same_steps(engine: str, name: str) -> Non
     assert [check for check in balance_checks(result) if not check.passed] == []
 
 
+@pytest.mark.parametrize(("engine", "name"), [run for run in RUNS if run.values[1] in QUICK])
+def test_damped_contacts_at_the_same_steps(engine: str, name: str) -> None:
+    """The strokes of a piston begin with forces that are computed again, and m* is that beside."""
+    scene = replace(SCENES[name], contact=hc.Contact("restitution", restitution=0.8))
+    result = ENGINES[engine](dt=0.02 * scene.contact_time).run(scene)
+    assert [check for check in same_steps_checks(result) if not check.passed] == []
+    assert [check for check in balance_checks(result) if not check.passed] == []
+
+
 @pytest.mark.lammps
 @pytest.mark.parametrize("name", ["column", "above the cut-off, wall"])
 def test_comparisons(name: str) -> None:
