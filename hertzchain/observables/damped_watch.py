@@ -148,7 +148,7 @@ class _Part:
         sure = (force > 0) & (expected > 0)
         scale = np.where(sure, force, 1.0) / np.where(sure, expected, 1.0)
         start = samples.time[interval]
-        begins = crossing & later
+        begins = (first[0] <= 0) & (last[0] > 0)  # at 0 too: spheres that touch at the start
         return cls(interval, contact, start, h, curve, scale, begins, places, worth)
 
     def motion(self, places: Array, some: Any = slice(None)) -> tuple[Array, Array, Array]:
