@@ -19,7 +19,7 @@ from hertzchain.engines.external.terms import (
     wall_position,
     weighty_density,
 )
-from hertzchain.engines.lammps.damping import damping_of, refuse_wall
+from hertzchain.engines.lammps.damped_deck import damping_of, refuse_wall
 from hertzchain.engines.lammps.dialect import COEFF_RESTITUTION, NO_FRICTION, WALL
 from hertzchain.errors import RunFailed
 from hertzchain.scene.granules import Granules

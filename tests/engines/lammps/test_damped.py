@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.lammps.damping import asked_of_tsuji, tsuji
+from hertzchain.engines.lammps.damped_deck import asked_of_tsuji
+from hertzchain.engines.lammps.damping import tsuji
 from hertzchain.engines.lammps.deck import set_up
 from hertzchain.errors import RunFailed
 from hertzchain.observables.peaks import largest_difference

@@ -1,0 +1,63 @@
+"""Damping of a scene in the words of LAMMPS's ``pair_style granular``; see ``damping``."""
+
+from __future__ import annotations
+
+import math
+
+from hertzchain.engines.lammps.damping import WITH_COEFF_RESTITUTION, tsuji
+from hertzchain.engines.lammps.dialect import COEFF_RESTITUTION, TSUJI_AT_WALLS, WITHOUT_ATTRACTION
+from hertzchain.errors import RunFailed
+from hertzchain.scene.terms import Contact
+
+_HIGHEST = 1.1
+"""Above 1, where alpha is below 0 already: at 1 it is 3e-4 still."""
+
+
+def asked_of_tsuji(restitution: float) -> float | None:
+    """The number that makes ``damping tsuji`` damp as ``coeff_restitution`` does; None for none.
+
+    For ``restitution`` alpha is to be sqrt(5) beta. The polynomial falls from 1.2728 at 0, and
+    LAMMPS takes no number below 0: there is none for a restitution below 0.113.
+    """
+    log = math.log(restitution)
+    alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)
+    low, high = 0.0, _HIGHEST
+    if alpha > tsuji(low, root_2=False):
+        return None
+    for _ in range(60):  # halves: to the last digit
+        middle = (low + high) / 2
+        low, high = (middle, high) if tsuji(middle, root_2=False) > alpha else (low, middle)
+    return (low + high) / 2
+
+
+def refuse_wall(contact: Contact | None, version: str) -> None:
+    """Raise RunFailed where a LAMMPS cannot damp the contact with a wall as the others."""
+    if contact is None or contact.restitution is None or version >= TSUJI_AT_WALLS:
+        return
+    raise RunFailed(
+        f"LAMMPS of {version} changes the restitution at a wall with every run: take LAMMPS of"
+        " 2 Aug 2023 or later, another damping, a scene without a wall, or native"
+    )
+
+
+def damping_of(contact: Contact, version: str) -> tuple[str, str]:
+    """The second number of a normal law, and the words that follow the tangential law.
+
+    In the number ``{k}`` and ``{mass}`` stand for the names of 4/3 E* and m* of the pair, where it
+    depends on them. RunFailed for a restitution that this version, year month day, does not have.
+    """
+    limit = "" if contact.attraction else f" {WITHOUT_ATTRACTION}"
+    if contact.restitution is not None:
+        if version >= COEFF_RESTITUTION:
+            return f"{contact.restitution!r}", f"damping coeff_restitution{limit}"
+        asked = asked_of_tsuji(contact.restitution)
+        if asked is None:
+            raise RunFailed(
+                f"LAMMPS of {version} has no damping for a restitution of {contact.restitution:g}:"
+                f" take one above 0.114, or LAMMPS of {WITH_COEFF_RESTITUTION}, or native"
+            )
+        return f"{asked!r}", f"damping tsuji{limit}"
+    if contact.relaxation_time is not None:
+        # c = 3/2 A tau sqrt(d) with A = 4/3 E* sqrt(R*) is g m* sqrt(R* d).
+        return f"1.5*{contact.relaxation_time!r}*{{k}}/({{mass}})", f"damping viscoelastic{limit}"
+    return f"{contact.coefficient!r}", f"damping velocity{limit}"
