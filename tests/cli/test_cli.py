@@ -146,7 +146,7 @@ BAD_SCENES: list[tuple[Changes, tuple[str, ...]]] = [
         ({"shock.duration_ratio": n}, (f"duration_ratio = {n}", "must be a finite number above 1"))
         for n in ("1", "1.0", "0.5", "0", "-2", "inf", "nan")
     ),
-    ({"shock.profile": '"sine"'}, ("profile = 'sine'", "cosine, triangular, cosine-triangular")),
+    ({"shock.profile": '"box"'}, ("profile = 'box'", "cosine, triangular, cosine-triangular")),
     ({"shock.profile": '["cosine"]'}, ("shock.profile", "must be one of")),
     ({"chain.radius": "1" * 5000}, ("scene.toml",)),
     ({"chain.radius": f"0x{'f' * 5000}"}, ("chain.radius",)),
