@@ -22,6 +22,9 @@ _FORMS = "A,B,C or LOW:HIGH:COUNT, LOW:HIGH:COUNT:log, or to be sampled LOW:HIGH
 _TEXTS = {"profile": ("profile", "cosine,triangular"), "kind": ("kind", "rigid,same")}
 # Keys whose values are text: what they name, and a list of some.
 
+_WHOLE = ("granules", "cycles")
+"""Keys whose values are whole numbers."""
+
 Value = float | int | str
 
 
@@ -70,7 +73,7 @@ class Span:
     def ends(self) -> tuple[Value, ...]:
         """Values that have to be possible for all to be."""
         ends = self.low, self.high
-        return tuple(map(int, ends)) if key_of(self.name) == "granules" else ends
+        return tuple(map(int, ends)) if key_of(self.name) in _WHOLE else ends
 
     def at(self, index: NDArray[np.int64]) -> NDArray[Any]:
         """The values of these numbers on the grid."""
@@ -79,7 +82,7 @@ class Span:
 
     def between(self, fraction: FloatArray) -> NDArray[Any]:
         """The values at fractions of the way from one end to the other, 0 to 1."""
-        if key_of(self.name) == "granules":  # each whole number has the same share
+        if key_of(self.name) in _WHOLE:  # each whole number has the same share
             if self.log:
                 edges = self.low - 0.5, self.high + 0.5
                 drawn = edges[0] * (edges[1] / edges[0]) ** fraction
@@ -129,7 +132,7 @@ def _range(name: str, given: str) -> Axis:
     count = _count(rest[0])
     require(count >= 2, name, given, allowed)
     span = Span(name, low, high, count, log)
-    if key_of(name) != "granules":
+    if key_of(name) not in _WHOLE:
         return span
     # Whole numbers as near to the grid as there are, each of them once.
     require(count <= _MOST_LISTED, name, given, f"must take at most {_MOST_LISTED:,} values")
@@ -161,7 +164,7 @@ def _value(name: str, given: Any) -> Value:
         return str(given).strip()
     number = given.item() if isinstance(given, np.generic) else given
     number = to_si(name, number.strip() if isinstance(number, str) else number, UNITS.get(key, ""))
-    if key == "granules":
+    if key in _WHOLE:
         require(number.is_integer(), name, given, "must be a whole number")
         return int(number)
     return number

@@ -1,0 +1,76 @@
+"""Sweeps of pistons and sines: each row is a run of the scene that its file would describe."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import SceneError
+from tests.conftest import STEEL
+
+CHAIN = hc.Chain(6, **STEEL)
+PISTON = hc.Scene(CHAIN, hc.Piston(0.1))
+TABLE = replace(PISTON, shock=hc.Piston(None, (0.0, 1e-5), (0.0, 1e-6)))
+SINE = hc.Scene(CHAIN, hc.Sine(5.0, 8000.0, 2), precompression=hc.Precompression(10.0))
+
+
+def swept(scene: hc.Scene, vary: dict[str, str], folder: Path) -> pd.DataFrame:
+    """The table of a sweep."""
+    hc.sweep(scene, vary, output=folder)
+    return pd.read_parquet(folder / "scenes")
+
+
+def test_peaks_of_pistons_go_as_the_velocity_to_the_power_of_6_over_5(tmp_path: Path) -> None:
+    table = swept(PISTON, {"velocity": "0.01:1:3:log"}, tmp_path / "sweep")
+    velocity = table["shock.velocity"].to_numpy()
+    ratio = table["last_peak_force_N"].to_numpy() / velocity**1.2
+    # Similarity is exact; peaks are right to 1e-6.
+    assert ratio == pytest.approx(np.full(3, ratio[0]), rel=2e-6)
+    assert set(table["shock.profile"]) == {"piston"}
+    alone = hc.Native().run(replace(PISTON, shock=hc.Piston(1.0))).peak_force[-1]
+    assert table["last_peak_force_N"].iloc[-1] == pytest.approx(alone, rel=2e-6)
+
+
+def test_a_table_of_a_piston_stays_as_it_is(tmp_path: Path) -> None:
+    table = swept(TABLE, {"chain.density": "1000,2000"}, tmp_path / "sweep")
+    for density, found in zip((1000.0, 2000.0), table["last_peak_force_N"], strict=True):
+        scene = replace(TABLE, chain=replace(CHAIN, density=density))
+        assert found == pytest.approx(hc.Native().run(scene).peak_force[-1], rel=2e-6)
+
+
+def test_sines(tmp_path: Path) -> None:
+    vary = {"frequency": "4 kHz,9 kHz", "cycles": "1,3", "amplitude": "1,10"}
+    table = swept(SINE, vary, tmp_path / "sweep")
+    assert len(table) == 8
+    assert table["shock.cycles"].dtype.kind in "iu"
+    for row in table.to_dict("records")[::3]:
+        sine = hc.Sine(row["shock.amplitude"], row["shock.frequency"], row["shock.cycles"])
+        scene = replace(SINE, shock=sine)
+        alone = hc.Native().run(scene).peak_force[-1]
+        assert row["last_peak_force_N"] == pytest.approx(alone, rel=2e-6)
+        assert row["shock.momentum_ratio"] == pytest.approx(scene.momentum_ratio, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("scene", "vary", "said"),
+    [
+        (SINE, {"duration_ratio": "2,3"}, "a shock of profile sine has no such key"),
+        (SINE, {"shock.velocity": "2,3"}, "a shock of profile sine has no such key"),
+        (TABLE, {"shock.velocity": "2,3"}, "a shock of profile piston has no such key"),
+        (PISTON, {"frequency": "2,3"}, "a shock of profile piston has no such key"),
+        (PISTON, {"velocity": "0,1"}, "shock.velocity = 0"),
+        (SINE, {"amplitude": "5,11"}, "shock.amplitude = 11.0: must be at most the static load"),
+        (SINE, {"cycles": "0,1"}, "shock.cycles = 0: must be a whole number"),
+    ],
+)
+def test_what_cannot_vary_is_refused_in_a_sentence(
+    scene: hc.Scene, vary: dict[str, str], said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(SceneError) as caught:
+        hc.sweep(scene, vary, output=tmp_path / "sweep")
+    assert said in str(caught.value)
