@@ -196,10 +196,11 @@ class _Runner:
             error = by_steps + step_error.interpolation_error(self.scene, legs, strides) + lost
             if self._is_enough(by_steps, error, lost):
                 break
-            dt *= max(
-                0.25 if self.order == 2 else 0.05,
-                0.9 * (self.steps.rtol / error) ** (1 / self.order),
-            )
+            excess = self.steps.rtol / error
+            if self.order == 2:
+                dt *= max(0.25, 0.9 * math.sqrt(excess))
+            else:
+                dt *= max(0.05, 0.9 * excess)
         return _Answer(run, run.peaks.force, run.peaks.time, run.steps, error, lost)
 
     def _extrapolated(self) -> _Answer:
