@@ -188,7 +188,14 @@ def test_the_examination_is_that_of_the_module(lmp: str, ranks: int, what: str) 
     failed = {check.name for check in examination_checks(scene, found) if not check.passed}
     assert failed == ({mistake.check} if mistake else set())
     numbers = {name for name in vars(expected) if name != "held"}
-    pairs = [(getattr(expected, name), getattr(found, name)) for name in sorted(numbers)]
+    assert {name for name in numbers if getattr(found, name) is None} == {
+        name for name in numbers if getattr(expected, name) is None
+    }
+    pairs = [
+        (getattr(expected, name), getattr(found, name))
+        for name in sorted(numbers)
+        if getattr(expected, name) is not None
+    ]
     assert (found.held is None) == (expected.held is None)
     if expected.held is not None and found.held is not None:
         one, other = vars(expected.held), vars(found.held)
