@@ -15,8 +15,12 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.lammps import Lammps
 from hertzchain.engines.native import METHODS, Native, equations, simulate, simulate_in_numpy
 from hertzchain.engines.native import plan as plans
+from hertzchain.engines.native.damped_plan import first_tolerance
+from hertzchain.engines.native.damped_runs import longest_step, simulate_damped
+from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.registry import label_of
 from hertzchain.errors import RunFailed
+from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.result import Result
 from hertzchain.observables.samples import Samples
@@ -61,6 +65,8 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
     """
     finer = {name: _halvings(*ends) for name, ends in _STEPS.items()}
     finer["reference"] = finer["reference"][::2]
+    if scene.contact is not None:
+        return (*_damped_ones(finer["velocity-verlet"]), *_lammps_ones())
     if not scene.is_plain:
         return (*_compiled_ones(finer), *_with_accuracy(), *_lammps_ones())
     single = partial(_compiled, "srkn-6b", dtype=np.float32)  # cheapest where that is enough
@@ -97,6 +103,16 @@ def _with_accuracy() -> tuple[Contender, ...]:
     return (
         Contender("rtol, with estimate", COMPILED, _with_estimate, rtols=_decades(2, 10)),
         Contender("rtol, without estimate", COMPILED, _without_estimate, rtols=_decades(2, 10)),
+    )
+
+
+def _damped_ones(steps: tuple[float, ...]) -> tuple[Contender, ...]:
+    """Native's two methods for damped contacts, of which one takes steps as asked."""
+    once = Contender("rtol, without estimate", COMPILED, _damped_once, rtols=_decades(2, 10))
+    return (
+        Contender("velocity-verlet, compiled", COMPILED, _damped_verlet, steps),
+        _with_accuracy()[0],
+        once,
     )
 
 
@@ -190,6 +206,20 @@ def _without_estimate(scene: Scene, rtol: float) -> Outcome:
     legs = scene.schedule(chosen.step * scene.contact_time)
     run = simulate(scene, legs, chosen.walker, leave_behind=True)
     return Outcome(run.peaks.force * scene.units.force, run.evaluations)
+
+
+def _damped_verlet(scene: Scene, step: float) -> Outcome:
+    """LAMMPS's scheme, without what tells its error."""
+    run = simulate_damped_verlet(scene, scene.schedule(step))
+    return Outcome(run.peaks.force * scene.units.force, run.evaluations)
+
+
+def _damped_once(scene: Scene, rtol: float) -> Outcome:
+    """The first run of a wanted accuracy, without the one that tells its error."""
+    tolerance = first_tolerance(rtol, bool((scene.granules.gap > 0).any()))
+    longest = longest_step(scene) / scene.units.time
+    run = simulate_damped(scene, tolerance, longest, Deadline(TIME_LIMIT))
+    return Outcome(run.peak_force * scene.units.force, run.evaluations)
 
 
 def _numpy(method: str, scene: Scene, step: float) -> Outcome:

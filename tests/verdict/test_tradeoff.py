@@ -458,6 +458,32 @@ def test_native_methods_on_a_scene_with_terms() -> None:
     assert errors[0] / errors[-1] > 1e4
 
 
+def test_native_methods_on_a_scene_with_damped_contacts() -> None:
+    """Errors are those of single runs; that of velocity Verlet is of first order."""
+    damped = hc.Contact("restitution", restitution=0.8)
+    short = hc.Run(6 * STRIKER.contact_time)  # every peak is over
+    scene = replace(STRIKER, chain=hc.Chain(3, **STEEL), run=short, contact=damped)
+    found = tradeoff(scene, ["compiled"], enough=0.0)
+    assert found.remarks == ()
+    assert found.contenders == (
+        "velocity-verlet, compiled", "rtol, with estimate", "rtol, without estimate",
+    )  # fmt: skip
+    truth = hc.Native("reference").run(scene)
+    assert found.truth_error == max(truth.error_estimate, module.TRUTH_ERROR)
+    verlet = rows_of(found, "velocity-verlet, compiled")
+    shortest = verlet[-1]
+    assert shortest.step is not None
+    alone = hc.Native("velocity-verlet", shortest.step).run(scene)
+    assert shortest.error == largest_difference(alone.all_peaks, truth.all_peaks)
+    steps = np.log([row.step for row in verlet[-6:]])
+    order = np.polyfit(steps, np.log([row.error for row in verlet[-6:]]), 1)[0]
+    assert order == pytest.approx(1.0, abs=0.1)
+    for name in ("rtol, with estimate", "rtol, without estimate"):
+        for row in rows_of(found, name):
+            assert row.rtol is not None
+            assert row.error <= row.rtol
+
+
 @pytest.mark.lammps
 def test_lammps_on_a_scene_with_terms(
     hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -72,17 +72,21 @@ class Bounded(Generic[_Run]):
     bound: float
 
 
+def first_tolerance(rtol: float, has_gaps: bool) -> float:
+    """Tolerance that a wanted accuracy of the peaks is tried with."""
+    return max(min((_FIRST_IF_HARD if has_gaps else _FIRST) * rtol, LOOSEST), TIGHTEST)
+
+
 def accurate(
     integrate: Callable[[float, float, bool], _Run], rtol: float, longest: float, has_gaps: bool
 ) -> Bounded[_Run]:
     """Integrate until the bound of the error of the peaks is at most ``rtol``, in a few tries.
 
     ``integrate`` makes a run with a tolerance and a longest step, and is told whether it may be the
-    last, or only tells the error of another. The bound of what is returned may
-    be larger: collisions can multiply rounding errors.
+    last, or only tells the error of another. The bound of what is returned may be larger:
+    collisions can multiply rounding errors.
     """
-    first = _FIRST_IF_HARD if has_gaps else _FIRST
-    tolerance = max(min(first * rtol, LOOSEST), TIGHTEST)
+    tolerance = first_tolerance(rtol, has_gaps)
     for left in reversed(range(_TRIES)):
         coarse = integrate(_COARSER * tolerance, _LONGER * longest, False)
         run = integrate(tolerance, longest, True)

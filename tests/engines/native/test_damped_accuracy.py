@@ -38,7 +38,7 @@ def judge(number: int) -> None:
         assert error <= result.error_estimate + unsure, (number, rtol)
 
 
-@pytest.mark.parametrize("number", [30])
+@pytest.mark.parametrize("number", [50])
 def test_random_damped_scenes(number: int) -> None:
     judge(number)
 
