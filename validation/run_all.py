@@ -69,17 +69,26 @@ def run_scripts(quick: bool, with_lammps: bool) -> Iterator[Outcome]:
     ) as bar:  # fmt: skip
         task = bar.add_task("", total=len(MODULES))
         for module in MODULES:
-            name, script = module.__name__.rpartition(".")[2], module.SCRIPT
-            bar.update(task, description=name)
-            begun, begin, table = datetime.now(UTC), time.perf_counter(), None
-            try:
-                table = script.measure(quick, with_lammps)
-                rows = script.promises(table)
-            except hc.HertzchainError as problem:
-                rows = [did_not_run(name, "", problem)]
-            seconds = time.perf_counter() - begin
-            yield Outcome(name, script, table, tuple(rows), begun, seconds)
+            bar.update(task, description=name_of(module))
+            yield run_script(module, quick, with_lammps)
             bar.advance(task)
+
+
+def name_of(module: ModuleType) -> str:
+    """The name of a script, as tables and files have it."""
+    return module.__name__.rpartition(".")[2]
+
+
+def run_script(module: ModuleType, quick: bool, with_lammps: bool) -> Outcome:
+    """Run one script; an error becomes a row that fails."""
+    name, script = name_of(module), module.SCRIPT
+    begun, begin, table = datetime.now(UTC), time.perf_counter(), None
+    try:
+        table = script.measure(quick, with_lammps)
+        rows = script.promises(table)
+    except hc.HertzchainError as problem:
+        rows = [did_not_run(name, "", problem)]
+    return Outcome(name, script, table, tuple(rows), begun, time.perf_counter() - begin)
 
 
 def print_summary(outcomes: Sequence[Outcome]) -> None:
