@@ -198,6 +198,10 @@ def march(
             u0[0], v0[0] = leg[PLACE], leg[VELOCITY]
             d, w = u0[0] - u0[1] - c.gap[0], v0[0] - v0[1]
             allowed = tolerance * max(abs(w), _SLOW)
+            evaluate(u0, v0, a0, f0, r0, p0, on, leg, time, hi, c)
+            if in_wrong_mode(u0, v0, f0, on, 0, IDLE * allowed, c):  # its velocity has jumped
+                total[1] += held(u0, 0, c) * (2.0 * on[0] - 1.0)
+                on[0] = 1.0 - on[0]
             if on[0] > 0.0 and begins(d, w, 0, min(following, longest), allowed, c):
                 fresh = True
         evaluate(u0, v0, a0, f0, r0, p0, on, leg, time, hi, c)

@@ -12,6 +12,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.native.damped_runs import damped_contacts
 from hertzchain.observables.peaks import largest_difference
+from tests.conftest import STEEL
 from tests.oracles import damped, terms_in_si
 from tests.oracles.terms_in_si import Floats
 from validation.random_drives import random_scene_with_piston, random_scene_with_sine
@@ -111,6 +112,18 @@ def judge_damped(kind: str, number: int) -> None:
         error = largest_difference(result.all_peaks, true)
         # SciPy's tolerance is that of a step; it knows nothing of contacts that begin and end.
         assert error <= result.error_estimate + 10 * unsure + 2e-7, (number, rtol)
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6])
+def test_a_piston_that_stops_before_a_strong_damper(rtol: float) -> None:
+    """Its contact would pull at once, and presses again before a step is over."""
+    stops = hc.Piston(None, (1e-5, 1.5e-5), (0.0, 1e-6))
+    law = hc.Contact("restitution", restitution=0.01)
+    held = {"precompression": hc.Precompression(10.0), "contact": law}
+    scene = hc.Scene(hc.Chain(4, **STEEL), stops, hc.Run(1e-4), **held)
+    true = true_peaks(scene, 1e-12)
+    result = hc.Native(rtol=rtol).run(scene)
+    assert largest_difference(result.all_peaks, true) <= result.error_estimate
 
 
 @pytest.mark.parametrize("kind", DRAWN)
