@@ -69,6 +69,10 @@ in tau can be small by chance."""
 _RELOCATED = 8
 """Most repetitions of a step for one change of modes; two or three are usual."""
 
+_OF_STROKE = 0.25
+"""The first step of a stroke of the piston over the longest step and the stroke: a short stroke is
+not one step in both of two runs that are to tell errors from one another (chosen)."""
+
 _SHORTEST = 1e-14
 """Shortest step over the time."""
 
@@ -207,6 +211,8 @@ def march(
         evaluate(u0, v0, a0, f0, r0, p0, on, leg, time, hi, c)
         keep_ends(peak_force, peak_time, f0, time, hi)
         following = min(following, longest / 4)
+        if c.inertia[0] == 0.0:
+            following = min(following, _OF_STROKE * longest * (end - time))
         while status == DONE and time < end:
             h, tried, target, smooth = min(following, longest), 0, -1, following
             if time + 1.01 * h >= end:

@@ -119,8 +119,20 @@ def test_a_piston_that_stops_before_a_strong_damper(rtol: float) -> None:
     """Its contact would pull at once, and presses again before a step is over."""
     stops = hc.Piston(None, (1e-5, 1.5e-5), (0.0, 1e-6))
     law = hc.Contact("restitution", restitution=0.01)
-    held = {"precompression": hc.Precompression(10.0), "contact": law}
-    scene = hc.Scene(hc.Chain(4, **STEEL), stops, hc.Run(1e-4), **held)
+    chain, pressed = hc.Chain(4, **STEEL), hc.Precompression(10.0)
+    scene = hc.Scene(chain, stops, hc.Run(1e-4), precompression=pressed, contact=law)
+    true = true_peaks(scene, 1e-12)
+    result = hc.Native(rtol=rtol).run(scene)
+    assert largest_difference(result.all_peaks, true) <= result.error_estimate
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6])
+def test_a_stroke_shorter_than_a_step(rtol: float) -> None:
+    """It is not a single step, both of a run and of that which tells its error."""
+    short = hc.Piston(None, (1e-5, 1.2e-5, 3e-5), (0.0, 1e-7, -3e-7))
+    law, pressed = hc.Contact("dashpot", coefficient=10.0), hc.Precompression(0.01)
+    chain, end = hc.Chain(4, **STEEL), hc.Run(1.5e-4)
+    scene = hc.Scene(chain, short, end, precompression=pressed, contact=law)
     true = true_peaks(scene, 1e-12)
     result = hc.Native(rtol=rtol).run(scene)
     assert largest_difference(result.all_peaks, true) <= result.error_estimate
