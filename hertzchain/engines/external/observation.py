@@ -184,7 +184,9 @@ def _fastest(scene: Scene) -> float:
         energy = 2 * float(np.sum(moved)) * scene.piston.fastest**2 + static
         energy += moved.size * scene.units.energy
     else:
-        momentum = scene.impulse + scene.start_momentum
+        # The halves of a sine cancel one another in the impulse, but not in what granules reach.
+        pushed = math.fsum(abs(ramp.impulse) for ramp in scene.ramps)
+        momentum = pushed + scene.start_momentum
         energy = momentum**2 / (2 * scene.first_mass) + static
     return 10.0 * math.sqrt(2 * energy / lightest)
 

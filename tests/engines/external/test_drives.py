@@ -14,6 +14,7 @@ from hertzchain.errors import HertzchainError, RunFailed
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.deck_checks import examination_checks
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
+from tests.conftest import STEEL
 from tests.engines.native.test_pistons import SCENES as PISTONS
 from tests.engines.native.test_sines import SCENES as SINES
 from validation.random_drives import random_scene_with_piston, random_scene_with_sine
@@ -96,6 +97,17 @@ def test_another_sine_is_found(other: hc.Sine) -> None:
     assert all(check.passed for check in same_steps_checks(result))
     mistaken = replace(result, scene=replace(scene, shock=other))
     assert not all(check.passed for check in same_steps_checks(mistaken))
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("law", [None, hc.Contact("restitution", restitution=0.8)])
+def test_a_slow_sine_has_not_diverged(law: hc.Contact | None) -> None:
+    """It throws a free chain at 26 m/s and catches it again, though its impulse is 0."""
+    shock, pressed = hc.Sine(100.0, 100.0, 1), hc.Precompression(100.0)
+    scene = hc.Scene(hc.Chain(3, **STEEL), shock, precompression=pressed, contact=law)
+    result, native = (code(rtol=1e-3).run(scene) for code in (hc.Lammps, hc.Native))
+    error = largest_difference(result.all_peaks, native.all_peaks)
+    assert error <= result.error_estimate + native.error_estimate
 
 
 @pytest.mark.lammps
