@@ -48,7 +48,7 @@ def sweep(
             "-o",
             "--output",
             metavar="OUT",
-            help="Folder for the tables; one of this same sweep is gone on with.",
+            help="Folder for the tables; an existing folder of the same sweep is resumed.",
         ),
     ],
     samples: Annotated[
@@ -94,8 +94,8 @@ def sweep(
 
     With a wall also the force on it; p, F_SW and speed are about uniform free chains alone.
 
-    Stopped or killed, it goes on where it was when it is started again. A scene that fails is a row
-    with the reason.
+    A sweep that was stopped or killed continues when it is started again. A scene that fails is a
+    row with the reason.
     """
     from hertzchain.sweeps import sweep as measure
     from hertzchain.sweeps.parts import backend_named

@@ -133,8 +133,8 @@ def difference_plot(document: Document, plotted: NDArray[np.intp]) -> Plot:
         "Relative difference of each peak force from the reference on a logarithmic scale, with"
         " error estimates; the numbers are in the table of peak forces.",
         "Relative difference of each peak force from the reference, without its sign. Lines: what"
-        " each simulation says of its own error, at most. Exact agreement has no place on a"
-        " logarithmic scale." + _thin_note(native, plotted),
+        " each simulation says of its own error, at most. Exact agreement is not drawn"
+        " on the logarithmic scale." + _thin_note(native, plotted),
         traces,
         _layout(native, y),
     )

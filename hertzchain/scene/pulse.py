@@ -140,6 +140,12 @@ class Ramp:
         return duration * (self.start_force * s + (self.end_force - self.start_force) * grown)
 
 
+def require_profile(key: str, profile: object) -> None:
+    """Raise a SceneError about a key unless its value is a profile of Table 1."""
+    known = isinstance(profile, str) and profile in PROFILES
+    require(known, key, profile, f"must be one of {', '.join(PROFILES)}{_IN_FILES}")
+
+
 @dataclass(frozen=True)
 class Pulse:
     """One of the paper's three pulses (Table 1), in SI units.
@@ -168,9 +174,7 @@ class Pulse:
     rise_time: float | None = None
 
     def __post_init__(self) -> None:
-        names = ", ".join(PROFILES)
-        known = isinstance(self.profile, str) and self.profile in PROFILES
-        require(known, "profile", self.profile, f"must be one of {names}{_IN_FILES}")
+        require_profile("profile", self.profile)
         require(is_positive(self.peak_force), "peak_force", self.peak_force, f"{POSITIVE} [N]")
         require(
             is_finite(self.duration_ratio) and self.duration_ratio > 1,

@@ -74,7 +74,7 @@ _TERMS = (
         title="striker of Poisson's ratio {:.4g}",
     ),
     Column("striker.density", "density of the striker [kg/m³]", title="striker of {:.4g} kg/m³"),
-    Column("shock.velocity", "velocity of the piston [m/s]", title="piston at {:.4g} m/s"),
+    Column("shock.velocity", "velocity of the piston [m/s]", title="velocity {:.4g} m/s"),
     Column("shock.amplitude", "amplitude of the force [N]", title="amplitude {:.4g} N"),
     Column("shock.frequency", "frequency [Hz]", title="{:.4g} Hz"),
     Column("shock.cycles", "cycles", "int", "{} cycles"),

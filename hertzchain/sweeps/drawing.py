@@ -252,11 +252,13 @@ def cell_edges(values: FloatArray, log: bool) -> FloatArray:
 
 # Colours, scales and labels
 
+_SHOCKS = {"table": "pulse table", "piston": "piston", "sine": "sine"}  # others are "... pulse"
+
 
 def _title(rows: Rows, shown: set[str | None]) -> str:
     """What is the same in all that is seen."""
     said = [
-        "pulse table" if value == "table" else column_named(name).title.format(value)
+        _SHOCKS.get(value, column_named(name).title.format(value))
         for name, value in rows.fixed.items()
         if name not in shown and value == value  # noqa: PLR0124
     ]

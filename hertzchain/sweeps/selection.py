@@ -216,7 +216,7 @@ def _same_in_all(
         f"{section}.{key}": value
         for section, part in manifest["scene"].items()
         for key, value in part.items()
-        if value is not None
+        if value not in (None, 0)  # a gap, a load or a gravity of 0 is not there
     }
     varies = {*axes, *(OTHER_MEASURE[name] for name in axes if name in OTHER_MEASURE)}
     if any(key_of(name) == "granules" for name in axes):  # of a segment: those of the chain vary

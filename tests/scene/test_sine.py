@@ -33,6 +33,7 @@ REFUSED = {
     "too many": (SINE.replace("= 3", "= 50001"), "must be a whole number from 1 to 50000"),
     "no frequency": (SINE.replace("frequency", "#"), "shock.frequency: missing"),
     "a time": (SINE.replace("8 kHz", "8 s"), "shock.frequency = '8 s': has the wrong dimension"),
+    "no profile": (SINE.replace("sine", "sinus"), "shock.profile = 'sinus': must be one of cosine"),
     "a peak": (SINE + "peak_force = 3\n", "shock.peak_force = 3: unknown key"),
     "negative": (SINE.replace("5 N", "-5 N"), "shock.amplitude = '-5 N': must be a finite number"),
 }
