@@ -110,7 +110,7 @@ def refuse_without_need(is_met: bool, **given: object) -> None:
     for option, is_given in given.items():
         if is_given and not is_met:
             name = option.replace("_", "-")
-            raise HertzchainError(f"--{name} {NEEDS[option]}; leave the option out")
+            raise HertzchainError(f"--{name} {NEEDS[option]}: add that, or leave --{name} out")
 
 
 def refuse_step_and_accuracy(rtol: float | None, dt: object) -> None:

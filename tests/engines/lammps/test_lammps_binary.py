@@ -559,11 +559,11 @@ def test_the_environment_names_the_binary(
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("run", "--lmp", "lmp"), "--lmp is for --backend lammps; leave the option out"),
-        (("run", "--ranks", "2"), "--ranks is for --backend lammps; leave the option out"),
+        (("run", "--lmp", "lmp"), "--lmp is for --backend lammps: add that, or leave --lmp out"),
+        (("run", "--ranks", "2"), "--ranks is for --backend lammps: add that, or leave --ranks"),
         (
             ("compare", "--backend", "native", "--lmp", "lmp"),
-            "--lmp is for --backend lammps; leave the option out",
+            "--lmp is for --backend lammps: add that, or leave --lmp out",
         ),
         (("compare", "--ranks", "2"), "--ranks needs a LAMMPS binary, as the lammps module runs"),
         (("compare", "--ranks", "0"), "--ranks = 0: must be at least 1"),
