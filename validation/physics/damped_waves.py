@@ -144,12 +144,15 @@ def draw(table: pandas.DataFrame) -> Figure:
         share = some["lost"] / some["x"] / decay_coefficient(q)
         left.plot(some["x"], share, "o-", color=colour, markersize=4, label=law)
     left.plot(0, 1, "k+", markersize=12, label="energy of the exact wave")
-    left.set_xlabel("x = c F^(2q/3 - 1/6)")
-    left.set_ylabel("lost in a contact, over G x")
+    left.set_xlabel(r"$x = c\,F^{2q/3 - 1/6}$, natural units")
+    left.set_ylabel("loss in a contact / (G x)")
     for e, colour in RESTITUTIONS.items():
         some = table[table["law"] == f"e = {e:g}"]
         if len(some):
             right.semilogy(some["contact"], some["peak_force"], color=colour, label=f"e = {e:g}")
+    heights = (0.02, 0.05, 0.1, 0.2, 0.5)
+    right.set_yticks(heights, [f"{height:g}" for height in heights])
+    right.minorticks_off()
     right.set_xlabel("contact")
     right.set_ylabel("peak force behind a striker, natural units")
     for axes in (left, right):
