@@ -16,7 +16,11 @@ from hertzchain.engines.lammps import Lammps
 from hertzchain.engines.native import METHODS, Native, equations, simulate, simulate_in_numpy
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.damped_plan import first_tolerance
-from hertzchain.engines.native.damped_runs import longest_step, simulate_damped
+from hertzchain.engines.native.damped_runs import (
+    granules_collide,
+    longest_step,
+    simulate_damped,
+)
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.registry import label_of
 from hertzchain.errors import RunFailed
@@ -216,7 +220,7 @@ def _damped_verlet(scene: Scene, step: float) -> Outcome:
 
 def _damped_once(scene: Scene, rtol: float) -> Outcome:
     """The first run of a wanted accuracy, without the one that tells its error."""
-    tolerance = first_tolerance(rtol, bool((scene.granules.gap > 0).any()))
+    tolerance = first_tolerance(rtol, granules_collide(scene))
     longest = longest_step(scene) / scene.units.time
     run = simulate_damped(scene, tolerance, longest, Deadline(TIME_LIMIT))
     return Outcome(run.peak_force * scene.units.force, run.evaluations)
