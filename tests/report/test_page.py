@@ -579,6 +579,7 @@ def test_without_scripts_tables_and_verdict_are_there(
 
 
 @pytest.mark.chromium
+@pytest.mark.slow
 def test_a_browser_draws_the_report_of_all_scripts(browser: Browser, tmp_path: Path) -> None:
     found = outcomes(passed=False)
     sections = [validation.page.write_outcome(tmp_path, outcome) for outcome in found]

@@ -13,6 +13,8 @@ from hertzchain.engines.lammps.isolation import Child
 from tests.conftest import paper_scene
 from validation import extremes
 
+pytestmark = pytest.mark.slow  # seconds, for a script that is run by hand
+
 
 @pytest.fixture(scope="module")
 def table() -> pd.DataFrame:

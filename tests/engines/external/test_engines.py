@@ -81,8 +81,7 @@ def failed(checks: list[Check]) -> set[str]:
             # Both engines run the pulse in the comparison below; Yade takes seconds to start.
             marks=[
                 *engine.marks,
-                *[pytest.mark.slow]
-                * (name == "pulse" or (engine.values[0] is hc.Yade and name != "table")),
+                *[pytest.mark.slow] * (name == "pulse" or engine.values[0] is hc.Yade),
             ],
         )
         for engine in BOTH

@@ -394,6 +394,7 @@ def test_late_collisions_make_much_of_little() -> None:
 
 
 @pytest.mark.lammps
+@pytest.mark.slow
 def test_where_collisions_leave_no_digit_gross_errors_show() -> None:
     # 5e4 to 8e5 times round-off: 0.1 of a peak is lost, as by native with another start.
     scene = random_scene(np.random.default_rng(102), 1e7)

@@ -24,8 +24,8 @@ from tests.engines.native.test_terms import PULSE, SCENES, UNIFORM
 STEP = 0.02
 """Of the runs [natural time units of the fastest contact]."""
 
-QUICK = ("gaps, wall", "all at once")
-"""Every term is in one of them; a run of Yade takes four seconds."""
+QUICK = ("all at once",)
+"""Of Yade, which takes seconds to start."""
 
 RUNS = [
     pytest.param(

@@ -509,7 +509,7 @@ def test_a_folder_that_cannot_be_written_is_no_hindrance(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("run", "scene.toml", "--isolate"), "--isolate is for --backend lammps; leave"),
+        (("run", "scene.toml", "--isolate"), "--isolate is for --backend lammps: add that"),
         ((*LAMMPS, "--time-limit", "0"), "--time-limit = '0': must be a finite number above 0"),
         ((*LAMMPS, "--time-limit", "nan"), "--time-limit = 'nan': must be a finite number above 0"),
         (("compare", "scene.toml", "--time-limit", "3 m"), "--time-limit = '3 m': has the wrong"),

@@ -55,7 +55,13 @@ def outcome(lines: Sequence[str]) -> tuple[FloatArray, bool] | None:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("pair_style", PAIR_STYLES)
+@pytest.mark.parametrize(
+    "pair_style",
+    [
+        "granular",
+        *(pytest.param(s, marks=pytest.mark.slow) for s in PAIR_STYLES if s != "granular"),
+    ],
+)
 def test_every_line_of_the_deck_is_needed(
     pair_style: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

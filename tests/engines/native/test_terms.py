@@ -310,8 +310,8 @@ WATCHED = {
 @pytest.mark.parametrize(
     "name",
     [
-        # Seconds, as its wave takes long to come; wide gaps are in another.
-        pytest.param(name, marks=[pytest.mark.slow] * name.startswith("growing granules"))
+        # Seconds, as their waves take long to come; wide gaps are in another.
+        pytest.param(name, marks=[pytest.mark.slow] * name.startswith(("growing", "a taper on")))
         for name in WATCHED
     ],
 )
