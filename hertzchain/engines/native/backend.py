@@ -277,7 +277,7 @@ class Native:
                 # What is stated for such a contact is the force at an instant, not a peak.
                 hard, plan, before = True, plans.cheapest(rtol, hard=True), math.inf
                 continue
-            again = before < math.inf and not scene.is_plain
+            again = scene.piston is not None or (before < math.inf and not scene.is_plain)
             error = _estimate(scene, legs, plan, run, deadline, again)
             cost = run.evaluations * scene.chain.granules
             if error <= rtol or plan.hopeless(error, before, cost):
@@ -297,7 +297,8 @@ def _estimate(
 ) -> float:
     """Upper bound of the error of the peaks, from one run or two with other steps.
 
-    ``again`` says that the plan before was not close enough, in a scene with terms.
+    ``again`` says that the plan before was not close enough, in a scene with terms, or that there
+    is a piston: one run of 9,404 random ones was twice its bound off otherwise.
     """
     others = [tuple(replace(leg, steps=plans.other_step(leg.steps)) for leg in legs)]
     if run.peaks.any_rising or again:
