@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 
 import hertzchain as hc
-from validation.random_scenes import random_scene_with_terms
-
-
-def _spread(rng: np.random.Generator, low: float, high: float) -> float:
-    """Drawn with equal chance in each decade."""
-    return float(math.exp(rng.uniform(math.log(low), math.log(high))))
+from validation.random_scenes import random_scene_with_terms, spread
 
 
 def random_scene_with_piston(
@@ -25,12 +19,12 @@ def random_scene_with_piston(
     """
     while True:
         scene = random_scene_with_terms(rng, longest, longest_time)
-        velocity = scene.units.velocity * _spread(rng, 0.01, 2.0)
+        velocity = scene.units.velocity * spread(rng, 0.01, 2.0)
         if rng.random() < 0.5:
             scene = replace(scene, shock=hc.Piston(velocity))
         else:
             rows = int(rng.integers(2, 9))
-            apart = np.array([_spread(rng, 0.1, 20.0) for _ in range(rows)])
+            apart = np.array([spread(rng, 0.1, 20.0) for _ in range(rows)])
             time = (np.cumsum(apart) - apart[0] * (rng.random() < 0.5)) * scene.contact_time
             slope = velocity * rng.uniform(-1.0, 1.0, rows - 1) * (rng.random(rows - 1) < 0.8)
             slope[0] = velocity
@@ -51,8 +45,8 @@ def random_scene_with_sine(rng: np.random.Generator, longest: int, longest_time:
         scene = random_scene_with_terms(rng, longest, longest_time)
         if scene.precompression is None or not scene.precompression.force:
             continue
-        amplitude = scene.precompression.force * _spread(rng, 1e-3, 1.0)
-        frequency = 1 / (scene.contact_time * _spread(rng, 0.5, 100.0))
+        amplitude = scene.precompression.force * spread(rng, 1e-3, 1.0)
+        frequency = 1 / (scene.contact_time * spread(rng, 0.5, 100.0))
         scene = replace(scene, shock=hc.Sine(amplitude, frequency, int(rng.integers(1, 9))))
         if scene.end_time <= longest_time * scene.contact_time:
             return scene

@@ -19,7 +19,7 @@ from validation.shipped import STEEL, pulse_of
 Draw = Callable[[np.random.Generator, int], hc.Scene]
 
 
-def _spread(rng: np.random.Generator, low: float, high: float) -> float:
+def spread(rng: np.random.Generator, low: float, high: float) -> float:
     """Drawn with equal chance in each decade."""
     return float(math.exp(rng.uniform(math.log(low), math.log(high))))
 
@@ -29,12 +29,12 @@ def _material(rng: np.random.Generator) -> tuple[dict[str, Any], float]:
     if rng.random() < 0.5:
         return STEEL, 100.0
     of_chain = {
-        "radius": _spread(rng, 1e-4, 0.1),
-        "young_modulus": _spread(rng, 1e8, 1e12),
+        "radius": spread(rng, 1e-4, 0.1),
+        "young_modulus": spread(rng, 1e8, 1e12),
         "poisson_ratio": float(rng.uniform(-0.9, 0.5)),
-        "density": _spread(rng, 300.0, 2e4),
+        "density": spread(rng, 300.0, 2e4),
     }
-    return of_chain, _spread(rng, 1e-8, 100.0)
+    return of_chain, spread(rng, 1e-8, 100.0)
 
 
 def _pulse(rng: np.random.Generator, granules: int, n: float, ratio: float) -> hc.Scene:
@@ -46,8 +46,8 @@ def _pulse(rng: np.random.Generator, granules: int, n: float, ratio: float) -> h
 
 def any_pulse(rng: np.random.Generator, longest: int) -> hc.Scene:
     """LM_ratio 0.03 to 50, n 1.03 to 41, chains of 2 to ``longest`` granules."""
-    n, ratio = 1 + _spread(rng, 0.03, 40.0), _spread(rng, 0.03, 50.0)
-    return _pulse(rng, round(_spread(rng, 2.0, longest)), n, ratio)
+    n, ratio = 1 + spread(rng, 0.03, 40.0), spread(rng, 0.03, 50.0)
+    return _pulse(rng, round(spread(rng, 2.0, longest)), n, ratio)
 
 
 def two_maxima(rng: np.random.Generator, longest: int) -> hc.Scene:
@@ -58,7 +58,7 @@ def two_maxima(rng: np.random.Generator, longest: int) -> hc.Scene:
 
 def sharp_decay(rng: np.random.Generator, longest: int) -> hc.Scene:
     """A force that ends within a thousandth to twice the rise time."""
-    n, ratio = 1 + _spread(rng, 1e-3, 2.0), _spread(rng, 0.5, 30.0)
+    n, ratio = 1 + spread(rng, 1e-3, 2.0), spread(rng, 0.5, 30.0)
     return _pulse(rng, int(rng.integers(3, min(40, longest))), n, ratio)
 
 
@@ -72,14 +72,14 @@ def ends_early(rng: np.random.Generator, longest: int) -> hc.Scene:
 def first_instants(rng: np.random.Generator, longest: int) -> hc.Scene:
     """An end time of 1e-10 to twice the rise time."""
     scene = any_pulse(rng, longest)
-    end = pulse_of(scene)[1] * _spread(rng, 1e-10, 2.0)
+    end = pulse_of(scene)[1] * spread(rng, 1e-10, 2.0)
     return hc.Scene(scene.chain, scene.shock, hc.Run(end))
 
 
 def pulse_table(rng: np.random.Generator, longest: int) -> hc.Scene:
     """Spikes, gaps and plateaus, 0.03 to 20 natural time units apart; a third ends early."""
     material, force = _material(rng)
-    chain = hc.Chain(round(_spread(rng, 2.0, min(80, longest))), **material)
+    chain = hc.Chain(round(spread(rng, 2.0, min(80, longest))), **material)
     unit = hc.Scene(chain, hc.Pulse("cosine", force, 2.0, momentum_ratio=1.0)).units.time
     shock = _table(rng, force, unit)
     scene = hc.Scene(chain, shock)
@@ -91,10 +91,10 @@ def pulse_table(rng: np.random.Generator, longest: int) -> hc.Scene:
 def _table(rng: np.random.Generator, force: float, unit: float) -> hc.PulseTable:
     """A pulse table whose largest force [N] and unit of time [s] are given."""
     rows, kind = int(rng.integers(2, 14)), int(rng.integers(3))
-    apart = np.array([_spread(rng, 0.03, 20.0) for _ in range(rows)])
+    apart = np.array([spread(rng, 0.03, 20.0) for _ in range(rows)])
     height = rng.random(rows) * (rng.random(rows) < 0.6)
     if kind == 1:
-        apart = np.array([_spread(rng, 0.3, 3.0) for _ in range(rows)])
+        apart = np.array([spread(rng, 0.3, 3.0) for _ in range(rows)])
     elif kind == 2:
         height = rng.random(rows) * (np.arange(rows) % 2)
     if not height.any():
@@ -138,7 +138,7 @@ def random_damped_scene(
             scene = any_pulse(rng, longest)
     else:
         scene = random_scene_with_terms(rng, longest, longest_time)
-    strength, attraction = _spread(rng, 1e-3, 1.0), bool(rng.random() < 0.3)
+    strength, attraction = spread(rng, 1e-3, 1.0), bool(rng.random() < 0.3)
     law, each = str(rng.choice(list(DAMPING))), scene.granules
     if law == "restitution":
         contact = hc.Contact(law, restitution=float(rng.uniform(0.1, 0.99)), attraction=attraction)
@@ -154,7 +154,7 @@ def random_damped_scene(
 
 def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
     """Static loads are 1e-3 to 1e3 of the shock."""
-    granules = round(_spread(rng, 2.0, longest))
+    granules = round(spread(rng, 2.0, longest))
     pressed, apart = bool(rng.random() < 0.4), bool(rng.random() < 0.5)
     chain = hc.Chain(granules, **_unlike(rng, granules))
     wall = _wall(rng, chain) if rng.random() < 0.5 else None
@@ -163,10 +163,10 @@ def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
     striker = hc.Striker(1.0, **own) if rng.random() < 0.33 else None
     each = granules_of(chain, striker, wall, None, None)
     # The largest load presses the weakest contact into its smaller granule by this part of it.
-    depth = _spread(rng, 1e-6, 3e-3)
+    depth = spread(rng, 1e-6, 3e-3)
     smaller = np.minimum(each.radius, np.append(each.radius[1:], np.inf))
     largest = float(np.min(each.stiffness * (depth * smaller[: each.stiffness.size]) ** 1.5))
-    ratio = _spread(rng, 1e-3, 1e3) if pressed else 0.0
+    ratio = spread(rng, 1e-3, 1e3) if pressed else 0.0
     force = largest / max(1.0, ratio)
     loads = None
     if pressed:
@@ -182,7 +182,7 @@ def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
     if striker is not None:
         shock = replace(striker, velocity=(force / impact_force(stiffness, mass, 1.0)) ** (5 / 6))
     elif rng.random() < 0.6:
-        n, impulse = 1 + _spread(rng, 0.05, 10.0), _spread(rng, 0.1, 10.0)
+        n, impulse = 1 + spread(rng, 0.05, 10.0), spread(rng, 0.1, 10.0)
         shock = hc.Pulse(str(rng.choice(list(PROFILES))), force, n, momentum_ratio=impulse)
     else:
         shock = _table(rng, force, length_and_time(stiffness, 2 * mass, force)[1])
@@ -197,7 +197,7 @@ def _unlike(rng: np.random.Generator, granules: int) -> dict[str, Any]:
         return base
     many = int(rng.integers(2, 5))
     of_each = np.arange(granules) % many if kind == 1 else rng.integers(many, size=granules)
-    widest = _spread(rng, 1.0, 10.0)  # of size and modulus each up and down
+    widest = spread(rng, 1.0, 10.0)  # of size and modulus each up and down
     columns: dict[str, Any] = {
         "young_modulus": base["young_modulus"]
         * np.array([_around(rng, 10.0) for _ in range(many)]),
@@ -215,7 +215,7 @@ def _unlike(rng: np.random.Generator, granules: int) -> dict[str, Any]:
 
 def _around(rng: np.random.Generator, widest: float) -> float:
     """Between 1 / widest and widest."""
-    return _spread(rng, 1 / widest, widest)
+    return spread(rng, 1 / widest, widest)
 
 
 def _wall(rng: np.random.Generator, chain: hc.Chain) -> hc.Wall:
@@ -229,10 +229,10 @@ def _apart(
     rng: np.random.Generator, chain: hc.Chain, wall: hc.Wall | None, overlap: float
 ) -> tuple[hc.Chain, hc.Wall | None]:
     """Gaps of 0.01 to 30 overlaps [m] before half of the granules, or the same before all."""
-    gaps: Any = overlap * _spread(rng, 0.01, 30.0)
+    gaps: Any = overlap * spread(rng, 0.01, 30.0)
     if rng.random() < 0.5:
-        some = [overlap * _spread(rng, 0.01, 30.0) for _ in range(chain.granules)]
+        some = [overlap * spread(rng, 0.01, 30.0) for _ in range(chain.granules)]
         gaps = np.where(rng.random(chain.granules) < 0.5, some, 0.0)
     if wall is not None and rng.random() < 0.5:
-        wall = replace(wall, gap=overlap * _spread(rng, 0.01, 30.0))
+        wall = replace(wall, gap=overlap * spread(rng, 0.01, 30.0))
     return replace(chain, gap=gaps), wall

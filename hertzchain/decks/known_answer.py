@@ -28,7 +28,7 @@ from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.terms import ELASTIC_TERMS
+from hertzchain.scene.terms import DECK_TERMS
 from hertzchain.scene.validity import refuse_terms
 
 _FINEST = 1e-9  # of the peaks: three million steps
@@ -46,8 +46,7 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> floa
 
     By default for peaks of accuracy ``rtol``, cut to two digits: the same on every machine.
     """
-    known = [term for term in ELASTIC_TERMS if term != "piston"]
-    refuse_terms(scene, "a standalone deck", known)
+    refuse_terms(scene, "a standalone deck", DECK_TERMS)
     unit = scene.units.time
     if dt is not None:
         require(is_positive(dt), "dt", dt, f"{POSITIVE} [s]")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Sequence
+from typing import TypeVar
+
 import numpy as np
 
 from hertzchain.arrays import FloatArray
@@ -17,6 +20,8 @@ MOST_MATERIALS = 100
 """Types of granules; a number for each pair of them (chosen)."""
 
 Material = tuple[float, float]  # E [Pa] and nu
+
+_Kind = TypeVar("_Kind", bound=Hashable)
 
 _RIGID = 1e30
 """Young's modulus of a rigid wall over that of the last granule, for codes whose walls all have
@@ -70,14 +75,19 @@ def materials_of(code: str, granules: Granules) -> tuple[list[Material], list[in
     RunFailed for more of them than a deck of the code can have.
     """
     columns = granules.young_modulus.tolist(), granules.poisson_ratio.tolist()
-    own = list(zip(*columns, strict=True))
-    numbers = {material: k for k, material in enumerate(dict.fromkeys(own), start=1)}
-    if len(numbers) > MOST_MATERIALS:
+    materials, numbers = numbered(list(zip(*columns, strict=True)))
+    if len(materials) > MOST_MATERIALS:
         raise RunFailed(
-            f"the granules are of {len(numbers)} materials, a {code} deck has at most"
+            f"the granules are of {len(materials)} materials, a {code} deck has at most"
             f" {MOST_MATERIALS}"
         )
-    return list(numbers), [numbers[material] for material in own]
+    return materials, numbers
+
+
+def numbered(own: Sequence[_Kind]) -> tuple[list[_Kind], list[int]]:
+    """The kinds of granules as they come along the chain, and the number of each one's, from 1."""
+    numbers = {kind: k for k, kind in enumerate(dict.fromkeys(own), start=1)}
+    return list(numbers), [numbers[kind] for kind in own]
 
 
 def load_commands(scene: Scene) -> list[str]:

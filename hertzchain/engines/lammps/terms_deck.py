@@ -15,6 +15,7 @@ from hertzchain.engines.external.terms import (
     MOST_MATERIALS,
     load_commands,
     materials_of,
+    numbered,
     refuse_long,
     wall_position,
     weighty_density,
@@ -84,13 +85,13 @@ def _kinds(scene: Scene) -> tuple[list[_Kind], list[int]]:
     density = weighty_density(each)
     columns = each.young_modulus, each.poisson_ratio, each.radius, density
     own = [_Kind(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
-    known = {kind: k for k, kind in enumerate(dict.fromkeys(own), start=1)}
-    if len(known) > MOST_MATERIALS:
+    kinds, numbers = numbered(own)
+    if len(kinds) > MOST_MATERIALS:
         raise RunFailed(
-            f"the granules are of {len(known)} kinds, and with viscoelastic damping a LAMMPS deck"
+            f"the granules are of {len(kinds)} kinds, and with viscoelastic damping a LAMMPS deck"
             f" has at most {MOST_MATERIALS}: take another damping, or native"
         )
-    return list(known), [known[kind] for kind in own]
+    return kinds, numbers
 
 
 def _moduli(kinds: list[_Kind]) -> list[str]:

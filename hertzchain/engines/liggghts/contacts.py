@@ -24,6 +24,7 @@ from hertzchain.engines.external.terms import (
     MOST_MATERIALS,
     Material,
     materials_of,
+    numbered,
     wall_material,
 )
 from hertzchain.errors import RunFailed
@@ -64,14 +65,12 @@ def types_of(scene: Scene) -> tuple[list[Type], list[int]]:
     if scene.contact is not None and scene.contact.relaxation_time is not None:
         masses = zip(kinds, each.mass.tolist(), strict=True)
         own = [(materials[kind - 1], mass) for kind, mass in masses]
-        types = list(dict.fromkeys(own))
+        types, kinds = numbered(own)
         if len(types) > MOST_MATERIALS:
             raise RunFailed(
                 f"{len(types)} pairs of material and mass are too many for viscoelastic contacts in"
                 f" a LIGGGHTS deck: at most {MOST_MATERIALS}"
             )
-        numbers = {kind: number for number, kind in enumerate(types, start=1)}
-        kinds = [numbers[kind] for kind in own]
     if scene.wall is not None:
         types.append((wall_material(scene), math.inf))  # a type that no granule has
     return types, kinds

@@ -211,17 +211,26 @@ def _root(
         if s >= right:
             return right
         value = sign * margin(_value(curve, s), _slope(curve, s) / h, i, pressing, c)
-        if value > 0.0:
-            right, at_right = s, value
-            at_left = at_left / 2 if side == 1 else at_left
-            side = 1
-        else:
-            left, at_left = s, value
-            at_right = at_right / 2 if side == -1 else at_right
-            side = -1
+        left, right, at_left, at_right, side = _narrowed(
+            left, right, at_left, at_right, s, value, value > 0.0, side
+        )
         if right - left < 1e-15 or value == 0.0:
             break
     return right
+
+
+@compiled
+def _narrowed(
+    left: float, right: float, at_left: float, at_right: float, s: float, value: float,
+    is_beyond: bool, side: int,
+) -> Any:  # fmt: skip
+    """What is left of a bracket of a root once s is known to be before or beyond it: Illinois.
+
+    Of an end that stays twice in a row the value counts half. ``side`` is which end came last.
+    """
+    if is_beyond:
+        return left, s, at_left / 2 if side == 1 else at_left, value, 1
+    return s, right, value, at_right / 2 if side == -1 else at_right, -1
 
 
 @compiled
@@ -269,14 +278,9 @@ def _summit(
         value = _growth(curve, s, h, i, c)
         if abs(value) <= enough or high - low <= _SUMMIT:
             return s
-        if value > 0.0:
-            low, at_low = s, value
-            at_high = at_high / 2 if side == 1 else at_high
-            side = 1
-        else:
-            high, at_high = s, value
-            at_low = at_low / 2 if side == -1 else at_low
-            side = -1
+        low, high, at_low, at_high, side = _narrowed(
+            low, high, at_low, at_high, s, value, value <= 0.0, side
+        )
     return high if at_high == 0.0 else low
 
 

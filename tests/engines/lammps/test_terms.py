@@ -11,7 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import RunFailed, Unpredictable
-from hertzchain.scene.terms import ELASTIC_TERMS
+from hertzchain.scene.terms import DECK_TERMS
 from hertzchain.verdict.run_checks import same_steps_checks
 from tests.conftest import STEEL
 from validation.random_scenes import random_scene_with_terms
@@ -68,7 +68,7 @@ def test_same_scheme_same_steps_in_many_scenes(number: int) -> None:
 def test_random_scenes_have_every_term(numbers: range) -> None:
     count = Counter(term for number in numbers for term in drawn(number).terms)
     # Pistons are drawn elsewhere: tests/engines/external/test_drives.py.
-    assert set(count) == {*ELASTIC_TERMS} - {"piston"}
+    assert set(count) == set(DECK_TERMS)
 
 
 UNIFORM = hc.Chain(3, **STEEL)
@@ -86,7 +86,7 @@ ONE_TERM = {
 }
 
 
-@pytest.mark.parametrize("term", ELASTIC_TERMS)
+@pytest.mark.parametrize("term", ONE_TERM)
 def test_another_pair_style_is_refused(term: str) -> None:
     scene = ONE_TERM[term]
     assert term in scene.terms
@@ -97,7 +97,7 @@ def test_another_pair_style_is_refused(term: str) -> None:
         lammps.run(scene)
 
 
-@pytest.mark.parametrize("term", ELASTIC_TERMS)
+@pytest.mark.parametrize("term", ONE_TERM)
 def test_a_term_that_is_off_by_a_millionth_shows(term: str) -> None:
     scene, more = ONE_TERM[term], 1 + 1e-6
     chain, loads = scene.chain, scene.precompression
