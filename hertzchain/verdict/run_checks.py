@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
+from hertzchain.engines.external.step_error import DAMPED_READINGS
 from hertzchain.engines.native import METHODS, Simulation, simulate, simulate_damped_verlet
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline
@@ -26,7 +27,6 @@ SAME_STEPS_PEAKS = 7e-9  # of the peaks at steps of 0.01 natural units, for read
 LONG_STEPS_PEAKS = 0.1  # of the peaks, times dt^4 [natural units]: velocities are no slopes
 READINGS_WITH_TERMS = 0.02  # of the peaks, times dt^2 [natural units]: as readings are laid
 LEAST_WITH_TERMS = 1e-7  # of the peaks, by readings at the shortest steps; 1.1e-7 measured at 0.01
-DAMPED_READINGS = 0.2  # of the peaks, times dt^2 [natural units]; 0.05 measured
 DAMPER_ERROR = 1.0  # of the energy that dampers take, times steps over their time; 0.5 measured
 _ONE_OF_MANY = 3.0  # times the growth of one small difference at the start: another grows more
 _NUDGES = 3  # differences at the start that are tried: one alone may grow little by chance (chosen)

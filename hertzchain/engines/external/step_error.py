@@ -17,6 +17,7 @@ from hertzchain.scene.schedule import Leg
 INTERPOLATION = 3e-4  # of a peak, times interval^8 [natural units]; 1e-4 measured
 KINK = 1.5e-3  # of a peak, times interval^3.5 [natural units]: an opening neighbour leaves 6e-4
 DAMPED_INTERPOLATION = 0.1  # of a peak, times interval^5 [natural units]
+DAMPED_READINGS = 0.2  # of a peak, times dt^2 [natural units]: what readings at each step cost
 DASHPOT = 0.4  # of a peak, times dt and the rate of the dampers [natural units]
 _FEW_STEPS = 16  # steps of a leg in the finest of three runs: below, errors are no power of dt yet
 
@@ -100,9 +101,9 @@ def _interpolation_error_of_damped(
     """As ``interpolation_error`` for damped contacts, whose beginnings and ends bend overlaps.
 
     In 80 random scenes readings 0.2, 0.1 and 0.05 natural time units apart cost up to 2.6e-5, 7e-7
-    and 4e-7 of the peaks, the last as much as readings at each step of 0.002 do.
+    and 4e-7 of the peaks, the last as much as readings at each step of 0.002 do: 0.1 dt^2.
     """
     unit = scene.contact_time
     h = max(min(n, leg.steps) * leg.dt for n, leg in zip(strides, legs, strict=True)) / unit
     dt = max(leg.dt for leg in legs) / unit
-    return DAMPED_INTERPOLATION * h**5 + 0.2 * dt**2
+    return DAMPED_INTERPOLATION * h**5 + DAMPED_READINGS * dt**2
