@@ -27,6 +27,9 @@ LINKED = [*sorted(DOCS.glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.m
 FENCE = re.compile(r"^(?P<ticks>`{3,})(?P<language>\S*)\s*$")
 MARK = re.compile(r"^<!-- not run: (?P<reason>.+) -->$")
 PROGRESS = re.compile(r"^hertzchain: [\d,]+ of [\d,]+ rows, .* left\n", re.MULTILINE)
+LONG = {"scenes.md", "sweeps.md", "validation.md"}
+"""Pages that take seconds: slow tests, which CI runs every time."""
+
 PROCESSES = {"tutorial.md": 1}
 """Commands of a page that run as users run them; the others run in this process, as that is
 quicker."""
@@ -244,7 +247,9 @@ def test_a_mark_is_about_the_next_block_alone() -> None:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in PAGES]
+)
 def test_a_page_does_what_it_says(
     name: str,
     tmp_path: Path,

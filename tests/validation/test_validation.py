@@ -24,6 +24,12 @@ from validation.script import Script, rows_of, rows_only
 from validation.shipped import paper_table, scene_name
 
 SCRIPTS = {module.__name__.rpartition(".")[2]: module for module in run_all.MODULES}
+EXPENSIVE = {
+    *("constants", "dimers", "drives", "figure2", "formula_maps", "limits", "precompression"),
+    *("table2", "table3", "walls"),
+}
+"""Scripts whose quick form takes most of a second or more: slow tests, which CI runs every time."""
+
 TABLES = [table2, table3, table4]
 TOO_LARGE = {"formula_maps"}
 """5 MB: its table is not kept, its figure is."""
@@ -75,7 +81,10 @@ def in_this_process(
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("name", SCRIPTS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name in EXPENSIVE else ()) for name in SCRIPTS],
+)
 def test_the_quick_form_of_a_script_passes(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Child, "call", in_this_process)
     outcome = run_all.run_script(SCRIPTS[name], True, True)
