@@ -1,0 +1,52 @@
+"""The workflow files name what is there: targets of the Makefile, Pythons that are supported."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from tests.places import ROOT
+
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+
+
+def jobs(workflow: Path) -> dict[str, Any]:
+    found = yaml.safe_load(workflow.read_text(encoding="utf-8"))["jobs"]
+    assert isinstance(found, dict)
+    return found
+
+
+@pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)
+def test_every_target_is_in_the_makefile(workflow: Path) -> None:
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
+    commands = "\n".join(
+        step.get("run", "") for job in jobs(workflow).values() for step in job["steps"]
+    )
+    named = re.findall(r"^make ([a-z-]+)", commands, re.MULTILINE)
+    assert named
+    assert set(named) <= targets
+
+
+def test_every_supported_python_is_tried_on_both_systems() -> None:
+    (tests,) = (path for path in WORKFLOWS if path.stem == "tests")
+    matrix = jobs(tests)["tests"]["strategy"]["matrix"]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    prefix = "Programming Language :: Python :: "
+    supported = [
+        name.removeprefix(prefix) for name in project["classifiers"] if name.startswith(prefix)
+    ]
+    assert matrix["python"] == [name for name in supported if "." in name]
+    assert matrix["os"] == ["ubuntu-latest", "macos-latest"]
+
+
+@pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)
+def test_no_job_may_write_to_the_repository(workflow: Path) -> None:
+    assert yaml.safe_load(workflow.read_text(encoding="utf-8"))["permissions"] == {
+        "contents": "read"
+    }
+    assert not any("permissions" in job for job in jobs(workflow).values())
