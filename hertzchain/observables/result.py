@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from hertzchain.arrays import FloatArray, or_none
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
+from hertzchain.scene.natural_units import slowness
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import largest_overlap_ratio, overlap_warning
 
@@ -188,8 +188,17 @@ class Result:
     def solitary_wave(self) -> SolitaryWave:
         """The wave after the transition."""
         p = self.transition_granules
-        diameter = 2 * self.scene.chain.radius if self.scene.is_plain else math.nan
-        return solitary_wave(self.peak_force, self.peak_time, self.peak_passed, p, diameter)
+        if p is None:
+            return SolitaryWave(None, None, None)
+        chain = self.scene.chain
+        return solitary_wave(
+            self.peak_force,
+            self.peak_time,
+            self.peak_passed,
+            p,
+            2 * chain.radius,
+            slowness(chain.contact_stiffness, chain.granule_mass / 2),
+        )
 
     @property
     def overlap_ratio(self) -> float:
@@ -280,7 +289,10 @@ class Result:
             "solitary_wave": {
                 "peak_force_N": wave.peak_force,
                 "far_field_force_N": wave.far_field_force,
+                "far_field_error": wave.far_field_error,
+                "far_field_reason": wave.reason,
                 "speed_m_s": wave.speed,
+                "speed_error": wave.speed_error,
             },
             "error_estimate": self.error_estimate,
             "overlap_ratio": self.overlap_ratio,

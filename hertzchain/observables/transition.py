@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
+from hertzchain.observables.far_field import UNSETTLED, WAVE_SPEED, unsettled
 
 STEADY = 0.01  # relative change between neighbouring peaks below which the transition is over
 SMALLEST = 5  # a solitary wave spans 5 granules, so p is at least that (paper, section 6)
@@ -27,15 +28,35 @@ class SolitaryWave:
     peak_force
         F_SW, the peak of the first contact after the transition, p + 1 [N].
     far_field_force
-        The peak of the last contact that the free end does not touch [N].
+        The peak of the last contact that the free end does not touch [N]; None where it may be more
+        than 10 % from that of the settled wave.
     speed
         From the peak times of contacts p + 1 and p + 11, or fewer if the chain or the run ends
         [m/s]; never from contact N.
+    far_field_error
+        How far the peak of that last contact may be from that of the settled wave, relative; see
+        ``far_field.unsettled``.
+    speed_error
+        How far the speed may be from that of the settled wave, relative.
     """
 
     peak_force: float | None
     far_field_force: float | None
     speed: float | None
+    far_field_error: float | None = None
+    speed_error: float | None = None
+
+    @property
+    def reason(self) -> str | None:
+        """Why there is no far-field force, in a sentence; None where there is one."""
+        if self.far_field_force is not None:
+            return None
+        if self.far_field_error is None:
+            return "no transition ends in this chain or run, or the scene has terms"
+        return (
+            f"the wave may change by {self.far_field_error:.0%} beyond the end of this chain: take"
+            " more granules"
+        )
 
 
 def transition_granules(
@@ -77,19 +98,25 @@ def solitary_wave(
     has_peaked: NDArray[np.bool_],
     p: int | None,
     diameter: float,
+    slowness: float,
 ) -> SolitaryWave:
     """The wave after the transition of p granules, from the peaks of contacts 2 ... N.
 
     Forces [N], times [s] and whether each peak was passed: shape (N - 1,). The diameter 2R [m] is
-    the distance between contacts.
+    the distance between contacts, the slowness their natural time unit under 1 N [s N^(1/6)].
     """
     if p is None:
         return SolitaryWave(None, None, None)
     waves = solitary_waves(
-        peak_force[None], peak_time[None], has_peaked[None], np.array([p]), np.array([diameter])
+        peak_force[None],
+        peak_time[None],
+        has_peaked[None],
+        np.array([p]),
+        np.array([diameter]),
+        np.array([slowness]),
     )
-    near, far, speed = (float(values[0]) for values in waves)
-    return SolitaryWave(near, far, None if math.isnan(speed) else speed)
+    found = (float(values[0]) for values in waves)
+    return SolitaryWave(*(None if math.isnan(value) else value for value in found))
 
 
 def solitary_waves(
@@ -98,11 +125,12 @@ def solitary_waves(
     has_peaked: NDArray[np.bool_],
     p: NDArray[np.intp],
     diameter: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Peak force, far-field force [N] and speed [m/s] in many chains of one length.
+    slowness: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """The fields of ``SolitaryWave`` in many chains of one length, in their order.
 
-    NaN where there is none, shape (scenes,), as p from ``transitions`` and the diameter [m]; peaks
-    have the shape (scenes, N - 1). See ``solitary_wave``.
+    NaN where there is none, shape (scenes,), as p from ``transitions``, the diameter [m] and the
+    slowness [s N^(1/6)]; peaks have the shape (scenes, N - 1). See ``solitary_wave``.
     """
     scenes, contacts = peak_force.shape
     row, column = np.arange(scenes), np.arange(contacts)
@@ -114,11 +142,21 @@ def solitary_waves(
     later = first + np.maximum(between, 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         speed = between * diameter / (peak_time[row, later] - peak_time[row, first])
-    undisturbed = np.maximum(contacts - 1 - FREE_END, first)
+    undisturbed = np.maximum(np.minimum(contacts - 1 - FREE_END, end - 1), first)
     near, far = peak_force[row, first], peak_force[row, undisturbed]
+    # Before p there is no wave; any contact will do.
+    looked_at = np.where(p > 0, undisturbed, contacts - 1)
+    off = np.where(
+        p > 0, unsettled(peak_force, peak_time, looked_at, WAVE_SPEED / slowness), np.nan
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        settled = WAVE_SPEED * diameter / slowness * far ** (1 / 6)
+        speed_off = np.abs(speed / settled - 1) + off / 6
     has_speed = (p > 0) & (between >= 2)
     return (
         np.where(p > 0, near, np.nan),
-        np.where(p > 0, far, np.nan),
+        np.where(off < UNSETTLED, far, np.nan),
         np.where(has_speed, speed, np.nan),
+        off,
+        np.where(has_speed, speed_off, np.nan),
     )

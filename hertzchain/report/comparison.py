@@ -146,6 +146,7 @@ def _answers_of_wave(comparison: Comparison, row: Callable[..., list[str]]) -> T
             ),
             row("F_SW [N]", lambda run: number(run.solitary_wave.peak_force, 8)),
             row("far-field force [N]", lambda run: number(run.solitary_wave.far_field_force, 8)),
+            row("settled to", lambda run: number(run.solitary_wave.far_field_error, 2)),
             row("speed [m/s]", lambda run: number(run.solitary_wave.speed, 7), speed),
         ],
     )

@@ -80,9 +80,18 @@ def _wave_facts(result: Result) -> list[tuple[str, str]]:
     return [
         ("transition, p", "none ends here" if p is None else f"{p} granules"),
         ("solitary wave, F_SW", with_unit(wave.peak_force, "N")),
-        ("far-field force", with_unit(wave.far_field_force, "N")),
-        ("speed", with_unit(wave.speed, "m/s")),
+        ("far-field force", _settled(wave.far_field_force, "N", wave.far_field_error)),
+        ("speed", _settled(wave.speed, "m/s", wave.speed_error)),
     ]
+
+
+def _settled(value: float | None, unit: str, error: float | None) -> str:
+    """A number of the wave, and how far it may be from that of the settled one."""
+    if error is None:
+        return with_unit(value, unit)
+    if value is None:
+        return f"not reached: the wave may change by {error:.0%} in a longer chain"
+    return f"{with_unit(value, unit)}, settled to {error:.1e}"
 
 
 def print_prediction(console: Console, prediction: Prediction) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.theory.peak_map import PEAK_ERROR
+from hertzchain.theory.peak_map import FAR_FIELD_ERROR, PEAK_ERROR
 
 if TYPE_CHECKING:
     from hertzchain.engines.native import Batch
@@ -25,7 +25,9 @@ class BatchFound:
     batch: Batch  # the same in natural units
     near: FloatArray  # F_SW [N]
     far: FloatArray  # far-field force [N]
+    far_off: FloatArray  # error of the far-field force, relative
     speed: FloatArray  # of the solitary wave [m/s]
+    speed_off: FloatArray  # its error, relative
     transition: Any  # p, 0 where there is none
     largest: FloatArray  # peak force [N]
     contact: Any  # the one with the largest peak
@@ -127,11 +129,24 @@ FOUND_COLUMNS = (
         of_batch=lambda found: found.far,
     ),
     Column(
+        "far_field_error",
+        "how far the wave may be from settled, relative",
+        of_result=lambda found: found.solitary_wave.far_field_error,
+        of_prediction=lambda found: None if found.far_field_force is None else FAR_FIELD_ERROR,
+        of_batch=lambda found: found.far_off,
+    ),
+    Column(
         "speed_m_s",
         "wave speed [m/s]",
         of_result=lambda found: found.solitary_wave.speed,
         of_prediction=lambda found: None if found.speed is None else found.speed.exact,
         of_batch=lambda found: found.speed,
+    ),
+    Column(
+        "speed_error",
+        "how far the speed may be from that of the settled wave, relative",
+        of_result=lambda found: found.solitary_wave.speed_error,
+        of_batch=lambda found: found.speed_off,
     ),
     Column(
         "largest_peak_force_N",
@@ -176,7 +191,8 @@ FOUND_COLUMNS = (
 """What is found, in the order of the table, behind the parameters."""
 
 _OF_WAVES = (
-    "transition_granules", "solitary_wave_force_N", "far_field_force_N", "speed_m_s",
+    "transition_granules", "solitary_wave_force_N", "far_field_force_N", "far_field_error",
+    "speed_m_s", "speed_error",
 )  # fmt: skip
 
 _LAST_PEAK = Column(

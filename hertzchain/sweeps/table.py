@@ -104,12 +104,15 @@ class Rows:
         peak_force, passed = batch.peak_force * force[:, None], batch.peak_passed
         peak_time = times_of_peaks(peak_force, batch.peak_time * time[:, None])
         p = transitions(batch.peak_force, passed)
-        near, far, speed = solitary_waves(peak_force, peak_time, passed, p, 2 * radius)
+        slowness = time * np.power(force, 1 / 6)
+        near, far, speed, far_off, speed_off = solitary_waves(
+            peak_force, peak_time, passed, p, 2 * radius, slowness
+        )
         at = np.argmax(peak_force, axis=1)
         largest = peak_force[np.arange(rows.size), at]
         ratio = np.power(largest / force, 2 / 3) * length / radius
         lost: NDArray[np.bool_] = ~(batch.error_estimate < 1) | ~(ratio <= IMPOSSIBLE_OVERLAP)
-        found = BatchFound(batch, near, far, speed, p, largest, at + 2, ratio)
+        found = BatchFound(batch, near, far, far_off, speed, speed_off, p, largest, at + 2, ratio)
         for column in self._found_columns:
             if column.of_batch is not None:
                 values = self._found[column.name]

@@ -477,7 +477,10 @@ def has_the_keys_of_a_run(document: dict[str, Any]) -> None:
     assert {key: type(value) for key, value in wave.items()} == {
         "peak_force_N": float,
         "far_field_force_N": float,
+        "far_field_error": float,
+        "far_field_reason": type(None),
         "speed_m_s": float,
+        "speed_error": float,
     }
     assert {type(value) for value in document["provenance"].values()} == {str}
     assert {"hertzchain", "python", "platform"} <= document["provenance"].keys()
@@ -553,6 +556,7 @@ def test_two_granules_have_one_contact_and_no_wave(hertzchain: Command) -> None:
     document = hertzchain("run", "scene.toml", "--json").json()
     assert len(document["peak_force_N"]) == len(document["peak_time_s"]) == 1
     assert document["transition_granules"] is None
+    assert "no transition ends" in document["solitary_wave"].pop("far_field_reason")
     assert set(document["solitary_wave"].values()) == {None}
 
 

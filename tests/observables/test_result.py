@@ -87,7 +87,10 @@ def test_json_says_what_the_result_says(demo_reference: hc.Result) -> None:
     assert document["solitary_wave"] == {
         "peak_force_N": demo_reference.solitary_wave.peak_force,
         "far_field_force_N": demo_reference.solitary_wave.far_field_force,
+        "far_field_error": demo_reference.solitary_wave.far_field_error,
+        "far_field_reason": None,
         "speed_m_s": demo_reference.solitary_wave.speed,
+        "speed_error": demo_reference.solitary_wave.speed_error,
     }
     assert document["error_estimate"] == demo_reference.error_estimate
     assert document["end_time_s"] == demo_reference.scene.end_time
@@ -130,6 +133,7 @@ def test_contacts_that_were_never_pressed_are_null() -> None:
     assert time[-1] is None
     assert [t is None for t in time] == [f == 0 for f in force]
     assert document["transition_granules"] is None
+    assert "no transition ends" in document["solitary_wave"].pop("far_field_reason")
     assert set(document["solitary_wave"].values()) == {None}
 
 

@@ -104,11 +104,15 @@ def test_contacts_that_the_wave_has_not_reached_are_no_plateau() -> None:
 # The wave
 
 
+SLOWNESS = 2 * 0.9055 * 130 ** (1 / 6)
+"""Natural time unit of contacts under 1 N [s N^(1/6)]: about 2 s a contact for waves of 130 N."""
+
+
 def steady_wave(granules: int, p: int, peaked_until: int | None = None) -> SolitaryWave:
     """Peaks F_i = 100 + i, one every 2 s, contacts half a metre apart."""
     contact = np.arange(2.0, granules + 1.0)
     peaked = contact <= (peaked_until or granules)
-    return solitary_wave(100.0 + contact, 2.0 * contact, peaked, p, diameter=0.5)
+    return solitary_wave(100.0 + contact, 2.0 * contact, peaked, p, 0.5, SLOWNESS)
 
 
 def test_wave_force_is_that_of_contact_p_plus_1() -> None:
@@ -126,7 +130,7 @@ def test_speed_is_that_between_contacts_p_plus_1_and_p_plus_11() -> None:
     # 2 s a contact from 10 to 20, else 7 s.
     time = np.cumsum(np.where((contact > 10) & (contact <= 20), 2.0, 7.0))
     peaked = contact > 0
-    assert solitary_wave(100.0 + contact, time, peaked, 9, diameter=0.5).speed == 0.25
+    assert solitary_wave(100.0 + contact, time, peaked, 9, 0.5, SLOWNESS).speed == 0.25
 
 
 @pytest.mark.parametrize("granules", [11, 12])
@@ -137,7 +141,7 @@ def test_there_is_no_speed_over_fewer_than_two_contacts(granules: int) -> None:
 
 def test_without_p_there_is_no_wave() -> None:
     ones = np.ones(10)
-    assert solitary_wave(ones, ones, ones > 0, None, 1.0) == SolitaryWave(None, None, None)
+    assert solitary_wave(ones, ones, ones > 0, None, 1.0, 1.0) == SolitaryWave(None, None, None)
 
 
 @pytest.mark.parametrize(("peaked_until", "speed"), [(40, 0.25), (12, 0.25), (11, None)])

@@ -117,13 +117,25 @@ def test_a_run_shows_p_the_wave_the_error_and_the_cost(native: hc.Comparison) ->
     text = run_text(result)
     assert line_of(text, "transition, p") == "5 granules"
     assert line_of(text, "solitary wave, F_SW") == f"{result.peak_force[4]:.7g} N"
-    far_field = result.solitary_wave.far_field_force
-    assert line_of(text, "far-field force") == f"{far_field:.7g} N"
-    assert line_of(text, "speed") == f"{result.solitary_wave.speed:.7g} m/s"
+    wave = result.solitary_wave
+    assert line_of(text, "far-field force") == (
+        f"{wave.far_field_force:.7g} N, settled to {wave.far_field_error:.1e}"
+    )
+    assert line_of(text, "speed") == f"{wave.speed:.7g} m/s, settled to {wave.speed_error:.1e}"
     assert line_of(text, "error of the peaks, at most") == f"{result.error_estimate:.1e}"
     cost = line_of(text, "cost")
     assert f"{result.steps:,} steps" in cost
     assert "(native, reference)" in cost
+
+
+def test_a_wave_that_has_not_settled_says_so() -> None:
+    result = hc.Native().run(paper_scene("cosine-triangular", 2.0, 2.0, granules=12))
+    text = run_text(result)
+    error = result.solitary_wave.far_field_error
+    assert error is not None
+    assert line_of(text, "far-field force") == (
+        f"not reached: the wave may change by {error:.0%} in a longer chain"
+    )
 
 
 def test_a_run_without_a_wave_says_so() -> None:

@@ -1,0 +1,87 @@
+"""The error of a far field: short chains against what long ones end with."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.observables.far_field import UNSETTLED, WAVE_SPEED
+from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
+from hertzchain.scene.pulse import PROFILES
+from hertzchain.theory import solitary_wave as exact
+from tests.conftest import paper_scene
+
+LENGTHS = (8, 10, 12, 14, 17, 20, 24, 28, 34, 40, 56, 80, 160, 320, 640)
+
+
+def test_the_speed_is_that_of_the_exact_wave() -> None:
+    assert exact.solitary_wave().speed == pytest.approx(WAVE_SPEED, abs=5e-11)
+
+
+def cut(long: hc.Result, granules: int) -> SolitaryWave:
+    """The wave of a shorter chain, which has the same peaks up to its last two contacts."""
+    chain = long.scene.chain
+    slowness = 2 * chain.radius * WAVE_SPEED / exact.speed(chain, 1.0)
+    force, time = long.peak_force[: granules - 1], long.peak_time[: granules - 1]
+    passed = np.ones(force.size, bool)
+    p = transition_granules(force, passed)
+    return solitary_wave(force, time, passed, p, 2 * chain.radius, slowness)
+
+
+def check(scene: hc.Scene) -> int:
+    """In how many lengths a far field is stated; each changes by no more than is said."""
+    long = hc.Native(rtol=1e-7, peaks_only=True).run(scene)
+    settled, half = long.peak_force[-3], long.peak_force[scene.chain.granules // 2]
+    # What is left to the long chain, and the accuracy of both peaks.
+    room = abs(settled / half - 1) + 2e-7
+    stated = 0
+    for granules in LENGTHS:
+        wave = cut(long, granules)
+        if wave.far_field_force is None:
+            assert wave.far_field_error is None or wave.far_field_error >= UNSETTLED
+            continue
+        stated += 1
+        assert wave.far_field_error is not None
+        assert abs(wave.far_field_force / settled - 1) <= wave.far_field_error + room
+        if wave.speed is not None:
+            final = exact.speed(scene.chain, settled)
+            assert wave.speed_error is not None
+            assert abs(wave.speed / final - 1) <= wave.speed_error + room
+    return stated
+
+
+@pytest.mark.parametrize("duration_ratio", [1.2, 4.0])
+@pytest.mark.parametrize(("momentum_ratio", "lengths"), [(0.1, 12), (2.0, 8), (5.0, 5)])
+def test_the_wave_changes_by_no_more_than_stated(
+    momentum_ratio: float, lengths: int, duration_ratio: float
+) -> None:
+    profile = "cosine-triangular"
+    scene = paper_scene(profile, momentum_ratio, duration_ratio, granules=1000)
+    assert check(scene) >= lengths
+
+
+@pytest.mark.slow
+def test_random_waves_change_by_no_more_than_stated() -> None:
+    rng, stated = np.random.default_rng(22), 0
+    for _ in range(200):
+        momentum_ratio, longer = 10 ** rng.uniform(-1.3, 1.3), 10 ** rng.uniform(-1, 1.3)
+        profile = str(rng.choice(list(PROFILES)))
+        granules = 3000 if momentum_ratio < 3 else 1500
+        stated += check(paper_scene(profile, momentum_ratio, 1 + longer, granules))
+    assert stated > 1500
+
+
+def test_a_wave_that_has_settled_is_known_to_have(demo_reference: hc.Result) -> None:
+    error = demo_reference.solitary_wave.far_field_error
+    assert error is not None
+    assert error < 1e-8
+
+
+@pytest.mark.parametrize(("granules", "is_stated"), [(12, False), (20, True)])
+def test_a_chain_that_is_too_short_has_no_far_field(granules: int, is_stated: bool) -> None:
+    wave = hc.Native().run(paper_scene("cosine-triangular", 2.0, 2.0, granules)).solitary_wave
+    assert wave.far_field_error is not None
+    assert (wave.far_field_error < UNSETTLED) is is_stated
+    assert (wave.far_field_force is not None) is is_stated
+    assert (wave.reason is None) is is_stated
