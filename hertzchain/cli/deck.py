@@ -14,7 +14,6 @@ from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json, progress
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.registry import others
 from hertzchain.errors import HertzchainError
-from hertzchain.limits import RTOL
 
 Engine = StrEnum("Engine", {name.upper(): name for name in others()})  # type: ignore[misc]
 Atoms = StrEnum("Atoms", ("CREATE", "DATA"))  # where the granules of a deck come from
@@ -32,7 +31,10 @@ def deck(
     output: OutputFile = None,
     rtol: Annotated[
         float | None,
-        typer.Option(help="What the step may cost the peaks, as a fraction. Default: 1e-6."),
+        typer.Option(
+            help="What the step may cost the peaks, as a fraction. Default: 1e-6, of damped"
+            " contacts 1e-4."
+        ),
     ] = None,
     dt: options.LargestStep = None,
     watch_every: Annotated[
@@ -83,16 +85,15 @@ def deck(
         data = output.with_name(output.name + ".data")
     check_outputs([scene], [output, data])
     longest = options.to_step(dt)
-    wanted = RTOL if rtol is None else rtol
     with progress() as report_progress:
         report_progress("native: the step, and what the deck has to find")
         if engine is not LAMMPS:
-            text = known_answer.FOREIGN[engine.value](loaded, longest, wanted, scene.stem)
+            text = known_answer.FOREIGN[engine.value](loaded, longest, rtol, scene.stem)
         else:
             layout = known_answer.lay_out(
                 loaded,
                 longest,
-                wanted,
+                rtol,
                 watch_every,
                 pair_style=pair_style.value,
                 atoms=atoms.value,

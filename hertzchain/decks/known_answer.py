@@ -14,6 +14,7 @@ from hertzchain.decks import standalone_terms
 from hertzchain.decks.layout import ROOM, ROUNDING, KnownAnswer, Layout, whole_step
 from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.engines.native import METHODS, Native, simulate
+from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
 from hertzchain.errors import (
     POSITIVE,
     SceneError,
@@ -23,12 +24,11 @@ from hertzchain.errors import (
     require,
 )
 from hertzchain.limits import RTOL
-from hertzchain.observables.error_bound import refuse_unstable, second_order_step
+from hertzchain.observables.error_bound import refuse_unstable, second_order_step, stable_step
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.terms import DECK_TERMS
 from hertzchain.scene.validity import refuse_terms
 
 _FINEST = 1e-9  # of the peaks: three million steps
@@ -38,15 +38,19 @@ _MOST_LOST = 3e-5  # of the peaks, by coordinates: decks in real units allow 10 
 _STEPS_TRIED = (1.0, 0.8, 0.6, 0.4)  # of the deck's: errors of scenes with terms are erratic
 _SHIFTS = 4  # random starts by which the amplification of rounding is measured (chosen)
 _MOST_STEPS = 1e7  # of a deck with terms: minutes of LAMMPS (chosen)
+_RTOL_OF_DAMPED = 1e-4  # of the peaks by default: errors go as dt, and 1e-6 takes hours
+_UNSTABLE = 0.5  # of the longest stable step, at most where contacts are damped (chosen)
+_SHORTER = 0.7  # of the step that trials of damped contacts give: looks cost some (chosen)
+_PHASES = 4  # at least, in which looks are tried at peaks of damped contacts (chosen)
 _READINGS = 2_000_000  # times and granules recorded at once: 50 MB
 
 
-def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> float:
+def deck_step(scene: Scene, dt: float | None = None, rtol: float | None = None) -> float:
     """The step of a deck, natural time units, from the largest step ``dt`` [s] if that is given.
 
-    By default for peaks of accuracy ``rtol``, cut to two digits: the same on every machine.
+    By default for peaks of accuracy ``rtol``, cut to two digits: the same on every machine. That is
+    1e-6 if nothing is said, 1e-4 of damped contacts.
     """
-    refuse_terms(scene, "a standalone deck", DECK_TERMS)
     unit = scene.units.time
     if dt is not None:
         require(is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
@@ -58,22 +62,14 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> floa
                 f" than {_MOST_STEPS:.0e}: ask for a larger dt, or for a shorter end_time"
             )
         return whole_step(scene, dt / unit)
+    if rtol is None:
+        rtol = RTOL if scene.contact is None else _RTOL_OF_DAMPED
     allowed = (
         f"must be a number from {_FINEST:g} to 1: velocity Verlet takes too many steps for less"
     )
     require(is_positive(rtol) and _FINEST <= rtol < 1, "rtol", rtol, allowed)
 
-    def peaks_at(dt: float) -> FloatArray:
-        return Native("velocity-verlet", dt, peaks_only=True).run(scene).all_peaks
-
-    pilot = _PILOT_STEP * scene.contact_time
-    # No step found by trials is longer than two of theirs, which may themselves take hours.
-    if not scene.is_plain and scene.end_time / (2 * pilot) > _MOST_STEPS:
-        raise TooExpensive(
-            f"a deck of this scene would take velocity Verlet {scene.end_time / (2 * pilot):.0e}"
-            f" steps or more, more than {_MOST_STEPS:.0e}: ask for a dt, or for a shorter end_time"
-        )
-    natural = second_order_step(peaks_at, pilot, rtol) / unit
+    natural = _tried_step(scene, rtol) / unit
     digit = 10.0 ** (math.floor(math.log10(natural)) - 1)
     step = float(f"{math.floor(natural / digit) * digit:.2g}")
     if not scene.is_plain and scene.end_time / unit / step > _MOST_STEPS:
@@ -85,10 +81,36 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float = RTOL) -> floa
     return whole_step(scene, step)
 
 
+def _tried_step(scene: Scene, rtol: float) -> float:
+    """The step for peaks of this accuracy, found by trials [s]."""
+
+    def peaks_at(dt: float) -> FloatArray:
+        if scene.contact is not None:
+            return _verlet_peaks(scene, scene.schedule(dt))
+        return Native("velocity-verlet", dt, peaks_only=True).run(scene).all_peaks
+
+    pilot = _PILOT_STEP * scene.contact_time
+    longest = 2 * pilot
+    if scene.contact is not None:
+        longest = _UNSTABLE * stable_step(scene, METHODS["velocity-verlet"].interval)
+        pilot = min(pilot, longest)
+    # No longer step is found by trials, which may themselves take hours.
+    if not scene.is_plain and scene.end_time / longest > _MOST_STEPS:
+        raise TooExpensive(
+            f"a deck of this scene would take velocity Verlet {scene.end_time / longest:.0e}"
+            f" steps or more, more than {_MOST_STEPS:.0e}: ask for a dt, or for a shorter end_time"
+        )
+    if scene.contact is None:
+        return second_order_step(peaks_at, pilot, rtol)
+    # Errors go as dt: the difference is that of the shorter step. What the deck allows is measured.
+    difference = largest_difference(peaks_at(pilot), peaks_at(pilot / 2))
+    return min(pilot / 2 * _SHORTER * rtol / difference, longest) if difference > 0 else pilot
+
+
 def lay_out(
     scene: Scene,
     dt: float | None = None,
-    rtol: float = RTOL,
+    rtol: float | None = None,
     watch_every: int | None = None,
     **how: Any,
 ) -> Layout:
@@ -144,6 +166,10 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
     """
     unit, granules = scene.units.time, scene.chain.granules
     legs = scene.schedule(step * unit)
+    if scene.contact is not None:
+        every = max(1, watch_every // _PHASES)
+        found = looks_at_damped(scene, legs, every, -(-watch_every // every))
+        return found.max(axis=0), found.min(axis=0)
     walker = METHODS["velocity-verlet"].walker
     peaks = simulate(scene, legs, walker, leave_behind=True).peaks
     least = np.array(peaks.force)
@@ -162,6 +188,22 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
     return peaks.force, least
 
 
+def looks_at_damped(scene: Scene, legs: Sequence[Leg], every: int, apart: int) -> FloatArray:
+    """The largest forces over F0 that looks at velocity Verlet find, shape (apart, contacts).
+
+    The looks are ``every`` so many steps times ``apart`` apart; the first row has those that begin
+    with the start of the run, the next those that begin ``every`` steps later, and so on.
+    """
+    found, done = np.zeros((apart, scene.granules.stiffness.size)), 0
+    for _, samples in samples_of(scene, legs, every=every):
+        force = samples.contact_force[min(done, 1) :]  # the first was the last before
+        for row in range(apart):
+            seen = force[(row - done) % apart :: apart]
+            np.maximum(found[row], seen.max(axis=0, initial=0.0), out=found[row])
+        done += len(force)
+    return found
+
+
 def _made_of_rounding(scene: Scene, step: float) -> FloatArray:
     """Relative change of the peaks when granules start where rounding leaves them, (contacts,).
 
@@ -173,20 +215,28 @@ def _made_of_rounding(scene: Scene, step: float) -> FloatArray:
     legs = scene.schedule(step * units.time)
     rounded = float(np.finfo(np.float64).eps * scene.granules.position[-1]) / units.length
     size = rounded * math.sqrt(sum(leg.steps for leg in legs))
-    walker = METHODS["velocity-verlet"].walker
-    peaks = simulate(scene, legs, walker).peaks.force
+    peaks = _verlet_peaks(scene, legs)
     change, rng = np.zeros_like(peaks), np.random.default_rng(0)
     for _ in range(_SHIFTS):
         start = np.zeros((2, granules))
         start[0] = size * rng.standard_normal(granules)
-        found = simulate(scene, legs, walker, start=start).peaks.force
+        found = _verlet_peaks(scene, legs, start)
         change = np.maximum(change, np.abs(found - peaks))
     pressed = judged_contacts(peaks)
     relative = np.where(pressed, change / np.where(pressed, peaks, 1.0), 0.0)
     return np.maximum(relative, float(np.median(relative[pressed])))
 
 
-def yade_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> str:
+def _verlet_peaks(scene: Scene, legs: Sequence[Leg], start: FloatArray | None = None) -> FloatArray:
+    """Peaks of velocity Verlet over F0, from what is added to the start, shape (contacts,)."""
+    if scene.contact is not None:
+        run = simulate_damped_verlet(scene, legs, start=start)
+    else:
+        run = simulate(scene, legs, METHODS["velocity-verlet"].walker, start=start)
+    return np.asarray(run.peaks.force)
+
+
+def yade_deck(scene: Scene, dt: float | None, rtol: float | None, title: str) -> str:
     """A script for Yade that finds the peaks of a scene and compares them with the true ones."""
     from hertzchain.engines.yade.deck import READING_INTERVAL, deck
 
@@ -203,7 +253,7 @@ def yade_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> str:
     return deck(scene, step * scene.units.time, truth.peak_force, tolerance, title)
 
 
-def liggghts_deck(scene: Scene, dt: float | None, rtol: float, title: str) -> str:
+def liggghts_deck(scene: Scene, dt: float | None, rtol: float | None, title: str) -> str:
     """A deck for LIGGGHTS that compares the motion at its end with Eq. 1 at the same steps."""
     from hertzchain.engines.liggghts.deck import deck
 

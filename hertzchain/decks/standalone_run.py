@@ -10,8 +10,10 @@ import numpy as np
 
 from hertzchain.decks.layout import ROOM, ROUNDING, UNCLEAR, KnownAnswer, Layout
 from hertzchain.engines.external.rescaling import NONE, Softening, loss_of_coordinates
+from hertzchain.engines.external.terms import LET_GO_PISTON, stroke_commands
 from hertzchain.engines.lammps.dialect import LET_GO, NO_STEP, PUSH
 from hertzchain.observables.peaks import SIGNIFICANT
+from hertzchain.scene.piston import Stroke
 from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse, PulseTable
 from hertzchain.scene.scene import Scene
 
@@ -24,6 +26,7 @@ class Piece:
     begin: str
     finish: str
     force: str | None = None
+    stroke: Stroke | None = None
 
 
 def comment(text: str) -> list[str]:
@@ -53,10 +56,27 @@ def parameters(layout: Layout) -> list[str]:
     return lines
 
 
-def watch_commands(overlap: str) -> list[str]:
-    """The commands that watch the peaks, with the formula of a granule's overlap with the next."""
+def watch_commands(overlap: str, force: str | None = None) -> list[str]:
+    """The commands that watch the peaks, with the formula of a granule's overlap with the next.
+
+    Of damped contacts with that of the force, too, from the variables ``touching``, the overlap or
+    0, and ``rate``, which only together tell where it is largest.
+    """
+    watched, kept = "overlap", "overlap"
+    damped: list[str] = []
+    if force is not None:
+        watched, kept = "force", "total"
+        damped = [
+            "# Velocities in the same way: damping makes the force depend on the overlap's rate.",
+            "compute speed all property/atom vx",
+            "compute speeds all reduce/chunk each sum c_speed",
+            "compute speed_ahead all global/atom v_next c_speeds",
+            "variable rate atom vx-c_speed_ahead",
+            "variable touching atom v_overlap*(v_overlap>0)",
+            f"variable total atom {force}",
+        ]
     return [
-        "# ---- Watching: the largest overlap of each contact, kept by the granule behind it",
+        f"# ---- Watching: the largest {watched} of each contact, kept by the granule behind it",
         "# Each granule is a chunk of its own, so that the sum over it is its position; of these",
         "# each granule gets the one of the next.",
         "variable id atom id",
@@ -66,7 +86,8 @@ def watch_commands(overlap: str) -> list[str]:
         "compute positions all reduce/chunk each sum c_position",
         "compute ahead all global/atom v_next c_positions",
         f"variable overlap atom {overlap}",
-        "variable larger atom f_largest*(f_largest>v_overlap)+v_overlap*(f_largest<=v_overlap)",
+        *damped,
+        f"variable larger atom f_largest*(f_largest>v_{kept})+v_{kept}*(f_largest<=v_{kept})",
         "# fix store/state keeps what it stored last, f_largest, but does not make LAMMPS compute",
         "# positions anew at each look; the fix before it, an average of nothing, does.",
         "variable nothing equal 0",
@@ -147,13 +168,14 @@ def run_commands(scene: Scene, made: Softening) -> list[str]:
 def leg_commands(pieces: Sequence[Piece]) -> list[str]:
     """The commands that run piece after piece, each in equal steps."""
     lines: list[str] = []
-    pushed = False
+    pushed = moved = False
     for piece in pieces:
         lines += [
             "",
             f"# {piece.what[0].upper()}{piece.what[1:]}",
             f"variable begin equal {piece.begin}",
             f"variable finish equal {piece.finish}",
+            *([LET_GO_PISTON] if moved else []),
             "variable steps equal ceil((v_finish-v_begin)/v_longest)",
             "timestep $((v_finish-v_begin)/v_steps:%.17g)",
         ]
@@ -163,7 +185,9 @@ def leg_commands(pieces: Sequence[Piece]) -> list[str]:
                 lines.append(PUSH)
         elif pushed:
             lines.append(LET_GO)
-        pushed = piece.force is not None
+        pushed, moved = piece.force is not None, piece.stroke is not None
+        if piece.stroke is not None:
+            lines += stroke_commands(piece.stroke)
         lines.append("run ${steps} post no")
     return lines
 
@@ -216,8 +240,9 @@ def answers(known: KnownAnswer, remark: str) -> list[str]:
 
 def peak_commands(force: str) -> list[str]:
     """The commands that write the peaks, with the formula of a contact's force."""
+    what = "the largest overlaps, and the forces that Hertz's law gives them"
     return [
-        "# ---- The answer: the largest overlaps, and the forces that Hertz's law gives them",
+        f"# ---- The answer: {'the largest forces' if force == 'f_largest' else what}",
         """if "${watch} <= 0" then "print 'NOT CHECKED: watch is 0'" quit""",
         "fix answers all property/atom d_force d_true d_cost",
         f"variable peak atom {force}",

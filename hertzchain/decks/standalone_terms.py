@@ -6,27 +6,22 @@ changed with ``-var``: no similarity keeps the peaks of such a scene.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib.metadata import version
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
-from hertzchain.decks import standalone_run
+from hertzchain.decks import standalone_run, terms_law
 from hertzchain.decks.layout import KnownAnswer, Layout
 from hertzchain.decks.standalone_run import Piece, comment
+from hertzchain.decks.terms_law import KnownNumbers
 from hertzchain.engines.external.rescaling import predicted_loss
-from hertzchain.engines.external.terms import wall_position
+from hertzchain.engines.external.terms import PISTON_MOTION
 from hertzchain.engines.lammps import terms_deck
 from hertzchain.engines.lammps.deck import MOTION, START, force_formula
-from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, write_dump
+from hertzchain.engines.lammps.dialect import OLDEST, write_dump
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-
-_PRESSED_MORE = 8.0
-"""Largest over smallest force of the contacts under which the law is checked (chosen)."""
 
 
 def deck(scene: Scene, layout: Layout, known: KnownAnswer | None) -> str:
@@ -35,7 +30,10 @@ def deck(scene: Scene, layout: Layout, known: KnownAnswer | None) -> str:
     RunFailed for a layout that a scene with terms cannot have.
     """
     check(scene, layout)
-    steps = sum(leg.steps for leg in scene.schedule(layout.step * scene.units.time))
+    legs = scene.schedule(layout.step * scene.units.time)
+    steps = sum(leg.steps for leg in legs)
+    numbers = KnownNumbers(scene)
+    watching = standalone_run.watch_commands(numbers.overlap, numbers.force)
     sections = [
         _header(scene, layout, known, steps),
         _parameters(scene, layout),
@@ -44,27 +42,25 @@ def deck(scene: Scene, layout: Layout, known: KnownAnswer | None) -> str:
             *START,
             "processors * 1 1",
             "",
-            *terms_deck.granules(scene, layout.pair_style),
+            *terms_deck.granules(scene, layout.pair_style, None),
             "",
-            *MOTION,
+            *(MOTION if scene.piston is None else PISTON_MOTION),
             "thermo 0",
             "# A step is so short that taking the time of its parts would cost a fifth of it.",
             "timer off",
             "",
             "# ---- What holds and pushes them all the time",
-            *terms_deck.held(scene),
+            *terms_deck.held(scene, None),
         ],
-        *([] if known is None else [_law(scene), standalone_run.watch_commands(_overlap(scene))]),
+        *([] if known is None else [numbers.commands(), watching]),
         standalone_run.trajectory_commands(layout),
         [
             "# ---- The run",
-            *standalone_run.leg_commands(
-                [_piece(leg) for leg in scene.schedule(layout.step * scene.units.time)]
-            ),
+            *standalone_run.leg_commands([_piece(leg) for leg in legs]),
         ],
         [write_dump("chain.final", ("x", "vx", "fx"))]
         if known is None
-        else _verdict(scene, layout, known, steps),
+        else _verdict(scene, layout, known, numbers, steps),
     ]
     return "\n\n".join("\n".join(lines) for lines in sections if lines) + "\n"
 
@@ -82,9 +78,10 @@ def check(scene: Scene, layout: Layout) -> None:
 def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int) -> list[str]:
     run = f"lmp -in {layout.name}"
     granules, *terms = scene.chain.granules, *scene.terms
+    elastic = " elastic" if scene.contact is None else ""
     listed = ", ".join(terms[:-1]) + " and " + terms[-1] if len(terms) > 1 else terms[0]
     what = (
-        f"{layout.title}: a chain of {granules} elastic spheres in Hertz contact, with {listed}."
+        f"{layout.title}: a chain of {granules}{elastic} spheres in Hertz contact, with {listed}."
         f" Written by hertzchain {version('hertzchain')} for LAMMPS of {OLDEST} and later. SI units"
         " throughout."
     )
@@ -106,25 +103,42 @@ def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int)
     of_wall = (
         "" if scene.wall is None else f" Contact {granules + 1}, on the screen, is the wall's."
     )
+    included, damped = "static loads", ""
+    if scene.contact is not None:
+        included = "damping and static loads"
+        damped = " Energy is not judged: looks now and then do not tell what dampers took."
     first = ", ".join(f"{value:.4f}" for value in known.force_ratio[:3])
     last = f", ..., {known.force_ratio[-1]:.4f}" if known.force_ratio.size > 3 else ""
     expected = (
         "The peak force of each contact goes to peaks.csv; contact i lies between granules i - 1"
-        f" and i.{of_wall} Peaks are total forces, static loads included. Over F0, {_unit(scene)},"
+        f" and i.{of_wall} Peaks are total forces, {included} included. Over F0, {_unit(scene)},"
         f" they are expected to be {first}{last}, right to {known.largest_error:.1e}. The last line"
         " says PASS or FAIL (exit status 1); NOT CHECKED after longer steps or rarer looks."
-        f" {fixed}"
+        f"{damped} {fixed}"
     )
     return [*lines, *comment(expected)]
 
 
 def _unit(scene: Scene) -> str:
     """The name of the unit of force of a scene."""
+    if scene.piston is not None:
+        return _unit_of_piston(scene)
     if scene.units.force > scene.peak_force:
         return "the largest static force"
     if scene.striker is not None:
         return "the peak force of the striker's contact alone"
     return "the largest applied force"
+
+
+def _unit_of_piston(scene: Scene) -> str:
+    static = 0.0
+    if scene.precompression is not None:
+        static = float(np.max(scene.granules.static_force))
+    if scene.units.force > max(scene.peak_force, static):
+        return "the force of a chain that the piston presses against the wall as far as it goes"
+    if scene.units.force > scene.peak_force:
+        return "the largest static force"
+    return "the peak force of granule 2 alone, hit with the largest velocity of the piston"
 
 
 def _parameters(scene: Scene, layout: Layout) -> list[str]:
@@ -140,141 +154,20 @@ def _parameters(scene: Scene, layout: Layout) -> list[str]:
     return ["# ---- Parameters", *changed, *lines]
 
 
-@dataclass(frozen=True, eq=False)
-class _Test:
-    """A place for each granule, and the net force on it there: [m], [N], shape (granules,) each."""
-
-    position: FloatArray
-    net_force: FloatArray
-
-
-def _test_force(scene: Scene) -> float:
-    """The larger of the forces under which the law is checked [N]: no overlap is above R/10."""
-    each = scene.granules
-    deepest = float(np.min(each.stiffness)) * (float(np.min(each.radius)) / 10) ** 1.5
-    return float(min(scene.units.force, deepest))
-
-
-def _test(scene: Scene, first_is_pressed_more: bool) -> _Test:
-    """All contacts are pressed, every other one more, with the wall where it stands."""
-    each, contacts = scene.granules, scene.granules.stiffness.size
-    more = np.arange(contacts) % 2 == (0 if first_is_pressed_more else 1)
-    force = _test_force(scene) * np.where(more, 1.0, 1 / _PRESSED_MORE)
-    overlap = (force / each.stiffness) ** (2 / 3)
-    between = scene.chain.granules - 1
-    apart = each.radius[:-1] + each.radius[1:] - overlap[:between]
-    position = np.concatenate([[0.0], np.cumsum(apart)])
-    net = each.constant_force.copy()
-    net[:-1] -= force[:between]
-    net[1:] += force[:between]
-    if scene.wall is not None:
-        position += wall_position(scene) - each.radius[-1] + overlap[-1] - position[-1]
-        net[-1] -= force[-1]
-    return _Test(position, net)
-
-
-_LAW_FAILED = (
-    "Forces, masses or places are not those of this scene:",
-    "off by $(v_pressed:%.1e), $(v_pressed_less:%.1e), $(v_heavier:%.1e), $(v_misplaced:%.1e)",
-)
-
-
-def _law(scene: Scene) -> list[str]:
-    """The commands that hold forces, masses and places in this LAMMPS against known ones."""
-    force, tests = _test_force(scene), [_test(scene, first) for first in (True, False)]
-    length = float(np.max(np.abs([test.position for test in tests])))
-    shallowest = (force / _PRESSED_MORE / float(np.max(scene.granules.stiffness))) ** (2 / 3)
-    differences = {
-        "place": f"abs(x-f_known[4])/{shallowest!r}",
-        "mass": "abs(mass/f_known[3]-1)",
-        "force": f"abs(fx-f_known[6])/{force!r}",
-        "other": f"abs(fx-f_known[8])/{force!r}",
-    }
-    return [
-        *_known_numbers(scene, tests),
-        "",
-        *comment(
-            "Does LAMMPS have these places, masses and forces? Unlike contacts, the wall and all"
-            f" loads show in the net forces, here over {force:.4g} N, the largest of a contact."
-        ),
-        *(f"variable off_{name} atom {formula}" for name, formula in differences.items()),
-        *(f"compute off_{name} all reduce max v_off_{name}" for name in differences),
-        f"thermo_style custom step {' '.join(f'c_off_{name}' for name in differences)}",
-        NO_STEP,
-        "variable misplaced equal $(c_off_place:%.17g)",
-        "variable heavier equal $(c_off_mass:%.17g)",
-        *_moved_to("f_known[5]"),
-        NO_STEP,
-        "variable pressed equal $(c_off_force:%.17g)",
-        *_moved_to("f_known[7]"),
-        NO_STEP,
-        "variable pressed_less equal $(c_off_other:%.17g)",
-        *_moved_to("f_known[4]"),
-        "thermo_style one",
-        "# Positions have so many digits, overlaps as much fewer as they are smaller.",
-        f"variable digits equal {1e-11 + 1e-14 * length / shallowest:.3g}",
-        'variable law equal "(v_pressed<v_digits)*(v_pressed_less<v_digits)* &',
-        '    (v_heavier<1e-11)*(v_misplaced<v_digits)"',
-    ]
-
-
-def _moved_to(place: str) -> list[str]:
-    return [f"variable place atom {place}", "set group all x v_place"]
-
-
-def _known_numbers(scene: Scene, tests: Sequence[_Test]) -> list[str]:
-    """The commands that give each granule the numbers ``f_known[1]`` to ``f_known[8]``."""
-    each, granules = scene.granules, scene.chain.granules
-    reach = np.append(each.radius[:-1] + each.radius[1:], 0.0)
-    what = "its radius and the next one's [m]"
-    if scene.wall is not None:
-        reach[-1] = each.radius[-1] - wall_position(scene)
-        what += " (the last: its radius less the wall's place)"
-    columns = {
-        "reach": reach,
-        "stiffness": np.append(each.stiffness, 0.0)[:granules],
-        "mass": each.mass,
-        "start": each.position,
-        "place1": tests[0].position,
-        "net1": tests[0].net_force,
-        "place2": tests[1].position,
-        "net2": tests[1].net_force,
-    }
-    names = " ".join(f"d_{name}" for name in columns)
-    lines = [
-        "# ---- What is known of each granule and of its contact with the next",
-        *comment(
-            f"reach: {what}; stiffness A in F = A overlap^(3/2) [N/m^1.5]; mass [kg]; place at the"
-            " start [m]; two places where all contacts are pressed, every other one more [m], and"
-            " the net forces there [N]. None of these is from this LAMMPS, which makes its own."
-        ),
-        f"fix numbers all property/atom {names}",
-    ]
-    for number, row in enumerate(zip(*columns.values(), strict=True), start=1):
-        values = (f"d_{name} {float(value)!r}" for name, value in zip(columns, row, strict=True))
-        lines.append(f"set atom {number} {' '.join(values)}")
-    return [*lines, f"fix known all store/state 0 {names}", NO_STEP]
-
-
-def _overlap(scene: Scene) -> str:
-    """LAMMPS formula of the overlap of a granule with the next, or with the wall [m].
-
-    Of the last granule there is no next, whose place is 0 then.
-    """
-    overlap = "f_known[1]+x-c_ahead"
-    return overlap if scene.wall is not None else f"(id<${{granules}})*({overlap})"
-
-
 def _piece(leg: Leg) -> Piece:
     force, what = None, "no applied force"
     if leg.ramp is not None:
         ramp = leg.ramp
         force = force_formula(ramp)
         what = f"from {ramp.start_force:g} N to {ramp.end_force:g} N ({ramp.shape})"
-    return Piece(what, repr(leg.start), repr(leg.end), force)
+    if leg.stroke is not None:
+        what = f"the piston moves at {leg.stroke.velocity:g} m/s"
+    return Piece(what, repr(leg.start), repr(leg.end), force, leg.stroke)
 
 
-def _verdict(scene: Scene, layout: Layout, known: KnownAnswer, steps: int) -> list[str]:
+def _verdict(
+    scene: Scene, layout: Layout, known: KnownAnswer, numbers: KnownNumbers, steps: int
+) -> list[str]:
     granules, lost = scene.chain.granules, predicted_loss(scene, steps)
     contacts = f"contacts 2 to {granules}"
     shown: list[str] = []
@@ -287,13 +180,17 @@ def _verdict(scene: Scene, layout: Layout, known: KnownAnswer, steps: int) -> li
             "",
         ]
         also = {"on_wall": 'print "Peak force on the wall: $(c_on_wall:%.10g) N"'}
+    peak = f"{numbers.name('stiffness')}*(f_largest*(f_largest>0))^1.5"
+    method = "eleven stages that needs none of these steps"
+    if scene.contact is not None:
+        peak, method = "f_largest", "order eight with steps of its own"
     return [
-        *standalone_run.peak_commands("f_known[2]*(f_largest*(f_largest>0))^1.5"),
+        *standalone_run.peak_commands(peak),
         "",
         *standalone_run.answers(
             known,
-            f"True peak forces over F0, of {contacts}, by a method of eleven stages that needs none"
-            " of these steps; and what its error, step and interval cost them, measured.",
+            f"True peak forces over F0, of {contacts}, by a method of {method}; and what its error,"
+            " step and interval cost them, measured.",
         ),
         "",
         "# What coordinates cost the peaks",
@@ -303,5 +200,5 @@ def _verdict(scene: Scene, layout: Layout, known: KnownAnswer, steps: int) -> li
         *standalone_run.conditions([standalone_run.UNCLEAR_DIGITS, *standalone_run.looser(layout)]),
         "",
         *shown,
-        *standalone_run.judging_commands(known, _LAW_FAILED, also),
+        *standalone_run.judging_commands(known, terms_law.failed(scene), also),
     ]

@@ -20,9 +20,6 @@ ALL_TERMS = (
 )  # fmt: skip
 """Names of all terms, in the order of ``Scene.terms``."""
 
-DECK_TERMS = tuple(term for term in ALL_TERMS if term not in ("piston", "damping"))
-"""What standalone decks have; engines have them all."""
-
 WALLS = ("rigid", "same", "elastic")
 """Kinds of a wall: one that does not yield, one of the last granule's material, one of its own."""
 

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import math
 
-from hertzchain.engines.lammps.damping import WITH_COEFF_RESTITUTION, tsuji
+from hertzchain.engines.lammps.damping import (
+    WITH_COEFF_RESTITUTION,
+    WITH_TSUJI_AT_WALLS,
+    tsuji,
+)
 from hertzchain.engines.lammps.dialect import COEFF_RESTITUTION, TSUJI_AT_WALLS, WITHOUT_ATTRACTION
 from hertzchain.errors import RunFailed
+from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import Contact
 
 _HIGHEST = 1.1
@@ -30,24 +35,62 @@ def asked_of_tsuji(restitution: float) -> float | None:
     return (low + high) / 2
 
 
-def refuse_wall(contact: Contact | None, version: str) -> None:
+def refuse_wall(contact: Contact | None, version: str | None) -> None:
     """Raise RunFailed where a LAMMPS cannot damp the contact with a wall as the others."""
-    if contact is None or contact.restitution is None or version >= TSUJI_AT_WALLS:
+    if contact is None or contact.restitution is None:
+        return
+    if version is None or version >= TSUJI_AT_WALLS:  # None: the deck itself stops
         return
     raise RunFailed(
         f"LAMMPS of {version} changes the restitution at a wall with every run: take LAMMPS of"
-        " 2 Aug 2023 or later, another damping, a scene without a wall, or native"
+        f" {WITH_TSUJI_AT_WALLS}, another damping, a scene without a wall, or native"
     )
 
 
-def damping_of(contact: Contact, version: str) -> tuple[str, str]:
+def by_version(scene: Scene) -> list[str]:
+    """The commands with which a deck for any LAMMPS chooses the damping of a restitution.
+
+    They set the variables that ``damping_of`` names; a LAMMPS that cannot have it stops there.
+    """
+    contact = scene.contact
+    if contact is None or contact.restitution is None:
+        return []
+    asked = asked_of_tsuji(contact.restitution)
+    newest = [
+        "variable damping string coeff_restitution",
+        f"variable restitution string {contact.restitution!r}",
+    ]
+    if asked is None:
+        return [*_needs(COEFF_RESTITUTION, WITH_COEFF_RESTITUTION), *newest]
+    return [
+        *([] if scene.wall is None else _needs(TSUJI_AT_WALLS, WITH_TSUJI_AT_WALLS)),
+        "# Older versions have another damping, with a number of its own for as much of it.",
+        f'if "$(version) >= {COEFF_RESTITUTION}" then &',
+        *(f'    "{line}" &' for line in newest),
+        'else "variable damping string tsuji" &',
+        f'    "variable restitution string {asked!r}"',
+    ]
+
+
+def _needs(version: str, name: str) -> list[str]:
+    """The commands that end a deck on a LAMMPS before a version."""
+    return [
+        f'if "$(version) < {version}" then &',
+        f"""    "print 'The damping of this scene needs LAMMPS of {name}'" "quit 2\"""",
+    ]
+
+
+def damping_of(contact: Contact, version: str | None) -> tuple[str, str]:
     """The second number of a normal law, and the words that follow the tangential law.
 
     In the number ``{k}`` and ``{mass}`` stand for the names of 4/3 E* and m* of the pair, where it
-    depends on them. RunFailed for a restitution that this version, year month day, does not have.
+    depends on them. ``version`` is that of LAMMPS, year month day; None where the deck chooses.
+    RunFailed for a restitution that this version does not have.
     """
     limit = "" if contact.attraction else f" {WITHOUT_ATTRACTION}"
     if contact.restitution is not None:
+        if version is None:
+            return "${restitution}", f"damping ${{damping}}{limit}"
         if version >= COEFF_RESTITUTION:
             return f"{contact.restitution!r}", f"damping coeff_restitution{limit}"
         asked = asked_of_tsuji(contact.restitution)

@@ -20,7 +20,7 @@ from hertzchain.engines.external.terms import (
     wall_position,
     weighty_density,
 )
-from hertzchain.engines.lammps.damped_deck import damping_of, refuse_wall
+from hertzchain.engines.lammps.damped_deck import by_version, damping_of, refuse_wall
 from hertzchain.engines.lammps.dialect import COEFF_RESTITUTION, NO_FRICTION, WALL
 from hertzchain.errors import RunFailed
 from hertzchain.scene.granules import Granules
@@ -31,10 +31,11 @@ PAIR_STYLE = "granular"
 """The only pair style that has a stiffness for each pair of materials."""
 
 
-def granules(scene: Scene, pair_style: str, version: str = COEFF_RESTITUTION) -> list[str]:
+def granules(scene: Scene, pair_style: str, version: str | None = COEFF_RESTITUTION) -> list[str]:
     """The commands between the start of a deck and its motion: granules and contacts.
 
-    ``version`` is that of LAMMPS, year month day, on which damping depends.
+    ``version`` is that of LAMMPS, year month day, on which damping depends; None for a deck that
+    asks it.
 
     RunFailed where LAMMPS cannot have the scene, or not with this pair style.
     """
@@ -47,6 +48,7 @@ def granules(scene: Scene, pair_style: str, version: str = COEFF_RESTITUTION) ->
         "",
         *_granules(each, of_each, len(kinds)),
         "",
+        *([] if version is not None else by_version(scene)),
         "pair_style granular",
         *_pairs(kinds, scene.contact, version),
         f"neighbor {float(np.min(each.radius)) / 2!r} bin",
@@ -129,7 +131,7 @@ def _granules(granules: Granules, kinds: list[int], types: int) -> list[str]:
     return lines
 
 
-def _pairs(kinds: list[_Kind], contact: Contact | None, version: str) -> list[str]:
+def _pairs(kinds: list[_Kind], contact: Contact | None, version: str | None) -> list[str]:
     """Contacts of each pair: hertz takes 4/3 E*, with 1/E* the sum of (1 - nu^2) / E of both."""
     lines = []
     for i in range(1, len(kinds) + 1):
@@ -143,17 +145,17 @@ def _pairs(kinds: list[_Kind], contact: Contact | None, version: str) -> list[st
     return lines
 
 
-def _law(k: str, mass: str, contact: Contact | None, version: str) -> str:
+def _law(k: str, mass: str, contact: Contact | None, version: str | None) -> str:
     """The law of a pair or the wall, with the variable of its 4/3 E* and the formula of its m*."""
     if contact is None:
         return f"hertz ${{{k}}} 0.0 {NO_FRICTION}"
     number, words = damping_of(contact, version)
-    if "{" in number:
+    if "{k}" in number:
         number = f"$({number.format(k=f'v_{k}', mass=mass)}:%.17g)"
     return f"hertz ${{{k}}} {number} {NO_FRICTION} {words}"
 
 
-def held(scene: Scene, version: str = COEFF_RESTITUTION) -> list[str]:
+def held(scene: Scene, version: str | None = COEFF_RESTITUTION) -> list[str]:
     """The wall, forces that are always there, and the striker's velocity."""
     lines = [f"group last id {scene.chain.granules}"]
     if scene.wall is not None:

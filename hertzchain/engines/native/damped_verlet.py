@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -45,6 +45,61 @@ def simulate_damped_verlet(
     scene, natural units, shape (2, granules). Raises StepUnstable if the motion diverges,
     TooExpensive if the run has taken longer than the deadline, an hour by default.
     """
+    chain = damped_contacts(scene)
+    law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
+    watch = DampedWatch(law, chain.wall, scene.piston is not None)
+    moves = chain.inertia > 0  # all but a piston
+    mass = np.where(moves, 1 / np.where(moves, chain.inertia, 1.0), 0.0)
+    work = exchanged = 0.0
+    samples: Samples | None = None
+    for natural, seen in samples_of(scene, legs, deadline, start):
+        if samples is None:
+            work = _energy(law, mass, seen, 0)
+            exchanged = abs(work)
+        samples = seen
+        pushed = watch.piston_impulse
+        watch.update(samples, natural.dt / 2)
+        done_now = 0.0
+        if natural.stroke is not None:
+            done_now = (watch.piston_impulse - pushed) * natural.stroke.velocity
+        if natural.ramp is not None:
+            done_now = float(work_done(samples, natural.ramp))
+        work, exchanged = work + done_now, exchanged + abs(done_now)
+        if recorder is not None:
+            recorder.update(samples)
+    assert samples is not None
+    displacement, velocity = samples.displacement[-1], samples.velocity[-1]
+    energy = _energy(law, mass, samples, -1) - float(np.sum(mass * chain.pull * displacement))
+    if not abs(energy) <= 10 * exchanged:
+        raise diverged("native")
+    steps = sum(leg.steps for leg in legs)
+    return Simulation(
+        End(displacement, velocity),
+        Peaks(watch.force, watch.time, watch.passed),
+        work,
+        float(np.sum(mass * velocity)),
+        energy,
+        steps,
+        steps,
+        wall_impulse=watch.wall_impulse,
+        piston_impulse=watch.piston_impulse,
+        dissipated=watch.dissipated,
+    )
+
+
+def samples_of(
+    scene: Scene,
+    legs: Sequence[Leg],
+    deadline: Deadline | None = None,
+    start: FloatArray | None = None,
+    every: int | None = None,
+) -> Iterator[tuple[Leg, Samples]]:
+    """The samples of a run, block by block, each with its leg, in natural units.
+
+    The first sample of a block is the last of the block before. They are ``every`` so many steps
+    and at the ends of legs; by default as readings of other codes. Forces are by the velocities of
+    the samples. Otherwise as ``simulate_damped_verlet``.
+    """
     from hertzchain.engines.native.damped_verlet_kernel import Contacts, take_steps
 
     deadline = deadline or Deadline(TIME_LIMIT)
@@ -61,20 +116,15 @@ def simulate_damped_verlet(
         chain.attraction,
     )
     law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
-    watch = DampedWatch(law, chain.wall, scene.piston is not None)
-    moves = made.inertia > 0  # all but a piston
-    mass = np.where(moves, 1 / np.where(moves, made.inertia, 1.0), 0.0)
     u, v, f, a = (np.zeros(granules + 1) for _ in range(4))
     own = start_of(scene)
     for given in (own, start):
         if given is not None and given.size:
             u[:granules] += given[0]
             v[:granules] += given[1]
-    work = _energy(law, mass, u, v, made.gap)
-    steps, exchanged = 0, abs(work)
-    rows, unit = leg_rows(legs, scene.units), scene.units
-    for leg, row in zip(legs, rows, strict=True):
-        stride = _stride(scene, leg)
+    unit = scene.units
+    for leg, row in zip(legs, leg_rows(legs, unit), strict=True):
+        stride = every or _stride(scene, leg)
         natural = leg.in_units(unit.time, unit.force, unit.length)
         if natural.stroke is not None:
             u[0] = natural.stroke.displacement_at(natural.start)
@@ -89,33 +139,7 @@ def simulate_damped_verlet(
                 raise diverged("native")
             time = natural.start + natural.dt * kept
             time[-1] = natural.end if last == leg.steps else time[-1]
-            samples = true_forces(_samples(time, states, made.gap, contacts), law, natural)
-            pushed = watch.piston_impulse
-            watch.update(samples, natural.dt / 2)
-            done_now = 0.0
-            if natural.stroke is not None:
-                done_now = (watch.piston_impulse - pushed) * natural.stroke.velocity
-            if natural.ramp is not None:
-                done_now = float(work_done(samples, natural.ramp))
-            work, exchanged = work + done_now, exchanged + abs(done_now)
-            if recorder is not None:
-                recorder.update(samples)
-        steps += leg.steps
-    energy = _energy(law, mass, u, v, made.gap) - float(np.sum(mass * made.pull * u[:granules]))
-    if not abs(energy) <= 10 * exchanged:
-        raise diverged("native")
-    return Simulation(
-        End(u[:granules], v[:granules]),
-        Peaks(watch.force, watch.time, watch.passed),
-        work,
-        float(np.sum(mass * v[:granules])),
-        energy,
-        steps,
-        steps,
-        wall_impulse=watch.wall_impulse,
-        piston_impulse=watch.piston_impulse,
-        dissipated=watch.dissipated,
-    )
+            yield natural, true_forces(_samples(time, states, made.gap, contacts), law, natural)
 
 
 def _padded(values: FloatArray, granules: int) -> FloatArray:
@@ -139,11 +163,8 @@ def _samples(time: FloatArray, states: FloatArray, gap: FloatArray, contacts: in
     return Samples(time, u, v, a, overlap, f[:, :contacts])
 
 
-def _energy(
-    law: DampedLaw, mass: FloatArray, u: FloatArray, v: FloatArray, gap: FloatArray
-) -> float:
-    """Of motion and of contacts."""
-    contacts = law.stiffness.size
-    overlap = np.maximum(u[:contacts] - u[1 : contacts + 1] - gap[:contacts], 0.0)
-    kinetic = 0.5 * np.sum(mass * v[: mass.size] ** 2)
+def _energy(law: DampedLaw, mass: FloatArray, samples: Samples, which: int) -> float:
+    """Of motion and of contacts, at one of the samples."""
+    overlap = np.maximum(samples.overlap[which], 0.0)
+    kinetic = 0.5 * np.sum(mass * samples.velocity[which] ** 2)
     return float(kinetic + 0.4 * np.sum(law.elastic(overlap) * overlap))

@@ -11,7 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.errors import RunFailed, Unpredictable
-from hertzchain.scene.terms import DECK_TERMS
+from hertzchain.scene.terms import ALL_TERMS
 from hertzchain.verdict.run_checks import same_steps_checks
 from tests.conftest import STEEL
 from validation.random_scenes import random_scene_with_terms
@@ -67,8 +67,8 @@ def test_same_scheme_same_steps_in_many_scenes(number: int) -> None:
 @pytest.mark.parametrize("numbers", [QUICK, SLOW])
 def test_random_scenes_have_every_term(numbers: range) -> None:
     count = Counter(term for number in numbers for term in drawn(number).terms)
-    # Pistons are drawn elsewhere: tests/engines/external/test_drives.py.
-    assert set(count) == set(DECK_TERMS)
+    # Pistons and damping are drawn elsewhere: test_drives.py, test_damped.py.
+    assert set(count) == set(ALL_TERMS) - {"piston", "damping"}
 
 
 UNIFORM = hc.Chain(3, **STEEL)

@@ -1,0 +1,248 @@
+"""The part of a deck with terms that asks LAMMPS for known forces, masses and places at its start.
+
+All contacts are pressed in turn by known overlaps, damped ones at known rates too, and the net
+force on each granule is compared with the true one: this finds mistakes that move no peak by much.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.decks.standalone_run import comment
+from hertzchain.engines.external.terms import wall_position, weighty_density
+from hertzchain.engines.lammps.dialect import NO_STEP
+from hertzchain.observables.damped_law import DampedLaw
+from hertzchain.scene.chain import granule_mass
+from hertzchain.scene.scene import Scene
+
+_PRESSED_MORE = 8.0
+"""Largest over smallest force of the contacts under which the law is checked (chosen)."""
+
+_DAMPERS = ((0.5, -0.5), (0.5, -0.5), (-2.0, -2.0))
+"""What dampers add to the elastic forces of contacts pressed more and less, over these, in each
+test of damped contacts (chosen). In the last they would pull, so that their limit shows."""
+
+_FASTEST = 1e6
+"""Largest rate of an overlap in a test, natural units: weak dampers add less than wanted then."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Test:
+    """A place for each granule, its velocity, and the net force on it: [m], [m/s], [N].
+
+    Shape (granules,) each.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    net_force: FloatArray
+
+
+class KnownNumbers:
+    """What is known of each granule, in the columns ``f_known[1]`` and so on."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene, each = scene, scene.granules
+        granules = scene.chain.granules
+        reach = np.append(each.radius[:-1] + each.radius[1:], 0.0)
+        if scene.wall is not None:
+            reach[-1] = each.radius[-1] - wall_position(scene)
+        self._force = _test_force(scene)
+        self._tests = _tests(scene, self._force)
+        self._columns = {
+            "reach": reach,
+            "stiffness": np.append(each.stiffness, 0.0)[:granules],
+            "mass": np.asarray(granule_mass(each.radius, weighty_density(each))),
+            "start": each.position,
+        }
+        for number, test in enumerate(self._tests, start=1):
+            self._columns[f"place{number}"] = test.position
+            self._columns[f"net{number}"] = test.net_force
+        if each.damping is not None:
+            for number, test in enumerate(self._tests, start=1):
+                self._columns[f"speed{number}"] = test.velocity
+            self._columns["damping"] = np.append(each.damping, 0.0)[:granules]
+
+    def name(self, column: str) -> str:
+        """The name of a column in formulas."""
+        return f"f_known[{list(self._columns).index(column) + 1}]"
+
+    @property
+    def overlap(self) -> str:
+        """LAMMPS formula of the overlap of a granule with the next, or with the wall [m].
+
+        Of the last granule there is no next, whose place is 0 then.
+        """
+        overlap = f"{self.name('reach')}+x-c_ahead"
+        return overlap if self._scene.wall is not None else f"(id<${{granules}})*({overlap})"
+
+    @property
+    def force(self) -> str | None:
+        """LAMMPS formula of the force of damped contacts [N], of ``touching`` and ``rate``."""
+        contact = self._scene.contact
+        if contact is None:
+            return None
+        power = {0.0: "(v_touching>0)", 0.25: "v_touching^0.25", 0.5: "sqrt(v_touching)"}
+        damper = f"{self.name('damping')}*{power[contact.exponent]}*v_rate"
+        return f"{self.name('stiffness')}*v_touching^1.5+{damper}"
+
+    def commands(self) -> list[str]:
+        """The commands that hold forces, masses and places in this LAMMPS against the known ones.
+
+        They set the variable ``law``.
+        """
+        scene, force = self._scene, self._force
+        length = float(np.max(np.abs([test.position for test in self._tests])))
+        shallowest = (force / _PRESSED_MORE / float(np.max(scene.granules.stiffness))) ** (2 / 3)
+        # What a piston is pressed with moves nothing, and LAMMPS has another weight for it.
+        all_but_piston = "" if scene.piston is None else "(id>1)*"
+        differences = {
+            "place": f"abs(x-{self.name('start')})/{shallowest!r}",
+            "mass": f"abs(mass/{self.name('mass')}-1)",
+        }
+        nets = ("force", "other", "limit")[: len(self._tests)]
+        for number, name in enumerate(nets, start=1):
+            known = self.name(f"net{number}")
+            differences[name] = f"{all_but_piston}abs(fx-{known})/{force!r}"
+        found = dict(zip(nets, FORCES, strict=False))
+        lines = [
+            *self._setting_commands(),
+            "",
+            *comment(
+                "Does LAMMPS have these places, masses and forces? Unlike contacts, the wall and"
+                f" all loads show in the net forces, here over {force:.4g} N, the largest"
+                f"{'' if scene.contact is None else ' elastic force'} of a contact."
+            ),
+            *(f"variable off_{name} atom {formula}" for name, formula in differences.items()),
+            *(f"compute off_{name} all reduce max v_off_{name}" for name in differences),
+            f"thermo_style custom step {' '.join(f'c_off_{name}' for name in differences)}",
+            NO_STEP,
+            "variable misplaced equal $(c_off_place:%.17g)",
+            "variable heavier equal $(c_off_mass:%.17g)",
+        ]
+        damped = scene.contact is not None
+        if damped:
+            lines += ["fix speeds all store/state 0 vx"]
+        for number, name in enumerate(nets, start=1):
+            lines += _moved_to(self.name(f"place{number}"))
+            if damped:
+                lines += _hurried_to(self.name(f"speed{number}"))
+            lines += [NO_STEP, f"variable {found[name]} equal $(c_off_{name}:%.17g)"]
+        lines += _moved_to(self.name("start"))
+        if damped:
+            lines += [*_hurried_to("f_speeds"), "unfix speeds"]
+        right = "*".join(f"(v_{found[name]}<v_digits)" for name in nets)
+        return [
+            *lines,
+            "thermo_style one",
+            "# Positions have so many digits, overlaps as much fewer as they are smaller.",
+            f"variable digits equal {1e-11 + 1e-14 * length / shallowest:.3g}",
+            f'variable law equal "{right}* &',
+            '    (v_heavier<1e-11)*(v_misplaced<v_digits)"',
+        ]
+
+    def _setting_commands(self) -> list[str]:
+        """The commands that give each granule its numbers."""
+        scene = self._scene
+        what = "its radius and the next one's [m]"
+        if scene.wall is not None:
+            what += " (the last: its radius less the wall's place)"
+        names = " ".join(f"d_{name}" for name in self._columns)
+        places = "two places where all contacts are pressed, every other one more [m], and the net"
+        if scene.contact is not None:
+            places = (
+                "three places where all contacts are pressed, every other one more [m], and the net"
+            )
+        speeds = ""
+        if scene.contact is not None:
+            q = scene.contact.exponent
+            speeds = (
+                ", at three velocities [m/s]; damping c in A overlap^(3/2) + c"
+                f" overlap^{q:g} rate [N s m^-{1 + q:g}]"
+            )
+        lines = [
+            "# ---- What is known of each granule and of its contact with the next",
+            *comment(
+                f"reach: {what}; stiffness A in F = A overlap^(3/2) [N/m^1.5]; mass [kg]; place at"
+                f" the start [m]; {places} forces there [N]{speeds}. None of these is from this"
+                " LAMMPS, which makes its own."
+            ),
+            f"fix numbers all property/atom {names}",
+        ]
+        rows = zip(*self._columns.values(), strict=True)
+        for number, row in enumerate(rows, start=1):
+            values = (
+                f"d_{name} {float(value)!r}" for name, value in zip(self._columns, row, strict=True)
+            )
+            lines.append(f"set atom {number} {' '.join(values)}")
+        return [*lines, f"fix known all store/state 0 {names}", NO_STEP]
+
+
+FORCES = ("pressed", "pressed_less", "pulled")
+"""Variables of the largest relative error of net forces in each test, the last if damped."""
+
+
+def failed(scene: Scene) -> tuple[str, str]:
+    """Lines of a deck whose LAMMPS has another law, other masses or other places."""
+    names = FORCES if scene.contact is not None else FORCES[:2]
+    found = ", ".join(f"$(v_{name}:%.1e)" for name in (*names, "heavier", "misplaced"))
+    return "Forces, masses or places are not those of this scene:", f"off by {found}"
+
+
+def _moved_to(place: str) -> list[str]:
+    return [f"variable place atom {place}", "set group all x v_place"]
+
+
+def _hurried_to(velocity: str) -> list[str]:
+    return [f"variable speed atom {velocity}", "velocity all set v_speed 0.0 0.0 units box"]
+
+
+def _test_force(scene: Scene) -> float:
+    """The larger of the forces under which the law is checked [N]: no overlap is above R/10."""
+    each = scene.granules
+    deepest = float(np.min(each.stiffness)) * (float(np.min(each.radius)) / 10) ** 1.5
+    return float(min(scene.units.force, deepest))
+
+
+def _tests(scene: Scene, force: float) -> list[_Test]:
+    if scene.contact is None:
+        return [_test(scene, force, more_first) for more_first in (True, False)]
+    return [_test(scene, force, number != 1, dampers) for number, dampers in enumerate(_DAMPERS)]
+
+
+def _test(
+    scene: Scene,
+    force: float,
+    more_first: bool,
+    dampers: tuple[float, float] | None = None,
+) -> _Test:
+    """All contacts are pressed, every other one more, with the wall where it stands."""
+    each, contacts = scene.granules, scene.granules.stiffness.size
+    more = np.arange(contacts) % 2 == (0 if more_first else 1)
+    pressed = force * np.where(more, 1.0, 1 / _PRESSED_MORE)
+    overlap = (pressed / each.stiffness) ** (2 / 3)
+    between = scene.chain.granules - 1
+    apart = each.radius[:-1] + each.radius[1:] - overlap[:between]
+    position = np.concatenate([[0.0], np.cumsum(apart)])
+    velocity = np.zeros(scene.chain.granules)
+    if dampers is not None:
+        assert scene.contact is not None
+        assert each.damping is not None
+        added = np.where(more, *dampers) * pressed
+        fastest = _FASTEST * scene.units.velocity
+        rate = added / (each.damping * overlap**scene.contact.exponent)
+        rate = np.clip(rate, -fastest, fastest)
+        velocity -= np.concatenate([[0.0], np.cumsum(rate[:between])])
+        if scene.wall is not None:
+            velocity += rate[-1] - velocity[-1]
+        pressed = np.asarray(DampedLaw.of(scene).force(overlap, rate), np.float64)
+    net = each.constant_force.copy()
+    net[:-1] -= pressed[:between]
+    net[1:] += pressed[:between]
+    if scene.wall is not None:
+        position += wall_position(scene) - each.radius[-1] + overlap[-1] - position[-1]
+        net[-1] -= pressed[-1]
+    return _Test(position, velocity, net)
