@@ -169,7 +169,7 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
     if scene.contact is not None:
         every = max(1, watch_every // _PHASES)
         found = looks_at_damped(scene, legs, every, -(-watch_every // every))
-        return found.max(axis=0), found.min(axis=0)
+        return np.maximum(_verlet_peaks(scene, legs), found.max(axis=0)), found.min(axis=0)
     walker = METHODS["velocity-verlet"].walker
     peaks = simulate(scene, legs, walker, leave_behind=True).peaks
     least = np.array(peaks.force)

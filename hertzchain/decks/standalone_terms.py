@@ -17,6 +17,7 @@ from hertzchain.decks.terms_law import KnownNumbers
 from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.engines.external.terms import PISTON_MOTION
 from hertzchain.engines.lammps import terms_deck
+from hertzchain.engines.lammps.damped_deck import oldest
 from hertzchain.engines.lammps.deck import MOTION, START, force_formula
 from hertzchain.engines.lammps.dialect import OLDEST, write_dump
 from hertzchain.errors import RunFailed
@@ -80,9 +81,11 @@ def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int)
     granules, *terms = scene.chain.granules, *scene.terms
     elastic = " elastic" if scene.contact is None else ""
     listed = ", ".join(terms[:-1]) + " and " + terms[-1] if len(terms) > 1 else terms[0]
+    needed = oldest(scene)
+    since = OLDEST if needed is None else needed[1]
     what = (
         f"{layout.title}: a chain of {granules}{elastic} spheres in Hertz contact, with {listed}."
-        f" Written by hertzchain {version('hertzchain')} for LAMMPS of {OLDEST} and later. SI units"
+        f" Written by hertzchain {version('hertzchain')} for LAMMPS of {since} and later. SI units"
         " throughout."
     )
     lines = [

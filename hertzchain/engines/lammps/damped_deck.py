@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hertzchain.engines.lammps.damping import (
-    WITH_COEFF_RESTITUTION,
-    WITH_TSUJI_AT_WALLS,
-    tsuji,
-)
+from hertzchain.engines.lammps.damping import WITH_COEFF_RESTITUTION, tsuji
 from hertzchain.engines.lammps.dialect import COEFF_RESTITUTION, TSUJI_AT_WALLS, WITHOUT_ATTRACTION
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
@@ -43,8 +39,18 @@ def refuse_wall(contact: Contact | None, version: str | None) -> None:
         return
     raise RunFailed(
         f"LAMMPS of {version} changes the restitution at a wall with every run: take LAMMPS of"
-        f" {WITH_TSUJI_AT_WALLS}, another damping, a scene without a wall, or native"
+        " 2 Aug 2023 or later, another damping, a scene without a wall, or native"
     )
+
+
+def oldest(scene: Scene) -> tuple[str, str] | None:
+    """The first LAMMPS that has the damping of a scene: its number, and its name; None for any."""
+    contact = scene.contact
+    if contact is None or contact.restitution is None:
+        return None
+    if asked_of_tsuji(contact.restitution) is None:
+        return COEFF_RESTITUTION, "29 Aug 2024"
+    return None if scene.wall is None else (TSUJI_AT_WALLS, "2 Aug 2023")
 
 
 def by_version(scene: Scene) -> list[str]:
@@ -55,28 +61,27 @@ def by_version(scene: Scene) -> list[str]:
     contact = scene.contact
     if contact is None or contact.restitution is None:
         return []
-    asked = asked_of_tsuji(contact.restitution)
+    lines, needed = [], oldest(scene)
+    if needed is not None:
+        version, name = needed
+        lines = [
+            f'if "$(version) < {version}" then &',
+            f"""    "print 'This damping needs LAMMPS of {name} or later'" "quit 2\"""",
+        ]
     newest = [
         "variable damping string coeff_restitution",
         f"variable restitution string {contact.restitution!r}",
     ]
+    asked = asked_of_tsuji(contact.restitution)
     if asked is None:
-        return [*_needs(COEFF_RESTITUTION, WITH_COEFF_RESTITUTION), *newest]
+        return [*lines, *newest]
     return [
-        *([] if scene.wall is None else _needs(TSUJI_AT_WALLS, WITH_TSUJI_AT_WALLS)),
+        *lines,
         "# Older versions have another damping, with a number of its own for as much of it.",
         f'if "$(version) >= {COEFF_RESTITUTION}" then &',
         *(f'    "{line}" &' for line in newest),
         'else "variable damping string tsuji" &',
         f'    "variable restitution string {asked!r}"',
-    ]
-
-
-def _needs(version: str, name: str) -> list[str]:
-    """The commands that end a deck on a LAMMPS before a version."""
-    return [
-        f'if "$(version) < {version}" then &',
-        f"""    "print 'The damping of this scene needs LAMMPS of {name}'" "quit 2\"""",
     ]
 
 

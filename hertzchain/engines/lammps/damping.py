@@ -22,7 +22,6 @@ import math
 
 SINCE_2021 = "29 Sep 2021 or later"
 WITH_COEFF_RESTITUTION = "29 Aug 2024 or later"
-WITH_TSUJI_AT_WALLS = "2 Aug 2023 or later"  # see dialect.TSUJI_AT_WALLS
 BEFORE_ROOT_2, WITH_ROOT_2 = "before 2 Sep 2026", "2 Sep 2026 or later"
 """Versions whose ``tsuji`` is without and with the factor sqrt(2), as the manual has it."""
 
