@@ -121,7 +121,7 @@ def _sampled_with_terms(scene: hc.Scene, step: float, watch_every: int) -> Float
     """``sampled_maxima`` by the compiled kernels, which have terms, recorded at its steps."""
     legs = scene.schedule(step * scene.units.time)
     if scene.contact is not None:
-        return looks_at_damped(scene, legs, 1, watch_every)[0]
+        return np.asarray(looks_at_damped(scene, legs, 1, watch_every)[0])
     every = [leg.start + leg.dt * np.arange(leg.steps) for leg in legs]
     times = np.append(np.concatenate(every), legs[-1].end)[::watch_every]
     recorder = Recorder(times / scene.units.time, scene.chain.granules, scene.wall is not None)

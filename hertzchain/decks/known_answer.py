@@ -168,7 +168,9 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
     legs = scene.schedule(step * unit)
     if scene.contact is not None:
         every = max(1, watch_every // _PHASES)
-        found = looks_at_damped(scene, legs, every, -(-watch_every // every))
+        # One more, as samples at the ends of legs are less than so many steps apart.
+        apart = watch_every if every == 1 else -(-watch_every // every) + 1
+        found = looks_at_damped(scene, legs, every, apart)
         return np.maximum(_verlet_peaks(scene, legs), found.max(axis=0)), found.min(axis=0)
     walker = METHODS["velocity-verlet"].walker
     peaks = simulate(scene, legs, walker, leave_behind=True).peaks
@@ -194,7 +196,8 @@ def looks_at_damped(scene: Scene, legs: Sequence[Leg], every: int, apart: int) -
     The looks are ``every`` so many steps times ``apart`` apart; the first row has those that begin
     with the start of the run, the next those that begin ``every`` steps later, and so on.
     """
-    found, done = np.zeros((apart, scene.granules.stiffness.size)), 0
+    found: FloatArray = np.zeros((apart, scene.granules.stiffness.size))
+    done = 0
     for _, samples in samples_of(scene, legs, every=every):
         force = samples.contact_force[min(done, 1) :]  # the first was the last before
         for row in range(apart):
