@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from numbers import Real
 from pathlib import Path
 
@@ -80,6 +81,15 @@ def require(condition: bool, key: str, value: object, allowed: str) -> None:
     """Raise a SceneError naming key, value and what is allowed unless the condition holds."""
     if not condition:
         raise SceneError(key, value, allowed)
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """The end of a sentence on an unknown word: a known one that looks like it, or nothing."""
+    import difflib
+
+    by_letters = {one.lower(): one for one in reversed(list(known))}
+    near = difflib.get_close_matches(word.lower(), by_letters, 1)
+    return f"; did you mean {by_letters[near[0]]}?" if near else ""
 
 
 def is_finite(value: object) -> bool:

@@ -9,6 +9,7 @@ import typer
 from hertzchain.cli.compare import compare
 from hertzchain.cli.deck import deck, lint, unit_test
 from hertzchain.cli.doctor import doctor
+from hertzchain.cli.init import init
 from hertzchain.cli.plot import plot
 from hertzchain.cli.predict import predict
 from hertzchain.cli.restitution import restitution
@@ -19,7 +20,7 @@ from hertzchain.cli.tradeoff import tradeoff
 app = typer.Typer(
     name="hertzchain",
     no_args_is_help=True,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     help="How hard each contact of a shocked chain of spheres is pressed, and how sure that is.",
@@ -47,6 +48,7 @@ def _options(
 
 
 # A command is a function with options; --help lists them in this order.
+app.command()(init)
 app.command()(run)
 app.command()(compare)
 app.command()(tradeoff)

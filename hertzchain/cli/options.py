@@ -56,6 +56,7 @@ def load_scene(path: Path) -> Scene:
     from hertzchain.scene.scene import Scene
 
     scene = Scene.from_toml(path)
+    remark_on_units(scene)
     if scene.striker is None and scene.momentum_ratio > _ODD_RATIO:
         typer.echo(
             f"hertzchain: LM_ratio is {scene.momentum_ratio:.3g}, so this may take long: the pulse"
@@ -63,6 +64,15 @@ def load_scene(path: Path) -> Scene:
             err=True,
         )
     return scene
+
+
+def remark_on_units(scene: Scene) -> None:
+    """Say on stderr which values of a scene look as if they had a wrong unit, in one line."""
+    from hertzchain.scene.usual import unusual_values
+
+    if unusual := unusual_values(scene):
+        listed = ", ".join(unusual)
+        typer.echo(f"hertzchain: {listed}: is the unit what is meant?", err=True)
 
 
 def to_step(dt: str | None) -> float | None:

@@ -6,7 +6,7 @@ import functools
 import re
 from typing import TYPE_CHECKING
 
-from hertzchain.errors import SceneError
+from hertzchain.errors import SceneError, did_you_mean
 
 if TYPE_CHECKING:
     import pint
@@ -71,11 +71,12 @@ def _by_pint(key: str, value: object, number: float, given: str, unit: str, exam
         wanted = registry.Unit(unit or "dimensionless")
         return float(registry.Quantity(number, given).to(wanted).magnitude)
     except pint.DimensionalityError as problem:
-        raise SceneError(
-            key, value, f"has the wrong dimension ({problem.dim1 or given}), must be {example}"
-        ) from None
+        wrong = f"has the wrong dimension ({problem.dim1 or given}), must be {example}"
+        alike = [one for one in _USUAL.get(unit, {}) if one.lower() == given.lower()]
+        raise SceneError(key, value, wrong + did_you_mean(given, alike)) from None
     except pint.UndefinedUnitError:
-        raise SceneError(key, value, f"unknown unit {given!r}, must be {example}") from None
+        meant = did_you_mean(given, _USUAL.get(unit, {}))
+        raise SceneError(key, value, f"unknown unit {given!r}, must be {example}{meant}") from None
     except Exception:
         # Pint raises many kinds of error for text that is not a unit, tokenizer errors among them.
         raise SceneError(key, value, f"cannot be understood, must be {example}") from None

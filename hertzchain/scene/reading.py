@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, TypeVar
 
-from hertzchain.errors import SceneError, require
+from hertzchain.errors import SceneError, did_you_mean, require
 from hertzchain.files import read_bytes
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.piston import Piston, read_piston_table
@@ -243,12 +242,6 @@ def quantities(
         require(key in known, full, value, allowed)
         values[key] = to_si(full, value, UNITS[key]) if key in UNITS else value
     return values
-
-
-def did_you_mean(key: str, known: Iterable[str]) -> str:
-    """The end of a sentence on an unknown key: a known one that looks like it, or nothing."""
-    near = difflib.get_close_matches(key, list(known), 1)
-    return f"; did you mean {near[0]}?" if near else ""
 
 
 def _section(

@@ -1384,7 +1384,7 @@ def test_from_which_momentum_ratio_on_a_scene_is_remarked_on(
 def test_a_heavy_striker_is_no_pulse_with_a_wrong_unit(hertzchain: Command) -> None:
     path = scene_file({"chain.granules": "6"})
     text = path.read_text(encoding="utf-8").partition("[shock]")[0]
-    path.write_text(text + "[striker]\nvelocity = 1.0\ndensity = 1e12\n", encoding="utf-8")
+    path.write_text(text + "[striker]\nvelocity = 1.0\nradius = 0.4\n", encoding="utf-8")
     assert Scene.from_toml(path).momentum_ratio > 1e4
     outcome = hertzchain("predict", path)
     assert (outcome.status, outcome.err) == (0, "")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import subprocess
 import sys
 
@@ -193,3 +194,22 @@ def test_usual_units_are_worth_what_pint_says(unit: str, given: str, number: flo
 def test_unusual_units_are_known_too() -> None:
     assert to_si("radius", "1 inch", "m") == 0.0254
     assert to_si("rise_time", "1 minute", "s") == 60.0
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "meant"),
+    [
+        ("193 Gpa", "Pa", "GPa"),
+        ("193 mpa", "Pa", "MPa"),
+        ("4 MM", "m", "mm"),  # megamolar
+        ("20 kn", "N", "kN"),  # knots
+    ],
+)
+def test_a_unit_that_looks_like_a_usual_one(text: str, unit: str, meant: str) -> None:
+    with pytest.raises(SceneError, match=rf"did you mean {re.escape(meant)}\?$"):
+        to_si("key", text, unit)
+
+
+def test_a_unit_that_looks_like_no_other() -> None:
+    with pytest.raises(SceneError, match=r"must be a number \[m\] or a string such as '1 m'$"):
+        to_si("key", "5 N", "m")

@@ -1,0 +1,45 @@
+"""hertzchain init: a commented scene file to start from."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hertzchain.errors import OutputError
+from hertzchain.scene.starters import STARTERS, files_of, write_starter
+
+Kind = StrEnum("Kind", {name.upper(): name for name in STARTERS})  # type: ignore[misc]
+"""The scenes to start from, as choices of an option."""
+
+PULSE = Kind("pulse")
+
+
+def init(
+    path: Annotated[
+        Path, typer.Argument(metavar="FILE", help="The scene file to write (TOML).")
+    ] = Path("scene.toml"),
+    kind: Annotated[Kind, typer.Option("--from", help="What the scene starts from.")] = PULSE,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace a file of this name, if there is one.")
+    ] = False,
+) -> None:
+    """Write a commented scene file to start from, and say what to do next.
+
+    "pulse-table" also writes a table next to it, to be replaced with a measured pulse.
+    """
+    there = [file for file in files_of(kind.value, path) if file.exists()]
+    if there and not force:
+        raise OutputError(f"{there[0]}: exists; name another file, or replace it with --force")
+    written = write_starter(kind.value, path)
+    typer.echo(f"{' and '.join(map(str, written))}: {STARTERS[kind.value].title}")
+    typer.echo(f"Change it in an editor, then: hertzchain compare {_quoted(path)}")
+
+
+def _quoted(path: Path) -> str:
+    """A file's name as a shell takes it."""
+    import shlex
+
+    return shlex.quote(str(path))

@@ -1,0 +1,180 @@
+"""Commented scene files to start from, by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from hertzchain.files import check_outputs, write_texts
+
+_CHAIN = """\
+# Bare numbers are SI units; a string carries its unit.
+[chain]
+granules = {granules}
+radius = "4.75 mm"
+young_modulus = "193 GPa"
+poisson_ratio = 0.3
+density = "7958 kg/m^3"{more}
+"""
+
+_COSINE = """
+[shock]                      # the force on granule 1
+profile = "cosine"           # cosine, triangular or cosine-triangular
+peak_force = "100 N"
+duration_ratio = 2           # the pulse lasts this many rise times
+momentum_ratio = 1.0         # LM_ratio: 1 gives the momentum of one solitary wave of 100 N;
+                             # or rise_time = "30 us" instead
+"""
+
+_SOFT = _COSINE.replace("100 N", "20 N")  # 100 N press PTFE farther than Hertz's law goes
+
+_STRIKER = """
+[striker]                    # instead of [shock]: granule 1 flies into the others
+velocity = "1 m/s"
+radius = "6 mm"              # what differs in granule 1; leave it out for an equal granule
+"""
+
+_RIGID_WALL = """
+[wall]                       # at the far end
+kind = "rigid"               # or "same": the material of the last granule; or "elastic": with
+                             # young_modulus and poisson_ratio of its own
+"""
+
+_RUN = """
+# [run]
+# end_time = "1 ms"          # by default long enough for the wave to pass every contact
+"""
+
+_SEGMENTS = """
+
+[[chain.segments]]           # in order; their granules sum to those of [chain]
+granules = 40
+# The cell is repeated: {} is a granule as in [chain], then one of PTFE.
+cell = [{}, { young_modulus = "1.46 GPa", poisson_ratio = 0.46, density = "2.2 g/cm^3" }]"""
+
+_TABLE = """\
+time_s,force_N
+0,0
+1e-05,12
+2e-05,55
+3e-05,92
+3.5e-05,100
+4e-05,95
+5e-05,68
+6e-05,33
+7e-05,10
+8e-05,0
+"""
+
+
+@dataclass(frozen=True)
+class Starter:
+    """A scene file to start from.
+
+    Parameters
+    ----------
+    title
+        What it describes, as its first line.
+    text
+        The other lines.
+    granules
+        N.
+    more
+        The end of the section chain.
+    table
+        A pulse table that it needs, if any.
+    """
+
+    title: str
+    text: str
+    granules: int = 20
+    more: str = ""
+    table: str | None = None
+
+    def toml(self, table_name: str) -> str:
+        """The text of the file; a pulse table is called ``table_name``."""
+        chain = _CHAIN.format(granules=self.granules, more=self.more)
+        text = self.text.replace("TABLE_NAME", table_name)
+        return f"# {self.title}\n{chain}{text}{_RUN}"
+
+
+STARTERS = {
+    "pulse": Starter("A uniform chain of steel spheres under a short pulse.", _COSINE, 60),
+    "pulse-table": Starter(
+        "A uniform chain of steel spheres under a measured pulse.",
+        """
+[shock]                      # the force on granule 1
+# CSV with the header time_s,force_N, next to this file; "hertzchain pulse" writes one from
+# a file of an oscilloscope.
+profile = "table"
+file = "TABLE_NAME"
+""",
+        60,
+        table=_TABLE,
+    ),
+    "striker": Starter("A striker hits a chain of steel spheres.", _STRIKER),
+    "wall": Starter("A striker hits a chain that ends at a rigid wall.", _STRIKER + _RIGID_WALL),
+    "dimer": Starter("Steel and PTFE by turns, under a short pulse.", _SOFT, 40, _SEGMENTS),
+    "precompressed": Starter(
+        "A chain under a static load, and a short pulse.",
+        _COSINE
+        + """
+[precompression]
+force = "20 N"               # on granule 1, all the time; an equal force holds the last granule
+# gravity = "9.81 m/s^2"     # along the chain, towards the far end; needs a [wall]
+""",
+        30,
+    ),
+    "damped": Starter(
+        "A striker hits a damped chain that ends at a rigid wall.",
+        _STRIKER
+        + _RIGID_WALL
+        + """
+[contact]                    # damping of every contact, the wall's too
+damping = "restitution"      # or "viscoelastic" with relaxation_time, "dashpot" with coefficient
+restitution = 0.8
+""",
+    ),
+    "piston": Starter(
+        "A piston pushes a chain of steel spheres.",
+        """
+[shock]
+profile = "piston"           # granule 1 moves as stated, whatever presses it
+velocity = "0.1 m/s"         # constant; or file = "motion.csv", header time_s,displacement_m
+""",
+    ),
+    "sine": Starter(
+        "A sine shakes a chain under a static load.",
+        """
+[precompression]
+force = "10 N"               # at least the amplitude: an actuator cannot pull
+
+[shock]
+profile = "sine"
+amplitude = "5 N"            # of a force on granule 1, on top of the static load
+frequency = "8 kHz"
+cycles = 4
+""",
+    ),
+}
+"""By name, in the order in which they are listed."""
+
+
+def write_starter(name: str, path: Path) -> list[Path]:
+    """Write a scene file to start from, and its pulse table if it has one; the files, in order.
+
+    The table is named as the scene file, with the suffix .csv. An OutputError says what cannot be
+    written; nothing is then.
+    """
+    starter, table = STARTERS[name], path.with_suffix(".csv")
+    texts = {path: starter.toml(table.name)}
+    if starter.table is not None:
+        texts[table] = starter.table
+        check_outputs([], [path, table])  # a scene called x.csv would be its own table
+    write_texts(texts)
+    return list(texts)
+
+
+def files_of(name: str, path: Path) -> list[Path]:
+    """The files that ``write_starter`` writes."""
+    return [path] if STARTERS[name].table is None else [path, path.with_suffix(".csv")]

@@ -1,0 +1,50 @@
+"""Values of a scene that are a thousand times off what is usual, which may be a wrong unit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hertzchain.scene.reading import UNITS
+from hertzchain.scene.scene import Scene
+
+USUAL = {
+    "radius": (1e-6, 0.5),  # grains of powder to boulders
+    "young_modulus": (1e5, 2e12),  # soft gels to diamond
+    "density": (10.0, 3e4),  # foams to osmium
+    "peak_force": (1e-6, 1e7),
+    "force": (1e-6, 1e7),
+    "amplitude": (1e-6, 1e7),
+    "velocity": (1e-5, 1e3),
+    "frequency": (0.1, 1e8),
+    "gravity": (1e-6, 1e4),
+    "relaxation_time": (1e-12, 1.0),
+}
+"""What gets no remark, in SI units; chosen: a thousand times beyond steel, glass and polymers of
+1 mm to 5 cm under 1 mN to 10 kN, or what materials have."""
+
+
+def unusual_values(scene: Scene) -> list[str]:
+    """Values that may have a wrong unit, each as the scene file names it, with what is usual.
+
+    Zero is none of them.
+    """
+    parts: dict[str, Any] = {
+        "chain": scene.chain,
+        "striker" if scene.striker else "shock": scene.shock,
+        "wall": scene.wall,
+        "precompression": scene.precompression,
+        "contact": scene.contact,
+    }
+    found = []
+    for name, part in parts.items():
+        for key, (low, high) in USUAL.items():
+            given = np.atleast_1d(np.asarray(getattr(part, key, None), np.float64))
+            size = np.abs(given[given != 0])  # NaN, for None, is outside of nothing
+            outside = size[(size < low) | (size > high)]
+            if outside.size:
+                unit = UNITS[key]
+                which = f"{name}.{key} = {outside[0]:g} {unit}"
+                found.append(f"{which} (usually {low:g} to {high:g} {unit})")
+    return found

@@ -1,0 +1,90 @@
+"""``hertzchain init``, and what helps somebody who has just begun."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from hertzchain.scene.starters import STARTERS
+from tests.command_line import Command, is_refused
+
+
+def test_a_scene_to_start_from(
+    hertzchain: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = hertzchain("init")
+    assert (done.status, done.err) == (0, "")
+    assert done.out.splitlines() == [
+        "scene.toml: A uniform chain of steel spheres under a short pulse.",
+        "Change it in an editor, then: hertzchain compare scene.toml",
+    ]
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
+    next_one = hertzchain("compare", "scene.toml", "--backend", "native")
+    assert next_one.status == 0
+
+
+@pytest.mark.parametrize("kind", STARTERS)
+def test_every_kind_can_be_asked_for(hertzchain: Command, kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "my scene.toml"
+    done = hertzchain("init", path, "--from", kind)
+    assert done.status == 0
+    assert f"compare '{path}'" in done.out
+    assert path.read_text(encoding="utf-8").startswith(f"# {STARTERS[kind].title}\n")
+
+
+def test_a_file_is_replaced_only_with_force(hertzchain: Command, tmp_path: Path) -> None:
+    path, table = tmp_path / "mine.toml", tmp_path / "mine.csv"
+    table.write_text("measured\n", encoding="utf-8")
+    is_refused(hertzchain("init", path, "--from", "pulse-table"), "mine.csv: exists", "--force")
+    assert not path.exists()
+    assert table.read_text(encoding="utf-8") == "measured\n"
+    assert hertzchain("init", path, "--from", "pulse-table", "--force").status == 0
+    assert table.read_text(encoding="utf-8").startswith("time_s,force_N\n")
+    is_refused(hertzchain("init", path), "mine.toml: exists", "--force")
+
+
+def test_where_nothing_can_be_written(hertzchain: Command, tmp_path: Path) -> None:
+    is_refused(hertzchain("init", tmp_path / "no" / "scene.toml"), "does not exist")
+    same = hertzchain("init", tmp_path / "mine.csv", "--from", "pulse-table")
+    is_refused(same, "mine.csv: is wanted for two things")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", [(), ("run",), ("init",)])
+def test_h_is_help(hertzchain: Command, command: tuple[str, ...]) -> None:
+    short, long = (hertzchain(*command, option) for option in ("-h", "--help"))
+    assert short == long
+    assert short.status == 0
+
+
+def test_commands_can_be_completed_by_a_shell(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("_HERTZCHAIN_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", "hertzchain pre")
+    monkeypatch.setenv("COMP_CWORD", "1")
+    assert hertzchain().out.split() == ["predict"]
+
+
+def test_a_value_that_looks_like_a_wrong_unit(hertzchain: Command, tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    hertzchain("init", path)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace('"4.75 mm"', "2.5"), encoding="utf-8")
+    done = hertzchain("predict", path)
+    assert done.status == 0
+    assert done.err == (
+        "hertzchain: chain.radius = 2.5 m (usually 1e-06 to 0.5 m): is the unit what is meant?\n"
+    )
+
+
+def test_a_misspelt_key_and_unit(hertzchain: Command, tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    hertzchain("init", path)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("radius", "raduis"), encoding="utf-8")
+    is_refused(hertzchain("run", path), "chain.raduis", "did you mean radius?")
+    path.write_text(text.replace("GPa", "Gpa"), encoding="utf-8")
+    is_refused(hertzchain("run", path), "unknown unit 'Gpa'", "did you mean GPa?")

@@ -1,0 +1,58 @@
+"""Remarks on values that look as if they had a wrong unit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+import hertzchain as hc
+from hertzchain.scene.usual import unusual_values
+from tests.conftest import STEEL
+
+CHAIN = hc.Chain(3, **STEEL)
+PULSE = hc.Pulse("cosine", 1.0, 2.0, momentum_ratio=1.0)
+
+
+@pytest.mark.parametrize(
+    ("key", "usual", "unusual"),
+    [
+        ("radius", 0.5, 0.51),
+        ("radius", 1e-6, 0.9e-6),
+        ("young_modulus", 1e5, 193.0),
+        ("young_modulus", 2e12, 193e12),
+        ("density", 10.0, 7.9),
+        ("density", 3e4, 7.9e6),
+    ],
+)
+def test_a_value_far_from_the_usual_is_remarked(key: str, usual: float, unusual: float) -> None:
+    weak = replace(PULSE, peak_force=1e-5)
+    at_the_edge = hc.Chain(3, **STEEL | {key: usual})
+    assert unusual_values(hc.Scene(at_the_edge, weak)) == []
+    beyond = hc.Chain(3, **STEEL | {key: unusual})
+    (remark,) = unusual_values(hc.Scene(beyond, weak))
+    assert remark.startswith(f"chain.{key} = {unusual:g} ")
+
+
+def test_every_part_is_looked_at() -> None:
+    striker = hc.Striker(velocity=2000.0)
+    wall = hc.Wall("elastic", young_modulus=70.0, poisson_ratio=0.3)
+    law = hc.Contact("viscoelastic", relaxation_time=2.0)
+    granules = replace(CHAIN, radius=(1e-3, 1e-3, 2.5))
+    found = unusual_values(hc.Scene(granules, striker, wall=wall, contact=law))
+    assert [one.partition(" = ")[0] for one in found] == [
+        *("chain.radius", "striker.velocity", "wall.young_modulus", "contact.relaxation_time")
+    ]
+    assert found[0] == "chain.radius = 2.5 m (usually 1e-06 to 0.5 m)"
+
+
+@pytest.mark.parametrize(
+    ("shock", "named"),
+    [
+        (replace(PULSE, peak_force=1e8), "shock.peak_force = 1e+08 N"),
+        (hc.Piston(velocity=1e-6), "shock.velocity = 1e-06 m/s"),
+    ],
+)
+def test_a_shock_is_looked_at(shock: hc.Pulse | hc.Piston, named: str) -> None:
+    (remark,) = unusual_values(hc.Scene(CHAIN, shock))
+    assert remark.startswith(named)
