@@ -422,8 +422,13 @@ def test_without_units_a_lattice_is_another_one() -> None:
         assert lammps.get_natoms() != 30
 
 
-MEANT = {"in.gapped": ["not-touching"], "in.precompressed": ["not-touching"]}
-"""What is said of shipped decks whose granules are apart, or pressed, on purpose."""
+MEANT = {
+    "in.damped_striker_on_a_wall": ["damping"] * 4,
+    "in.gapped": ["not-touching"],
+    "in.precompressed": ["not-touching"],
+    "in.sine": ["not-touching"],
+}
+"""What is said of shipped decks whose granules are apart, pressed or damped on purpose."""
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.name)
