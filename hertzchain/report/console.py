@@ -181,7 +181,7 @@ def print_document(console: Console, document: Document, others: str = "in --jso
         console.print(f"{remark}.")
     if document.cause is not None:
         console.print(f"\nLikely cause: {document.cause}.")
-    _print_remarks(console, *document.remarks, *native.warnings)
+    _print_remarks(console, document.hint, *document.remarks, *native.warnings)
     if document.checks:
         _print_checks(console, document)
     passed = bool(document.verdict.passed)

@@ -84,6 +84,7 @@ class Document:
     similar: Sequence[str] = ()  # remarks on engines that computed a similar chain
     facts: Sequence[tuple[str, str]] = ()  # label and value of what is said of all given peaks
     cause: str | None = None  # likely one, of what failed
+    hint: str | None = None  # what comes nearest where no cause is known
     remarks: Sequence[str] = ()  # what could not be done
 
     @property

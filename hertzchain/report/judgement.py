@@ -23,7 +23,9 @@ def of_judgement(judgement: Judgement) -> Document:
     native, tolerance = judgement.reference, judgement.tolerance
     failed = np.flatnonzero(judgement.judged & ~judgement.passed)
     judged = int(np.count_nonzero(judgement.judged))
-    cause = judgement.cause or ("no known pattern" if failed.size else None)
+    cause, hint = judgement.cause, judgement.hint
+    why = [Failure("Likely cause", "", cause)] if cause else []
+    why += [Failure("Hint", "", hint)] if hint else []
     if judged == 0:
         sentence = "No contact could be judged."
     elif not failed.size:
@@ -42,7 +44,7 @@ def of_judgement(judgement: Judgement) -> Document:
         verdict=Verdict(
             None if judged == 0 else not failed.size,
             sentence,
-            [Failure("Likely cause", "", cause)] if cause and failed.size else [],
+            why,
             [*judgement.remarks, *native.warnings],
         ),
         peaks=_peaks(judgement, failed),
@@ -50,6 +52,7 @@ def of_judgement(judgement: Judgement) -> Document:
         limits=[(GIVEN, "tolerance", tolerance)],
         facts=_facts(judgement, judged, failed.size),
         cause=cause,
+        hint=hint,
         remarks=judgement.remarks,
     )
 
@@ -83,6 +86,7 @@ def _cases(judgement: Judgement) -> tuple[Case, ...]:
     if judgement.verdict != "pass":
         why = [judgement.summary]
         why += [f"Likely cause: {judgement.cause}"] if judgement.cause else []
+        why += [f"Hint: {judgement.hint}"] if judgement.hint else []
         problem = ERROR if judgement.largest_difference is None else FAILURE
         text = "\n".join([*why, *judgement.remarks])
         cases = [Case("verdict", problem, "; ".join(why), text)]

@@ -93,6 +93,8 @@ class Case:
         best, least = trials[k], left[k]
         if not math.isfinite(least):
             return best, math.inf
+        if len(trials) == 1:
+            return best, least
         for k in _valleys(left):
             bounds = trials[max(k - 1, 0)], trials[min(k + 1, len(trials) - 1)]
             square = minimize_scalar(

@@ -7,69 +7,153 @@ tell apart is named together: a stiffer chain, a lighter one and a longer pulse 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import RunFailed, TooExpensive
 from hertzchain.observables.transition import FREE_END
-from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.case import Case, Cause
 from hertzchain.verdict.damping_causes import damping
+from hertzchain.verdict.mistaken import pushed, stiffer, with_rise_time
 from hertzchain.verdict.other_laws import HERTZ, Law, peaks
+from hertzchain.verdict.pairs import Pair, can_be_paired, pairs
+from hertzchain.verdict.pulse_causes import other_pulse
 from hertzchain.verdict.sampling import samples
-from hertzchain.verdict.step_causes import known_step, long_steps
+from hertzchain.verdict.slips import (
+    force_in_words,
+    scale_in_words,
+    slips_of_stretch,
+    stretch_in_words,
+)
+from hertzchain.verdict.step_causes import known_step, long_steps, round_steps
 
 EXPLAINED = 0.1  # of the differences, root mean square: most that a named mistake may leave
 FEWEST = 6  # contacts: fewer are on a curve with one parameter too easily
 _CERTAIN = 1e-4  # of the differences: a mistake that leaves no more is not looked past
 _FLOOR = 1e-7  # differences below are beside what the trial runs are known to, 1e-8
 _ALIKE = 3.0  # times what the best mistake leaves: others that leave no more are named beside it
-_NEAR = 0.003  # relative; how near a fitted factor has to be to a known one for that to be named
+_FAR = 3.0  # logarithm of the shortest and longest pulse tried, over that of the scene
+_SINGLE = 1e-3  # of the differences: where one mistake leaves no more, two are not sought
+_SIMILAR = frozenset({"stretch", "force", "scale"})
+PAIR_EXPLAINED = 3e-3  # of the differences: most that two mistakes may leave
+_BETTER_THAN_ONE = 10.0  # times that two have to leave less than one
+_APART = 10.0  # times what the best pair leaves: others that leave no more have to be as good
+_HELPS = 0.9  # of the differences: what leaves more is no hint
 _ALONE = 100.0  # times as far off as any other contact; chosen: what mistakes make stays below
 
 Finder = Callable[[Case], Iterator[Cause]]
 
 
-def likely_cause(
-    case: Case, progress: Callable[[str], object] | None = None
-) -> tuple[str | None, str | None]:
-    """The mistakes that explain the differences best, as a sentence, and what was not tried.
+@dataclass(frozen=True)
+class Explanation:
+    """What is said of the cause of wrong peaks, as sentences; None where there is nothing to say.
 
-    Either is None where there is none. ``progress`` is called with a line before each part.
+    Parameters
+    ----------
+    cause
+        The mistakes that explain the differences.
+    hint
+        The nearest that is known where none does.
+    remark
+        What was not tried.
+    """
+
+    cause: str | None = None
+    hint: str | None = None
+    remark: str | None = None
+
+
+def likely_cause(case: Case, progress: Callable[[str], object] | None = None) -> Explanation:
+    """The mistakes that explain the differences best: one, or two where one does not.
+
+    ``progress`` is called with a line before each part.
     """
     size = case.size
     if size < max(_FLOOR, 10 * case.reference.error_estimate):
-        return None, None
+        return Explanation()
     if np.count_nonzero(case.judged) < FEWEST:
-        return None, f"the cause is sought where at least {FEWEST} contacts are judged"
+        few = f"the cause is sought where at least {FEWEST} contacts are judged"
+        return Explanation(remark=few)
     if (alone := _one_contact(case)) is not None:
-        return alone, None
+        return Explanation(alone)
     found: list[Cause] = []
+    two: list[Pair] = []
     remark = None
+
+    def say(name: str) -> None:
+        if progress is not None:
+            progress(f"looking for the cause: {name}")
+
     for name, find in finders_for(case.scene).items():
         if name in DEAR and any(one.residual <= _CERTAIN * size for one in found):
             continue  # nothing else could leave as little
-        if progress is not None:
-            progress(f"looking for the cause: {name}")
+        say(name)
         try:
             found += find(case)
         except TooExpensive:
-            remark = f"not everything was tried for the cause, it takes too long: {name}"
+            remark = _late(name)
             break
         except RunFailed:  # this mistake cannot be made in this scene
             continue
-    found = [one for one in found if one.residual <= EXPLAINED * size]
+    one_is_enough = any(one.residual <= _SINGLE * size for one in found)
+    if remark is None and not one_is_enough and can_be_paired(case):
+        say("two mistakes")
+        try:
+            two = pairs(case)
+        except TooExpensive:
+            remark = _late("two mistakes")
     found.sort(key=lambda cause: cause.residual)
-    if not found:
-        return None, remark
-    alike = _ALIKE * max(found[0].residual, 1e-3 * size)
+    least = found[0].residual if found else math.inf
+    if two and (several := _of_pairs(case, two, least)) is not None:
+        return Explanation(several, remark=remark)
+    if least > EXPLAINED * size:
+        return Explanation(hint=_hint(case, found, two), remark=remark)
+    alike = _ALIKE * max(least, 1e-3 * size)
     sentences = [one.sentence for one in found if one.residual <= alike]
-    left = f"; leaves {max(found[0].residual / size, 1e-6):.1g} of the differences"
-    return "; or ".join(dict.fromkeys(sentences)) + left, remark
+    return Explanation(_joined(sentences, least / size), remark=remark)
+
+
+def _late(name: str) -> str:
+    return f"not everything was tried for the cause, it takes too long: {name}"
+
+
+def _joined(sentences: Iterable[str], left: float) -> str:
+    """Causes that peaks cannot tell apart, with what they leave of the differences."""
+    named = "; or ".join(dict.fromkeys(sentences))
+    return f"{named}; leaves {max(left, 1e-6):.1g} of the differences"
+
+
+def _of_pairs(case: Case, two: list[Pair], single: float) -> str | None:
+    """The pair that explains the differences, where all others leave much more; None for none.
+
+    Two of stiffness, force and a factor of all peaks do what any other two of them do.
+    """
+    best, size = two[0].left, case.size
+    if best > PAIR_EXPLAINED * size or best > single / _BETTER_THAN_ONE:
+        return None
+    alike = [pair for pair in two if pair.left <= max(_APART * best, PAIR_EXPLAINED * size / 3)]
+    if len({_SIMILAR if pair.kinds <= _SIMILAR else pair.kinds for pair in alike}) > 1:
+        return None
+    return _joined((pair.words(case.scene) for pair in alike), best / size)
+
+
+def _hint(case: Case, found: list[Cause], two: list[Pair]) -> str | None:
+    """What comes nearest to the peaks, and what it leaves."""
+    size = case.size
+    several = "no single known mistake explains these peaks"
+    if two and two[0].left <= PAIR_EXPLAINED * size:
+        return (
+            f"{several}. Several pairs of mistakes do, and peaks cannot tell them apart; one is:"
+            f" {two[0].words(case.scene)}"
+        )
+    if not found or found[0].residual > _HELPS * size:
+        return f"{several}, and none takes away a tenth of the differences"
+    left = f"it leaves {100 * found[0].residual / size:.2g} % of the differences"
+    return f"{several}. The nearest is: {found[0].sentence}; {left}"
 
 
 def _one_contact(case: Case) -> str | None:
@@ -89,13 +173,26 @@ def other_stiffness(case: Case) -> Iterator[Cause]:
     """Stiffness, mass or duration off by a factor: all of them are another LM_ratio."""
     scene = with_rise_time(case.scene)
     log, left = case.fit(
-        lambda x: case.of(_stiffer(scene, math.exp(3 * x))), list(np.linspace(-3.0, 3.0, 31))
+        lambda x: case.of(stiffer(scene, math.exp(3 * x))), list(np.linspace(-_FAR, _FAR, 31))
     )
-    yield Cause(_in_words(scene, math.exp(log)), left)
+    yield Cause(stretch_in_words(scene, math.exp(log)), left)
     # Further away than any fit goes: the contact force as the paper prints it, sqrt(2 R E).
     printed = scene.chain.young_modulus**-0.5
-    left = case.residual(case.of(_stiffer(scene, printed)))
+    left = case.residual(case.of(stiffer(scene, printed)))
     yield Cause("contact stiffness of Eq. 1 as printed, with E under the root", left)
+    for name, stretch in slips_of_stretch(scene).items():
+        if abs(math.log(stretch)) > _FAR:
+            yield from _far_off(case, name, stretch)
+
+
+def _far_off(case: Case, name: str, stretch: float) -> Iterator[Cause]:
+    """A slip by orders of magnitude; the run may end long before the wave is through."""
+    scene = stiffer(with_rise_time(case.scene), stretch**3)
+    text = f"{name}, which makes the pulse {stretch:.3g} times as long in natural units"
+    yield Cause(text, case.residual(case.of(scene)))
+    ended = replace(scene, run=replace(scene.run, end_time=case.scene.end_time))
+    text += ", in a run that ends with that of the scene"
+    yield Cause(text, case.residual(case.of(ended)))
 
 
 def _stiffer(scene: Scene, factor: float) -> Scene:
@@ -104,76 +201,21 @@ def _stiffer(scene: Scene, factor: float) -> Scene:
     )
 
 
-def with_rise_time(scene: Scene) -> Scene:
-    """The same scene, its pulse measured in seconds, which stay if the chain becomes another."""
-    pulse = scene.shock
-    if not isinstance(pulse, Pulse):
-        return scene
-    return replace(scene, shock=replace(pulse, momentum_ratio=None, rise_time=scene.rise_time))
-
-
-def _in_words(scene: Scene, stretch: float) -> str:
-    """What makes the pulse so many times as long in natural units."""
-    nu = scene.chain.poisson_ratio
-    known = {
-        "effective modulus E/(1 - nu^2) in place of half of it": 2 ** (1 / 3),
-        "effective modulus E in place of E/(2 (1 - nu^2))": (2 * (1 - nu**2)) ** (1 / 3),
-        "effective modulus halved twice": 0.5 ** (1 / 3),
-        "E in place of E/(1 - nu^2)": (1 - nu**2) ** (1 / 3),
-        "1 - nu in place of 1 - nu^2": (1 + nu) ** (1 / 3),
-        "R in place of the effective radius R/2": 2 ** (1 / 6),
-        "diameter taken for radius": 2 ** (-4 / 3),
-        "radius taken for diameter": 2 ** (4 / 3),
-        "diameter taken for radius in the mass": 8**-0.5,
-        "radius taken for diameter in the mass": 8**0.5,
-        "half the mass": 2**0.5,
-        "twice the mass": 0.5**0.5,
-    }
-    if isinstance(scene.shock, Pulse):
-        n = scene.shock.duration_ratio
-        known |= {"duration taken for rise time": n, "rise time taken for duration": 1 / n}
-    # 1 - nu^2 is 1 where nu is 0; then there is nothing to mistake.
-    names = [
-        name for name, q in known.items() if abs(stretch / q - 1) < min(_NEAR, 0.1 * abs(q - 1))
-    ]
-    text = (
-        f"contact stiffness {stretch**3:.6g} times that of the scene, or mass {stretch**-2:.6g}"
-        f" times, or pulse {stretch:.6g} times as long (peaks cannot tell these apart)"
-    )
-    return f"{text}: {' or '.join(names)}" if names else text
-
-
 def other_force(case: Case) -> Iterator[Cause]:
     """The applied force, or the unit of the peaks, off by a factor."""
     scene = with_rise_time(case.scene)
     log, left = case.fit(
-        lambda x: case.of(_pushed(scene, math.exp(x))), list(np.linspace(-5.0, 5.0, 41))
+        lambda x: case.of(pushed(scene, math.exp(x))), list(np.linspace(-5.0, 5.0, 41))
     )
-    yield Cause(f"applied force {math.exp(log):.6g} times that of the scene", left)
+    yield Cause(force_in_words(math.exp(log)), left)
     expected, given = case.reference.peak_force, case.given[case.judged]
     ratio = expected[case.judged] / expected.max()
     weight = 1 / ratio**2  # as residuals are relative
     factor = float(np.sum(weight * given * ratio) / np.sum(weight * ratio**2)) / expected.max()
-    units = {
-        "kN": 1e-3, "MN": 1e-6, "mN": 1e3, "uN": 1e6, "dyn": 1e5, "kgf": 1 / 9.80665,
-        "lbf": 1 / 4.4482216, "F0": 1 / case.scene.units.force,
-    }  # fmt: skip
-    names = [f"in units of {unit}" for unit, q in units.items() if abs(factor / q - 1) < _NEAR]
     if not factor > 0:
         yield Cause("no contact was pressed, or none was read", case.residual(0 * expected))
         return
-    text = f"every peak {factor:.6g} times the true one: "
-    why = " or ".join(names) or "another unit, or another applied force at the same LM_ratio"
-    yield Cause(text + why, case.residual(factor * expected))
-
-
-def _pushed(scene: Scene, factor: float) -> Scene:
-    shock = scene.shock
-    if isinstance(shock, Pulse):
-        return replace(scene, shock=replace(shock, peak_force=factor * shock.peak_force))
-    assert isinstance(shock, PulseTable)
-    force = tuple(factor * value for value in shock.force)
-    return replace(scene, shock=PulseTable(shock.time, force, shock.file))
+    yield Cause(scale_in_words(scene, factor), case.residual(factor * expected))
 
 
 def other_numbers(case: Case) -> Iterator[Cause]:
@@ -304,8 +346,10 @@ FINDERS: dict[str, Finder] = {
     "stiffness, mass or duration": other_stiffness,
     "applied force, units": other_force,
     "numbers of the contacts": other_numbers,
+    "the pulse": other_pulse,
     "the step given": known_step,
     "steps too long": long_steps,
+    "steps in round numbers": round_steps,
     "samples": samples,
     "damping": damping,
     "drag and late forces": late_forces,
@@ -313,7 +357,13 @@ FINDERS: dict[str, Finder] = {
 }
 """In the order in which they are tried."""
 
-DEAR = ("samples", "damping", "drag and late forces", "the contact law")  # those that take seconds
+DEAR = (
+    "steps in round numbers",
+    "samples",
+    "damping",
+    "drag and late forces",
+    "the contact law",
+)  # those that take seconds
 
 _OF_DAMPED = ("stiffness, mass or duration", "applied force, units", "numbers of the contacts")
 _OF_ALL = ("damping",)  # what is tried whatever the terms of the scene

@@ -66,7 +66,10 @@ class Judgement:
         Largest relative difference that passes.
     cause
         What has probably gone wrong where contacts failed, as a sentence; None where none did, or
-        no known mistake explains the differences.
+        no known mistake, or pair of them, explains the differences.
+    hint
+        What comes nearest, and what it leaves, where contacts failed and no cause is known, as a
+        sentence; None where nothing was sought.
     remarks
         Sentences on what could not be done; none, as a rule.
     expected
@@ -80,6 +83,7 @@ class Judgement:
     given: FloatArray
     tolerance: float
     cause: str | None
+    hint: str | None
     remarks: tuple[str, ...]
     expected: Accuracy | None
     like_steps: tuple[float, float] | None
@@ -165,6 +169,7 @@ class Judgement:
             "judged": int(np.count_nonzero(self.judged)),
             "not_given": self.missing,
             "cause": self.cause,
+            "hint": self.hint,
             "remarks": list(self.remarks),
             "velocity_verlet": expected
             and {
@@ -240,18 +245,18 @@ def judge(
         report_progress("native: velocity Verlet")
         difference = np.max(np.abs(given[judged] / reference.peak_force[judged] - 1.0))
         like = _like_steps(reference, float(difference), time_limit)
-    found = Judgement(reference, given, float(tolerance), None, tuple(remarks), expected, like)
+    found = Judgement(
+        reference, given, float(tolerance), None, None, tuple(remarks), expected, like
+    )
     if np.array_equal(found.passed, judged):
         return found  # nothing is wrong by this tolerance
     if not scene.is_plain:
         terms, tried = ", ".join(scene.terms), "; ".join(finders_for(scene))
         remarks.append(f"causes that were tried in a scene with {terms}: {tried}")
     deadline = Deadline(min(PATIENCE, time_limit))
-    cause, remark = likely_cause(
-        Case(scene, reference, given, judged, dt, deadline), report_progress
-    )
-    remarks += [] if remark is None else [remark]
-    return replace(found, cause=cause, remarks=tuple(remarks))
+    why = likely_cause(Case(scene, reference, given, judged, dt, deadline), report_progress)
+    remarks += [] if why.remark is None else [why.remark]
+    return replace(found, cause=why.cause, hint=why.hint, remarks=tuple(remarks))
 
 
 def judged_peaks(reference: Result, given: FloatArray) -> NDArray[np.bool_]:

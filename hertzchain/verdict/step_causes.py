@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import math
 from collections.abc import Iterator
 
@@ -9,17 +11,40 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, simulate
-from hertzchain.errors import RunFailed, TooExpensive
+from hertzchain.errors import RunFailed, StepUnstable, TooExpensive
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.verdict.case import Case, Cause
 from hertzchain.verdict.twin import MOST_LEGS, steps_with_force, velocity_verlet
 
+_ROUND = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5, 8.0)
+"""Steps that people choose, over a power of ten of seconds."""
+
+_SHORTEST = 0.01
+"""Of the longest step: shorter ones leave 1e-5 of the peaks or less."""
+
 
 def known_step(case: Case) -> Iterator[Cause]:
     """Effects of steps of the length given: samples in place of maxima, corners passed over."""
-    if case.dt is None:
+    if case.dt is not None:
+        yield from _with_step(case, case.dt)
+
+
+def round_steps(case: Case) -> Iterator[Cause]:
+    """The same for steps that people choose, where none is given."""
+    if case.dt is not None:
         return
-    scene, dt = case.scene, case.dt
+    longest = stable_step(case.scene, METHODS["velocity-verlet"].interval)
+    decades = range(math.floor(math.log10(_SHORTEST * longest)), math.ceil(math.log10(longest)))
+    for decade, digits in itertools.product(decades, _ROUND):
+        dt = float(f"{digits}e{decade}")
+        if _SHORTEST * longest <= dt <= longest:
+            with contextlib.suppress(StepUnstable):
+                yield from _with_step(case, dt)
+
+
+def _with_step(case: Case, dt: float) -> Iterator[Cause]:
+    """Effects of steps of a length."""
+    scene = case.scene
     found = velocity_verlet(scene, scene.schedule(dt), case.deadline)
     step = f"velocity Verlet with steps of {dt:.3g} s"
     yield Cause(f"samples in place of maxima, {step}", case.residual(found.sampled))

@@ -197,7 +197,7 @@ def test_with_other_terms_damping_alone_is_tried() -> None:
 
 def test_what_is_tried() -> None:
     damped = replace(ELASTIC, contact=ASKED["dashpot"])
-    assert len(finders_for(ELASTIC)) == 9
+    assert len(finders_for(ELASTIC)) == 11
     assert [*finders_for(damped)] == [
         "stiffness, mass or duration",
         "applied force, units",

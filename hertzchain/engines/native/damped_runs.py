@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from hertzchain.engines.native.damped import Damped, Simulated, integrate_damped
@@ -19,6 +21,7 @@ from hertzchain.limits import Deadline, refuse_memory
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.history import Recorder
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
 
 METHOD = "dop853"
 """Name of the method in results: Dormand and Prince, order 8, steps of its own."""
@@ -68,10 +71,12 @@ def simulate_damped(
     longest: float,
     deadline: Deadline,
     recorder: Recorder | None = None,
+    legs: Sequence[Leg] | None = None,
 ) -> Simulated:
     """Integrate a scene with damped contacts once; the longest step is in natural time units.
 
-    Raises StepUnstable if the motion diverges, TooExpensive if the run has taken too long.
+    ``legs`` [s, N] tell the applied force, by default that of the scene. Raises StepUnstable if the
+    motion diverges, TooExpensive if the run has taken too long.
     """
     from hertzchain.engines.native import damped_kernel, kernels
 
@@ -81,7 +86,7 @@ def simulate_damped(
     recorded = 0 if recorder is None else 3 * recorder.time.size
     refuse_memory(8.0 * granules * (_ARRAYS + recorded))
     # Steps are cut by the integrator: of the legs only the corners count.
-    rows = leg_rows(scene.schedule(scene.end_time), scene.units)
+    rows = leg_rows(legs or scene.schedule(scene.end_time), scene.units)
     record = None
     if recorder is not None:
         times = np.asarray(recorder.time, np.float64)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from hertzchain.observables.samples import Samples, closing
 from hertzchain.observables.work import work_done
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
+
+if TYPE_CHECKING:
+    from hertzchain.engines.native.damped_verlet_kernel import Contacts
 
 _INTERVAL = 0.1
 """Natural time units between two samples, at most: 7e-7 of a peak in the worst of 80 random scenes,
@@ -100,21 +104,13 @@ def samples_of(
     and at the ends of legs; by default as readings of other codes. Forces are by the velocities of
     the samples. Otherwise as ``simulate_damped_verlet``.
     """
-    from hertzchain.engines.native.damped_verlet_kernel import Contacts, take_steps
+    from hertzchain.engines.native.damped_verlet_kernel import take_steps
 
     deadline = deadline or Deadline(TIME_LIMIT)
     granules, chain = scene.chain.granules, damped_contacts(scene)
     refuse_memory(8.0 * granules * 20 * _BLOCK)
     contacts = chain.stiffness.size
-    made = Contacts(
-        _padded(chain.stiffness, granules),
-        _padded(chain.damping, granules),
-        _padded(chain.gap, granules),
-        np.ascontiguousarray(chain.inertia, np.float64),
-        np.ascontiguousarray(chain.pull, np.float64),
-        round(4 * chain.exponent),
-        chain.attraction,
-    )
+    made = verlet_contacts(scene)
     law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
     u, v, f, a = (np.zeros(granules + 1) for _ in range(4))
     own = start_of(scene)
@@ -140,6 +136,22 @@ def samples_of(
             time = natural.start + natural.dt * kept
             time[-1] = natural.end if last == leg.steps else time[-1]
             yield natural, true_forces(_samples(time, states, made.gap, contacts), law, natural)
+
+
+def verlet_contacts(scene: Scene) -> Contacts:
+    """The chain of a scene with damped contacts as the compiled steps take it."""
+    from hertzchain.engines.native.damped_verlet_kernel import Contacts
+
+    granules, chain = scene.chain.granules, damped_contacts(scene)
+    return Contacts(
+        _padded(chain.stiffness, granules),
+        _padded(chain.damping, granules),
+        _padded(chain.gap, granules),
+        np.ascontiguousarray(chain.inertia, np.float64),
+        np.ascontiguousarray(chain.pull, np.float64),
+        round(4 * chain.exponent),
+        chain.attraction,
+    )
 
 
 def _padded(values: FloatArray, granules: int) -> FloatArray:

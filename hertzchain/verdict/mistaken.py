@@ -1,0 +1,234 @@
+"""Runs with mistakes made on purpose, any two of them together: what a code had that made them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native import METHODS, plan, simulate
+from hertzchain.engines.native.damped_runs import longest_step, simulate_damped
+from hertzchain.engines.native.simulation import leg_rows
+from hertzchain.errors import RunFailed, SceneError, TooExpensive
+from hertzchain.limits import Deadline
+from hertzchain.observables.damped_law import DampedLaw
+from hertzchain.scene.pulse import PROFILES, Pulse, PulseTable, Ramp
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg, lay_steps
+from hertzchain.verdict.damping_causes import contact_of
+
+_RTOL = 1e-7  # of a run; smaller differences have no cause
+_DAMPED_TOLERANCE = 1e-7  # of a step of damped contacts: peaks are right to 2e-7
+
+_SAMPLED = 0.1  # natural time units between samples of damped velocity Verlet
+_WEAK = 1e-12  # a coefficient of damping that changes no digit, natural units
+
+HALF_SINE, RECTANGLE = "half sine", "rectangle"
+OTHER_PROFILES = (*PROFILES, HALF_SINE, RECTANGLE)
+
+AREAS = {HALF_SINE: 2 / np.pi, RECTANGLE: 1.0}
+"""Impulses of pulses over F0 and their duration; 0.5 for those of the paper."""
+
+
+@dataclass(frozen=True)
+class Mistakes:
+    """Mistakes in a computation; by default there is none.
+
+    Parameters
+    ----------
+    stretch
+        The pulse lasts so many times as long in natural units, as of another stiffness.
+    force
+        The applied force is so many times as large, at the same rise time.
+    profile
+        The profile of the pulse, if it is another.
+    duration
+        What the duration ratio less 1 is multiplied by, at the same rise time.
+    held
+        In how many equal steps the force is held constant, each as at its start; 0 for none.
+    granules
+        How many there are too many.
+    law, strength, pulls
+        Damping of contacts with its coefficient in natural units, and whether contacts pull.
+    dt
+        The step of velocity Verlet [natural time units], 0 for an accurate run.
+    """
+
+    stretch: float = 1.0
+    force: float = 1.0
+    profile: str = ""
+    duration: float = 1.0
+    held: int = 0
+    granules: int = 0
+    law: str = ""
+    strength: float = 0.0
+    pulls: bool = False
+    dt: float = 0.0
+
+
+def with_rise_time(scene: Scene) -> Scene:
+    """The same scene, its pulse measured in seconds, which stay if the chain becomes another."""
+    pulse = scene.shock
+    if not isinstance(pulse, Pulse):
+        return scene
+    return replace(scene, shock=replace(pulse, momentum_ratio=None, rise_time=scene.rise_time))
+
+
+def stiffer(scene: Scene, factor: float) -> Scene:
+    """The same scene with so many times the stiffness."""
+    return replace(
+        scene, chain=replace(scene.chain, young_modulus=factor * scene.chain.young_modulus)
+    )
+
+
+def pushed(scene: Scene, factor: float) -> Scene:
+    """The same scene with so many times the applied force."""
+    shock = scene.shock
+    if isinstance(shock, Pulse):
+        return replace(scene, shock=replace(shock, peak_force=factor * shock.peak_force))
+    assert isinstance(shock, PulseTable)
+    force = tuple(factor * value for value in shock.force)
+    return replace(scene, shock=PulseTable(shock.time, force, shock.file))
+
+
+def mistaken_scene(scene: Scene, mistakes: Mistakes) -> Scene:
+    """The scene with what is wrong in it; steps, and pulses no scene has, are left out."""
+    scene = with_rise_time(scene)
+    shock = scene.shock
+    if isinstance(shock, Pulse):
+        ratio = 1 + mistakes.duration * (shock.duration_ratio - 1)
+        shock = replace(shock, duration_ratio=ratio)
+        if mistakes.profile in PROFILES:
+            shock = replace(shock, profile=mistakes.profile)
+        scene = replace(scene, shock=shock)
+    if mistakes.granules:
+        chain = scene.chain
+        scene = replace(scene, chain=replace(chain, granules=chain.granules + mistakes.granules))
+    if mistakes.force != 1:
+        scene = pushed(scene, mistakes.force)
+    if mistakes.stretch != 1:
+        scene = stiffer(scene, mistakes.stretch**3)
+    if mistakes.law:
+        contact = contact_of(scene, mistakes.law, mistakes.strength, mistakes.pulls)
+        scene = replace(scene, contact=contact)
+    return scene
+
+
+def _ramps(scene: Scene, mistakes: Mistakes) -> Sequence[Ramp]:
+    """The applied force [s, N] of a scene with its mistakes, pulses that no scene has included."""
+    ramps = scene.ramps
+    top, end = scene.peak_force, ramps[-1].end
+    if mistakes.profile == HALF_SINE:
+        rise = ramps[0].end
+        ramps = (
+            Ramp(0.0, rise, 0.0, top, "quarter-sine"),
+            Ramp(rise, end, top, 0.0, "quarter-cosine"),
+        )
+    elif mistakes.profile == RECTANGLE:
+        ramps = (Ramp(0.0, end, top, top, "linear"),)
+    if mistakes.held:
+        times = np.linspace(0.0, end, mistakes.held + 1)
+        forces = scene.applied_force(times)
+        ramps = tuple(
+            Ramp(start, stop, force, force, "linear")
+            for start, stop, force in zip(
+                times[:-1].tolist(), times[1:].tolist(), forces[:-1].tolist(), strict=True
+            )
+        )
+    return ramps
+
+
+def damped_verlet_peaks(scene: Scene, legs: Sequence[Leg]) -> FloatArray:
+    """Highest forces of damped contacts by velocity Verlet, natural units, shape (N - 1,).
+
+    They are tops of parabolas through samples a tenth of the unit of time apart, right to 1e-4 of
+    themselves and to 1e-6 of what damping changes; ``simulate_damped_verlet`` takes 50 times as
+    long, as it measures work and bounds, too.
+    """
+    from hertzchain.engines.native.damped_verlet import verlet_contacts
+    from hertzchain.engines.native.damped_verlet_kernel import take_steps
+
+    chain = verlet_contacts(scene)
+    granules, unit = scene.chain.granules, scene.units
+    law = DampedLaw.of(scene).in_units(unit)
+    u, v, f, a = (np.zeros(granules + 1) for _ in range(4))
+    times, forces = [], []
+    for leg, row in zip(legs, leg_rows(legs, unit), strict=True):
+        dt = leg.dt / unit.time
+        stride = max(1, min(int(_SAMPLED / dt), leg.steps // 8))
+        kept = np.array([*range(0, leg.steps, stride), leg.steps])
+        states = np.zeros((kept.size, 4, granules))
+        take_steps(row, 0, leg.steps, stride, chain, u, v, f, a, states)
+        times.append(leg.start / unit.time + dt * kept[1:])
+        overlap, rate = (-np.diff(states[1:, part]) for part in (0, 1))
+        forces.append(law.force(overlap, rate))
+    return _tops(np.concatenate(times), np.concatenate(forces))
+
+
+def _tops(time: FloatArray, force: FloatArray) -> FloatArray:
+    """Tops of the parabolas through the highest samples and those next to them: (contacts,)."""
+    k = np.clip(np.argmax(force, axis=0), 1, time.size - 2)
+    here = np.arange(force.shape[1])
+    before, top, after = force[k - 1, here], force[k, here], force[k + 1, here]
+    left, right = time[k] - time[k - 1], time[k + 1] - time[k]
+    rise, fall = (top - before) / left, (after - top) / right
+    bend = (fall - rise) / (left + right)
+    slope = (rise * right + fall * left) / (left + right)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = top - slope**2 / (4 * bend)
+    return np.asarray(np.where(bend < 0, np.maximum(found, top), np.max(force, axis=0)))
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """Peaks of a scene with mistakes, each kept, as they are asked for again and again."""
+
+    scene: Scene
+    deadline: Deadline
+    kept: dict[Mistakes, FloatArray] = field(default_factory=dict)
+
+    def peaks(self, mistakes: Mistakes) -> FloatArray:
+        """Peak forces [N], shape (N - 1,); NaN where a contact is not there, or nothing runs.
+
+        Raises TooExpensive if that was not done by the deadline.
+        """
+        if mistakes not in self.kept:
+            contacts = self.scene.chain.granules - 1
+            found = np.full(contacts, np.nan)
+            try:
+                peaks = self._run(mistakes)
+                found[: min(contacts, peaks.size)] = peaks[:contacts]
+            except TooExpensive:
+                raise
+            except (RunFailed, SceneError):
+                pass
+            self.kept[mistakes] = found
+        return self.kept[mistakes]
+
+    def _run(self, mistakes: Mistakes) -> FloatArray:
+        scene = mistaken_scene(self.scene, mistakes)
+        ramps = _ramps(scene, mistakes)
+        unit = scene.units
+        if mistakes.dt:
+            legs: tuple[Leg, ...] = lay_steps(ramps, scene.end_time, mistakes.dt * unit.time)
+            if mistakes.law:
+                elastic = replace(mistakes, law="", strength=0.0, pulls=False)
+                weak = replace(scene, contact=contact_of(scene, mistakes.law, _WEAK, True))
+                ratio = damped_verlet_peaks(scene, legs) / damped_verlet_peaks(weak, legs)
+                return np.asarray(ratio * self.peaks(elastic))
+            walker = METHODS["velocity-verlet"].walker
+            run = simulate(scene, legs, walker, deadline=self.deadline)
+            return np.asarray(run.peaks.force * unit.force)
+        if mistakes.law:
+            longest = longest_step(scene) / unit.time
+            legs = lay_steps(ramps, scene.end_time, scene.end_time)
+            damped = simulate_damped(scene, _DAMPED_TOLERANCE, longest, self.deadline, legs=legs)
+            return np.asarray(damped.peak_force * unit.force)
+        chosen = plan.cheapest(_RTOL, checked=False)
+        legs = chosen.walker.cut(lay_steps(ramps, scene.end_time, chosen.step * unit.time))
+        # What can be left behind is known of single pushes.
+        single = not mistakes.held
+        run = simulate(scene, legs, chosen.walker, leave_behind=single, deadline=self.deadline)
+        return np.asarray(run.peaks.force * unit.force)

@@ -1,0 +1,24 @@
+"""Another pulse as a cause of wrong peaks: its profile, its duration ratio, a force in steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hertzchain.scene.pulse import Pulse
+from hertzchain.verdict.case import Case, Cause
+from hertzchain.verdict.families import of_pulses, words_of
+from hertzchain.verdict.mistaken import Mistakes, Runs
+
+
+def other_pulse(case: Case) -> Iterator[Cause]:
+    """Another profile, another duration ratio, a force that is held constant in steps."""
+    pulse = case.scene.shock
+    if not isinstance(pulse, Pulse):
+        return
+    runs = Runs(case.scene, case.deadline)
+    for family in of_pulses(pulse):
+        x, left = case.fit(
+            lambda x, family=family: runs.peaks(family.make(Mistakes(), x)),  # type: ignore[misc]
+            family.trials.tolist(),
+        )
+        yield Cause(words_of(case.scene, family, family.make(Mistakes(), x)), left)

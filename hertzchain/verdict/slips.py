@@ -1,0 +1,97 @@
+"""Well-known slips: what each makes of the pulse in natural units, or of the force, by name."""
+
+from __future__ import annotations
+
+from hertzchain.scene.pulse import Pulse
+from hertzchain.scene.scene import Scene
+
+NEAR = 0.003  # relative; how near a fitted factor has to be to a known one for that to be named
+
+KILOGRAM_FORCE, POUND_FORCE = 9.80665, 4.4482216  # N
+
+
+def stretch_in_words(scene: Scene, stretch: float) -> str:
+    """What makes the pulse so many times as long in natural units."""
+    names = near(slips_of_stretch(scene), stretch)
+    text = (
+        f"contact stiffness {stretch**3:.6g} times that of the scene, or mass {stretch**-2:.6g}"
+        f" times, or pulse {stretch:.6g} times as long (peaks cannot tell these apart)"
+    )
+    return f"{text}: {' or '.join(names)}" if names else text
+
+
+def near(known: dict[str, float], factor: float) -> list[str]:
+    """Names of the known factors that a fitted one is near to."""
+    # 1 - nu^2 is 1 where nu is 0; then there is nothing to mistake.
+    return [name for name, q in known.items() if abs(factor / q - 1) < min(NEAR, 0.1 * abs(q - 1))]
+
+
+def slips_of_stretch(scene: Scene) -> dict[str, float]:
+    """What slips in chain and pulse make of the length of the pulse in natural units.
+
+    That goes as the cube root of the stiffness, and as the root of the mass downwards.
+    """
+    nu, radius = scene.chain.poisson_ratio, scene.chain.radius
+    known = {
+        "effective modulus E/(1 - nu^2) in place of half of it": 2 ** (1 / 3),
+        "effective modulus E in place of E/(2 (1 - nu^2))": (2 * (1 - nu**2)) ** (1 / 3),
+        "effective modulus halved twice": 0.5 ** (1 / 3),
+        "E in place of E/(1 - nu^2)": (1 - nu**2) ** (1 / 3),
+        "1 - nu in place of 1 - nu^2": (1 + nu) ** (1 / 3),
+        "shear modulus in place of E": (0.5 / (1 + nu)) ** (1 / 3),
+        "the factor 2/3 is missing": 1.5 ** (1 / 3),
+        "the factor 4/3 is missing": 0.75 ** (1 / 3),
+        "R in place of the effective radius R/2": 2 ** (1 / 6),
+        "diameter taken for radius": 2 ** (-4 / 3),
+        "radius taken for diameter": 2 ** (4 / 3),
+        "diameter taken for radius in the mass": 8**-0.5,
+        "radius taken for diameter in the mass": 8**0.5,
+        "half the mass": 2**0.5,
+        "twice the mass": 0.5**0.5,
+        "density in g/cm^3 taken for kg/m^3": 1e3**0.5,
+        "E in dyn/cm^2 taken for Pa": 10 ** (1 / 3),
+        "radius in cm taken for m": 100 ** (-4 / 3),
+        "radius in mm taken for m": 1000 ** (-4 / 3),
+        "E in GPa taken for Pa": 1e-9 ** (1 / 3),
+        "E in MPa taken for Pa": 1e-6 ** (1 / 3),
+        # Spheres have the diameter 1 of LAMMPS when they get their mass.
+        "density set before the diameter": (2 * radius) ** 1.5,
+    }
+    if isinstance(scene.shock, Pulse):
+        n = scene.shock.duration_ratio
+        known |= {"duration taken for rise time": n, "rise time taken for duration": 1 / n}
+    return known
+
+
+SLIPS_OF_FORCE = {
+    "F0 in kgf taken for N": 1 / KILOGRAM_FORCE,
+    "F0 in N taken for kgf": KILOGRAM_FORCE,
+    "F0 in lbf taken for N": 1 / POUND_FORCE,
+    "F0 in N taken for lbf": POUND_FORCE,
+    "F0 in dyn taken for N": 1e5,
+    "F0 in kN taken for N": 1e-3,
+    "half of F0": 0.5,
+    "twice F0": 2.0,
+}
+"""What they make of the applied force."""
+
+UNITS_OF_PEAKS = {
+    "kN": 1e-3, "MN": 1e-6, "mN": 1e3, "uN": 1e6, "dyn": 1e5, "kgf": 1 / KILOGRAM_FORCE,
+    "lbf": 1 / POUND_FORCE,
+}  # fmt: skip
+"""Peaks in them over those in N."""
+
+
+def force_in_words(factor: float) -> str:
+    """What an applied force so many times as large is called."""
+    names = near(SLIPS_OF_FORCE, factor)
+    text = f"applied force {factor:.6g} times that of the scene"
+    return f"{text}: {' or '.join(names)}" if names else text
+
+
+def scale_in_words(scene: Scene, factor: float) -> str:
+    """What makes every peak so many times the true one."""
+    units = UNITS_OF_PEAKS | {"F0": 1 / scene.units.force}
+    names = [f"in units of {unit}" for unit in near(units, factor)]
+    why = " or ".join(names) or "another unit, or another applied force at the same LM_ratio"
+    return f"every peak {factor:.6g} times the true one: {why}"
