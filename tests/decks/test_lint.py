@@ -18,7 +18,8 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.decks.layout import KnownAnswer, Layout
 from hertzchain.decks.lint.deck import Deck
-from hertzchain.decks.lint.rules import RULES, Finding, lint, lint_file
+from hertzchain.decks.lint.finding import Finding
+from hertzchain.decks.lint.rules import RULES, lint, lint_file
 from hertzchain.decks.lint.script import parse
 from hertzchain.decks.standalone import standalone
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
@@ -305,6 +306,105 @@ TRAPS = {
     "unstable steps": Trap(
         "step-length", "error", "unfix shock\nrun 3000", "unfix shock\ntimestep 2e-5\nrun 100",
         "stops",
+    ),
+    "unstable steps of a striker": Trap(
+        "step-length",
+        "error",
+        "fix shock first addforce v_push 0.0 0.0\n|unfix shock\n|timestep 1e-7|run 500",
+        "velocity first set 1.0 0.0 0.0 units box\n||timestep 1e-4|run 100",
+        "stops",
+    ),
+    "unstable steps of a constant force": Trap(
+        "step-length", "error", "v_push|1e-7\nrun 500", "100.0|2e-5\nrun 100", "stops"
+    ),
+    "unstable springs": Trap(
+        "step-length",
+        "error",
+        "hertz/material 193e9 0.0 0.3|timestep 1e-7\nrun 500",
+        "hooke 1e7 0.0|timestep 1.9e-5\nrun 1000",
+        "stops",
+    ),
+    "thermal velocities": Trap(
+        "random-velocities",
+        "error",
+        "fix motion all nve",
+        "fix motion all nve\nvelocity all create 1e20 4928459",
+        "peaks",
+        0.01,
+    ),
+    "a force on ten": Trap(
+        "force-on-all", "warning", "first id 1", "first id 1:10", "peaks", 0.5
+    ),
+    "a constant force on all": Trap(
+        "force-on-all", "warning", "fix shock first addforce v_push",
+        "fix shock all addforce 50.0", "peaks", 0.5,
+    ),
+    "a force in ten steps": Trap(
+        "force-in-steps", "warning", "2*PI*time/1e-4", "2*PI*(floor(time/1e-5)+0.5)/10",
+        "peaks", 1e-3,
+    ),
+    "a force by ternary": Trap(
+        "force-in-steps",
+        "warning",
+        "variable push equal 50*(1-cos(2*PI*time/1e-4))",
+        "variable push equal (time<2.5e-5)*50+(time>=2.5e-5)*(time<6e-5)*100+(time>=6e-5)*30",
+        "peaks",
+        1e-3,
+    ),
+    "a force in runs": Trap(
+        "force-in-steps",
+        "warning",
+        "fix shock first addforce v_push 0.0 0.0\nrun 1000\ntimestep 1e-7\nrun 500\n",
+        "".join(f"fix shock first addforce {f} 0.0 0.0\nrun 500\n" for f in (14, 85, 85, 14)),
+        "peaks",
+        1e-3,
+    ),
+    "a force in a loop": Trap(
+        "force-in-steps",
+        "warning",
+        "fix shock first addforce v_push 0.0 0.0\nrun 1000\ntimestep 1e-7\nrun 500\n",
+        "variable i loop 10\nlabel more\nvariable now equal 50*(1-cos(2*PI*(v_i-0.5)/10))\n"
+        "fix shock first addforce ${now} 0.0 0.0\nrun 200\nnext i\njump SELF more\n",
+    ),
+    "a force at one of ten steps": Trap(
+        "force-in-steps", "error", "addforce v_push 0.0 0.0", "addforce v_push 0.0 0.0 every 10",
+        "peaks", 0.3,
+    ),
+    "a force held by every": Trap(
+        "force-in-steps",
+        "warning",
+        "addforce v_push 0.0 0.0\nrun 1000",
+        'addforce v_push 0.0 0.0\nrun 1000 every 100 "fix shock first addforce $(v_push) 0.0 0.0"',
+    ),
+    "gravity across": Trap(
+        "gravity",
+        "error",
+        "fix motion all nve",
+        "fix motion all nve\nfix down all gravity 9.81 vector 0 0 -1",
+    ),
+    "gravity along a free chain": Trap(
+        "gravity",
+        "warning",
+        "fix motion all nve",
+        "fix motion all nve\nfix down all gravity 9.81 vector 1 0 0",
+    ),
+    "no 2/3 in Kn": Trap(
+        "stiffness-of-material",
+        "error",
+        STYLE,
+        "variable E equal 193e9\nvariable nu equal 0.3\nvariable K equal ${E}/(1-${nu}^2)\n"
+        "pair_style gran/hertz/history ${K} NULL 0.0 0.0 0.0 0\npair_coeff * *",
+        "peaks",
+        0.01,
+    ),
+    "no 2/3 in Kn, by its comment": Trap(
+        "stiffness-of-material",
+        "error",
+        STYLE,
+        "# steel: E = 193 GPa, nu = 0.3\n"
+        "pair_style gran/hertz/history 2.1209e11 NULL 0.0 0.0 0.0 0\npair_coeff * *",
+        "peaks",
+        0.01,
     ),
     "no step": Trap("step-default", "note", "timestep 5e-8\n", ""),
     "a dump of every step": Trap(

@@ -22,6 +22,7 @@ class Run:
     steps: float | None
     dt: float | None
     start: float | None
+    steps_before: float | None = None  # of LAMMPS's own count
 
     @property
     def end(self) -> float | None:
@@ -161,20 +162,24 @@ class Deck:
         """The runs, with step and start where they can be known."""
         dt = DEFAULT_STEP.get(self.units)
         clock: float | None = 0.0
+        taken: float | None = 0.0
         changing = bool(self.fixes("dt/reset", "adapt"))
         found: list[Run] = []
         for command in self.script.commands:
+            if command.never:
+                continue
             if command.name == "timestep":
                 dt = None if command.conditional else number(" ".join(command.words[1:2]))
             elif command.name == "reset_timestep":
-                clock = None
+                clock = taken = None
             elif command.name in ("run", "minimize", "rerun"):
                 word = command.words[1] if len(command.words) > 1 else None
                 plain = command.name == "run" and not command.conditional
                 plain = plain and not {"upto", "start", "stop"} & set(command.words)
                 steps = number(word) if plain else None
-                found.append(Run(command, steps, None if changing else dt, clock))
+                found.append(Run(command, steps, None if changing else dt, clock, taken))
                 clock = found[-1].end
+                taken = None if taken is None or steps is None else taken + steps
         return found
 
     @cached_property
@@ -284,7 +289,7 @@ class Deck:
         pairs = ((ends[0], ends[1]), (ends[2], ends[3]), (ends[4], ends[5]))
         return [None if a is None or b is None else (a, b) for a, b in pairs]
 
-    def _unit_of(self, region: str) -> float | None:
+    def unit_of(self, region: str) -> float | None:
         """How long a unit of a region's numbers is."""
         blocks = [r for r in self.named("region") if r.words[1:3] == (region, "block")]
         lattices = self.named("lattice")
@@ -296,7 +301,7 @@ class Deck:
 
     def _sites_across(self, region: str) -> list[float | None]:
         """How many sites of a cubic lattice a block has along each axis; one where it is thin."""
-        unit = self._unit_of(region)
+        unit = self.unit_of(region)
         lattices = self.named("lattice")
         cubic = len(lattices) == 1 and lattices[0].words[1:2] == ("sc",)
         scale = number(" ".join(lattices[0].words[2:3])) if cubic else None
@@ -315,7 +320,7 @@ class Deck:
         """Whether the box is known to be so long that images do not matter to the chain."""
         boxes = self.named("create_box")
         region = " ".join(boxes[0].words[2:3]) if len(boxes) == 1 else ""
-        ends, unit = self.extent(region)[axis], self._unit_of(region)
+        ends, unit = self.extent(region)[axis], self.unit_of(region)
         if ends is None or unit is None or self.diameter is None or self.skin is None:
             return False
         span: float | None = 0.0
@@ -342,9 +347,12 @@ class Deck:
     @cached_property
     def is_heap(self) -> bool:
         """Whether it surely is no chain: granules are poured, rest under gravity, or are many."""
-        heap = ("pour", "deposit", "gravity", "wall/gran/region", "rigid", "rigid/small")
-        return bool(self.fixes(*heap)) or any(
-            command.words[1:2] == ("2",) for command in self.named("dimension")
+        heap = ("pour", "deposit", "wall/gran/region", "rigid", "rigid/small")
+        fallen = self.axis is None and bool(self.fixes("gravity"))
+        return (
+            fallen
+            or bool(self.fixes(*heap))
+            or any(command.words[1:2] == ("2",) for command in self.named("dimension"))
         )
 
     @cached_property

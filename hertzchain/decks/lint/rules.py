@@ -7,39 +7,24 @@ were measured on 30 steel spheres, pushed by 100 N for 100 us (LAMMPS 22 Jul 202
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
 
 from hertzchain.decks.lint.arithmetic import number
+from hertzchain.decks.lint.chain import Chain
+from hertzchain.decks.lint.chain_rules import CHAIN_RULES
 from hertzchain.decks.lint.deck import TOUCHING, Deck, Law, Push, Run
+from hertzchain.decks.lint.finding import Finding, Found, Severity
 from hertzchain.decks.lint.script import Command, parse
 from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.damping import BEFORE_ROOT_2, tsuji
 from hertzchain.errors import HertzchainError
 from hertzchain.files import read_bytes
 
-Severity = Literal["error", "warning", "note"]
-
 MOST_BYTES = 5_000_000  # of a deck: more are not written by hand
-_UNSTABLE = math.sqrt(2 / 3)  # natural time units; 2 over the largest frequency, 2 sqrt(3/2)
-_CONSISTENT = ("si", "cgs", "lj")  # force is mass times acceleration, without a factor
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that is wrong, or worth knowing, in a deck."""
-
-    line: int  # from 1
-    rule: str
-    severity: Severity  # wrong or stops; likely not meant; costs time, or is worth knowing
-    text: str  # what is wrong, and what to write instead
-
-
-Found = Iterator[tuple[Command | None, Severity, str]]  # where (None: line 1), how bad, sentence
 
 
 def _density_before_diameter(deck: Deck) -> Found:
@@ -411,19 +396,6 @@ def _force_frozen(deck: Deck) -> Found:
                 yield fix, "error", text
 
 
-def _force_on_all(deck: Deck) -> Found:
-    """A shock hits one end."""
-    if deck.is_heap:
-        return
-    for push in deck.pushes:
-        if push.command.words[2] == "all":
-            text = (
-                "the force acts on every granule: group first id 1, and fix ... first addforce,"
-                " push one end"
-            )
-            yield push.command, "warning", text
-
-
 def _force_left_on(deck: Deck) -> Found:
     """A formula is evaluated every step, also when it gives 0."""
     for push in deck.pushes:
@@ -458,38 +430,6 @@ def _force_cut(deck: Deck) -> Found:
                 " timestep)"
             )
             yield push.unfix, "warning", text
-
-
-def _step_length(deck: Deck) -> Found:
-    """The step against the stiffest contact that the force can make."""
-    peak, stiffness = deck.peak_force, deck.stiffness
-    if not peak or stiffness is None or deck.density is None or deck.diameter is None:
-        return
-    if deck.units not in _CONSISTENT or deck.density <= 0:
-        return
-    mass = math.pi / 6 * deck.diameter**3 * deck.density
-    unit = math.sqrt(mass / stiffness ** (2 / 3) / peak ** (1 / 3))
-    moving = [run for run in deck.runs if run.dt and run.steps != 0]  # run 0 takes no step
-    longest = max(moving, key=lambda run: run.dt or 0, default=None)
-    if longest is None or longest.dt is None:
-        return
-    steps = [c for c in deck.named("timestep") if c.place < longest.command.place]
-    where = steps[-1] if steps else longest.command
-    step = longest.dt / unit
-    if step > _UNSTABLE:
-        text = (
-            f"the step {longest.dt:.3g} is above the limit of stability,"
-            f" {_UNSTABLE * unit:.3g} for contacts pressed by {peak:.4g}: granules fly apart;"
-            f" {0.02 * unit:.1g} gives peaks right to some 1e-4"
-        )
-        yield where, "error", text
-    elif step > 0.2:
-        text = (
-            f"the step {longest.dt:.3g} is {step:.2g} of the natural time of contacts pressed by"
-            f" {peak:.4g}: peaks are off by some {0.22 * step**2:.1%}, which goes with the square"
-            f" of it; {0.02 * unit:.1g} gives some 1e-4"
-        )
-        yield where, "warning", text
 
 
 def _step_default(deck: Deck) -> Found:
@@ -765,28 +705,30 @@ def _no_deck(deck: Deck) -> Found:
         yield None, "error", text
 
 
-RULES: dict[str, Callable[[Deck], Found]] = {
+_DECK_RULES: dict[str, Callable[[Chain], Found]] = {
     rule.__name__[1:].replace("_", "-"): rule
     for rule in (
         _no_deck, _elsewhere, _units, _atom_style, _density_before_diameter,
         _diameter_missing, _mass_set, _not_touching, _periodic, _ghost_velocity, _skin,
         _neighbours, _not_hertz, _damping, _attraction, _poisson_ratio, _tangential,
         _several_materials, _mixed_pairs, _wall, _motion, _no_run, _thermostat, _force_clock,
-        _force_frozen, _force_on_all, _force_left_on, _force_cut, _step_length, _step_default,
-        _dump_every_step,
+        _force_frozen, _force_left_on, _force_cut, _step_default, _dump_every_step,
     )
 }  # fmt: skip
+
+RULES: dict[str, Callable[[Chain], Found]] = {**_DECK_RULES, **CHAIN_RULES}
 """All rules by name."""
 
 
 def lint(text: str) -> list[Finding]:
     """The findings in a deck, in the order of its lines."""
-    deck = Deck(parse(text))
-    found = {
-        Finding(1 if command is None else command.line, name, severity, sentence)
-        for name, rule in RULES.items()
-        for command, severity, sentence in rule(deck)
-    }
+    deck = Chain(parse(text))
+    found: set[Finding] = set()
+    for name, rule in RULES.items():
+        with contextlib.suppress(ArithmeticError):  # numbers beyond the range of floating point
+            for command, severity, sentence in rule(deck):
+                line = 1 if command is None else command.line
+                found.add(Finding(line, name, severity, sentence))
     return sorted(found, key=lambda finding: (finding.line, finding.rule, finding.text))
 
 

@@ -1,7 +1,7 @@
 """A LAMMPS input script as text: its commands, its variables, the value of its formulas.
 
-Nothing is run. What cannot be known without running it (thermo keywords, computes, loops, files)
-has no value: None.
+Nothing is run. What cannot be known without running it (thermo keywords, computes, files) has no
+value: None. Loops over known values are written out, ``if`` with a known condition is decided.
 """
 
 from __future__ import annotations
@@ -12,7 +12,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from hertzchain.decks.lint.arithmetic import LONGEST, Definition, Lookup, known_value, names_in
+from hertzchain.decks.lint.arithmetic import (
+    LONGEST,
+    Definition,
+    Lookup,
+    known_value,
+    names_in,
+    number,
+)
 
 
 @dataclass(frozen=True)
@@ -24,6 +31,7 @@ class Command:
     words: tuple[str, ...]  # name and arguments, ${x} and $(formula) filled in where known
     raw: tuple[str, ...]  # the same as written
     conditional: bool  # in if, run every or a loop: carried out never, or often
+    never: bool = False  # in the branch of an ``if`` that is not taken
 
     @property
     def name(self) -> str:
@@ -50,6 +58,7 @@ class Script:
 
     commands: tuple[Command, ...]
     definitions: Mapping[str, Sequence[Definition]]
+    comments: tuple[tuple[int, str], ...] = ()  # line and text of each
 
     def named(self, *names: str) -> list[Command]:
         """The commands of these names."""
@@ -82,41 +91,137 @@ def _latest(made: Sequence[Definition], place: int) -> Definition | None:
 
 def parse(text: str) -> Script:
     """Read an input script; any text gives one."""
-    commands: list[Command] = []
-    made: dict[str, list[Definition]] = {}
+    lines = list(_logical_lines(text))
+    reader = _Reader(lines)
+    reader.carry_out(0, len(lines), looping=False)
+    return Script(tuple(reader.commands), reader.made, _comments(text))
 
-    def look_up(variable: str, place: int) -> Definition | None:
-        return _latest(made.get(variable, ()), place)
 
-    def add(line: int, written: str, conditional: bool, depth: int) -> None:
+_MOST_WRITTEN_OUT = 10_000  # commands of all loops together: chains have some 100 granules
+
+
+class _Reader:
+    """Reads commands in the order in which LAMMPS carries them out, as far as it is known."""
+
+    def __init__(self, lines: Sequence[tuple[int, str]]) -> None:
+        self._lines = lines
+        self.commands: list[Command] = []
+        self.made: dict[str, list[Definition]] = {}
+        self._values: dict[str, list[str]] = {}  # of variables that loops count with
+        self._left = _MOST_WRITTEN_OUT
+
+    def carry_out(self, first: int, last: int, looping: bool) -> None:
+        """Read some lines; ``looping``: in a loop that is not written out."""
+        at = first
+        while at < last:
+            line, written = self._lines[at]
+            head = written.split(None, 2)[:2]
+            at += 1
+            end = None if looping or head[:1] != ["label"] else self._end_of_loop(at, last, head)
+            if end is None:
+                looping = looping or head[:1] == ["label"]
+                self._add(line, written, looping, 0)
+                looping = looping and head[:1] != ["jump"]
+                continue
+            variable = self._lines[end][1].split()[1]
+            values = self._values[variable]
+            self._left -= len(values) * (end - at)
+            for value in values:
+                self._define(variable, "text", value)
+                self.carry_out(at, end, looping=False)
+            self._define(variable, "deleted", "")
+            at = end + 2
+
+    def _end_of_loop(self, at: int, last: int, head: Sequence[str]) -> int | None:
+        """The line of ``next`` of a loop that begins here; None where it is not known what it does.
+
+        Its last lines are ``next VARIABLE`` and ``jump SELF LABEL``, and nothing else jumps.
+        """
+        jump = ["jump", "SELF", *head[1:]]
+        for end in range(at, min(last, at + self._left) - 1):
+            if self._lines[end + 1][1].split() != jump:
+                continue
+            words = self._lines[end][1].split()
+            if len(words) != 2 or words[0] != "next" or words[1] not in self._values:
+                return None
+            body = self._lines[at:end]
+            jumps = any("jump" in written and "if" in written.split()[:1] for _, written in body)
+            too_long = len(self._values[words[1]]) * len(body) > self._left
+            return None if jumps or too_long else end
+        return None
+
+    def _define(self, variable: str, style: str, text: str) -> None:
+        self.made.setdefault(variable, []).append(Definition(len(self.commands) - 1, style, text))
+
+    def _look_up(self, variable: str, place: int) -> Definition | None:
+        return _latest(self.made.get(variable, ()), place)
+
+    def _add(
+        self, line: int, written: str, conditional: bool, depth: int, never: bool = False
+    ) -> None:
         raw = _words(written)
         if not raw:
             return
-        place = len(commands)
-        words = tuple(_filled(word, look_up, place) for word in raw)
-        command = Command(place, line, words, raw, conditional)
-        commands.append(command)
-        _define(command, made)
-        if depth < 3:
-            for inner in _inner(raw):
-                add(line, inner, True, depth + 1)
+        place = len(self.commands)
+        words = tuple(_filled(word, self._look_up, place) for word in raw)
+        command = Command(place, line, words, raw, conditional, never)
+        self.commands.append(command)
+        if not never:
+            _define(command, self.made)
+            self._note_values(command)
+        if depth >= 3:
+            return
+        if raw[0] == "if":
+            for taken, inner in self._branches(command):
+                unsure = conditional or taken is not True
+                self._add(line, inner, unsure, depth + 1, never or taken is False)
+        elif raw[0] == "run" and "every" in raw:
+            for inner in raw[raw.index("every") + 2 :]:
+                if inner != "NULL":
+                    self._add(line, inner, True, depth + 1, never)
 
-    looping = False
-    for line, written in _logical_lines(text):
-        first = written.split(None, 1)[:1]
-        looping = looping or first == ["label"]
-        add(line, written, looping, 0)
-        if first == ["jump"]:
-            looping = False
-    return Script(tuple(commands), made)
+    def _note_values(self, command: Command) -> None:
+        """Note the values that a variable of style ``loop`` or ``index`` goes through."""
+        words = command.words
+        if command.name != "variable" or len(words) < 4:
+            return
+        self._values.pop(words[1], None)
+        if words[2] == "index":
+            self._values[words[1]] = list(words[3:])
+        elif words[2] == "loop" and not command.conditional:
+            ends = [number(word) for word in words[3:] if word != "pad"]
+            known = [int(end) for end in ends if end is not None]
+            if len(known) == len(ends) and len(known) in (1, 2):
+                low, high = (1, known[0]) if len(known) == 1 else known
+                if high - low < _MOST_WRITTEN_OUT:
+                    self._values[words[1]] = [str(k) for k in range(low, high + 1)]
+
+    def _branches(self, command: Command) -> Iterator[tuple[bool | None, str]]:
+        """The commands in an ``if``, each with whether it is carried out, if that is known."""
+        taken: bool | None = None
+        decided: bool | None = False  # whether an earlier branch is taken
+        position = "if"
+        for word, raw in zip(command.words, command.raw, strict=True):
+            if position in ("if", "elif") and word != "if":
+                value = known_value(word, self._look_up, command.place, {}, 0)
+                holds = None if value is None else value != 0
+                taken = False if decided or holds is False else None if decided is None else holds
+                decided = True if taken else None if decided is None or holds is None else decided
+                position = "then"
+            elif word in ("elif", "else"):
+                position = word
+                if word == "else":
+                    taken = None if decided is None else not decided
+            elif word not in ("if", "then"):
+                yield taken, raw
 
 
 def _logical_lines(text: str) -> Iterator[tuple[int, str]]:
     """Lines without comments, each joined with those that it goes on in, with its number."""
     whole, start, open_quotes = "", 0, False
-    for number, written in enumerate(text.splitlines(), start=1):
+    for line, written in enumerate(text.splitlines(), start=1):
         if not whole:
-            start = number
+            start = line
         piece = written if open_quotes else written.rstrip()
         if not open_quotes and piece.endswith("&"):
             whole += piece[:-1] + " "
@@ -130,6 +235,16 @@ def _logical_lines(text: str) -> Iterator[tuple[int, str]]:
         whole = ""
     if whole:
         yield start, _without_comment(whole)
+
+
+def _comments(text: str) -> tuple[tuple[int, str], ...]:
+    """Comments with their lines, as they stand alone or after a command."""
+    found: list[tuple[int, str]] = []
+    for line, written in enumerate(text.splitlines(), start=1):
+        kept = _without_comment(written)
+        if len(kept) < len(written):
+            found.append((line, written[len(kept) + 1 :].strip()))
+    return tuple(found)
 
 
 _QUOTED = re.compile(r'"""(?s:.*?)"""|"[^"]*"|\'[^\']*\'')
@@ -167,15 +282,6 @@ def _closed_up(line: str) -> str:
         if not (depth and character.isspace()):
             pieces.append(character)
     return "".join(pieces)
-
-
-def _inner(raw: Sequence[str]) -> list[str]:
-    """The commands inside a command."""
-    if raw[0] == "if":
-        return [word for word in raw[3:] if word not in ("elif", "else", "then")]
-    if raw[0] == "run" and "every" in raw:
-        return [word for word in raw[raw.index("every") + 2 :] if word != "NULL"]
-    return []
 
 
 def _define(command: Command, made: dict[str, list[Definition]]) -> None:

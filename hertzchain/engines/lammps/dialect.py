@@ -54,8 +54,11 @@ def build_of(said: str) -> Build | None:
 
 # ---- Defaults, in the units of a deck
 
-DEFAULT_SKIN = {"si": 1e-3, "cgs": 0.1, "lj": 0.3}  # neighbour skin where none is given [length]
-DEFAULT_STEP = {"si": 1e-8, "cgs": 1e-8, "lj": 0.005}  # time step where a deck gives none [time]
+DEFAULT_SKIN = {"si": 1e-3, "cgs": 0.1, "micro": 0.1, "nano": 0.1, "lj": 0.3}
+"""Neighbour skin where none is given [length]."""
+
+DEFAULT_STEP = {"si": 1e-8, "cgs": 1e-8, "micro": 2.0, "nano": 0.00045, "lj": 0.005}
+"""Time step where a deck gives none [time]."""
 
 # ---- Contact laws
 
