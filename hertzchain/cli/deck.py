@@ -113,17 +113,26 @@ def deck(
 
 def lint(
     decks: Annotated[list[Path], typer.Argument(metavar="DECK...", help="LAMMPS input files.")],
+    scene: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Hold the decks against this scene, too: sizes, contacts, forces, steps, as far as"
+            " their text says what they are.",
+        ),
+    ] = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Look for known traps in anybody's LAMMPS deck of a chain; status 1 where there is one.
 
-    Notes, which cost time only or may be meant, leave the status at 0.
+    Notes, which cost time only or may be meant, leave the status at 0. LAMMPS is not needed.
     """
     from dataclasses import asdict
 
     from hertzchain.decks.lint.rules import lint_file
 
-    found = {str(path): lint_file(path) for path in decks}
+    wanted = None if scene is None else options.load_scene(scene)
+    found = {str(path): lint_file(path, wanted) for path in decks}
     if as_json:
         files = [
             {"file": file, "findings": [asdict(finding) for finding in findings]}

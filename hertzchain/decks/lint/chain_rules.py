@@ -198,7 +198,7 @@ def _gravity(chain: Chain) -> Found:
             yield gravity.command, "warning", text
 
 
-_YOUNG = re.compile(r"\b(?:E|E0|Young\w*(?:[ _]modulus)?|young\w*|[Yy]mod|[Ee]mod\w*)\b", re.ASCII)
+_YOUNG = re.compile(r"\b(?:E|E0|[Yy]oung\w*(?:'s)?(?:[ _]modulus)?|[Yy]mod|[Ee]mod\w*)\b", re.ASCII)
 _POISSON = re.compile(r"\b(?:nu|pr|[Pp]oisson\w*(?:'s)?(?:[ _]ratio)?|prat)\b", re.ASCII)
 _VALUE = re.compile(r"\s*(?:=|:|of|is)?\s*([0-9.]+(?:[eE][-+]?\d+)?)\s*([GMk]?)(?:Pa\b)?")
 _PREFIX = {"": 1.0, "k": 1e3, "M": 1e6, "G": 1e9}

@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hertzchain.decks.lint.arithmetic import number
 from hertzchain.decks.lint.chain import Chain
@@ -23,6 +24,9 @@ from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.damping import BEFORE_ROOT_2, tsuji
 from hertzchain.errors import HertzchainError
 from hertzchain.files import read_bytes
+
+if TYPE_CHECKING:
+    from hertzchain.scene.scene import Scene
 
 MOST_BYTES = 5_000_000  # of a deck: more are not written by hand
 
@@ -720,8 +724,8 @@ RULES: dict[str, Callable[[Chain], Found]] = {**_DECK_RULES, **CHAIN_RULES}
 """All rules by name."""
 
 
-def lint(text: str) -> list[Finding]:
-    """The findings in a deck, in the order of its lines."""
+def lint(text: str, scene: Scene | None = None) -> list[Finding]:
+    """The findings in a deck, in the order of its lines; with a scene, what differs from it too."""
     deck = Chain(parse(text))
     found: set[Finding] = set()
     for name, rule in RULES.items():
@@ -729,10 +733,18 @@ def lint(text: str) -> list[Finding]:
             for command, severity, sentence in rule(deck):
                 line = 1 if command is None else command.line
                 found.add(Finding(line, name, severity, sentence))
+    if scene is not None:
+        from hertzchain.decks.lint.against_loads import against_scene  # needs NumPy, as scenes do
+
+        held = set(against_scene(deck, scene))
+        if deck.row is not None and None not in deck.row.place:
+            # The scene says whether gaps and static overlaps are meant.
+            found = {finding for finding in found if finding.rule != "not-touching"}
+        found |= held
     return sorted(found, key=lambda finding: (finding.line, finding.rule, finding.text))
 
 
-def lint_file(path: Path) -> list[Finding]:
+def lint_file(path: Path, scene: Scene | None = None) -> list[Finding]:
     """The findings in a file."""
     try:
         content = read_bytes(path, MOST_BYTES)
@@ -740,4 +752,4 @@ def lint_file(path: Path) -> list[Finding]:
         reason = getattr(problem, "strerror", None) or problem
         raise HertzchainError(f"{str(path)!r}: cannot be read ({reason})") from None
     # A comment may be in another encoding; no command has such letters.
-    return lint(content.decode("utf-8", errors="replace"))
+    return lint(content.decode("utf-8", errors="replace"), scene)
