@@ -83,12 +83,16 @@ def require(condition: bool, key: str, value: object, allowed: str) -> None:
         raise SceneError(key, value, allowed)
 
 
+_ALIKE = 0.7
+"""Least similarity of a word with the one that was meant: friction and attraction have 0.67."""
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """The end of a sentence on an unknown word: a known one that looks like it, or nothing."""
     import difflib
 
     by_letters = {one.lower(): one for one in reversed(list(known))}
-    near = difflib.get_close_matches(word.lower(), by_letters, 1)
+    near = difflib.get_close_matches(word.lower(), by_letters, 1, _ALIKE)
     return f"; did you mean {by_letters[near[0]]}?" if near else ""
 
 

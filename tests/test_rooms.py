@@ -25,6 +25,7 @@ LEVELS = (
     ("report",),
     ("sweeps",),
     ("cli", "pytest_plugin"),
+    ("__main__",),
 )
 """From the ground up. A room imports none of its own level or above; those of the ground may."""
 

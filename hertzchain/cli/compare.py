@@ -12,6 +12,7 @@ import typer
 from hertzchain.cli import options, output
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
+from hertzchain.limits import RTOL
 
 
 def compare(
@@ -25,6 +26,12 @@ def compare(
     isolate: options.Isolate = False,
     lmp: options.LammpsBinary = None,
     ranks: options.Ranks = None,
+    rtol: Annotated[
+        float | None,
+        typer.Option(
+            help="Wanted relative accuracy of the codes that are compared. Default: 1e-6."
+        ),
+    ] = None,
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
     plot: Annotated[
@@ -76,7 +83,8 @@ def compare(
         figures.check_plot_format(plot)
     if report_file is not None:
         page.check_page_format(report_file)
-    for option, given in {"--backend": backend, "--isolate": isolate, "--plot": plot}.items():
+    unfit = {"--backend": backend, "--isolate": isolate, "--rtol": rtol, "--plot": plot}
+    for option, given in unfit.items():
         if results is not None and given:
             raise HertzchainError(
                 f"{option} does not go with --results, which compares with native alone; leave"
@@ -102,9 +110,12 @@ def compare(
     else:
         with_lammps = not backend or "lammps" in backend
         options.refuse_without_need(with_lammps, isolate=isolate, lmp=lmp, ranks=ranks)
-        lammps = ENGINES["lammps"].make(
-            time_limit=options.to_time_limit(time_limit),
-            **options.lammps_options(isolate, lmp, ranks),
+        how = {"rtol": RTOL if rtol is None else rtol}
+        how["time_limit"] = options.to_time_limit(time_limit)
+        named = [str(name) for name in backend or () if name not in ("native", "lammps")]
+        engines = {name: ENGINES[name].make(**how) for name in named}
+        engines["lammps"] = ENGINES["lammps"].make(
+            **how, **options.lammps_options(isolate, lmp, ranks)
         )
         with output.progress() as report_progress:
             record = None if report_file is None else record_times(loaded)
@@ -113,7 +124,7 @@ def compare(
                 backend or None,
                 progress=report_progress,
                 record=record,
-                engines={"lammps": lammps},
+                engines=engines,
             )
         document, missing = of_comparison(compared), compared.missing
     suite = document.suite(scene.stem, begun, time.perf_counter() - begin)

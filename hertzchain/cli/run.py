@@ -117,6 +117,8 @@ def run(
             f"{ENGINES[backend].label} gets no closer with steps that can be waited for;"
             " --backend native does"
             if backend != "native"
+            else "native gets no closer with damped contacts"
+            if loaded.contact is not None
             else "granules knock against one another for long, which multiplies rounding errors"
         )
         reached = f"wanted {wanted:g}, reached {result.error_estimate:.1g}"

@@ -24,7 +24,12 @@ from hertzchain.errors import (
     require,
 )
 from hertzchain.limits import RTOL
-from hertzchain.observables.error_bound import refuse_unstable, second_order_step, stable_step
+from hertzchain.observables.error_bound import (
+    refuse_strong_dampers,
+    refuse_unstable,
+    second_order_step,
+    stable_step,
+)
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.scene.scene import Scene
@@ -51,6 +56,7 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float | None = None) 
     By default for peaks of accuracy ``rtol``, cut to two digits: the same on every machine. That is
     1e-6 if nothing is said, 1e-4 of damped contacts.
     """
+    refuse_strong_dampers(scene)
     unit = scene.units.time
     if dt is not None:
         require(is_positive(dt), "dt", dt, f"{POSITIVE} [s]")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.errors import StepUnstable, Unpredictable
+from hertzchain.errors import SceneError, StepUnstable, Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.pulse import Pulse
@@ -20,6 +20,7 @@ from hertzchain.scene.schedule import Leg
 _SHORTEST_CHAIN = 5.0  # granules over LM_ratio; collisions repeat below: 1.6 times the bound at 4.2
 
 SHORT = 0.1  # natural time units; with shorter steps every method has all digits there are
+_STRONGEST = 1e6  # rate of dampers over that of contacts (chosen); many runs stand still at 1e4
 _SURELY_STABLE = 0.85  # of the longest stable step: contacts under 2.2 F0 are stiffer
 
 
@@ -141,6 +142,29 @@ def highest_rate(scene: Scene) -> float:
     assert granules.damping is not None
     overlap = (scene.units.force / granules.stiffness) ** (2 / 3)
     return _largest_row(scene, granules.damping * overlap**contact.exponent)
+
+
+def refuse_strong_dampers(scene: Scene) -> None:
+    """Raise a SceneError for dampers that no method can follow, with the strongest allowed.
+
+    A restitution is never too strong: its dampers are about as fast as the contact itself.
+    """
+    contact = scene.contact
+    if contact is None or contact.restitution is not None:
+        return
+    if contact.coefficient is not None:
+        key, given, unit = "coefficient", contact.coefficient, "kg/s"
+        one = replace(scene, contact=replace(contact, coefficient=1.0))
+    else:
+        key, given, unit = "relaxation_time", contact.relaxation_time or 0.0, "s"
+        one = replace(scene, contact=replace(contact, relaxation_time=1.0))
+    most = _STRONGEST / (highest_rate(one) * scene.contact_time)
+    if given > most:
+        allowed = (
+            f"must be at most {most:.2g} {unit} in this scene: stronger dampers are beyond what"
+            " can be computed"
+        )
+        raise SceneError(f"contact.{key}", given, allowed)
 
 
 def _largest_row(scene: Scene, of_contact: FloatArray) -> float:

@@ -117,7 +117,7 @@ def print_prediction(console: Console, prediction: Prediction) -> None:
         console.print(table(("contact", "map", *("Eq. 6", "Eq. 9") * 2), rows))
         _print_left_out(console, len(known) - len(shown), known[-1]["contact"])
         _print_facts(console, _predicted_facts(prediction))
-    if isinstance(prediction.scene.shock, Pulse):
+    if isinstance(prediction.scene.shock, Pulse) and prediction.scene.is_plain:
         console.print()
         rows = [
             (one.name, f"{one.paper:.6f}", f"{one.exact:.6f}", f"{one.difference:+.2%}")

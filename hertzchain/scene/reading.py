@@ -18,7 +18,7 @@ from hertzchain.scene.run import Run
 from hertzchain.scene.segments import expand, granule_table, read_granule_table
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.sine import Sine
-from hertzchain.scene.terms import Contact, Precompression, Striker, Wall
+from hertzchain.scene.terms import DAMPING, WALLS, Contact, Precompression, Striker, Wall
 
 _Kind = TypeVar("_Kind")
 
@@ -54,6 +54,11 @@ _OPTIONAL = {
     Precompression: {"force", "gravity"},
     Contact: {"restitution", "relaxation_time", "coefficient", "attraction"},
 }
+_CHOICES: dict[tuple[str, str], Iterable[str]] = {
+    ("contact", "damping"): DAMPING,
+    ("wall", "kind"): WALLS,
+}
+"""What keys that have to be there can be, where it is a word."""
 _MOST_BYTES = 100_000
 """Of a scene file; that of `make demo` has 500."""
 _MOST_DOTS = 200
@@ -253,7 +258,9 @@ def _section(
     values = {key: value for key, value in values.items() if key not in besides}
     optional = _OPTIONAL.get(kind, set())  # type: ignore[call-overload]
     for key in known:
-        require(key in values or key in optional, f"{name}.{key}", None, "missing")
+        choices = _CHOICES.get((name, key))
+        missing = "missing" if choices is None else f"missing, must be one of {', '.join(choices)}"
+        require(key in values or key in optional, f"{name}.{key}", None, missing)
     return _made(name, section, kind, values)
 
 

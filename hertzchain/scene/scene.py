@@ -340,7 +340,11 @@ class Scene:
         if self.is_plain:
             watched = watched_time(self.chain.granules, self.momentum_ratio)
             return self.ramps[-1].end + float(watched) * self.units.time
-        of_shock = self._shock_units, self.momentum_ratio, self._shock_momentum
+        ratio, momentum = self.momentum_ratio, self._shock_momentum
+        if isinstance(self.shock, Sine) and ratio < 1:
+            # However short its cycles are, the load, which is no smaller, makes waves as fast.
+            ratio, momentum = 1.0, self._unit_momentum
+        of_shock = self._shock_units, ratio, momentum
         watched = watched_with_terms(self.granules, *of_shock, wall=self.wall is not None)
         return self.pulse_end + watched
 

@@ -208,7 +208,7 @@ class Prediction:
             "eq3_transition_granules": self.eq3,
             "speed_m_s": None if self.speed is None else self.speed.to_dict(),
             "momentum_N_s": None if self.momentum is None else self.momentum.to_dict(),
-            "constants": [asdict(constant) for constant in constants()],
+            "constants": [asdict(one) for one in constants()] if self.scene.is_plain else [],
             "map_error": {
                 "peak_force": peak_map.PEAK_ERROR,
                 "last_peak_force": LAST_PEAK_ERROR,
@@ -238,7 +238,10 @@ def predict(scene: Scene) -> Prediction:
     nothing = np.full(min(chain.granules, peak_map.LAST_CONTACT) - 1, np.nan)
     if not scene.is_plain:
         has = ", ".join(scene.terms)
-        missing = f"Eqs. 3 to 9 and the map are about uniform free chains, this one has {has}"
+        missing = (
+            "Eqs. 3 to 9, their constants and the map are about uniform free chains, this one has"
+            f" {has}"
+        )
         return Prediction(scene, missing, None, nothing)
     if not isinstance(pulse, Pulse):
         missing = "the shock is a pulse table: Eqs. 3 to 9 and the map are about Table 1's profiles"

@@ -87,3 +87,18 @@ def test_the_force_is_a_sine() -> None:
     assert half.applied_impulse == pytest.approx(shock.half_cycle_impulse, rel=1e-14)
     assert half.momentum_ratio > 0
     assert [ramp.start for ramp in scene.ramps] == [k / 32000 for k in range(12)]
+
+
+def test_waves_of_short_cycles_are_as_fast_as_those_of_long_ones() -> None:
+    chain, load = hc.Chain(20, **STEEL), hc.Precompression(10.0)
+
+    def watched(frequency: float, wall: hc.Wall | None) -> float:
+        """How long the chain is watched after the sine, by default."""
+        sine = hc.Sine(5.0, frequency, 4)
+        scene = hc.Scene(chain, sine, wall=wall, precompression=load)
+        return scene.end_time - 4 / frequency
+
+    for wall in (None, hc.Wall("rigid")):
+        # At 7.9 kHz LM_ratio is 1.
+        assert watched(1e12, wall) == pytest.approx(watched(8e3, wall), rel=0.02)
+        assert watched(1e30, wall) == pytest.approx(watched(1e12, wall), rel=1e-9)

@@ -157,12 +157,18 @@ REFUSED = {
         'wall.young_modulus = 1000000000.0: only a wall of kind "elastic" has it',
     ),
     "soft wall": (TEXT + '[wall]\nkind = "soft"\n', "wall.kind = 'soft': must be one of rigid"),
-    "no kind": (TEXT + "[wall]\n", "wall.kind: missing"),
+    "no kind": (
+        TEXT + "[wall]\n",
+        "wall.kind: missing, must be one of rigid, same, elastic",
+    ),
     "damping of no law": (
         TEXT + '[contact]\ndamping = "tsuji"\n',
         "contact.damping = 'tsuji': must be one of restitution, viscoelastic, dashpot",
     ),
-    "no law of damping": (TEXT + "[contact]\nrestitution = 0.9\n", "contact.damping: missing"),
+    "no law of damping": (
+        TEXT + "[contact]\nrestitution = 0.9\n",
+        "contact.damping: missing, must be one of restitution, viscoelastic, dashpot",
+    ),
     "restitution without e": (
         TEXT + '[contact]\ndamping = "restitution"\n',
         "contact.restitution: missing",
@@ -189,6 +195,12 @@ REFUSED = {
     ),
     "wall misspelt": (TEXT + "[wal]\n", "did you mean wall?"),
 }
+
+
+def test_no_other_key_is_suggested_for_friction(tmp_path: Path) -> None:
+    contact = '[contact]\ndamping = "restitution"\nrestitution = 0.5\n'
+    assert "did you mean" not in refusal(tmp_path, TEXT + contact + "friction = 0.3\n")
+    assert "did you mean attraction?" in refusal(tmp_path, TEXT + contact + "attracton = true\n")
 
 
 @pytest.mark.parametrize("case", REFUSED)

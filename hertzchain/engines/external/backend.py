@@ -77,6 +77,7 @@ def run(
     """
     begin = time.perf_counter()
     refuse_hopeless_overlap(scene)
+    error_bound.refuse_strong_dampers(scene)
     runner = _Runner(scene, simulate, steps)
     answer = runner.answer()
     found = answer.run

@@ -102,8 +102,7 @@ class Lammps(ExternalEngine):
         require(not self.isolated or self.lmp is None, "isolated", self.isolated, apart)
         super().__post_init__()
 
-    @property
-    def method(self) -> str:
+    def method_of(self, scene: Scene) -> str:  # noqa: ARG002 - the same for all
         """The method, as the result names it."""
         return f"velocity-verlet, {self.pair_style}"
 

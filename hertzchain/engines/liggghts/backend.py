@@ -14,7 +14,7 @@ from hertzchain.engines.external.dumps import read_frames
 from hertzchain.engines.external.engine import Found, ProgramEngine
 from hertzchain.engines.external.readings import Granules
 from hertzchain.engines.liggghts import deck
-from hertzchain.engines.liggghts.contacts import refuse_damping
+from hertzchain.engines.liggghts.contacts import models, refuse_damping
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -63,10 +63,10 @@ class Liggghts(ProgramEngine):
 
     program: str = "liggghts"
 
-    @property
-    def method(self) -> str:
+    def method_of(self, scene: Scene) -> str:
         """The method, as the result names it."""
-        return "velocity-verlet, gran model hertz"
+        used = " + ".join(model for model, _ in models(scene.contact))
+        return f"velocity-verlet, gran model {used}"
 
     def _refuse(self, scene: Scene) -> None:
         refuse_damping(scene.contact)

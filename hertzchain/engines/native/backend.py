@@ -32,6 +32,7 @@ from hertzchain.observables.error_bound import (
     first_order_runs,
     first_order_safety,
     refuse_meaningless,
+    refuse_strong_dampers,
     refuse_unstable,
     second_order_safety,
     stable_step,
@@ -154,6 +155,7 @@ class Native:
         require_scene(scene)
         begin, deadline = time.perf_counter(), Deadline(self.time_limit)
         refuse_hopeless_overlap(scene)
+        refuse_strong_dampers(scene)
         recorder = times = None
         if record is not None:
             allowed = "must not be given with peaks_only, which leaves granules behind"
@@ -242,7 +244,8 @@ class Native:
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline
     ) -> tuple[str, float, Simulation, float]:
         """As ``_damped``, by velocity Verlet with the step asked for."""
-        from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
+        from hertzchain.engines.external.step_error import interpolation_error
+        from hertzchain.engines.native.damped_verlet import simulate_damped_verlet, stride_of
 
         name = "velocity-verlet"
         method = METHODS[name]
@@ -256,6 +259,7 @@ class Native:
             difference = largest_difference(peaks, run.peaks.force, ESTIMATED)
             error = max(error, other.factor * difference)
         error = first_order_safety(scene, run.peaks.any_rising) * error
+        error += interpolation_error(scene, legs, [stride_of(scene, leg) for leg in legs])
         error += plans.round_off(run.evaluations)
         refuse_meaningless("native", error, longest > SHORT * scene.contact_time)
         return name, longest, run, error

@@ -120,7 +120,7 @@ def samples_of(
             v[:granules] += given[1]
     unit = scene.units
     for leg, row in zip(legs, leg_rows(legs, unit), strict=True):
-        stride = every or _stride(scene, leg)
+        stride = every or stride_of(scene, leg)
         natural = leg.in_units(unit.time, unit.force, unit.length)
         if natural.stroke is not None:
             u[0] = natural.stroke.displacement_at(natural.start)
@@ -161,7 +161,7 @@ def _padded(values: FloatArray, granules: int) -> FloatArray:
     return whole
 
 
-def _stride(scene: Scene, leg: Leg) -> int:
+def stride_of(scene: Scene, leg: Leg) -> int:
     """Steps between two samples on a leg."""
     stride = int(min(_INTERVAL * scene.contact_time / leg.dt, leg.steps))
     if leg.ramp is not None:

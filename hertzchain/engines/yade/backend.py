@@ -62,8 +62,7 @@ class Yade(ProgramEngine):
 
     program: str = "yade"
 
-    @property
-    def method(self) -> str:
+    def method_of(self, scene: Scene) -> str:  # noqa: ARG002 - the same for all
         """The method, as the result names it."""
         return "velocity-verlet, MindlinPhys"
 

@@ -200,6 +200,19 @@ def test_histories(engine: type[ProgramEngine]) -> None:
         assert largest(getattr(found, name), getattr(native, name)) < 1e-9
 
 
+@pytest.mark.parametrize(
+    ("law", "models"),
+    [
+        ("restitution", "hertz"),
+        ("viscoelastic", "hertz/stiffness"),
+        ("dashpot, pulling", "hertz + hooke/stiffness"),
+    ],
+)
+def test_the_method_of_liggghts_names_the_models_that_run(law: str, models: str) -> None:
+    scene = replace(SCENES["all at once"], contact=LAWS[law])
+    assert hc.Liggghts().method_of(scene) == f"velocity-verlet, gran model {models}"
+
+
 def test_what_liggghts_does_not_have() -> None:
     for law in LAWS.values():
         contacts.refuse_damping(law)

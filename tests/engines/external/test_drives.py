@@ -10,7 +10,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps import examination
-from hertzchain.errors import HertzchainError, RunFailed
+from hertzchain.errors import HertzchainError
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.deck_checks import examination_checks
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
@@ -123,10 +123,3 @@ def test_random_scenes_at_the_same_steps(draw: Any, number: int) -> None:
         return  # a refusal is honest
     for check in same_steps_checks(result):
         assert check.passed, check
-
-
-def test_standalone_decks_have_no_piston() -> None:
-    from hertzchain.decks.known_answer import lay_out
-
-    with pytest.raises(RunFailed, match="a standalone deck does not support piston"):
-        lay_out(SCENES["constant velocity"])

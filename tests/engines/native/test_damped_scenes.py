@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -11,8 +12,9 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.decks.known_answer import lay_out
-from hertzchain.errors import RunFailed
+from hertzchain.decks.known_answer import deck_step, liggghts_deck, yade_deck
+from hertzchain.errors import RunFailed, SceneError
+from hertzchain.observables.error_bound import refuse_strong_dampers
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
 
@@ -154,9 +156,10 @@ def test_a_comparison_with_itself_is_possible() -> None:
     assert hc.compare(scene_with(LAWS["restitution"]), ["native"]).verdict == "pass"
 
 
-def test_decks_have_no_damping() -> None:
-    with pytest.raises(RunFailed, match="a standalone deck does not support damping"):
-        lay_out(scene_with(LAWS["restitution"]))
+@pytest.mark.parametrize("write", [liggghts_deck, yade_deck])
+def test_decks_of_other_codes_have_no_damping(write: Callable[..., str]) -> None:
+    with pytest.raises(RunFailed, match=r"a deck of \w+ does not support .*damping: "):
+        write(scene_with(LAWS["restitution"]), None, 1e-3, "a scene")
 
 
 def test_damping_of_walls_takes_the_mass_of_the_last_granule() -> None:
@@ -173,3 +176,22 @@ def test_damping_of_walls_takes_the_mass_of_the_last_granule() -> None:
         granules.mass[0] * np.array([0.5, 1.0]), granules.stiffness, granules.damping, strict=True
     ):
         assert damping == pytest.approx(alpha * math.sqrt(mass * stiffness), rel=1e-14, abs=0)
+
+
+@pytest.mark.parametrize("key", ["coefficient", "relaxation_time"])
+def test_dampers_that_nothing_can_follow_are_refused(key: str) -> None:
+    law = {"coefficient": "dashpot", "relaxation_time": "viscoelastic"}[key]
+
+    def damped(value: float) -> hc.Scene:
+        return replace(scene_with(LAWS[law]), contact=hc.Contact(law, **{key: value}))  # type: ignore[arg-type]
+
+    with pytest.raises(SceneError, match=f"contact.{key} = 1e.300: must be at most ") as refused:
+        hc.Native().run(damped(1e300))
+    said = re.search(r"at most (\S+) (kg/s|s) in this scene", str(refused.value))
+    assert said is not None
+    most = float(said[1])
+    refuse_strong_dampers(damped(0.95 * most))  # two digits are stated
+    for refuse in (hc.Native().run, hc.Lammps().run, deck_step, refuse_strong_dampers):
+        with pytest.raises(SceneError, match="beyond what can be computed"):
+            refuse(damped(1.05 * most))
+    refuse_strong_dampers(replace(damped(1.0), contact=None))

@@ -17,6 +17,7 @@ from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
 from tests.engines.native.test_damped_scenes import LAWS, PULSE, TWO, scene_with
+from validation.random_drives import random_scene_with_piston
 from validation.random_scenes import random_damped_scene
 
 FLYING = hc.Scene(hc.Chain(6, gap=2e-6, **STEEL), hc.Striker(1.0), wall=hc.Wall("same"))
@@ -115,6 +116,28 @@ def bound_holds(number: int) -> None:
 @pytest.mark.parametrize("number", range(8))
 def test_error_estimates_are_bounds(number: int) -> None:
     bound_holds(number)
+
+
+def test_error_estimates_count_readings() -> None:
+    # Steps of 1e-4 leave less than readings 0.1 natural time units apart may, 1e-6.
+    scene = hc.Scene(hc.Chain(2, **STEEL), PULSE, contact=hc.Contact("dashpot", coefficient=1e-3))
+    result = hc.Native("velocity-verlet", 1e-4 * scene.contact_time).run(scene)
+    assert 1e-6 < result.error_estimate < 1.1e-6
+
+
+@pytest.mark.parametrize("number", [7, 71, 74, 100])
+def test_momentum_and_energy_with_a_damped_piston(number: int) -> None:
+    """Its peaks are exact, where a dashpot begins or in the end at a wall; its motion is not."""
+    rng = np.random.default_rng([31, number])
+    scene = random_scene_with_piston(rng, 12, 200.0)
+    scene = replace(scene, contact=random_damped_scene(rng, 12, 200.0).contact)
+    result = hc.Native("velocity-verlet", 0.01 * scene.contact_time).run(scene)
+    assert [check for check in balance_checks(result) if not check.passed] == []
+    # A thousandth of what was pushed still shows.
+    balance = result.balance
+    pushed = float(np.max(result.all_peaks)) * scene.end_time
+    wrong = replace(result, balance=replace(balance, momentum=balance.momentum + 0.1 * pushed))
+    assert not balance_checks(wrong)[0].passed
 
 
 @pytest.mark.slow
