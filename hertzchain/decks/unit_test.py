@@ -10,10 +10,11 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.decks.unit_test_deck import KnownMotion, Moment
 from hertzchain.engines.native import Native
-from hertzchain.engines.native.equations import acceleration, contact_force, net_force
+from hertzchain.engines.native.equations import contact_force, net_force
 from hertzchain.engines.native.in_numpy import State
 from hertzchain.errors import SceneError
 from hertzchain.limits import RTOL
+from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import refuse_terms
 
@@ -24,6 +25,7 @@ SEGMENTS = (4, 16, 20)  # steps between snapshots: as LAMMPS's own tests, then t
 WEAKEST = 1e-3  # of the strongest contact: what is weaker has no digits left in coordinates
 MOST_GRANULES = 200  # in a test that has to be read, and to end at once
 ROOM = 30  # tolerance over what rounding makes of these steps here; LAMMPS made 6 on 75 scenes
+_TERMS = ("damping",)  # what a few granules that are let go on their own can have
 LARGEST_EPSILON = 1e-6  # a test that lets more than this pass says nothing
 
 
@@ -33,7 +35,7 @@ def known_motion(scene: Scene) -> KnownMotion:
     After a long pulse, when the wave presses the middle of the chain most. The motion starts from
     the overlaps of the positions as they are written.
     """
-    refuse_terms(scene, "a unit test for LAMMPS")
+    refuse_terms(scene, "a unit test for LAMMPS", _TERMS)
     native = Native(rtol=RTOL)
     peak_time = native.run(scene).peak_time[scene.chain.granules // 2 - 1]
     time = min(scene.ramps[-1].end, float(peak_time), scene.end_time)
@@ -69,15 +71,15 @@ def _pressed(force: FloatArray) -> tuple[int, int]:
 
 def let_go(scene: Scene, position: FloatArray, velocity: FloatArray) -> KnownMotion:
     """The motion by Eq. 1 from positions [m] and velocities [m/s] on, shape (granules,) each."""
-    refuse_terms(scene, "a unit test for LAMMPS")
+    refuse_terms(scene, "a unit test for LAMMPS", _TERMS)
     units = scene.units
     dt = STEP * units.time
     diameter = 2 * scene.chain.radius
     exact = _displacement(position, diameter)
-    in_displacements = _walk(exact / units.length, velocity / units.velocity, None)
-    in_coordinates = _walk(
-        position / units.length, velocity / units.velocity, diameter / units.length
-    )
+    law = None if scene.contact is None else DampedLaw.of(scene).in_units(units)
+    speed = velocity / units.velocity
+    in_displacements = _walk(exact / units.length, speed, 0.0, law)
+    in_coordinates = _walk(position / units.length, speed, diameter / units.length, law)
 
     def moments(states: list[State], origin: FloatArray) -> list[Moment]:
         return [
@@ -104,27 +106,36 @@ def let_go(scene: Scene, position: FloatArray, velocity: FloatArray) -> KnownMot
         )
         raise SceneError("", None, allowed)
     start = Moment(position, velocity, found[0].force)
-    return KnownMotion(scene.chain, dt, SEGMENTS, start, tuple(found[1:]), epsilon)
+    snapshots = tuple(found[1:])
+    return KnownMotion(scene.chain, dt, SEGMENTS, start, snapshots, epsilon, scene.contact)
 
 
-def _walk(start: FloatArray, velocity: FloatArray, diameter: float | None) -> list[State]:
-    """States by velocity Verlet, natural units; in coordinates where there is a diameter."""
-    h = STEP
+def _walk(
+    start: FloatArray, velocity: FloatArray, diameter: float, law: DampedLaw | None
+) -> list[State]:
+    """States by velocity Verlet, natural units, from displacements or, with a diameter, places.
 
-    def force(place: FloatArray) -> FloatArray:
-        if diameter is None:
-            return np.asarray(acceleration(place, 0.0), np.float64)
-        passed_on = contact_force(diameter - np.diff(place))
+    Damping takes the velocities that are there, those of half a step before; at the start of each
+    segment, where LAMMPS forms forces anew, those of that time.
+    """
+
+    def force(place: FloatArray, velocity: FloatArray) -> FloatArray:
+        overlap = diameter - np.diff(place)
+        if law is None:
+            passed_on = contact_force(overlap)
+        else:
+            passed_on = law.force(overlap, -np.diff(velocity), slice(0, overlap.size))
         return np.asarray(net_force(passed_on, 0.0), np.float64)
 
-    place, pushed = start, force(start)
+    place, pushed = start, force(start, velocity)
     found = [State(place, velocity, pushed)]
     for steps in SEGMENTS:
+        pushed = force(place, velocity)
         for _ in range(steps):
-            half = velocity + h / 2 * pushed
-            place = place + h * half
-            pushed = force(place)
-            velocity = half + h / 2 * pushed
+            half = velocity + STEP / 2 * pushed
+            place = place + STEP * half
+            pushed = force(place, half)
+            velocity = half + STEP / 2 * pushed
         found.append(State(place, velocity, pushed))
     return found
 

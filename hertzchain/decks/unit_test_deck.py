@@ -7,13 +7,18 @@ sources of 2026, read by the keys of ``unittest/force-styles``). Their drivers c
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 
+import numpy as np
+
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.dialect import NO_FRICTION, hertz
+from hertzchain.engines.lammps.damped_deck import damping_of
+from hertzchain.engines.lammps.dialect import COEFF_RESTITUTION, NO_FRICTION, hertz
 from hertzchain.scene.chain import Chain
+from hertzchain.scene.terms import Contact
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +40,7 @@ class KnownMotion:
     start: Moment  # when they are let go
     snapshots: tuple[Moment, ...]  # at the end of each segment
     epsilon: float  # largest relative difference from rounding
+    contact: Contact | None = None  # how contacts are damped
 
 
 def unit_test(motion: KnownMotion, title: str, date: str) -> str:
@@ -73,11 +79,23 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
         "skin": chain.radius / 2,
         "dt": motion.dt,
     }
+    law, damped = hertz("${emod}", "${poisson}"), []
+    if motion.contact is not None:
+        variables["damp"], words = _damping(motion.contact, chain)
+        law = f"hertz/material ${{emod}} ${{damp}} ${{poisson}} {NO_FRICTION} {words}"
+        q, c = motion.contact.exponent, _coefficient(motion.contact, chain)
+        damped = [
+            "# Contacts are damped: c overlap^q rate more, with the rate of half a step before,",
+            f"# q = {q:g}, c = {c!r} N s/m^{1 + q:g}.",
+        ]
+    else:
+        law = f"{law} {NO_FRICTION}"
     lines = [
         "---",
         f"# {title}.",
         "# Neither forces nor motion are LAMMPS's own: F = A overlap^(3/2) where spheres touch,",
         "# A = sqrt(2R) E / (3 (1 - nu^2)), nothing where they are apart, by velocity Verlet in",
+        *damped,
         "# displacements. To record them anew with -u would take that away.",
         "# epsilon: at least thirty times what rounding makes of these steps in coordinates.",
         "# init_forces (run 0) and run_forces (the end) are read but not compared by test_dem_NN.",
@@ -93,7 +111,7 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
         f"natoms: {granules}",
         *_block("variables", [f"{name} {value!r}" for name, value in variables.items()]),
         "pair_style: granular",
-        *_block("pair_coeff", [f"* * {hertz('${emod}', '${poisson}')} {NO_FRICTION}"]),
+        *_block("pair_coeff", [f"* * {law}"]),
         *_block("run_segments", [" ".join(map(str, motion.segments))]),
         *_block("init_forces", _rows(start.force)),
         *_block("run_forces", _rows(motion.snapshots[-1].force)),
@@ -102,6 +120,22 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
         "...",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _damping(contact: Contact, chain: Chain) -> tuple[float, str]:
+    """The second number of the normal law, and the words that follow the tangential law."""
+    number, words = damping_of(contact, COEFF_RESTITUTION)
+    if contact.relaxation_time is None:
+        return float(number), words
+    # c = 3/2 A tau is g m* sqrt(R*), with m* half the mass and R* half the radius.
+    mass, radius = chain.granule_mass / 2, chain.radius / 2
+    return _coefficient(contact, chain) / (mass * math.sqrt(radius)), words
+
+
+def _coefficient(contact: Contact, chain: Chain) -> float:
+    """C of a contact [N s m^-(1+q)]."""
+    stiffness, mass = (np.array([x]) for x in (chain.contact_stiffness, chain.granule_mass / 2))
+    return float(contact.coefficients(stiffness, mass)[0])
 
 
 def _block(key: str, lines: Iterable[str]) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -126,6 +127,50 @@ def test_another_law_fails(right: str, wrong: str) -> None:
     text = text_of("demo")
     assert right in text
     assert drive(text.replace(right, wrong), "on") > float(read(text)["epsilon"])
+
+
+DAMPING = {
+    "restitution": hc.Contact("restitution", restitution=0.8),
+    "pulling": hc.Contact("restitution", restitution=0.3, attraction=True),
+    "viscoelastic": hc.Contact("viscoelastic", relaxation_time=1e-6),
+    "dashpot": hc.Contact("dashpot", coefficient=5.0),
+}
+
+
+@cache
+def damped_text(law: str) -> str:
+    scene = replace(paper_scene("cosine", 1.0, 2.0, 20), contact=DAMPING[law])
+    return unit_test(known_motion(scene), law, DATE)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("law", DAMPING)
+def test_lammps_passes_with_damping(law: str) -> None:
+    text = damped_text(law)
+    assert drive(text, "on") <= 0.5 * float(read(text)["epsilon"])
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("law", "right", "wrong"),
+    [
+        ("restitution", "damp 0.8", "damp 0.80001"),
+        ("restitution", "coeff_restitution", "tsuji"),
+        ("dashpot", "damp 5.0", "damp 5.0001"),
+        ("dashpot", "damping velocity", "damping mass_velocity"),
+        ("viscoelastic", "damping viscoelastic", "damping velocity"),
+    ],
+)
+def test_another_damping_fails(law: str, right: str, wrong: str) -> None:
+    text = damped_text(law)
+    assert right in text
+    assert drive(text.replace(right, wrong), "on") > float(read(text)["epsilon"])
+
+
+@pytest.mark.parametrize("shock", [hc.Piston(0.1), hc.Striker(1.0)])
+def test_what_is_not_let_go_is_refused(shock: Any) -> None:
+    with pytest.raises(HertzchainError, match="a unit test for LAMMPS does not support "):
+        known_motion(hc.Scene(hc.Chain(8, **STEEL), shock))
 
 
 def test_the_tolerance_is_far_below_what_a_test_should_find() -> None:
