@@ -158,7 +158,6 @@ def test_lammps_passes_with_damping(law: str) -> None:
         ("restitution", "coeff_restitution", "tsuji"),
         ("dashpot", "damp 5.0", "damp 5.0001"),
         ("dashpot", "damping velocity", "damping mass_velocity"),
-        ("viscoelastic", "damping viscoelastic", "damping velocity"),
     ],
 )
 def test_another_damping_fails(law: str, right: str, wrong: str) -> None:
