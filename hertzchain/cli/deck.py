@@ -62,8 +62,8 @@ def deck(
     """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade that says whether its answer is right.
 
     For LAMMPS and Yade it finds the peak forces by itself and compares them with the true ones; for
-    LIGGGHTS it compares the motion at the end. Scenes with unlike granules, gaps, striker, wall or
-    static loads have decks for LAMMPS alone, of pair style granular.
+    LIGGGHTS it compares the motion at the end. Scenes with unlike granules, gaps, striker,
+    piston, wall, static loads or damping have decks for LAMMPS alone, of pair style granular.
     """
     from hertzchain.decks import known_answer
     from hertzchain.decks.standalone import data_file, standalone
