@@ -1338,7 +1338,7 @@ def test_every_command_has_help(hertzchain: Command, command: str) -> None:
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["compare", "scene.toml", "--rtol", "1e-6"],
+        ["compare", "scene.toml", "--method", "rk4"],
         ["tradeoff", "scene.toml", "--backend", "native"],
         ["predict", "scene.toml", "--rtol", "1e-6"],
         ["predict", "scene.toml", "--report", "report.html"],

@@ -105,6 +105,13 @@ def judge_damped(kind: str, number: int) -> None:
         assert error <= result.error_estimate + 10 * unsure + 2e-7, (number, rtol)
 
 
+def test_short_strokes_have_other_steps_in_every_run_that_tells_an_error() -> None:
+    """Three strokes of one step: the second run and the third had the same, 3.5 bounds off."""
+    scene = random_scene_with_piston(np.random.default_rng([7001, 2653]), LONGEST, LONGEST_TIME)
+    coarse, true = (terms_in_si.peaks(scene, rtol).peak_force for rtol in (1e-7, 1e-8))
+    check_answers(scene, [(hc.Native(rtol=1e-3), 1e-3)], coarse, true)
+
+
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6])
 def test_a_piston_that_stops_before_a_strong_damper(rtol: float) -> None:
     """Its contact would pull at once, and presses again before a step is over."""
