@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from hertzchain.sweeps import Sweep, sweep
     from hertzchain.verdict.comparison import Comparison, compare
     from hertzchain.verdict.judgement import Judgement, judge
+    from hertzchain.verdict.results.judging import judge_peaks
 
 _HOME = {
     "Batch": "hertzchain.engines.native",
@@ -52,6 +53,7 @@ _HOME = {
     "Yade": "hertzchain.engines.yade",
     "compare": "hertzchain.verdict.comparison",
     "judge": "hertzchain.verdict.judgement",
+    "judge_peaks": "hertzchain.verdict.results.judging",
     "peak_forces": "hertzchain.engines.native",
     "similar_peak_forces": "hertzchain.engines.native",
     "sweep": "hertzchain.sweeps",
@@ -82,6 +84,7 @@ __all__ = [
     "Yade",
     "compare",
     "judge",
+    "judge_peaks",
     "peak_forces",
     "similar_peak_forces",
     "sweep",

@@ -49,9 +49,12 @@ def compare(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Judge peaks from any code instead: CSV with the columns contact, peak_force_N.",
+            help="Judge results of any code instead: CSV with the columns contact, peak_force_N, or"
+            " samples of forces or positions: tables, LAMMPS logs and dumps, trajectories of ASE.",
         ),
     ] = None,
+    column: options.Columns = None,
+    units: options.UnitsOfResults = None,
     tolerance: Annotated[
         float | None,
         typer.Option(help="With --results: the largest relative difference. Default: 1e-3."),
@@ -76,6 +79,7 @@ def compare(
     from hertzchain.report.junit import to_xml
     from hertzchain.report.waterfall import record_times
     from hertzchain.verdict import comparison, judgement
+    from hertzchain.verdict.results.judging import judge_peaks
 
     begun, begin = datetime.now(UTC), time.perf_counter()
     check_outputs([scene, results], [plot, report_file, junit])
@@ -92,15 +96,18 @@ def compare(
             )
     if results is None:
         options.refuse_without_need(False, tolerance=tolerance is not None, dt=dt is not None)
+    options.refuse_without_need(results is not None, column=bool(column), units=units is not None)
     loaded, missing = options.load_scene(scene), False
     if results is not None:
         step, limit = options.to_step(dt), options.to_time_limit(time_limit)
         wanted = judgement.TOLERANCE if tolerance is None else tolerance
         with output.progress() as report_progress:
             document = of_judgement(
-                judgement.judge(
+                judge_peaks(
                     loaded,
                     results,
+                    columns=options.by_name("--column", column or [], "peak_force=F"),
+                    units="si" if units is None else units.value,
                     tolerance=wanted,
                     dt=step,
                     time_limit=limit,

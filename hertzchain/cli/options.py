@@ -50,6 +50,26 @@ LargestStep = Annotated[
     typer.Option(help='Instead of --rtol: the largest step, seconds or with a unit ("20 ns").'),
 ]
 
+Units = StrEnum("Units", {name: name for name in ("si", "cgs", "micro", "nano", "lj")})  # type: ignore[misc]
+"""LAMMPS's styles of units that results can be in."""
+
+UnitsOfResults = Annotated[
+    Units | None,
+    typer.Option(
+        "--units",
+        help="With --results: the units of its numbers, by LAMMPS's name. Default: si.",
+    ),
+]
+Columns = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="WHAT=NAME",
+        help="With --results: which columns are what; repeatable. WHAT: contact, peak_force, time,"
+        " step, contact_force, net_force, position, velocity, id, id1, id2. NAME may have * for"
+        " numbers and a unit: 'contact_force=F* [kN]'.",
+    ),
+]
+
 
 def load_scene(path: Path) -> Scene:
     """Read a scene; say so where it looks as if a unit had been forgotten."""
@@ -109,6 +129,7 @@ NEEDS = {
     **dict.fromkeys(("isolate", "lmp", "ranks", "extrapolated"), "is for --backend lammps"),
     **dict.fromkeys(("watch_every", "pair_style", "atoms", "dump_every"), "is for --engine lammps"),
     **dict.fromkeys(("tolerance", "dt"), "goes with --results FILE"),
+    **dict.fromkeys(("column", "units"), "goes with --results FILE"),
     "frames": "goes with --trajectory FILE",
     "coefficient": "goes with --scene FILE",
 }

@@ -77,6 +77,10 @@ class Judgement:
     like_steps
         Steps [s] with which velocity Verlet would be as far off, with interpolated maxima and with
         the highest samples; None where the step was named, nothing is off, or no step is.
+    sampling
+        How far off the given peaks may be by the distance of samples they come from, as a fraction,
+        shape (N - 1,): it adds to the tolerance, and contacts where it is larger are not judged.
+        None for peaks that are given as such.
     """
 
     reference: Result
@@ -87,6 +91,7 @@ class Judgement:
     remarks: tuple[str, ...]
     expected: Accuracy | None
     like_steps: tuple[float, float] | None
+    sampling: FloatArray | None = None
 
     @property
     def difference(self) -> FloatArray:
@@ -99,12 +104,14 @@ class Judgement:
     @property
     def judged(self) -> NDArray[np.bool_]:
         """Contacts that were given and are pressed enough to be judged, shape (N - 1,)."""
-        return judged_peaks(self.reference, self.given)
+        judged = judged_peaks(self.reference, self.given)
+        return judged if self.sampling is None else judged & (self.sampling <= self.tolerance)
 
     @property
     def passed(self) -> NDArray[np.bool_]:
         """Judged contacts within the tolerance, shape (N - 1,)."""
-        return self.judged & (np.abs(self.difference) <= self.tolerance)
+        allowed = self.tolerance + (0.0 if self.sampling is None else self.sampling)
+        return self.judged & (np.abs(self.difference) <= allowed)
 
     @property
     def missing(self) -> int:
@@ -116,6 +123,13 @@ class Judgement:
         """Of the judged contacts; None where there are none."""
         judged = self.judged
         return float(np.max(np.abs(self.difference[judged]))) if judged.any() else None
+
+    @property
+    def sampling_error(self) -> float | None:
+        """The largest ``sampling`` of the judged contacts; None where there is none."""
+        judged = self.judged
+        known = self.sampling is not None and judged.any()
+        return float(np.max(self.sampling[judged])) if known else None  # type: ignore[index]
 
     @property
     def verdict(self) -> str:
@@ -171,6 +185,7 @@ class Judgement:
             "cause": self.cause,
             "hint": self.hint,
             "remarks": list(self.remarks),
+            "sampling_error": self.sampling_error,
             "velocity_verlet": expected
             and {
                 "dt_s": expected.dt,
@@ -190,6 +205,7 @@ def judge(
     *,
     tolerance: float = TOLERANCE,
     dt: float | None = None,
+    sampling: FloatArray | None = None,
     time_limit: float = TIME_LIMIT,
     progress: Callable[[str], object] | None = None,
 ) -> Judgement:
@@ -206,6 +222,9 @@ def judge(
         Largest relative difference that passes; between 0 and 1.
     dt
         The step they were computed with [s], if it is known; of no use for damped contacts.
+    sampling
+        How far off each may be by the distance of the samples it comes from, as a fraction, shape
+        (N - 1,): see ``Judgement``.
     time_limit
         How long the reference may take [s].
     progress
@@ -233,6 +252,8 @@ def judge(
     allowed = f"must be at least 10 times the error of the reference, {known:.1e}"
     require(tolerance >= 10 * known, "tolerance", tolerance, allowed)
     judged = judged_peaks(reference, given)
+    if sampling is not None:
+        judged = judged & (sampling <= tolerance)
     expected = like = None
     remarks = []
     if scene.contact is not None:
@@ -248,6 +269,7 @@ def judge(
     found = Judgement(
         reference, given, float(tolerance), None, None, tuple(remarks), expected, like
     )
+    found = replace(found, sampling=sampling)
     if np.array_equal(found.passed, judged):
         return found  # nothing is wrong by this tolerance
     if not scene.is_plain:

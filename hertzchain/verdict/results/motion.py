@@ -1,0 +1,274 @@
+"""Peaks from samples of a run by another code, and how far off they may be.
+
+Where positions, velocities and forces are known the overlap is interpolated between samples as for
+engines; else a polynomial goes through the samples around the highest one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.errors import SceneError
+from hertzchain.observables.peaks import PeakWatch, judged_contacts
+from hertzchain.observables.samples import Samples
+from hertzchain.scene.scene import Scene
+
+_FEWEST = 7  # samples: a curve of sixth degree goes through so many
+_SIXTH = 4.0
+"""Times the difference of curves of sixth and fourth degree: the error of the former is at most 3.2
+times it for samples up to 0.8 natural time units apart, 0.1 times at 0.2 (measured, see there)."""
+_COARSE, _TELLS_LITTLE = 0.02, 10.0
+"""Difference of curves of fourth and second degree from which samples are too far apart to tell,
+and what the error is then at most, in such differences (measured, up to 1.2 units apart)."""
+_DIGITS = 2.0  # last digits that rounded forces cost a peak at most: sums of a few (chosen)
+_HERMITE = 1 / 8
+"""Of what twice the distance of samples changes peaks by: where the error goes with its sixth power
+it is 1/63 of that; 0.25 of this was measured at most (tests/verdict/test_results.py)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """What a file says of a run, in SI units, granules from the pushed end on.
+
+    Parameters
+    ----------
+    time
+        Of the samples, increasing, shape (samples,): [s] where ``is_clock``, else steps.
+    is_clock
+        Whether times are seconds.
+    position, velocity, net_force
+        Of the granules along the chain [m], [m/s], [N], shape (samples, granules); None where
+        they are not known.
+    contact_force
+        Of the contacts [N], shape (samples, contacts); None where it is not known.
+    grain, force_grain
+        The last digit of positions [m] and of forces [N].
+    """
+
+    time: FloatArray
+    is_clock: bool
+    position: FloatArray | None = None
+    velocity: FloatArray | None = None
+    net_force: FloatArray | None = None
+    contact_force: FloatArray | None = None
+    grain: float = 0.0
+    force_grain: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """Peaks from samples.
+
+    Parameters
+    ----------
+    peak_force
+        Of contacts 2 ... N [N], shape (N - 1,).
+    error
+        How far off each may be, as a fraction, shape (N - 1,): by the distance of the samples and
+        the digits of positions.
+    how
+        Where they come from, as the end of a sentence.
+    """
+
+    peak_force: FloatArray
+    error: FloatArray
+    how: str
+
+
+def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
+    """The peaks of a run, by whichever way is known to be nearer."""
+    if motion.time.size < _FEWEST:
+        allowed = f"has {motion.time.size} samples of the run, must have at least {_FEWEST}"
+        raise SceneError("", None, allowed, file=str(file))
+    motion = _without_repeated(motion)
+    if not np.all(np.diff(motion.time) > 0):
+        allowed = "has times or steps that do not increase: give the samples of one run, in order"
+        raise SceneError("", None, allowed, file=str(file))
+    found: list[Sampled] = []
+    forces = _contact_forces(scene, motion, file)
+    if forces is not None:
+        direct = motion.contact_force is not None
+        how = "contact forces" if direct else "net forces on the granules, added up"
+        peaks = _through_samples(motion.time, forces, f"samples of {how}")
+        lost = (
+            _DIGITS * motion.force_grain / np.where(peaks.peak_force > 0, peaks.peak_force, np.inf)
+        )
+        found.append(replace(peaks, error=peaks.error + lost))
+    position = motion.position
+    if position is not None and scene.contact is None and scene.piston is None:
+        forces_of_law = _by_hertz(scene, position)
+        # Without a net force it is not known what a wall does to the last granule.
+        moved = motion.net_force is not None or scene.wall is None
+        if motion.velocity is not None and motion.is_clock and moved:
+            found.append(_between_samples(scene, motion, forces, forces_of_law))
+        if not found:
+            how = "samples of positions, by Hertz's law of the scene"
+            peaks = _through_samples(motion.time, forces_of_law, how)
+            found.append(_with_grain(scene, peaks, motion.grain))
+    if not found:
+        needed = "forces of contacts, or net forces on all granules"
+        if scene.contact is None and scene.piston is None:
+            needed += ", or their positions"
+        allowed = f"says nothing of contact forces in such a scene: it must have {needed}"
+        raise SceneError("", None, allowed, file=str(file))
+    return min(found, key=lambda one: _typical(one.peak_force, one.error))
+
+
+def _without_repeated(motion: Motion) -> Motion:
+    """The samples without those that a code writes twice, at the end of a run and at the next."""
+    kept = np.append(True, np.diff(motion.time) != 0)
+    if kept.all():
+        return motion
+    arrays = ("time", "position", "velocity", "net_force", "contact_force")
+    values = {name: getattr(motion, name) for name in arrays}
+    return replace(
+        motion, **{name: array[kept] for name, array in values.items() if array is not None}
+    )
+
+
+def _typical(force: FloatArray, error: FloatArray) -> float:
+    """The error of the contacts that count, by which two ways are compared."""
+    return float(np.max(error[judged_contacts(force)], initial=0.0))
+
+
+def _contact_forces(scene: Scene, motion: Motion, file: object) -> FloatArray | None:
+    """Force in each contact [N], (samples, contacts), as given or from net forces."""
+    if motion.contact_force is not None:
+        return motion.contact_force
+    if motion.net_force is None:
+        return None
+    own = motion.net_force - scene.granules.constant_force
+    if scene.wall is None:
+        return np.ascontiguousarray(np.cumsum(own[:, :0:-1], axis=1)[:, ::-1])
+    if scene.piston is not None:
+        allowed = (
+            "has net forces, which do not tell contact forces between a piston and a wall: give"
+            " contact forces"
+        )
+        raise SceneError("", None, allowed, file=str(file))
+    applied = np.zeros(motion.time.size)
+    if scene.ramps:
+        if not motion.is_clock:
+            raise SceneError("", None, "has steps and no times: give --dt", file=str(file))
+        applied = scene.applied_force(motion.time)
+    return applied[:, np.newaxis] - np.cumsum(own[:, :-1], axis=1)
+
+
+def _by_hertz(scene: Scene, position: FloatArray) -> FloatArray:
+    """Contact forces of overlaps by the law of the scene [N], (samples, contacts)."""
+    pressed = np.maximum(_overlaps(scene, position), 0.0)
+    return np.asarray(scene.granules.stiffness[: pressed.shape[1]] * pressed * np.sqrt(pressed))
+
+
+def _overlaps(scene: Scene, position: FloatArray) -> FloatArray:
+    radius = scene.granules.radius
+    return np.asarray(radius[:-1] + radius[1:] - np.diff(position, axis=1))
+
+
+def _between_samples(
+    scene: Scene, motion: Motion, forces: FloatArray | None, of_law: FloatArray
+) -> Sampled:
+    """Peaks by the interpolation of engines, from positions, velocities and forces."""
+    assert motion.position is not None
+    assert motion.velocity is not None
+    granules, time = scene.granules, motion.time
+    how = "positions, velocities and net forces between the samples"
+    if forces is None:
+        forces, how = of_law, "positions and velocities between the samples, by Hertz's law"
+    if motion.net_force is not None:
+        net = motion.net_force
+    else:
+        # As far as the scene knows: its law, and what it applies.
+        net = np.broadcast_to(granules.constant_force, motion.position.shape).copy()
+        net[:, 0] += scene.applied_force(time) if scene.ramps else 0.0
+        net[:, :-1] -= forces
+        net[:, 1:] += forces
+    overlap = _overlaps(scene, motion.position)
+    pressed = overlap > 2 * motion.grain
+    samples = Samples(
+        time=time,
+        displacement=motion.position - granules.position,
+        velocity=motion.velocity,
+        acceleration=net / granules.mass,
+        overlap=overlap,
+        contact_force=np.where(pressed, np.maximum(forces, 0.0), 0.0),
+    )
+    peaks = _watched(samples, slice(None))
+    fewer = [_watched(samples, slice(first, None, 2)) for first in (0, 1)]
+    highest = np.where(peaks > 0, peaks, 1.0)
+    change = np.max([np.abs(other / highest - 1) for other in fewer], axis=0)
+    error = np.where(peaks > 0, _HERMITE * change, 0.0)
+    return _with_grain(scene, Sampled(peaks, _robust(peaks, error), how), motion.grain)
+
+
+def _watched(samples: Samples, which: slice) -> FloatArray:
+    """The peaks of some of the samples."""
+    watch = PeakWatch(samples.overlap.shape[1])
+    some = (
+        array[which]
+        for array in (
+            samples.time,
+            samples.displacement,
+            samples.velocity,
+            samples.acceleration,
+            samples.overlap,
+            samples.contact_force,
+        )
+    )
+    watch.update(Samples(*some))
+    return np.asarray(watch.force, np.float64)
+
+
+def _with_grain(scene: Scene, peaks: Sampled, grain: float) -> Sampled:
+    """Peaks with what the last digit of positions may have cost them besides."""
+    stiffness = scene.granules.stiffness[: peaks.peak_force.size]
+    overlap = (np.maximum(peaks.peak_force, 0.0) / stiffness) ** (2 / 3)
+    # Force goes as overlap^(3/2); both positions are off by half a digit at most.
+    lost = 1.5 * grain / np.where(overlap > 0, overlap, np.inf)
+    return Sampled(peaks.peak_force, peaks.error + lost, peaks.how)
+
+
+def _through_samples(time: FloatArray, force: FloatArray, how: str) -> Sampled:
+    """Peaks of a curve of sixth degree through the seven samples around the highest.
+
+    It goes through the forces to the power 2/3, as overlaps are smooth where contacts open. How
+    far off it may be follows from its difference from curves through five and three of them.
+    """
+    smooth = np.cbrt(np.maximum(force, 0.0)) ** 2
+    contacts = force.shape[1]
+    peaks, error = np.zeros(contacts), np.zeros(contacts)
+    for contact in range(contacts):
+        values = smooth[:, contact]
+        at = int(np.argmax(values))
+        if values[at] <= 0:
+            continue
+        sixth, fourth, second = (_highest(time, values, at, beside) for beside in (3, 2, 1))
+        peaks[contact] = sixth**1.5
+        off = _SIXTH * abs(sixth - fourth)
+        if abs(fourth - second) > _COARSE * fourth:
+            off = max(off, _TELLS_LITTLE * abs(fourth - second))
+        if at in (0, time.size - 1):  # cut off: nobody knows how much higher it went
+            off = max(off, abs(values[at] - values[min(max(at, 1), time.size - 2)]))
+        error[contact] = 1.5 * off / fourth
+    return Sampled(peaks, _robust(peaks, error), how)
+
+
+def _highest(time: FloatArray, values: FloatArray, at: int, beside: int) -> float:
+    """The maximum of a polynomial through samples around one, near it, and at least its value."""
+    first = min(max(at - beside, 0), time.size - 2 * beside - 1)
+    here = slice(first, first + 2 * beside + 1)
+    scale = float(time[here.stop - 1] - time[here.start]) / (2 * beside)
+    s = (time[here] - time[at]) / scale
+    curve = np.polynomial.polynomial.Polynomial.fit(s, values[here], 2 * beside, domain=[-1, 1])
+    near = np.clip(curve.deriv().roots().real, max(s[0], -1.0), min(s[-1], 1.0))
+    return float(max([values[at], *curve(near)]))
+
+
+def _robust(peaks: Array, error: FloatArray) -> FloatArray:
+    """Errors, none below the median of the contacts that count: one may be small by chance."""
+    counts = judged_contacts(peaks)
+    usual = float(np.median(error[counts])) if counts.any() else 0.0
+    return np.maximum(error, usual)

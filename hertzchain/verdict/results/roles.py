@@ -1,0 +1,137 @@
+"""What columns of a file mean: named on the command line, or known by their usual names."""
+
+from __future__ import annotations
+
+import fnmatch
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from hertzchain.decks.lint.scale import SCALES, Scale
+from hertzchain.errors import SceneError, require
+from hertzchain.scene.quantities import to_si
+
+DIMENSIONS = {
+    "contact": "", "peak_force": "N", "time": "s", "step": "", "position": "m", "velocity": "m/s",
+    "net_force": "N", "contact_force": "N", "id": "", "id1": "", "id2": "",
+}  # fmt: skip
+"""What a column can be, with its unit in SI."""
+
+SEVERAL = ("position", "velocity", "net_force", "contact_force")
+"""What there is a column of for each granule or contact."""
+
+UNITS = (*SCALES, "lj")
+"""Styles of LAMMPS's units that numbers can be in; those of lj have no scale."""
+
+_USUAL = {
+    "contact": ("contact",), "peak_force": ("peak_force_N",),
+    "time": ("time", "time_s", "t", "v_time"), "step": ("step", "timestep"),
+}  # fmt: skip
+_PREFIXES = {
+    "position": ("x", "xu", "pos", "position"),
+    "velocity": ("v", "vx", "vel", "velocity"),
+    "force": ("f", "fx", "force"),
+    "contact_force": ("fc", "contact", "contact_force"),
+}
+_NUMBERED = re.compile(r"(?:[vcf]_)?([A-Za-z][A-Za-z_]*?)_?\[?(\d+)\]?(?:_[A-Za-z/]+)?")
+_SPEC = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]*[^\W\d][^\[\]]*)\])?\s*")
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Columns of a table by what they are, and what their numbers are worth in SI."""
+
+    where: Mapping[str, tuple[int, ...]]
+    factor: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was said of a file: names of columns, which may have *, their units, and all units."""
+
+    names: Mapping[str, str]
+    factors: Mapping[str, float]
+    scale: Scale | None  # of columns without a unit of their own; None for lj
+
+    def factor(self, role: str, file: object) -> float:
+        """What a number is worth in SI."""
+        if role in self.factors or not DIMENSIONS[role]:
+            return self.factors.get(role, 1.0)
+        if self.scale is None:
+            allowed = (
+                "units lj have no scale: give the unit of each column, such as --column"
+                f" '{role}={self.names.get(role, 'NAME')} [0.5 {DIMENSIONS[role]}]'"
+            )
+            raise SceneError("", None, allowed, file=str(file))
+        scale = self.scale
+        return {
+            "N": scale.force, "s": scale.time, "m": scale.length, "m/s": scale.velocity,
+        }[DIMENSIONS[role]]  # fmt: skip
+
+
+def asked_for(columns: Mapping[str, str], units: str) -> Asked:
+    """Read what was said of columns, NAME or NAME [UNIT], and the style of units of the others."""
+    require(units in UNITS, "units", units, f"must be one of {', '.join(UNITS)}")
+    names, factors = {}, {}
+    for role, spec in columns.items():
+        require(role in DIMENSIONS, "column", role, f"must be one of {', '.join(DIMENSIONS)}")
+        match = _SPEC.fullmatch(str(spec))
+        assert match is not None  # of any text
+        names[role] = match["name"]
+        if match["unit"] is not None:
+            allowed = "is a pure number: leave its unit out"
+            require(bool(DIMENSIONS[role]), f"column {role}", spec, allowed)
+            number = match["unit"] if match["unit"][:1].isdigit() else f"1 {match['unit']}"
+            factors[role] = to_si(f"column {role}", number, DIMENSIONS[role])
+    return Asked(names, factors, SCALES.get(units))
+
+
+def columns_of(header: Sequence[str], asked: Asked, granules: int, file: object) -> Columns:
+    """Which columns of a table are what; a SceneError says what has to be named."""
+    at: dict[str, tuple[int, ...]] = {}
+    for role, name in asked.names.items():
+        found = [k for k, one in enumerate(header) if one == name]
+        if not found:
+            found = [k for k, one in enumerate(header) if fnmatch.fnmatchcase(one, name)]
+        if not found:
+            allowed = f"is no column of the file, which has {_listed(header)}"
+            raise SceneError(f"column {role}", name, allowed, file=str(file))
+        if role not in SEVERAL and len(found) > 1:
+            raise SceneError(f"column {role}", name, "stands for several columns", file=str(file))
+        at[role] = tuple(sorted(found, key=lambda k: _in_order(header[k])))
+    at = _usual(header, granules) | at
+    return Columns(at, {role: asked.factor(role, file) for role in at})
+
+
+def _usual(header: Sequence[str], granules: int) -> dict[str, tuple[int, ...]]:
+    """Columns that are known by their names."""
+    at: dict[str, tuple[int, ...]] = {}
+    for role, names in _USUAL.items():
+        found = [k for k, one in enumerate(header) if one.lower() in (n.lower() for n in names)]
+        if len(found) == 1:
+            at[role] = (found[0],)
+    groups: dict[str, list[tuple[int, int]]] = {}
+    for k, one in enumerate(header):
+        match = _NUMBERED.fullmatch(one)
+        if match:
+            groups.setdefault(match[1].lower(), []).append((int(match[2]), k))
+    for prefix, members in groups.items():
+        role = next((r for r, prefixes in _PREFIXES.items() if prefix in prefixes), "")
+        if not role or len(members) not in (granules - 1, granules):
+            continue
+        per_granule = len(members) == granules
+        if role == "force":
+            role = "net_force" if per_granule else "contact_force"
+        if per_granule != (role == "contact_force"):
+            at.setdefault(role, tuple(k for _, k in sorted(members)))
+    return at
+
+
+def _in_order(name: str) -> tuple[list[int], str]:
+    """A key by which f2 stands before f10."""
+    return [int(digits) for digits in re.findall(r"\d+", name)[-1:]], name
+
+
+def _listed(header: Sequence[str]) -> str:
+    shown = ", ".join(header[:8])
+    return f"{shown}, ... ({len(header)} in all)" if len(header) > 8 else shown

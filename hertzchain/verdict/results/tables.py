@@ -1,0 +1,214 @@
+"""Text files of numbers: CSV, LAMMPS logs, fix ave/time and print; dumps of granules and pairs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import SceneError
+from hertzchain.files import read_bytes
+
+MOST_BYTES = 300_000_000  # of a file: a minute to read (chosen)
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Columns of numbers: names, and rows of shape (rows, columns)."""
+
+    names: tuple[str, ...]
+    rows: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A frame of a dump: its step, its time where it is given, and its rows, (rows, columns)."""
+
+    step: float
+    time: float | None
+    names: tuple[str, ...]
+    rows: FloatArray
+
+
+def text_of(path: Path) -> str:
+    """The text of a file; a SceneError says in a few words why there is none."""
+    try:
+        content = read_bytes(path, MOST_BYTES)
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or "no name of a file"
+        allowed = f"cannot be read ({reason}), must be a table, log, dump or trajectory"
+        raise SceneError("", None, allowed, file=path) from None
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = "\0"
+    if "\0" in text[:100_000]:
+        allowed = (
+            "is not a text file: write text (CSV, a LAMMPS log, dump custom or local), or name a"
+            " trajectory .extxyz, .xyz or .traj"
+        )
+        raise SceneError("", None, allowed, file=path)
+    return text
+
+
+def is_dump(text: str) -> bool:
+    """Whether a text is a dump of LAMMPS."""
+    return text.lstrip()[:5] == "ITEM:"
+
+
+def table_of(text: str, path: object) -> Table:
+    """The columns of a CSV file, of a log, or of the output of a fix."""
+    lines = text.splitlines()
+    thermo = list(_thermo(lines))
+    if thermo or any(line.startswith("LAMMPS (") for line in lines[:20]):
+        return _joined(thermo, path)
+    separator = "," if any("," in line for line in lines[:20]) else None
+    rows: list[list[str]] = []
+    where: list[int] = []
+    heads: list[list[str]] = []
+    for number, line in enumerate(lines, start=1):
+        if line.startswith("#"):
+            heads.append(_cells(line[1:], separator))
+        elif line.strip():
+            rows.append(_cells(line, separator))
+            where.append(number)
+    if rows and not _is_number(rows[0][0]):
+        heads.append(rows.pop(0))
+        where.pop(0)
+    if not rows:
+        raise SceneError("", None, "has no row of numbers", file=str(path))
+    width = len(rows[0])
+    head = next((head for head in reversed(heads) if len(head) == width), None)
+    names = tuple(head or (str(k + 1) for k in range(width)))
+    return Table(names, _numbers(rows, where, names, path))
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    return [cell.strip().strip('"') for cell in line.split(separator)]
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _numbers(
+    rows: Sequence[Sequence[str]], where: Sequence[int], names: Sequence[str], path: object
+) -> FloatArray:
+    """Rows of words as numbers; a SceneError names the line that is none."""
+    try:
+        values = np.array(rows, np.float64)
+        if values.ndim == 2 and np.all(np.isfinite(values)):
+            return values
+    except ValueError:
+        pass
+    last = len(rows) - 1
+    for k, (row, line) in enumerate(zip(rows, where, strict=True)):
+        if len(row) != len(names):
+            allowed = f"has {len(row)} columns, the others {len(names)}" + (
+                ": is the file cut off?" if k == last else ""
+            )
+            raise SceneError(f"line {line}", None, allowed, file=str(path))
+        for name, word in zip(names, row, strict=True):
+            if not _is_number(word) or not np.isfinite(float(word)):
+                allowed = "must be a finite number"
+                raise SceneError(f"{name} in line {line}", word, allowed, file=str(path))
+    raise SceneError("", None, "has rows of no columns", file=str(path))
+
+
+def _thermo(lines: Sequence[str]) -> Iterator[tuple[list[str], list[list[str]], list[int]]]:
+    """The tables of a log, each with its header and the numbers of its lines."""
+    at = 0
+    while at < len(lines):
+        words = lines[at].split()
+        at += 1
+        if words[:1] != ["Step"]:
+            continue
+        rows, where = [], []
+        while at < len(lines):
+            row = lines[at].split()
+            if row[:1] == ["Loop"] or (row and not _is_number(row[0]) and row[0] != "WARNING:"):
+                break
+            if row and row[0] != "WARNING:":
+                rows.append(row)
+                where.append(at + 1)
+            at += 1
+        if rows:
+            yield words, rows, where
+
+
+def _joined(thermo: Sequence[tuple[list[str], list[list[str]], list[int]]], path: object) -> Table:
+    """The tables of the runs of a log that have the columns of the longest, as one."""
+    if not thermo:
+        allowed = "is a log without thermo output: no line begins with Step and has numbers below"
+        raise SceneError("", None, allowed, file=str(path))
+    names = max(thermo, key=lambda one: len(one[1]))[0]
+    values = [_numbers(rows, where, own, path) for own, rows, where in thermo if own == names]
+    kept = [values[0]]
+    for before, after in pairwise(values):
+        again = after[0, 0] == before[-1, 0]  # a run begins with the step that the last ended with
+        kept.append(after[1:] if again else after)
+    return Table(tuple(names), np.concatenate(kept))
+
+
+def frames_of(text: str, path: object) -> list[Frame]:
+    """The frames of a text dump, ``custom`` or ``local``."""
+    lines = text.splitlines()
+    found: list[Frame] = []
+    try:
+        at = 0
+        while at < len(lines):
+            frame, at = _frame(lines, at, path)
+            if frame is not None:
+                found.append(frame)
+    except IndexError:
+        allowed = f"ends in the middle of frame {len(found) + 1}: is the file cut off?"
+        raise SceneError("", None, allowed, file=str(path)) from None
+    if not found:
+        raise SceneError("", None, "is a dump without frames", file=str(path))
+    if any(frame.names != found[0].names for frame in found):
+        raise SceneError("", None, "has frames of different columns", file=str(path))
+    return found
+
+
+def _frame(lines: Sequence[str], at: int, path: object) -> tuple[Frame | None, int]:
+    """The frame that begins at a line, and the line after it; an IndexError where it is cut off."""
+    known: dict[str, float] = {}
+    while at < len(lines):
+        line = lines[at]
+        item = line.removeprefix("ITEM:").split()
+        if not line.strip():
+            at += 1
+        elif not line.startswith("ITEM:") or not item:
+            allowed = "is no part of a dump: must begin with ITEM:"
+            raise SceneError(f"line {at + 1}", line[:40], allowed, file=str(path))
+        elif item[0] in ("ATOMS", "ENTRIES"):
+            if not {"NUMBER", "TIMESTEP"} <= known.keys():
+                raise IndexError
+            count, names = int(known["NUMBER"]), tuple(item[1:])
+            words = [row.split() for row in lines[at + 1 : at + 1 + count]]
+            if len(words) < count:
+                raise IndexError
+            where = range(at + 2, at + 2 + count)
+            rows = _numbers(words, where, names, path) if words else np.zeros((0, len(names)))
+            return Frame(known["TIMESTEP"], known.get("TIME"), names, rows), at + 1 + count
+        elif item[0] == "BOX":
+            at += 4
+        else:
+            word = lines[at + 1]
+            if item[0] in ("TIMESTEP", "TIME", "NUMBER"):
+                if not _is_number(word) or not 0 <= float(word) < 1e15:
+                    key = f"line {at + 2}"
+                    raise SceneError(key, word[:40], "must be a number", file=str(path))
+                known[item[0]] = float(word)
+            at += 2
+    if known:
+        raise IndexError
+    return None, at

@@ -1,0 +1,629 @@
+"""Results as people have them: files of LAMMPS and of others, read, sampled and judged."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import ase
+import ase.io
+import numpy as np
+import pandas
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.engine import engine
+from hertzchain.errors import SceneError
+from hertzchain.verdict.results import tables
+from hertzchain.verdict.results.granules import last_digit
+from hertzchain.verdict.results.motion import Motion, peaks_of
+from hertzchain.verdict.results.reading import Given, read
+from tests import scenes
+from tests.command_line import Command
+from tests.conftest import STEEL
+
+N = 12
+SCENE = hc.Scene(hc.Chain(N, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5), hc.Run(4e-4))
+DT = 1e-7
+EVERY = 20  # steps between two samples: 0.14 natural time units
+
+OF_VELOCITIES = 0.02 * (DT / SCENE.units.time) ** 2
+"""What velocity Verlet's own velocities, which are no derivatives, cost peaks between samples at
+most: 0.006 (dt / unit)^2 measured, 3 % of the error of its steps."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """A run of native, sampled: what files of other codes hold."""
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    net_force: FloatArray
+    contact_force: FloatArray
+
+
+def sampled(scene: hc.Scene, apart: float, phase: float = 0.0) -> Sampled:
+    """Samples so far apart in natural time units."""
+    unit = scene.units.time
+    time = np.arange(phase * apart * unit, scene.end_time, apart * unit)
+    history = hc.Native(rtol=1e-9).run(scene, record=time).history
+    assert history is not None
+    force = history.contact_force
+    net = np.broadcast_to(scene.granules.constant_force, history.displacement.shape).copy()
+    net[:, 0] += scene.applied_force(time)
+    net[:, :-1] -= force[:, : scene.chain.granules - 1]
+    net[:, 1:] += force[:, : scene.chain.granules - 1]
+    if scene.wall is not None:
+        net[:, -1] -= force[:, -1]
+    position = scene.granules.position + history.displacement
+    between = force[:, : scene.chain.granules - 1]
+    return Sampled(time, position, history.velocity, net, between)
+
+
+@pytest.fixture(scope="module")
+def truth() -> FloatArray:
+    return hc.Native("reference").run(SCENE).peak_force
+
+
+@pytest.fixture(scope="module")
+def run() -> Sampled:
+    return sampled(SCENE, 0.1)
+
+
+# Sampling
+
+
+def off(found: FloatArray, true: FloatArray) -> FloatArray:
+    """Relative differences of the peaks that count."""
+    counts = true > 1e-3 * true.max()
+    return np.asarray(np.abs(found[counts] / true[counts] - 1))
+
+
+WAYS: dict[str, Callable[[Sampled], Motion]] = {
+    "all": lambda r: Motion(r.time, True, r.position, r.velocity, r.net_force),
+    "positions and velocities": lambda r: Motion(r.time, True, r.position, r.velocity),
+    "positions": lambda r: Motion(r.time, True, r.position),
+    "net forces": lambda r: Motion(r.time, True, net_force=r.net_force),
+    "contact forces": lambda r: Motion(r.time, False, contact_force=r.contact_force),
+}
+
+
+@pytest.mark.parametrize("apart", [0.05, 0.2, 0.5, pytest.param(0.8, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["cosine_LM0.3_n2", pytest.param("demo", marks=pytest.mark.slow)])
+def test_peaks_are_off_by_no_more_than_is_said(name: str, apart: float) -> None:
+    scene = scenes.load(name)
+    result = hc.Native("reference").run(scene)
+    samples = sampled(scene, apart, 0.3)
+    counts = result.peak_force > 1e-3 * result.peak_force.max()
+    for way, make in WAYS.items():
+        found = peaks_of(scene, make(samples), "file")
+        # The reference itself is right to 1e-9.
+        allowed = found.error[counts] + 1e-9
+        assert np.all(off(found.peak_force, result.peak_force) <= allowed), way
+
+
+@pytest.mark.parametrize(
+    ("way", "least"),
+    [
+        ("all", 1e-8),
+        ("positions and velocities", 1e-8),
+        ("positions", 1e-6),
+        ("net forces", 1e-6),
+        ("contact forces", 1e-6),
+    ],
+)
+def test_what_is_said_is_not_far_from_what_it_is(way: str, least: float, run: Sampled) -> None:
+    """At a tenth of a natural time unit; the interpolation of engines is 1e-8 there."""
+    found = peaks_of(SCENE, WAYS[way](run), "file")
+    assert np.max(found.error) < 100 * least
+    assert np.median(found.error) > 0
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.03, 0.8), st.floats(0.0, 1.0), st.floats(-0.3, 0.3))
+def test_maxima_of_a_curve_are_off_by_no_more_than_is_said(
+    apart: float, phase: float, skew: float
+) -> None:
+    """A hump with a known maximum of 1, which lasts about as long as a wave."""
+    time = np.arange(-6, 6, apart) + phase * apart
+    shape = 1 / np.cosh(0.7 * time) ** 2 / np.cosh(0.7 * skew * time)
+    motion = Motion(time + 10, False, contact_force=np.column_stack([shape, 0.5 * shape]))
+    scene = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5))
+    found = peaks_of(scene, motion, "file")
+    assert np.all(np.abs(found.peak_force / (1.0, 0.5) - 1) <= found.error + 1e-12)
+
+
+@pytest.mark.parametrize("digits", [4, 6, 9, 12])
+def test_digits_of_numbers_are_counted(digits: int, run: Sampled, truth: FloatArray) -> None:
+    """Positions of six digits tell overlaps to 1e-7 m of 1e-5 m."""
+
+    def rounded(values: FloatArray) -> FloatArray:
+        words = [f"{value:.{digits}g}" for value in values.ravel()]
+        return np.array(words, float).reshape(values.shape)
+
+    position = rounded(run.position)
+    grain = last_digit(position)
+    assert grain == pytest.approx(10.0 ** (-digits), rel=1e-9, abs=0)  # places of 0.1 m
+    found = peaks_of(SCENE, Motion(run.time, True, position, grain=grain), "file")
+    assert np.all(off(found.peak_force, truth) <= found.error)
+    force = rounded(run.contact_force)
+    found = peaks_of(
+        SCENE, Motion(run.time, True, contact_force=force, force_grain=last_digit(force)), "file"
+    )
+    assert np.all(off(found.peak_force, truth) <= found.error)
+
+
+def test_positions_of_few_digits_are_left_for_forces(run: Sampled) -> None:
+    few = np.round(run.position, 6)
+    motion = Motion(run.time, True, few, run.velocity, run.net_force, grain=1e-6)
+    assert peaks_of(SCENE, motion, "file").how.startswith("samples of net forces")
+    motion = replace(motion, position=run.position, grain=0.0)
+    assert peaks_of(SCENE, motion, "file").how.startswith("positions, velocities")
+
+
+TERMS = {
+    "wall": hc.Scene(SCENE.chain, SCENE.shock, SCENE.run, wall=hc.Wall("rigid")),
+    "striker on a wall": hc.Scene(SCENE.chain, hc.Striker(1.0), SCENE.run, wall=hc.Wall("rigid")),
+    "pressed": hc.Scene(
+        SCENE.chain, SCENE.shock, SCENE.run, precompression=hc.Precompression(force=20.0)
+    ),
+    "column": hc.Scene(
+        SCENE.chain,
+        SCENE.shock,
+        SCENE.run,
+        wall=hc.Wall("same"),
+        precompression=hc.Precompression(gravity=9.81),
+    ),
+    "damped": replace(SCENE, contact=hc.Contact("restitution", restitution=0.9)),
+    "damped, with a wall": replace(
+        SCENE, contact=hc.Contact("viscoelastic", relaxation_time=1e-7), wall=hc.Wall("same")
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TERMS)
+def test_scenes_with_terms(name: str) -> None:
+    scene = TERMS[name]
+    true = hc.Native(rtol=1e-8).run(scene).peak_force
+    samples = sampled(scene, 0.1)
+    for way, make in WAYS.items():
+        if scene.contact is not None and way.startswith("positions"):
+            with pytest.raises(SceneError, match="says nothing of contact forces in such a scene"):
+                peaks_of(scene, make(samples), "file")
+            continue
+        found = peaks_of(scene, make(samples), "file")
+        assert np.all(off(found.peak_force, true) <= found.error + 1e-8), way
+        assert np.max(found.error) < 1e-3, way
+
+
+# Files of LAMMPS
+
+
+def deck(folder: Path, axis: str = "x", sign: int = 1) -> str:
+    """A run of the scene that writes every kind of file."""
+    at, force = ["0", "0", "0"], ["0.0", "0.0", "0.0"]
+    k = "xyz".index(axis)
+    at[k] = "$((v_i-1)*0.0095)" if sign > 0 else "$(-(v_i-1)*0.0095)"
+    force[k] = "v_push"
+    each = range(1, N + 1)
+    return f"""\
+units si
+atom_style sphere
+boundary f f f
+comm_modify vel yes
+newton off
+atom_modify map array sort 0 0
+region box block -0.13 0.13 -0.13 0.13 -0.13 0.13 units box
+create_box 1 box
+variable i loop {N}
+label granule
+create_atoms 1 single {" ".join(at)} units box
+next i
+jump SELF granule
+set group all diameter 0.0095
+set group all density 7958
+neighbor 0.002 bin
+pair_style granular
+pair_coeff * * hertz/material 193e9 0.0 0.3 tangential linear_nohistory 0.0 0.0
+fix motion all nve
+group first id 1
+variable push equal {sign * 100}*sin(PI/2*time/5e-05)^2
+fix shock first addforce {" ".join(force)}
+timestep {DT}
+dump six all custom {EVERY} {folder}/six.dump id type x y z vx vy vz fx fy fz
+dump fine all custom {EVERY} {folder}/fine.dump id x y z vx vy vz fx fy fz
+dump_modify fine format float %.15g
+dump places all custom {EVERY} {folder}/places.dump id xu yu zu
+dump_modify places format float %.15g time yes units yes
+compute force all pair/local force
+compute pair all property/local patom1 patom2
+dump pairs all local {EVERY} {folder}/pairs.dump c_pair[1] c_pair[2] c_force
+{"".join(f"variable f{j} equal f{axis}[{j}]{chr(10)}" for j in each)}
+thermo {EVERY}
+thermo_style custom step time {" ".join(f"v_f{j}" for j in each)}
+fix shown all print {EVERY} "$(time) {" ".join(f"$(f{axis}[{j}])" for j in each)}" &
+    file {folder}/print.txt screen no title "time {" ".join(f"f{j}" for j in each)}"
+fix mean all ave/time 1 1 {EVERY} {" ".join(f"v_f{j}" for j in each)} file {folder}/ave.txt
+log {folder}/log.lammps
+run 1000
+unfix shock
+run 3000
+undump six
+undump fine
+undump places
+undump pairs
+unfix shown
+unfix mean
+log none
+"""
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder: Path = tmp_path_factory.mktemp("files")
+    file = folder / "in.chain"
+    file.write_text(deck(folder), encoding="utf-8")
+    with engine() as lammps:
+        lammps.file(str(file))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def verlet() -> FloatArray:
+    """The peaks that LAMMPS has at these steps; steps end at the corners of the pulse."""
+    return hc.Native("velocity-verlet", DT).run(SCENE).peak_force
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("file", "dt", "words", "most"),
+    [
+        ("six.dump", None, "net forces", 5e-5),
+        ("six.dump", DT, "net forces", 5e-5),
+        ("fine.dump", None, "between the samples", 1e-6),
+        ("fine.dump", DT, "between the samples", 1e-6),
+        ("places.dump", None, "positions, by Hertz's law", 5e-5),
+        ("pairs.dump", None, "contact forces", 5e-5),
+        ("log.lammps", None, "net forces", 5e-5),
+        ("print.txt", None, "net forces", 5e-5),
+        ("ave.txt", None, "net forces", 5e-5),
+    ],
+)
+def test_files_of_lammps_have_its_peaks(
+    file: str, dt: float | None, words: str, most: float, files: Path, verlet: FloatArray
+) -> None:
+    found = read(SCENE, files / file, {}, "si", dt)
+    assert found.sampling is not None
+    assert words in found.remark
+    assert np.all(off(found.peak_force, verlet) <= found.sampling + OF_VELOCITIES)
+    assert np.max(found.sampling) < most
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(("axis", "sign"), [("y", 1), ("z", -1)])
+def test_the_axis_and_the_pushed_end_are_found(
+    axis: str, sign: int, tmp_path: Path, verlet: FloatArray
+) -> None:
+    file = tmp_path / "in.chain"
+    file.write_text(deck(tmp_path, axis, sign), encoding="utf-8")
+    with engine() as lammps:
+        lammps.file(str(file))
+    for name in ("six.dump", "fine.dump", "places.dump", "pairs.dump"):
+        found = read(SCENE, tmp_path / name, {}, "si", None)
+        assert found.sampling is not None
+        assert np.all(off(found.peak_force, verlet) <= found.sampling + OF_VELOCITIES), name
+
+
+@pytest.mark.lammps
+def test_a_run_of_lammps_is_judged(files: Path, hertzchain: Command) -> None:
+    SCENE.to_toml(files / "scene.toml")
+    judged = hertzchain("compare", files / "scene.toml", "--results", files / "six.dump", "--json")
+    document = judged.json()
+    assert (judged.status, document["verdict"]) == (0, "pass")
+    assert document["sampling_error"] < 5e-5
+    assert document["remarks"][0].startswith("peaks are from samples of net forces")
+    shown = hertzchain("compare", files / "scene.toml", "--results", files / "ave.txt")
+    assert "samples 20 steps apart" in " ".join(shown.out.split())
+    other = replace(SCENE, shock=hc.Pulse("cosine", 101.0, 2.0, rise_time=5e-5))
+    assert hc.judge_peaks(other, files / "log.lammps").verdict == "fail"
+
+
+# Tables
+
+
+def table(run: Sampled, head: str, values: FloatArray, name: str, factor: float = 1.0) -> str:
+    columns = [head, *(name.format(k) for k in range(1, values.shape[1] + 1))]
+    rows = np.column_stack([run.time, values * factor])
+    lines = [",".join(f"{value:.12g}" for value in row) for row in rows]
+    return "\n".join([",".join(columns), *lines]) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("head", "name", "what", "columns", "factor"),
+    [
+        ("time", "f{}", "net_force", {}, 1.0),
+        ("time_s", "contact_force_{}", "contact_force", {}, 1.0),
+        ("t", "x{}", "position", {}, 1.0),
+        ("T", "N_{}", "contact_force", {"time": "T", "contact_force": "N_*"}, 1.0),
+        ("T", "N_{}", "contact_force", {"time": "T", "contact_force": "N_* [kN]"}, 1e-3),
+        ("T", "q{}", "net_force", {"time": "T", "net_force": "q* [2 mN]"}, 500.0),
+        ("T", "p{}", "position", {"time": "T", "position": "p* [mm]"}, 1e3),
+    ],
+)
+def test_series_in_columns(
+    head: str,
+    name: str,
+    what: str,
+    columns: dict[str, str],
+    factor: float,
+    run: Sampled,
+    truth: FloatArray,
+    tmp_path: Path,
+) -> None:
+    text = table(run, head, getattr(run, what), name, factor)
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
+    (tmp_path / "b.txt").write_text(text.replace(",", "\t"), encoding="utf-8")
+    for file in ("a.csv", "b.txt"):
+        found = read(SCENE, tmp_path / file, columns, "si", None)
+        assert found.sampling is not None
+        assert np.all(off(found.peak_force, truth) <= found.sampling + 1e-9)
+    frame = pandas.read_csv(tmp_path / "a.csv")
+    same = read(SCENE, frame, columns, "si", None)
+    assert np.array_equal(same.peak_force, found.peak_force)
+
+
+def test_peaks_in_other_columns_and_units(truth: FloatArray, tmp_path: Path) -> None:
+    file = tmp_path / "peaks.txt"
+    rows = "".join(f"{k} x {force / 1e3:.12g}\n" for k, force in enumerate(truth, start=2))
+    file.write_text("i note F\n" + rows.replace(" x ", " 0 "), encoding="utf-8")
+    found = read(SCENE, file, {"contact": "i", "peak_force": "F [kN]"}, "si", None)
+    assert found.sampling is None
+    assert found.peak_force == pytest.approx(truth, rel=1e-11, abs=0)
+    frame = pandas.DataFrame({"contact": range(2, N + 1), "peak_force_N": truth})
+    judged = hc.judge_peaks(SCENE, frame)
+    assert (judged.verdict, judged.sampling_error) == ("pass", None)
+    dyne = pandas.DataFrame({"contact": range(2, N + 1), "F": 1e5 * truth})
+    assert hc.judge_peaks(SCENE, dyne, columns={"peak_force": "F"}, units="cgs").verdict == "pass"
+    lj = hc.judge_peaks(SCENE, dyne, columns={"peak_force": "F [10 uN]"}, units="lj")
+    assert lj.verdict == "pass"
+
+
+def test_the_usual_table_is_read_as_before(truth: FloatArray, tmp_path: Path) -> None:
+    file = tmp_path / "peaks.csv"
+    rows = "".join(f'{force!r},"a, b",{k}\n' for k, force in enumerate(truth.tolist(), start=2))
+    file.write_text("peak_force_N,note,contact\n" + rows, encoding="utf-8")
+    found = read(SCENE, file, {}, "cgs", None)  # _N says what it is
+    assert np.array_equal(found.peak_force, truth)
+
+
+# Sampling in the verdict
+
+
+def given_by(run: Sampled, every: int, tmp_path: Path, factor: float = 1.0) -> Path:
+    file = tmp_path / "series.csv"
+    some = Sampled(*(array[::every] for array in vars(run).values()))
+    file.write_text(table(some, "time", some.contact_force, "fc{}", factor), encoding="utf-8")
+    return file
+
+
+def test_the_sampling_error_adds_to_the_tolerance(run: Sampled, tmp_path: Path) -> None:
+    file = given_by(run, 3, tmp_path)
+    judged = hc.judge_peaks(SCENE, file, tolerance=1e-3)
+    error = judged.sampling_error
+    assert error is not None
+    assert 1e-5 < error < 1e-3
+    for factor, verdict in ((1 + 0.98e-3, "pass"), (1 + 1.1e-3 + 2 * error, "fail")):
+        changed = hc.judge_peaks(SCENE, given_by(run, 3, tmp_path, factor))
+        assert changed.verdict == verdict
+
+
+def test_contacts_sampled_too_rarely_are_not_judged(run: Sampled, tmp_path: Path) -> None:
+    file = given_by(run, 6, tmp_path)
+    assert not hc.judge_peaks(SCENE, file, tolerance=1e-4).judged.any()
+    judged = hc.judge_peaks(SCENE, file, tolerance=1e-4)
+    assert judged.verdict == "fail"
+    assert "11 contacts are not judged, as samples so far apart" in judged.remarks[1]
+    assert hc.judge_peaks(SCENE, file, tolerance=0.1).verdict == "pass"
+
+
+# Trajectories
+
+
+def test_its_own_trajectory_is_read(truth: FloatArray, tmp_path: Path) -> None:
+    times = np.arange(0, SCENE.end_time, 0.1 * SCENE.units.time)
+    result = hc.Native(rtol=1e-8).run(SCENE, record=times)
+    hc.write_trajectory(result, tmp_path / "motion.xyz")
+    found = read(SCENE, tmp_path / "motion.xyz", {}, "si", None)
+    assert found.sampling is not None
+    assert np.all(off(found.peak_force, truth) <= found.sampling)
+
+
+@pytest.mark.parametrize("suffix", ["extxyz", "traj"])
+def test_trajectories_of_others(
+    suffix: str, run: Sampled, truth: FloatArray, tmp_path: Path
+) -> None:
+    from ase.calculators.singlepoint import SinglePointCalculator
+
+    frames = []
+    for time, place, speed, force in zip(
+        run.time, run.position, run.velocity, run.net_force, strict=True
+    ):
+        atoms = ase.Atoms("X" * N, [(0, 1e3 * x, 0) for x in place])  # mm, along y
+        atoms.arrays["velocities"] = np.array([(0, 1e3 * v, 0) for v in speed])
+        atoms.calc = SinglePointCalculator(atoms, forces=[(0, f, 0) for f in force])
+        atoms.info["time"] = time
+        frames.append(atoms)
+    file = tmp_path / f"motion.{suffix}"
+    ase.io.write(file, frames)
+    columns = {
+        "position": "positions [mm]", "velocity": "velocities [mm/s]", "net_force": "forces [N]"
+    }  # fmt: skip
+    found = read(SCENE, file, columns, "si", None)
+    assert found.sampling is not None
+    assert np.all(off(found.peak_force, truth) <= found.sampling + 1e-9)
+
+
+# What cannot be used
+
+GRANULES = "ITEM: ATOMS id x vx fx"
+HEAD = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS f f f\n0 1\n0 1\n0 1\n"
+BROKEN: dict[str, tuple[bytes, str]] = {
+    "empty": (b"", "has no row of numbers"),
+    "binary": (bytes(range(256)) * 10, "is not a text file"),
+    "nulls": (b"time,f1\n\0\0", "is not a text file"),
+    "no numbers": (b"Dear all,\nplease find attached\n", "line 2|has no row|must be"),
+    "other columns": (b"a b\n1 2\n3 4\n", "has the columns a, b: say which are what"),
+    "another count": (b"time f1 f2 f3\n" + b"1 2 3 4\n" * 9, "say which are what"),
+    "no number": (b"contact,F,peak_force\n2,1,x\n", "peak_force in line 2 = 'x': must be a finite"),
+    "nan": (b"time,fx1,fx2\n0,1,2\n1,nan,3\n", "fx1 in line 3 = 'nan'"),
+    "cut off": (b"time,fx1,fx2\n0,1,2\n1,2\n", "line 3: has 2 columns, the others 3: is the file"),
+    "no thermo": (b"LAMMPS (22 Jul 2025)\nunits si\n", "is a log without thermo output"),
+    "dump without frames": (b"ITEM: TIMESTEP\n", "ends in the middle of frame 1"),
+    "dump cut off": (f"{HEAD}{GRANULES}\n1 0 0 0\n".encode(), "ends in the middle of frame 1"),
+    "dump with words": (HEAD.replace("\n2\n", "\nmany\n").encode(), "line 4 = 'many'"),
+    "half a row": (f"{HEAD}{GRANULES}\n1 0 0 0\n2 0\n".encode(), "line 11: has 2 columns"),
+    "two granules": (f"{HEAD}{GRANULES}\n1 0 0 0\n2 1 0 0\n".encode(), "has 2 granules, the scene"),
+    "scaled": (f"{HEAD}ITEM: ATOMS id xs\n1 0\n2 1\n".encode(), "has scaled places"),
+    "nothing of use": (f"{HEAD}ITEM: ATOMS id q\n1 0\n2 1\n".encode(), "has id, q, must have x"),
+    "pairs": (f"{HEAD}ITEM: ENTRIES a b\n1 0\n2 1\n".encode(), "is a dump of pairs with a, b"),
+    "text between": (f"{HEAD}{GRANULES}\n1 0 0 0\n2 1 0 0\nmore\n".encode(), "= 'more'"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_file_that_cannot_be_used_is_one_sentence(name: str, tmp_path: Path) -> None:
+    content, words = BROKEN[name]
+    file = tmp_path / "results"
+    file.write_bytes(content)
+    with pytest.raises(SceneError, match=words) as caught:
+        read(SCENE, file, {}, "si", None)
+    assert str(caught.value).startswith(f"{file}: ")
+    assert str(caught.value).isprintable()
+
+
+def test_files_that_cannot_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, hertzchain: Command
+) -> None:
+    for suffix in ("", ".csv", ".extxyz", ".traj"):
+        with pytest.raises(SceneError, match="cannot be read"):
+            read(SCENE, tmp_path / f"none{suffix}", {}, "si", None)
+    broken = tmp_path / "broken.extxyz"
+    broken.write_text("12\nProperties=species:S:1:pos:R:3\nX 0 0 0\n", encoding="utf-8")
+    with pytest.raises(SceneError, match="is no trajectory that ASE can read"):
+        read(SCENE, broken, {}, "si", None)
+    monkeypatch.setattr(tables, "MOST_BYTES", 10)
+    with pytest.raises(SceneError, match="larger than"):
+        read(SCENE, broken.rename(tmp_path / "a.txt"), {}, "si", None)
+    SCENE.to_toml(tmp_path / "scene.toml")
+    (tmp_path / "b.csv").write_text("a,b\n1,2\n")
+    refused = hertzchain("compare", tmp_path / "scene.toml", "--results", tmp_path / "b.csv")
+    assert refused.status == 2
+    assert refused.err.count("\n") == 1
+
+
+def series(run: Sampled, tmp_path: Path, change: Callable[[str], str]) -> Path:
+    file = tmp_path / "series.csv"
+    file.write_text(change(table(run, "time", run.net_force, "f{}")), encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize(
+    ("columns", "units", "words"),
+    [
+        ({"colour": "red"}, "si", "column = 'colour': must be one of contact, peak_force"),
+        ({"time": "T"}, "si", "column time = 'T': is no column of the file, which has time, f1"),
+        ({"time": "f*"}, "si", "stands for several columns"),
+        ({"net_force": "f1*"}, "si", "net_force has 4 columns, must have 12"),
+        ({"contact_force": "f*"}, "si", "contact_force has 12 columns, must have 11"),
+        ({"net_force": "f* [furlong]"}, "si", "wrong dimension"),
+        ({"id": "time [s]"}, "si", "is a pure number"),
+        ({}, "real", "units = 'real': must be one of si, cgs"),
+        ({}, "lj", "units lj have no scale: give the unit of each column"),
+    ],
+)
+def test_columns_and_units_that_cannot_be(
+    columns: dict[str, str], units: str, words: str, run: Sampled, tmp_path: Path
+) -> None:
+    with pytest.raises(SceneError, match=words) as caught:
+        read(SCENE, series(run, tmp_path, str), columns, units, None)
+    assert str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda text: "\n".join(text.splitlines()[:7]), "has 6 samples"),
+        (
+            lambda text: "\n".join([text.splitlines()[0], *text.splitlines()[:0:-1]]),
+            "do not increase",
+        ),
+    ],
+)
+def test_samples_that_cannot_be(
+    change: Callable[[str], str], words: str, run: Sampled, tmp_path: Path
+) -> None:
+    with pytest.raises(SceneError, match=words):
+        read(SCENE, series(run, tmp_path, change), {}, "si", None)
+
+
+def test_net_forces_before_a_wall_need_times() -> None:
+    scene = TERMS["wall"]
+    samples = sampled(scene, 0.1)
+    motion = replace(WAYS["net forces"](samples), is_clock=False)
+    with pytest.raises(SceneError, match="has steps and no times: give --dt"):
+        peaks_of(scene, motion, "file")
+
+
+def test_what_is_no_table_is_refused() -> None:
+    with pytest.raises(SceneError, match="must be a file or a pandas DataFrame"):
+        hc.judge_peaks(SCENE, {2: 1.0})  # type: ignore[arg-type]
+    frame = pandas.DataFrame({"contact": [2, 3], "peak_force_N": [1.0, np.nan]})
+    with pytest.raises(SceneError, match="finite numbers alone"):
+        hc.judge_peaks(SCENE, frame)
+    frame = pandas.DataFrame({"contact": [2, 2], "peak_force_N": [1.0, 2.0]})
+    with pytest.raises(SceneError, match="contact in row 2"):
+        hc.judge_peaks(SCENE, frame)
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 2000), st.sampled_from(["", "x", "nan", "\n", ",", "1e999", "-"])),
+        max_size=5,
+    )
+)
+def test_any_change_of_a_table_gives_peaks_or_one_sentence(changes: list[tuple[int, str]]) -> None:
+    pieces = re.split(r"([,\s]+)", TEXT)
+    for place, new in changes:
+        pieces[place % len(pieces)] = new
+    try:
+        read_text("".join(pieces))
+    except SceneError as problem:
+        assert str(problem).isprintable()  # noqa: PT017
+
+
+TEXT = "time," + ",".join(f"f{k}" for k in range(1, N + 1)) + "\n"
+TEXT += "".join(f"{k}," + ",".join(str(k * j % 7) for j in range(N)) + "\n" for k in range(20))
+
+
+def read_text(text: str) -> Given:
+    """Read a table without a file."""
+    from hertzchain.verdict.results.reading import _of_table
+    from hertzchain.verdict.results.roles import asked_for
+
+    found = tables.table_of(text, "file")
+    return _of_table(SCENE, found, asked_for({}, "si"), None, "file")
+
+
+def test_options_that_need_results(tmp_path: Path, hertzchain: Command) -> None:
+    SCENE.to_toml(tmp_path / "scene.toml")
+    for option in (("--column", "time=t"), ("--units", "cgs")):
+        refused = hertzchain("compare", tmp_path / "scene.toml", *option)
+        assert refused.status == 2
+        assert "goes with --results FILE" in refused.err
