@@ -1,0 +1,11 @@
+"""Somebody's own deck: LAMMPS reads it, is asked for every number, runs it and is watched."""
+
+from hertzchain.engines.lammps.user_deck.found import (
+    Executed,
+    FoundDeck,
+    FoundFix,
+    FoundRun,
+    FoundWall,
+)
+
+__all__ = ["Executed", "FoundDeck", "FoundFix", "FoundRun", "FoundWall"]

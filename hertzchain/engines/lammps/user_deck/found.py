@@ -1,0 +1,241 @@
+"""What LAMMPS made of somebody's deck: its commands, its granules, its forces, its peaks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+
+IntArray = NDArray[np.signedinteger[Any]]
+
+
+@dataclass(frozen=True)
+class Executed:
+    """One command of a deck, as often as it was carried out.
+
+    Parameters
+    ----------
+    text
+        The command, on one line, after LAMMPS has put in the values of variables.
+    file, line
+        Where it stands: the file as the user or an ``include`` names it, and the line from 1.
+    written
+        The command as it stands in the file.
+    carried_out
+        Whether LAMMPS was given it.
+    why_not
+        Why it, or the file that it would write, was left out; None where nothing was.
+    """
+
+    text: str
+    file: str
+    line: int
+    written: str
+    carried_out: bool = True
+    why_not: str | None = None
+
+
+@dataclass(frozen=True)
+class FoundRun:
+    """One ``run`` of a deck.
+
+    Parameters
+    ----------
+    start, dt
+        When it starts, from the start of the first run, and its time step [s].
+    steps
+        How many were taken.
+    command
+        Index of its command.
+    """
+
+    start: float
+    dt: float
+    steps: int
+    command: int
+
+
+@dataclass(frozen=True, eq=False)
+class FoundFix:
+    """One ``fix`` of a deck that acts on granules.
+
+    Parameters
+    ----------
+    style, command
+        Its style, and the index of its command.
+    moves
+        Whether it moves granules (``nve``, ``move``); the others exert forces.
+    granules
+        Which granules it was given, shape (granules,), when it was last seen.
+    largest
+        Largest force that it exerted on each granule, along and off the axis, over the whole deck
+        with granules that stay where they are [N], shape (granules, 2); 0 for what moves them.
+    """
+
+    style: str
+    command: int
+    moves: bool
+    granules: NDArray[np.bool_]
+    largest: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class FoundWall:
+    """A wall across the chain, as a granule at the end feels it.
+
+    Parameters
+    ----------
+    end
+        Which end it stands at: ``first`` (that of granule 1) or ``last``.
+    position
+        Place of its surface along the chain, the centre of granule 1 at 0 [m].
+    overlap, force
+        Overlaps of the granule at that end and the forces there [m, N], shape (tries,).
+    closing, damped_overlap, damped_force
+        Speeds at which the granule approaches, overlaps and forces then [m/s, m, N].
+    tangential_force
+        Of the wall on the granule with spin and sideways velocity [N].
+    command
+        Index of the command that made it.
+    """
+
+    end: str
+    position: float
+    overlap: FloatArray
+    force: FloatArray
+    closing: FloatArray
+    damped_overlap: FloatArray
+    damped_force: FloatArray
+    tangential_force: float
+    command: int
+
+
+@dataclass(frozen=True, eq=False)
+class FoundDeck:
+    """What LAMMPS made of a deck, in SI units unless ``units`` is lj.
+
+    Granules stand in their order along the chain, granule 1 where the shock acts, and the chain
+    extends to larger coordinates. Contacts lie between granules; a wall's is none of them, but for
+    peaks. NaN stands for what was not tried.
+
+    Parameters
+    ----------
+    version
+        Of LAMMPS, year month day.
+    commands
+        In the order in which they were carried out or left out, up to the end of the deck.
+    first_run
+        Index of the first ``run`` that takes a step: granules are as they were then.
+    units
+        The deck's.
+    axis
+        Along which granules lie: ``x``, ``y`` or ``z``.
+    reversed
+        Whether granule 1 lies at the largest coordinate.
+    ids, types
+        LAMMPS's, shape (granules,).
+    position
+        Along the chain, granule 1 at 0 [m], shape (granules,).
+    sideways
+        Off the axis, which runs through the middle of all granules [m], shape (granules, 2).
+    radius, mass
+        [m], [kg], shape (granules,).
+    velocity, spin
+        Along the chain and in the two other directions [m/s], [1/s], shape (granules, 3).
+    overlap, contact_force
+        Overlaps of each contact, alone, and the forces there [m, N], shape (tries, contacts).
+    closing, damped_overlap, damped_force
+        Speeds at which overlaps grow, the overlaps and the forces then [m/s, m, N], shape (tries,
+        contacts).
+    tangential_force
+        In contacts at the largest overlap with spins and sideways velocities: off the axis, or
+        torque over radius if that is larger [N], shape (granules,).
+    constant_force
+        What fixes but walls exert all the time, all granules at rest [N], shape (granules, 3).
+    drag
+        Force against the motion over velocity [N s/m], shape (granules,).
+    walls
+        Across the chain.
+    integrated
+        How many fixes move each granule in the first run, shape (granules,).
+    boundary
+        The deck's, as ``f f f``.
+    image_gap
+        Between the last granule and the next image of the first [m]; None without such an image.
+    image_force
+        Largest force [N] that is none of a contact between neighbours, seen at an end of the chain
+        while it ran: across a periodic boundary, or from the next granule but one.
+    fixes
+        That act on granules, in the order in which they were made.
+    runs
+        With at least one step, in their order.
+    applied_time
+        Times of readings from the start of the first run [s], shape (readings,). A time stands
+        twice where the force jumps between two runs.
+    applied_force
+        Along the chain then, without ``constant_force``, all granules at rest [N], shape (readings,
+        granules). Between readings it is that of the line between them.
+    applied_every
+        Steps between readings while the force changes.
+    applied_sideways
+        Largest such force off the axis [N].
+    peak_force, peak_time
+        Highest force of each contact of the deck as it is, and when [N, s], shape (contacts,), with
+        one more for a wall at the last granule.
+    peak_reading_error
+        Relative error of the peaks that readings are some steps apart, from every second reading.
+    read_every
+        Steps between these readings, the largest number.
+    end_time
+        When the last run ends [s].
+    final_position, final_velocity
+        At the end, as ``position`` and ``velocity`` along the chain [m, m/s], shape (granules,).
+    remarks
+        What could not be asked or was not looked at, in sentences.
+    """
+
+    version: str
+    commands: tuple[Executed, ...]
+    first_run: int
+    units: str
+    axis: str
+    reversed: bool
+    ids: IntArray
+    types: IntArray
+    position: FloatArray
+    sideways: FloatArray
+    radius: FloatArray
+    mass: FloatArray
+    velocity: FloatArray
+    spin: FloatArray
+    overlap: FloatArray
+    contact_force: FloatArray
+    closing: FloatArray
+    damped_overlap: FloatArray
+    damped_force: FloatArray
+    tangential_force: FloatArray
+    constant_force: FloatArray
+    drag: FloatArray
+    walls: tuple[FoundWall, ...]
+    integrated: IntArray
+    boundary: str
+    image_gap: float | None
+    image_force: float
+    fixes: tuple[FoundFix, ...]
+    runs: tuple[FoundRun, ...]
+    applied_time: FloatArray
+    applied_force: FloatArray
+    applied_every: int
+    applied_sideways: float
+    peak_force: FloatArray
+    peak_time: FloatArray
+    peak_reading_error: float
+    read_every: int
+    end_time: float
+    final_position: FloatArray
+    final_velocity: FloatArray
+    remarks: tuple[str, ...]

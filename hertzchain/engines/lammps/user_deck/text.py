@@ -1,0 +1,88 @@
+"""A LAMMPS input file as text: its commands, their words, as LAMMPS takes them apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+_TRIPLE = '"""'
+
+
+@dataclass(frozen=True)
+class Line:
+    """A command that may stand on several lines, with the number of the first, from 1."""
+
+    text: str
+    number: int
+
+
+@dataclass(frozen=True)
+class Word:
+    """A word of a command, and how it is written there, with its quotes."""
+
+    value: str
+    raw: str
+
+
+def lines_of(text: str) -> list[Line]:
+    """The commands of a file: lines that ``&`` or triple quotes continue are joined.
+
+    LAMMPS looks for ``&`` before it looks for comments: a comment that ends with it goes on, too.
+    """
+    found: list[Line] = []
+    joined, start = "", None
+    for number, line in enumerate(text.split("\n"), start=1):
+        start = number if start is None else start
+        joined += line.rstrip()
+        if joined.endswith("&"):
+            joined = joined[:-1]
+        elif joined.count(_TRIPLE) % 2:
+            joined += "\n"
+        else:
+            found.append(Line(joined, start))
+            joined, start = "", None
+    if joined.strip():
+        found.append(Line(joined, start or 1))
+    return found
+
+
+def without_comment(text: str) -> str:
+    """A command without what follows the first ``#`` outside quotes."""
+    k = 0
+    while k < len(text):
+        if text[k] == "#":
+            return text[:k].strip()
+        k = _after_quotes(text, k) if text[k] in "\"'" else k + 1
+    return text.strip()
+
+
+def words_of(text: str) -> list[Word]:
+    """The words of a command without comment; a quoted text is one word."""
+    found: list[Word] = []
+    k = 0
+    while k < len(text):
+        if text[k].isspace():
+            k += 1
+            continue
+        end = k
+        if text[k] in "\"'":
+            end = _after_quotes(text, k)
+            width = 3 if text.startswith(_TRIPLE, k) else 1
+            found.append(Word(text[k + width : end - width], text[k:end]))
+        else:
+            while end < len(text) and not text[end].isspace():
+                end += 1
+            found.append(Word(text[k:end], text[k:end]))
+        k = end
+    return found
+
+
+def quoted(text: str) -> str:
+    """A text as one word of a command."""
+    return f'"{text}"' if '"' not in text else f'"""{text}"""'
+
+
+def _after_quotes(text: str, k: int) -> int:
+    """Where a quoted text that starts at k is over; the end where it is not closed."""
+    mark = _TRIPLE if text.startswith(_TRIPLE, k) else text[k]
+    end = text.find(mark, k + len(mark))
+    return len(text) if end < 0 else end + len(mark)
