@@ -7,5 +7,6 @@ from hertzchain.engines.lammps.user_deck.found import (
     FoundRun,
     FoundWall,
 )
+from hertzchain.engines.lammps.user_deck.reading import read_deck
 
-__all__ = ["Executed", "FoundDeck", "FoundFix", "FoundRun", "FoundWall"]
+__all__ = ["Executed", "FoundDeck", "FoundFix", "FoundRun", "FoundWall", "read_deck"]

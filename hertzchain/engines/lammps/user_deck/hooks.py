@@ -1,0 +1,199 @@
+"""Watches a running LAMMPS from within its steps: forces before and after each fix of the deck.
+
+``fix external`` calls a function of ours in each step where forces are added up. One that stands
+before all fixes of the deck sees the forces of contacts alone, one after each fix what that has
+added. The deck's own ``run`` is left as it is, so that all it says about times and steps holds.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.engine import command
+
+BLOCK = 256  # readings handed on at a time
+_NEVER = 1_000_000_000  # steps between two additions of what the fix itself would add: nothing
+_NOWHERE = 2**63  # above any step
+_DOUBLES = ctypes.POINTER(ctypes.POINTER(ctypes.c_double))
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """What was read in some steps, granules in the order of their ids, in the deck's units.
+
+    ``ids`` is of shape (readings, granules), ``position``, ``velocity`` and ``torque`` (readings,
+    granules, 3), ``force`` (readings, hooks, granules, 3): the force so far where each hook is.
+    Velocities are those of the half step before, but where a run starts (``whole``).
+    """
+
+    step: NDArray[np.int64]
+    whole: NDArray[np.bool_]
+    ids: NDArray[np.int64]
+    position: FloatArray
+    velocity: FloatArray
+    torque: FloatArray
+    force: FloatArray
+
+    @property
+    def of_pairs(self) -> FloatArray:
+        """Forces of contacts between granules, shape (readings, granules, 3)."""
+        return self.force[:, 0]
+
+    @property
+    def net(self) -> FloatArray:
+        """All forces, shape (readings, granules, 3)."""
+        return self.force[:, -1]
+
+    @property
+    def of_fixes(self) -> FloatArray:
+        """What each fix adds, shape (readings, fixes, granules, 3)."""
+        return np.diff(self.force, axis=1)
+
+
+@dataclass
+class _Buffer:
+    """Memory for a block of readings."""
+
+    ids: Any
+    arrays: FloatArray  # position, velocity, torque, then forces: (readings, arrays, granules, 3)
+    step: NDArray[np.int64] = field(init=False)
+    rows: int = 0
+
+    def __post_init__(self) -> None:
+        self.step = np.zeros(len(self.ids), np.int64)
+
+
+class Hooks:
+    """The functions of ours in a LAMMPS instance.
+
+    ``sources`` has the index of the deck's command before each hook, None for the first.
+    """
+
+    def __init__(self, lammps: Any) -> None:
+        self._lammps = lammps
+        self.sources: list[int | None] = []
+        self._functions: list[Any] = []
+        self._extract = lammps.lib["lammps_extract_atom"]  # a function of its own: types stay
+        self._extract.argtypes, self._extract.restype = [ctypes.c_void_p, ctypes.c_char_p], _DOUBLES
+        self._problem: BaseException | None = None
+        self._next, self._stop = _NOWHERE, 0  # nothing is read where nobody asks
+        self._stride = 1
+        self._reading = False
+        self._buffer: _Buffer | None = None
+        self._take: Callable[[Readings], None] = lambda _: None
+
+    def add(self, source: int | None) -> None:
+        """Have a function called after the fixes that there are."""
+        number = len(self.sources)
+        name = f"hertzchain{number}"
+        command(self._lammps, f"fix {name} all external pf/callback 1 {_NEVER}")
+
+        def call(_: Any, step: int, granules: int, ids: Any, place: Any, added: Any) -> None:
+            self._call(number, step, granules, ids, place, added)
+
+        function = self._lammps.FIX_EXTERNAL_CALLBACK_FUNC(call)
+        self._functions.append(function)
+        self._lammps.lib.lammps_set_fix_external_callback(
+            self._lammps.lmp, name.encode(), function, None
+        )
+        self.sources.append(source)
+
+    def run(self, text: str, steps: int, stride: int, take: Callable[[Readings], None]) -> None:
+        """Give LAMMPS a ``run`` and read its start, every ``stride``-th step and its end."""
+        granules = int(self._lammps.extract_setting("nlocal"))
+        rows, arrays = min(BLOCK, steps // stride + 3), 3 + len(self.sources)
+        self._buffer = _Buffer(
+            np.zeros((rows, granules), np.int64 if self._wide else np.int32),
+            np.zeros((rows, arrays, granules, 3)),
+        )
+        self._first = self._next = int(self._lammps.extract_global("ntimestep"))
+        self._stop, self._stride, self._take = self._next + steps, stride, take
+        self._reading, self._problem = False, None
+        try:
+            command(self._lammps, text)
+        except Exception:
+            if self._problem is None:
+                raise
+        if self._problem is not None:
+            raise self._problem
+        self._hand_on()
+        self._next = _NOWHERE
+
+    @property
+    def _wide(self) -> bool:
+        return bool(self._lammps.extract_setting("tagint") == ctypes.sizeof(ctypes.c_int64))
+
+    def _call(
+        self, number: int, step: int, granules: int, ids: Any, place: Any, added: Any
+    ) -> None:
+        """Called by LAMMPS: no error may get out."""
+        if step % _NEVER == 0 and granules:
+            ctypes.memset(added[0], 0, 24 * granules)
+        if (step < self._next if number == 0 else not self._reading) or self._problem is not None:
+            return
+        try:
+            self._copy(number, step, granules, ids, place)
+        except BaseException as problem:
+            self._problem = problem
+            self._reading = False
+            self._lammps.force_timeout()
+
+    def _copy(self, number: int, step: int, granules: int, ids: Any, place: Any) -> None:
+        buffer = self._buffer
+        assert buffer is not None
+        row, size = buffer.arrays[buffer.rows], 24 * granules
+        if size != row[0].nbytes:
+            raise GranulesChanged
+        if number == 0:
+            self._reading = True
+            buffer.step[buffer.rows] = step
+            own = buffer.ids[buffer.rows]
+            ctypes.memmove(own.ctypes.data, ids, own.nbytes)
+            ctypes.memmove(row[0].ctypes.data, place[0], size)
+            ctypes.memmove(row[1].ctypes.data, self._array(b"v"), size)
+            ctypes.memmove(row[2].ctypes.data, self._array(b"torque"), size)
+        ctypes.memmove(row[3 + number].ctypes.data, self._array(b"f"), size)
+        if number == len(self.sources) - 1:
+            self._reading = False
+            self._next = min(step + self._stride, max(self._stop, step + 1))
+            buffer.rows += 1
+            if buffer.rows == len(buffer.ids):
+                self._hand_on()
+
+    def _array(self, name: bytes) -> Any:
+        return self._extract(self._lammps.lmp, name)[0]
+
+    def _hand_on(self) -> None:
+        """Hand on what has been read, in the order of ids."""
+        buffer = self._buffer
+        assert buffer is not None
+        if not buffer.rows:
+            return
+        ids, step = buffer.ids[: buffer.rows], buffer.step[: buffer.rows].copy()
+        order = np.argsort(ids, axis=1)
+        arrays = np.take_along_axis(
+            buffer.arrays[: buffer.rows], order[:, np.newaxis, :, np.newaxis], axis=2
+        )
+        buffer.rows = 0
+        self._take(
+            Readings(
+                step=step,
+                whole=step == self._first,
+                ids=np.take_along_axis(ids, order, axis=1).astype(np.int64),
+                position=arrays[:, 0],
+                velocity=arrays[:, 1],
+                torque=arrays[:, 2],
+                force=arrays[:, 3:],
+            )
+        )
+
+
+class GranulesChanged(Exception):
+    """The number of granules is not what it was when the run began."""

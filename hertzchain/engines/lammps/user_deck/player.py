@@ -1,0 +1,83 @@
+"""Gives LAMMPS the commands of a deck, with hooks between its fixes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from hertzchain.engines.lammps.engine import command
+from hertzchain.engines.lammps.user_deck.allowed import MOVES, QUIET
+from hertzchain.engines.lammps.user_deck.hooks import Hooks
+
+
+@dataclass(frozen=True)
+class DeckFix:
+    """A fix of the deck: its id, group, style, and the index of its command."""
+
+    name: str
+    group: str
+    style: str
+    command: int
+
+    @property
+    def moves(self) -> bool:
+        """Whether it moves granules."""
+        return self.style in MOVES
+
+    @property
+    def is_wall(self) -> bool:
+        """Whether its force is that of a wall."""
+        return self.style.startswith("wall/")
+
+
+@dataclass
+class Stage:
+    """A LAMMPS instance that gets the commands of a deck.
+
+    ``fixes`` are all that the deck has made, by the index of their command; ``alive`` those that
+    act now, by their id.
+    """
+
+    lammps: Any
+    fixes: dict[int, DeckFix] = field(default_factory=dict)
+    alive: dict[str, DeckFix] = field(default_factory=dict)
+    boundary: str = "p p p"
+    kicks: list[int] = field(default_factory=list)  # commands that make velocities at random
+
+    def __post_init__(self) -> None:
+        self.hooks = Hooks(self.lammps)
+
+    def give(self, text: str, words: list[str], index: int) -> None:
+        """Give LAMMPS a command."""
+        name = words[0]
+        if name == "fix" and not self.hooks.sources:
+            self.hooks.add(None)
+        command(self.lammps, text)
+        if name == "boundary":
+            self.boundary = " ".join(words[1:])
+        elif name == "fix":
+            made = DeckFix(words[1], words[2], words[3], index)
+            again = self.alive.get(made.name)
+            self.alive[made.name] = self.fixes[index] = made
+            if made.style in QUIET:
+                return
+            if again is None or again.style in QUIET:
+                self.hooks.add(index)
+            else:  # it stands where the one before stood
+                place = self.hooks.sources.index(again.command)
+                self.hooks.sources[place] = index
+        elif name == "unfix" and len(words) > 1:
+            self.alive.pop(words[1], None)
+
+    def ready(self) -> None:
+        """Have a hook at least."""
+        if not self.hooks.sources:
+            self.hooks.add(None)
+
+    def forget(self) -> None:
+        """All that ``clear`` takes away."""
+        command(self.lammps, "clear")
+        self.hooks = Hooks(self.lammps)
+        self.fixes.clear()
+        self.alive.clear()
+        self.boundary = "p p p"

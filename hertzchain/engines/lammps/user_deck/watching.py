@@ -1,0 +1,236 @@
+"""Runs somebody's deck as it is and watches the contacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.readings import contact_forces
+from hertzchain.engines.lammps.user_deck.granules import Granules
+from hertzchain.engines.lammps.user_deck.hooks import GranulesChanged, Readings
+from hertzchain.engines.lammps.user_deck.player import Stage
+from hertzchain.engines.lammps.user_deck.probing import Probes
+from hertzchain.errors import RunFailed, StepUnstable
+from hertzchain.observables.peaks import PeakWatch
+from hertzchain.observables.samples import Samples
+
+_READ_EVERY = 0.2
+"""Contact times between two readings: the interpolation between them is right to 1e-6 then."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """A command that LAMMPS was given; a run where ``steps`` is not None."""
+
+    text: str
+    words: tuple[str, ...]
+    index: int
+    steps: int | None = None
+
+
+@dataclass(frozen=True)
+class RunSeen:
+    """A run, in the deck's units: its start after that of the first, its step."""
+
+    start: float
+    dt: float
+    steps: int
+    command: int
+
+
+@dataclass
+class Watcher:
+    """Plays a deck to its end and keeps the peaks; a ``Player``.
+
+    All in the deck's units and by increasing coordinate. ``given`` is what LAMMPS was given.
+    """
+
+    stage: Stage
+    probes: Probes
+    given: list[Given] = field(default_factory=list)
+    runs: list[RunSeen] = field(default_factory=list)
+    time: float = 0.0
+    read_every: int = 1
+    image_force: float = 0.0
+    first_run: int = -1
+    cleared: bool = False
+
+    def __post_init__(self) -> None:
+        count = self.probes.granules.count
+        walls = {wall.at_end: wall.position for wall in self.probes.walls}
+        # Peaks for each end at which a wall may be the last contact.
+        self.forward = _Peaks(self.probes.granules, walls.get(True), mirrored=False)
+        self.backward = _Peaks(self.probes.granules, walls.get(False), mirrored=True)
+        self.position = np.zeros(count)
+        self.velocity = np.zeros(count)
+
+    def give(self, text: str, words: list[str], index: int) -> None:
+        """Give LAMMPS a command."""
+        self.stage.give(text, words, index)
+        self.given.append(Given(text, tuple(words), index))
+
+    def clear(self) -> bool:
+        """Forget all before the first run; the deck ends here after it."""
+        if self.runs:
+            self.cleared = True
+            return False
+        self.stage.forget()
+        self.given.append(Given("clear", ("clear",), -1))
+        return True
+
+    def run(self, steps: int, keywords: str, index: int) -> None:
+        """Have LAMMPS take so many steps, and read every so many of them."""
+        self.stage.ready()
+        text = f"run {steps} {keywords}".strip()
+        if steps == 0:
+            self.stage.give(text, ["run"], index)
+            self.given.append(Given(text, ("run",), index))
+            return
+        if self.first_run < 0:
+            self.first_run = index
+        lammps = self.stage.lammps
+        dt, first = float(lammps.extract_global("dt")), int(lammps.extract_global("ntimestep"))
+        stride = max(1, min(steps, int(_READ_EVERY * self.probes.contact_time / dt)))
+        self.read_every = max(self.read_every, stride)
+        for peaks in (self.forward, self.backward):
+            peaks.begin()
+
+        def take(readings: Readings) -> None:
+            self._take(readings, np.asarray(self.time + (readings.step - first) * dt), dt)
+
+        try:
+            self.stage.hooks.run(text, steps, stride, take)
+        except GranulesChanged:
+            raise RunFailed(
+                "the deck makes or deletes granules after its first run: make the whole chain"
+                " before it"
+            ) from None
+        done = int(lammps.extract_global("ntimestep")) - first
+        self.given.append(Given(text.replace(str(steps), str(done), 1), ("run",), index, done))
+        last = self.runs[-1] if self.runs else None
+        if last is not None and last.command == index and last.dt == dt and "every" in keywords:
+            self.runs[-1] = replace(last, steps=last.steps + done)
+        else:
+            self.runs.append(RunSeen(self.time, dt, done, index))
+        self.time += done * dt
+
+    def _take(self, readings: Readings, time: FloatArray, dt: float) -> None:
+        granules = self.probes.granules
+        if not np.array_equal(readings.ids[-1], granules.ids):
+            raise GranulesChanged
+        if not np.all(np.isfinite(readings.position)) or not np.all(np.isfinite(readings.net)):
+            raise StepUnstable("the motion diverged: the deck's timestep is too long")
+        place = granules.moved_from(granules.along(readings.position))
+        net = granules.along(readings.net)[..., 0]
+        velocity = granules.along(readings.velocity)[..., 0]
+        # Steps of velocity Verlet: a half step is missing where forces are added up.
+        moved = self.probes.integrated == 1
+        half = np.where(readings.whole, 0.0, dt / 2)[:, np.newaxis]
+        velocity = velocity + np.where(moved, half * net / granules.mass, 0.0)
+        pairs = granules.along(readings.of_pairs)[..., 0]
+        walls = np.zeros_like(pairs)
+        for source, force in zip(
+            self.stage.hooks.sources[1:], np.moveaxis(readings.of_fixes, 1, 0), strict=True
+        ):
+            assert source is not None
+            if self.stage.fixes[source].is_wall:
+                walls += granules.along(force)[..., 0]
+        seen = _Seen(time, place, velocity, net / granules.mass, pairs, walls)
+        self.image_force = max(self.image_force, self.forward.take(seen))
+        self.backward.take(seen)
+        self.position, self.velocity = place[-1, :, 0], velocity[-1]
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """Readings along the chain: places have three components, all others one."""
+
+    time: FloatArray
+    place: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    pairs: FloatArray
+    walls: FloatArray
+
+    def mirrored(self) -> _Seen:
+        """The same seen from the other end."""
+        place = self.place[:, ::-1].copy()
+        place[..., 0] *= -1
+        others = self.velocity, self.acceleration, self.pairs, self.walls
+        return _Seen(self.time, place, *(-values[:, ::-1] for values in others))
+
+
+class _Peaks:
+    """The peaks of contacts, a wall's at one end the last, from all readings and every second."""
+
+    def __init__(self, granules: Granules, wall: float | None, mirrored: bool) -> None:
+        self._mirrored = mirrored
+        self._radius = granules.radius[::-1] if mirrored else granules.radius
+        self._wall = wall if wall is None or not mirrored else -wall
+        contacts = granules.count - 1 + (wall is not None)
+        self.all, self.halved = PeakWatch(contacts), PeakWatch(contacts)
+        self._rest = np.finfo(np.float64).eps * float(np.max(np.abs(granules.position)))
+        self._last: Samples | None = None
+
+    def begin(self) -> None:
+        """A run begins: it may not continue what was before."""
+        self._last = None
+
+    def take(self, seen: _Seen) -> float:
+        """Take note of readings; the largest force in contacts that are open."""
+        seen = seen.mirrored() if self._mirrored else seen
+        apart = np.linalg.norm(np.diff(seen.place, axis=1), axis=-1)
+        overlap = self._radius[:-1] + self._radius[1:] - apart
+        force = contact_forces(seen.pairs)
+        if self._wall is not None:
+            last = seen.place[:, -1:, 0] + self._radius[-1] - self._wall
+            overlap = np.concatenate([overlap, last], axis=1)
+            force = np.concatenate([force, -seen.walls[:, -1:]], axis=1)
+        touching = overlap > self._rest
+        stray = float(np.max(np.abs(np.where(touching, 0.0, force)), initial=0.0))
+        force = np.where(touching, force, 0.0)
+        samples = Samples(
+            time=seen.time,
+            displacement=seen.place[..., 0],
+            velocity=seen.velocity,
+            acceleration=seen.acceleration,
+            overlap=overlap,
+            contact_force=force,
+        )
+        if self._last is not None:
+            samples = _joined(self._last, samples)
+        self._last = _part(samples, slice(-1, None))
+        if samples.time.size > 1:
+            self.all.update(samples)
+            self.halved.update(_part(samples, _every_second(samples.time.size)))
+        return stray
+
+    @property
+    def error(self) -> float:
+        """Relative error of the peaks: what half as many readings change by."""
+        largest = float(np.max(self.all.force, initial=0.0))
+        if largest == 0:
+            return 0.0
+        counts = self.all.force > 1e-3 * largest
+        return float(
+            np.max(np.abs(self.halved.force / np.where(counts, self.all.force, 1) - 1)[counts])
+        )
+
+
+def _every_second(count: int) -> list[int]:
+    kept = list(range(0, count, 2))
+    return kept if kept[-1] == count - 1 else [*kept, count - 1]
+
+
+def _part(samples: Samples, which: slice | list[int]) -> Samples:
+    return Samples(
+        samples.time[which], samples.displacement[which], samples.velocity[which],
+        samples.acceleration[which], samples.overlap[which], samples.contact_force[which],
+    )  # fmt: skip
+
+
+def _joined(first: Samples, second: Samples) -> Samples:
+    names = ["time", "displacement", "velocity", "acceleration", "overlap", "contact_force"]
+    return Samples(*(np.concatenate([getattr(first, n), getattr(second, n)]) for n in names))
