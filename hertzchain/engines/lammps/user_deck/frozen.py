@@ -15,10 +15,13 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.user_deck.allowed import MOVES
 from hertzchain.engines.lammps.user_deck.granules import Granules
-from hertzchain.engines.lammps.user_deck.hooks import Readings
+from hertzchain.engines.lammps.user_deck.hooks import BLOCK, Readings
 from hertzchain.engines.lammps.user_deck.player import DeckFix, Stage
 from hertzchain.engines.lammps.user_deck.probing import members
 from hertzchain.engines.lammps.user_deck.watching import Given
+
+_LEAST_READINGS = 400
+"""Readings of a run at least, however long no force has changed: chosen."""
 
 _UNCHANGED = 1e-12  # of the largest force: what formulas of other times round to
 
@@ -48,6 +51,39 @@ class Applied:
     fixes: tuple[FixSeen, ...]
 
 
+@dataclass
+class _Exerted:
+    """What one fix has exerted so far, by increasing coordinate, shape (granules, 3) each."""
+
+    first: FloatArray
+    lowest: FloatArray
+    highest: FloatArray
+    largest: FloatArray  # along and off the axis, shape (granules, 2)
+    readings: int = 0
+    from_start: bool = False
+
+    @classmethod
+    def nothing(cls, force: FloatArray, from_start: bool) -> _Exerted:
+        """Before the first readings, shape (readings, granules, 3)."""
+        largest = np.zeros((force.shape[1], 2))
+        return cls(force[0], force[0], force[0], largest, from_start=from_start)
+
+    def update(self, force: FloatArray) -> None:
+        """Take note of readings."""
+        self.lowest = np.minimum(self.lowest, force.min(axis=0))
+        self.highest = np.maximum(self.highest, force.max(axis=0))
+        both = np.stack([np.abs(force[..., 0]), np.linalg.norm(force[..., 1:], axis=-1)], axis=-1)
+        self.largest = np.maximum(self.largest, both.max(axis=0))
+        self.readings += len(force)
+
+    def constant(self, readings: int) -> FloatArray:
+        """What it has exerted at all of the readings, 0 where that has changed."""
+        if not self.from_start or self.readings < readings:
+            return np.zeros_like(self.first)
+        most = float(np.max(self.largest, initial=0.0))
+        return np.where(self.highest - self.lowest <= _UNCHANGED * most, self.first, 0.0)
+
+
 class Replay:
     """Gives LAMMPS what it was given before, without motion."""
 
@@ -55,10 +91,11 @@ class Replay:
         self.stage, self._granules, self._between = stage, granules, between
         self._left_out: set[str] = set()
         self._time: list[FloatArray] = []
-        self._force: dict[int, list[FloatArray]] = {}  # by command
-        self._count = 0  # readings so far
+        self._force: list[FloatArray] = []  # of all fixes but walls, three components
+        self._exerted: dict[int, _Exerted] = {}  # by command
         self._masks: dict[int, tuple[DeckFix, NDArray[np.bool_]]] = {}
         self._moves: dict[str, DeckFix] = {}
+        self._stride = 1  # steps between readings while forces change
         self.every = 1
 
     def play(self, given: Sequence[Given]) -> Applied:
@@ -98,58 +135,55 @@ class Replay:
         lammps.numpy.extract_atom("v")[: self._granules.count] = 0.0
         lammps.numpy.extract_atom("omega")[: self._granules.count] = 0.0
         dt, first = float(lammps.extract_global("dt")), int(lammps.extract_global("ntimestep"))
-        stride = max(1, int(self._between / dt))
-        self.every = max(self.every, min(stride, max(one.steps, 1)))
+        self._stride = max(1, int(self._between / dt))
+        self._longest = max(self._stride, one.steps // _LEAST_READINGS)
+        self.every = max(self.every, min(self._stride, max(one.steps, 1)))
         for fix in [*self.stage.alive.values(), *self._moves.values()]:
             self._masks[fix.command] = fix, members(lammps, fix.group, self._granules)
 
         def take(readings: Readings) -> None:
             self._take(readings, np.asarray(start + (readings.step - first) * dt))
 
-        self.stage.hooks.run(one.text, one.steps, stride, take)
+        self.stage.hooks.run(one.text, one.steps, self._stride, take)
         return start + one.steps * dt
 
     def _take(self, readings: Readings, time: FloatArray) -> None:
+        hooks, granules = self.stage.hooks, self._granules
         forces = np.moveaxis(readings.of_fixes, 1, 0)
-        alive = {fix.command for fix in self.stage.alive.values() if not fix.is_wall}
-        self._time.append(time)
-        for source, force in zip(self.stage.hooks.sources[1:], forces, strict=True):
+        total = np.zeros((time.size, granules.count, 3))
+        for source, force in zip(hooks.sources[1:], forces, strict=True):
             assert source is not None
-            if source in alive:
-                own = self._force.setdefault(source, [])
-                missing = self._count - sum(map(len, own))
-                if missing:
-                    own.append(np.zeros((missing, *force.shape[1:])))
-                own.append(self._granules.along(force))
-        self._count += time.size
+            if self.stage.fixes[source].is_wall:
+                continue
+            own = granules.along(force)
+            total += own
+            if source not in self._exerted:
+                self._exerted[source] = _Exerted.nothing(own, from_start=not self._time)
+            self._exerted[source].update(own)
+        self._time.append(time)
+        self._force.append(total)
+        still = time.size == BLOCK and not np.any(np.ptp(total, axis=0))
+        hooks.stride = min(10 * hooks.stride, self._longest) if still else self._stride
 
     def _applied(self) -> Applied:
         granules = self._granules
-        time = np.concatenate(self._time) if self._time else np.zeros(0)
-        total = np.zeros((time.size, granules.count))
+        time = np.concatenate(self._time)
+        force = np.concatenate(self._force)
         constant = np.zeros((granules.count, 3))
-        off = np.zeros((time.size, granules.count, 2))
-        largest: dict[int, FloatArray] = {}
-        for command, parts in self._force.items():
-            force = np.concatenate(parts)
-            force = np.concatenate([force, np.zeros((time.size - len(force), *force.shape[1:]))])
-            sideways = np.linalg.norm(force[..., 1:], axis=-1)
-            both = np.stack([np.abs(force[..., 0]), sideways], axis=-1)
-            largest[command] = np.max(both, axis=0, initial=0.0)
-            span = np.ptp(force, axis=0)
-            always = np.where(span <= _UNCHANGED * np.max(np.abs(force), initial=0.0), force[0], 0)
-            constant += always
-            total += force[..., 0] - always[:, 0]
-            off += force[..., 1:] - always[:, 1:]
+        for exerted in self._exerted.values():
+            constant += exerted.constant(time.size)
+        changing = force - constant
+        largest = {number: exerted.largest for number, exerted in self._exerted.items()}
+        nothing = np.zeros((granules.count, 2))
         fixes = tuple(
-            FixSeen(fix, mask, largest.get(number, np.zeros((granules.count, 2))))
+            FixSeen(fix, mask, largest.get(number, nothing))
             for number, (fix, mask) in sorted(self._masks.items())
         )
-        kept = _needed(total)
+        kept = _needed(changing[..., 0])
         return Applied(
             time=time[kept],
-            force=total[kept],
-            sideways=float(np.max(np.linalg.norm(off, axis=-1), initial=0.0)),
+            force=changing[kept, :, 0],
+            sideways=float(np.max(np.linalg.norm(changing[..., 1:], axis=-1), initial=0.0)),
             constant=constant,
             every=self.every,
             fixes=fixes,
@@ -158,8 +192,6 @@ class Replay:
 
 def _needed(force: FloatArray) -> NDArray[np.bool_]:
     """Which readings are not within a stretch of one force, shape (readings,)."""
-    if len(force) == 0:
-        return np.zeros(0, bool)
     changes = np.any(np.diff(force, axis=0) != 0, axis=1)
     kept = np.ones(len(force), bool)
     kept[1:-1] = changes[:-1] | changes[1:]

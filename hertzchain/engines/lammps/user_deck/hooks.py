@@ -70,40 +70,61 @@ class _Buffer:
         self.step = np.zeros(len(self.ids), np.int64)
 
 
+@dataclass
+class _Hook:
+    """A function of ours: the name of its fix, and its place among the hooks."""
+
+    name: str
+    number: int
+    function: Any = None  # kept, as LAMMPS only has its address
+
+
 class Hooks:
     """The functions of ours in a LAMMPS instance.
 
     ``sources`` has the index of the deck's command before each hook, None for the first.
+    ``stride`` is the number of steps between two readings; what takes readings may change it.
     """
 
     def __init__(self, lammps: Any) -> None:
         self._lammps = lammps
         self.sources: list[int | None] = []
-        self._functions: list[Any] = []
+        self._hooks: list[_Hook] = []
+        self._made = 0
         self._extract = lammps.lib["lammps_extract_atom"]  # a function of its own: types stay
         self._extract.argtypes, self._extract.restype = [ctypes.c_void_p, ctypes.c_char_p], _DOUBLES
         self._problem: BaseException | None = None
         self._next, self._stop = _NOWHERE, 0  # nothing is read where nobody asks
-        self._stride = 1
+        self.stride = 1
         self._reading = False
         self._buffer: _Buffer | None = None
         self._take: Callable[[Readings], None] = lambda _: None
 
     def add(self, source: int | None) -> None:
         """Have a function called after the fixes that there are."""
-        number = len(self.sources)
-        name = f"hertzchain{number}"
-        command(self._lammps, f"fix {name} all external pf/callback 1 {_NEVER}")
+        hook = _Hook(f"hertzchain{self._made}", len(self.sources))
+        self._made += 1
+        command(self._lammps, f"fix {hook.name} all external pf/callback 1 {_NEVER}")
 
         def call(_: Any, step: int, granules: int, ids: Any, place: Any, added: Any) -> None:
-            self._call(number, step, granules, ids, place, added)
+            self._call(hook.number, step, granules, ids, place, added)
 
-        function = self._lammps.FIX_EXTERNAL_CALLBACK_FUNC(call)
-        self._functions.append(function)
+        hook.function = self._lammps.FIX_EXTERNAL_CALLBACK_FUNC(call)
         self._lammps.lib.lammps_set_fix_external_callback(
-            self._lammps.lmp, name.encode(), function, None
+            self._lammps.lmp, hook.name.encode(), hook.function, None
         )
+        self._hooks.append(hook)
         self.sources.append(source)
+
+    def remove(self, source: int) -> None:
+        """Take away the hook after a command of the deck, if there is one."""
+        if source not in self.sources:
+            return
+        hook = self._hooks.pop(self.sources.index(source))
+        self.sources.remove(source)
+        command(self._lammps, f"unfix {hook.name}")
+        for later in self._hooks[hook.number :]:
+            later.number -= 1
 
     def run(self, text: str, steps: int, stride: int, take: Callable[[Readings], None]) -> None:
         """Give LAMMPS a ``run`` and read its start, every ``stride``-th step and its end."""
@@ -114,7 +135,7 @@ class Hooks:
             np.zeros((rows, arrays, granules, 3)),
         )
         self._first = self._next = int(self._lammps.extract_global("ntimestep"))
-        self._stop, self._stride, self._take = self._next + steps, stride, take
+        self._stop, self.stride, self._take = self._next + steps, stride, take
         self._reading, self._problem = False, None
         try:
             command(self._lammps, text)
@@ -162,7 +183,7 @@ class Hooks:
         ctypes.memmove(row[3 + number].ctypes.data, self._array(b"f"), size)
         if number == len(self.sources) - 1:
             self._reading = False
-            self._next = min(step + self._stride, max(self._stop, step + 1))
+            self._next = min(step + self.stride, max(self._stop, step + 1))
             buffer.rows += 1
             if buffer.rows == len(buffer.ids):
                 self._hand_on()

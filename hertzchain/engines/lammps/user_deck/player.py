@@ -67,7 +67,9 @@ class Stage:
                 place = self.hooks.sources.index(again.command)
                 self.hooks.sources[place] = index
         elif name == "unfix" and len(words) > 1:
-            self.alive.pop(words[1], None)
+            gone = self.alive.pop(words[1], None)
+            if gone is not None:
+                self.hooks.remove(gone.command)
 
     def ready(self) -> None:
         """Have a hook at least."""

@@ -7,7 +7,7 @@ without a step. Nothing is put back: the instance is not used afterwards.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,8 +28,12 @@ DEPTHS = (-0.1, 0.01, 0.1, 0.3, 1.0, 3.0)
 Chosen: peaks are between 0.01 and 5 of the largest applied force, so that overlaps are up to 3; the
 first is a gap."""
 
-_DAMPED = ((1.0, 0.5), (1.0, -0.5), (0.1, 0.5), (0.1, -0.5), (1.0, 0.05), (1.0, -0.05))
-"""Overlaps, as above, and closing speeds over the scene's natural unit of velocity."""
+_DAMPED = (
+    (1.0, 0.5), (1.0, -0.5), (0.1, 0.5), (0.1, -0.5), (1.0, 0.05), (1.0, -0.05), (0.01, -1.0),
+)  # fmt: skip
+"""Overlaps, as above, and closing speeds over the scene's natural unit of velocity.
+
+In the last, granules part so fast that any damping pulls, unless it is limited."""
 
 _SPIN_STEP = 0.05
 """Step with which friction gets a memory, over the contact time: chosen, short."""
@@ -65,6 +69,12 @@ class Probes:
     drag: FloatArray
     walls: tuple[WallProbe, ...]
     integrated: IntArray
+
+
+def mirrored_probes(probes: Probes) -> Probes:
+    """What was found of contacts, from the other end."""
+    names = "overlap", "contact_force", "closing", "damped_overlap", "damped_force"
+    return replace(probes, **{name: np.flip(getattr(probes, name), -1) for name in names})
 
 
 class Prober:

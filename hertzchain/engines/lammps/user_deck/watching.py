@@ -8,11 +8,12 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import contact_forces
-from hertzchain.engines.lammps.user_deck.granules import Granules
 from hertzchain.engines.lammps.user_deck.hooks import GranulesChanged, Readings
+from hertzchain.engines.lammps.user_deck.law import law_of
 from hertzchain.engines.lammps.user_deck.player import Stage
-from hertzchain.engines.lammps.user_deck.probing import Probes
+from hertzchain.engines.lammps.user_deck.probing import Probes, mirrored_probes
 from hertzchain.errors import RunFailed, StepUnstable
+from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
 
@@ -59,10 +60,9 @@ class Watcher:
 
     def __post_init__(self) -> None:
         count = self.probes.granules.count
-        walls = {wall.at_end: wall.position for wall in self.probes.walls}
         # Peaks for each end at which a wall may be the last contact.
-        self.forward = _Peaks(self.probes.granules, walls.get(True), mirrored=False)
-        self.backward = _Peaks(self.probes.granules, walls.get(False), mirrored=True)
+        self.forward = _Peaks(self.probes, mirrored=False)
+        self.backward = _Peaks(self.probes, mirrored=True)
         self.position = np.zeros(count)
         self.velocity = np.zeros(count)
 
@@ -137,7 +137,7 @@ class Watcher:
             assert source is not None
             if self.stage.fixes[source].is_wall:
                 walls += granules.along(force)[..., 0]
-        seen = _Seen(time, place, velocity, net / granules.mass, pairs, walls)
+        seen = _Seen(time, half, place, velocity, net / granules.mass, pairs, walls)
         self.image_force = max(self.image_force, self.forward.take(seen))
         self.backward.take(seen)
         self.position, self.velocity = place[-1, :, 0], velocity[-1]
@@ -148,6 +148,7 @@ class _Seen:
     """Readings along the chain: places have three components, all others one."""
 
     time: FloatArray
+    late: FloatArray  # how long before it were the velocities that damped contacts then
     place: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
@@ -159,18 +160,25 @@ class _Seen:
         place = self.place[:, ::-1].copy()
         place[..., 0] *= -1
         others = self.velocity, self.acceleration, self.pairs, self.walls
-        return _Seen(self.time, place, *(-values[:, ::-1] for values in others))
+        return _Seen(self.time, self.late, place, *(-values[:, ::-1] for values in others))
 
 
 class _Peaks:
     """The peaks of contacts, a wall's at one end the last, from all readings and every second."""
 
-    def __init__(self, granules: Granules, wall: float | None, mirrored: bool) -> None:
+    def __init__(self, probes: Probes, mirrored: bool) -> None:
+        granules = probes.granules
         self._mirrored = mirrored
         self._radius = granules.radius[::-1] if mirrored else granules.radius
-        self._wall = wall if wall is None or not mirrored else -wall
+        wall = next((wall for wall in probes.walls if wall.at_end != mirrored), None)
+        place = None if wall is None else wall.position
+        self._wall = place if place is None or not mirrored else -place
         contacts = granules.count - 1 + (wall is not None)
-        self.all, self.halved = PeakWatch(contacts), PeakWatch(contacts)
+        self._law = law_of(mirrored_probes(probes) if mirrored else probes, wall)
+        self.all, self.halved = (
+            PeakWatch(contacts) if self._law is None else DampedWatch(self._law, wall is not None)
+            for _ in range(2)
+        )
         self._rest = np.finfo(np.float64).eps * float(np.max(np.abs(granules.position)))
         self._last: Samples | None = None
 
@@ -199,6 +207,11 @@ class _Peaks:
             overlap=overlap,
             contact_force=force,
         )
+        if self._law is not None:
+            _, rate, growth = samples.overlap_derivatives
+            felt = rate - seen.late * growth
+            known = self._law.with_rate(force, overlap, felt, rate)
+            samples = replace(samples, contact_force=known)
         if self._last is not None:
             samples = _joined(self._last, samples)
         self._last = _part(samples, slice(-1, None))
