@@ -51,6 +51,9 @@ MOVES = frozenset(
 )  # fmt: skip
 """Fixes that move granules."""
 
+LEADS = "move"
+"""The one of them that leads granules, whatever the forces."""
+
 _FORCES = frozenset(
     ("addforce", "addtorque", "aveforce", "setforce", "freeze", "gravity", "viscous",
      "viscous/sphere", "damping/cundall", "drag", "spring", "spring/self", "lineforce",

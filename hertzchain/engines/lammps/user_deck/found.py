@@ -180,7 +180,7 @@ class FoundDeck:
         Along the chain then, without ``constant_force``, all granules at rest [N], shape (readings,
         granules). Between readings it is that of the line between them.
     applied_every
-        Steps between readings while the force changes.
+        Steps between readings while the force changes; the step after each is read, too.
     applied_sideways
         Largest such force off the axis [N].
     peak_force, peak_time
@@ -190,6 +190,13 @@ class FoundDeck:
         Relative error of the peaks that readings are some steps apart, from every second reading.
     read_every
         Steps between these readings, the largest number.
+    missed_overlap
+        Largest overlap of each contact that grew without a force, as neighbours are looked for too
+        rarely [m], of the shape of the peaks; 0 where there was none.
+    driven
+        Whether a fix leads each granule whatever the forces, as a piston, shape (granules,).
+    driven_time, driven_displacement
+        How far granule 1 was led, and when [s, m], shape (readings,); empty where it is not.
     end_time
         When the last run ends [s].
     final_position, final_velocity
@@ -235,6 +242,10 @@ class FoundDeck:
     peak_time: FloatArray
     peak_reading_error: float
     read_every: int
+    missed_overlap: FloatArray
+    driven: NDArray[np.bool_]
+    driven_time: FloatArray
+    driven_displacement: FloatArray
     end_time: float
     final_position: FloatArray
     final_velocity: FloatArray

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.user_deck.allowed import MOVES
+from hertzchain.engines.lammps.user_deck.allowed import MOVES, QUIET
 from hertzchain.engines.lammps.user_deck.granules import Granules
 from hertzchain.engines.lammps.user_deck.hooks import BLOCK, Readings
 from hertzchain.engines.lammps.user_deck.player import DeckFix, Stage
@@ -136,9 +136,11 @@ class Replay:
         lammps.numpy.extract_atom("omega")[: self._granules.count] = 0.0
         dt, first = float(lammps.extract_global("dt")), int(lammps.extract_global("ntimestep"))
         self._stride = max(1, int(self._between / dt))
+        self.stage.hooks.twice = self._stride > 1
         self._longest = max(self._stride, one.steps // _LEAST_READINGS)
         self.every = max(self.every, min(self._stride, max(one.steps, 1)))
-        for fix in [*self.stage.alive.values(), *self._moves.values()]:
+        acting = [fix for fix in self.stage.alive.values() if fix.style not in QUIET]
+        for fix in [*acting, *self._moves.values()]:
             self._masks[fix.command] = fix, members(lammps, fix.group, self._granules)
 
         def take(readings: Readings) -> None:

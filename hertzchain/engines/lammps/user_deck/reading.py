@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.program import work_folder
@@ -26,8 +27,8 @@ from hertzchain.engines.lammps.user_deck.interpreter import Ended, Interpreter
 from hertzchain.engines.lammps.user_deck.player import Stage
 from hertzchain.engines.lammps.user_deck.probing import Probes, WallProbe, probe
 from hertzchain.engines.lammps.user_deck.watching import Given, RunSeen, Watcher
-from hertzchain.errors import RunFailed, SceneError
-from hertzchain.limits import TIME_LIMIT, Deadline, check_time_limit
+from hertzchain.errors import RunFailed, SceneError, TooExpensive
+from hertzchain.limits import TIME_LIMIT, Deadline, check_time_limit, in_words
 from hertzchain.scene.scene import Scene
 
 _READINGS = 2000
@@ -81,15 +82,19 @@ def read_deck(
     say = progress or (lambda _: None)
     with work_folder("LAMMPS") as folder, Child() as child:
         where = str(folder), str(deck), str(deck.absolute()), given_variables
-        say("asking LAMMPS what it makes of the deck")
-        probes = child.call(_probe, *where, scene, time_limit=deadline.left)
-        say("running the deck")
-        seen = child.call(_watch, *where, probes, time_limit=deadline.left)
-        say("reading the applied forces")
-        between = _between(scene, probes)
-        applied = child.call(
-            _freeze, str(folder), seen.given, probes, between, time_limit=deadline.left
-        )
+        try:
+            say("asking LAMMPS what it makes of the deck")
+            probes = child.call(_probe, *where, scene, time_limit=deadline.left)
+            say("running the deck")
+            seen = child.call(_watch, *where, probes, time_limit=deadline.left)
+            say("reading the applied forces")
+            steps = seen.given, probes, _between(scene, probes)
+            applied = child.call(_freeze, str(folder), *steps, time_limit=deadline.left)
+        except TooExpensive:
+            raise TooExpensive(
+                f"{deck}: not over after {in_words(time_limit)}: shorten the deck, if it is to end"
+                " at all, or raise the limit"
+            ) from None
     return _found(probes, seen, applied)
 
 
@@ -102,6 +107,11 @@ def _between(scene: Scene, probes: Probes) -> float:
 
 
 # ---- In the process that runs LAMMPS
+
+
+def _tell(place: str) -> None:
+    """Say on standard error where the deck is: the last words of a process that crashes."""
+    os.write(2, f"{place}\n".encode())
 
 
 class _First:
@@ -134,7 +144,7 @@ def _probe(folder: str, name: str, path: str, variables: Mapping[str, str], scen
     os.chdir(folder)
     with engine() as lammps:
         first = _First(Stage(lammps), scene)
-        Interpreter(lammps, name, Path(path), variables, first).play()
+        Interpreter(lammps, name, Path(path), variables, first, _tell).play()
     if first.probes is None:
         raise RunFailed(f"{name}: the deck takes no step: it has no run, or ends before it")
     return first.probes
@@ -155,6 +165,10 @@ class _Watched:
     peak_force: tuple[FloatArray, FloatArray]  # seen forwards and backwards
     peak_time: tuple[FloatArray, FloatArray]
     error: tuple[float, float]
+    missed: tuple[FloatArray, FloatArray]
+    driven: NDArray[np.bool_]
+    driven_time: FloatArray
+    driven_ends: FloatArray
     position: FloatArray
     velocity: FloatArray
     cleared: bool
@@ -166,7 +180,7 @@ def _watch(
     os.chdir(folder)
     with engine() as lammps:
         watcher = Watcher(Stage(lammps), probes)
-        script = Interpreter(lammps, name, Path(path), variables, watcher)
+        script = Interpreter(lammps, name, Path(path), variables, watcher, _tell)
         script.play()
         both = watcher.forward, watcher.backward
         return _Watched(
@@ -181,6 +195,10 @@ def _watch(
             peak_force=(both[0].all.force, both[1].all.force),
             peak_time=(both[0].all.time, both[1].all.time),
             error=(both[0].error, both[1].error),
+            missed=(both[0].missed, both[1].missed),
+            driven=watcher.driven,
+            driven_time=np.concatenate([*watcher.driven_time, np.zeros(0)]),
+            driven_ends=np.concatenate([*watcher.driven_ends, np.zeros((0, 2))]),
             position=watcher.position,
             velocity=watcher.velocity,
             cleared=watcher.cleared,
@@ -199,7 +217,7 @@ def _freeze(folder: str, given: tuple[Given, ...], probes: Probes, between: floa
 def _found(probes: Probes, seen: _Watched, applied: Applied) -> FoundDeck:
     granules = probes.granules
     units = granules.units
-    backwards = _is_reversed(probes, applied)
+    backwards = _is_reversed(probes, applied, seen.driven)
     sign = -1.0 if backwards else 1.0
 
     def turned(values: Any, axis: int = -1) -> Any:
@@ -215,6 +233,7 @@ def _found(probes: Probes, seen: _Watched, applied: Applied) -> FoundDeck:
 
     way = int(backwards)
     order = granules.order
+    led = slice(None) if seen.driven[-1 if backwards else 0] else slice(0)
     return FoundDeck(
         version=seen.version,
         commands=seen.commands,
@@ -265,6 +284,12 @@ def _found(probes: Probes, seen: _Watched, applied: Applied) -> FoundDeck:
         peak_time=seen.peak_time[way] * units.time,
         peak_reading_error=seen.error[way],
         read_every=seen.read_every,
+        missed_overlap=seen.missed[way] * units.length,
+        driven=turned(seen.driven),
+        driven_time=seen.driven_time[led] * units.time,
+        driven_displacement=sign
+        * (seen.driven_ends[led, -1 if backwards else 0] - origin)
+        * units.length,
         end_time=seen.time * units.time,
         final_position=places(seen.position),
         final_velocity=sign * turned(seen.velocity) * units.velocity,
@@ -272,7 +297,7 @@ def _found(probes: Probes, seen: _Watched, applied: Applied) -> FoundDeck:
     )  # fmt: skip
 
 
-def _is_reversed(probes: Probes, applied: Applied) -> bool:
+def _is_reversed(probes: Probes, applied: Applied, driven: NDArray[np.bool_]) -> bool:
     """Whether the shock acts on the granule at the largest coordinate."""
     if applied.time.size > 1:
         impulse = np.trapezoid(np.abs(applied.force), applied.time, axis=0)
@@ -280,6 +305,8 @@ def _is_reversed(probes: Probes, applied: Applied) -> bool:
             where = _middle(impulse)
             if where != 0:
                 return where > 0
+    if _middle(driven) != 0:
+        return _middle(driven) > 0
     speed = np.abs(probes.granules.velocity[:, 0])
     if speed.max() > 0 and _middle(speed) != 0:
         return _middle(speed) > 0
@@ -287,7 +314,7 @@ def _is_reversed(probes: Probes, applied: Applied) -> bool:
     return len(walls) == 1 and not walls[0]
 
 
-def _middle(weight: FloatArray) -> float:
+def _middle(weight: FloatArray | NDArray[np.bool_]) -> float:
     """On which side of the middle of the chain most of it is: below 0 near the start."""
     place = np.linspace(-1, 1, weight.size) if weight.size > 1 else np.zeros(1)
     return float(np.sum(weight * place))

@@ -47,6 +47,8 @@ def lines_of(text: str) -> list[Line]:
 
 def without_comment(text: str) -> str:
     """A command without what follows the first ``#`` outside quotes."""
+    if "#" not in text:
+        return text.strip()
     k = 0
     while k < len(text):
         if text[k] == "#":
@@ -57,6 +59,8 @@ def without_comment(text: str) -> str:
 
 def words_of(text: str) -> list[Word]:
     """The words of a command without comment; a quoted text is one word."""
+    if '"' not in text and "'" not in text:
+        return [Word(word, word) for word in text.split()]
     found: list[Word] = []
     k = 0
     while k < len(text):

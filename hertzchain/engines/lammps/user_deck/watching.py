@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import contact_forces
+from hertzchain.engines.lammps.user_deck.allowed import LEADS
 from hertzchain.engines.lammps.user_deck.hooks import GranulesChanged, Readings
 from hertzchain.engines.lammps.user_deck.law import law_of
 from hertzchain.engines.lammps.user_deck.player import Stage
-from hertzchain.engines.lammps.user_deck.probing import Probes, mirrored_probes
+from hertzchain.engines.lammps.user_deck.probing import Probes, members, mirrored_probes
 from hertzchain.errors import RunFailed, StepUnstable
 from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.peaks import PeakWatch
@@ -19,6 +21,8 @@ from hertzchain.observables.samples import Samples
 
 _READ_EVERY = 0.2
 """Contact times between two readings: the interpolation between them is right to 1e-6 then."""
+
+_SURE = 1e3  # roundings of a coordinate, above which an overlap is one
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,9 @@ class Watcher:
         self.backward = _Peaks(self.probes, mirrored=True)
         self.position = np.zeros(count)
         self.velocity = np.zeros(count)
+        self.driven = np.zeros(count, bool)  # by fix move, in any run
+        self.driven_time: list[FloatArray] = []
+        self.driven_ends: list[FloatArray] = []  # places of the granules at both ends
 
     def give(self, text: str, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
@@ -96,6 +103,7 @@ class Watcher:
         self.read_every = max(self.read_every, stride)
         for peaks in (self.forward, self.backward):
             peaks.begin()
+        self._free, self._led = self._moved()
 
         def take(readings: Readings) -> None:
             self._take(readings, np.asarray(self.time + (readings.step - first) * dt), dt)
@@ -116,6 +124,20 @@ class Watcher:
             self.runs.append(RunSeen(self.time, dt, done, index))
         self.time += done * dt
 
+    def _moved(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Which granules fixes move by their forces, and which they lead, shape (granules,)."""
+        granules = self.probes.granules
+        free, led = np.zeros(granules.count, bool), np.zeros(granules.count, bool)
+        for fix in self.stage.alive.values():
+            if fix.moves:
+                inside = members(self.stage.lammps, fix.group, granules)
+                if fix.style == LEADS:
+                    led |= inside
+                else:
+                    free |= inside
+        self.driven |= led
+        return free & ~led, led
+
     def _take(self, readings: Readings, time: FloatArray, dt: float) -> None:
         granules = self.probes.granules
         if not np.array_equal(readings.ids[-1], granules.ids):
@@ -126,9 +148,9 @@ class Watcher:
         net = granules.along(readings.net)[..., 0]
         velocity = granules.along(readings.velocity)[..., 0]
         # Steps of velocity Verlet: a half step is missing where forces are added up.
-        moved = self.probes.integrated == 1
+        acceleration = np.where(self._free, net / granules.mass, 0.0)
         half = np.where(readings.whole, 0.0, dt / 2)[:, np.newaxis]
-        velocity = velocity + np.where(moved, half * net / granules.mass, 0.0)
+        velocity = velocity + half * acceleration
         pairs = granules.along(readings.of_pairs)[..., 0]
         walls = np.zeros_like(pairs)
         for source, force in zip(
@@ -137,10 +159,13 @@ class Watcher:
             assert source is not None
             if self.stage.fixes[source].is_wall:
                 walls += granules.along(force)[..., 0]
-        seen = _Seen(time, half, place, velocity, net / granules.mass, pairs, walls)
+        seen = _Seen(time, half, place, velocity, acceleration, pairs, walls)
         self.image_force = max(self.image_force, self.forward.take(seen))
         self.backward.take(seen)
         self.position, self.velocity = place[-1, :, 0], velocity[-1]
+        if self._led[0] or self._led[-1]:
+            self.driven_time.append(time)
+            self.driven_ends.append(place[:, [0, -1], 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,6 +205,7 @@ class _Peaks:
             for _ in range(2)
         )
         self._rest = np.finfo(np.float64).eps * float(np.max(np.abs(granules.position)))
+        self.missed = np.zeros(contacts)  # largest overlap that grew without a force
         self._last: Samples | None = None
 
     def begin(self) -> None:
@@ -207,6 +233,9 @@ class _Peaks:
             overlap=overlap,
             contact_force=force,
         )
+        growing = samples.overlap_derivatives[1] > 0
+        without = np.where(growing & (overlap > _SURE * self._rest) & (force <= 0), overlap, 0.0)
+        self.missed = np.maximum(self.missed, without.max(axis=0, initial=0.0))
         if self._law is not None:
             _, rate, growth = samples.overlap_derivatives
             felt = rate - seen.late * growth
