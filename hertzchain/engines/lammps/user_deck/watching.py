@@ -108,17 +108,21 @@ class Watcher:
         def take(readings: Readings) -> None:
             self._take(readings, np.asarray(self.time + (readings.step - first) * dt), dt)
 
-        try:
-            self.stage.hooks.run(text, steps, stride, take)
-        except GranulesChanged:
+        if int(lammps.extract_setting("nlocal")) != self.probes.granules.count:
             raise RunFailed(
                 "the deck makes or deletes granules after its first run: make the whole chain"
                 " before it"
+            )
+        try:
+            self.stage.hooks.run(text, steps, stride, take)
+        except GranulesChanged:
+            raise StepUnstable(
+                "granules left the box while it ran: take a shorter timestep, or a larger box"
             ) from None
         done = int(lammps.extract_global("ntimestep")) - first
         self.given.append(Given(text.replace(str(steps), str(done), 1), ("run",), index, done))
         last = self.runs[-1] if self.runs else None
-        if last is not None and last.command == index and last.dt == dt and "every" in keywords:
+        if last is not None and last.command == index and last.dt == dt:  # run every
             self.runs[-1] = replace(last, steps=last.steps + done)
         else:
             self.runs.append(RunSeen(self.time, dt, done, index))
