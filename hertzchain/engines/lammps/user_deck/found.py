@@ -74,6 +74,8 @@ class FoundFix:
     largest
         Largest force that it exerted on each granule, along and off the axis, over the whole deck
         with granules that stay where they are [N], shape (granules, 2); 0 for what moves them.
+    largest_in_motion
+        The same while the deck ran as it is: another force depends on places or velocities.
     """
 
     style: str
@@ -81,6 +83,7 @@ class FoundFix:
     moves: bool
     granules: NDArray[np.bool_]
     largest: FloatArray
+    largest_in_motion: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +185,7 @@ class FoundDeck:
     applied_every
         Steps between readings while the force changes; the step after each is read, too.
     applied_sideways
-        Largest such force off the axis [N].
+        Largest change of such a force off the axis [N].
     peak_force, peak_time
         Highest force of each contact of the deck as it is, and when [N, s], shape (contacts,), with
         one more for a wall at the last granule.

@@ -18,7 +18,7 @@ from hertzchain.engines.lammps.user_deck.granules import Granules
 from hertzchain.engines.lammps.user_deck.hooks import BLOCK, Readings
 from hertzchain.engines.lammps.user_deck.player import DeckFix, Stage
 from hertzchain.engines.lammps.user_deck.probing import members
-from hertzchain.engines.lammps.user_deck.watching import Given
+from hertzchain.engines.lammps.user_deck.watching import Given, sizes
 
 _LEAST_READINGS = 400
 """Readings of a run at least, however long no force has changed: chosen."""
@@ -72,8 +72,7 @@ class _Exerted:
         """Take note of readings."""
         self.lowest = np.minimum(self.lowest, force.min(axis=0))
         self.highest = np.maximum(self.highest, force.max(axis=0))
-        both = np.stack([np.abs(force[..., 0]), np.linalg.norm(force[..., 1:], axis=-1)], axis=-1)
-        self.largest = np.maximum(self.largest, both.max(axis=0))
+        self.largest = np.maximum(self.largest, sizes(force))
         self.readings += len(force)
 
     def constant(self, readings: int) -> FloatArray:
@@ -91,7 +90,9 @@ class Replay:
         self.stage, self._granules, self._between = stage, granules, between
         self._left_out: set[str] = set()
         self._time: list[FloatArray] = []
-        self._force: list[FloatArray] = []  # of all fixes but walls, three components
+        self._force: list[FloatArray] = []  # of all fixes but walls, along the chain
+        self._sideways = 0.0  # largest change of what is off the axis
+        self._first_sideways: FloatArray | None = None
         self._exerted: dict[int, _Exerted] = {}  # by command
         self._masks: dict[int, tuple[DeckFix, NDArray[np.bool_]]] = {}
         self._moves: dict[str, DeckFix] = {}
@@ -163,7 +164,11 @@ class Replay:
                 self._exerted[source] = _Exerted.nothing(own, from_start=not self._time)
             self._exerted[source].update(own)
         self._time.append(time)
-        self._force.append(total)
+        self._force.append(total[..., 0].copy())
+        if self._first_sideways is None:
+            self._first_sideways = total[0, :, 1:]
+        change = np.linalg.norm(total[..., 1:] - self._first_sideways, axis=-1)
+        self._sideways = max(self._sideways, float(np.max(change)))
         still = time.size == BLOCK and not np.any(np.ptp(total, axis=0))
         hooks.stride = min(10 * hooks.stride, self._longest) if still else self._stride
 
@@ -174,18 +179,18 @@ class Replay:
         constant = np.zeros((granules.count, 3))
         for exerted in self._exerted.values():
             constant += exerted.constant(time.size)
-        changing = force - constant
+        force -= constant[:, 0]
         largest = {number: exerted.largest for number, exerted in self._exerted.items()}
         nothing = np.zeros((granules.count, 2))
         fixes = tuple(
             FixSeen(fix, mask, largest.get(number, nothing))
             for number, (fix, mask) in sorted(self._masks.items())
         )
-        kept = _needed(changing[..., 0])
+        kept = _needed(force)
         return Applied(
             time=time[kept],
-            force=changing[kept, :, 0],
-            sideways=float(np.max(np.linalg.norm(changing[..., 1:], axis=-1), initial=0.0)),
+            force=force[kept],
+            sideways=self._sideways,
             constant=constant,
             every=self.every,
             fixes=fixes,

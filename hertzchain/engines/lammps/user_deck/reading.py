@@ -4,29 +4,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.lammps.engine import engine, version_of
 from hertzchain.engines.lammps.isolation import Child
-from hertzchain.engines.lammps.user_deck.found import (
-    Executed,
-    FoundDeck,
-    FoundFix,
-    FoundRun,
-    FoundWall,
-)
+from hertzchain.engines.lammps.user_deck.assembling import Watched, found_of
+from hertzchain.engines.lammps.user_deck.found import FoundDeck
 from hertzchain.engines.lammps.user_deck.frozen import Applied, Replay
 from hertzchain.engines.lammps.user_deck.interpreter import Ended, Interpreter
 from hertzchain.engines.lammps.user_deck.player import Stage
-from hertzchain.engines.lammps.user_deck.probing import Probes, WallProbe, probe
-from hertzchain.engines.lammps.user_deck.watching import Given, RunSeen, Watcher
+from hertzchain.engines.lammps.user_deck.probing import Probes, probe
+from hertzchain.engines.lammps.user_deck.watching import Given, Watcher
 from hertzchain.errors import RunFailed, SceneError, TooExpensive
 from hertzchain.limits import TIME_LIMIT, Deadline, check_time_limit, in_words
 from hertzchain.scene.scene import Scene
@@ -35,7 +26,13 @@ _READINGS = 2000
 """Readings of the applied force while the scene's shock lasts: a force that is held over more of
 them is seen, and a line between two is right to 1e-6 of a pulse."""
 
-_NEGLIGIBLE = 1e-9  # of the largest force or impulse: no shock
+_READ_EVERY = 0.2
+"""Contact times between two readings: the interpolation between them is right to 1e-6 then."""
+
+_SURE, _DENSER, _TRIES = 1e-5, 0.1, 3
+"""Error of the peaks by the distance of readings above which the deck is run again with readings
+that are so much denser, and how often at most: where the contacts are stiffer, or pressed harder,
+than the scene's."""
 
 
 def read_deck(
@@ -86,7 +83,12 @@ def read_deck(
             say("asking LAMMPS what it makes of the deck")
             probes = child.call(_probe, *where, scene, time_limit=deadline.left)
             say("running the deck")
-            seen = child.call(_watch, *where, probes, time_limit=deadline.left)
+            between = _READ_EVERY * probes.contact_time
+            for _ in range(_TRIES):
+                seen = child.call(_watch, *where, probes, between, time_limit=deadline.left)
+                if max(seen.error) < _SURE or seen.read_every == 1:
+                    break
+                between *= _DENSER
             say("reading the applied forces")
             steps = seen.given, probes, _between(scene, probes)
             applied = child.call(_freeze, str(folder), *steps, time_limit=deadline.left)
@@ -95,7 +97,7 @@ def read_deck(
                 f"{deck}: not over after {in_words(time_limit)}: shorten the deck, if it is to end"
                 " at all, or raise the limit"
             ) from None
-    return _found(probes, seen, applied)
+    return found_of(probes, seen, applied)
 
 
 def _between(scene: Scene, probes: Probes) -> float:
@@ -150,40 +152,21 @@ def _probe(folder: str, name: str, path: str, variables: Mapping[str, str], scen
     return first.probes
 
 
-@dataclass(frozen=True, eq=False)
-class _Watched:
-    """What was seen of the deck as it is."""
-
-    version: str
-    commands: tuple[Executed, ...]
-    given: tuple[Given, ...]
-    runs: tuple[RunSeen, ...]
-    first_run: int
-    time: float
-    read_every: int
-    image_force: float
-    peak_force: tuple[FloatArray, FloatArray]  # seen forwards and backwards
-    peak_time: tuple[FloatArray, FloatArray]
-    error: tuple[float, float]
-    missed: tuple[FloatArray, FloatArray]
-    driven: NDArray[np.bool_]
-    driven_time: FloatArray
-    driven_ends: FloatArray
-    position: FloatArray
-    velocity: FloatArray
-    cleared: bool
-
-
 def _watch(
-    folder: str, name: str, path: str, variables: Mapping[str, str], probes: Probes
-) -> _Watched:
+    folder: str,
+    name: str,
+    path: str,
+    variables: Mapping[str, str],
+    probes: Probes,
+    between: float,
+) -> Watched:
     os.chdir(folder)
     with engine() as lammps:
-        watcher = Watcher(Stage(lammps), probes)
+        watcher = Watcher(Stage(lammps), probes, between)
         script = Interpreter(lammps, name, Path(path), variables, watcher, _tell)
         script.play()
         both = watcher.forward, watcher.backward
-        return _Watched(
+        return Watched(
             version=version_of(lammps),
             commands=tuple(script.commands),
             given=tuple(watcher.given),
@@ -196,6 +179,7 @@ def _watch(
             peak_time=(both[0].all.time, both[1].all.time),
             error=(both[0].error, both[1].error),
             missed=(both[0].missed, both[1].missed),
+            exerted=watcher.exerted,
             driven=watcher.driven,
             driven_time=np.concatenate([*watcher.driven_time, np.zeros(0)]),
             driven_ends=np.concatenate([*watcher.driven_ends, np.zeros((0, 2))]),
@@ -209,151 +193,3 @@ def _freeze(folder: str, given: tuple[Given, ...], probes: Probes, between: floa
     os.chdir(folder)
     with engine() as lammps:
         return Replay(Stage(lammps), probes.granules, between).play(given)
-
-
-# ---- What was found, in SI units and in the order from the shock
-
-
-def _found(probes: Probes, seen: _Watched, applied: Applied) -> FoundDeck:
-    granules = probes.granules
-    units = granules.units
-    backwards = _is_reversed(probes, applied, seen.driven)
-    sign = -1.0 if backwards else 1.0
-
-    def turned(values: Any, axis: int = -1) -> Any:
-        return np.flip(values, axis) if backwards else values
-
-    def vectors(values: FloatArray, unit: float) -> FloatArray:
-        return np.asarray(turned(values, 0) * np.array([sign, 1.0, 1.0]) * unit)
-
-    origin = granules.position[-1 if backwards else 0, 0]
-
-    def places(values: FloatArray) -> FloatArray:
-        return np.asarray(turned(sign * (values - origin)) * units.length)
-
-    way = int(backwards)
-    order = granules.order
-    led = slice(None) if seen.driven[-1 if backwards else 0] else slice(0)
-    return FoundDeck(
-        version=seen.version,
-        commands=seen.commands,
-        first_run=seen.first_run,
-        units=units.name,
-        axis="xyz"[granules.axes[0]],
-        reversed=backwards,
-        ids=turned(granules.ids[order]),
-        types=turned(granules.types),
-        position=places(granules.position[:, 0]),
-        sideways=turned(
-            granules.position[:, 1:] - np.median(granules.position[:, 1:], axis=0), 0
-        )
-        * units.length,
-        radius=turned(granules.radius) * units.length,
-        mass=turned(granules.mass) * units.mass,
-        velocity=vectors(granules.velocity, units.velocity),
-        spin=vectors(granules.spin, 1 / units.time),
-        overlap=turned(probes.overlap) * units.length,
-        contact_force=turned(probes.contact_force) * units.force,
-        closing=turned(probes.closing) * units.velocity,
-        damped_overlap=turned(probes.damped_overlap) * units.length,
-        damped_force=turned(probes.damped_force) * units.force,
-        tangential_force=turned(probes.tangential_force) * units.force,
-        constant_force=vectors(applied.constant, units.force),
-        drag=turned(probes.drag) * units.drag,
-        walls=tuple(_wall(wall, backwards, origin, probes) for wall in probes.walls),
-        integrated=turned(probes.integrated),
-        boundary=granules.boundary,
-        image_gap=_image_gap(probes),
-        image_force=seen.image_force * units.force,
-        fixes=tuple(
-            FoundFix(
-                one.fix.style, one.fix.command, one.fix.moves, turned(one.granules),
-                turned(one.largest, 0) * units.force,
-            )
-            for one in applied.fixes
-        ),
-        runs=tuple(
-            FoundRun(run.start * units.time, run.dt * units.time, run.steps, run.command)
-            for run in seen.runs
-        ),
-        applied_time=applied.time * units.time,
-        applied_force=sign * turned(applied.force) * units.force,
-        applied_every=applied.every,
-        applied_sideways=applied.sideways * units.force,
-        peak_force=seen.peak_force[way] * units.force,
-        peak_time=seen.peak_time[way] * units.time,
-        peak_reading_error=seen.error[way],
-        read_every=seen.read_every,
-        missed_overlap=seen.missed[way] * units.length,
-        driven=turned(seen.driven),
-        driven_time=seen.driven_time[led] * units.time,
-        driven_displacement=sign
-        * (seen.driven_ends[led, -1 if backwards else 0] - origin)
-        * units.length,
-        end_time=seen.time * units.time,
-        final_position=places(seen.position),
-        final_velocity=sign * turned(seen.velocity) * units.velocity,
-        remarks=_remarks(seen),
-    )  # fmt: skip
-
-
-def _is_reversed(probes: Probes, applied: Applied, driven: NDArray[np.bool_]) -> bool:
-    """Whether the shock acts on the granule at the largest coordinate."""
-    if applied.time.size > 1:
-        impulse = np.trapezoid(np.abs(applied.force), applied.time, axis=0)
-        if impulse.max() > 0:
-            where = _middle(impulse)
-            if where != 0:
-                return where > 0
-    if _middle(driven) != 0:
-        return _middle(driven) > 0
-    speed = np.abs(probes.granules.velocity[:, 0])
-    if speed.max() > 0 and _middle(speed) != 0:
-        return _middle(speed) > 0
-    walls = [wall.at_end for wall in probes.walls]
-    return len(walls) == 1 and not walls[0]
-
-
-def _middle(weight: FloatArray | NDArray[np.bool_]) -> float:
-    """On which side of the middle of the chain most of it is: below 0 near the start."""
-    place = np.linspace(-1, 1, weight.size) if weight.size > 1 else np.zeros(1)
-    return float(np.sum(weight * place))
-
-
-def _image_gap(probes: Probes) -> float | None:
-    granules = probes.granules
-    if not granules.periodic[0]:
-        return None
-    length = float(granules.high[0] - granules.low[0])
-    extent = float(granules.position[-1, 0] - granules.position[0, 0])
-    gap = length - extent - float(granules.radius[0] + granules.radius[-1])
-    return gap * granules.units.length
-
-
-def _wall(wall: WallProbe, backwards: bool, origin: float, probes: Probes) -> FoundWall:
-    units = probes.granules.units
-    sign = -1.0 if backwards else 1.0
-    return FoundWall(
-        end="last" if wall.at_end != backwards else "first",
-        position=sign * (wall.position - origin) * units.length,
-        overlap=wall.overlap * units.length,
-        force=wall.force * units.force,
-        closing=wall.closing * units.velocity,
-        damped_overlap=wall.damped_overlap * units.length,
-        damped_force=wall.damped_force * units.force,
-        tangential_force=wall.tangential_force * units.force,
-        command=wall.command,
-    )
-
-
-def _remarks(seen: _Watched) -> tuple[str, ...]:
-    remarks = []
-    if seen.cleared:
-        remarks.append("what follows the clear after the first chain is another chain's")
-    for done in seen.commands:
-        words = done.text.split()
-        if words[0] == "fix" and words[3:4] == ["langevin"] and done.carried_out:
-            remarks.append(f"{done.file}:{done.line}: fix langevin pushes granules at random")
-        if words[0] == "velocity" and words[2:3] == ["create"]:
-            remarks.append(f"{done.file}:{done.line}: velocity create is random")
-    return tuple(dict.fromkeys(remarks))

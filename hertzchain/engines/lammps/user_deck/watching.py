@@ -19,10 +19,13 @@ from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
 
-_READ_EVERY = 0.2
-"""Contact times between two readings: the interpolation between them is right to 1e-6 then."""
-
 _SURE = 1e3  # roundings of a coordinate, above which an overlap is one
+
+
+def sizes(force: FloatArray) -> FloatArray:
+    """Largest forces along and off the axis, (granules, 2), of (readings, granules, 3)."""
+    both = np.stack([np.abs(force[..., 0]), np.linalg.norm(force[..., 1:], axis=-1)], axis=-1)
+    return np.asarray(both.max(axis=0))
 
 
 @dataclass(frozen=True)
@@ -49,11 +52,13 @@ class RunSeen:
 class Watcher:
     """Plays a deck to its end and keeps the peaks; a ``Player``.
 
-    All in the deck's units and by increasing coordinate. ``given`` is what LAMMPS was given.
+    All in the deck's units and by increasing coordinate. ``between`` is the time between two
+    readings, ``given`` what LAMMPS was given.
     """
 
     stage: Stage
     probes: Probes
+    between: float
     given: list[Given] = field(default_factory=list)
     runs: list[RunSeen] = field(default_factory=list)
     time: float = 0.0
@@ -69,6 +74,9 @@ class Watcher:
         self.backward = _Peaks(self.probes, mirrored=True)
         self.position = np.zeros(count)
         self.velocity = np.zeros(count)
+        self.exerted: dict[
+            int, FloatArray
+        ] = {}  # largest force of each fix, along and off the axis
         self.driven = np.zeros(count, bool)  # by fix move, in any run
         self.driven_time: list[FloatArray] = []
         self.driven_ends: list[FloatArray] = []  # places of the granules at both ends
@@ -99,7 +107,7 @@ class Watcher:
             self.first_run = index
         lammps = self.stage.lammps
         dt, first = float(lammps.extract_global("dt")), int(lammps.extract_global("ntimestep"))
-        stride = max(1, min(steps, int(_READ_EVERY * self.probes.contact_time / dt)))
+        stride = max(1, min(steps, int(self.between / dt)))
         self.read_every = max(self.read_every, stride)
         for peaks in (self.forward, self.backward):
             peaks.begin()
@@ -147,7 +155,9 @@ class Watcher:
         if not np.array_equal(readings.ids[-1], granules.ids):
             raise GranulesChanged
         if not np.all(np.isfinite(readings.position)) or not np.all(np.isfinite(readings.net)):
-            raise StepUnstable("the motion diverged: the deck's timestep is too long")
+            raise StepUnstable(
+                "the motion diverged: take a shorter timestep, if no granules lie in the same place"
+            )
         place = granules.moved_from(granules.along(readings.position))
         net = granules.along(readings.net)[..., 0]
         velocity = granules.along(readings.velocity)[..., 0]
@@ -161,8 +171,11 @@ class Watcher:
             self.stage.hooks.sources[1:], np.moveaxis(readings.of_fixes, 1, 0), strict=True
         ):
             assert source is not None
+            own = granules.along(force)
             if self.stage.fixes[source].is_wall:
-                walls += granules.along(force)[..., 0]
+                walls += own[..., 0]
+            known = self.exerted.setdefault(source, np.zeros((granules.count, 2)))
+            np.maximum(known, sizes(own), out=known)
         seen = _Seen(time, half, place, velocity, acceleration, pairs, walls)
         self.image_force = max(self.image_force, self.forward.take(seen))
         self.backward.take(seen)
