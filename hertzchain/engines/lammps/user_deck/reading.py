@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from hertzchain.engines.external.program import work_folder
-from hertzchain.engines.lammps.engine import engine, version_of
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.lammps.user_deck.assembling import Watched, found_of
 from hertzchain.engines.lammps.user_deck.found import FoundDeck
@@ -17,6 +16,7 @@ from hertzchain.engines.lammps.user_deck.frozen import Applied, Replay
 from hertzchain.engines.lammps.user_deck.interpreter import Ended, Interpreter
 from hertzchain.engines.lammps.user_deck.player import Stage
 from hertzchain.engines.lammps.user_deck.probing import Probes, probe
+from hertzchain.engines.lammps.user_deck.session import module
 from hertzchain.engines.lammps.user_deck.watching import Given, Watcher
 from hertzchain.errors import RunFailed, SceneError, TooExpensive
 from hertzchain.limits import TIME_LIMIT, Deadline, check_time_limit, in_words
@@ -144,7 +144,7 @@ class _First:
 
 def _probe(folder: str, name: str, path: str, variables: Mapping[str, str], scene: Scene) -> Probes:
     os.chdir(folder)
-    with engine() as lammps:
+    with module() as lammps:
         first = _First(Stage(lammps), scene)
         Interpreter(lammps, name, Path(path), variables, first, _tell).play()
     if first.probes is None:
@@ -161,13 +161,13 @@ def _watch(
     between: float,
 ) -> Watched:
     os.chdir(folder)
-    with engine() as lammps:
+    with module() as lammps:
         watcher = Watcher(Stage(lammps), probes, between)
         script = Interpreter(lammps, name, Path(path), variables, watcher, _tell)
         script.play()
         both = watcher.forward, watcher.backward
         return Watched(
-            version=version_of(lammps),
+            version=lammps.version,
             commands=tuple(script.commands),
             given=tuple(watcher.given),
             runs=tuple(watcher.runs),
@@ -191,5 +191,5 @@ def _watch(
 
 def _freeze(folder: str, given: tuple[Given, ...], probes: Probes, between: float) -> Applied:
     os.chdir(folder)
-    with engine() as lammps:
+    with module() as lammps:
         return Replay(Stage(lammps), probes.granules, between).play(given)

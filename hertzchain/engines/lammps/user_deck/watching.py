@@ -106,7 +106,7 @@ class Watcher:
         if self.first_run < 0:
             self.first_run = index
         lammps = self.stage.lammps
-        dt, first = float(lammps.extract_global("dt")), int(lammps.extract_global("ntimestep"))
+        dt, first = lammps.dt(), lammps.step()
         stride = max(1, min(steps, int(self.between / dt)))
         self.read_every = max(self.read_every, stride)
         for peaks in (self.forward, self.backward):
@@ -116,7 +116,7 @@ class Watcher:
         def take(readings: Readings) -> None:
             self._take(readings, np.asarray(self.time + (readings.step - first) * dt), dt)
 
-        if int(lammps.extract_setting("nlocal")) != self.probes.granules.count:
+        if lammps.count() != self.probes.granules.count:
             raise RunFailed(
                 "the deck makes or deletes granules after its first run: make the whole chain"
                 " before it"
@@ -127,7 +127,7 @@ class Watcher:
             raise StepUnstable(
                 "granules left the box while it ran: take a shorter timestep, or a larger box"
             ) from None
-        done = int(lammps.extract_global("ntimestep")) - first
+        done = lammps.step() - first
         self.given.append(Given(text.replace(str(steps), str(done), 1), ("run",), index, done))
         last = self.runs[-1] if self.runs else None
         if last is not None and last.command == index and last.dt == dt:  # run every
@@ -163,8 +163,10 @@ class Watcher:
         velocity = granules.along(readings.velocity)[..., 0]
         # Steps of velocity Verlet: a half step is missing where forces are added up.
         acceleration = np.where(self._free, net / granules.mass, 0.0)
-        half = np.where(readings.whole, 0.0, dt / 2)[:, np.newaxis]
-        velocity = velocity + half * acceleration
+        missing, late = (
+            np.where(flags, dt / 2, 0.0)[:, np.newaxis] for flags in (readings.half, readings.late)
+        )
+        velocity = velocity + missing * acceleration
         pairs = granules.along(readings.of_pairs)[..., 0]
         walls = np.zeros_like(pairs)
         for source, force in zip(
@@ -176,7 +178,7 @@ class Watcher:
                 walls += own[..., 0]
             known = self.exerted.setdefault(source, np.zeros((granules.count, 2)))
             np.maximum(known, sizes(own), out=known)
-        seen = _Seen(time, half, place, velocity, acceleration, pairs, walls)
+        seen = _Seen(time, late, place, velocity, acceleration, pairs, walls)
         self.image_force = max(self.image_force, self.forward.take(seen))
         self.backward.take(seen)
         self.position, self.velocity = place[-1, :, 0], velocity[-1]
