@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from hertzchain.engines.external.program import work_folder
+from hertzchain.engines.lammps.binary import Program
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.lammps.user_deck.assembling import Watched, found_of
 from hertzchain.engines.lammps.user_deck.found import FoundDeck
 from hertzchain.engines.lammps.user_deck.frozen import Applied, Replay
 from hertzchain.engines.lammps.user_deck.interpreter import Ended, Interpreter
+from hertzchain.engines.lammps.user_deck.piped import piped
 from hertzchain.engines.lammps.user_deck.player import Stage
 from hertzchain.engines.lammps.user_deck.probing import Probes, probe
-from hertzchain.engines.lammps.user_deck.session import module
+from hertzchain.engines.lammps.user_deck.session import Session, module
 from hertzchain.engines.lammps.user_deck.watching import Given, Watcher
-from hertzchain.errors import RunFailed, SceneError, TooExpensive
+from hertzchain.errors import RunFailed, TooExpensive
 from hertzchain.limits import TIME_LIMIT, Deadline, check_time_limit, in_words
 from hertzchain.scene.scene import Scene
 
@@ -57,7 +61,7 @@ def read_deck(
     time_limit
         How long all of it may take [s].
     lmp
-        A LAMMPS binary: refused, the module is needed.
+        A LAMMPS binary to be asked instead of the Python module, by path or name.
     progress
         Is told what is being done.
 
@@ -70,15 +74,13 @@ def read_deck(
         out here, or is not over in time.
     """
     check_time_limit(time_limit)
-    if lmp is not None:
-        raise SceneError(
-            "lmp", str(lmp), "must be left out: a deck is examined by LAMMPS's Python module"
-        )
     deck, deadline = Path(path), Deadline(time_limit)
     given_variables = {name: str(value) for name, value in dict(variables).items()}
     say = progress or (lambda _: None)
     with work_folder("LAMMPS") as folder, Child() as child:
-        where = str(folder), str(deck), str(deck.absolute()), given_variables
+        program = None if lmp is None else Program.find(str(lmp), 1, deadline)
+        lammps = _Start(folder, program)
+        where = lammps, str(deck), deck.absolute(), given_variables
         try:
             say("asking LAMMPS what it makes of the deck")
             probes = child.call(_probe, *where, scene, time_limit=deadline.left)
@@ -91,7 +93,7 @@ def read_deck(
                 between *= _DENSER
             say("reading the applied forces")
             steps = seen.given, probes, _between(scene, probes)
-            applied = child.call(_freeze, str(folder), *steps, time_limit=deadline.left)
+            applied = child.call(_freeze, lammps, *steps, time_limit=deadline.left)
         except TooExpensive:
             raise TooExpensive(
                 f"{deck}: not over after {in_words(time_limit)}: shorten the deck, if it is to end"
@@ -109,6 +111,21 @@ def _between(scene: Scene, probes: Probes) -> float:
 
 
 # ---- In the process that runs LAMMPS
+
+
+@dataclass(frozen=True)
+class _Start:
+    """How LAMMPS is started, in a folder of its own: the Python module, or a binary."""
+
+    folder: Path
+    program: Program | None
+
+    def session(self) -> AbstractContextManager[Session]:
+        """A LAMMPS without a box."""
+        os.chdir(self.folder)
+        if self.program is None:
+            return module()
+        return piped(self.program.command[0], self.program.build.version, self.folder)
 
 
 def _tell(place: str) -> None:
@@ -142,28 +159,28 @@ class _First:
         return True
 
 
-def _probe(folder: str, name: str, path: str, variables: Mapping[str, str], scene: Scene) -> Probes:
-    os.chdir(folder)
-    with module() as lammps:
+def _probe(
+    start: _Start, name: str, path: Path, variables: Mapping[str, str], scene: Scene
+) -> Probes:
+    with start.session() as lammps:
         first = _First(Stage(lammps), scene)
-        Interpreter(lammps, name, Path(path), variables, first, _tell).play()
+        Interpreter(lammps, name, path, variables, first, _tell).play()
     if first.probes is None:
         raise RunFailed(f"{name}: the deck takes no step: it has no run, or ends before it")
     return first.probes
 
 
 def _watch(
-    folder: str,
+    start: _Start,
     name: str,
-    path: str,
+    path: Path,
     variables: Mapping[str, str],
     probes: Probes,
     between: float,
 ) -> Watched:
-    os.chdir(folder)
-    with module() as lammps:
+    with start.session() as lammps:
         watcher = Watcher(Stage(lammps), probes, between)
-        script = Interpreter(lammps, name, Path(path), variables, watcher, _tell)
+        script = Interpreter(lammps, name, path, variables, watcher, _tell)
         script.play()
         both = watcher.forward, watcher.backward
         return Watched(
@@ -189,7 +206,6 @@ def _watch(
         )
 
 
-def _freeze(folder: str, given: tuple[Given, ...], probes: Probes, between: float) -> Applied:
-    os.chdir(folder)
-    with module() as lammps:
+def _freeze(start: _Start, given: tuple[Given, ...], probes: Probes, between: float) -> Applied:
+    with start.session() as lammps:
         return Replay(Stage(lammps), probes.granules, between).play(given)
