@@ -63,22 +63,24 @@ _FORCES = frozenset(
 )  # fmt: skip
 """Fixes that exert forces."""
 
-_CHANGES = frozenset(
-    ("momentum", "recenter", "temp/rescale", "temp/berendsen", "temp/csvr", "wall/reflect",
-     "adapt", "set", "deform", "balance", "heat/flow")
-)  # fmt: skip
-"""Fixes that change granules without a force."""
+OF_MOTION = frozenset(
+    ("momentum", "recenter", "temp/rescale", "temp/berendsen", "temp/csvr", "wall/reflect", "halt")
+)
+"""Fixes that change the motion without a force, or end it."""
+
+_CHANGES = frozenset(("adapt", "set", "deform", "balance", "heat/flow"))
+"""Fixes that change granules or box."""
 
 _TAKES_NOTE = frozenset(
     ("property/atom", "store/state", "store/force", "vector", "ave/atom", "ave/chunk",
      "ave/correlate", "ave/correlate/long", "ave/histo", "ave/histo/weight", "ave/time",
-     "ave/moments", "halt", "controller", "pair")
+     "ave/moments", "controller", "pair")
 )  # fmt: skip
 """Fixes that only take note."""
 
-_FIXES = MOVES | _FORCES | _CHANGES | _TAKES_NOTE
+_FIXES = MOVES | _FORCES | OF_MOTION | _CHANGES | _TAKES_NOTE
 
-QUIET = MOVES | _TAKES_NOTE
+QUIET = MOVES | OF_MOTION | _TAKES_NOTE
 """Fixes that exert no force."""
 
 _VARIABLES = frozenset(

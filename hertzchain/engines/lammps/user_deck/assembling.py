@@ -18,7 +18,8 @@ from hertzchain.engines.lammps.user_deck.found import (
     FoundWall,
 )
 from hertzchain.engines.lammps.user_deck.frozen import Applied
-from hertzchain.engines.lammps.user_deck.probing import Probes, WallProbe
+from hertzchain.engines.lammps.user_deck.probing import Probes
+from hertzchain.engines.lammps.user_deck.walls import WallProbe
 from hertzchain.engines.lammps.user_deck.watching import Given, RunSeen
 
 
@@ -131,7 +132,7 @@ def found_of(probes: Probes, seen: Watched, applied: Applied) -> FoundDeck:
         end_time=seen.time * units.time,
         final_position=places(seen.position),
         final_velocity=sign * turned(seen.velocity) * units.velocity,
-        remarks=_remarks(seen),
+        remarks=_remarks(seen, probes),
     )  # fmt: skip
 
 
@@ -184,8 +185,10 @@ def _wall(wall: WallProbe, backwards: bool, origin: float, probes: Probes) -> Fo
     )
 
 
-def _remarks(seen: Watched) -> tuple[str, ...]:
+def _remarks(seen: Watched, probes: Probes) -> tuple[str, ...]:
     remarks = []
+    if probes.why_not is not None:
+        remarks.append(f"the contacts of the granules were not asked: {probes.why_not}")
     if seen.cleared:
         remarks.append("what follows the clear after the first chain is another chain's")
     for done in seen.commands:

@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.user_deck.allowed import MOVES, QUIET
+from hertzchain.engines.lammps.user_deck.allowed import MOVES, OF_MOTION, QUIET
 from hertzchain.engines.lammps.user_deck.granules import Granules
 from hertzchain.engines.lammps.user_deck.hooks import BLOCK, Readings
 from hertzchain.engines.lammps.user_deck.player import DeckFix, Stage
-from hertzchain.engines.lammps.user_deck.probing import members
+from hertzchain.engines.lammps.user_deck.prober import members
 from hertzchain.engines.lammps.user_deck.watching import Given, sizes
+from hertzchain.errors import HertzchainError
 
 _LEAST_READINGS = 400
 """Readings of a run at least, however long no force has changed: chosen."""
@@ -84,9 +85,12 @@ class _Exerted:
 
 
 class Replay:
-    """Gives LAMMPS what it was given before, without motion."""
+    """Gives LAMMPS what it was given before, without motion; ``places`` are those in the deck."""
 
-    def __init__(self, stage: Stage, granules: Granules, between: float) -> None:
+    def __init__(
+        self, stage: Stage, granules: Granules, between: float, places: Sequence[str]
+    ) -> None:
+        self._places = places
         self.stage, self._granules, self._between = stage, granules, between
         self._left_out: set[str] = set()
         self._time: list[FloatArray] = []
@@ -103,20 +107,28 @@ class Replay:
         """Play all commands; the forces that fixes but walls exert."""
         end = 0.0
         for one in given:
-            if one.steps is not None:
-                end = self._run(one, end)
-            elif one.words[0] == "clear":
-                self.stage.forget()
-                self._left_out.clear()
-            elif not self._leaves_out(one):
-                self.stage.give(one.text, list(one.words), one.index)
+            try:
+                end = self._play(one, end)
+            except HertzchainError as problem:
+                raise type(problem)(f"{self._places[one.index]}: {problem}") from None
         return self._applied()
+
+    def _play(self, one: Given, time: float) -> float:
+        """Play a command; the time after it."""
+        if one.steps is not None:
+            return self._run(one, time)
+        if one.words[0] == "clear":
+            self.stage.forget()
+            self._left_out.clear()
+        elif not self._leaves_out(one):
+            self.stage.give(one.text, list(one.words), one.index)
+        return time
 
     def _leaves_out(self, one: Given) -> bool:
         """Whether a command would move granules or end a run before its time."""
         words = one.words
         if words[0] == "fix" and len(words) > 3:
-            if words[3] in MOVES or words[3] == "halt":
+            if words[3] in MOVES | OF_MOTION:
                 self._left_out.add(words[1])
                 if words[3] in MOVES:
                     self._moves[words[1]] = DeckFix(words[1], words[2], words[3], one.index)
@@ -127,7 +139,7 @@ class Replay:
             if words[0] == "unfix":
                 self._moves.pop(words[1], None)
             return words[1] in self._left_out
-        return False
+        return words[0] == "velocity"
 
     def _run(self, one: Given, start: float) -> float:
         assert one.steps is not None

@@ -91,6 +91,14 @@ def granules_of(lammps: Session, boundary: str) -> Granules:
         mass=each["mass"][order],
         low=low[chosen],
         high=high[chosen],
-        boundary=boundary,
+        boundary=_sure(boundary, periodic),
         periodic=(periodic[first], periodic[second], periodic[third]),
     )
+
+
+def _sure(boundary: str, periodic: list[bool]) -> str:
+    """The boundary as the deck gives it, or as the box says where that came from a restart file."""
+    words = boundary.split()
+    if [word == "p" for word in words] == periodic:
+        return boundary
+    return " ".join("p" if flag else "f" for flag in periodic)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.user_deck.probing import DEPTHS, Probes, WallProbe
+from hertzchain.engines.lammps.user_deck.prober import DEPTHS
+from hertzchain.engines.lammps.user_deck.probing import Probes
+from hertzchain.engines.lammps.user_deck.walls import WallProbe
 from hertzchain.observables.damped_law import DampedLaw
 
 _DAMPS = 1e-9  # of a force: above what is lost in the difference of two

@@ -92,7 +92,8 @@ def read_deck(
                     break
                 between *= _DENSER
             say("reading the applied forces")
-            steps = seen.given, probes, _between(scene, probes)
+            places = tuple(f"{done.file}:{done.line}" for done in seen.commands)
+            steps = seen.given, probes, _between(scene, probes), places
             applied = child.call(_freeze, lammps, *steps, time_limit=deadline.left)
         except TooExpensive:
             raise TooExpensive(
@@ -206,6 +207,12 @@ def _watch(
         )
 
 
-def _freeze(start: _Start, given: tuple[Given, ...], probes: Probes, between: float) -> Applied:
+def _freeze(
+    start: _Start,
+    given: tuple[Given, ...],
+    probes: Probes,
+    between: float,
+    places: tuple[str, ...],
+) -> Applied:
     with start.session() as lammps:
-        return Replay(Stage(lammps), probes.granules, between).play(given)
+        return Replay(Stage(lammps), probes.granules, between, places).play(given)

@@ -13,7 +13,8 @@ from hertzchain.engines.lammps.user_deck.allowed import LEADS
 from hertzchain.engines.lammps.user_deck.hooks import GranulesChanged, Readings
 from hertzchain.engines.lammps.user_deck.law import law_of
 from hertzchain.engines.lammps.user_deck.player import Stage
-from hertzchain.engines.lammps.user_deck.probing import Probes, members, mirrored_probes
+from hertzchain.engines.lammps.user_deck.prober import members
+from hertzchain.engines.lammps.user_deck.probing import Probes, mirrored_probes
 from hertzchain.errors import RunFailed, StepUnstable
 from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.peaks import PeakWatch
