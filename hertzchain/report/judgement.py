@@ -99,7 +99,8 @@ def _cases(judgement: Judgement) -> tuple[Case, ...]:
             cases.append(Case(contact, SKIPPED, why_not))
             continue
         tolerance = judgement.tolerance * reference
-        cases.append(case(contact, given, reference, tolerance, bool(row["passed"]), unit))
+        subject = f"peak force of {contact} [N]"
+        cases.append(case(contact, given, reference, tolerance, bool(row["passed"]), unit, subject))
     return tuple(cases)
 
 

@@ -39,9 +39,19 @@ class Suite:
 
 
 def case(
-    name: str, measured: Value, expected: Value, tolerance: Value, passed: bool, reason: str
+    name: str,
+    measured: Value,
+    expected: Value,
+    tolerance: Value,
+    passed: bool,
+    reason: str,
+    subject: str = "",
 ) -> Case:
-    """A check as a case: what has no number is an error, as it has not passed."""
+    """A check as a case: what has no number is an error, as it has not passed.
+
+    The message says what is wrong, with the ``subject``, by default the name, and with where it is
+    largest, if the reason ends so.
+    """
     if passed:
         return Case(name)
     if measured is None or expected is None or not math.isfinite(measured):
@@ -50,7 +60,14 @@ def case(
     numbers = {"measured": measured, "expected": expected, "tolerance": tolerance}
     lines = [f"{key} {'none' if x is None else repr(float(x))}" for key, x in numbers.items()]
     text = [*lines, f"difference {float(measured - expected)!r}", f"reason: {reason}"]
-    return Case(name, FAILURE, f"{', '.join(lines)}: {reason}", "\n".join(text))
+    _, largest, at = reason.rpartition("; largest at ")
+    where = f", largest at {at}" if largest else ""
+    allowed = "" if tolerance is None else f", allowed is {tolerance:.2g}"
+    message = (
+        f"{subject or name} is {float(measured)!r}, it should be {float(expected)!r}: off by"
+        f" {abs(measured - expected):.2g}{allowed}{where}"
+    )
+    return Case(name, FAILURE, message, "\n".join(text))
 
 
 def to_xml(suites: Sequence[Suite]) -> str:

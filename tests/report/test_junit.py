@@ -84,10 +84,18 @@ def suite_of(*cases: Case) -> Suite:
 def test_numbers_are_said_in_full() -> None:
     off = case("momentum", 1.0 + 1e-12, 1.0, 1e-13, False, "steps end at the corners")
     (found,) = checked(to_xml([suite_of(off)])).iter("failure")
-    expected = "measured 1.000000000001, expected 1.0, tolerance 1e-13: steps end at the corners"
+    expected = "momentum is 1.000000000001, it should be 1.0: off by 1e-12, allowed is 1e-13"
     assert found.attrib["message"] == expected
     assert found.text is not None
     assert "difference 1.000088900582341e-12" in found.text
+    assert "reason: steps end at the corners" in found.text
+
+
+def test_a_message_says_where() -> None:
+    off = case("mass [kg]", 2.0, 1.0, None, False, "only round-off; largest at granule 7", "mass")
+    (found,) = checked(to_xml([suite_of(off)])).iter("failure")
+    expected = "mass is 2.0, it should be 1.0: off by 1, largest at granule 7"
+    assert found.attrib["message"] == expected
 
 
 @pytest.mark.parametrize("measured", [None, math.nan, math.inf])
