@@ -28,11 +28,14 @@ if TYPE_CHECKING:
     from hertzchain.verdict.comparison import Comparison, compare
     from hertzchain.verdict.judgement import Judgement, judge
     from hertzchain.verdict.results.judging import judge_peaks
+    from hertzchain.verdict.user_deck import DeckCheck, DeckExamination, examine
 
 _HOME = {
     "Batch": "hertzchain.engines.native",
     "Chain": "hertzchain.scene.chain",
     "Comparison": "hertzchain.verdict.comparison",
+    "DeckCheck": "hertzchain.verdict.user_deck",
+    "DeckExamination": "hertzchain.verdict.user_deck",
     "HertzchainError": "hertzchain.errors",
     "Judgement": "hertzchain.verdict.judgement",
     "Lammps": "hertzchain.engines.lammps",
@@ -52,6 +55,7 @@ _HOME = {
     "Wall": "hertzchain.scene.terms",
     "Yade": "hertzchain.engines.yade",
     "compare": "hertzchain.verdict.comparison",
+    "examine": "hertzchain.verdict.user_deck",
     "judge": "hertzchain.verdict.judgement",
     "judge_peaks": "hertzchain.verdict.results.judging",
     "peak_forces": "hertzchain.engines.native",
@@ -65,6 +69,8 @@ __all__ = [
     "Chain",
     "Comparison",
     "Contact",
+    "DeckCheck",
+    "DeckExamination",
     "HertzchainError",
     "Judgement",
     "Lammps",
@@ -83,6 +89,7 @@ __all__ = [
     "Wall",
     "Yade",
     "compare",
+    "examine",
     "judge",
     "judge_peaks",
     "peak_forces",

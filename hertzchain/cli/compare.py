@@ -1,4 +1,4 @@
-"""hertzchain compare: a verdict on the backends or, with --results, on peaks from elsewhere."""
+"""hertzchain compare: a verdict on the backends, on somebody's peaks or on somebody's deck."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
 
 
-def compare(
+def compare(  # noqa: PLR0915 - three kinds of documents, one after the other
     scene: options.SceneFile,
     backend: Annotated[
         list[options.Backend] | None,
@@ -35,7 +35,8 @@ def compare(
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the comparison (png, pdf, svg).")
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw peaks and differences (png, pdf, svg)."),
     ] = None,
     report_file: Annotated[
         Path | None,
@@ -55,9 +56,27 @@ def compare(
     ] = None,
     column: options.Columns = None,
     units: options.UnitsOfResults = None,
+    deck: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Examine a LAMMPS deck instead: every number, then its peaks, with the lines to"
+            " mend.",
+        ),
+    ] = None,
+    variables: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--var",
+            metavar="NAME VALUE",
+            help="With --deck: a variable, as LAMMPS's -var gives it; repeatable.",
+        ),
+    ] = None,
     tolerance: Annotated[
         float | None,
-        typer.Option(help="With --results: the largest relative difference. Default: 1e-3."),
+        typer.Option(
+            help="With --results or --deck: the largest relative difference. Default: 1e-3."
+        ),
     ] = None,
     dt: Annotated[
         str | None,
@@ -77,30 +96,42 @@ def compare(
     from hertzchain.report.console import print_document
     from hertzchain.report.judgement import of_judgement
     from hertzchain.report.junit import to_xml
+    from hertzchain.report.user_deck import of_examination
     from hertzchain.report.waterfall import record_times
-    from hertzchain.verdict import comparison, judgement
+    from hertzchain.verdict import comparison, judgement, user_deck
     from hertzchain.verdict.results.judging import judge_peaks
 
     begun, begin = datetime.now(UTC), time.perf_counter()
-    check_outputs([scene, results], [plot, report_file, junit])
+    check_outputs([scene, results, deck], [plot, report_file, junit])
     if plot is not None:
         figures.check_plot_format(plot)
     if report_file is not None:
         page.check_page_format(report_file)
-    unfit = {"--backend": backend, "--isolate": isolate, "--rtol": rtol, "--plot": plot}
-    for option, given in unfit.items():
-        if results is not None and given:
-            raise HertzchainError(
-                f"{option} does not go with --results, which compares with native alone; leave"
-                " one of them out"
-            )
-    if results is None:
-        options.refuse_without_need(False, tolerance=tolerance is not None, dt=dt is not None)
-    options.refuse_without_need(results is not None, column=bool(column), units=units is not None)
+    _refuse_together(results, deck, backend, isolate, ranks, rtol)
+    is_judged = results is not None or deck is not None
+    options.refuse_without_need(is_judged, tolerance=tolerance is not None)
+    options.refuse_without_need(
+        results is not None, dt=dt is not None, column=bool(column), units=units is not None
+    )
+    options.refuse_without_need(deck is not None, var=bool(variables))
     loaded, missing = options.load_scene(scene), False
-    if results is not None:
+    wanted = judgement.TOLERANCE if tolerance is None else tolerance
+    if deck is not None:
+        limit = options.to_time_limit(time_limit)
+        with output.progress() as report_progress:
+            document = of_examination(
+                user_deck.examine(
+                    loaded,
+                    deck,
+                    options.by_name("--var", variables or [], "F0=100"),
+                    tolerance=wanted,
+                    lmp=options.named_binary(lmp),
+                    time_limit=limit,
+                    progress=report_progress,
+                )
+            )
+    elif results is not None:
         step, limit = options.to_step(dt), options.to_time_limit(time_limit)
-        wanted = judgement.TOLERANCE if tolerance is None else tolerance
         with output.progress() as report_progress:
             document = of_judgement(
                 judge_peaks(
@@ -140,9 +171,37 @@ def compare(
     else:
         print_document(output.console(), document)
     output.write_file("Plot", plot, lambda path: figures.plot_document(document, path))
-    names = scene.name, "" if results is None else results.name
+    given = results or deck
+    names = scene.name, "" if given is None else given.name
     output.write_file("Report", report_file, lambda path: page.write_page(document, path, *names))
     output.write_file("JUnit XML", junit, lambda path: write_text(path, to_xml([suite])))
     if missing:
         raise typer.Exit(output.UNUSABLE)
     raise typer.Exit(output.DONE if document.verdict.passed else output.OUT_OF_TOLERANCE)
+
+
+def _refuse_together(
+    results: Path | None,
+    deck: Path | None,
+    backend: list[options.Backend] | None,
+    isolate: bool,
+    ranks: int | None,
+    rtol: float | None,
+) -> None:
+    """Refuse options that do not go with peaks or a deck that somebody brings."""
+    if results is not None and deck is not None:
+        raise HertzchainError("--deck does not go with --results: leave one of them out")
+    given = {"--backend": backend, "--isolate": isolate, "--rtol": rtol}
+    whose = {"--results": results, "--deck": deck}
+    why = {
+        "--results": "compares with native alone",
+        "--deck": "runs the deck in LAMMPS, in a process of its own, and compares with native",
+    }
+    for name, file in whose.items():
+        for option, is_given in given.items():
+            if file is not None and is_given:
+                raise HertzchainError(
+                    f"{option} does not go with {name}, which {why[name]}; leave one of them out"
+                )
+    if deck is not None and ranks is not None:
+        raise HertzchainError("--ranks does not go with --deck, which runs on one process")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -112,6 +113,21 @@ def to_time_limit(given: str) -> float:
     return limit
 
 
+def with_variables(given: Sequence[str]) -> list[str]:
+    """A command line in which ``--var NAME VALUE``, as LAMMPS has it, is ``--var NAME=VALUE``."""
+    words = list(given)
+    for at, word in enumerate(words):
+        follows = words[at + 1 : at + 3]
+        if word == "--var" and len(follows) == 2 and "=" not in follows[0]:
+            words[at + 1 : at + 3] = ["=".join(follows)]
+    return words
+
+
+def named_binary(lmp: str | None) -> str | None:
+    """The LAMMPS binary that an option or the environment names, if any."""
+    return lmp or os.environ.get(LMP) or None
+
+
 def by_name(option: str, given: list[str], example: str) -> dict[str, str]:
     """What a repeatable option of the form NAME=VALUE says, by name."""
     found: dict[str, str] = {}
@@ -128,8 +144,9 @@ def by_name(option: str, given: list[str], example: str) -> dict[str, str]:
 NEEDS = {
     **dict.fromkeys(("isolate", "lmp", "ranks", "extrapolated"), "is for --backend lammps"),
     **dict.fromkeys(("watch_every", "pair_style", "atoms", "dump_every"), "is for --engine lammps"),
-    **dict.fromkeys(("tolerance", "dt"), "goes with --results FILE"),
-    **dict.fromkeys(("column", "units"), "goes with --results FILE"),
+    "tolerance": "goes with --results FILE or --deck FILE",
+    **dict.fromkeys(("dt", "column", "units"), "goes with --results FILE"),
+    "var": "goes with --deck FILE",
     "frames": "goes with --trajectory FILE",
     "coefficient": "goes with --scene FILE",
 }
@@ -154,7 +171,7 @@ def lammps_options(isolate: bool, lmp: str | None, ranks: int | None) -> dict[st
     """Keywords of ``hertzchain.Lammps``: the module or, where one is named, a binary."""
     from hertzchain.errors import require
 
-    named = lmp or os.environ.get(LMP) or None
+    named = named_binary(lmp)
     if ranks is not None:
         require(ranks >= 1, "--ranks", ranks, "must be at least 1")
         if named is None:

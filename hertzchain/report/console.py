@@ -179,6 +179,8 @@ def print_document(console: Console, document: Document, others: str = "in --jso
         _print_facts(console, document.facts)
     for remark in (*document.formulas, *document.similar):
         console.print(f"{remark}.")
+    if document.findings:
+        _print_findings(console, document)
     if document.cause is not None:
         console.print(f"\nLikely cause: {document.cause}.")
     _print_remarks(console, document.hint, *document.remarks, *native.warnings)
@@ -187,6 +189,20 @@ def print_document(console: Console, document: Document, others: str = "in --jso
     passed = bool(document.verdict.passed)
     word = Text("pass" if passed else "fail", "bold green" if passed else "bold red")
     console.print("\nVerdict:", word)
+
+
+def _print_findings(console: Console, document: Document) -> None:
+    """What differs in somebody's deck, in the order in which to mend it."""
+    number = 0
+    for one in document.findings:
+        number += not one.passed
+        head = Text(f"\n{number}. ", "red") if not one.passed else Text("\n   small: ", "dim")
+        effect = f" ({one.effect})" if one.effect else ""
+        console.print(head + Text(f"{one.sentence}{effect}", ""))
+        if one.place:
+            console.print(f"   {one.place}: {one.written}")
+        if one.command and not one.passed:
+            console.print(f"   right: {one.command}")
 
 
 def _print_checks(console: Console, document: Document) -> None:

@@ -61,9 +61,35 @@ class Peaks:
     shown: Sequence[int]
 
 
+@dataclass(frozen=True)
+class Finding:
+    """What differs in somebody's deck: what it costs, which line makes it, how it would be right.
+
+    ``passed`` where the difference is too small to matter.
+    """
+
+    sentence: str
+    effect: str
+    passed: bool
+    place: str
+    written: str
+    command: str
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A file of a deck: number and text of each line, with what is said of it.
+
+    Each of these sentences comes with whether it is a remark only.
+    """
+
+    name: str
+    lines: Sequence[tuple[int, str, Sequence[tuple[bool, str]]]]
+
+
 @dataclass(frozen=True, eq=False)
 class Document:
-    """All that reports show of a comparison, or of a judgement of given peaks."""
+    """All that reports show of a comparison, a judgement of given peaks or an examined deck."""
 
     kind: str  # of page
     name: str  # of the JSON document
@@ -86,6 +112,8 @@ class Document:
     cause: str | None = None  # likely one, of what failed
     hint: str | None = None  # what comes nearest where no cause is known
     remarks: Sequence[str] = ()  # what could not be done
+    findings: Sequence[Finding] = ()  # what differs in somebody's deck, first what to mend first
+    listings: Sequence[Listing] = ()  # the files of that deck
 
     @property
     def native(self) -> Result:

@@ -88,6 +88,8 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
             "rows": [_check_row(check) for check in document.checks],
             "texts": [(path.name, text) for path, text in reversed(texts.items())],
             "versions": list(versions.items()),
+            "findings": document.findings,
+            "listings": document.listings,
             "numbers": document.numbers(),
             "numbers_name": f"{document.name}.json",
         },

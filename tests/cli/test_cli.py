@@ -768,13 +768,21 @@ def test_a_judgement_with_a_report(hertzchain: Command, native: Outcome) -> None
     assert names() == ["peaks.csv", "report.html", "scene.toml"]
 
 
+def test_given_peaks_are_drawn(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    peaks_file(native)
+    outcome = hertzchain("compare", "scene.toml", "--results", "peaks.csv", "--plot", "plot.png")
+    assert (outcome.status, outcome.err) == (0, "Plot written to plot.png\n")
+    assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_options_of_results_stand_with_results(hertzchain: Command, native: Outcome) -> None:
     scene_file()
     peaks_file(native)
     for option in (("--tolerance", "1e-3"), ("--dt", "20 ns")):
         is_refused(hertzchain("compare", "scene.toml", *option), option[0], "--results")
     judged = ("compare", "scene.toml", "--results", "peaks.csv")
-    for more in (("--backend", "native"), ("--isolate",), ("--plot", "plot.png")):
+    for more in (("--backend", "native"), ("--isolate",)):
         is_refused(hertzchain(*judged, *more), more[0], "--results")
     is_refused(hertzchain(*judged, "--tolerance", "0"), "tolerance")
     is_refused(hertzchain(*judged, "--dt", "1 m"), "--dt")

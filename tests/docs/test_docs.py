@@ -162,7 +162,7 @@ class Page:
             code = compile("\n" * block.line + block.text, "page", "exec", dont_inherit=True)
             exec(code, self.names)  # noqa: S102
             self.said = self.capfd.readouterr().out
-        elif block.language == "toml":
+        elif block.language in ("toml", "sh"):  # a deck of LAMMPS is shown as sh
             self.write(block.text, "# ")
         elif block.language == "console":
             self.console(block.text)

@@ -1,0 +1,175 @@
+"""The document of an examination of somebody's deck."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hertzchain.report.document import Document, Failure, Finding, Listing, Peaks, Verdict
+from hertzchain.report.facts import number, shown_contacts
+from hertzchain.report.junit import ERROR, FAILURE, Case
+from hertzchain.report.style import LABELS
+
+if TYPE_CHECKING:
+    from hertzchain.engines.lammps.user_deck import Executed
+    from hertzchain.verdict.user_deck import DeckCheck, DeckExamination
+
+_NO_CHANGE = 1e-9  # of the peaks: round-off (chosen)
+_MOST_FAILED = 10  # contacts outside the transition that a terminal shows because they failed
+
+
+def of_examination(examination: DeckExamination) -> Document:
+    """All that reports show of an examination of somebody's deck."""
+    native, tolerance, found = examination.reference, examination.tolerance, examination.found
+    to_mend, small = examination.to_mend, examination.small
+    compared = len(examination.checks)
+    if examination.passed:
+        sentence = f"The deck is the scene: all {compared} checks passed."
+    elif to_mend:
+        count = "One thing is" if len(to_mend) == 1 else f"{len(to_mend)} things are"
+        sentence = f"{count} to mend in the deck."
+    else:
+        sentence = (
+            "No number of the deck alone is to blame, but its peaks are off: small differences add"
+            " up."
+        )
+    peaks = examination.checks[-1]
+    sentence += f" Its peaks are off by {_share(peaks.effect)} at most, {tolerance:g} is allowed."
+    dt = max((run.dt for run in found.runs), default=0.0)
+    return Document(
+        kind="Examination of a deck",
+        name="examination",
+        numbers=examination.to_dict,
+        command="examine",
+        cases=tuple(_case(check) for check in examination.checks),
+        results={"native": native},
+        verdict=Verdict(
+            examination.passed,
+            sentence,
+            [Failure(one.name, one.sentence, _advice(one)) for one in (*to_mend, peaks)
+             if not one.passed],
+            [*examination.remarks, *native.warnings],
+        ),
+        peaks=_peaks(examination),
+        drawn={"lammps": examination.peak_force},
+        limits=[("lammps", "tolerance", tolerance)],
+        facts=[
+            ("deck", _about(examination)),
+            ("checks", f"{sum(one.passed for one in examination.checks)} of {compared} passed"),
+            ("largest difference of the peaks", _share(peaks.effect)),
+            ("largest time step", f"{dt:.4g} s"),
+            ("LAMMPS", found.version),
+        ],
+        remarks=_remarks(examination),
+        findings=[_finding(one) for one in (*to_mend, *small)],
+        listings=_listings(examination),
+    )  # fmt: skip
+
+
+def _about(examination: DeckExamination) -> str:
+    """Units and axis of a deck."""
+    found = examination.found
+    end = ", shocked at its upper end" if found.reversed else ""
+    return f"{examination.deck}: units {found.units}, the chain lies along {found.axis}{end}"
+
+
+def _share(effect: float | None) -> str:
+    """A relative change of peaks in words."""
+    if effect is None:
+        return "an unknown amount"
+    return f"{effect:.1e}" if math.isfinite(effect) else "more than can be computed"
+
+
+def _advice(check: DeckCheck) -> str:
+    """What to do about a check that failed."""
+    if check.place is None:
+        return "mend what is above it"
+    return f"in {check.place}, instead of “{check.place.written}”: {check.command}"
+
+
+def _finding(check: DeckCheck) -> Finding:
+    effect = "" if check.effect is None else f"changes peaks by {_share(check.effect)}"
+    if check.effect is not None and check.effect < _NO_CHANGE:
+        effect = "changes no peak"
+    place = check.place
+    return Finding(
+        check.sentence,
+        effect,
+        check.passed,
+        "" if place is None else str(place),
+        "" if place is None else place.written,
+        check.command,
+    )
+
+
+def _peaks(examination: DeckExamination) -> Peaks:
+    native, given = examination.reference, examination.peak_force
+    size = native.peak_force.size
+    judged = examination.judged[:size] & np.isfinite(given)
+    pressed = np.where(native.peak_force > 0, native.peak_force, np.nan)
+    off = given / pressed - 1
+    failed = np.flatnonzero(judged & ~(np.abs(off) <= examination.tolerance))
+
+    def row(k: int) -> list[str]:
+        passed = "pass" if abs(off[k]) <= examination.tolerance else "FAIL"
+        return [
+            str(native.contact[k]),
+            number(given[k], 9),
+            number(native.peak_force[k], 9),
+            "" if np.isnan(off[k]) else f"{off[k]:+.1e}",
+            passed if judged[k] else "not judged",
+        ]
+
+    shown = range(len(shown_contacts(native)))
+    label = LABELS["lammps"]
+    return Peaks(
+        "Peak force of each contact [N]: of the deck, and the truth",
+        [("contact", ""), (label, "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],
+        row,
+        sorted({*shown, *failed[:_MOST_FAILED].tolist()}),
+    )
+
+
+def _case(check: DeckCheck) -> Case:
+    """A check as a test case, whose message says what failed."""
+    if check.passed:
+        return Case(check.name)
+    problem = ERROR if check.measured is None else FAILURE
+    lines = [check.sentence, f"reason: {check.reason}"]
+    if check.effect is not None:
+        lines.append(f"changes peaks by {_share(check.effect)}")
+    if check.place is not None:
+        lines += [f"{check.place}: {check.place.written}", f"right: {check.command}"]
+    where = "" if check.place is None else f" ({check.place})"
+    return Case(check.name, problem, f"{check.sentence}{where}", "\n".join(lines))
+
+
+def _remarks(examination: DeckExamination) -> list[str]:
+    """What was not looked at, and commands that were left out."""
+    left = [
+        f"{one.file}:{one.line}: “{one.written.strip()}” was left out: {one.why_not}"
+        for one in _once(examination.left_out)
+    ]
+    return [*examination.remarks, *left]
+
+
+def _once(commands: Sequence[Executed]) -> list[Executed]:
+    """Commands without the repetitions of a loop."""
+    return list({(one.file, one.line): one for one in commands}.values())
+
+
+def _listings(examination: DeckExamination) -> list[Listing]:
+    """The text of the deck's files, with what is wrong beside the lines."""
+    marks: dict[tuple[str, int], list[tuple[bool, str]]] = {}
+    for check in (*examination.to_mend, *examination.small):
+        if check.place is not None:
+            said = f"{check.sentence}. Right: {check.command}" if check.command else check.sentence
+            marks.setdefault((check.place.file, check.place.line), []).append((check.passed, said))
+    return [
+        Listing(name, [(line, text, marks.get((name, line), []))
+                       for line, text in enumerate(content.splitlines(), start=1)])
+        for name, content in examination.texts
+    ]  # fmt: skip

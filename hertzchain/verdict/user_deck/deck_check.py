@@ -1,0 +1,197 @@
+"""A number of a deck against the scene: what differs, what it costs, and which line makes it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.user_deck import FoundDeck
+from hertzchain.limits import Deadline
+from hertzchain.observables.result import Result
+from hertzchain.scene.scene import Scene
+from hertzchain.verdict.user_deck.measured import Law
+from hertzchain.verdict.user_deck.places import Place, with_number
+from hertzchain.verdict.user_deck.places import place as find_place
+from hertzchain.verdict.user_deck.twin import Twin, TwinRun, effect
+from hertzchain.verdict.user_deck.units import Units
+
+Indices = NDArray[np.intp]
+
+ROUND_OFF = 1e-9  # relative: decks of 17 digits have less; none of it is worth a remark (chosen)
+DIGITS = 10.0  # times the tolerance: what carried digits can make of one number (chosen)
+
+
+@dataclass(frozen=True)
+class DeckCheck:
+    """One number of a deck against what the scene has.
+
+    Parameters
+    ----------
+    name
+        What is compared, such as ``mass of granule 7``.
+    unit
+        Of both numbers; "" for a ratio or a count.
+    measured, expected
+        What the deck makes and what the scene has; None where there is no such number.
+    effect
+        Largest relative change of the peaks by this difference alone; None where it is not known.
+    passed
+        Whether the difference is small enough.
+    differs
+        Whether there is any above round-off: passed and different is worth a remark.
+    sentence
+        What was found and what is right.
+    reason
+        Why this is too much, or not.
+    place
+        The line of the deck that makes it; None where nothing differs.
+    command
+        The line as it would be right; "" where nothing differs.
+    """
+
+    name: str
+    unit: str
+    measured: float | None
+    expected: float | None
+    effect: float | None
+    passed: bool
+    differs: bool
+    sentence: str
+    reason: str
+    place: Place | None = None
+    command: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The check as JSON knows it."""
+        known = self.effect is not None and math.isfinite(self.effect)
+        return {
+            "name": self.name,
+            "unit": self.unit,
+            "measured": _finite(self.measured),
+            "expected": _finite(self.expected),
+            "effect_on_peaks": self.effect if known else None,
+            "passed": self.passed,
+            "differs": self.differs,
+            "sentence": self.sentence,
+            "reason": self.reason,
+            "file": None if self.place is None else self.place.file,
+            "line": None if self.place is None else self.place.line,
+            "written": None if self.place is None else self.place.written,
+            "command": self.command or None,
+        }
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What the checks of a deck share.
+
+    ``found`` is in SI units, ``units`` are those of the deck, ``start`` is when the shock begins in
+    the deck's time, ``near`` the largest overlap of each contact by the reference [m].
+    """
+
+    scene: Scene
+    found: FoundDeck
+    units: Units
+    start: float
+    truth: Result
+    near: FloatArray
+    laws: tuple[Law, ...]
+    twin: Twin
+    expected: TwinRun
+    tolerance: float
+    deadline: Deadline
+
+    def effect(self, **numbers: object) -> float | None:
+        """What numbers of the deck in place of the scene's do to the peaks."""
+        return effect(self.twin, self.expected, self.deadline, **numbers)
+
+    def allowed(self, change: float | None, relative: float) -> bool:
+        """Whether a difference is digits only: of a number (relative) and of the peaks."""
+        of_peaks = 0.0 if change is None else change
+        return of_peaks <= self.tolerance and abs(relative) <= DIGITS * self.tolerance
+
+    @property
+    def reason(self) -> str:
+        """Why a number may differ by as much as it may."""
+        return (
+            f"allowed is what changes no peak by more than {self.tolerance:g}, and"
+            f" {DIGITS * self.tolerance:g} of the number"
+        )
+
+
+def same(name: str, unit: str, measured: float, expected: float, why: str) -> DeckCheck:
+    """A check without a difference above round-off."""
+    return DeckCheck(
+        name, unit, measured, expected, 0.0, True, False, f"{name} is as in the scene", why
+    )
+
+
+def placed(
+    check: DeckCheck,
+    found: FoundDeck,
+    role: str,
+    numbers: Iterable[tuple[float, float]] = (),
+    fallback: str = "",
+    word: str = "",
+) -> DeckCheck:
+    """A check with its line and the right command, where it differs.
+
+    ``numbers`` are pairs in units of the deck: what the line may have, and what it should have.
+    ``fallback`` is the command where none of them stands there.
+    """
+    if not check.differs:
+        return check
+    pairs = [(old, new) for old, new in numbers if math.isfinite(old) and old != 0]
+    where = find_place(found, role, [old for old, _ in pairs], word)
+    command = with_number(where, [old for old, _ in pairs], [new for _, new in pairs])
+    return replace(check, place=where, command=command or fallback)
+
+
+def values(measured: float, expected: float, unit: str) -> str:
+    """Two numbers in a sentence, with as many digits as tell them apart."""
+    off = abs(measured - expected)
+    largest = max(abs(measured), abs(expected))
+    digits = 4
+    if 0 < off < largest:
+        digits = min(12, max(4, 2 - math.floor(math.log10(off / largest))))
+    end = f" {unit}" if unit else ""
+    return f"is {measured:.{digits}g}{end}, the scene has {expected:.{digits}g}{end}"
+
+
+def groups(relative: FloatArray, most: int = 3) -> list[Indices]:
+    """Indices of numbers that differ by the same, the largest difference first.
+
+    ``relative`` is the difference of each number; those of round-off are left out.
+    """
+    left = np.flatnonzero(~(np.abs(relative) <= ROUND_OFF))
+    made: list[Indices] = []
+    while left.size and len(made) < most - 1:
+        order = np.nan_to_num(np.abs(relative[left]), nan=np.inf)
+        first = relative[left[int(np.argmax(order))]]
+        alike = np.isclose(relative[left], first, rtol=1e-2, atol=0) | ~np.isfinite(relative[left])
+        made.append(left[alike])
+        left = left[~alike]
+    return [*made, left] if left.size else made
+
+
+def names(indices: Indices, size: int, what: str, first: int) -> str:
+    """Some granules or contacts in words, numbered from ``first``."""
+    numbers = (indices + first).tolist()
+    if len(numbers) == 1:
+        return f"{what} {numbers[0]}"
+    if len(numbers) == size:
+        return f"all {what}s"
+    if numbers[-1] - numbers[0] + 1 == len(numbers):
+        return f"{what}s {numbers[0]} to {numbers[-1]}"
+    shown = ", ".join(map(str, numbers[:4]))
+    return f"{what}s {shown}" + (f" and {len(numbers) - 4} more" if len(numbers) > 4 else "")

@@ -1,0 +1,172 @@
+"""The examination of a user's deck: LAMMPS reads it, every number is compared with the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from hertzchain.engines.lammps.user_deck import FoundDeck, read_deck
+from hertzchain.engines.native import Native
+from hertzchain.errors import RunFailed, is_positive, require
+from hertzchain.limits import TIME_LIMIT, Deadline
+from hertzchain.observables.result import Result
+from hertzchain.scene.run import Run
+from hertzchain.scene.scene import Scene, require_scene
+from hertzchain.verdict.judgement import TOLERANCE
+from hertzchain.verdict.user_deck import step_checks
+from hertzchain.verdict.user_deck.contact_checks import contact_checks
+from hertzchain.verdict.user_deck.deck_check import Case
+from hertzchain.verdict.user_deck.examined import DeckExamination, in_order
+from hertzchain.verdict.user_deck.force_checks import force_checks
+from hertzchain.verdict.user_deck.granule_checks import granule_checks
+from hertzchain.verdict.user_deck.measured import laws, start_of_shock, stretches_of
+from hertzchain.verdict.user_deck.motion_checks import motion_checks
+from hertzchain.verdict.user_deck.piston_checks import piston_checks
+from hertzchain.verdict.user_deck.twin import run_twin, twin_of
+from hertzchain.verdict.user_deck.units import in_si
+
+_LONGEST = 100.0  # times the scene's end: a deck that runs longer is judged up to there (chosen)
+
+
+def examine(
+    scene: Scene,
+    deck: Path | str,
+    variables: Mapping[str, object] | None = None,
+    *,
+    tolerance: float = TOLERANCE,
+    lmp: str | None = None,
+    time_limit: float = TIME_LIMIT,
+    progress: Callable[[str], object] | None = None,
+) -> DeckExamination:
+    """Compare somebody's LAMMPS deck with a scene, number by number, then its peaks.
+
+    LAMMPS itself reads the deck, in a process and a folder of its own; nothing that the deck would
+    write is written.
+
+    Parameters
+    ----------
+    scene
+        What the deck should compute.
+    deck
+        The input script, with any axis and units of LAMMPS.
+    variables
+        As ``-var NAME VALUE`` of LAMMPS, by name.
+    tolerance
+        Largest relative difference of the peaks that passes; of every number what changes the
+        peaks by as much.
+    lmp
+        A LAMMPS binary to use instead of its Python module.
+    time_limit
+        How long LAMMPS and the reference may take together [s].
+    progress
+        Is called with a line of text before each part of the work.
+
+    Raises
+    ------
+    BackendMissing
+        If LAMMPS is not there.
+    SceneError
+        For a tolerance or a deck that cannot be.
+    RunFailed
+        If LAMMPS stops with an error, or the deck is none that can be examined.
+    """
+    require_scene(scene)
+    allowed = "must be a number above 0 and below 1"
+    require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
+    report_progress = progress or (lambda _: None)
+    deadline = Deadline(time_limit)
+    found = read_deck(
+        Path(deck), scene, variables or {}, time_limit=time_limit, lmp=lmp,
+        progress=report_progress,
+    )  # fmt: skip
+    report_progress("native: the reference method")
+    done = compared(scene, str(deck), found, float(tolerance), deadline, report_progress)
+    return replace(done, texts=_texts(Path(deck), found))
+
+
+def _texts(deck: Path, found: FoundDeck) -> tuple[tuple[str, str], ...]:
+    """The files that commands came from; of those that cannot be read any more there is no text."""
+    texts = []
+    for name in dict.fromkeys(one.file for one in found.commands):
+        paths = (deck, deck.parent / name, Path(name))
+        path = next((p for p in paths if p.is_file() and Path(name).name == p.name), None)
+        if path is not None:
+            texts.append((name, path.read_text(encoding="utf-8", errors="replace")))
+    return tuple(texts)
+
+
+def compared(
+    scene: Scene,
+    deck: str,
+    found: FoundDeck,
+    tolerance: float,
+    deadline: Deadline,
+    progress: Callable[[str], object] = lambda _: None,
+) -> DeckExamination:
+    """The examination of a deck that LAMMPS has read."""
+    found, units = in_si(found, scene)
+    start = start_of_shock(found, scene)
+    truth = _truth(scene, found.end_time - start, deadline)
+    known = truth.error_estimate
+    allowed = f"must be at least 10 times the error of the reference, {known:.1e}"
+    require(tolerance >= 10 * known, "tolerance", tolerance, allowed)
+    peaks = truth.all_peaks
+    near = (np.maximum(peaks, 1e-3 * np.max(peaks)) / scene.granules.stiffness) ** (2 / 3)
+    progress("what each number does to the peaks")
+    twin = twin_of(scene, stretches_of(found, scene, start))
+    case = Case(
+        scene, found, units, start, truth, near, tuple(laws(found, scene, near)), twin,
+        run_twin(twin, deadline), tolerance, deadline,
+    )  # fmt: skip
+    checks = [
+        *granule_checks(case),
+        *contact_checks(case),
+        *force_checks(case),
+        *piston_checks(case),
+        *step_checks.step_checks(case),
+    ]
+    checks = in_order([*checks, *motion_checks(case, checks)])
+    peaks_of_deck = step_checks.peaks_check(case)
+    if not peaks_of_deck.passed and checks:
+        # Digits alone may add up: then the one with the largest effect is the one to mend.
+        first = checks[0]
+        peaks_of_deck = replace(peaks_of_deck, place=first.place, command=first.command)
+    return DeckExamination(
+        scene, deck, found, (*checks, peaks_of_deck), truth, step_checks.judged(case), tolerance,
+        _remarks(case),
+    )  # fmt: skip
+
+
+def _truth(scene: Scene, end: float, deadline: Deadline) -> Result:
+    """The scene by the reference method, up to the end of the deck."""
+    if end <= 0:
+        raise RunFailed("this deck takes no step after its shock begins: it needs a run command")
+    same = abs(end / scene.end_time - 1) < 1e-9
+    watched = scene if same else replace(scene, run=Run(min(end, _LONGEST * scene.end_time)))
+    return Native("reference", time_limit=deadline.left).run(watched)
+
+
+def _remarks(case: Case) -> tuple[str, ...]:
+    """What was not looked at, and what was taken for what."""
+    found, remarks = case.found, list(case.found.remarks)
+    if found.units == "lj":
+        one = case.units
+        remarks.append(
+            f"in its lj units one length is {one.length:.6g} m, one mass {one.mass:.6g} kg and one"
+            f" time {one.time:.6g} s, by median radius, mass and stiffness: ratios are judged"
+        )
+    if case.start > 0:
+        remarks.append(
+            f"the shock begins {case.start:.6g} s after the start of the deck; numbers of granules"
+            " and contacts are those before its first run"
+        )
+    late = int(np.count_nonzero(~step_checks.judged(case)))
+    if late:
+        remarks.append(
+            f"{late} contacts are not judged: pressed too little, or not past their peaks when the"
+            " deck ended"
+        )
+    return tuple(remarks)

@@ -1,0 +1,157 @@
+"""Motion of a deck against the one that its own numbers should make."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hertzchain.observables.peaks import judged_contacts
+from hertzchain.verdict.user_deck.damping_checks import damping_numbers
+from hertzchain.verdict.user_deck.deck_check import Case, DeckCheck, placed, same
+from hertzchain.verdict.user_deck.measured import stretches_of
+from hertzchain.verdict.user_deck.places import place_at
+from hertzchain.verdict.user_deck.step_checks import judged
+from hertzchain.verdict.user_deck.twin import Twin, TwinRun, run_twin
+
+_FITTED = 1e-2  # of the largest effect of a failed check: what fitting its law misses (chosen)
+_LATE = 0.02  # of the largest: late collisions multiply what digits make of it (chosen)
+
+_EXPLAINS = (
+    "neighbours", "granules that are led",
+    "number of granules", "integrators", "contacts across", "distance from", "random", "spin",
+    "velocity across",
+)  # fmt: skip
+"""Checks of what no chain of velocity Verlet along a line can have: these explain its motion."""
+
+
+def motion_checks(case: Case, others: Sequence[DeckCheck]) -> list[DeckCheck]:
+    """The deck's own peaks against those which all its numbers should make."""
+    found = case.found
+    if any(not check.passed and check.name.startswith(_EXPLAINS) for check in others):
+        return []
+    twin = found_twin(case)
+    run = run_twin(twin, case.deadline)
+    measured, expected = found.peak_force, run.peak_force
+    size = min(measured.size, expected.size)
+    contacts = np.flatnonzero(judged_contacts(expected[:size]) & judged(case)[:size])
+    if contacts.size == 0 or not np.all(np.isfinite(expected)):
+        return []
+    off = measured[contacts] / expected[contacts] - 1
+    k = int(np.argmax(np.where(np.isfinite(off), np.abs(off), np.inf)))
+    contact, change = int(contacts[k]), float(np.abs(off[k]))
+    effects = [check.effect or 0.0 for check in others if not check.passed]
+    allowed = case.tolerance + found.peak_reading_error + _FITTED * max(effects, default=0.0)
+    reason = (
+        "velocity Verlet with the deck's own numbers and steps, forces and shock; allowed is the"
+        " tolerance and what the readings cost"
+    )
+    name = f"motion, by the peak of contact {contact + 2}"
+    if change <= allowed:
+        check = same("motion", "N", float(measured[contact]), float(expected[contact]), reason)
+        return [replace(check, effect=change), *_end_of_motion(case, run)]
+    check = DeckCheck(
+        name, "N", float(measured[contact]), float(expected[contact]), change, False, True,
+        f"the peak of contact {contact + 2} is {measured[contact]:.5g} N, the numbers of the deck"
+        f" make {expected[contact]:.5g} N: something else acts on the granules while it runs, or"
+        " moves them otherwise", reason,
+    )  # fmt: skip
+    return [_moved(case, check)]
+
+
+def _end_of_motion(case: Case, run: TwinRun) -> list[DeckCheck]:
+    """Places and velocities at the end: what shifts all granules alike leaves the peaks."""
+    found = case.found
+    for name, unit, measured, expected in (
+        ("velocities at the end", "m/s", found.final_velocity, run.velocity),
+        ("places at the end", "m", found.final_position - found.position, run.displacement),
+    ):
+        most = float(np.max(np.abs(expected)))
+        off = np.abs(measured - expected)
+        k = int(np.argmax(np.where(np.isfinite(off), off, np.inf)))
+        if off[k] > _LATE * most:
+            what = "velocity" if unit == "m/s" else "displacement"
+            check = DeckCheck(
+                f"motion, by {name}", unit, float(measured[k]), float(expected[k]), 0.0, False,
+                True, f"the {what} of granule {k + 1} at the end is {measured[k]:.4g} {unit}, the"
+                f" numbers of the deck make {expected[k]:.4g} {unit}",
+                f"velocity Verlet with the deck's own numbers; allowed is {_LATE:g} of the largest",
+            )  # fmt: skip
+            return [_moved(case, check)]
+    return []
+
+
+_CHANGES = re.compile(
+    r"(?:pair_coeff|pair_style|set|velocity|displace_atoms|change_box|delete_atoms|create_atoms"
+    r"|unfix|fix)\s"
+)
+"""Commands that change a chain between two runs."""
+
+_USUAL = re.compile(r"fix\s+\S+\s+\S+\s+(?:nve|nve/sphere|addforce|gravity|wall/\S+|move)\s")
+
+
+def _moved(case: Case, check: DeckCheck) -> DeckCheck:
+    """A check of the motion with the line that is most likely to disturb it.
+
+    That is a change after the first run, but for forces of the shock; else a fix that is neither an
+    integrator nor a force; else the last command on motion.
+    """
+    found = case.found
+    words = [one.text.split() for one in found.commands]
+    shock = {words[fix.command][1] for fix in found.fixes if fix.style == "addforce"}
+    right = "fix motion all nve for the whole run, and nothing else that moves granules"
+
+    def disturbs(k: int) -> bool:
+        if not found.commands[k].carried_out or not _CHANGES.match(found.commands[k].text):
+            return False
+        is_shock = words[k][0] in ("fix", "unfix") and words[k][1] in shock
+        return not is_shock and words[k][3:4] != ["addforce"]
+
+    later = [k for k in range(found.first_run + 1, len(words)) if disturbs(k)]
+    odd = [
+        k
+        for k, one in enumerate(found.commands)
+        if one.carried_out and one.text.startswith("fix ") and not _USUAL.match(f"{one.text} ")
+    ]
+    for suspects in (later, odd):
+        if suspects:
+            where = place_at(found, suspects[0])
+            return replace(check, place=where, command=f"without this command: {right}")
+    return placed(check, found, "motion", (), right)
+
+
+def found_twin(case: Case) -> Twin:
+    """The chain with all numbers of the deck; laws and shock by their readings."""
+    found, twin = case.found, case.twin
+    stiffness, exponent = np.array(twin.stiffness), np.array(twin.exponent)
+    for k, law in enumerate(case.laws):
+        stiffness[k], exponent[k] = law.stiffness, law.exponent
+    opening = np.array(twin.opening)
+    # Where contacts begin: radii may differ from the scene's, and contacts then do, too.
+    touching = found.radius[:-1] + found.radius[1:]
+    opening[: touching.size] = np.diff(found.position) - touching
+    wall = next((wall for wall in found.walls if wall.end == "last"), None)
+    if case.scene.wall is not None and wall is not None:
+        opening[-1] = wall.position - float(found.position[-1]) - float(found.radius[-1])
+    elif case.scene.wall is not None:
+        stiffness[-1] = 0.0
+    pushed = np.flatnonzero(np.max(np.abs(found.applied_force), axis=0, initial=0.0) > 0)
+    pushed = pushed if pushed.size else np.zeros(1, np.intp)
+    return replace(
+        twin,
+        mass=np.append(math.inf, found.mass[1:]) if found.driven[0] else found.mass,
+        velocity=found.velocity[:, 0],
+        constant_force=found.constant_force[:, 0],
+        drag=np.where(np.isfinite(found.drag), found.drag, 0.0),
+        stiffness=stiffness,
+        exponent=exponent,
+        opening=opening,
+        pushed=pushed,
+        stretches=stretches_of(
+            found, case.scene, case.start, pushed, use_driven=bool(found.driven[0])
+        ),
+        **damping_numbers(case),  # type: ignore[arg-type]
+    )

@@ -1,0 +1,225 @@
+"""Checks of a deck by their thresholds, on either side, without LAMMPS."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.lammps.user_deck import FoundDeck, FoundWall
+from tests.verdict.user_deck.corpus import scene_of
+from tests.verdict.user_deck.made import STEP, by_name, changed, examined, found
+
+
+@pytest.fixture(scope="module")
+def scene() -> hc.Scene:
+    return scene_of("steel")
+
+
+@pytest.fixture(scope="module")
+def right(scene: hc.Scene) -> FoundDeck:
+    """A deck that is the scene."""
+    return found(scene)
+
+
+def test_the_scene_itself_passes(scene: hc.Scene, right: FoundDeck) -> None:
+    done = examined(scene, right)
+    assert [check.sentence for check in done.checks if not check.passed or check.differs] == []
+    assert done.verdict == "pass"
+    assert done.checks[-1].name == "peaks"
+    assert done.checks[-1].effect == pytest.approx(7e-5, rel=0.05)  # its steps alone
+
+
+def times(name: str, factor: float, granule: int | None = None) -> Any:
+    """Makes one number of a deck so many times as large."""
+
+    def change(deck: FoundDeck) -> FoundDeck:
+        values = np.array(getattr(deck, name))
+        values[... if granule is None else granule] *= factor
+        return changed(deck, **{name: values})
+
+    return change
+
+
+def plus(name: str, index: Any, value: float) -> Any:
+    """Adds to one number of a deck."""
+
+    def change(deck: FoundDeck) -> FoundDeck:
+        values = np.array(getattr(deck, name))
+        values[index] += value
+        return changed(deck, **{name: values})
+
+    return change
+
+
+def stiffer(factor: float) -> Any:
+    """Makes contacts so many times as stiff, whatever their granules do."""
+    still, moving = times("contact_force", factor), times("damped_force", factor)
+    return lambda deck: moving(still(deck))
+
+
+# Peaks of a short pulse go as force^1.2 mass^-0.6 stiffness^0.4, those of a long one as the force:
+# by tolerances of 1e-3 some 1.0e-3 of the force, 2.1e-3 of the mass, 4.3e-3 of the stiffness.
+ALLOWED = {
+    "mass": (times("mass", 1 + 1e-3), times("mass", 1 + 8e-3)),
+    "peak of the applied": (times("applied_force", 1 + 5e-4), times("applied_force", 1 + 3e-3)),
+    "stiffness": (stiffer(1 + 1e-3), stiffer(1 + 9e-3)),
+    "distance of granules": (plus("position", slice(5, None), 1e-9),
+                             plus("position", slice(5, None), 2e-7)),
+    "velocity of granule 4": (None, plus("velocity", (3, 0), 1e-4)),
+    "velocity across": (plus("velocity", (3, 1), 1e-12), plus("velocity", (3, 1), 1e-4)),
+    "spin": (plus("spin", (3, 1), 1e-9), plus("spin", (3, 1), 1.0)),
+    "distance from": (plus("sideways", (3, 1), 1e-7), plus("sideways", (3, 1), 1e-5)),
+    "constant force": (plus("constant_force", (3, 0), 1e-9), plus("constant_force", (3, 0), 1e-3)),
+    "drag": (plus("drag", 3, 1e-9), plus("drag", 3, 1e-3)),
+    "friction": (plus("tangential_force", 3, 1e-8), plus("tangential_force", 3, 1.0)),
+    "damping": (plus("damped_force", (2, 3), 1e-9), plus("damped_force", (2, 3), 1.0)),
+    "integrators": (None, plus("integrated", 3, 1)),
+    "neighbours": (plus("missed_overlap", 3, 1e-8), plus("missed_overlap", 3, 1e-6)),
+}  # fmt: skip
+"""By the start of a check's name: a difference that passes and one that does not."""
+
+
+@pytest.mark.parametrize("name", ALLOWED)
+def test_both_sides_of_a_tolerance(name: str, scene: hc.Scene, right: FoundDeck) -> None:
+    little, much = ALLOWED[name]
+    if little is not None:
+        done = examined(scene, little(right))
+        assert [check.sentence for check in done.checks[:-1] if not check.passed] == []
+    check = by_name(examined(scene, much(right)), name)
+    assert not check.passed
+    assert check.place is not None
+    assert check.place.file == "in.made"
+    assert check.command
+
+
+def test_effects_are_those_of_other_scenes(scene: hc.Scene, right: FoundDeck) -> None:
+    """What a wrong mass does to the peaks, against native with that mass."""
+    heavier = replace(scene, chain=replace(scene.chain, density=1.05 * 7958.0))
+    one, other = (hc.Native("reference").run(each).peak_force for each in (scene, heavier))
+    check = by_name(examined(scene, times("mass", 1.05)(right)), "mass")
+    # Contacts alone whose peaks the end of the deck does not cut off; steps of 0.014 units.
+    assert check.effect == pytest.approx(float(np.max(np.abs(other / one - 1))), rel=1e-2)
+
+
+def test_two_differences_are_sorted_by_effect(scene: hc.Scene, right: FoundDeck) -> None:
+    both = times("mass", 0.9)(stiffer(1.02)(right))
+    # Its peaks are still the right ones: the motion is not that of its numbers.
+    first, second = (
+        check for check in examined(scene, both).to_mend if not check.name.startswith("motion")
+    )
+    assert first.name.startswith("mass")
+    assert second.name.startswith("stiffness")
+    assert first.effect is not None
+    assert second.effect is not None
+    assert first.effect > second.effect
+
+
+def test_peaks_decide_on_both_sides(scene: hc.Scene, right: FoundDeck) -> None:
+    assert examined(scene, times("peak_force", 1 + 8e-4)(right)).verdict == "pass"
+    done = examined(scene, times("peak_force", 1 + 2e-3)(right))
+    assert done.verdict == "fail"
+    assert not by_name(done, "motion").passed  # all numbers are right: something else acts
+    assert not done.checks[-1].passed
+
+
+def test_a_shift_of_all_granules_is_seen(scene: hc.Scene, right: FoundDeck) -> None:
+    """No peak tells a chain that is stopped as a whole, or moved."""
+    for change in (plus("final_velocity", ..., -0.05), plus("final_position", ..., 1e-5)):
+        done = examined(scene, change(right))
+        assert not by_name(done, "motion, by").passed
+        assert done.checks[-1].passed
+    assert examined(scene, plus("final_velocity", ..., -0.005)(right)).verdict == "pass"
+
+
+def test_a_tolerance_is_that_of_numbers_too(scene: hc.Scene, right: FoundDeck) -> None:
+    heavier = times("mass", 1 + 8e-3)(right)
+    assert not by_name(examined(scene, heavier), "mass").passed
+    assert by_name(examined(scene, heavier, 1e-2), "mass").passed
+
+
+def test_steps_that_are_too_long(scene: hc.Scene, right: FoundDeck) -> None:
+    run = right.runs[0]
+    for factor, passed in ((3, True), (8, False)):  # 6e-4 and 4.5e-3
+        runs = (replace(run, dt=factor * run.dt, steps=round(run.steps / factor) + 1),)
+        end = runs[0].dt * runs[0].steps
+        check = by_name(examined(scene, changed(right, runs=runs, end_time=end)), "time step")
+        assert check.passed == passed
+    assert check.place is not None
+    assert check.place.written == "timestep 2e-7"
+    words = check.command.split()
+    assert words[0] == "timestep"
+    assert float(words[1]) < 8 * run.dt
+
+
+def test_an_unstable_step(scene: hc.Scene, right: FoundDeck) -> None:
+    runs = (replace(right.runs[0], dt=2e-5, steps=25),)
+    check = by_name(examined(scene, changed(right, runs=runs)), "time step")
+    assert not check.passed
+    assert "longest stable" in check.sentence
+
+
+def test_a_deck_that_ends_early(scene: hc.Scene, right: FoundDeck) -> None:
+    runs = (replace(right.runs[0], steps=1000),)
+    done = examined(scene, changed(right, runs=runs, end_time=1000 * STEP))
+    check = by_name(done, "end of the run")
+    assert not check.passed
+    assert check.command == "run 2500"
+    assert not done.judged[-1]  # not seen yet
+    assert done.judged[0]
+
+
+def test_a_wall_that_is_never_reached(scene: hc.Scene, right: FoundDeck) -> None:
+    depth = np.array([1e-6, 5e-6])
+    force = 2e10 * depth**1.5
+    beyond = float(right.position[-1]) + 4.75e-3
+    for room, passed in ((1e-2, True), (1e-5, False)):
+        wall = FoundWall("last", beyond + room, depth, force, depth, depth, force, 0.0, 4)
+        check = by_name(examined(scene, changed(right, walls=(wall,))), "wall at the far end")
+        assert check.passed == passed
+        assert check.differs
+
+
+def test_units_of_lj(scene: hc.Scene, right: FoundDeck) -> None:
+    """The same chain in arbitrary units: lengths of 2 mm, masses of 3 g, times of 5 us."""
+    length, mass, time = 2e-3, 3e-3, 5e-6
+    force = mass * length / time**2
+    per = {
+        length: ("position", "radius", "overlap", "damped_overlap", "final_position"),
+        mass: ("mass",),
+        time: ("applied_time", "peak_time", "end_time"),
+        force: ("contact_force", "damped_force", "applied_force", "peak_force"),
+        length / time: ("closing", "final_velocity"),
+    }
+    numbers = {name: getattr(right, name) / unit for unit, names in per.items() for name in names}
+    runs = (replace(right.runs[0], dt=STEP / time),)
+    fixes = tuple(
+        replace(fix, largest=fix.largest / force, largest_in_motion=fix.largest_in_motion / force)
+        for fix in right.fixes
+    )
+    scaled = changed(right, units="lj", runs=runs, fixes=fixes, **numbers)
+    done = examined(scene, scaled)
+    assert [check.sentence for check in done.checks if not check.passed] == []
+    assert any("one length is 0.002 m" in remark for remark in done.remarks)
+    weaker = times("applied_force", 0.9)(scaled)
+    assert not by_name(examined(scene, weaker), "peak of the applied").passed
+
+
+def test_the_document(scene: hc.Scene, right: FoundDeck) -> None:
+    commands = [
+        replace(
+            one, text=one.text.replace("7958", "3979"), written=one.written.replace("7958", "3979")
+        )
+        for one in right.commands
+    ]
+    done = examined(scene, changed(times("mass", 0.5)(right), commands=tuple(commands)))
+    numbers = done.to_dict()
+    assert numbers["verdict"] == "fail"
+    first = next(one for one in numbers["checks"] if one["name"].startswith("mass"))
+    assert first["line"] == 2  # the variable that the density is
+    assert first["command"] == "variable rho equal 7958"
+    frame = done.to_frame()
+    assert list(frame["name"]) == [check.name for check in done.checks]

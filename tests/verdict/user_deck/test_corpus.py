@@ -1,0 +1,71 @@
+"""Decks as people write them are examined: right ones pass, others are told what differs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.verdict.user_deck import DeckCheck
+from tests.verdict.user_deck.corpus import DECKS, Deck, copied, scene_of
+
+pytestmark = pytest.mark.lammps
+
+QUICK = {"in.steel_cgs", "in.striker_wall", "in.dimer"}
+"""Those that the default suite examines: about a second each."""
+
+
+def name(deck: Deck) -> str:
+    return "-".join([deck.name.removeprefix("in."), *deck.variables.values()])
+
+
+def failed(checks: tuple[DeckCheck, ...]) -> dict[str, str]:
+    return {check.name: check.sentence for check in checks if not check.passed}
+
+
+@pytest.mark.parametrize(
+    "deck",
+    [
+        pytest.param(deck, id=name(deck), marks=[] if deck.name in QUICK else pytest.mark.slow)
+        for deck in DECKS
+    ],
+)
+def test_the_corpus(deck: Deck, tmp_path: Path) -> None:
+    examined = hc.examine(scene_of(deck.scene), copied(tmp_path, deck), deck.variables)
+    if deck.right:
+        assert failed(examined.checks) == {}
+        assert examined.verdict == "pass"
+        # Another integrator, another reading of peaks; their steps are short.
+        reference = hc.Native("reference").run(examined.scene).peak_force
+        assert np.max(np.abs(examined.peak_force / reference - 1)) < 2e-4  # 7.9e-5 measured
+    else:
+        assert examined.verdict == "fail"
+        assert examined.to_mend
+        for check in examined.to_mend:
+            assert check.place is not None
+            assert check.command
+
+
+def test_nothing_is_written(tmp_path: Path) -> None:
+    deck = next(deck for deck in DECKS if deck.name == "in.steel_if")
+    path = copied(tmp_path, deck)
+    before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    examined = hc.examine(scene_of(deck.scene), path)
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
+    left = {one.written.split()[0] for one in examined.left_out}
+    assert {"dump", "write_data", "shell"} <= left
+
+
+def test_the_decks_of_the_corpus_are_thirty() -> None:
+    assert len(DECKS) >= 30
+    assert {deck.name for deck in DECKS} | {"in.make_restart"} == {
+        path.name for path in copied_folder().glob("in.*")
+    }
+
+
+def copied_folder() -> Path:
+    from tests.verdict.user_deck.corpus import FOLDER
+
+    return FOLDER
