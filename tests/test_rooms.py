@@ -20,7 +20,7 @@ LEVELS = (
     ("observables",),
     ("engines.external",),
     ("engines.native", "engines.lammps", "engines.liggghts", "engines.yade", "theory"),
-    ("decks", "engines.registry"),
+    ("decks", "pulses", "engines.registry"),
     ("verdict",),
     ("report",),
     ("sweeps",),

@@ -12,6 +12,7 @@ from hertzchain.cli.doctor import doctor
 from hertzchain.cli.init import init
 from hertzchain.cli.plot import plot
 from hertzchain.cli.predict import predict
+from hertzchain.cli.pulse import pulse
 from hertzchain.cli.restitution import restitution
 from hertzchain.cli.run import run
 from hertzchain.cli.sweep import sweep
@@ -49,6 +50,7 @@ def _options(
 
 # A command is a function with options; --help lists them in this order.
 app.command()(init)
+app.command()(pulse)
 app.command()(run)
 app.command()(compare)
 app.command()(tradeoff)

@@ -70,7 +70,7 @@ def print_run(console: Console, result: Result) -> None:
     ]
     if (similar := similar_scene(result)) is not None:
         facts.append(("computed as", similar))
-    _print_facts(console, facts)
+    print_facts(console, facts)
     _print_remarks(console, *result.warnings)
 
 
@@ -116,7 +116,7 @@ def print_prediction(console: Console, prediction: Prediction) -> None:
             )
         console.print(table(("contact", "map", *("Eq. 6", "Eq. 9") * 2), rows))
         _print_left_out(console, len(known) - len(shown), known[-1]["contact"])
-        _print_facts(console, _predicted_facts(prediction))
+        print_facts(console, _predicted_facts(prediction))
     if isinstance(prediction.scene.shock, Pulse) and prediction.scene.is_plain:
         console.print()
         rows = [
@@ -176,7 +176,7 @@ def print_document(console: Console, document: Document, others: str = "in --jso
     if answers is not None:
         console.print(table(answers.header, [*answers.rows, *document.efforts], left=("",)))
     if document.facts:
-        _print_facts(console, document.facts)
+        print_facts(console, document.facts)
     for remark in (*document.formulas, *document.similar):
         console.print(f"{remark}.")
     if document.findings:
@@ -229,7 +229,8 @@ def _print_left_out(
         console.print(f"({left} more contacts, to {last}, {others})", style="dim")
 
 
-def _print_facts(console: Console, facts: Iterable[tuple[str, str]]) -> None:
+def print_facts(console: Console, facts: Iterable[tuple[str, str]]) -> None:
+    """Print labels and texts side by side."""
     facts_table = Table(box=None, show_header=False)
     for fact in facts:
         facts_table.add_row(*fact)

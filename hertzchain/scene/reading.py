@@ -67,14 +67,15 @@ _MOST_DOTS = 200
 SECTIONS = ("chain", "contact", "precompression", "run", "shock", "striker", "wall")
 
 
-def read_parts(path: Path) -> dict[str, Any]:
+def read_parts(path: Path, shock: Shock | None = None) -> dict[str, Any]:
     """The parts of a scene file, by the names of the arguments of ``Scene``.
 
-    A SceneError names file, key, value and what is allowed.
+    A ``shock`` that is given takes the place of that in the file. A SceneError names
+    file, key, value and what is allowed.
     """
     document = _load(path)
     try:
-        return _parts(document, path.parent)
+        return _parts(document, path.parent, shock)
     except SceneError as problem:
         raise SceneError(
             problem.key, problem.value, problem.allowed, problem.file or path
@@ -154,7 +155,7 @@ def _load(path: Path) -> dict[str, Any]:
         raise SceneError("", None, f"is not TOML: {problem!s:.200}{hint}", path) from None
 
 
-def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+def _parts(document: Mapping[str, Any], folder: Path, instead: Shock | None) -> dict[str, Any]:
     for key, value in document.items():
         allowed = f"unknown key, allowed are the sections {', '.join(SECTIONS)}"
         require(key in SECTIONS, key, value, allowed + did_you_mean(key, SECTIONS))
@@ -163,12 +164,11 @@ def _parts(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     if "shock" in document and "striker" in document:
         allowed = "both sections are given, exactly one is allowed"
         raise SceneError("[shock] and [striker]", None, allowed)
-    require("shock" in document or "striker" in document, "[shock]", None, "missing section")
+    has_shock = "shock" in document or "striker" in document or instead is not None
+    require(has_shock, "[shock]", None, "missing section")
     parts: dict[str, Any] = {
         "chain": read_chain(document["chain"], folder),
-        "shock": _section("striker", document["striker"], Striker)
-        if "striker" in document
-        else _shock(document["shock"], folder),
+        "shock": instead or _shock_of(document, folder),
         "run": _section("run", document.get("run", {}), Run),
     }
     if "wall" in document:
@@ -199,6 +199,13 @@ def read_chain(section: Mapping[str, Any], folder: Path = Path()) -> Chain:
     plain = {key: value for key, value in section.items() if key != "segments"}
     defaults = _section("chain", plain, Chain, ("segments", "file"))
     return expand(defaults, section["segments"], quantities)
+
+
+def _shock_of(document: Mapping[str, Any], folder: Path) -> Shock:
+    """The striker or the shock, of which a document has one."""
+    if "striker" in document:
+        return _section("striker", document["striker"], Striker)
+    return _shock(document["shock"], folder)
 
 
 def _shock(section: Mapping[str, Any], folder: Path) -> Shock:

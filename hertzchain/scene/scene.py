@@ -86,7 +86,7 @@ class Scene:
         require(representable, "scene", None, allowed)
 
     @classmethod
-    def from_toml(cls, path: Path | str) -> Scene:
+    def from_toml(cls, path: Path | str, shock: Shock | None = None) -> Scene:
         """Read a scene file.
 
         Parameters
@@ -94,6 +94,8 @@ class Scene:
         path
             A TOML file with the sections chain, shock or striker and, optionally, wall,
             precompression, contact and run. Bare numbers are SI, strings carry units.
+        shock
+            Instead of that in the file, which then is not read; by default the file's.
 
         Raises
         ------
@@ -102,7 +104,7 @@ class Scene:
             names file, key, value and what is allowed.
         """
         path = Path(path)
-        parts = read_parts(path)
+        parts = read_parts(path, shock)
         try:
             return cls(**parts)
         except SceneError as problem:

@@ -1,0 +1,140 @@
+"""hertzchain pulse: a measured pulse made into a pulse table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hertzchain.cli.options import AsJson, remark_on_units
+from hertzchain.cli.output import console, print_json, progress, write_file
+
+
+def pulse(
+    recording: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RECORDING", help="Text file of an oscilloscope: columns of time and force."
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="Write the pulse table (CSV) of a scene."
+        ),
+    ] = None,
+    time: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN", help="Name or number of the column of times. Default: the first."
+        ),
+    ] = None,
+    force: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN", help="Name or number of the column of forces. Default: the next."
+        ),
+    ] = None,
+    time_unit: Annotated[
+        str | None,
+        typer.Option(metavar="UNIT", help="Of the times. Default: what the header says, or s."),
+    ] = None,
+    force_unit: Annotated[
+        str | None,
+        typer.Option(metavar="UNIT", help="Of the forces. Default: what the header says, or N."),
+    ] = None,
+    scale: Annotated[
+        float | None,
+        typer.Option(help="N for each unit of the column, such as N per volt; may be negative."),
+    ] = None,
+    baseline: Annotated[
+        float | None,
+        typer.Option(
+            help="What the column has without a force. Default: its mean before the pulse."
+        ),
+    ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help='Where the pulse starts in the file, seconds or with a unit ("-20 us"). Default:'
+            " where it leaves the noise.",
+        ),
+    ] = None,
+    end: Annotated[
+        str | None,
+        typer.Option(metavar="TIME", help="Where it ends. Default: where it is back in the noise."),
+    ] = None,
+    smooth: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="Smooth samples by cubic polynomials over this time (Savitzky, Golay).",
+        ),
+    ] = None,
+    scene: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="SCENE",
+            help="What the pulse is for, whatever shock the file has: says what noise and fewer"
+            " rows do to the peaks.",
+        ),
+    ] = None,
+    rtol: Annotated[
+        float | None,
+        typer.Option(
+            help="How much fewer rows may change the peaks. Default: 0.001 or, with --scene, as"
+            " much as noise does."
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw recording, baseline and rows (png, pdf, svg)."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Make a pulse table of a recording: without baseline, from start to end, with few rows.
+
+    Says what was changed, and what noise does to F0 and impulse and, with --scene, to LM_ratio and
+    the peaks. Comments, header, separator and decimal commas are told from the file.
+    """
+    from hertzchain.files import check_outputs, write_text
+    from hertzchain.pulses.measured import check_accuracy, measured_pulse
+    from hertzchain.pulses.recording import read_recording
+    from hertzchain.pulses.signal import Given, pulse_of
+    from hertzchain.report.figures import check_plot_format
+    from hertzchain.report.pulse import plot_pulse, print_pulse
+
+    check_outputs([recording, scene], [output, plot])
+    check_accuracy(rtol)
+    if plot is not None:
+        check_plot_format(plot)
+    read = read_recording(recording, time, force, time_unit, force_unit, scale)
+    times = {"--start": start, "--end": end, "--smooth": smooth}
+    given = Given(baseline, *(_seconds(option, text) for option, text in times.items()))
+    signal = pulse_of(read, given)
+    loaded = None
+    if scene is not None:
+        from hertzchain.pulses.measured import table_of
+        from hertzchain.scene.scene import Scene
+
+        loaded = Scene.from_toml(scene, shock=table_of(signal))
+        remark_on_units(loaded)
+    with progress() as report_progress:
+        report_progress("looking for few rows that keep the pulse")
+        found = measured_pulse(read, signal, rtol, loaded)
+    if output is not None:
+        write_text(output, found.to_text())
+    if as_json:
+        print_json(found.to_dict())
+    else:
+        print_pulse(console(), found)
+    write_file("Plot", plot, lambda path: plot_pulse(found, path))
+
+
+def _seconds(option: str, given: str | None) -> float | None:
+    """The time that an option says [s]."""
+    from hertzchain.scene.quantities import to_si
+
+    return None if given is None else to_si(option, given, "s")

@@ -1,0 +1,213 @@
+"""How a file of numbers in columns is laid out: separator, decimal sign, text lines, header."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hertzchain.errors import HertzchainError, did_you_mean
+from hertzchain.files import read_bytes
+
+_MOST_BYTES = 100_000_000
+"""Of a file; about three million samples."""
+
+_LOOKED_AT = 2000
+"""Lines from which the layout is told, at the beginning and at the end of a file each."""
+
+_LAYOUTS = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (" ", "."), (" ", ","))
+"""Separator of columns (a blank stands for any number of them) and decimal sign."""
+
+_NUMBERS = {
+    sign: re.compile(
+        rf"[-+]?(?:\d+{re.escape(sign)}?\d*|{re.escape(sign)}\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)",
+        re.IGNORECASE,
+    )
+    for sign in ".,"
+}
+
+_SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
+
+_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|_([A-Za-zµμ]+)$")
+"""At the end of the name of a column: "force [kN]", "Time (us)", "time_s"."""
+
+UNITS_OF_TIME = {
+    **dict.fromkeys(("s", "sec", "second", "seconds"), "s"),
+    **{name: name for name in ("ms", "us", "µs", "μs", "ns")},
+}
+UNITS_OF_FORCE = {
+    **dict.fromkeys(("N", "newton", "newtons"), "N"),
+    **{name: name for name in ("kN", "mN", "MN")},
+}
+VOLTAGES = ("V", "mV", "volt", "volts", "kV", "uV", "µV", "pC", "mA", "ampere")
+"""What a signal is before it is a force, in headers."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How the numbers of a file are to be read.
+
+    Parameters
+    ----------
+    separator, decimal
+        Between columns (a blank stands for any number of them), and in numbers.
+    columns
+        How many there are.
+    names, units
+        Of the columns, from the header; empty texts where it says none.
+    numeric
+        Columns that hold numbers, from 0.
+    """
+
+    separator: str
+    decimal: str
+    columns: int
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    numeric: tuple[int, ...]
+
+    def split(self, line: str) -> list[str]:
+        """The cells of a line."""
+        return _split(line, self.separator)
+
+    def is_number(self, cell: str) -> bool:
+        """Whether a cell holds a number."""
+        return _NUMBERS[self.decimal].fullmatch(cell) is not None
+
+    def to_float(self, cell: str) -> float:
+        """The number in a cell; a ValueError where there is none."""
+        return float(cell.replace(",", ".") if self.decimal == "," else cell)
+
+    def name(self, column: int) -> str:
+        """A column as messages call it, by number and name."""
+        return f"{column + 1} ({self.names[column]})" if self.names[column] else f"{column + 1}"
+
+    def find(self, option: str, wanted: str) -> int:
+        """The column that an option names or numbers; a HertzchainError lists the columns."""
+        if wanted.isdecimal() and 1 <= int(wanted) <= self.columns:
+            return int(wanted) - 1
+        bare = [_bare(name) for name in self.names]
+        for known in (self.names, bare, [name.lower() for name in bare]):
+            same = wanted.lower() if known is not self.names and known is not bare else wanted
+            if list(known).count(same) == 1:
+                return list(known).index(same)
+        listed = ", ".join(self.name(column) for column in range(self.columns))
+        hint = did_you_mean(wanted, [name for name in self.names if name])
+        raise HertzchainError(f"{option} {wanted}: no such column, there are {listed}{hint}")
+
+    def describe(self) -> str:
+        """Separator and decimal sign in words."""
+        sign = ", decimal commas" if self.decimal == "," else ""
+        return f"{_SEPARATORS[self.separator]} between columns{sign}"
+
+
+def read_lines(path: Path) -> list[str]:
+    """The lines of a text file in any usual encoding; a HertzchainError says why there are none."""
+    try:
+        content = read_bytes(path, _MOST_BYTES)
+    except (OSError, ValueError) as problem:  # ValueError: no name of a file
+        reason = getattr(problem, "strerror", None) or problem
+        raise HertzchainError(f"{path}: cannot be read ({reason}); must be a text file") from None
+    if content.startswith(b"PK\x03\x04"):
+        raise HertzchainError(f"{path}: is a spreadsheet or an archive; save it as CSV first")
+    try:
+        if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            return content.decode("utf-16").splitlines()
+        if b"\0" in content:
+            raise HertzchainError(f"{path}: is not a text file; export the recording as CSV")
+        return content.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        return content.decode("latin-1").splitlines()
+
+
+def is_comment(line: str) -> bool:
+    """Whether a line is empty or a comment, whatever the layout."""
+    return line.lstrip()[:1] in ("", "#", "%")
+
+
+def layout_of(path: Path, lines: Sequence[str]) -> Layout:
+    """The layout in which most lines are numbers in at least two columns.
+
+    A HertzchainError says that there is none.
+    """
+    looked_at = [line for line in lines[:_LOOKED_AT] if not is_comment(line)]
+    looked_at += [line for line in lines[_LOOKED_AT:][-_LOOKED_AT:] if not is_comment(line)]
+    best = max(_LAYOUTS, key=lambda layout: _fitting(looked_at, *layout))  # of equals the first
+    if not any(_fitting(looked_at, *best)):
+        raise HertzchainError(
+            f"{path}: no line has numbers in two columns; must be a text file with columns of time"
+            " and force"
+        )
+    separator, decimal = best
+    cells = [_split(line, separator) for line in looked_at]
+    number = _NUMBERS[decimal]
+    rows = [row for row in cells if sum(map(bool, map(number.fullmatch, row))) >= 2]
+    columns = Counter(map(len, rows)).most_common(1)[0][0]
+    numeric = tuple(
+        column
+        for column in range(columns)
+        if sum(column < len(row) and number.fullmatch(row[column]) is not None for row in rows)
+        > len(rows) / 2
+    )
+    names, units = _header(lines, separator, number, columns)
+    return Layout(separator, decimal, columns, names, units, numeric)
+
+
+def _split(line: str, separator: str) -> list[str]:
+    line = line.partition("#")[0].strip("\r\n ")
+    if separator == " ":
+        return line.split()
+    return [cell.strip().strip('"').strip() for cell in line.split(separator)]
+
+
+def _fitting(lines: Sequence[str], separator: str, decimal: str) -> tuple[int, int]:
+    """How many lines are numbers alone, and how many have two: at least two columns of them."""
+    alone = two = 0
+    number = _NUMBERS[decimal]
+    for line in lines:
+        cells = [cell for cell in _split(line, separator) if cell]
+        numbers = sum(number.fullmatch(cell) is not None for cell in cells)
+        if numbers >= 2:
+            two += 1
+            alone += numbers == len(cells)
+    return alone, two
+
+
+def _header(
+    lines: Sequence[str], separator: str, number: re.Pattern[str], columns: int
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names and units of the columns, from the last text lines before the numbers."""
+    texts: list[list[str]] = []
+    for line in lines:
+        cells = _split(line.lstrip().lstrip("#%").lstrip(), separator)
+        if len(cells) == columns:
+            if sum(number.fullmatch(cell) is not None for cell in cells) >= 2:
+                break
+            if all(cells) and not any(map(number.fullmatch, cells)):
+                texts.append(cells)
+    if not texts:
+        return ("",) * columns, ("",) * columns
+    names = texts[-1]
+    if len(texts) > 1 and all(map(_as_unit, names)):  # a line of units below the names
+        return tuple(texts[-2]), tuple(map(_as_unit, names))
+    return tuple(names), tuple(_unit_of(name) for name in names)
+
+
+def _as_unit(cell: str) -> str:
+    """The unit that a cell is, in brackets or not; empty where it is none that is known here."""
+    bare = cell.strip("[]() ")
+    known = {**UNITS_OF_TIME, **UNITS_OF_FORCE, **{name: name for name in VOLTAGES}}
+    return known.get(bare, known.get(bare.lower(), "") if len(bare) > 3 else "")
+
+
+def _unit_of(name: str) -> str:
+    """The unit at the end of the name of a column; empty where there is none that is known."""
+    found = _UNIT.search(name)
+    return _as_unit(found[1] or found[2]) if found else ""
+
+
+def _bare(name: str) -> str:
+    """The name of a column without its unit."""
+    return _UNIT.sub("", name).strip() if _unit_of(name) else name

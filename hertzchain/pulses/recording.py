@@ -1,0 +1,206 @@
+"""A recording: time and force of a measured pulse, as its file has them, in SI units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import HertzchainError, SceneError, is_finite, require
+from hertzchain.pulses.layout import (
+    UNITS_OF_FORCE,
+    UNITS_OF_TIME,
+    Layout,
+    is_comment,
+    layout_of,
+    read_lines,
+)
+from hertzchain.scene.quantities import to_si
+
+LEAST_SAMPLES = 8  # fewer are no recording; chosen
+_SHOWN = 3  # complaints about lines that are shown
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A measured signal.
+
+    Parameters
+    ----------
+    time
+        Increasing times as in the file [s], shape (samples,).
+    force
+        Before anything is taken off [N], shape (samples,).
+    newtons
+        N for each unit of the column of forces.
+    facts
+        How the file was read, as labels and texts.
+    """
+
+    time: FloatArray
+    force: FloatArray
+    newtons: float
+    facts: tuple[tuple[str, str], ...]
+
+
+def read_recording(
+    path: Path,
+    time: str | None = None,
+    force: str | None = None,
+    time_unit: str | None = None,
+    force_unit: str | None = None,
+    scale: float | None = None,
+) -> Recording:
+    """Read a text file with columns of time and force, whatever its layout.
+
+    Parameters
+    ----------
+    path
+        The file.
+    time, force
+        Names or numbers, from 1, of the columns; by default the first two that hold numbers.
+    time_unit, force_unit
+        Of the columns; by default what the header says, or s and N.
+    scale
+        What to multiply forces with, as N for each volt.
+
+    Raises
+    ------
+    HertzchainError
+        With all that is wrong with the lines of the file, or for a column or a unit that cannot
+        be.
+    """
+    lines = read_lines(path)
+    layout = layout_of(path, lines)
+    numeric = iter(layout.numeric)
+    first = layout.find("--time", time) if time is not None else next(numeric)
+    second = (
+        layout.find("--force", force)
+        if force is not None
+        else next((column for column in numeric if column != first), -1)
+    )
+    if second in (-1, first):
+        raise HertzchainError(
+            f"{path}: time and force must be two columns of numbers; name them with --time and"
+            " --force"
+        )
+    seconds, unit_of_time = _unit("--time-unit", time_unit, layout.units[first], UNITS_OF_TIME, "s")
+    newtons, unit_of_force = _unit_of_force(layout, second, force_unit, scale)
+    begin, values = _read(path, lines, layout, (first, second))
+    texts = sum(bool(line.strip()) for line in lines[:begin])
+    facts = (
+        ("file", f"{path}: {len(values):,} samples, {layout.describe()}"),
+        *((("text before the numbers", f"{texts} lines"),) if texts else ()),
+        ("time", f"column {layout.name(first)}, {unit_of_time}"),
+        ("force", f"column {layout.name(second)}, {unit_of_force}"),
+    )
+    return Recording(values[:, 0] * seconds, values[:, 1] * newtons, newtons, facts)
+
+
+def _unit(
+    option: str, given: str | None, of_header: str, known: dict[str, str], unit: str
+) -> tuple[float, str]:
+    """What a unit is worth in SI units, and what to say of it."""
+    if given is not None:
+        worth = to_si(option, f"1 {given}", unit)
+        require(is_finite(worth) and worth > 0, option, given, f"must be a unit such as {unit}")
+        return worth, f"in {given}"
+    if of_header in known.values():
+        return to_si(option, f"1 {of_header}", unit), f"in {of_header} (header)"
+    return 1.0, f"taken as {unit}"
+
+
+def _unit_of_force(
+    layout: Layout, column: int, given: str | None, scale: float | None
+) -> tuple[float, str]:
+    of_header = layout.units[column]
+    if scale is None:
+        if given is None and of_header and of_header not in UNITS_OF_FORCE.values():
+            raise HertzchainError(
+                f"column {layout.name(column)} is in {of_header}: say with --scale how many N one"
+                f" {of_header} is"
+            )
+        return _unit("--force-unit", given, of_header, UNITS_OF_FORCE, "N")
+    right = is_finite(scale) and scale != 0
+    require(right, "--scale", scale, "must be a finite number other than 0")
+    worth, _ = _unit("--force-unit", given, "", UNITS_OF_FORCE, "N")
+    return worth * scale, f"times {scale:g} {given or 'N'}"
+
+
+def _read(
+    path: Path, lines: list[str], layout: Layout, columns: tuple[int, int]
+) -> tuple[int, FloatArray]:
+    """The line from 0 where numbers begin, and times and forces, shape (samples, 2)."""
+    cells: list[tuple[int, list[str]]] = []
+    begin = None
+    for number, line in enumerate(lines):
+        if is_comment(line):
+            continue
+        row = layout.split(line)
+        if begin is None:
+            if not all(column < len(row) and layout.is_number(row[column]) for column in columns):
+                continue
+            begin = number
+        if not (line.lstrip().startswith(";") and not _holds(row, columns)):
+            cells.append((number + 1, row))
+    if begin is None or len(cells) < LEAST_SAMPLES:
+        named = " and ".join(layout.name(column) for column in columns)
+        raise HertzchainError(
+            f"{path}: {len(cells)} lines have numbers in the columns {named}, must be at least"
+            f" {LEAST_SAMPLES}; name the columns with --time and --force"
+        )
+    try:
+        values = np.array([[layout.to_float(row[k]) for k in columns] for _, row in cells])
+        right = bool(np.all(np.isfinite(values)) and np.all(np.diff(values[:, 0]) > 0))
+    except (ValueError, IndexError):
+        right = False
+    if not right:
+        _complain(path, _complaints(cells, layout, columns))
+    return begin, values
+
+
+def _holds(row: list[str], columns: Iterable[int]) -> bool:
+    return all(column < len(row) and row[column] for column in columns)
+
+
+def _complaints(
+    cells: list[tuple[int, list[str]]], layout: Layout, columns: tuple[int, int]
+) -> list[str]:
+    """What is wrong with lines, in their order."""
+    wrong: list[tuple[int, str]] = []
+    times: list[tuple[int, float, str]] = []
+    for number, row in cells:
+        values = []
+        for column in columns:
+            cell = row[column] if column < len(row) else ""
+            try:
+                value = layout.to_float(cell) if layout.is_number(cell) else None
+            except ValueError:
+                value = None
+            if value is None:
+                what = f"{cell[:20]!r} is no number" if cell else f"no column {column + 1}"
+                wrong.append((number, what))
+            elif not math.isfinite(value):
+                wrong.append((number, f"{cell} is not finite"))
+                value = None
+            values.append(value)
+        if values[0] is not None:
+            times.append((number, values[0], row[columns[0]]))
+    for (_, before, text_before), (number, time, text) in pairwise(times):
+        if time <= before:
+            wrong.append((number, f"the time {text} is not above {text_before} before it"))
+    return [f"line {number}: {what}" for number, what in sorted(wrong)]
+
+
+def _complain(path: Path, complaints: list[str]) -> None:
+    shown = "; ".join(complaints[:_SHOWN])
+    more = f"; and {len(complaints) - _SHOWN:,} more" if len(complaints) > _SHOWN else ""
+    advice = "correct these lines or delete them"
+    if complaints and all("is not above" in one for one in complaints):
+        advice = "times must increase: export them with more digits, or name another column"
+    raise SceneError("", None, f"{shown}{more}; {advice}", path)

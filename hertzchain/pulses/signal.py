@@ -1,0 +1,267 @@
+"""The pulse in a recording: without its baseline, from its start to its end, never negative."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import HertzchainError, is_finite, require
+from hertzchain.pulses.noise import LEAST, Noise, noise_before, noise_within, resolution_of
+from hertzchain.pulses.recording import LEAST_SAMPLES, Recording
+
+_LEAVES_NOISE = 4.0
+"""Standard deviations of averages: Gaussian noise exceeds them in 3 of 100,000; chosen."""
+
+_WINDOWS = 50  # averages over a width of the pulse; chosen: one moves its corners by a hundredth
+_UNEVEN = 0.01  # steps of the time may differ by so much where samples are smoothed; chosen
+_SMOOTHING_ORDER = 3  # of Savitzky and Golay's polynomials: crests and slopes keep their height
+_MOST_SAMPLES = 20_000  # more in a pulse are averaged, 2 and more at a time; chosen
+
+
+@dataclass(frozen=True)
+class Given:
+    """What is known of a pulse beforehand.
+
+    Parameters
+    ----------
+    baseline
+        What the file has where no force acts, in the unit of its column; by default the mean of
+        what is before the pulse.
+    start, end
+        Times in the recording [s]; by default where averages of the force leave the noise, and
+        where they are last above it.
+    smooth
+        Width of the window in which Savitzky and Golay's cubic polynomials smooth the samples
+        [s]; by default nothing is smoothed.
+    """
+
+    baseline: float | None = None
+    start: float | None = None
+    end: float | None = None
+    smooth: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """The pulse in a recording.
+
+    Parameters
+    ----------
+    time
+        Of its samples from its start, which is 0 [s], shape (samples,).
+    force
+        Without the baseline, at least 0 [N], shape (samples,).
+    start
+        Its start in the recording [s].
+    baseline
+        What was taken off [N].
+    baseline_samples
+        From how many samples it is the mean; 0 where it is given or nothing was taken off.
+    noise
+        Of the force.
+    given
+        What was known of the pulse beforehand.
+    left_out
+        Impulse of the recording before the start and after the end [N s].
+    remarks
+        What was changed and what to look at, as labels and texts.
+    """
+
+    time: FloatArray
+    force: FloatArray
+    start: float
+    baseline: float
+    baseline_samples: int
+    noise: Noise
+    given: Given
+    left_out: tuple[float, float]
+    remarks: tuple[tuple[str, str], ...]
+
+
+def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
+    """The pulse in a recording.
+
+    Raises
+    ------
+    HertzchainError
+        Where there is no pulse, or one that pulls, or for an option that cannot be.
+    """
+    time, force = recording.time, recording.force
+    step = float(time[-1] - time[0]) / (time.size - 1)
+    remarks: list[tuple[str, str]] = []
+    resolution = resolution_of(force)
+    start, end = given.start, given.end
+    if given.smooth is not None:
+        force, width = _smoothed(time, force, step, given.smooth)
+        remarks.append(("smoothed", f"cubic polynomials over {width} samples (Savitzky, Golay)"))
+    known = None if given.baseline is None else given.baseline * recording.newtons
+    level, crest = _rough_level(force, known), int(np.argmax(force))
+    _refuse_pull(force, level)
+    rising, falling = _half_heights(force, level, crest)
+    window = max(1, (falling - rising) // _WINDOWS) // 2 * 2 + 1
+    averages = averaged(force, window)
+    before = rising // 2 if start is None else int(np.searchsorted(time, start))
+    for _ in range(3):  # the samples before the pulse, then its start by what they are
+        level, noise = _noise(force, before, known, step, resolution)
+        if start is not None:
+            break
+        limit = level + _threshold(noise, window, step, float(force[crest]) - level)
+        quiet = np.flatnonzero(averages[: rising + 1] <= limit)
+        first = int(quiet[-1]) if quiet.size else 0
+        before = max(0, first - window)
+    first, last = _ends(time, start, end, first if start is None else before)
+    limit = _threshold(noise, window, step, float(force[crest]) - level)
+    if end is None:
+        above = np.flatnonzero(averages > level + limit)
+        last = min(int(above[-1]) + 1, time.size - 1)
+    if not first <= crest <= last or last - first + 1 < LEAST_SAMPLES:
+        raise HertzchainError(
+            f"from {time[first]:.6g} s to {time[last]:.6g} s there are {max(0, last - first + 1)}"
+            f" samples, without the largest force at {time[crest]:.6g} s or fewer than"
+            f" {LEAST_SAMPLES}; give --start and --end around the pulse, in times of the file"
+        )
+    samples = before if known is None and before >= LEAST else 0
+    inside = force[first : last + 1] - level
+    clean = without_negative(inside, window, limit)
+    clock = time[first : last + 1] - time[first]
+    left = (
+        float(np.trapezoid(force[: first + 1] - level, time[: first + 1])),
+        float(np.trapezoid(force[last:] - level, time[last:])),
+    )
+    remarks += _remarks(recording, inside, known, level, noise, samples)
+    many = -(-clean.size // _MOST_SAMPLES)
+    if many > 1:
+        clock, clean = binned(clock, many), binned(clean, many)
+        clock -= clock[0]
+        remarks.append(("averaged", f"{many} samples at a time, to {clean.size:,}"))
+    return Signal(
+        clock, clean, float(time[first]), level, samples, noise, given, left, tuple(remarks)
+    )
+
+
+def averaged(values: FloatArray, window: int) -> FloatArray:
+    """Means over an odd number of samples, of fewer at the ends; shape as the values."""
+    half = window // 2
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    at = np.arange(values.size)
+    low, high = np.maximum(at - half, 0), np.minimum(at + half + 1, values.size)
+    found: FloatArray = (total[high] - total[low]) / (high - low)
+    return found
+
+
+def without_negative(force: FloatArray, window: int, limit: float) -> FloatArray:
+    """The force with nothing below 0: what averages less than ``limit`` is averaged first.
+
+    Noise about 0 whose negative half alone is set to 0 would add to the impulse.
+    """
+    averages = averaged(force, window)
+    return np.maximum(np.where(averages < limit, averages, force), 0.0)
+
+
+def _smoothed(
+    time: FloatArray, force: FloatArray, step: float, smooth: float
+) -> tuple[FloatArray, int]:
+    from scipy.signal import savgol_filter
+
+    uneven = float(np.abs(np.diff(time) / step - 1.0).max())
+    if uneven > _UNEVEN:
+        raise HertzchainError(
+            f"--smooth needs samples at equal times; here steps differ by {uneven:.2g} of the mean"
+        )
+    width = round(smooth / step) // 2 * 2 + 1
+    possible = _SMOOTHING_ORDER < width <= time.size
+    allowed = f"must be from {4 * step:.3g} s to the length of the recording: more than 3 samples"
+    require(possible, "--smooth", smooth, allowed)
+    return np.asarray(savgol_filter(force, width, _SMOOTHING_ORDER), np.float64), width
+
+
+def _rough_level(force: FloatArray, given: float | None) -> float:
+    """About what is measured without a force [N]: the median of the first samples."""
+    crest = int(np.argmax(np.abs(force - np.median(force[:LEAST_SAMPLES]))))
+    return float(np.median(force[: max(LEAST_SAMPLES, crest // 8)])) if given is None else given
+
+
+def _refuse_pull(force: FloatArray, level: float) -> None:
+    up, down = float(force.max()) - level, level - float(force.min())
+    if down > up:
+        raise HertzchainError(
+            f"the largest signal, {-down:.3g} N, pulls; a pulse pushes: turn it with --scale (-1,"
+            " or N for each unit with a minus)"
+        )
+    if up == 0:
+        raise HertzchainError("all forces are equal: there is no pulse in this column")
+
+
+def _half_heights(force: FloatArray, level: float, crest: int) -> tuple[int, int]:
+    """Where the force rises above half its height before the crest, and falls below it after."""
+    below = force < level + 0.5 * (force[crest] - level)
+    before, after = np.flatnonzero(below[:crest]), np.flatnonzero(below[crest:])
+    rising = int(before[-1]) if before.size else 0
+    return rising, crest + int(after[0]) if after.size else force.size - 1
+
+
+def _noise(
+    force: FloatArray, before: int, given: float | None, step: float, resolution: float
+) -> tuple[float, Noise]:
+    """The baseline [N] and the noise, from so many samples before the pulse if they suffice."""
+    if before < LEAST:
+        return given or 0.0, noise_within(force, step, resolution)
+    quiet = force[:before]
+    return float(quiet.mean()) if given is None else given, noise_before(quiet, step, resolution)
+
+
+def _threshold(noise: Noise, window: int, step: float, height: float) -> float:
+    """What averages over a window have to exceed [N]; where there is no noise, round-off."""
+    of_averages = min(noise.deviation, noise.density / np.sqrt(window * step))
+    return max(_LEAVES_NOISE * float(of_averages), 1e-9 * height)
+
+
+def _ends(time: FloatArray, start: float | None, end: float | None, first: int) -> tuple[int, int]:
+    """The first and the last sample of the pulse, from what is given."""
+    for option, value in (("--start", start), ("--end", end)):
+        if value is not None:
+            inside = is_finite(value) and time[0] <= value <= time[-1]
+            allowed = f"must be a time of the file, {time[0]:.6g} to {time[-1]:.6g} s"
+            require(inside, option, value, allowed)
+    last = time.size - 1
+    if end is not None:
+        last = int(np.searchsorted(time, end, side="right")) - 1
+    return first, last
+
+
+def binned(values: FloatArray, many: int) -> FloatArray:
+    """Means of so many values at a time; what is left over at the end is one of its own."""
+    starts: NDArray[np.intp] = np.arange(0, values.size, many)
+    found: FloatArray = np.add.reduceat(values, starts) / np.diff(np.append(starts, values.size))
+    return found
+
+
+def _remarks(
+    recording: Recording,
+    inside: FloatArray,
+    given: float | None,
+    level: float,
+    noise: Noise,
+    samples: int,
+) -> list[tuple[str, str]]:
+    if given is not None:
+        source = "given"
+    elif samples:
+        source = f"mean of {samples:,} samples before the pulse"
+    else:
+        source = "none taken off: fewer than 16 samples before the pulse"
+    of_column = level / recording.newtons
+    shown = f"{of_column:.4g} in the file, " if recording.newtons != 1.0 else ""
+    how = "before the pulse" if noise.samples.size else "as samples scatter about their neighbours"
+    remarks = [
+        ("baseline", f"{shown}{level:.4g} N ({source})"),
+        ("noise", f"{noise.deviation:.2g} N, standard deviation {how}"),
+    ]
+    if negative := int(np.count_nonzero(inside < 0)):
+        remarks.append(
+            ("samples below 0", f"{negative:,}, the lowest {inside.min():.3g} N: set to 0")
+        )
+    return remarks

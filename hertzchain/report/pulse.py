@@ -1,0 +1,118 @@
+"""A measured pulse as text for a terminal, and as a plot."""
+
+from __future__ import annotations
+
+from math import floor, log10
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hertzchain.files import write_with
+from hertzchain.pulses.measured import MeasuredPulse, Value
+from hertzchain.report import style
+from hertzchain.report.console import print_facts, table
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+_SHOWN = 10  # contacts
+
+
+def print_pulse(console: Console, pulse: MeasuredPulse) -> None:
+    """Print how a recording was read, what was changed, and the numbers of the pulse."""
+    signal = pulse.signal
+    before, after = (impulse / pulse.impulse.value for impulse in signal.left_out)
+    end = signal.start + pulse.table.time[-1]
+    rows = f"{signal.time.size:,} before, {len(pulse.table.time):,} now"
+    facts = [
+        *pulse.recording.facts,
+        *signal.remarks,
+        ("pulse", f"from {signal.start:.6g} s to {end:.6g} s of the file; its start is now 0"),
+        ("impulse left out", f"{before:.2%} before the pulse, {after:.2%} after it"),
+        ("rows", f"{rows}; {_how_judged(pulse)}"),
+        ("F0", _with_deviation(pulse.peak_force, "N")),
+        ("impulse", _with_deviation(pulse.impulse, "N s")),
+        ("rise time, 10 % to 90 %", _with_deviation(pulse.rise_time, "s")),
+    ]
+    if pulse.in_scene is not None:
+        facts.append(("LM_ratio", _with_deviation(pulse.in_scene.momentum_ratio)))
+    print_facts(console, facts)
+    console.print("± is one standard deviation, of noise, baseline and the rows that they lead to.")
+    if pulse.in_scene is None:
+        return
+    found = pulse.in_scene
+    shown = list(enumerate(found.peak_force[:_SHOWN]))
+    rows_of_peaks = [
+        (str(k + 2), f"{force:.6g}", f"{found.deviation[k]:#.2g}") for k, force in shown
+    ]
+    console.print()
+    header = ("contact", "peak force [N]", "± [N]")
+    console.print(table(header, rows_of_peaks))
+    if left := found.peak_force.size - len(shown):
+        console.print(f"({left} more contacts, to {found.peak_force.size + 1}, in --json)")
+
+
+def _how_judged(pulse: MeasuredPulse) -> str:
+    """How much fewer rows change the peaks, or may."""
+    if pulse.in_scene is None:
+        return f"chosen to change peaks by less than {pulse.wanted:.2g}; --scene measures it"
+    return f"they change the peaks by {pulse.in_scene.change:.1e}, allowed {pulse.wanted:.1e}"
+
+
+def _with_deviation(value: Value, unit: str = "") -> str:
+    """A value with its standard deviation, both to the second digit of that."""
+    end = f" {unit}" if unit else ""
+    if not 0 < value.deviation < abs(value.value):
+        return f"{value.value:.6g} ± {value.deviation:.2g}{end}"
+    digits = floor(log10(abs(value.value))) - floor(log10(value.deviation)) + 2
+    shown = f"{value.value:#.{min(digits, 9)}g}".rstrip(".")
+    return f"{shown} ± {value.deviation:#.2g}{end}"
+
+
+def plot_pulse(pulse: MeasuredPulse, path: Path | str) -> None:
+    """Draw the recording, its baseline and the rows, in the format of the suffix.
+
+    Below is the difference of the samples from the rows.
+    """
+    from matplotlib.figure import Figure
+
+    signal, table = pulse.signal, pulse.table
+    clock, unit = _scale_of_time(table.time[-1])
+    figure = Figure(figsize=(8, 7), layout="constrained", dpi=150)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.4))
+    time = (pulse.recording.time - signal.start) * clock
+    label = f"recording, {time.size:,} samples"
+    raw = {"color": "0.6", "linewidth": 0.6, "marker": ".", "markersize": 1.5}
+    above.plot(time, pulse.recording.force, **raw, label=label)
+    above.axhline(signal.baseline, color="#D55E00", linewidth=0.9, linestyle="--", label="baseline")
+    rows = {"color": style.COLOURS["native"], "marker": "o", "markersize": 3.5, "linewidth": 1.3}
+    corners = np.array(table.time) * clock
+    label = f"pulse, {corners.size} rows"
+    above.plot(corners, np.array(table.force) + signal.baseline, **rows, label=label)
+    off = signal.force - np.interp(signal.time, table.time, table.force)
+    below.plot(signal.time * clock, off, color="0.45", linewidth=0.6, label="samples less rows")
+    for factor in (-1, 1):
+        level = factor * signal.noise.deviation
+        name = "noise, standard deviation" if factor > 0 else "_"  # which no legend shows
+        below.axhline(level, color="#D55E00", linewidth=0.9, linestyle=":", label=name)
+    duration = corners[-1]
+    above.set_xlim(max(time[0], -0.3 * duration), min(time[-1], 1.3 * duration))
+    above.set_title(
+        f"F0 = {_with_deviation(pulse.peak_force, 'N')},"
+        f" impulse = {_with_deviation(pulse.impulse, 'N s')}",
+        fontsize=10,
+    )
+    above.set_ylabel("force, with the baseline [N]")
+    below.set_xlabel(f"time since the start of the pulse [{unit}]")
+    below.set_ylabel("difference [N]")
+    for axes in (above, below):
+        axes.legend(fontsize=8)
+        axes.grid(alpha=0.25)
+    write_with(path, figure.savefig)
+
+
+def _scale_of_time(duration: float) -> tuple[float, str]:
+    """How many of which unit a second is, so that a duration is at least 1."""
+    units = ((1.0, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns"))
+    return next(((scale, unit) for scale, unit in units if duration * scale >= 1), units[-1])

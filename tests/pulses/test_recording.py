@@ -1,0 +1,188 @@
+"""Files of all layouts are read, and what is wrong with one is said at once."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hertzchain.errors import HertzchainError
+from hertzchain.pulses.recording import Recording, read_recording
+from tests.recordings import GAIN, OFFSET, sine_squared, times, write_scope
+
+TIME = [k * 0.5 for k in range(10)]  # [ms] or [s]
+FORCE = [0.25 * k for k in range(10)]
+
+
+def written(path: Path, line: str, header: str = "", comma: bool = False) -> Path:
+    """A file with rows of a format of {t} and {f}."""
+    rows = [line.format(t=t, f=f) for t, f in zip(TIME, FORCE, strict=True)]
+    text = "\n".join(row.replace(".", ",") if comma else row for row in rows)
+    path.write_text(header + text + "\n", encoding="utf-8")
+    return path
+
+
+def assert_read(recording: Recording, time: float = 1.0, force: float = 1.0) -> None:
+    """Assert the times and forces of ``written`` in other units: products of two are rounded."""
+    np.testing.assert_allclose(recording.time, np.array(TIME) * time, rtol=1e-15)
+    np.testing.assert_allclose(recording.force, np.array(FORCE) * force, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("line", "header", "comma"),
+    [
+        ("{t},{f}", "", False),
+        ("{t},{f}", "time_s,force_N\n", False),
+        ("{t};{f}", "", False),
+        ("{t};{f}", "", True),
+        ("{t};{f};", "", True),
+        ("{t}\t{f}", "", False),
+        ("{t}\t{f}", "", True),
+        ("{t} {f}", "", False),
+        ("  {t}    {f}  ", "", True),
+        ('"{t}","{f}"', '"Time","Force"\n', False),
+        ("{t}, {f}", "# a comment\n% another\n\n", False),
+        ("{t};{f}", "; a comment\n", False),
+        ("{t:e};{f:e}", "", True),
+        ("{t},{f} # remark", "", False),
+        ("{t},{f},9.5,text", "Time,Force,CH2,State\n", False),
+        ("{t};{f}", "Model;3;4,5\nInterval;0,5\nTime;Force\n", True),
+        ("{t},{f}", "\ufeff", False),
+    ],
+)
+def test_a_layout_is_told_from_the_file(
+    line: str, header: str, comma: bool, tmp_path: Path
+) -> None:
+    assert_read(read_recording(written(tmp_path / "a.csv", line, header, comma)))
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "latin-1"])
+def test_other_encodings(encoding: str, tmp_path: Path) -> None:
+    path = written(tmp_path / "a.csv", "{t},{f}", "Zeit [µs],Kraft [N]\n")
+    path.write_bytes(path.read_text(encoding="utf-8").encode(encoding))
+    assert_read(read_recording(path), time=1e-6)
+
+
+@pytest.mark.parametrize("end", ["\r\n", "\r"])
+def test_ends_of_lines(end: str, tmp_path: Path) -> None:
+    path = written(tmp_path / "a.csv", "{t},{f}", "Time,Force\n")
+    path.write_bytes(path.read_bytes().replace(b"\n", end.encode()))
+    assert_read(read_recording(path))
+
+
+@pytest.mark.parametrize(
+    ("header", "time", "force"),
+    [
+        ("Time [ms],Force [kN]", 1e-3, 1e3),
+        ("t (us),F (mN)", 1e-6, 1e-3),
+        ("time_ns,force_N", 1e-9, 1.0),
+        ("Time,Load\nms,N", 1e-3, 1.0),
+        ("Time,Load\n[ms],[kN]", 1e-3, 1e3),
+        ("Time,Load\nSecond,Newton", 1.0, 1.0),
+    ],
+)
+def test_units_of_the_header(header: str, time: float, force: float, tmp_path: Path) -> None:
+    path = written(tmp_path / "a.csv", "{t},{f}", header + "\n")
+    assert_read(read_recording(path), time, force)
+
+
+def test_units_and_scale_of_options(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.csv", "{t},{f}", "time_ms,force_kN\n")
+    assert_read(read_recording(path, time_unit="us", force_unit="mN"), 1e-6, 1e-3)
+    assert_read(read_recording(path, scale=-2.0, force_unit="kN"), 1e-3, -2e3)
+    for option, unit in (
+        ("--time-unit", {"time_unit": "N"}),
+        ("--force-unit", {"force_unit": "s"}),
+    ):
+        with pytest.raises(HertzchainError, match=f"^{option} = .*wrong dimension"):
+            read_recording(path, **unit)  # type: ignore[arg-type]
+    with pytest.raises(HertzchainError, match=r"--scale = 0\.0: must be"):
+        read_recording(path, scale=0.0)
+
+
+def test_volts_need_a_scale(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.csv", "{t},{f}", "Time,CH1\ns,Volt\n")
+    with pytest.raises(HertzchainError, match=r"column 2 \(CH1\) is in volt: say with --scale"):
+        read_recording(path)
+    assert_read(read_recording(path, scale=25.0), 1.0, 25.0)
+
+
+def test_columns_by_name_and_number(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.csv", "7,{f},8,{t}", "No,Load [kN],CH2,Time (ms)\n")
+    for force in ("2", "Load [kN]", "Load", "load"):
+        assert_read(read_recording(path, time="Time", force=force), 1e-3, 1e3)
+    with pytest.raises(HertzchainError) as wrong:
+        read_recording(path, time="Tme (ms)")
+    assert str(wrong.value) == (
+        "--time Tme (ms): no such column, there are 1 (No), 2 (Load [kN]), 3 (CH2), 4 (Time (ms))"
+        "; did you mean Time (ms)?"
+    )
+    for number in ("0", "5"):
+        with pytest.raises(HertzchainError, match="no such column"):
+            read_recording(path, force=number)
+    with pytest.raises(HertzchainError, match="must be two columns"):
+        read_recording(path, time="4", force="4")
+
+
+def test_settings_next_to_the_first_samples(tmp_path: Path) -> None:
+    """Tektronix writes them into the first three columns."""
+    rows = [f",,,{t},{f}," for t, f in zip(TIME, FORCE, strict=True)]
+    rows[0] = f"Record Length,1.0e+01,Points,{TIME[0]},{FORCE[0]},"
+    rows[1] = f"Sample Interval,0.5,s,{TIME[1]},{FORCE[1]},"
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(rows), encoding="utf-8")
+    assert_read(read_recording(path))
+
+
+def test_the_file_of_an_oscilloscope(tmp_path: Path) -> None:
+    found = read_recording(write_scope(tmp_path / "scope.csv", noise=0.0), scale=GAIN)
+    # Four decimals of us and of V.
+    np.testing.assert_allclose(found.time, times(2000), atol=0.51e-10)
+    expected = sine_squared(times(2000)) + OFFSET * GAIN
+    np.testing.assert_allclose(found.force, expected, atol=0.51e-4 * GAIN)
+    assert dict(found.facts)["time"] == "column 1 (Time), in us (header)"
+
+
+def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.csv", "{t};{f}", "Time;Force\n")
+    lines = path.read_text(encoding="utf-8").split("\n")
+    lines[2], lines[4], lines[6], lines[8] = "0.5;abc", "1.5", "0.1;1.25", "3.5;nan"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(HertzchainError) as wrong:
+        read_recording(path)
+    assert str(wrong.value) == (
+        f"{path}: line 3: 'abc' is no number; line 5: no column 2; line 7: the time 0.1 is not above"
+        " 2.0 before it; and 1 more; correct these lines or delete them"
+    )
+
+
+def test_times_with_too_few_digits(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.csv", "{t:.0f},{f}")
+    with pytest.raises(HertzchainError, match="export them with more digits"):
+        read_recording(path)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "no line has numbers in two columns"),
+        (b"Time,Force\na,b\n", "no line has numbers in two columns"),
+        (b"1,2\n2,3\n", "2 lines have numbers in the columns 1 and 2, must be at least 8"),
+        (b"PK\x03\x04abc", "is a spreadsheet or an archive"),
+        (b"\x00\x01\x02", "is not a text file"),
+    ],
+)
+def test_what_is_no_recording(content: bytes, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(content)
+    with pytest.raises(HertzchainError, match=f"^{re.escape(str(path))}: .*{words}"):
+        read_recording(path)
+
+
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(HertzchainError, match="No such file"):
+        read_recording(tmp_path / "a.csv")
+    with pytest.raises(HertzchainError, match="Is a directory"):
+        read_recording(tmp_path)
