@@ -12,10 +12,12 @@ from hertzchain.errors import HertzchainError, is_finite, require
 from hertzchain.pulses.noise import LEAST, Noise, noise_before, noise_within, resolution_of
 from hertzchain.pulses.recording import LEAST_SAMPLES, Recording
 
-_LEAVES_NOISE = 4.0
-"""Standard deviations of averages: Gaussian noise exceeds them in 3 of 100,000; chosen."""
+_LEAVES_NOISE = 5.0
+"""Standard deviations of averages: Gaussian noise exceeds them in 3 of 10 million; chosen."""
 
-_WINDOWS = 50  # averages over a width of the pulse; chosen: one moves its corners by a hundredth
+_LEAST_BASELINE = 10  # widths of a pulse at half its height over what is before it; chosen
+
+_WINDOWS = 20  # averages over a width of the pulse at half its height; chosen
 _UNEVEN = 0.01  # steps of the time may differ by so much where samples are smoothed; chosen
 _SMOOTHING_ORDER = 3  # of Savitzky and Golay's polynomials: crests and slopes keep their height
 _MOST_SAMPLES = 20_000  # more in a pulse are averaged, 2 and more at a time; chosen
@@ -103,27 +105,27 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
     rising, falling = _half_heights(force, level, crest)
     window = max(1, (falling - rising) // _WINDOWS) // 2 * 2 + 1
     averages = averaged(force, window)
-    before = rising // 2 if start is None else int(np.searchsorted(time, start))
-    for _ in range(3):  # the samples before the pulse, then its start by what they are
-        level, noise = _noise(force, before, known, step, resolution)
-        if start is not None:
-            break
-        limit = level + _threshold(noise, window, step, float(force[crest]) - level)
-        quiet = np.flatnonzero(averages[: rising + 1] <= limit)
-        first = int(quiet[-1]) if quiet.size else 0
-        before = max(0, first - window)
-    first, last = _ends(time, start, end, first if start is None else before)
+    before = _foot(averages, level, crest)
+    if start is not None:
+        before = min(before, _place(time, "--start", start))
+    least = max(LEAST, (falling - rising) // _LEAST_BASELINE)
+    level, noise = _noise(force, before, least, known, step, resolution)
     limit = _threshold(noise, window, step, float(force[crest]) - level)
-    if end is None:
-        above = np.flatnonzero(averages > level + limit)
-        last = min(int(above[-1]) + 1, time.size - 1)
+    quiet = np.flatnonzero(averages[: rising + 1] <= level + limit)
+    first = int(quiet[-1]) if quiet.size else 0
+    if start is not None:
+        first = _place(time, "--start", start)
+    above = np.flatnonzero(averages > level + limit)
+    last = min(int(above[-1]) + 1, time.size - 1) if above.size else 0
+    if end is not None:
+        last = _place(time, "--end", end)
     if not first <= crest <= last or last - first + 1 < LEAST_SAMPLES:
         raise HertzchainError(
             f"from {time[first]:.6g} s to {time[last]:.6g} s there are {max(0, last - first + 1)}"
             f" samples, without the largest force at {time[crest]:.6g} s or fewer than"
             f" {LEAST_SAMPLES}; give --start and --end around the pulse, in times of the file"
         )
-    samples = before if known is None and before >= LEAST else 0
+    samples = before if known is None and before >= least else 0
     inside = force[first : last + 1] - level
     clean = without_negative(inside, window, limit)
     clock = time[first : last + 1] - time[first]
@@ -203,33 +205,53 @@ def _half_heights(force: FloatArray, level: float, crest: int) -> tuple[int, int
     return rising, crest + int(after[0]) if after.size else force.size - 1
 
 
+def _foot(averages: FloatArray, level: float, crest: int) -> int:
+    """How many samples are certainly before the pulse: far before it is at half its height.
+
+    As far as it takes from a quarter to three quarters, twice: a cosine pulse needs 1.5 times, a
+    straight rise once.
+    """
+    height = averages[crest] - level
+    quarter, half, most = (
+        int(places[-1])
+        if (places := np.flatnonzero(averages[:crest] < level + part * height)).size
+        else 0
+        for part in (0.25, 0.5, 0.75)
+    )
+    return max(0, half - 2 * (most - quarter) - 1)
+
+
 def _noise(
-    force: FloatArray, before: int, given: float | None, step: float, resolution: float
+    force: FloatArray,
+    before: int,
+    least: int,
+    known: float | None,
+    step: float,
+    resolution: float,
 ) -> tuple[float, Noise]:
     """The baseline [N] and the noise, from so many samples before the pulse if they suffice."""
-    if before < LEAST:
-        return given or 0.0, noise_within(force, step, resolution)
+    if before < least:
+        return known or 0.0, noise_within(force, step, resolution)
     quiet = force[:before]
-    return float(quiet.mean()) if given is None else given, noise_before(quiet, step, resolution)
+    return float(quiet.mean()) if known is None else known, noise_before(quiet, step, resolution)
 
 
 def _threshold(noise: Noise, window: int, step: float, height: float) -> float:
-    """What averages over a window have to exceed [N]; where there is no noise, round-off."""
-    of_averages = min(noise.deviation, noise.density / np.sqrt(window * step))
+    """What averages over a window have to exceed [N]; where there is no noise, round-off.
+
+    The density, from few blocks, counts only where it says that noise hangs together.
+    """
+    white, slow = noise.deviation / np.sqrt(window), noise.density / np.sqrt(window * step)
+    of_averages = min(noise.deviation, max(white, slow))
     return max(_LEAVES_NOISE * float(of_averages), 1e-9 * height)
 
 
-def _ends(time: FloatArray, start: float | None, end: float | None, first: int) -> tuple[int, int]:
-    """The first and the last sample of the pulse, from what is given."""
-    for option, value in (("--start", start), ("--end", end)):
-        if value is not None:
-            inside = is_finite(value) and time[0] <= value <= time[-1]
-            allowed = f"must be a time of the file, {time[0]:.6g} to {time[-1]:.6g} s"
-            require(inside, option, value, allowed)
-    last = time.size - 1
-    if end is not None:
-        last = int(np.searchsorted(time, end, side="right")) - 1
-    return first, last
+def _place(time: FloatArray, option: str, wanted: float) -> int:
+    """The first sample at or after a time, which an option names."""
+    inside = is_finite(wanted) and time[0] <= wanted <= time[-1]
+    allowed = f"must be a time of the file, {time[0]:.6g} to {time[-1]:.6g} s"
+    require(inside, option, wanted, allowed)
+    return int(np.searchsorted(time, wanted))
 
 
 def binned(values: FloatArray, many: int) -> FloatArray:
@@ -252,7 +274,7 @@ def _remarks(
     elif samples:
         source = f"mean of {samples:,} samples before the pulse"
     else:
-        source = "none taken off: fewer than 16 samples before the pulse"
+        source = "none taken off: too few samples before the pulse"
     of_column = level / recording.newtons
     shown = f"{of_column:.4g} in the file, " if recording.newtons != 1.0 else ""
     how = "before the pulse" if noise.samples.size else "as samples scatter about their neighbours"

@@ -153,8 +153,8 @@ def test_all_that_is_wrong_is_said_at_once(tmp_path: Path) -> None:
     with pytest.raises(HertzchainError) as wrong:
         read_recording(path)
     assert str(wrong.value) == (
-        f"{path}: line 3: 'abc' is no number; line 5: no column 2; line 7: the time 0.1 is not above"
-        " 2.0 before it; and 1 more; correct these lines or delete them"
+        f"{path}: line 3: 'abc' is no number; line 5: no column 2; line 7: the time 0.1 is not"
+        " above 2.0 before it; and 1 more; correct these lines or delete them"
     )
 
 

@@ -1,0 +1,170 @@
+"""The pulse in a recording: baseline, noise, start, end, and what is below zero."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hertzchain.arrays import FloatArray
+from hertzchain.errors import HertzchainError
+from hertzchain.pulses.noise import noise_before, noise_within, resolution_of
+from hertzchain.pulses.recording import Recording
+from hertzchain.pulses.signal import Given, averaged, pulse_of, without_negative
+from tests.recordings import DURATION, FORCE, GAIN, OFFSET, START, sine_squared, times, volts
+
+IMPULSE = FORCE * DURATION / 2  # [N s]
+
+
+def recording(force: FloatArray, newtons: float = 1.0) -> Recording:
+    return Recording(times(force.size), force, newtons, ())
+
+
+def noisy(samples: int = 2000, noise: float = 0.01, seed: int = 3) -> Recording:
+    return recording(GAIN * volts(samples, noise, seed), GAIN)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_baseline_noise_start_and_end(seed: int) -> None:
+    found = pulse_of(noisy(seed=seed))
+    assert 50 < found.baseline_samples < 200  # those before the pulse
+    # Four standard deviations of a mean and of a standard deviation of 50 samples of 1 N.
+    assert abs(found.baseline - GAIN * OFFSET) < 4 / np.sqrt(50)
+    assert abs(found.noise.deviation - 1.0) < 4 / np.sqrt(100)
+    # Averages of 19 samples leave the noise at 5 / sqrt(19) = 1.1 N; noise may make that 2 N.
+    late = DURATION / np.pi * np.arcsin(np.sqrt(0.02))
+    assert START - 1e-6 < found.start < START + late
+    assert DURATION - 2 * late < found.time[-1] < DURATION + 2e-6
+    assert found.time[0] == 0
+    assert found.force.min() >= 0
+    # The baseline is off by 0.14 N, of a mean force of 50 N, and noise about 0 by less.
+    assert np.trapezoid(found.force, found.time) == pytest.approx(IMPULSE, rel=4 * 0.14 / 50)
+
+
+def test_a_clean_recording_keeps_every_sample() -> None:
+    read = recording(sine_squared(times(2000)))
+    found = pulse_of(read)
+    assert found.noise.deviation == found.baseline == 0
+    inside = (read.time >= found.start) & (read.time <= found.start + found.time[-1] + 1e-12)
+    # The first and the last samples, of less than 1e-7 N, are averages.
+    np.testing.assert_allclose(found.force, read.force[inside], atol=1e-6)
+    assert found.time.size < 1.04 * np.count_nonzero(read.force > 1e-6)
+    assert found.left_out == pytest.approx((0, 0), abs=1e-12)
+
+
+def test_what_is_given_is_taken() -> None:
+    given = Given(baseline=0.02, start=10e-6, end=40e-6)
+    read = noisy()
+    found = pulse_of(read, given)
+    assert found.baseline == 0.02 * GAIN
+    assert found.baseline_samples == 0
+    inside = (read.time >= 10e-6) & (read.time <= 40e-6)
+    assert found.force[:-1].tolist() == (read.force[inside] - 0.02 * GAIN).tolist()
+    before = read.time <= found.start
+    left_out = np.trapezoid(read.force[before] - 0.02 * GAIN, read.time[before])
+    assert found.left_out[0] == pytest.approx(left_out, rel=1e-12)
+
+
+def test_a_recording_that_begins_with_its_pulse() -> None:
+    read = noisy()
+    inside = read.time > START
+    found = pulse_of(Recording(read.time[inside], read.force[inside], GAIN, ()))
+    assert (found.baseline, found.baseline_samples) == (0, 0)
+    assert "none taken off" in dict(found.remarks)["baseline"]
+    assert found.noise.deviation == pytest.approx(1.0, rel=0.15)  # as samples scatter
+    assert found.noise.samples.size == 0
+
+
+def test_what_is_below_zero_adds_no_impulse_where_it_is_noise() -> None:
+    generator = np.random.default_rng(1)
+    noise = generator.normal(0, 1, 100_000)
+    assert np.maximum(noise, 0).mean() == pytest.approx(0.4, rel=0.02)  # 1 / sqrt(2 pi)
+    clean = without_negative(noise, 101, 4.0)
+    assert clean.min() == 0
+    assert 0.03 < clean.mean() < 0.05  # a tenth of it: the averages have a tenth of the noise
+    assert without_negative(np.array([5.0, -1.0, 7.0]), 1, 0.0).tolist() == [5, 0, 7]
+
+
+def test_a_swing_below_zero_is_set_to_zero_and_said() -> None:
+    read = noisy()
+    swing = (read.time > 50e-6) & (read.time < 55e-6)
+    found = pulse_of(recording(np.where(swing, -30.0, read.force)))
+    clock = found.time + found.start
+    inside = (clock > 51e-6) & (clock < 54e-6)
+    assert np.all(found.force[inside] == 0)
+    lowest = -30.0 - found.baseline
+    assert f"the lowest {lowest:.3g} N: set to 0" in dict(found.remarks)["samples below 0"]
+
+
+def test_smoothing_keeps_the_crest() -> None:
+    raw, smooth = pulse_of(noisy()), pulse_of(noisy(), Given(smooth=4e-6))
+    assert smooth.noise.deviation < 0.4 * raw.noise.deviation  # 45 samples for a cubic
+    assert smooth.force.max() == pytest.approx(FORCE, rel=0.01)
+    assert dict(smooth.remarks)["smoothed"].startswith("cubic polynomials over 45 samples")
+
+
+def test_smoothing_needs_equal_steps_and_a_window() -> None:
+    read = noisy()
+    uneven = np.delete(np.arange(2000), 1000)
+    with pytest.raises(HertzchainError, match="samples at equal times"):
+        pulse_of(Recording(read.time[uneven], read.force[uneven], 1, ()), Given(smooth=4e-6))
+    for width in (1e-7, 1.0, -1.0):
+        with pytest.raises(HertzchainError, match=r"--smooth = .*: must be from"):
+            pulse_of(read, Given(smooth=width))
+
+
+@pytest.mark.parametrize(
+    ("force", "words"),
+    [
+        (-sine_squared(times(500)), "pulls; a pulse pushes: turn it with --scale"),
+        (np.ones(500), "all forces are equal"),
+    ],
+)
+def test_what_is_no_pulse(force: FloatArray, words: str) -> None:
+    with pytest.raises(HertzchainError, match=words):
+        pulse_of(recording(force))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (Given(start=1.0), "--start = 1.0: must be a time of the file, -2e-05 to 0.00016 s"),
+        (Given(end=-1.0), "--end = -1.0: must be a time of the file"),
+        (Given(start=60e-6), "without the largest force"),
+        (Given(end=0.0), "without the largest force"),
+        (Given(start=33e-6, end=33.3e-6), "there are 4 samples"),
+    ],
+)
+def test_times_that_leave_the_pulse_out(given: Given, words: str) -> None:
+    with pytest.raises(HertzchainError, match=words):
+        pulse_of(noisy(), given)
+
+
+def test_many_samples_are_averaged() -> None:
+    found = pulse_of(recording(sine_squared(times(120_000))))
+    assert 20_000 > found.time.size > 10_000
+    assert dict(found.remarks)["averaged"].startswith("3 samples at a time")
+    assert np.trapezoid(found.force, found.time) == pytest.approx(IMPULSE, rel=1e-8)
+
+
+def test_averages_at_the_ends_are_of_fewer() -> None:
+    assert averaged(np.array([1.0, 2.0, 6.0, 3.0]), 3).tolist() == [1.5, 3.0, 11 / 3, 4.5]
+
+
+def test_the_digits_of_a_recording_are_noise() -> None:
+    force = np.round(sine_squared(times(2000)) / 0.5) * 0.5
+    assert resolution_of(force) == pytest.approx(0.5, rel=1e-12)
+    assert resolution_of(sine_squared(times(2000))[300:800]) == 0
+    assert pulse_of(recording(force)).noise.deviation == pytest.approx(0.5 / np.sqrt(12))
+
+
+def test_noise_that_hangs_together_counts_for_more() -> None:
+    white = np.random.default_rng(1).normal(0, 1, 100_010)
+    slow = averaged(white, 11)[:100_000] * np.sqrt(11)
+    alone, together = (noise_before(samples, 1e-6, 0.0) for samples in (white, slow))
+    assert together.deviation == pytest.approx(alone.deviation, rel=0.02)
+    # Its integral has sqrt(11) times the spread; blocks of 316 samples see 98 % of it.
+    assert together.density / alone.density == pytest.approx(np.sqrt(11), rel=0.1)
+    again = together.again(20, 20_000, np.random.default_rng(2))
+    sums = again.sum(axis=1).std() / np.sqrt(20_000)
+    assert sums == pytest.approx(np.sqrt(11), rel=0.5)  # a deviation of 20 is known to 16 %
+    assert noise_within(white, 1e-6, 0.0).deviation == pytest.approx(1, rel=0.02)
