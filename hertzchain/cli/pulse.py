@@ -110,9 +110,9 @@ def pulse(
     check_accuracy(rtol)
     if plot is not None:
         check_plot_format(plot)
-    read = read_recording(recording, time, force, time_unit, force_unit, scale)
     times = {"--start": start, "--end": end, "--smooth": smooth}
     given = Given(baseline, *(_seconds(option, text) for option, text in times.items()))
+    read = read_recording(recording, time, force, time_unit, force_unit, scale)
     signal = pulse_of(read, given)
     loaded = None
     if scene is not None:

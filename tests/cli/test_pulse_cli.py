@@ -1,0 +1,107 @@
+"""``hertzchain pulse`` as people and scripts meet it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import hertzchain as hc
+from hertzchain.scene.starters import write_starter
+from tests.command_line import Command, is_refused
+from tests.recordings import DURATION, FORCE, START, write_scope
+
+
+@pytest.fixture
+def scope(tmp_path: Path) -> Path:
+    return write_scope(tmp_path / "scope.csv", 1000)
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    """A scene of a pulse table that is not there yet."""
+    path = tmp_path / "scene.toml"
+    write_starter("pulse-table", path)
+    path.with_suffix(".csv").unlink()
+    return path
+
+
+@pytest.mark.lammps
+def test_from_an_oscilloscope_to_peaks(hertzchain: Command, scope: Path, scene: Path) -> None:
+    table = scene.with_suffix(".csv")
+    done = hertzchain("pulse", scope, "-o", table, "--scale", 25, "--scene", scene)
+    assert (done.status, done.err) == (0, "")
+    assert max(map(len, done.out.splitlines())) <= 120
+    words = ("semicolons between columns, decimal commas", "in us (header)", "LM_ratio", "± [N]")
+    assert [one for one in words if one not in done.out] == []
+    assert len(table.read_text(encoding="utf-8").splitlines()) < 60
+    assert table.read_text(encoding="utf-8").startswith("time_s,force_N\n0.0,")
+    for backend in ("native", "lammps"):
+        run = hertzchain("run", scene, "--backend", backend, "--json").json()
+        assert run["error_estimate"] < 1e-6
+        assert 100 < run["peak_force_N"][0] < 120
+
+
+def test_json(hertzchain: Command, scope: Path, scene: Path) -> None:
+    found = hertzchain("pulse", scope, "--scale", 25, "--scene", scene, "--json").json()
+    assert found["samples"] == 1000
+    assert found["rows"] < found["samples_of_pulse"] < 500
+    assert abs(found["start_s"] - START) < 4e-6
+    for key, true in (("peak_force_N", FORCE), ("impulse_N_s", FORCE * DURATION / 2)):
+        # Four standard deviations, which themselves are known to 13 %.
+        assert abs(found[key]["value"] - true) < 5 * found[key]["standard_deviation"]
+    in_scene = found["scene"]
+    assert len(in_scene["peak_force_N"]) == len(in_scene["standard_deviation_N"]) == 59
+    assert 0 < in_scene["change_by_fewer_rows"] <= found["wanted"]
+    alone = hertzchain("pulse", scope, "--scale", 25, "--json").json()
+    assert alone["scene"] is None
+    assert alone["wanted"] == 1e-3
+
+
+def test_options_reach_the_pulse(hertzchain: Command, scope: Path) -> None:
+    columns = ("--time", "Time", "--force", 2, "--time-unit", "ns", "--force-unit", "kN")
+    pulse = ("--scale", 2, "--baseline", 0.1, "--start", "0 ns", "--end", "50 ns")
+    smooth = ("--smooth", "4 ns", "--json")
+    found = hertzchain("pulse", scope, *columns, *pulse, *smooth).json()
+    assert found["start_s"] == pytest.approx(0, abs=0.2e-9)  # a sample every 0.18
+    assert found["duration_s"] == pytest.approx(50e-9, abs=0.4e-9)
+    assert found["baseline_N"] == pytest.approx(200)
+    assert found["peak_force_N"]["value"] == pytest.approx(2000 * (4.012 - 0.1), rel=0.02)
+    assert "smoothed" in found["changed"]
+
+
+def test_a_plot(hertzchain: Command, scope: Path, tmp_path: Path) -> None:
+    plot = tmp_path / "pulse.svg"
+    done = hertzchain("pulse", scope, "--scale", 25, "--plot", plot)
+    assert (done.status, done.err) == (0, f"Plot written to {plot}\n")
+    assert plot.read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_what_is_refused(hertzchain: Command, scope: Path, tmp_path: Path) -> None:
+    before = scope.read_bytes()
+    is_refused(hertzchain("pulse", scope), "column 2 (CH1) is in V", "--scale")
+    here = hertzchain("pulse", scope, "-o", scope, "--scale", 25)
+    is_refused(here, "scope.csv: is read, and must not be written over")
+    turned = hertzchain("pulse", scope, "-o", tmp_path / "a.csv", "--scale", -25)
+    is_refused(turned, "pulls; a pulse pushes", "--scale")
+    late = hertzchain("pulse", scope, "--scale", 25, "--start", "1 s")
+    is_refused(late, "--start = 1.0: must be a time of the file")
+    is_refused(hertzchain("pulse", scope, "--start", "1 N"), "--start", "wrong dimension")
+    is_refused(hertzchain("pulse", scope, "--rtol", 0.5), "--rtol = 0.5")
+    is_refused(hertzchain("pulse", scope, "--plot", "a.gif"), "cannot be drawn")
+    is_refused(hertzchain("pulse", tmp_path / "no.csv"), "no.csv: cannot be read")
+    is_refused(hertzchain("pulse", scope, "--scale", 25, "--scene", scope), "is not TOML")
+    scope.write_text("1,2\n2,x\n" + "\n".join(f"{k},1" for k in range(3, 20)), encoding="utf-8")
+    is_refused(hertzchain("pulse", scope), "line 2: 'x' is no number")
+    scope.write_bytes(before)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["scope.csv"]
+
+
+def test_a_scene_with_another_shock_is_read_for_its_chain(
+    hertzchain: Command, scope: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "striker.toml"
+    write_starter("striker", path)
+    path.write_text(path.read_text(encoding="utf-8").replace('radius = "6 mm"', ""), "utf-8")
+    found = hertzchain("pulse", scope, "--scale", 25, "--scene", path, "--json").json()
+    assert len(found["scene"]["peak_force_N"]) == hc.Scene.from_toml(path).chain.granules - 1
