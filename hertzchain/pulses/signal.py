@@ -99,6 +99,8 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
     if given.smooth is not None:
         force, width = _smoothed(time, force, step, given.smooth)
         remarks.append(("smoothed", f"cubic polynomials over {width} samples (Savitzky, Golay)"))
+    possible = given.baseline is None or is_finite(given.baseline)
+    require(possible, "--baseline", given.baseline, "must be a finite number")
     known = None if given.baseline is None else given.baseline * recording.newtons
     level, crest = _rough_level(force, known), int(np.argmax(force))
     _refuse_pull(force, level)
@@ -121,9 +123,9 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
         last = _place(time, "--end", end)
     if not first <= crest <= last or last - first + 1 < LEAST_SAMPLES:
         raise HertzchainError(
-            f"from {time[first]:.6g} s to {time[last]:.6g} s there are {max(0, last - first + 1)}"
-            f" samples, without the largest force at {time[crest]:.6g} s or fewer than"
-            f" {LEAST_SAMPLES}; give --start and --end around the pulse, in times of the file"
+            f"the pulse would have {max(0, last - first + 1)} samples, from {time[first]:.6g} s to"
+            f" {time[last]:.6g} s; it must have {LEAST_SAMPLES} and the largest force, at"
+            f" {time[crest]:.6g} s: give --start and --end in times of the file"
         )
     samples = before if known is None and before >= least else 0
     inside = force[first : last + 1] - level
@@ -173,7 +175,7 @@ def _smoothed(
         raise HertzchainError(
             f"--smooth needs samples at equal times; here steps differ by {uneven:.2g} of the mean"
         )
-    width = round(smooth / step) // 2 * 2 + 1
+    width = round(smooth / step) // 2 * 2 + 1 if is_finite(smooth) else 0
     possible = _SMOOTHING_ORDER < width <= time.size
     allowed = f"must be from {4 * step:.3g} s to the length of the recording: more than 3 samples"
     require(possible, "--smooth", smooth, allowed)

@@ -61,9 +61,11 @@ def _how_judged(pulse: MeasuredPulse) -> str:
 
 
 def _with_deviation(value: Value, unit: str = "") -> str:
-    """A value with its standard deviation, both to the second digit of that."""
+    """A value with its standard deviation, both to the second digit of that; alone without one."""
     end = f" {unit}" if unit else ""
-    if not 0 < value.deviation < abs(value.value):
+    if value.deviation == 0:
+        return f"{value.value:.6g}{end}"
+    if value.deviation >= abs(value.value):
         return f"{value.value:.6g} ± {value.deviation:.2g}{end}"
     digits = floor(log10(abs(value.value))) - floor(log10(value.deviation)) + 2
     shown = f"{value.value:#.{min(digits, 9)}g}".rstrip(".")

@@ -107,7 +107,7 @@ def test_smoothing_needs_equal_steps_and_a_window() -> None:
     uneven = np.delete(np.arange(2000), 1000)
     with pytest.raises(HertzchainError, match="samples at equal times"):
         pulse_of(Recording(read.time[uneven], read.force[uneven], 1, ()), Given(smooth=4e-6))
-    for width in (1e-7, 1.0, -1.0):
+    for width in (1e-7, 1.0, -1.0, float("nan")):
         with pytest.raises(HertzchainError, match=r"--smooth = .*: must be from"):
             pulse_of(read, Given(smooth=width))
 
@@ -128,10 +128,11 @@ def test_what_is_no_pulse(force: FloatArray, words: str) -> None:
     ("given", "words"),
     [
         (Given(start=1.0), "--start = 1.0: must be a time of the file, -2e-05 to 0.00016 s"),
+        (Given(baseline=float("nan")), "--baseline = nan: must be a finite number"),
         (Given(end=-1.0), "--end = -1.0: must be a time of the file"),
-        (Given(start=60e-6), "without the largest force"),
-        (Given(end=0.0), "without the largest force"),
-        (Given(start=33e-6, end=33.3e-6), "there are 4 samples"),
+        (Given(start=60e-6), "it must have 8 and the largest force, at 3"),
+        (Given(end=0.0), "it must have 8 and the largest force, at 3"),
+        (Given(start=33e-6, end=33.3e-6), "would have 4 samples"),
     ],
 )
 def test_times_that_leave_the_pulse_out(given: Given, words: str) -> None:
