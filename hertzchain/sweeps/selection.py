@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hertzchain.errors import HertzchainError, SceneError, require
+from hertzchain.errors import HertzchainError, SceneError, did_you_mean, require
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.reading import UNITS
 from hertzchain.sweeps.axes import Axis, Listed, Span, key_of
@@ -29,6 +29,17 @@ if TYPE_CHECKING:
 _AS_GIVEN = 1e-3  # relative; a value so near to one of the sweep is that one: three digits
 
 
+PAPER_NAMES = {
+    "p": "transition_granules",
+    "F_SW": "solitary_wave_force_N",
+    "LM_ratio": "momentum_ratio",
+    "F0": "peak_force",
+    "n": "duration_ratio",
+    "N": "granules",
+}
+"""Columns by what the paper calls them."""
+
+
 class Drawable(Protocol):
     """What is drawn of a ``Sweep``, which draws itself by ``draw``."""
 
@@ -45,12 +56,13 @@ class Drawable(Protocol):
 
 
 def full_name(name: str, columns: Sequence[str] = COLUMNS) -> str:
-    """The name of a column, given with its section or without."""
-    found = [one for one in columns if name in (one, one.partition(".")[2] or one)]
+    """The name of a column, given with its section or without, or as the paper calls it."""
+    meant = PAPER_NAMES.get(name, name)
+    found = [one for one in columns if meant in (one, one.partition(".")[2] or one)]
     if len(found) > 1:
         raise SceneError(name, None, f"is in several sections: name one of {', '.join(found)}")
     allowed = f"is no column of a sweep, which has {', '.join(columns)}"
-    require(len(found) == 1, name, None, allowed)
+    require(len(found) == 1, name, None, allowed + did_you_mean(name, columns))
     return found[0]
 
 

@@ -345,6 +345,14 @@ def test_every_column_has_a_label() -> None:
 def test_the_section_may_be_left_out() -> None:
     assert full_name("momentum_ratio") == full_name(RATIO) == RATIO
     assert full_name("speed_m_s") == "speed_m_s"
+    assert full_name("LM_ratio") == RATIO
+    assert full_name("p") == "transition_granules"
+    assert full_name("F_SW") == "solitary_wave_force_N"
+    assert [full_name(name) for name in ("F0", "n", "N")] == [
+        *("shock.peak_force", "shock.duration_ratio", "chain.granules")
+    ]
+    with pytest.raises(hc.HertzchainError, match=r"did you mean shock.momentum_ratio\?$"):
+        full_name("shock.momentum_ration")
     assert len({name.partition(".")[2] or name for name in COLUMNS}) == len(COLUMNS)
 
 
