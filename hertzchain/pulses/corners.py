@@ -100,6 +100,11 @@ def weights(time: FloatArray) -> FloatArray:
     return found
 
 
+def impulse_of(time: FloatArray, force: FloatArray) -> float:
+    """The integral of a force that is straight between samples [N s]."""
+    return float(np.dot(weights(time), force))
+
+
 def fit(
     time: FloatArray,
     force: FloatArray,
@@ -187,5 +192,4 @@ def _not_negative(
     while np.any(values < 0):
         free &= values > 0
         values = fit(time, force, weight, places, free)
-    impulse = float(np.trapezoid(values, time[places]))
-    return values * (float(np.dot(weight, force)) / impulse)
+    return values * (impulse_of(time, force) / impulse_of(time[places], values))

@@ -13,7 +13,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import peak_forces
 from hertzchain.errors import HertzchainError, is_finite, require
 from hertzchain.observables.peaks import judged_contacts, largest_difference
-from hertzchain.pulses.corners import Corners, reduce
+from hertzchain.pulses.corners import Corners, impulse_of, reduce
 from hertzchain.pulses.recording import Recording
 from hertzchain.pulses.signal import Signal, binned, pulse_of
 from hertzchain.scene.pulse import PulseTable
@@ -251,15 +251,11 @@ def _first_above(time: FloatArray, force: FloatArray, limit: float) -> float:
     return float(time[k - 1] + part * (time[k] - time[k - 1]))
 
 
-def _impulse(time: FloatArray, force: FloatArray) -> float:
-    return float(np.trapezoid(force, time))
-
-
 def _largest(_: FloatArray, force: FloatArray) -> float:
     return float(force.max())
 
 
-_FIGURES = (_largest, _impulse, _rise_time)  # of a pulse, in the order of the fields
+_FIGURES = (_largest, impulse_of, _rise_time)  # of a pulse, in the order of the fields
 
 
 def _noise_in_scene(

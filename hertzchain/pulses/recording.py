@@ -23,6 +23,7 @@ from hertzchain.pulses.layout import (
 from hertzchain.scene.quantities import to_si
 
 LEAST_SAMPLES = 8  # fewer are no recording; chosen
+_MOST = 1e60  # s or N: squares of it, and their sums, can be represented
 _SHOWN = 3  # complaints about lines that are shown
 
 
@@ -78,13 +79,13 @@ def read_recording(
     lines = read_lines(path)
     layout = layout_of(path, lines)
     numeric = iter(layout.numeric)
-    first = layout.find("--time", time) if time is not None else next(numeric)
+    first = layout.find("--time", time) if time is not None else next(numeric, -1)
     second = (
         layout.find("--force", force)
         if force is not None
         else next((column for column in numeric if column != first), -1)
     )
-    if second in (-1, first):
+    if -1 in (first, second) or first == second:
         raise HertzchainError(
             f"{path}: time and force must be two columns of numbers; name them with --time and"
             " --force"
@@ -99,7 +100,12 @@ def read_recording(
         ("time", f"column {layout.name(first)}, {unit_of_time}"),
         ("force", f"column {layout.name(second)}, {unit_of_force}"),
     )
-    return Recording(values[:, 0] * seconds, values[:, 1] * newtons, newtons, facts)
+    clock, forces = values[:, 0] * seconds, values[:, 1] * newtons
+    for name, extent in (("times", np.ptp(clock)), ("forces", np.ptp(forces))):
+        possible = bool(extent == 0 or 1 / _MOST < extent < _MOST)
+        allowed = f"span {extent:g}, must be from {1 / _MOST:g} to {_MOST:g}: check unit and scale"
+        require(possible, name, None, allowed)
+    return Recording(clock, forces, newtons, facts)
 
 
 def _unit(

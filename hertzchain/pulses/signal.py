@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, is_finite, require
+from hertzchain.pulses.corners import impulse_of
 from hertzchain.pulses.noise import LEAST, Noise, noise_before, noise_within, resolution_of
 from hertzchain.pulses.recording import LEAST_SAMPLES, Recording
 
@@ -132,8 +133,8 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
     clean = without_negative(inside, window, limit)
     clock = time[first : last + 1] - time[first]
     left = (
-        float(np.trapezoid(force[: first + 1] - level, time[: first + 1])),
-        float(np.trapezoid(force[last:] - level, time[last:])),
+        impulse_of(time[: first + 1], force[: first + 1] - level),
+        impulse_of(time[last:], force[last:] - level),
     )
     remarks += _remarks(recording, inside, known, level, noise, samples)
     many = -(-clean.size // _MOST_SAMPLES)

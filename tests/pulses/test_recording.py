@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from hertzchain.errors import HertzchainError
 from hertzchain.pulses.recording import Recording, read_recording
@@ -98,6 +101,8 @@ def test_units_and_scale_of_options(tmp_path: Path) -> None:
     ):
         with pytest.raises(HertzchainError, match=f"^{option} = .*wrong dimension"):
             read_recording(path, **unit)  # type: ignore[arg-type]
+    with pytest.raises(HertzchainError, match=r"forces: span 2.25e\+100, must be from 1e-60"):
+        read_recording(path, scale=1e100)
     with pytest.raises(HertzchainError, match=r"--scale = 0\.0: must be"):
         read_recording(path, scale=0.0)
 
@@ -186,3 +191,12 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
         read_recording(tmp_path / "a.csv")
     with pytest.raises(HertzchainError, match="Is a directory"):
         read_recording(tmp_path)
+
+
+@given(text=st.text(st.sampled_from('0123456789,.;\t \n-+eE#%abnif"'), max_size=400))
+@settings(max_examples=200)
+def test_any_text_is_read_or_refused(text: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.getbasetemp() / "any.csv"
+    path.write_text(text, encoding="utf-8")
+    with suppress(HertzchainError):
+        assert np.all(np.diff(read_recording(path).time) > 0)
