@@ -26,7 +26,6 @@ def scene(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.lammps
 def test_from_an_oscilloscope_to_peaks(hertzchain: Command, scope: Path, scene: Path) -> None:
     table = scene.with_suffix(".csv")
     done = hertzchain("pulse", scope, "-o", table, "--scale", 25, "--scene", scene)
@@ -36,10 +35,9 @@ def test_from_an_oscilloscope_to_peaks(hertzchain: Command, scope: Path, scene: 
     assert [one for one in words if one not in done.out] == []
     assert len(table.read_text(encoding="utf-8").splitlines()) < 60
     assert table.read_text(encoding="utf-8").startswith("time_s,force_N\n0.0,")
-    for backend in ("native", "lammps"):
-        run = hertzchain("run", scene, "--backend", backend, "--json").json()
-        assert run["error_estimate"] < 1e-6
-        assert 100 < run["peak_force_N"][0] < 120
+    run = hertzchain("run", scene, "--json").json()
+    assert run["error_estimate"] < 1e-6
+    assert 100 < run["peak_force_N"][0] < 120
 
 
 def test_json(hertzchain: Command, scope: Path, scene: Path) -> None:
