@@ -46,6 +46,7 @@ _MOST_STEPS = 1e7  # of a deck with terms: minutes of LAMMPS (chosen)
 _RTOL_OF_DAMPED = 1e-4  # of the peaks by default: errors go as dt, and 1e-6 takes hours
 _UNSTABLE = 0.5  # of the longest stable step, at most where contacts are damped (chosen)
 _SHORTER = 0.7  # of the step that trials of damped contacts give: looks cost some (chosen)
+_ERRATIC = 1.5  # times the largest error of a contact, for all damped ones; 1.25 needed in 740 runs
 _PHASES = 4  # at least, in which looks are tried at peaks of damped contacts (chosen)
 _READINGS = 2_000_000  # times and granules recorded at once: 50 MB
 
@@ -155,6 +156,9 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
     # Contacts that are never pressed are not judged.
     error = off / np.where(ratio > 0, ratio, 1.0)
     known = KnownAnswer(ratio, error + truth.error_estimate)
+    if scene.contact is not None:
+        # A contact begins anywhere within a step, so that errors are erratic from step to step.
+        known = replace(known, error=np.maximum(known.error, _ERRATIC * known.largest_error))
     if ROOM * known.largest_error >= 1:  # a force of 0 would pass
         raise Unpredictable(
             f"this deck would judge nothing: steps of {layout.step * scene.units.time:.3g} s,"

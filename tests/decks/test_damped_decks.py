@@ -161,6 +161,25 @@ def test_a_lammps_that_is_too_old_is_refused(
     assert f"This damping needs LAMMPS of {since} or later" in screen
 
 
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    ("name", "share"),
+    [
+        pytest.param(
+            name, share, marks=() if (name, share) == ("dashpot", 0.93) else pytest.mark.slow
+        )
+        for name in SCENES
+        for share in (0.93, 0.77, 0.53, 0.23)
+    ],
+)
+def test_shorter_steps_pass(name: str, share: float, tmp_path: Path) -> None:
+    # Contacts of dashpots begin with a force, anywhere within a step.
+    step = share * lay_out(SCENES[name], rtol=RTOL).step
+    path = written(SCENES[name], tmp_path, RTOL)
+    status, screen = run(path, tmp_path, "-var", "step", repr(step))
+    assert (status, verdict(screen)) == (0, "PASS"), screen
+
+
 @pytest.mark.parametrize("name", ["restitution", "dashpot"])
 def test_what_looks_can_find_is_what_they_do_find(name: str) -> None:
     # Wherever the looks fall, the maxima of samples lie between the peak and the least of it.
