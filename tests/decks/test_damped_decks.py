@@ -100,7 +100,7 @@ MISTAKES = {
     "amplitude": ("damped sine", r"(force equal 0\.0\+5)\.0", r"\1.05"),
 }
 
-QUICK_MISTAKES = ("another e", "contacts that pull", "step", "velocity of the piston")
+QUICK_MISTAKES = ("contacts that pull", "step")
 
 
 @pytest.mark.lammps
