@@ -17,6 +17,7 @@ from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 
 _TOLERANCE = 1e-8  # of a step of damped contacts: peaks are right to 2e-8 (measured)
+_NOISE = 0.8  # jumps over what is left, squares: 2 of noise, 0.5 off for 15 contacts; 0.1 of waves
 _LOWEST = 1e-9  # of the truth: lower peaks are as good as none
 
 
@@ -26,6 +27,18 @@ class Cause:
 
     sentence: str
     residual: float
+    rest: FloatArray | None = None  # what it leaves of each judged contact, if that is kept
+
+    @property
+    def leaves_noise(self) -> bool:
+        """Whether what it leaves jumps from contact to contact, as far as that is known.
+
+        Squares of jumps are twice those of what is left, if that is noise (von Neumann).
+        """
+        if self.rest is None:
+            return True
+        jumps = np.sum(np.diff(self.rest) ** 2)
+        return bool(jumps >= _NOISE * np.sum(self.rest**2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,12 +64,20 @@ class Case:
 
     def residual(self, peak_force: FloatArray) -> float:
         """What other peaks [N], shape (N - 1,), leave of the differences, as logarithms."""
+        found = float(np.sqrt(np.mean(self.left(peak_force) ** 2)))
+        return found if math.isfinite(found) else math.inf
+
+    def cause(self, sentence: str, peak_force: FloatArray) -> Cause:
+        """A mistake and the peaks [N] that it makes, shape (N - 1,)."""
+        return Cause(sentence, self.residual(peak_force), self.left(peak_force))
+
+    def left(self, peak_force: FloatArray) -> FloatArray:
+        """The same for each judged contact."""
         lowest = _LOWEST * self.reference.peak_force[self.judged]
         ratio = np.maximum(self.given[self.judged], lowest) / np.maximum(
             peak_force[self.judged], lowest
         )
-        found = float(np.sqrt(np.mean(np.log(ratio) ** 2)))
-        return found if math.isfinite(found) else math.inf
+        return np.asarray(np.log(ratio))
 
     def of(self, scene: Scene) -> FloatArray:
         """True peaks of another scene [N]; NaN where there are none."""

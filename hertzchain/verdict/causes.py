@@ -35,13 +35,18 @@ EXPLAINED = 0.1  # of the differences, root mean square: most that a named mista
 FEWEST = 6  # contacts: fewer are on a curve with one parameter too easily
 _CERTAIN = 1e-4  # of the differences: a mistake that leaves no more is not looked past
 _FLOOR = 1e-7  # differences below are beside what the trial runs are known to, 1e-8
+_KNOWN_TO = 1e-4  # of the differences: what fits are known to
 _ALIKE = 3.0  # times what the best mistake leaves: others that leave no more are named beside it
 _FAR = 3.0  # logarithm of the shortest and longest pulse tried, over that of the scene
-_SINGLE = 1e-3  # of the differences: where one mistake leaves no more, two are not sought
-_SIMILAR = frozenset({"stretch", "force", "scale"})
+_SINGLE = 1e-4  # of the differences: where one mistake leaves no more, two are not sought
+_ALL_BUT = 0.01  # of the differences: a mistake that leaves more may be a part of what is wrong
+_TELLS = 2.0  # times that two mistakes leave less then; of noise they leave more than half
 PAIR_EXPLAINED = 3e-3  # of the differences: most that two mistakes may leave
 _BETTER_THAN_ONE = 10.0  # times that two have to leave less than one
-_APART = 10.0  # times what the best pair leaves: others that leave no more have to be as good
+_APART = 10.0  # times what the best pair leaves, that others have to leave which are not named
+_SEEN = 1e-5  # of the differences, to which trial runs and given peaks are taken to be right
+_WORTH_TWO = 1e-4  # differences below are not looked at for two mistakes: 1e3 times _FLOOR
+_MOST_NAMES = 4  # pairs that are named together
 _HELPS = 0.9  # of the differences: what leaves more is no hint
 _ALONE = 100.0  # times as far off as any other contact; chosen: what mistakes make stays below
 
@@ -100,7 +105,7 @@ def likely_cause(case: Case, progress: Callable[[str], object] | None = None) ->
         except RunFailed:  # this mistake cannot be made in this scene
             continue
     one_is_enough = any(one.residual <= _SINGLE * size for one in found)
-    if remark is None and not one_is_enough and can_be_paired(case):
+    if remark is None and not one_is_enough and size > _WORTH_TWO and can_be_paired(case):
         say("two mistakes")
         try:
             two = pairs(case)
@@ -110,9 +115,11 @@ def likely_cause(case: Case, progress: Callable[[str], object] | None = None) ->
     least = found[0].residual if found else math.inf
     if two and (several := _of_pairs(case, two, least)) is not None:
         return Explanation(several, remark=remark)
-    if least > EXPLAINED * size:
+    partial = bool(two) and two[0].left < least / _TELLS
+    partial |= bool(found) and not found[0].leaves_noise
+    if least > EXPLAINED * size or (partial and least > _ALL_BUT * size):
         return Explanation(hint=_hint(case, found, two), remark=remark)
-    alike = _ALIKE * max(least, 1e-3 * size)
+    alike = _ALIKE * max(least, _KNOWN_TO * size)
     sentences = [one.sentence for one in found if one.residual <= alike]
     return Explanation(_joined(sentences, least / size), remark=remark)
 
@@ -128,15 +135,15 @@ def _joined(sentences: Iterable[str], left: float) -> str:
 
 
 def _of_pairs(case: Case, two: list[Pair], single: float) -> str | None:
-    """The pair that explains the differences, where all others leave much more; None for none.
-
-    Two of stiffness, force and a factor of all peaks do what any other two of them do.
-    """
+    """The pairs that explain the differences, where all others leave much more; None for none."""
     best, size = two[0].left, case.size
     if best > PAIR_EXPLAINED * size or best > single / _BETTER_THAN_ONE:
         return None
-    alike = [pair for pair in two if pair.left <= max(_APART * best, PAIR_EXPLAINED * size / 3)]
-    if len({_SIMILAR if pair.kinds <= _SIMILAR else pair.kinds for pair in alike}) > 1:
+    alike = [pair for pair in two if pair.left <= max(_ALIKE * best, _FLOOR)]
+    others = [pair.left for pair in two[len(alike) :]]
+    if len(alike) > _MOST_NAMES or min(others, default=math.inf) < _APART * max(
+        best, _FLOOR, _SEEN * size
+    ):
         return None
     return _joined((pair.words(case.scene) for pair in alike), best / size)
 
@@ -172,10 +179,12 @@ def _one_contact(case: Case) -> str | None:
 def other_stiffness(case: Case) -> Iterator[Cause]:
     """Stiffness, mass or duration off by a factor: all of them are another LM_ratio."""
     scene = with_rise_time(case.scene)
-    log, left = case.fit(
-        lambda x: case.of(stiffer(scene, math.exp(3 * x))), list(np.linspace(-_FAR, _FAR, 31))
-    )
-    yield Cause(stretch_in_words(scene, math.exp(log)), left)
+
+    def stretched(x: float) -> FloatArray:
+        return case.of(stiffer(scene, math.exp(3 * x)))
+
+    log, _ = case.fit(stretched, list(np.linspace(-_FAR, _FAR, 31)))
+    yield case.cause(stretch_in_words(scene, math.exp(log)), stretched(log))
     # Further away than any fit goes: the contact force as the paper prints it, sqrt(2 R E).
     printed = scene.chain.young_modulus**-0.5
     left = case.residual(case.of(stiffer(scene, printed)))
@@ -187,27 +196,28 @@ def other_stiffness(case: Case) -> Iterator[Cause]:
 
 def _far_off(case: Case, name: str, stretch: float) -> Iterator[Cause]:
     """A slip by orders of magnitude; the run may end long before the wave is through."""
-    scene = stiffer(with_rise_time(case.scene), stretch**3)
+    scene = with_rise_time(case.scene)
+    # As of another mass: so soft a chain would be pressed into itself.
+    density = scene.chain.density * stretch**-2
+    scene = replace(scene, chain=replace(scene.chain, density=density))
     text = f"{name}, which makes the pulse {stretch:.3g} times as long in natural units"
-    yield Cause(text, case.residual(case.of(scene)))
+    whole = case.residual(case.of(scene))
+    yield Cause(text, whole)
     ended = replace(scene, run=replace(scene.run, end_time=case.scene.end_time))
-    text += ", in a run that ends with that of the scene"
-    yield Cause(text, case.residual(case.of(ended)))
-
-
-def _stiffer(scene: Scene, factor: float) -> Scene:
-    return replace(
-        scene, chain=replace(scene.chain, young_modulus=factor * scene.chain.young_modulus)
-    )
+    cut_off = case.residual(case.of(ended))
+    if cut_off < whole / 2:  # else the wave is through by then
+        yield Cause(f"{text}, in a run that ends with that of the scene", cut_off)
 
 
 def other_force(case: Case) -> Iterator[Cause]:
     """The applied force, or the unit of the peaks, off by a factor."""
     scene = with_rise_time(case.scene)
-    log, left = case.fit(
-        lambda x: case.of(pushed(scene, math.exp(x))), list(np.linspace(-5.0, 5.0, 41))
-    )
-    yield Cause(force_in_words(math.exp(log)), left)
+
+    def harder(x: float) -> FloatArray:
+        return case.of(pushed(scene, math.exp(x)))
+
+    log, _ = case.fit(harder, list(np.linspace(-5.0, 5.0, 41)))
+    yield case.cause(force_in_words(math.exp(log)), harder(log))
     expected, given = case.reference.peak_force, case.given[case.judged]
     ratio = expected[case.judged] / expected.max()
     weight = 1 / ratio**2  # as residuals are relative
@@ -215,7 +225,7 @@ def other_force(case: Case) -> Iterator[Cause]:
     if not factor > 0:
         yield Cause("no contact was pressed, or none was read", case.residual(0 * expected))
         return
-    yield Cause(scale_in_words(scene, factor), case.residual(factor * expected))
+    yield case.cause(scale_in_words(scene, factor), factor * expected)
 
 
 def other_numbers(case: Case) -> Iterator[Cause]:

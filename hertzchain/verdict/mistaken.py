@@ -143,9 +143,9 @@ def _ramps(scene: Scene, mistakes: Mistakes) -> Sequence[Ramp]:
 def damped_verlet_peaks(scene: Scene, legs: Sequence[Leg]) -> FloatArray:
     """Highest forces of damped contacts by velocity Verlet, natural units, shape (N - 1,).
 
-    They are tops of parabolas through samples a tenth of the unit of time apart, right to 1e-4 of
-    themselves and to 1e-6 of what damping changes; ``simulate_damped_verlet`` takes 50 times as
-    long, as it measures work and bounds, too.
+    They are tops of parabolas through samples a tenth of the unit of time apart, right to 2e-4 of
+    themselves, and less of that is left in ratios at the same steps. ``simulate_damped_verlet``
+    takes ten times as long, as it measures work and bounds, too.
     """
     from hertzchain.engines.native.damped_verlet import verlet_contacts
     from hertzchain.engines.native.damped_verlet_kernel import take_steps
@@ -217,7 +217,7 @@ class Runs:
                 elastic = replace(mistakes, law="", strength=0.0, pulls=False)
                 weak = replace(scene, contact=contact_of(scene, mistakes.law, _WEAK, True))
                 ratio = damped_verlet_peaks(scene, legs) / damped_verlet_peaks(weak, legs)
-                return np.asarray(ratio * self.peaks(elastic))
+                return np.asarray(ratio * self._run(elastic))
             walker = METHODS["velocity-verlet"].walker
             run = simulate(scene, legs, walker, deadline=self.deadline)
             return np.asarray(run.peaks.force * unit.force)

@@ -27,12 +27,13 @@ FEWEST = 12  # contacts: two parameters and the choice among 700 pairs fit fewer
 
 _FINE = 12  # parameters between two trials of a mistake, by interpolation
 _ALIKE = 3  # pairs of mistakes in the same two things that are
-_MOST = 60  # pairs that are made together and fitted; the right one was among the first 10
-_MOST_RUNS = 5000  # plain runs of fits, half a second to one; others count in proportion
+_MOST = 100  # pairs that are made together and fitted; the right one was among the first 10
+_MOST_RUNS = 3500  # plain runs of fits, a second; others count in proportion
 _DAMPED_RUN, _DAMPED_STEPS = 8, 40  # plain runs that a damped one takes, and one by velocity Verlet
 _ROUNDS = 12  # of a fit; most end after five
 _GOOD, _FEW_ROUNDS = 1e-4, 4  # of the differences: rounds where a pair leaves no more than that
 _ENOUGH = 1e-6  # of the differences: a fit that leaves no more is done
+_PROMISING = 0.2  # of the differences and effects: most that is left where they add up; 0.08 seen
 _HOPEFUL = 0.05  # of the differences: fits that leave more have to get better by a third a round
 _AT_FREE_END = 1e-6  # relative; what a granule more changes there, at least
 
@@ -93,7 +94,8 @@ class _Given:
 class _Seed:
     """A pair to begin a fit with, and what is left if its mistakes add up."""
 
-    left: float
+    left: float  # mean square
+    effect: float  # that of what each of them does
     given: _Given
     families: tuple[Family, ...]
     start: tuple[float, ...]
@@ -117,7 +119,7 @@ def pairs(case: Case) -> list[Pair]:
     ]
     seeds = [seed for given in _numberings(case) for seed in _seeds(curves, given)]
     found: list[Pair] = []
-    for seed in _best(seeds):
+    for seed in _best(seeds, case.size**2):
         if _runs_taken(runs) > _MOST_RUNS:
             break
         done = any(pair.left < _GOOD * case.size for pair in found)
@@ -125,14 +127,17 @@ def pairs(case: Case) -> list[Pair]:
     return sorted(found, key=lambda pair: pair.left)
 
 
-def _best(seeds: list[_Seed]) -> list[_Seed]:
-    """The best seeds, a few of mistakes in the same two things."""
+def _best(seeds: list[_Seed], size: float) -> list[_Seed]:
+    """The best seeds, a few of mistakes in the same two things; ``size`` of the peaks, squared.
+
+    Where two mistakes make up for each other, they add up less well.
+    """
     best: list[_Seed] = []
     alike: Counter[tuple[object, ...]] = Counter()
     for seed in sorted(seeds, key=lambda seed: seed.left):
         kinds = *(family.kinds for family in seed.families), seed.scaled, seed.given.numbers
         alike[kinds] += 1
-        if alike[kinds] <= _ALIKE:
+        if alike[kinds] <= _ALIKE and seed.left <= _PROMISING**2 * (size + seed.effect):
             best.append(seed)
     return best[:_MOST]
 
@@ -198,7 +203,8 @@ def _seeds(curves: Sequence[_Curve], given: _Given) -> Iterator[_Seed]:
         i, j = np.unravel_index(int(np.argmin(left)), left.shape)
         start = float(a.parameter[i]), float(b.parameter[j])
         mean = max(float(left[i, j]), 0.0) / np.count_nonzero(at)
-        yield _Seed(mean, given, (a.family, b.family), start, scaled=False)
+        effect = float(np.mean(a.change[i, at] ** 2) + np.mean(change[j] ** 2))
+        yield _Seed(mean, effect, given, (a.family, b.family), start, scaled=False)
     for curve in curves:
         at = given.known & _felt(curve)
         off = given.wanted[at] - curve.change[:, at]
@@ -211,13 +217,14 @@ def _seeds(curves: Sequence[_Curve], given: _Given) -> Iterator[_Seed]:
         best = int(np.argmin(left))
         yield _Seed(
             float(left[best]),
+            float(np.mean(curve.change[best, at] ** 2)),
             given,
             (curve.family,),
             (float(curve.parameter[best]),),
             scaled=not given.numbers,
         )
     if given.numbers:
-        yield _Seed(float(np.nanvar(given.wanted)), given, (), (), scaled=True)
+        yield _Seed(float(np.nanvar(given.wanted)), 0.0, given, (), (), scaled=True)
 
 
 def _felt(curve: _Curve) -> NDArray[np.bool_]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from hertzchain.arrays import FloatArray
 from hertzchain.scene.pulse import Pulse
 from hertzchain.verdict.case import Case, Cause
-from hertzchain.verdict.families import of_pulses, words_of
+from hertzchain.verdict.families import Family, of_pulses, words_of
 from hertzchain.verdict.mistaken import Mistakes, Runs
 
 
@@ -17,8 +18,9 @@ def other_pulse(case: Case) -> Iterator[Cause]:
         return
     runs = Runs(case.scene, case.deadline)
     for family in of_pulses(pulse):
-        x, left = case.fit(
-            lambda x, family=family: runs.peaks(family.make(Mistakes(), x)),  # type: ignore[misc]
-            family.trials.tolist(),
-        )
-        yield Cause(words_of(case.scene, family, family.make(Mistakes(), x)), left)
+
+        def peaks(x: float, family: Family = family) -> FloatArray:
+            return runs.peaks(family.make(Mistakes(), x))
+
+        x, _ = case.fit(peaks, family.trials.tolist())
+        yield case.cause(words_of(case.scene, family, family.make(Mistakes(), x)), peaks(x))

@@ -47,8 +47,8 @@ def _with_step(case: Case, dt: float) -> Iterator[Cause]:
     scene = case.scene
     found = velocity_verlet(scene, scene.schedule(dt), case.deadline)
     step = f"velocity Verlet with steps of {dt:.3g} s"
-    yield Cause(f"samples in place of maxima, {step}", case.residual(found.sampled))
-    yield Cause(f"what {step} has", case.residual(found.interpolated))
+    yield case.cause(f"samples in place of maxima, {step}", found.sampled)
+    yield case.cause(f"what {step} has", found.interpolated)
     in_pulse = math.ceil(min(scene.ramps[-1].end, scene.end_time) / dt) + 1
     if in_pulse > MOST_LEGS:
         return
@@ -57,8 +57,8 @@ def _with_step(case: Case, dt: float) -> Iterator[Cause]:
     legs = steps_with_force(nodes, scene.applied_force(nodes), after)
     passing = velocity_verlet(scene, legs, case.deadline)
     step += ", past the corners of the pulse"
-    yield Cause(f"what {step} has", case.residual(passing.interpolated))
-    yield Cause(f"samples in place of maxima, {step}", case.residual(passing.sampled))
+    yield case.cause(f"what {step} has", passing.interpolated)
+    yield case.cause(f"samples in place of maxima, {step}", passing.sampled)
 
 
 def long_steps(case: Case) -> Iterator[Cause]:
@@ -78,5 +78,5 @@ def long_steps(case: Case) -> Iterator[Cause]:
             return np.full_like(case.given, np.nan)
         return np.asarray(run.peaks.force * scene.units.force)
 
-    dt, left = case.fit(family, list(longest * np.geomspace(0.02, 1.0, 14)))
-    yield Cause(f"what velocity Verlet with steps of some {dt:.3g} s has", left)
+    dt, _ = case.fit(family, list(longest * np.geomspace(0.02, 1.0, 14)))
+    yield case.cause(f"what velocity Verlet with steps of some {dt:.3g} s has", family(dt))

@@ -533,8 +533,8 @@ def test_mistakes_are_named_together_up_to_three_times_what_the_best_one_leaves(
     demo_reference: hc.Result, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     case = shared(demo_reference, 0.01)
-    # Of one that leaves nothing, a thousandth counts: trial runs are known to so much.
-    for best, others in ((0.01, 0.03), (0.0, 0.003)):
+    # Of one that leaves nothing, a ten-thousandth counts: fits are known to so much.
+    for best, others in ((0.01, 0.03), (0.0, 0.0003)):
         cause, *_ = found_by(monkeypatch, case, this=best, that=0.98 * others)
         assert cause is not None
         assert cause.startswith("this; or that; leaves")
