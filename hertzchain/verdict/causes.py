@@ -118,7 +118,7 @@ def likely_cause(case: Case, progress: Callable[[str], object] | None = None) ->
     partial = bool(two) and two[0].left < least / _TELLS
     partial |= bool(found) and not found[0].leaves_noise
     if least > EXPLAINED * size or (partial and least > _ALL_BUT * size):
-        return Explanation(hint=_hint(case, found, two), remark=remark)
+        return Explanation(hint=_hint(case, found, two, all_tried=remark is None), remark=remark)
     alike = _ALIKE * max(least, _KNOWN_TO * size)
     sentences = [one.sentence for one in found if one.residual <= alike]
     return Explanation(_joined(sentences, least / size), remark=remark)
@@ -148,10 +148,12 @@ def _of_pairs(case: Case, two: list[Pair], single: float) -> str | None:
     return _joined((pair.words(case.scene) for pair in alike), best / size)
 
 
-def _hint(case: Case, found: list[Cause], two: list[Pair]) -> str | None:
+def _hint(case: Case, found: list[Cause], two: list[Pair], all_tried: bool) -> str:
     """What comes nearest to the peaks, and what it leaves."""
     size = case.size
     several = "no single known mistake explains these peaks"
+    if not all_tried or not case.scene.is_plain:
+        several = "no mistake that was tried explains these peaks"
     if two and two[0].left <= PAIR_EXPLAINED * size:
         return (
             f"{several}. Several pairs of mistakes do, and peaks cannot tell them apart; one is:"

@@ -385,6 +385,15 @@ def test_the_hint_says_what_is_nearest_and_what_it_leaves(monkeypatch: pytest.Mo
     assert found_with(monkeypatch, 0.91).hint == far
 
 
+def test_the_hint_of_a_scene_with_terms_says_what_was_tried() -> None:
+    scene = replace(paper_scene("cosine", 1.0, 2.0, 16), wall=hc.Wall("rigid"))
+    peaks = hc.Native("reference").run(scene).peak_force
+    found = hc.judge(scene, peaks * (1 + 0.01 * np.random.default_rng(0).standard_normal(15)))
+    assert found.cause is None
+    assert (found.hint or "").startswith("no mistake that was tried explains these peaks")
+    assert found.to_dict()["hint"] == found.hint
+
+
 def test_pairs_need_a_dozen_contacts_of_a_plain_scene() -> None:
     for granules, sought in ((12, False), (13, True)):
         scene = paper_scene("cosine", 1.0, 2.0, granules)
