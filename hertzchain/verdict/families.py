@@ -43,6 +43,8 @@ class Family:
         What it is called, from the scene with all mistakes, and those.
     step
         The change of the parameter by which a slope is measured.
+    is_stepped
+        Whether peaks leap with the parameter, as with whole numbers of steps.
     """
 
     kinds: frozenset[str]
@@ -50,6 +52,7 @@ class Family:
     make: Callable[[Mistakes, float], Mistakes]
     words: Callable[[Scene, Mistakes], str]
     step: float = 1e-3
+    is_stepped: bool = False
 
     @property
     def is_fitted(self) -> bool:
@@ -118,7 +121,8 @@ def _steps(scene: Scene, dt: float | None) -> Family:
         trials,
         lambda of, x: replace(of, dt=math.exp(x)),
         lambda wrong, made: steps_in_words(made.dt * wrong.units.time),
-        step=0.03,  # whole numbers of steps change by then
+        step=0.03,
+        is_stepped=True,
     )
 
 

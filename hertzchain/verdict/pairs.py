@@ -35,6 +35,7 @@ _GOOD, _FEW_ROUNDS = 1e-4, 4  # of the differences: rounds where a pair leaves n
 _ENOUGH = 1e-6  # of the differences: a fit that leaves no more is done
 _PROMISING = 0.2  # of the differences and effects: most that is left where they add up; 0.08 seen
 _HOPEFUL = 0.05  # of the differences: fits that leave more have to get better by a third a round
+_SPREADS, _LEAPS = (0.04, 0.004), 21  # of logarithms of steps, and how many are tried
 _AT_FREE_END = 1e-6  # relative; what a granule more changes there, at least
 
 _SHIFTED = {
@@ -266,10 +267,41 @@ class _Fit:
             hopeful = 0.99 if least < _HOPEFUL * size else 0.7
             if least > hopeful * before or least < _ENOUGH * size:
                 break
+        damped = any("damping" in family.kinds for family in families)
+        if least < _HOPEFUL * size and not damped:  # those take too long
+            for k in free:
+                if families[k].is_stepped:
+                    x, least = self.polished(x, least, k, [other for other in free if other != k])
         scale, made = 1.0, self.made(x)
         if self.seed.scaled:
             scale = math.exp(float(np.mean(self.wanted(made))))
         return Pair(families, made, scale, self.seed.given.numbers, least)
+
+    def polished(
+        self, x: FloatArray, least: float, k: int, others: Sequence[int]
+    ) -> tuple[FloatArray, float]:
+        """Parameters near ``x`` that leave less, where one changes the peaks by leaps.
+
+        Every value of that one is tried, and those that would leave the least with the others as
+        they then should be.
+        """
+        for spread in _SPREADS:
+            slopes = np.array([_slope(self.off, x, o, self.seed.families[o].step) for o in others])
+            trials = []
+            for shift in np.linspace(-spread, spread, _LEAPS):
+                trial = x.copy()
+                trial[k] += shift
+                there = self.off(trial)
+                if others and np.all(np.isfinite(there)):
+                    change = np.linalg.lstsq(slopes.T, there, rcond=None)[0]
+                    trial[list(others)] -= change
+                    there = there - change @ slopes
+                trials.append((_size(there), trial))
+            for _, trial in sorted(trials, key=lambda one: one[0])[:3]:
+                after = _size(self.off(trial))
+                if after < least:
+                    x, least = trial, after
+        return x, least
 
     def made(self, x: FloatArray) -> Mistakes:
         """The mistakes with their parameters."""
