@@ -11,6 +11,7 @@ from hertzchain.report.document import Document, Failure, Peaks, Verdict
 from hertzchain.report.facts import number, shown_contacts
 from hertzchain.report.junit import ERROR, FAILURE, SKIPPED, Case, case
 from hertzchain.report.style import GIVEN
+from hertzchain.verdict.judgement import judged_peaks
 
 if TYPE_CHECKING:
     from hertzchain.verdict.judgement import Judgement
@@ -91,14 +92,18 @@ def _cases(judgement: Judgement) -> tuple[Case, ...]:
         text = "\n".join([*why, *judgement.remarks])
         cases = [Case("verdict", problem, "; ".join(why), text)]
     unit = "peak force [N] within the relative tolerance asked for"
-    for row in judgement.rows:
+    pressed = judged_peaks(judgement.reference, judgement.given)
+    allowed = np.zeros(pressed.size) if judgement.sampling is None else judgement.sampling
+    for contact_at, row in enumerate(judgement.rows):
         contact, given, reference = f"contact {row['contact']}", row["given_N"], row["reference_N"]
         assert reference is not None
         if row["passed"] is None:
             why_not = "no peak was given" if given is None else "pressed too little to be judged"
+            if pressed[contact_at]:
+                why_not = "sampled too rarely to be judged"
             cases.append(Case(contact, SKIPPED, why_not))
             continue
-        tolerance = judgement.tolerance * reference
+        tolerance = (judgement.tolerance + float(allowed[contact_at])) * reference
         subject = f"peak force of {contact} [N]"
         cases.append(case(contact, given, reference, tolerance, bool(row["passed"]), unit, subject))
     return tuple(cases)
@@ -107,10 +112,14 @@ def _cases(judgement: Judgement) -> tuple[Case, ...]:
 def _facts(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, str]]:
     """Label and value of what a judgement says of all contacts together."""
     reference, missing = judgement.reference, judgement.missing
-    weak = reference.contact.size - missing - judged
+    pressed = judged_peaks(reference, judgement.given)
+    rare = int(np.count_nonzero(pressed)) - judged
+    weak = reference.contact.size - missing - judged - rare
     counts = [f"{judged} judged", f"{failed} failed", f"{missing} not given"]
     if weak:
         counts.append(f"{weak} below a thousandth of the largest, not judged")
+    if rare:
+        counts.append(f"{rare} sampled too rarely, not judged")
     largest = judgement.largest_difference
     facts = [
         ("contacts", ", ".join(counts)),
@@ -118,6 +127,9 @@ def _facts(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, st
         ("tolerance", f"{judgement.tolerance:.1e}"),
         ("error of native, at most", f"{reference.error_estimate:.1e}"),
     ]
+    if judgement.sampling_error is not None:
+        said = f"{judgement.sampling_error:.1e}, which adds to the tolerance"
+        facts.append(("error of sampling, at most", said))
     if judgement.expected is not None:
         expected = judgement.expected
         off = (

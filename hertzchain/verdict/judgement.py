@@ -142,7 +142,8 @@ class Judgement:
         """How many contacts failed, and by how much, in one line."""
         judged, largest = int(np.count_nonzero(self.judged)), self.largest_difference
         if largest is None:
-            return "no contact that was given is pressed enough to be judged"
+            rare = "" if self.sampling is None else " and sampled often enough"
+            return f"no contact that was given is pressed enough{rare} to be judged"
         failed = judged - int(np.count_nonzero(self.passed))
         return (
             f"{failed} of {judged} contacts differ by more than {self.tolerance:.1e} from the"

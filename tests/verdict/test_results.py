@@ -432,6 +432,22 @@ def test_contacts_sampled_too_rarely_are_not_judged(run: Sampled, tmp_path: Path
     assert hc.judge_peaks(SCENE, file, tolerance=0.1).verdict == "pass"
 
 
+def test_reports_say_what_sampling_costs(run: Sampled, tmp_path: Path, hertzchain: Command) -> None:
+    scene, xml = tmp_path / "scene.toml", tmp_path / "junit.xml"
+    SCENE.to_toml(scene)
+    file = given_by(run, 3, tmp_path)
+    error = hc.judge_peaks(SCENE, file).sampling_error
+    shown = hertzchain("compare", scene, "--results", file)
+    words = " ".join(shown.out.split())
+    assert f"error of sampling, at most {error:.1e}, which adds to the tolerance" in words
+    assert "sampled too rarely" not in words
+    given_by(run, 6, tmp_path)
+    rare = hertzchain("compare", scene, "--results", file, "--tolerance", 1e-4, "--junit", xml)
+    assert rare.status == 1
+    assert "0 judged, 0 failed, 0 not given, 11 sampled too rarely, not judged" in rare.out
+    assert xml.read_text(encoding="utf-8").count("sampled too rarely to be judged") == 11
+
+
 # Trajectories
 
 

@@ -153,11 +153,14 @@ def _compare_force(
         )
         made.say("force", command, text, float(own[worst]), float(wanted[worst]))
         return
+    if np.max(np.abs(own / ratio - wanted)) <= _SHAPE * highest:  # at the same times
+        _say_peak(made, forces, ratio)
+        return
+    # Over other times: of the whole pulses.
+    ratio = max(float(own.max()), (made.chain.largest_push or 0.0) - static / unit) / highest
     if differs(ratio, 1.0):
         _say_peak(made, forces, ratio)
     scaled = own / ratio
-    if np.max(np.abs(scaled - wanted)) <= _SHAPE * highest:
-        return
     mine, theirs = _crossings(at, scaled), _crossings(at, wanted)
     names = ("rises to half of its peak at", "falls to half of its peak at")
     for name, one, other in zip(names, mine, theirs, strict=True):

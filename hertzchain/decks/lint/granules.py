@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 from hertzchain.decks.lint.arithmetic import number
@@ -114,7 +115,7 @@ class _Maker:
             raise _Unknown
         does(command)
 
-    @property
+    @cached_property
     def scale(self) -> float | None:
         """The spacing of a simple cubic lattice, in which unmarked lengths are."""
         lattices = self.deck.named("lattice")

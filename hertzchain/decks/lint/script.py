@@ -109,6 +109,11 @@ class _Reader:
         self.made: dict[str, list[Definition]] = {}
         self._values: dict[str, list[str]] = {}  # of variables that loops count with
         self._left = _MOST_WRITTEN_OUT
+        self._jumps: dict[str, list[int]] = {}  # lines that jump to a label
+        for at, (_, written) in enumerate(lines):
+            words = written.split(None, 3)[:3]
+            if len(words) == 3 and words[:2] == ["jump", "SELF"]:
+                self._jumps.setdefault(words[2], []).append(at)
 
     def carry_out(self, first: int, last: int, looping: bool) -> None:
         """Read some lines; ``looping``: in a loop that is not written out."""
@@ -137,18 +142,19 @@ class _Reader:
 
         Its last lines are ``next VARIABLE`` and ``jump SELF LABEL``, and nothing else jumps.
         """
-        jump = ["jump", "SELF", *head[1:]]
-        for end in range(at, min(last, at + self._left) - 1):
-            if self._lines[end + 1][1].split() != jump:
-                continue
-            words = self._lines[end][1].split()
-            if len(words) != 2 or words[0] != "next" or words[1] not in self._values:
-                return None
-            body = self._lines[at:end]
-            jumps = any("jump" in written and "if" in written.split()[:1] for _, written in body)
-            too_long = len(self._values[words[1]]) * len(body) > self._left
-            return None if jumps or too_long else end
-        return None
+        jumps = self._jumps.get(" ".join(head[1:]), [])
+        k = bisect_left(jumps, at + 1)
+        if k == len(jumps) or jumps[k] >= last:
+            return None
+        end = jumps[k] - 1
+        words = self._lines[end][1].split()
+        if len(words) != 2 or words[0] != "next" or words[1] not in self._values:
+            return None
+        if max(1, len(self._values[words[1]])) * (end - at) > self._left:
+            return None
+        body = self._lines[at:end]
+        leaves = any("jump" in written and "if" in written.split()[:1] for _, written in body)
+        return None if leaves else end
 
     def _define(self, variable: str, style: str, text: str) -> None:
         self.made.setdefault(variable, []).append(Definition(len(self.commands) - 1, style, text))
