@@ -147,6 +147,50 @@ def test_a_branch_that_is_not_taken_does_nothing() -> None:
     assert [script.value(f"v_{name}", 99) for name in "bcde"] == [1.0, 2.0, 3.0, None]
 
 
+def test_a_group_of_a_region_and_velocities_that_are_set() -> None:
+    text = CLEAN.replace(
+        "fix motion",
+        "region left block -0.5 1.5 INF INF INF INF\ngroup left region left\n"
+        "set group left vy 2.0\nfix motion",
+    )
+    row = chain(text).row
+    assert row is not None
+    assert row.members("left") == frozenset((1, 2))
+    assert [velocity[1] for velocity in row.velocity[:3]] == [2.0, 2.0, 0.0]
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    "formula", ["ramp(1,5)", "swiggle(1,2,3e-6)", "cwiggle(1,2,3e-6)", "vdisplace(1,2e5)"]
+)
+def test_formulas_of_a_run_have_the_value_that_lammps_gives_them(formula: str) -> None:
+    text = CLEAN.replace("50*(1-cos(2*PI*time/1e-4))", f'"{formula}"').split("run 500")[0]
+    found = chain(f"{text}run 500\n")
+    (force,) = found.forces
+    run = force.runs[1]
+    with engine() as lammps:
+        # The formula is of the run that goes on: the mean over its last three steps.
+        command(lammps, f"{text}fix mean all ave/time 1 1 1 v_push\nvariable now equal f_mean")
+        command(lammps, "thermo_style custom step v_push\nrun 500")
+        value = lammps.extract_fix("mean", 0, 0)
+    assert run.end is not None
+    # The time of LAMMPS is a sum of steps.
+    assert force.at(found, 0, run, run.end) == pytest.approx(value, rel=1e-9, abs=1e-9)
+
+
+def test_damping_of_nearly_nothing_is_none() -> None:
+    for number, found in (("1e-300", False), ("1e-99", True)):
+        text = CLEAN.replace("193e9 0.0 0.3", f"193e9 {number} 0.3")
+        assert (lint(text) != []) is found
+        contact = (chain(text).contacts or [])[0]
+        assert (contact.damping != 0) is found
+
+
+def test_a_formatted_variable_has_the_value_of_the_other() -> None:
+    script = parse("variable a equal 1/8\nvariable b format a %.3g\nrun $(8*v_b)\n")
+    assert script.commands[-1].words == ("run", "1.0")
+
+
 def test_the_granules_of_a_deck() -> None:
     text = """\
 units si

@@ -49,6 +49,14 @@ _FUNCTIONS: dict[str, Callable[..., float]] = {
     "ternary": lambda x, y, z: y if x else z,
 }  # fmt: skip
 
+_OF_RUNS: dict[str, tuple[str, Callable[..., float]]] = {
+    "ramp": ("part", lambda part, x, y: x + (y - x) * part),
+    "vdisplace": ("since", lambda time, x, y: x + y * time),
+    "swiggle": ("since", lambda time, x, y, z: x + y * math.sin(2 * math.pi * time / z)),
+    "cwiggle": ("since", lambda time, x, y, z: x + y * (1 - math.cos(2 * math.pi * time / z))),
+}
+"""Functions of the part of a run that is over, or of the time since it began."""
+
 _OPERATORS: tuple[dict[str, Callable[[float, float], float]], ...] = (
     {"||": lambda x, y: float(bool(x) or bool(y)), "|^": lambda x, y: float(bool(x) != bool(y))},
     {"&&": lambda x, y: float(bool(x) and bool(y))},
@@ -149,10 +157,17 @@ class _Reader:
             return self.inside(parentheses)[0]
         if word[0].isdigit() or word[0] == ".":
             return float(word)
-        if self.left and self.left[-1] == "(" and word in _FUNCTIONS:
+        if self.left and self.left[-1] == "(" and word in (_FUNCTIONS | _OF_RUNS):
             self.left.pop()
-            return float(_FUNCTIONS[word](*self.inside(parentheses)))
+            return self.called(word, self.inside(parentheses))
         return self.name(word)
+
+    def called(self, function: str, values: list[float]) -> float:
+        """The value of a function."""
+        if function in _FUNCTIONS:
+            return float(_FUNCTIONS[function](*values))
+        keyword, compute = _OF_RUNS[function]
+        return float(compute(self.name(keyword), *values))
 
     def inside(self, parentheses: int) -> list[float]:
         """What stands between commas, up to the closing parenthesis."""

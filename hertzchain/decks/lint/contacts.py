@@ -14,6 +14,9 @@ from hertzchain.decks.lint.script import Command
 from hertzchain.engines.lammps.damping import tsuji
 from hertzchain.engines.lammps.dialect import NUMBERS_OF, WITHOUT_ATTRACTION
 
+NO_DAMPING = 1e-100
+"""Numbers for damping up to this are 0, in all units (chosen)."""
+
 _HERTZ = ("hertz", "hertz/material", "dmt", "jkr")
 
 
@@ -158,7 +161,8 @@ def _damping(
 ) -> tuple[float | None, float]:
     """C and q of the damping c d^q d' of a law; see ``engines.lammps.damping``."""
     restitutions = ("tsuji", "coeff_restitution")
-    if option == "none" or (g == 0 and option not in restitutions):
+    none = g is not None and abs(g) <= NO_DAMPING
+    if option == "none" or (none and option not in restitutions):
         return 0.0, 0.0
     power = {"viscoelastic": 0.5, **dict.fromkeys(restitutions, (exponent - 1) / 2)}.get(
         option, 0.0
@@ -186,6 +190,8 @@ def _classic(command: Command, words: tuple[str, ...], pair: _Pair) -> Contact |
     if name not in ("gran/hertz/history", "gran/hooke", "gran/hooke/history"):
         return None
     pulls = WITHOUT_ATTRACTION not in words
+    if gamma is not None and abs(gamma) <= NO_DAMPING:
+        gamma = 0.0
     if pair.mass is None and gamma != 0:
         gamma = None
     weight = pair.mass or 0.0

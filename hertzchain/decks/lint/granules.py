@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
 from hertzchain.decks.lint.arithmetic import number
 from hertzchain.decks.lint.deck import Deck
+from hertzchain.decks.lint.groups import MOST, listed, span
 from hertzchain.decks.lint.script import Command
 
-_MOST = 20_000  # granules of a chain that are looked at one by one (chosen: a second)
 _MOST_CHANGES = 500_000  # of attributes, all granules together (chosen: a second)
 _ACROSS = 1e-6  # diameters by which the places of a row may differ across it (chosen)
+
+_PLACES, _SPEEDS = ("x", "y", "z"), ("vx", "vy", "vz")  # keywords of ``set``
 
 Number = float | None
 
@@ -162,14 +164,14 @@ class _Maker:
         ]
         if len(ranges) != 3 or sorted(len(r) for r in ranges)[:2] != [1, 1]:
             raise _Unknown
-        if max(len(r) for r in ranges) > _MOST:
+        if max(len(r) for r in ranges) > MOST:
             raise _Unknown
         x, y, z = ranges
         return [(i * scale, j * scale, k * scale) for k in z for j in y for i in x]
 
     def add(self, command: Command, kind: Number, point: list[Number]) -> None:
         """One more granule, as LAMMPS makes it."""
-        if len(self.places) >= _MOST:
+        if len(self.places) >= MOST:
             raise _Unknown
         self.places.append(point)
         self.velocities.append([0.0, 0.0, 0.0])
@@ -193,7 +195,7 @@ class _Maker:
         count = len(self.places)
         if style == "group":
             return self.members(which)
-        chosen = _span(which, count if style == "atom" else 1_000)
+        chosen = span(which, count if style == "atom" else 1_000)
         if chosen is None or style not in ("atom", "type"):
             return None
         if style == "atom":
@@ -220,7 +222,7 @@ class _Maker:
                 value = number(word)
                 for k in chosen or ():
                     self.own.setdefault(keyword, {})[k] = None if unsure else value
-            elif keyword in ("diameter", "density", "mass", "type", "x", "y", "z", "vx"):
+            elif keyword in ("diameter", "density", "mass", "type", *_PLACES, *_SPEEDS):
                 for k in chosen or ():
                     value = None if unsure else self.value(word, command, k)
                     self.change(keyword, k, value, command)
@@ -237,11 +239,11 @@ class _Maker:
 
     def change(self, keyword: str, k: int, value: Number, command: Command) -> None:
         """Give one granule an attribute; a density makes a mass with the diameter of now."""
-        if keyword in ("x", "y", "z"):
-            self.places[k - 1]["xyz".index(keyword)] = value
+        if keyword in _PLACES:
+            self.places[k - 1][_PLACES.index(keyword)] = value
             self.note("place", k, command)
-        elif keyword == "vx":
-            self.velocities[k - 1][0] = value
+        elif keyword in _SPEEDS:
+            self.velocities[k - 1][_SPEEDS.index(keyword)] = value
             self.note("velocity", k, command)
         elif keyword == "density":
             diameter = self.values["diameter"][k - 1]
@@ -262,6 +264,8 @@ class _Maker:
         members: frozenset[int] | None = None
         if style in ("id", "type"):
             members = self.listed(style, rest)
+        elif style == "region" and rest:
+            members = self.within(rest[0])
         elif style in ("subtract", "union", "intersect") and rest:
             sets = [self.members(other) for other in rest]
             known = [one for one in sets if one is not None]
@@ -272,26 +276,29 @@ class _Maker:
         both = None if members is None or before is None else before | members
         self.groups[name] = None if command.conditional else both
 
+    def within(self, region: str) -> frozenset[int] | None:
+        """The granules whose centres are in a block."""
+        blocks = [r for r in self.deck.named("region") if r.words[1:3] == (region, "block")]
+        unit = self.deck.unit_of(region)
+        if len(blocks) != 1 or unit is None or blocks[0].after("side") == "out":
+            return None
+        far = {"INF": math.inf, "EDGE": math.inf}
+        ends = [far.get(word, number(word)) for word in blocks[0].words[3:9]]
+        known = [end * unit for end in ends if end is not None]
+        if len(known) != 6 or any(None in place for place in self.places):
+            return None
+        low = [-abs(x) if math.isinf(x) else x for x in known[::2]]
+        return frozenset(
+            k
+            for k, place in enumerate(self.places, start=1)
+            if all(a <= (x or 0.0) <= b for a, x, b in zip(low, place, known[1::2], strict=True))
+        )
+
     def listed(self, style: str, words: Sequence[str]) -> frozenset[int] | None:
         """The granules of the numbers, or types, that ``group`` lists."""
         count = len(self.places)
         numbers = list(range(1, count + 1)) if style == "id" else self.values["kind"]
-        if words[:1] and words[0] in _COMPARE:
-            bounds = [number(word) for word in words[1:]]
-            if None in bounds or not bounds or None in numbers:
-                return None
-            return frozenset(
-                k for k, value in enumerate(numbers, start=1) if _COMPARE[words[0]](value, *bounds)
-            )
-        chosen: set[int] = set()
-        for word in words:
-            ends = [number(part) for part in word.split(":")]
-            known = [int(end) for end in ends if end is not None and abs(end) < 1e9]
-            if len(known) != len(ends) or not 1 <= len(known) <= 3:
-                return None
-            high, step = known[min(1, len(known) - 1)], known[2] if len(known) == 3 else 1
-            chosen |= set(range(known[0], min(high, _MOST) + 1, max(step, 1)))
-        return frozenset(k for k, value in enumerate(numbers, start=1) if value in chosen)
+        return listed(numbers, words)
 
     def move(self, command: Command) -> None:
         """``velocity``: set to known numbers, or unknown."""
@@ -371,19 +378,3 @@ class _Maker:
             spread = max(known) - min(known) if known else math.inf
             same.append(len(known) == len(self.places) and spread <= _ACROSS * size)
         return same.index(False) if same.count(False) == 1 else None
-
-
-_COMPARE: dict[str, Callable[..., bool]] = {
-    "<": lambda x, a: x < a, ">": lambda x, a: x > a, "<=": lambda x, a: x <= a,
-    ">=": lambda x, a: x >= a, "==": lambda x, a: x == a, "!=": lambda x, a: x != a,
-    "<>": lambda x, a, b: a <= x <= b,
-}  # fmt: skip
-
-
-def _span(word: str, most: int) -> Iterable[int] | None:
-    """The numbers of 2, *, 2*3; None for a word that is no such."""
-    match = re.fullmatch(r"(\d{0,9})(\*?)(\d{0,9})", word)
-    if not word or match is None or (not match[2] and match[3]):
-        return None
-    first = int(match[1] or 1)
-    return range(first, (first if not match[2] else min(int(match[3] or most), most)) + 1)

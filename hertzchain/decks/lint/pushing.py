@@ -37,7 +37,9 @@ class Force:
         clock = {"time": time}
         if run.dt and run.start is not None:
             elapsed = (time - run.start) / run.dt
-            clock |= {"dt": run.dt, "elapsed": elapsed}
+            clock |= {"dt": run.dt, "elapsed": elapsed, "since": time - run.start}
+            if run.steps:
+                clock["part"] = elapsed / run.steps
             if run.steps_before is not None:
                 clock["step"] = run.steps_before + elapsed
         return deck.script.value(word, run.command.place, clock)

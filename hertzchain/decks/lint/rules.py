@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from hertzchain.decks.lint.arithmetic import number
 from hertzchain.decks.lint.chain import Chain
 from hertzchain.decks.lint.chain_rules import CHAIN_RULES
+from hertzchain.decks.lint.contacts import NO_DAMPING
 from hertzchain.decks.lint.deck import TOUCHING, Deck, Law, Push, Run
 from hertzchain.decks.lint.finding import Finding, Found, Severity
 from hertzchain.decks.lint.script import Command, parse
@@ -161,21 +162,25 @@ def _damping(deck: Deck) -> Found:
             yield law.command, "error", text
         elif value is not None and damping in ("tsuji", "coeff_restitution"):
             yield from _restitution(law, damping, value, "note" if deck.is_heap else "warning")
-        elif value:
+        elif _damps(value):
             text = (
                 f"the second number of {law.normal}, {word}, damps the contacts: energy is lost,"
                 " and peaks are lower than those of Hertz's law; 0.0 damps nothing"
             )
             yield law.command, "note", text
     style = deck.pair_style
-    if style is not None and style.words[1].startswith("gran/") and len(style.words) > 4:
-        normal = number(style.words[4])
-        if normal:
-            text = (
-                f"gamma_n = {style.words[4]} damps the contacts: energy is lost, and peaks are"
-                " lower than those of Hertz's law; 0.0 damps nothing"
-            )
-            yield style, "note", text
+    classic = style is not None and style.words[1].startswith("gran/") and len(style.words) > 4
+    if style is not None and classic and _damps(number(style.words[4])):
+        text = (
+            f"gamma_n = {style.words[4]} damps the contacts: energy is lost, and peaks are"
+            " lower than those of Hertz's law; 0.0 damps nothing"
+        )
+        yield style, "note", text
+
+
+def _damps(value: float | None) -> bool:
+    """Whether a number damps: some write 1e-300 for 0, where LAMMPS would divide by it."""
+    return value is not None and abs(value) > NO_DAMPING
 
 
 def _restitution(law: Law, damping: str, value: float, other: Severity) -> Found:
@@ -223,12 +228,12 @@ def _attraction(deck: Deck) -> Found:
     for law in deck.laws:
         words = law.command.words
         known = law.normal in ("hooke", "hertz", "hertz/material")
-        if known and number(law.numbers[1]) and not {"none", "limit_damping"} & set(words):
+        if known and _damps(number(law.numbers[1])) and not {"none", "limit_damping"} & set(words):
             yield law.command, severity, text
     style = deck.pair_style
     if style is None or not style.words[1].startswith("gran/") or len(style.words) < 5:
         return
-    if number(style.words[4]) and "limit_damping" not in style.words:
+    if _damps(number(style.words[4])) and "limit_damping" not in style.words:
         yield style, severity, text
 
 
@@ -740,6 +745,9 @@ def lint(text: str, scene: Scene | None = None) -> list[Finding]:
         if deck.row is not None and None not in deck.row.place:
             # The scene says whether gaps and static overlaps are meant.
             found = {finding for finding in found if finding.rule != "not-touching"}
+        if deck.contacts is not None and deck.walls is not None:
+            # So does it whether contacts may pull.
+            found = {finding for finding in found if finding.rule != "attraction"}
         found |= held
     return sorted(found, key=lambda finding: (finding.line, finding.rule, finding.text))
 

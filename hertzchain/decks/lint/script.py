@@ -306,6 +306,8 @@ def _define(command: Command, made: dict[str, list[Definition]]) -> None:
         kind = "text" if style in ("index", "string") else "equal"
         text = words[3] if style != "equal" else " ".join(words[3:])
         before.append(Definition(command.place, "unknown" if command.conditional else kind, text))
+    elif style == "format" and len(words) > 3 and not command.conditional:
+        before.append(Definition(command.place, "equal", f"v_{words[3]}"))
     else:
         before.append(Definition(command.place, "deleted" if style == "delete" else "unknown", ""))
 
