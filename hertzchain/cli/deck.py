@@ -138,7 +138,8 @@ def lint(
             {"file": file, "findings": [asdict(finding) for finding in findings]}
             for file, findings in found.items()
         ]
-        print_json({"decks": files})
+        held = {} if scene is None else {"scene": str(scene)}
+        print_json({**held, "decks": files})
     for file, findings in found.items():
         for finding in () if as_json else findings:
             where = f"{file}:{finding.line}: {finding.severity}"

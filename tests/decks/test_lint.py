@@ -804,8 +804,8 @@ HOSTILE = (
     "variable a equal v_a\n" * 20_000, "set group all density 1\n" * 5_000, "((((" * 50_000,
     "fix a all addforce v_f 0 0\nrun 1\n" * 1_000, "label a\n" * 20_000,
     "variable i loop 1\n" + "label a\n" * 20_000 + "next i\njump SELF a\n",
-    "variable i loop 9000\nlabel a\n" + "create_atoms 1 single $i 0 0\nnext i\njump SELF a\n"
-    + "set group all diameter 1\n" * 5_000,
+    "variable i loop 2000\nlabel a\n" + "create_atoms 1 single $i 0 0\nnext i\njump SELF a\n"
+    + "set group all diameter 1\n" * 1_000,
     "".join(f"variable i{k} loop 9\nlabel a{k}\n" for k in range(900)) + "run 1\n"
     + "".join(f"next i{k}\njump SELF a{k}\n" for k in reversed(range(900))),
 )  # fmt: skip

@@ -365,7 +365,9 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     wrong = hertzchain("lint", file, "--scene", tmp_path / "scene.toml")
     assert wrong.status == 1
     assert f"{file}:15: error: the mass of granule 1 and 29 more is 0.00402143" in wrong.out
-    (one,) = hertzchain("lint", file, "--json", "--scene", tmp_path / "scene.toml").json()["decks"]
+    document = hertzchain("lint", file, "--json", "--scene", tmp_path / "scene.toml").json()
+    assert document["scene"] == str(tmp_path / "scene.toml")
+    (one,) = document["decks"]
     (finding,) = one["findings"]
     assert finding["expected"] == pytest.approx(7958 / 8958 * finding["found"], rel=1e-9, abs=0)
     missing = hertzchain("lint", file, "--scene", tmp_path / "none.toml")

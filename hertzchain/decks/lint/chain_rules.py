@@ -63,6 +63,8 @@ def _step_length(chain: Chain) -> Found:
 
 def _random_velocities(chain: Chain) -> Found:
     """Granules of a chain start at rest, but for a striker."""
+    if chain.is_heap or not chain.is_granular:
+        return
     for command in chain.named("velocity"):
         if command.words[2:3] == ("create",):
             heat = " ".join(command.words[3:4])
