@@ -22,7 +22,7 @@ from tests import scenes
 from tests.command_line import Command
 from tests.conftest import STEEL
 from tests.test_public_names import modules_after
-from validation.gallery import FOLDER, GALLERY
+from validation.gallery import FOLDER, GALLERY, Entry
 
 CHAIN = hc.Chain(30, **STEEL)
 PULSE = hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5)
@@ -129,9 +129,18 @@ def test_nothing_is_said_of_the_scene_in_any_units(
 
 
 @pytest.mark.parametrize("entry", GALLERY, ids=lambda entry: entry.title)
-def test_nothing_is_said_of_shipped_decks_of_their_scenes(entry) -> None:  # type: ignore[no-untyped-def]
+def test_nothing_is_said_of_shipped_decks_of_their_scenes(entry: Entry) -> None:
     text = (FOLDER / entry.name).read_text(encoding="utf-8")
     assert lint(text, entry.load()) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("entry", GALLERY, ids=lambda entry: entry.title)
+def test_a_shipped_deck_is_of_one_scene(entry: Entry) -> None:
+    text = (FOLDER / entry.name).read_text(encoding="utf-8")
+    scene = entry.load()
+    others = [other.load() for other in GALLERY]
+    assert all(bad(lint(text, other)) for other in others if other != scene)
 
 
 @pytest.mark.parametrize("pair_style", ["granular", "gran/hertz/history"])
