@@ -33,6 +33,12 @@ def contact_checks(case: Case) -> list[DeckCheck]:
     """All forces between granules and at walls."""
     if not case.laws:
         return []
+    if not np.any(np.isfinite(case.found.contact_force)):
+        check = DeckCheck(
+            "contacts", "", None, None, case.whole_effect, False, True,
+            "the contacts of the deck could not be asked", "its granules do not lie in one row",
+        )  # fmt: skip
+        return [placed(check, case.found, "place", (), "put all granules in one row")]
     return [*_laws(case), *damping_check(case), friction_check(case), *_image(case), *_walls(case)]
 
 
@@ -193,7 +199,7 @@ def _limited(case: Case) -> list[DeckCheck]:
         if abs(off[at]) > _BENT:
             who, ratio = contact_name(np.array([k]), case), float(law.ratios[tried][at])
             check = DeckCheck(
-                f"force of {who} at other overlaps", "", ratio, 1.0, None, False, True,
+                f"force of {who} at other overlaps", "", ratio, 1.0, case.whole_effect, False, True,
                 f"the force of {who} is {ratio:.3g} times Hertz's at one of the overlaps that were"
                 " tried, and Hertz's at another: there is a cutoff or a limit",
                 f"chosen: {_BENT:g} of the force",

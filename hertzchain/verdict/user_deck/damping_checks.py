@@ -114,13 +114,13 @@ def _right_damping(case: Case, text: str, law: str, k: int) -> str:
 def friction_check(case: Case) -> DeckCheck:
     """Forces across the contacts when granules spin: the scene has none."""
     unit = float(np.max([law.stiffness for law in case.laws])) * float(np.max(case.near)) ** 1.5
-    sideways = float(np.max(np.abs(case.found.tangential_force), initial=0.0))
+    sideways = float(np.nanmax(np.abs(case.found.tangential_force), initial=0.0))
     why = "sideways forces and torques over radius when granules spin, of the contact force"
     if sideways <= QUIET * max(unit, 1e-300):
         return same("friction", "N", sideways, 0.0, why)
     still = np.max(np.abs(case.found.spin), initial=0.0) == 0
     check = DeckCheck(
-        "friction", "N", sideways, 0.0, 0.0 if still else None, False, True,
+        "friction", "N", sideways, 0.0, 0.0 if still else case.whole_effect, False, True,
         f"friction: granules that spin are pushed sideways or turned by {sideways:.3g} N, the scene"
         " has no friction",
         "the scene has no friction; it does nothing while granules stay on the axis without spin",

@@ -18,7 +18,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.verdict.user_deck.measured import Law
 from hertzchain.verdict.user_deck.places import Place, with_number
 from hertzchain.verdict.user_deck.places import place as find_place
-from hertzchain.verdict.user_deck.twin import Twin, TwinRun, effect
+from hertzchain.verdict.user_deck.twin import Twin, TwinRun, change_of_peaks, effect
 from hertzchain.verdict.user_deck.units import Units
 
 Indices = NDArray[np.intp]
@@ -114,6 +114,11 @@ class Case:
     def effect(self, **numbers: object) -> float | None:
         """What numbers of the deck in place of the scene's do to the peaks."""
         return effect(self.twin, self.expected, self.deadline, **numbers)
+
+    @property
+    def whole_effect(self) -> float:
+        """How far the deck's own peaks are off, for what no chain along a line can show."""
+        return change_of_peaks(self.found.peak_force, self.truth.all_peaks)
 
     def allowed(self, change: float | None, relative: float) -> bool:
         """Whether a difference is digits only: of a number (relative) and of the peaks."""

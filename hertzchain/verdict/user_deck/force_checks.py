@@ -81,9 +81,9 @@ def _constant(case: Case) -> list[DeckCheck]:
     side = float(np.max(np.abs(found.constant_force[:, 1:]), initial=0.0))
     if side > ROUND_OFF * scale:
         check = DeckCheck(
-            "constant force across the chain", "N", side, 0.0, None, False, True,
+            "constant force across the chain", "N", side, 0.0, 0.0, False, True,
             f"a constant force of {side:.3g} N acts across the chain, the scene has none",
-            "the scene has no force across the chain",
+            "the scene has no force across the chain; one on all granules leaves the peaks",
         )  # fmt: skip
         check = placed(check, found, "constant force", (), "without this fix")
         acts = _fix(case, lambda fix: bool(np.max(fix.largest[:, 1]) > ROUND_OFF * scale))
@@ -145,7 +145,7 @@ def _shock(case: Case) -> list[DeckCheck]:
     if found.applied_sideways > ACTS * scale:
         side = found.applied_sideways
         check = DeckCheck(
-            "applied force across the chain", "N", side, 0.0, None, False, True,
+            "applied force across the chain", "N", side, 0.0, case.whole_effect, False, True,
             f"an applied force of up to {side:.4g} N acts across the chain, which lies along"
             f" {found.axis}", "the scene pushes along the chain",
         )  # fmt: skip

@@ -294,7 +294,7 @@ def _spin(case: Case) -> list[DeckCheck]:
     if surface <= ROUND_OFF * case.scene.units.velocity:
         return [same("spin at the start", "1/s", spin, 0.0, case.reason)]
     check = DeckCheck(
-        "spin at the start", "1/s", spin, 0.0, None, False, True,
+        "spin at the start", "1/s", spin, 0.0, case.whole_effect, False, True,
         f"granules spin with {spin:.3g} 1/s at the start, the scene has no spin",
         "the scene has no spin; with friction it pushes granules off the axis",
     )  # fmt: skip

@@ -21,7 +21,7 @@ _FITTED = 1e-2  # of the largest effect of a failed check: what fitting its law 
 _LATE = 0.02  # of the largest: late collisions multiply what digits make of it (chosen)
 
 _EXPLAINS = (
-    "neighbours", "granules that are led",
+    "contacts", "force of", "applied force across", "neighbours", "granules that are led",
     "number of granules", "integrators", "contacts across", "distance from", "random", "spin",
     "velocity across",
 )  # fmt: skip

@@ -143,7 +143,7 @@ def _random(case: Case) -> list[DeckCheck]:
     for index, one in enumerate(case.found.commands):
         if one.carried_out and any(re.match(pattern, one.text) for pattern in patterns):
             check = DeckCheck(
-                "random forces", "", 1, 0, None, False, True,
+                "random forces", "", 1, 0, case.whole_effect, False, True,
                 f"{' '.join(one.text.split()[:4])} pushes granules at random, the scene is not"
                 " random", "the scene has no random force",
             )  # fmt: skip

@@ -21,7 +21,6 @@ class Deck:
     name: str
     variables: dict[str, str] = field(default_factory=dict)
     right: bool = True
-    slow: bool = False
 
 
 VARIABLES = {"n": "20", "F0": "100", "dt": "2e-7"}
@@ -45,7 +44,7 @@ DECKS = (
     Deck("steel", "in.random_places", right=False),  # no chain at all
     Deck("glass", "in.glass_ramps"),  # ramp() in two runs
     Deck("glass", "in.glass_random_order"),  # ids in no order, along z
-    Deck("glass", "in.glass_every", slow=True),  # variable file: a force held for two steps
+    Deck("glass", "in.glass_every"),  # variable file: a force held for two steps
     Deck("striker", "in.striker_velocity"),  # region groups
     Deck("striker", "in.striker_set"),  # set vy, downwards, cgs
     Deck("striker_wall", "in.striker_wall"),  # wall/gran granular
@@ -58,6 +57,8 @@ DECKS = (
     Deck("viscoelastic", "in.viscoelastic"),
     Deck("restitution", "in.restitution"),
     Deck("gapped", "in.gapped"),
+    Deck("piston", "in.piston"),
+    Deck("striker", "in.piston", right=False),  # moved, where it should fly
 )
 
 

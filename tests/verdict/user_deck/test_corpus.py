@@ -9,16 +9,17 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.verdict.user_deck import DeckCheck
-from tests.verdict.user_deck.corpus import DECKS, Deck, copied, scene_of
+from tests.verdict.user_deck.corpus import DECKS, FOLDER, Deck, copied, scene_of
 
 pytestmark = pytest.mark.lammps
 
-QUICK = {"in.steel_cgs", "in.striker_wall", "in.dimer"}
+QUICK = {"in.steel_cgs", "in.striker_wall"}
 """Those that the default suite examines: about a second each."""
 
 
 def name(deck: Deck) -> str:
-    return "-".join([deck.name.removeprefix("in."), *deck.variables.values()])
+    words = [deck.scene, deck.name.removeprefix("in."), *deck.variables.values()]
+    return "-".join(words)
 
 
 def failed(checks: tuple[DeckCheck, ...]) -> dict[str, str]:
@@ -61,11 +62,5 @@ def test_nothing_is_written(tmp_path: Path) -> None:
 def test_the_decks_of_the_corpus_are_thirty() -> None:
     assert len(DECKS) >= 30
     assert {deck.name for deck in DECKS} | {"in.make_restart"} == {
-        path.name for path in copied_folder().glob("in.*")
+        path.name for path in FOLDER.glob("in.*")
     }
-
-
-def copied_folder() -> Path:
-    from tests.verdict.user_deck.corpus import FOLDER
-
-    return FOLDER

@@ -12,7 +12,7 @@ from tests.verdict.user_deck.mistakes import ELSEWHERE, PAIRS, PLAIN, Mistake
 
 pytestmark = pytest.mark.lammps
 
-QUICK = {"mass", "wall place"}
+QUICK = {"wall place"}
 """Mistakes that the default suite looks for: a second each."""
 
 
