@@ -68,14 +68,16 @@ class FoundFix:
     style, command
         Its style, and the index of its command.
     moves
-        Whether it moves granules (``nve``, ``move``); the others exert forces.
+        Whether it moves granules (``nve``, ``move``); the others exert forces, or change the motion
+        without (``momentum``, ``temp/rescale``).
     granules
         Which granules it was given, shape (granules,), when it was last seen.
     largest
         Largest force that it exerted on each granule, along and off the axis, over the whole deck
         with granules that stay where they are [N], shape (granules, 2); 0 for what moves them.
     largest_in_motion
-        The same while the deck ran as it is: another force depends on places or velocities.
+        The same at the readings while the deck ran as it is: where it is 0 in one of them alone,
+        the force depends on places or velocities.
     """
 
     style: str

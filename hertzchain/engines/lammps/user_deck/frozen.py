@@ -130,7 +130,7 @@ class Replay:
         if words[0] == "fix" and len(words) > 3:
             if words[3] in MOVES | OF_MOTION:
                 self._left_out.add(words[1])
-                if words[3] in MOVES:
+                if words[3] != "halt":
                     self._moves[words[1]] = DeckFix(words[1], words[2], words[3], one.index)
                 return True
             self._left_out.discard(words[1])

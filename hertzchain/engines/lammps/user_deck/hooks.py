@@ -141,7 +141,9 @@ class Hooks:
             np.zeros((rows, arrays, granules, 3)),
         )
         self._first = self._next = int(self._lammps.extract_global("ntimestep"))
-        self._stop, self.stride, self._take = self._next + steps, stride, take
+        self._stop, self.stride, self._take = self._first + steps, stride, take
+        if "pre no" in text:  # no forces are added up at its start
+            self._next = min(self._first + stride, self._stop)
         self._reading, self._again, self._problem = False, False, None
         try:
             command(self._lammps, text)

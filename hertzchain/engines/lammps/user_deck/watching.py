@@ -78,12 +78,16 @@ class Watcher:
         self.exerted: dict[
             int, FloatArray
         ] = {}  # largest force of each fix, along and off the axis
+        self._changed = False  # whether fixes have been made or ended since the last run
         self.driven = np.zeros(count, bool)  # by fix move, in any run
         self.driven_time: list[FloatArray] = []
         self.driven_ends: list[FloatArray] = []  # places of the granules at both ends
 
     def give(self, text: str, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
+        # One of the same id takes the place of that before.
+        is_new = words[0] == "fix" and words[1:2] and words[1] not in self.stage.alive
+        self._changed |= bool(is_new) or words[0] == "unfix"
         self.stage.give(text, words, index)
         self.given.append(Given(text, tuple(words), index))
 
@@ -110,8 +114,15 @@ class Watcher:
         dt, first = lammps.dt(), lammps.step()
         stride = max(1, min(steps, int(self.between / dt)))
         self.read_every = max(self.read_every, stride)
-        for peaks in (self.forward, self.backward):
-            peaks.begin()
+        if "pre no" not in keywords:  # which reads no start: it goes on where the run before ended
+            for peaks in (self.forward, self.backward):
+                peaks.begin()
+        elif self._changed:
+            raise RunFailed(
+                "with pre no LAMMPS takes no note of fixes that were made or ended since the run"
+                " before: leave pre no out"
+            )
+        self._changed = False
         self._free, self._led = self._moved()
 
         def take(readings: Readings) -> None:

@@ -169,6 +169,7 @@ def state(lammps: Any) -> dict[str, Any]:
 def test_a_deck_does_what_it_does_in_lammps(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """The same variables, steps and places, read here or by LAMMPS."""
     monkeypatch.chdir(tmp_path)
     deck = tmp_path / "in.mine"
     deck.write_text(DECKS[name])

@@ -267,6 +267,16 @@ def test_how_often_granules_are_moved(motion: str, tmp_path: Path) -> None:
 
 
 @slow
+def test_a_fix_that_replaces_another_needs_no_preparation(tmp_path: Path) -> None:
+    """A force that is set again and again, as in a loop over a table."""
+    again = "fix push hit addforce {} 0 0\nrun 10 pre no\n"
+    deck = Deck(run="run 10\n" + again.format(2.0) + again.format(3.0))
+    found = read_deck(deck.write(tmp_path), SCENE)
+    later = found.applied_time > 1.001e-6
+    assert set(found.applied_force[later, 0].tolist()) == {2.0, 3.0}
+
+
+@slow
 def test_neighbours_that_are_missed_are_found(tmp_path: Path) -> None:
     missed = "set atom 2 x 0.0086\nneighbor 1e-6 bin\nneigh_modify every 5000 delay 5000 check no"
     found = read_deck(Deck(more=missed).write(tmp_path), SCENE)

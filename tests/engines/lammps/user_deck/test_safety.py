@@ -104,6 +104,13 @@ def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
             "in.mine:27: granules left the box",
             id="diverges",
         ),
+        pytest.param(
+            "",
+            "run 9\nunfix push\nrun 9 pre no",
+            "in.mine:28: with pre no LAMMPS takes no note",
+            id="pre no",
+            marks=slow,
+        ),
         pytest.param("", "print 'no run'", "takes no step", id="no run", marks=slow),
         pytest.param("", "run 0", "takes no step", id="no step", marks=slow),
         pytest.param(
