@@ -18,11 +18,11 @@ CONTROL = ("include", "jump", "label", "next", "if", "quit", "clear", "run")
 """Commands that the interpreter carries out itself."""
 
 _CARRIED_OUT = frozenset(
-    ("angle_coeff", "angle_style", "atom_modify", "atom_style", "balance", "bond_coeff",
+    ("angle_coeff", "angle_style", "atom_modify", "atom_style", "bond_coeff",
      "bond_style", "boundary", "box", "change_box", "comm_modify", "comm_style", "compute",
      "compute_modify", "create_atoms", "create_bonds", "create_box", "delete_atoms",
      "delete_bonds", "dielectric", "dimension", "displace_atoms", "echo", "fix", "fix_modify",
-     "group", "improper_style", "kspace_style", "lattice", "mass", "min_modify", "min_style",
+     "group", "lattice", "mass", "min_modify", "min_style",
      "minimize", "molecule", "neigh_modify", "neighbor", "newton", "pair_coeff", "pair_modify",
      "pair_style", "print", "read_data", "read_restart", "region", "replicate", "reset_atom_ids",
      "reset_atoms", "reset_ids", "reset_timestep", "set", "special_bonds", "thermo",
@@ -41,6 +41,7 @@ _LEFT_OUT = {
     ),
     **dict.fromkeys(("shell", "python", "plugin", "geturl", "message", "server"), _OUTSIDE),
     **dict.fromkeys(("package", "suffix"), "LAMMPS runs without accelerators here"),
+    "balance": "LAMMPS runs on one process here",
     "processors": "LAMMPS runs on one process here",
     "partition": "LAMMPS runs on one process here",
 }  # fmt: skip
@@ -68,7 +69,7 @@ OF_MOTION = frozenset(
 )
 """Fixes that change the motion without a force, or end it."""
 
-_CHANGES = frozenset(("adapt", "set", "deform", "balance", "heat/flow"))
+_CHANGES = frozenset(("adapt", "set", "deform", "heat/flow"))
 """Fixes that change granules or box."""
 
 _TAKES_NOTE = frozenset(
@@ -79,6 +80,12 @@ _TAKES_NOTE = frozenset(
 """Fixes that only take note."""
 
 _FIXES = MOVES | _FORCES | OF_MOTION | _CHANGES | _TAKES_NOTE
+
+_USELESS = {"print": "it only prints", "balance": "LAMMPS runs on one process here"}
+"""Fixes that are left out."""
+
+_PAIRS = ("gran", "hybrid", "none", "zero", "lj/", "soft", "morse", "colloid", "tracker")
+"""How pair styles begin that run no other program and write nothing."""
 
 QUIET = MOVES | OF_MOTION | _TAKES_NOTE
 """Fixes that exert no force."""
@@ -119,6 +126,7 @@ class Rules:
             "unfix": self._fix_again,
             "fix_modify": self._fix_again,
             "variable": self._variable,
+            "pair_style": _pair_style,
             "print": _without_files,
             "molecule": self._molecule,
             "read_data": self._file,
@@ -136,9 +144,9 @@ class Rules:
             return text, None  # LAMMPS says what is wrong
         number, style = words[1].value, words[3].value
         self.missing.discard(number)
-        if style == "print":
+        if style in _USELESS:
             self.missing.add(number)
-            return None, "it only prints"
+            return None, _USELESS[style]
         if style not in _FIXES:
             raise RunFailed(
                 f"fix {style} is none of the fixes that are carried out here: leave it out of the"
@@ -189,6 +197,16 @@ class Rules:
             for word in words[2:]
         ]
         return _joined([*words[:2], *found]), None
+
+
+def _pair_style(words: Sequence[Word], text: str) -> tuple[str, None]:
+    names = [word.value for word in words[1:]]
+    if names and (not names[0].startswith(_PAIRS) or "python" in names):
+        raise RunFailed(
+            f"pair_style {names[0]} is none that is carried out here: take granular, gran/hertz or"
+            " another of granules"
+        )
+    return text, None
 
 
 def _timer(words: Sequence[Word], text: str) -> tuple[str | None, str | None]:

@@ -222,6 +222,8 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
         ("if 1 1 1\n", 1, "if needs a condition"),
         ("fix a all nve/nonsense\n", 1, "fix nve/nonsense is none of the fixes"),
         ("pair_style granlar\n", 1, "LAMMPS stopped"),
+        ("pair_style python 1\n", 1, "pair_style python is none"),
+        ("pair_style hybrid granular python 1\n", 1, "pair_style hybrid is none"),
         ("temper 10 10 1\n", 1, "temper is none of the commands"),
         ("variable w world a b\n", 1, "a variable of style world is none that is known"),
         ("include -\n", 1, "cannot be read"),

@@ -96,6 +96,7 @@ def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
             "run 10\ncreate_atoms 1 single 0 0.03 0\nrun 10",
             "makes or deletes granules",
             id="more granules",
+            marks=slow,
         ),
         pytest.param("units real", None, "LAMMPS stopped", id="error", marks=slow),
         pytest.param(
