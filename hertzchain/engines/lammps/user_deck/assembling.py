@@ -20,7 +20,7 @@ from hertzchain.engines.lammps.user_deck.found import (
 from hertzchain.engines.lammps.user_deck.frozen import Applied
 from hertzchain.engines.lammps.user_deck.probing import Probes
 from hertzchain.engines.lammps.user_deck.walls import WallProbe
-from hertzchain.engines.lammps.user_deck.watching import Given, RunSeen
+from hertzchain.engines.lammps.user_deck.watching import Given, PeaksSeen, RunSeen
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +35,7 @@ class Watched:
     time: float
     read_every: int
     image_force: float
-    peak_force: tuple[FloatArray, FloatArray]  # seen forwards and backwards
-    peak_time: tuple[FloatArray, FloatArray]
-    error: tuple[float, float]
-    missed: tuple[FloatArray, FloatArray]
+    peaks: tuple[PeaksSeen, PeaksSeen]  # forwards and backwards
     exerted: Mapping[int, FloatArray]
     driven: NDArray[np.bool_]
     driven_time: FloatArray
@@ -66,7 +63,7 @@ def found_of(probes: Probes, seen: Watched, applied: Applied) -> FoundDeck:
     def places(values: FloatArray) -> FloatArray:
         return np.asarray(turned(sign * (values - origin)) * units.length)
 
-    way = int(backwards)
+    peaks = seen.peaks[int(backwards)]
     order = granules.order
     led = slice(None) if seen.driven[-1 if backwards else 0] else slice(0)
     return FoundDeck(
@@ -119,11 +116,11 @@ def found_of(probes: Probes, seen: Watched, applied: Applied) -> FoundDeck:
         applied_force=sign * turned(applied.force) * units.force,
         applied_every=applied.every,
         applied_sideways=applied.sideways * units.force,
-        peak_force=seen.peak_force[way] * units.force,
-        peak_time=seen.peak_time[way] * units.time,
-        peak_reading_error=seen.error[way],
+        peak_force=peaks.force * units.force,
+        peak_time=peaks.time * units.time,
+        peak_reading_error=peaks.error,
         read_every=seen.read_every,
-        missed_overlap=seen.missed[way] * units.length,
+        missed_overlap=peaks.missed * units.length,
         driven=turned(seen.driven),
         driven_time=seen.driven_time[led] * units.time,
         driven_displacement=sign

@@ -88,7 +88,7 @@ def read_deck(
             between = _READ_EVERY * probes.contact_time
             for _ in range(_TRIES):
                 seen = child.call(_watch, *where, probes, between, time_limit=deadline.left)
-                if max(seen.error) < _SURE or seen.read_every == 1:
+                if max(peaks.error for peaks in seen.peaks) < _SURE or seen.read_every == 1:
                     break
                 between *= _DENSER
             say("reading the applied forces")
@@ -183,7 +183,6 @@ def _watch(
         watcher = Watcher(Stage(lammps), probes, between)
         script = Interpreter(lammps, name, path, variables, watcher, _tell)
         script.play()
-        both = watcher.forward, watcher.backward
         return Watched(
             version=lammps.version,
             commands=tuple(script.commands),
@@ -193,10 +192,7 @@ def _watch(
             time=watcher.time,
             read_every=watcher.read_every,
             image_force=watcher.image_force,
-            peak_force=(both[0].all.force, both[1].all.force),
-            peak_time=(both[0].all.time, both[1].all.time),
-            error=(both[0].error, both[1].error),
-            missed=(both[0].missed, both[1].missed),
+            peaks=(watcher.peaks(mirrored=False), watcher.peaks(mirrored=True)),
             exerted=watcher.exerted,
             driven=watcher.driven,
             driven_time=np.concatenate([*watcher.driven_time, np.zeros(0)]),

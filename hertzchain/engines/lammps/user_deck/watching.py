@@ -70,9 +70,10 @@ class Watcher:
 
     def __post_init__(self) -> None:
         count = self.probes.granules.count
-        # Peaks for each end at which a wall may be the last contact.
-        self.forward = _Peaks(self.probes, mirrored=False)
-        self.backward = _Peaks(self.probes, mirrored=True)
+        self._forward = _Peaks(self.probes, mirrored=False)
+        self._backward: _Peaks | None = None
+        if any(not wall.at_end for wall in self.probes.walls):  # else they are those forwards
+            self._backward = _Peaks(self.probes, mirrored=True)
         self.position = np.zeros(count)
         self.velocity = np.zeros(count)
         self.exerted: dict[
@@ -115,8 +116,9 @@ class Watcher:
         stride = max(1, min(steps, int(self.between / dt)))
         self.read_every = max(self.read_every, stride)
         if "pre no" not in keywords:  # which reads no start: it goes on where the run before ended
-            for peaks in (self.forward, self.backward):
-                peaks.begin()
+            self._forward.begin()
+            if self._backward is not None:
+                self._backward.begin()
         elif self._changed:
             raise RunFailed(
                 "with pre no LAMMPS takes no note of fixes that were made or ended since the run"
@@ -147,6 +149,17 @@ class Watcher:
         else:
             self.runs.append(RunSeen(self.time, dt, done, index))
         self.time += done * dt
+
+    def peaks(self, mirrored: bool) -> PeaksSeen:
+        """The peaks from either end of the chain, that of a wall at the other end the last."""
+        if not mirrored or self._backward is not None:
+            return (self._backward if mirrored and self._backward else self._forward).seen()
+        contacts = self.probes.granules.count - 1
+        seen = self._forward.seen()
+        force, time, missed = (
+            values[:contacts][::-1] for values in (seen.force, seen.time, seen.missed)
+        )
+        return PeaksSeen(force, time, missed, seen.error)
 
     def _moved(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Which granules fixes move by their forces, and which they lead, shape (granules,)."""
@@ -191,12 +204,23 @@ class Watcher:
             known = self.exerted.setdefault(source, np.zeros((granules.count, 2)))
             np.maximum(known, sizes(own), out=known)
         seen = _Seen(time, late, place, velocity, acceleration, pairs, walls)
-        self.image_force = max(self.image_force, self.forward.take(seen))
-        self.backward.take(seen)
+        self.image_force = max(self.image_force, self._forward.take(seen))
+        if self._backward is not None:
+            self._backward.take(seen)
         self.position, self.velocity = place[-1, :, 0], velocity[-1]
         if self._led[0] or self._led[-1]:
             self.driven_time.append(time)
             self.driven_ends.append(place[:, [0, -1], 0])
+
+
+@dataclass(frozen=True, eq=False)
+class PeaksSeen:
+    """Peaks and their times, overlaps without a force, shape (contacts,); relative error."""
+
+    force: FloatArray
+    time: FloatArray
+    missed: FloatArray
+    error: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,8 +304,11 @@ class _Peaks:
             self.halved.update(_part(samples, _every_second(samples.time.size)))
         return stray
 
-    @property
-    def error(self) -> float:
+    def seen(self) -> PeaksSeen:
+        """What was found."""
+        return PeaksSeen(self.all.force, self.all.time, self.missed, self._error())
+
+    def _error(self) -> float:
         """Relative error of the peaks: what half as many readings change by."""
         largest = float(np.max(self.all.force, initial=0.0))
         if largest == 0:
