@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -114,6 +115,25 @@ class Case:
     def effect(self, **numbers: object) -> float | None:
         """What numbers of the deck in place of the scene's do to the peaks."""
         return effect(self.twin, self.expected, self.deadline, **numbers)
+
+    @property
+    def settles(self) -> bool:
+        """Whether a drag lets the chain settle, and is gone when the shock begins."""
+        found = self.found
+        begins = [run.command for run in found.runs if run.start <= self.start * (1 + 1e-9)]
+        if self.start <= 0 or not begins or not np.any(np.nan_to_num(found.drag)):
+            return False
+        gone = {
+            one.text.split()[1]
+            for one in found.commands[: begins[-1]]
+            if one.carried_out and one.text.startswith("unfix ")
+        }
+        drags = [
+            one.text.split()[1]
+            for one in found.commands[: begins[-1]]
+            if one.carried_out and re.match(r"fix\s+\S+\s+\S+\s+viscous\s", one.text)
+        ]
+        return bool(drags) and set(drags) <= gone
 
     @property
     def whole_effect(self) -> float:

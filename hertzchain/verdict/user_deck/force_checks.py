@@ -41,6 +41,7 @@ def _constant(case: Case) -> list[DeckCheck]:
     count = min(found.mass.size, case.twin.mass.size)
     measured, expected = found.constant_force[:count, 0], case.twin.constant_force[:count]
     scale = case.scene.units.force
+    measured = measured + 0.0  # no -0
     off = measured - expected
     if scene_is_led(case):  # forces on a piston do not matter
         off[0] = 0.0
@@ -74,8 +75,15 @@ def _constant(case: Case) -> list[DeckCheck]:
         fallback = _loads(case) if wanted else "without this fix"
         check = placed(check, found, "gravity" if gravity else "constant force", numbers, fallback)
         check = check if wanted else replace(check, command=fallback)
+        if not np.any(measured):  # no command makes it
+            check = replace(placed(check, found, "run", (), fallback), command=fallback)
         acts = _fix(case, lambda fix: bool(fix.largest[k, 0] > ROUND_OFF * scale))
-        if acts is not None and check.place is not None and _is_run(check.place):
+        if (
+            np.any(measured)
+            and acts is not None
+            and check.place is not None
+            and _is_run(check.place)
+        ):
             check = replace(check, place=acts)
         checks.append(check)
     side = float(np.max(np.abs(found.constant_force[:, 1:]), initial=0.0))
@@ -128,10 +136,12 @@ def _drag(case: Case) -> list[DeckCheck]:
     whole = np.zeros_like(case.twin.drag)
     count = min(drag.size, whole.size)
     whole[:count] = drag[:count]
+    settles = case.settles
+    until = ", until the shock begins" if settles else ""
     check = DeckCheck(
-        "drag", "N s/m", float(drag[k]), 0.0, case.effect(drag=whole), False, True,
-        f"a drag of {drag[k]:.3g} N s/m acts on granule {k + 1}, the scene has none",
-        "the scene has no drag",
+        "drag", "N s/m", float(drag[k]), 0.0, 0.0 if settles else case.effect(drag=whole), settles,
+        True, f"a drag of {drag[k]:.3g} N s/m acts on granule {k + 1}{until}, the scene has none",
+        "the scene has no drag" + (" while the shock runs" if settles else ""),
     )  # fmt: skip
     return [placed(check, found, "drag", (), "without this fix")]
 
@@ -157,10 +167,20 @@ def _shock(case: Case) -> list[DeckCheck]:
                 f"an applied force of up to {top:.4g} N acts, the scene has none",
                 "the scene has no such force",
             )  # fmt: skip
-            checks.append(of_shock(case, check, ()))
+            checks.append(of_shock(case, check, (), "without this fix"))
         return checks
     if checks and (largest.size == 0 or top <= ACTS * scale):
         return checks  # all of it acts across
+    others = np.flatnonzero(largest[1:] > ACTS * scale) + 1
+    if others.size and largest[0] <= ACTS * scale:
+        who = names(others, largest.size, "granule", 1)
+        check = DeckCheck(
+            "granules that are pushed", "", int(others.size), 1, 1.0, False, True,
+            f"the applied force acts on {who} and not on granule 1, which the scene pushes",
+            "granule 1 is the first of the chain",
+        )  # fmt: skip
+        check = of_shock(case, check, (), f"group shock id {int(found.ids[0])}")
+        return [*checks, _of_others(case, check, others)]
     if largest.size == 0 or largest[0] <= ACTS * scale:
         check = DeckCheck(
             "applied force on granule 1", "N", float(largest[0]) if largest.size else 0.0,
@@ -169,7 +189,6 @@ def _shock(case: Case) -> list[DeckCheck]:
             f" {scene.peak_force:.4g} N", "the shock of the scene",
         )  # fmt: skip
         return [*checks, of_shock(case, check, ())]
-    others = np.flatnonzero(largest[1:] > ACTS * scale) + 1
     if others.size:
         who = names(others, largest.size, "granule", 1)
         check = DeckCheck(
@@ -208,7 +227,12 @@ def _of_others(case: Case, check: DeckCheck, others: Indices) -> DeckCheck:
         and not fix.style.startswith("wall")
         and float(np.max(fix.largest[others, 0])) > scale
     ]
-    if pushing and (pushing[-1].style == "gravity" or pushing[-1].largest[0, 0] <= scale):
+    alone = check.measured == others.size  # none acts on granule 1
+    if (
+        pushing
+        and not alone
+        and (pushing[-1].style == "gravity" or pushing[-1].largest[0, 0] <= scale)
+    ):
         where = place_at(found, pushing[-1].command)
         return replace(check, place=where, command="without this fix")
     assert check.place is not None

@@ -145,7 +145,7 @@ def found_twin(case: Case) -> Twin:
         mass=np.append(math.inf, found.mass[1:]) if found.driven[0] else found.mass,
         velocity=found.velocity[:, 0],
         constant_force=found.constant_force[:, 0],
-        drag=np.where(np.isfinite(found.drag), found.drag, 0.0),
+        drag=np.zeros_like(found.drag) if case.settles else np.nan_to_num(found.drag),
         stiffness=stiffness,
         exponent=exponent,
         opening=opening,

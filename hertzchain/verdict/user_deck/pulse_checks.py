@@ -21,7 +21,7 @@ _NOTHING = 1e-7  # of the largest force: a pulse has begun or ended with less (c
 _ALIKE = 0.02  # of the largest force: a pulse of another duration or profile fits as well (chosen)
 
 
-def pushed(case: Case) -> Indices:
+def pushed_granules(case: Case) -> Indices:
     """Granules that some applied force acts on."""
     largest = np.max(np.abs(case.found.applied_force), axis=0, initial=0.0)
     pushed = np.flatnonzero(largest > 0)
@@ -30,7 +30,7 @@ def pushed(case: Case) -> Indices:
 
 def effect_of_all(case: Case, only_first: bool = False) -> float | None:
     """What the deck's applied forces do to the peaks in place of the scene's."""
-    pushed = np.zeros(1, np.intp) if only_first else pushed(case)
+    pushed = np.zeros(1, np.intp) if only_first else pushed_granules(case)
     if pushed.size == 0:
         pushed = np.zeros(1, np.intp)
     return case.effect(

@@ -75,6 +75,7 @@ PLAIN = {
                  "fix again all nve/sphere", "without"),
     "group": one("granules that are pushed", "hit id 1\n", "hit id 1:2\n", "hit id 1:2",
                  "id 1"),
+    "middle": one("granules that are pushed", "hit id 1\n", "hit id 10\n", "hit id 10", "id 1"),
     "profile": one("", "sin(PI*time/(2*v_t0))^2", "sin(PI*time/(2*v_t0))", "sin(PI*time/(2*v_t0))*",
                    "sin(PI/2*"),
     "image": Mistake("contacts across", (
@@ -144,6 +145,13 @@ ELSEWHERE = {
     "hooke": Mistake("exponent", (("pair_style gran/hertz/history ${kn} NULL 0.0 0.0 0.0 0",
         "pair_style gran/hooke/history 2e7 NULL 0.0 0.0 0.0 0"),), "gran/hooke", "gran/hertz",
         "in.steel_history"),
+    "pushed too": one("applied force", "vy -100.0", "vy -100.0\ngroup s id 1\n"
+        "variable q equal -1e6*(time<5e-5)\nfix p s addforce 0 v_q 0", "fix p s addforce",
+        "without", deck="in.striker_set", scene="striker"),
+    "no gravity": one("constant force", "fix grav all gravity ${g} vector 0 0 -1\n", "",
+        "run 4000", "gravity 9.81", deck="in.column", scene="column"),
+    "no floor": one("wall", "fix floor all", "#", "run 4000", "wall/gran", deck="in.column",
+        scene="column"),
     "data": one("mass of granule 4", "\n4 1 0.0095 7958", "\n4 1 0.0095 8958", "read_data", "",
         deck="in.steel_data", file="chain.data"),
     "corner": one("", "run 400\n", "run 500\n", "run 500", "run 400", deck="in.glass_ramps",

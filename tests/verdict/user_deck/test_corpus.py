@@ -64,3 +64,39 @@ def test_the_decks_of_the_corpus_are_thirty() -> None:
     assert {deck.name for deck in DECKS} | {"in.make_restart"} == {
         path.name for path in FOLDER.glob("in.*")
     }
+
+
+SETTLED = """fix v all viscous 5
+timestep 1e-7
+run 5000
+unfix v
+velocity all set 0 0 0
+variable t0 equal $(time)
+variable F equal "40*sin(PI*(time-v_t0)/40e-6)^2*(time<(v_t0+40e-6))"
+"""
+"""A chain settles before the shock."""
+
+
+def settled(folder: Path) -> Path:
+    path = folder / "in.settled"
+    text = (FOLDER / "in.precompressed").read_text(encoding="utf-8")
+    formula = 'variable F equal "40*sin(PI*time/40e-6)^2*(time<40e-6)"\n'
+    assert formula in text
+    path.write_text(text.replace(formula, SETTLED), encoding="utf-8")
+    return path
+
+
+@pytest.mark.slow
+def test_a_shock_that_begins_later(tmp_path: Path) -> None:
+    examined = hc.examine(scene_of("precompressed"), settled(tmp_path))
+    assert failed(examined.checks) == {}
+    assert any("the shock begins 0.0005 s after" in remark for remark in examined.remarks)
+
+
+@pytest.mark.slow
+def test_a_chain_that_finds_its_places_is_refused(tmp_path: Path) -> None:
+    path = settled(tmp_path)
+    text = path.read_text(encoding="utf-8").replace("(2*${R}-${delta})", "2*${R}")
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(hc.HertzchainError, match="settles before the shock"):
+        hc.examine(scene_of("precompressed"), path)
