@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import json
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
+from markupsafe import escape
 
 import hertzchain as hc
+from hertzchain.report.junit import to_xml
+from hertzchain.report.page import page_of
+from hertzchain.report.user_deck import of_examination
 from tests.verdict.user_deck.corpus import Deck, copied, scene_of
 from tests.verdict.user_deck.mistakes import ELSEWHERE, PAIRS, PLAIN, Mistake
 
@@ -52,6 +58,17 @@ def is_found(examined: hc.DeckExamination, mistake: Mistake) -> None:
     assert mistake.line in " ".join(line.split())
 
 
+def is_reported(examined: hc.DeckExamination) -> None:
+    """Assert that all reports can be made, and have what is to mend."""
+    document = of_examination(examined)
+    json.dumps(document.numbers(), allow_nan=False)
+    page = page_of(document)
+    xml = to_xml([document.suite("scene", datetime.now(UTC), 1.0)])
+    for check in examined.to_mend:
+        assert escape(check.sentence) in page
+        assert xml.count("<failure") + xml.count("<error") > len(examined.to_mend) - 1
+
+
 def marked(mistakes: dict[str, Mistake]) -> list[object]:
     return [
         pytest.param(one, id=name, marks=[] if name in QUICK else pytest.mark.slow)
@@ -64,6 +81,7 @@ def test_one_mistake(mistake: Mistake, tmp_path: Path) -> None:
     examined = hc.examine(scene_of(mistake.scene), planted(tmp_path, mistake))
     assert examined.verdict == "fail"
     is_found(examined, mistake)
+    is_reported(examined)
 
 
 @pytest.mark.slow
