@@ -29,6 +29,7 @@ from hertzchain.files import read_bytes
 
 _MOST_BYTES = 10_000_000  # of a deck or include; chosen, far above any deck written by hand
 _MOST_COMMANDS = 200_000  # carried out; chosen: a deck that makes as many loops for ever
+_LONGEST = 200  # characters of a command in messages
 _DEEPEST = 15  # files that include one another, as in LAMMPS itself
 
 
@@ -156,6 +157,7 @@ class Interpreter:
         if not text:
             return
         self.here = where
+        self._tell(f"{where.file}:{where.line}: {shown(text)[:_LONGEST]}")
         if len(self.commands) >= _MOST_COMMANDS:
             raise RunFailed(
                 f"the deck is not over after {_MOST_COMMANDS} commands: it seems to loop for ever"
@@ -179,7 +181,6 @@ class Interpreter:
         self, text: str, where: _Where, carried_out: bool = True, why_not: str | None = None
     ) -> int:
         """Take note of a command; its index."""
-        self._tell(f"{where.file}:{where.line}: {shown(text)}")
         written = shown(without_comment(where.written))
         done = Executed(shown(text), where.file, where.line, written, carried_out, why_not)
         self.commands.append(done)

@@ -112,6 +112,13 @@ def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
             id="pre no",
             marks=slow,
         ),
+        pytest.param(
+            f"variable a equal {'-' * 200_000}1\nvariable b equal $(v_a)",
+            None,
+            "in.mine:26: variable b equal $(v_a)",
+            id="crashes",
+        ),
+        pytest.param("include /dev/zero", None, "larger than 10 MB", id="no end", marks=slow),
         pytest.param("", "print 'no run'", "takes no step", id="no run", marks=slow),
         pytest.param("", "run 0", "takes no step", id="no step", marks=slow),
         pytest.param(
