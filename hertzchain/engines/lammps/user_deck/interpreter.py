@@ -28,7 +28,7 @@ from hertzchain.errors import HertzchainError, RunFailed
 from hertzchain.files import read_bytes
 
 _MOST_BYTES = 10_000_000  # of a deck or include; chosen, far above any deck written by hand
-_MOST_COMMANDS = 200_000  # carried out; chosen: a deck that makes as many loops for ever
+_MOST_COMMANDS = 200_000  # carried out; chosen: a deck that makes more seems to have no end
 _LONGEST = 200  # characters of a command in messages
 _DEEPEST = 15  # files that include one another, as in LAMMPS itself
 
@@ -160,7 +160,7 @@ class Interpreter:
         self._tell(f"{where.file}:{where.line}: {shown(text)[:_LONGEST]}")
         if len(self.commands) >= _MOST_COMMANDS:
             raise RunFailed(
-                f"the deck is not over after {_MOST_COMMANDS} commands: it seems to loop for ever"
+                f"the deck is not over after {_MOST_COMMANDS} commands: it seems to have no end"
             )
         if "$" in text:
             text = self._lammps.expanded(text).strip()
