@@ -214,7 +214,7 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
     [
         ("variable a string ok\njump SELF nowhere\n", 2, "finds no label nowhere"),
         ("\n\ninclude none.in\n", 3, "none.in: cannot be read"),
-        ("label top\njump SELF top\n", 2, "seems to loop for ever"),
+        ("label top\njump SELF top\n", 2, "seems to have no end"),
         ("include in.mine\n", 1, "include one another"),
         ("run many\n", 1, "is no number of steps"),
         ("run -5\n", 1, "is no number of steps"),
