@@ -47,7 +47,7 @@ class Piped:
 
     def __init__(self, program: str, version: str, folder: Path) -> None:
         self.version, self.folder = version, folder
-        self._units, self._boundary = "lj", ["p", "p", "p"]
+        self._said = ""  # all that it said before its last answer
         try:
             self._process = subprocess.Popen(  # noqa: S603 - the user's
                 [program, "-log", "none", "-nonbuf", "-nocite"],
@@ -73,13 +73,6 @@ class Piped:
     def give(self, text: str) -> None:
         """Give it a command."""
         self._ask(text, "done")
-        words = text.split()
-        if words[:1] == ["units"] and len(words) > 1:
-            self._units = words[1]
-        elif words[:1] == ["boundary"]:
-            self._boundary = words[1:]
-        elif words[:1] == ["clear"]:
-            self._units, self._boundary = "lj", ["p", "p", "p"]
 
     def expanded(self, text: str) -> str:
         """A command with the values of variables outside quotes."""
@@ -120,7 +113,7 @@ class Piped:
 
     def units(self) -> str:
         """The name of the units."""
-        return self._units
+        return self._system(r"Units\s*=\s*(\S+)")
 
     def count(self) -> int:
         """The number of granules."""
@@ -132,7 +125,8 @@ class Piped:
             np.array([float(self._ask(None, f"$({axis}{end}:%.17g)")) for axis in "xyz"])
             for end in ("lo", "hi")
         )
-        return low, high, [side == "p" for side in self._boundary]
+        sides = self._system(r"Boundaries\s*=\s*(\S+ \S+ \S+)").split()
+        return low, high, [side == "p,p" for side in sides]
 
     def atoms(self) -> Mapping[str, Any]:
         """Arrays of granules in the order of their ids."""
@@ -169,6 +163,14 @@ class Piped:
         """Hooks, of which there are none yet."""
         return StoredForces(self)
 
+    def _system(self, pattern: str) -> str:
+        """What it says of its system, as a restart file may have it."""
+        self._ask("info system", "done")
+        found = re.search(pattern, self._said)
+        if found is None:
+            raise RunFailed("LAMMPS does not say what its system is: take another version")
+        return found[1]
+
     def _dump(self, columns: tuple[str, ...]) -> dict[str, FloatArray]:
         """Columns of all granules, in the order of their ids."""
         path = self.folder / _DUMP
@@ -182,15 +184,15 @@ class Piped:
         assert process.stdin is not None
         assert process.stdout is not None
         lines = [commands] if commands else []
-        said = ""
+        self._said = ""
         with suppress(OSError):  # it has ended: what it said says why
             process.stdin.write("\n".join([*lines, f'print "{_MARK}{answer}"', ""]))
             process.stdin.flush()
         for line in process.stdout:
             if line.startswith(_MARK):
                 return line[len(_MARK) :].rstrip("\r\n")
-            said = (said + line)[-_KEPT:]
-        raise _failure(said, process.wait())
+            self._said = (self._said + line)[-_KEPT:]
+        raise _failure(self._said, process.wait())
 
 
 _KEPT = 4096  # characters of what it says that are kept

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hertzchain.engines.lammps.engine import engine
+from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.lammps.user_deck import FoundDeck, read_deck
 from hertzchain.engines.lammps.user_deck.interpreter import Interpreter
 from hertzchain.engines.lammps.user_deck.piped import piped
@@ -146,6 +146,23 @@ def test_what_goes_wrong_is_one_sentence(
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
     assert children(os.getpid()) == before
+
+
+@slow
+@pytest.mark.parametrize("lmp", [None, BESIDE_PYTHON, *OTHERS])
+def test_a_restart_file_says_units_and_boundary(
+    lmp: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    made, run = Deck("cgs", "y").text().split("group hit")
+    with engine() as lammps:
+        command(lammps, f"{made}\nwrite_restart chain.restart\n")
+    path = tmp_path / "in.mine"
+    path.write_text(f"read_restart chain.restart\ngroup hit{run}")
+    found = read_deck(path, SCENE, lmp=lmp)
+    assert (found.units, found.boundary, found.image_gap) == ("cgs", "f f f", None)
+    np.testing.assert_allclose(found.radius, 4e-3, rtol=1e-12)
+    assert found.peak_force[0] > 20.0
 
 
 def test_a_binary_that_is_not_there(tmp_path: Path) -> None:
