@@ -65,6 +65,11 @@ def test_a_deck_that_is_not_there(hertzchain: Command, tmp_path: Path) -> None:
     is_refused(hertzchain("compare", SCENE, "--deck", tmp_path / "in.none"), "in.none")
 
 
+def test_a_binary_that_is_not_there(hertzchain: Command, tmp_path: Path) -> None:
+    there = tmp_path / "lmp"
+    is_refused(hertzchain("compare", SCENE, "--deck", DECK, "--lmp", there), str(there))
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

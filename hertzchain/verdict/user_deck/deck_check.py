@@ -77,8 +77,8 @@ class DeckCheck:
             "measured": _finite(self.measured),
             "expected": _finite(self.expected),
             "effect_on_peaks": self.effect if known else None,
-            "passed": self.passed,
-            "differs": self.differs,
+            "passed": bool(self.passed),
+            "differs": bool(self.differs),
             "sentence": self.sentence,
             "reason": self.reason,
             "file": None if self.place is None else self.place.file,
@@ -89,7 +89,10 @@ class DeckCheck:
 
 
 def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
+    """A number for JSON, which has no word for what is not finite, and none of NumPy's."""
+    if value is None or not math.isfinite(value):
+        return None
+    return value if isinstance(value, int) else float(value)
 
 
 @dataclass(frozen=True, eq=False)
