@@ -328,6 +328,7 @@ def test_the_shock_may_be_at_either_end(more: str, is_reversed: bool, tmp_path: 
         assert wall.position == pytest.approx(place, rel=1e-9)
 
 
+@slow
 def test_reduced_units_stay_as_they_are(tmp_path: Path) -> None:
     """Diameter 1, mass 1 and a stiffness of 1e6."""
     path = tmp_path / "in.mine"

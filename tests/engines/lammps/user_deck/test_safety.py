@@ -104,6 +104,7 @@ def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
             None,
             "in.mine:27: granules left the box",
             id="diverges",
+            marks=slow,
         ),
         pytest.param(
             "",
