@@ -5,12 +5,11 @@ In natural units a scene is its profile, LM_ratio, n and N, so a batch is arrays
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from numbers import Integral
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.backend import Native
-from hertzchain.engines.native.refinement import Refined
-from hertzchain.engines.native.simulation import can_leave_behind, code_of, leg_rows, table
+from hertzchain.engines.native.many import march_all
+from hertzchain.engines.native.simulation import can_leave_behind, code_of, leg_rows
 from hertzchain.errors import POSITIVE, SceneError, require
 from hertzchain.limits import (
     RTOL,
@@ -40,9 +39,6 @@ from hertzchain.scene.watching import watched_time
 
 if TYPE_CHECKING:
     import pandas
-
-_PARTS_PER_CORE = 8
-"""Parts that a batch is cut into, so that all cores end at about the same time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,8 +126,8 @@ def peak_forces(
         return padded
 
     known = np.array([_is_known(scene) for scene in scenes])
-    single = all(can_leave_behind(scene) for scene in scenes)
-    found = _accurate_enough(legs, known, granules, rtol, single, time_limit, usable_cores())
+    leaves = np.array([can_leave_behind(scene) for scene in scenes])
+    found = _accurate_enough(legs, known, granules, rtol, leaves, time_limit, usable_cores())
     force = np.array([scene.units.force for scene in scenes])[:, None]
     time = np.array([scene.units.time for scene in scenes])[:, None]
     for k, (scene, largest) in enumerate(zip(scenes, found.peak_force.max(axis=1), strict=True)):
@@ -242,7 +238,10 @@ def similar_peak_forces(
         return rows
 
     known = plans.is_known(ratio, n, granules)
-    return _accurate_enough(legs, known, granules, rtol, True, time_limit, cores or usable_cores())
+    leaves = np.ones(known.size, np.bool_)
+    return _accurate_enough(
+        legs, known, granules, rtol, leaves, time_limit, cores or usable_cores()
+    )
 
 
 def _is_known(scene: Scene) -> bool:
@@ -257,7 +256,7 @@ def _accurate_enough(
     known: NDArray[np.bool_],
     granules: int,
     rtol: float,
-    leave_behind: bool,
+    leaves: NDArray[np.bool_],
     time_limit: float,
     cores: int,
 ) -> Batch:
@@ -276,8 +275,8 @@ def _accurate_enough(
     wanted = np.nonzero(known)[0]
     if wanted.size:
         plan = plans.cheapest(rtol, checked=False)
-        force[wanted], time[wanted], end[wanted], evaluations[wanted] = _march(
-            legs(plan, wanted), plan.walker, granules, leave_behind, deadline, cores, plan.dtype
+        force[wanted], time[wanted], end[wanted], evaluations[wanted] = march_all(
+            legs(plan, wanted), plan.walker, granules, leaves[wanted], deadline, cores, plan.dtype
         )
         error[wanted] = plan.estimate(0.0, evaluations[wanted])
     plan, wanted = plans.cheapest(rtol, hard=True), np.nonzero(~(error <= rtol))[0]
@@ -286,18 +285,20 @@ def _accurate_enough(
         if not wanted.size:
             break
         rows = legs(plan, wanted)
-        force[wanted], time[wanted], end[wanted], evaluations[wanted] = _march(
-            rows, plan.walker, granules, leave_behind, deadline, cores
+        force[wanted], time[wanted], end[wanted], evaluations[wanted] = march_all(
+            rows, plan.walker, granules, leaves[wanted], deadline, cores
         )
         steps = rows[:, :, 2].copy()
         rows[:, :, 2] = plans.other_steps(steps)
-        others, *_ = _march(rows, plan.coarser, granules, leave_behind, deadline, cores)
+        others, *_ = march_all(rows, plan.coarser, granules, leaves[wanted], deadline, cores)
         differences = largest_differences(others, force[wanted], ESTIMATED)
         rising = are_rising(force[wanted], time[wanted] < end[wanted, None])
         if rising.any():
             # Forces at an instant are erratic: one difference may be small by chance.
             rows[:, :, 2] = plans.more_steps(steps)
-            more, *_ = _march(rows[rising], plan.coarser, granules, leave_behind, deadline, cores)
+            more, *_ = march_all(
+                rows[rising], plan.coarser, granules, leaves[wanted[rising]], deadline, cores
+            )
             again = largest_differences(more, force[wanted[rising]], ESTIMATED)
             differences[rising] = np.maximum(differences[rising], again)
         found = plan.estimate(differences, evaluations[wanted])
@@ -309,42 +310,3 @@ def _accurate_enough(
     # The motion of a scene that diverged has no number of evaluations.
     taken = np.nan_to_num(evaluations).astype(np.int64)
     return Batch(force, time, error, time < end[:, None], taken)
-
-
-def _march(
-    rows: FloatArray,
-    walker: Refined,
-    granules: int,
-    leave_behind: bool,
-    deadline: Deadline,
-    cores: int,
-    dtype: type[np.floating[Any]] = np.float64,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Peak forces and times, shape (scenes, contacts); time reached, evaluations, (scenes,)."""
-    from hertzchain.engines.native import kernels
-
-    scenes = len(rows)
-    force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
-    end, evaluations, control = np.zeros(scenes), np.zeros(scenes), np.zeros(3)
-    coefficients, precision = table(walker.stepper), np.zeros(0, dtype)
-    size = max(1, -(-scenes // (cores * _PARTS_PER_CORE)))
-
-    def part(start: int) -> None:
-        some = slice(start, start + size)
-        kernels.march_many(
-            rows[some], coefficients, precision, walker.stepper.order == 2, walker.tolerance,
-            walker.starting, granules, leave_behind, force[some], time[some], end[some],
-            evaluations[some], control,
-        )  # fmt: skip
-
-    limit = min(max(0.0, deadline.left), threading.TIMEOUT_MAX)
-    with ThreadPoolExecutor(cores) as pool:
-        try:
-            list(pool.map(part, range(0, scenes, size), timeout=limit))
-        except BaseException as problem:
-            control[0] = -1
-            pool.shutdown(cancel_futures=True)
-            if isinstance(problem, TimeoutError):
-                raise deadline.passed() from None
-            raise
-    return force, time, end, evaluations

@@ -13,7 +13,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import METHODS, kernels, simulate, simulation
+from hertzchain.engines.native import METHODS, kernels, lanes_kernel, simulate, simulation
 from hertzchain.engines.native.methods import RungeKuttaNystrom, SymplecticNystrom
 from hertzchain.engines.native.refinement import Fixed
 from hertzchain.errors import RunFailed, StepUnstable, TooExpensive, Unpredictable
@@ -155,14 +155,14 @@ def test_a_run_is_stopped_at_the_limit(controls: list[FloatArray]) -> None:
 
 def test_a_batch_is_stopped_at_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     ends: list[FloatArray] = []  # times reached by the scenes of each part, 0 before they are
-    march_many = kernels.march_many
+    march_lanes = lanes_kernel.march_lanes
 
     def noted(*arguments: Any) -> Any:
         ends.append(arguments[10])
-        return march_many(*arguments)
+        return march_lanes(*arguments)
 
-    monkeypatch.setattr(kernels, "march_many", noted)
-    ratios = np.geomspace(0.1, 10, 30_000)  # half a minute of two cores
+    monkeypatch.setattr(lanes_kernel, "march_lanes", noted)
+    ratios = np.geomspace(0.1, 10, 30_000)  # ten seconds of two cores
     with pytest.raises(TooExpensive, match=r"stopped at the time limit of 0\.2 s"):
         hc.similar_peak_forces("cosine", ratios, 2.0, granules=500, time_limit=0.2)
     # Parts that had begun were not done to their end, and the others did not begin.

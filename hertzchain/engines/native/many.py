@@ -1,0 +1,127 @@
+"""Integrations of many plain scenes of one length by the compiled kernels, on all cores."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.engines.native.methods import SymplecticNystrom
+from hertzchain.engines.native.refinement import Refined
+from hertzchain.engines.native.simulation import table
+from hertzchain.limits import Deadline
+
+_PARTS_PER_CORE = 8
+"""Parts that a batch is cut into, so that all cores end at about the same time."""
+
+_LONGEST = 2000
+"""Granules of chains side by side: longer ones run one by one, whose window moves through small
+arrays."""
+
+_VECTOR = 64
+"""Bytes of a vector, and of a line of the cache."""
+
+Found = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+
+
+def march_all(
+    rows: FloatArray,
+    walker: Refined,
+    granules: int,
+    leaves: NDArray[np.bool_],
+    deadline: Deadline,
+    cores: int,
+    dtype: type[np.floating[Any]] = np.float64,
+) -> Found:
+    """Peak forces and times, shape (scenes, contacts); time reached, evaluations, (scenes,).
+
+    ``rows`` are legs as the kernels take them, shape (scenes, legs, 8); ``leaves`` says where
+    granules may be left behind, shape (scenes,). Raises TooExpensive if the deadline passes.
+    """
+    scenes = len(rows)
+    force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
+    found = force, time, np.zeros(scenes), np.zeros(scenes)
+    control = np.zeros(3)
+    if granules > _LONGEST or not isinstance(walker.stepper, SymplecticNystrom):
+        part = _one_by_one(rows, walker, granules, leaves, dtype, found, control)
+        _on_cores(part, scenes, 1, control, deadline, cores)
+        return found
+    # The wave of a longer pulse is stronger and faster: neighbours share a vector.
+    pushed = np.max(rows[:, :, 1], axis=1, where=rows[:, :, 3] != 0, initial=0.0)
+    order = np.lexsort((np.sum(rows[:, :, 2], axis=1), pushed))
+    lanes = _VECTOR // np.dtype(dtype).itemsize
+    part = _side_by_side(rows[order], walker, granules, leaves[order], dtype, found, control)
+    _on_cores(part, scenes, lanes, control, deadline, cores)
+    for values in found:
+        values[order] = values.copy()
+    return found
+
+
+def _side_by_side(
+    rows: FloatArray, walker: Refined, granules: int, leaves: NDArray[np.bool_],
+    dtype: type[np.floating[Any]], found: Found, control: FloatArray,
+) -> Callable[[slice], None]:  # fmt: skip
+    """What integrates a part of the scenes, in the lanes of vectors."""
+    from hertzchain.engines.native import lanes_kernel
+
+    coefficients = table(walker.stepper)
+
+    def part(some: slice) -> None:
+        lanes_kernel.march_lanes(
+            rows[some], leaves[some], coefficients.kicks, coefficients.drifts,
+            _room(granules, dtype), walker.tolerance, walker.starting, granules,
+            *(values[some] for values in found), control,
+        )  # fmt: skip
+
+    return part
+
+
+def _room(granules: int, dtype: type[np.floating[Any]]) -> Array:
+    """An array for displacements, velocities and accelerations, twice, on whole cache lines."""
+    size = 6 * (granules + 1) * _VECTOR
+    room = np.zeros(size + _VECTOR, np.uint8)
+    start = -room.ctypes.data % _VECTOR
+    return room[start : start + size].view(dtype).reshape(6 * (granules + 1), -1)
+
+
+def _one_by_one(
+    rows: FloatArray, walker: Refined, granules: int, leaves: NDArray[np.bool_],
+    dtype: type[np.floating[Any]], found: Found, control: FloatArray,
+) -> Callable[[slice], None]:  # fmt: skip
+    """What integrates a part of the scenes, one after the other."""
+    from hertzchain.engines.native import kernels
+
+    coefficients, precision = table(walker.stepper), np.zeros(0, dtype)
+    verlet, leave_behind = walker.stepper.order == 2, bool(np.all(leaves))
+
+    def part(some: slice) -> None:
+        kernels.march_many(
+            rows[some], coefficients, precision, verlet, walker.tolerance, walker.starting,
+            granules, leave_behind, *(values[some] for values in found), control,
+        )  # fmt: skip
+
+    return part
+
+
+def _on_cores(
+    part: Callable[[slice], None], scenes: int, together: int, control: FloatArray,
+    deadline: Deadline, cores: int,
+) -> None:  # fmt: skip
+    """Do parts of the scenes, each a multiple of ``together``, side by side on cores."""
+    size = together * max(1, -(-scenes // (together * cores * _PARTS_PER_CORE)))
+    parts = [slice(start, start + size) for start in range(0, scenes, size)]
+    limit = min(max(0.0, deadline.left), threading.TIMEOUT_MAX)
+    with ThreadPoolExecutor(cores) as pool:
+        try:
+            list(pool.map(part, parts, timeout=limit))
+        except BaseException as problem:
+            control[0] = -1
+            pool.shutdown(cancel_futures=True)
+            if isinstance(problem, TimeoutError):
+                raise deadline.passed() from None
+            raise
