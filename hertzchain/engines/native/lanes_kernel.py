@@ -42,7 +42,7 @@ from hertzchain.engines.native.kernels import (
     _pushed,
     compiled_and_kept,
 )
-from hertzchain.engines.native.lanes import bits, load, store, zero_lanes
+from hertzchain.engines.native.lanes import bits, load, number_of, store, zero_lanes
 from hertzchain.engines.native.lanes_looks import (
     end_lane,
     gains_energy,
@@ -160,13 +160,13 @@ def _march(
     old, new, lo, hi = 0, 3 * rows, 0, 1
     for k in range(x.shape[0]):
         store(x, k, zero)
-    for k in range(ROWS):
-        store(clock, k, load(clock, k, zero) * 0.0)
-    for k in range(granules - 1):
-        store(highest, k, zero)
-        store(highest_at, k, load(clock, ACTIVE, zero))
     for half in (old, new):
         store(x, half + granules, zero + _FREE_END)
+    for k in range(granules - 1):
+        store(highest, k, zero)
+    for lane in range(number_of(zero)):
+        for k in range(ROWS):
+            clock[k, lane] = 0.0
     active = legs.shape[0]
     for lane in range(legs.shape[0]):
         clock[LEG, lane], clock[ACTIVE, lane] = -1, 1.0

@@ -28,12 +28,14 @@ from hertzchain.engines.native.lanes_motion import (
     ACTIVE,
     BEGIN,
     BEHIND,
+    FIRST,
     FORM,
     FULL,
     LEAVES,
     LEVEL,
     OVER,
     STEP,
+    WHOLE,
     WORK,
     compiled,
     larger,
@@ -101,6 +103,9 @@ def left_behind(
     """The first granule of each lane that may still matter: see ``kernels._left_behind``."""
     zero = zero_lanes(x)
     behind = load(clock, BEHIND, zero)
+    going = (load(clock, OVER, zero) > 0.5) & (load(clock, LEAVES, zero) > 0.5)
+    if bits(going) == 0:
+        return behind
     crest, leading = behind * 0.0 + float(hi - 1), zero
     climbs = zero > -1.0
     here = load(x, half + hi - 1, zero)
@@ -117,7 +122,6 @@ def left_behind(
     quiet_velocity = quiet_overlap * root(root(leading))
     hardest, fastest, weakest, quiet = zero, zero, leading, zero
     cut = behind
-    going = (load(clock, OVER, zero) > 0.5) & (load(clock, LEAVES, zero) > 0.5)
     here, v = load(x, half + lo, zero), load(x, half + rows + lo, zero)
     for i in range(lo, hi - 1):
         ahead, v_ahead = load(x, half + i + 1, zero), load(x, half + rows + i + 1, zero)
@@ -164,4 +168,5 @@ def end_lane(
                 highest[i, lane], highest_at[i, lane] = r, clock[BEGIN, lane]
         x[half + i, lane] = x[half + rows + i, lane] = x[half + 2 * rows + i, lane] = 0.0
     clock[ACTIVE, lane] = clock[STEP, lane] = clock[FULL, lane] = clock[LEVEL, lane] = 0.0
-    clock[FORM, lane] = 0.0
+    clock[FORM, lane] = clock[WHOLE, lane] = 0.0
+    clock[FIRST, lane] = clock[BEGIN, lane]  # its time stands still
