@@ -26,11 +26,13 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.native import METHODS, kernels, simulate
+from hertzchain.engines.native.many import march_all
 from hertzchain.engines.native.methods import SRKN_11B
 from hertzchain.engines.native.plan import cheapest as plan
 from hertzchain.engines.native.refinement import Fixed
 from hertzchain.engines.native.simulation import leg_rows, table
 from hertzchain.errors import RunFailed
+from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.peaks import largest_difference, largest_differences
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.verdict.contenders import contenders
@@ -193,13 +195,10 @@ def test_e_granule_and_stage_over_square_root(benchmark: Any, demo: hc.Scene) ->
     rows = np.stack([
         leg_rows(walker.cut(one.schedule(0.4 * one.units.time)), one.units) for one in scenes
     ])  # fmt: skip
-    evaluations = np.zeros(1000)
+    leaves = np.zeros(1000, np.bool_)
 
     def batch() -> None:
-        kernels.march_many(
-            rows, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, 60, False,
-            np.zeros((1000, 59)), np.zeros((1000, 59)), np.zeros(1000), evaluations, np.zeros(3),
-        )  # fmt: skip
+        march_all(rows, walker, 60, leaves, Deadline(TIME_LIMIT), 1)
 
     spent = best(batch, 3)
     # The front moves through the chain: granules that wait ahead of it cost nothing.

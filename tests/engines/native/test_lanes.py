@@ -59,7 +59,7 @@ def march(
 ) -> many.Found:
     """Peak forces and times, times reached and evaluations of scenes side by side."""
     may_leave = np.full(len(rows), leaves)
-    return many.march_all(rows, walker, granules, may_leave, Deadline(60.0), cores, dtype)
+    return many.march_all(rows, walker, granules, may_leave, Deadline(600.0), cores, dtype)
 
 
 def equal(one: many.Found, other: many.Found, of_other: Any = slice(None)) -> bool:
@@ -149,7 +149,7 @@ def test_what_may_be_left_behind_is_left() -> None:
     """The window of a slow scene closes, but not where nothing may be left behind."""
     rows = rows_of([paper_scene("cosine", 0.5, 6.0, 60)] * 2, 0.4)
     may_leave = np.array([True, False])
-    _, _, end, evaluations = many.march_all(rows, FIXED, 60, may_leave, Deadline(60.0), 1)
+    _, _, end, evaluations = many.march_all(rows, FIXED, 60, may_leave, Deadline(600.0), 1)
     assert end[0] < end[1]
     assert end[1] == rows[1, -1, 1]
     assert evaluations[0] < evaluations[1]
