@@ -26,9 +26,7 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.native import kernels, lanes, lanes_looks, lanes_maxima, lanes_motion
 from hertzchain.engines.native.kernels import (
     _DOUBLE,
-    _EPS,
     _FREE_END,
-    _QUIET,
     _SINGLE,
     _TINY,
     END,
@@ -155,7 +153,6 @@ def _march(
     rows, stages = granules + 1, drifts.size
     single = x.itemsize == 4
     least = math.sqrt(_SINGLE[_TINY] if single else _DOUBLE[_TINY])
-    noise = _QUIET * (_SINGLE[_EPS] if single else _DOUBLE[_EPS])
     close = _CLOSE if single else _CLOSE**2
     old, new, lo, hi = 0, 3 * rows, 0, 1
     for k in range(x.shape[0]):
@@ -224,7 +221,7 @@ def _march(
             settled = np.uint64(0)
             if hi == granules:
                 settled = is_settled(x, clock, highest, old, rows, lo, hi)
-            cuts = left_behind(x, clock, highest, old, rows, lo, hi, noise)
+            cuts = left_behind(x, clock, highest, old, rows, lo, hi)
             cutting = bits(cuts > load(clock, BEHIND, zero))
             if diverged | settled | cutting != 0:
                 store(ends, 1, cuts)

@@ -1,4 +1,4 @@
-"""Looks at plain scenes side by side every few steps, compiled: see ``kernels._left_behind``.
+"""Looks at plain scenes side by side every few steps, compiled.
 
 Which lanes have diverged, which can change no peak any more, and what they may leave behind.
 Contacts are pressed by their overlap to the power 3/2, so overlaps are compared, not forces.
@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from hertzchain.engines.native import kernels
 from hertzchain.engines.native.kernels import (
     _DIVERGED_ENERGY,
+    _DOUBLE,
+    _EPS,
     _FREE_END,
-    _QUIET_GRANULES,
+    _SINGLE,
 )
 from hertzchain.engines.native.lanes import (
     bits,
@@ -42,9 +43,16 @@ from hertzchain.engines.native.lanes_motion import (
     smaller,
 )
 
-_IMPACT = kernels._IMPACT ** (10 / 3)
-_SLOWER = kernels._SLOWER ** (2 / 3)
-"""The same for overlaps r: F > 1.3 v^1.2 is r^5 > 1.3^(10/3) v^4."""
+_QUIET_GRANULES = 8
+_QUIET = 1e4
+"""Overlap and velocity of a quiet stretch, in rounding errors of those of the leading wave."""
+
+_IMPACT = 1.3 ** (10 / 3)
+"""F > 1.3 v^1.2 for overlaps r: r^5 > 1.3^(10/3) v^4. A granule running into a wall presses by
+(5/4)^(3/5) v^1.2 = 1.14 v^1.2, a solitary wave by 1.01 of its fastest granule."""
+
+_SLOWER = 0.95 ** (2 / 3)
+"""What is left behind is pressed less than 0.95 of the leading wave; of overlaps."""
 
 
 @compiled
@@ -64,7 +72,10 @@ def gains_energy(x: Any, clock: Any, half: int, rows: int, lo: int, hi: int) -> 
 
 @compiled
 def _stronger(overlap: Any, hardest: Any, fastest: Any) -> Any:
-    """Whether overlaps are larger than what can come of others: see ``kernels._strength``."""
+    """Whether overlaps are larger than any that granules so pressed and so fast can come to have.
+
+    Not proved; measured for single runs, see ``kernels._strength``.
+    """
     square, speed = overlap * overlap, fastest * fastest
     return (overlap > hardest) & (square * square * overlap > _IMPACT * (speed * speed))
 
@@ -77,7 +88,11 @@ def _wide(a: Any, b: Any, c: Any, like: Any) -> Any:
 
 @compiled
 def is_settled(x: Any, clock: Any, highest: Any, half: int, rows: int, lo: int, hi: int) -> Any:
-    """The lanes none of whose peaks can change any more, as integer: ``kernels._settled``."""
+    """The lanes none of whose peaks can change any more, as integer.
+
+    Granules that fly off at the free end never come back; of the others none can press a contact as
+    hard as every contact has been pressed already.
+    """
     zero = zero_lanes(x)
     behind = load(clock, BEHIND, zero)
     hardest, fastest, weakest = zero, zero, zero + _FREE_END
@@ -97,10 +112,13 @@ def is_settled(x: Any, clock: Any, highest: Any, half: int, rows: int, lo: int, 
 
 
 @compiled
-def left_behind(
-    x: Any, clock: Any, highest: Any, half: int, rows: int, lo: int, hi: int, noise: float
-) -> Any:
-    """The first granule of each lane that may still matter: see ``kernels._left_behind``."""
+def left_behind(x: Any, clock: Any, highest: Any, half: int, rows: int, lo: int, hi: int) -> Any:
+    """The first granule of each lane that may still matter to a peak.
+
+    What lies behind it is left once the pulse is over, if eight quiet granules lie ahead of it, which
+    only waves can cross, and if what is behind is weaker than the leading wave, so that it is slower,
+    and than the peaks of all contacts left behind, which are final.
+    """
     zero = zero_lanes(x)
     behind = load(clock, BEHIND, zero)
     going = (load(clock, OVER, zero) > 0.5) & (load(clock, LEAVES, zero) > 0.5)
@@ -118,6 +136,7 @@ def left_behind(
         leading, crest = where(climbs, r, leading), where(climbs, float(i), crest)
         here = before
     leading = larger(leading, zero)
+    noise = _QUIET * (_SINGLE[_EPS] if x.itemsize == 4 else _DOUBLE[_EPS])
     quiet_overlap = noise * leading
     quiet_velocity = quiet_overlap * root(root(leading))
     hardest, fastest, weakest, quiet = zero, zero, leading, zero

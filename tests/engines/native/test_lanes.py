@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import kernels, lanes_kernel, many
+from hertzchain.engines.native import kernels, lanes_kernel, lanes_looks, lanes_motion, many
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.methods import SRKN_6B, SRKN_11B
 from hertzchain.engines.native.refinement import Refined
@@ -153,6 +153,22 @@ def test_what_may_be_left_behind_is_left() -> None:
     assert end[0] < end[1]
     assert end[1] == rows[1, -1, 1]
     assert evaluations[0] < evaluations[1]
+
+
+def test_what_is_left_behind_presses_nothing() -> None:
+    rows = 8
+    x, clock = np.ones((6 * rows, 2)), np.zeros((lanes_motion.ROWS, 2))
+    x[:rows, 1] = np.arange(rows, 0, -1)
+    lanes_looks.leave.py_func(x, clock, 1, 3, 0, rows)
+    overlaps = x[: rows - 1, 1] - x[1:rows, 1]
+    assert np.all(overlaps[:2] == 0)
+    assert overlaps[2] < -1e29
+    assert np.all(x[rows : rows + 3, 1] == 0)  # velocities
+    accelerations = x[2 * rows : 3 * rows, 1]
+    # Of the first granule that is left: by the contact ahead alone, whose overlap is 1.
+    assert accelerations[:4].tolist() == [0, 0, 0, -1]
+    assert clock[lanes_motion.BEHIND].tolist() == [0, 3]
+    assert np.all(x[:, 0] == 1)
 
 
 def test_long_chains_run_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
