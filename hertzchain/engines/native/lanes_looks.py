@@ -115,9 +115,9 @@ def is_settled(x: Any, clock: Any, highest: Any, half: int, rows: int, lo: int, 
 def left_behind(x: Any, clock: Any, highest: Any, half: int, rows: int, lo: int, hi: int) -> Any:
     """The first granule of each lane that may still matter to a peak.
 
-    What lies behind it is left once the pulse is over, if eight quiet granules lie ahead of it, which
-    only waves can cross, and if what is behind is weaker than the leading wave, so that it is slower,
-    and than the peaks of all contacts left behind, which are final.
+    What lies behind it is left once the pulse is over, if eight quiet granules lie ahead of it,
+    which only waves can cross, and if what is behind is weaker than the leading wave, so that it is
+    slower, and than the peaks of all contacts left behind, which are final.
     """
     zero = zero_lanes(x)
     behind = load(clock, BEHIND, zero)
