@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numba import njit
 from scipy.integrate import solve_ivp
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import kernels, lanes_kernel, lanes_looks, lanes_motion, many
 from hertzchain.engines.native import plan as plans
+from hertzchain.engines.native.lanes import store
 from hertzchain.engines.native.methods import SRKN_6B, SRKN_11B
 from hertzchain.engines.native.refinement import Refined
 from hertzchain.engines.native.simulation import leg_rows
@@ -155,6 +157,103 @@ def test_what_may_be_left_behind_is_left() -> None:
     assert end[0] < end[1]
     assert end[1] == rows[1, -1, 1]
     assert evaluations[0] < evaluations[1]
+
+
+@njit
+def looks(x: Any, clock: Any, highest: Any, rows: int, hi: int, cuts: Any) -> Any:
+    """Looks at lanes in the first half of a state; returns who is settled and who has diverged."""
+    store(cuts, 0, lanes_looks.left_behind(x, clock, highest, 0, rows, 0, hi))
+    settled = lanes_looks.is_settled(x, clock, highest, 0, rows, 0, hi)
+    return settled, lanes_looks.gains_energy(x, clock, 0, rows, 0, hi)
+
+
+def look_at(u: FloatArray, v: FloatArray, peaks: FloatArray, **clocks: Any) -> Any:
+    """Cuts, who is settled and who has diverged, of eight lanes: shape (granules, 8)."""
+    rows = len(u) + 1
+    x, clock, cuts = np.zeros((6 * rows, 8)), np.zeros((lanes_motion.ROWS, 8)), np.zeros((1, 8))
+    x[: rows - 1], x[rows - 1], x[rows : 2 * rows - 1] = u, 1e30, v
+    for name in ("ACTIVE", "OVER", "LEAVES", "WORK"):
+        clock[getattr(lanes_motion, name)] = 1.0
+    for name, values in clocks.items():
+        clock[getattr(lanes_motion, name)] = values
+    settled, diverged = looks(x, clock, peaks ** (2 / 3), rows, rows - 1, cuts)
+    masks = (np.array([mask >> lane & 1 == 1 for lane in range(8)]) for mask in (settled, diverged))
+    return cuts[0], *masks
+
+
+def test_what_may_be_left_behind() -> None:
+    """A leading wave of force 1, granules at rest, and behind them one contact that is pressed."""
+    nothing = (12, 0.5, 1.0, 0.0)
+    cases = [
+        # granules at rest, force behind them, peak there and velocity; whether they are left
+        (nothing, True),
+        ((8, 0.5, 1.0, 0.0), True),
+        ((7, 0.5, 1.0, 0.0), False),  # too few granules at rest
+        ((12, 0.94, 1.0, 0.0), True),
+        ((12, 0.96, 1.0, 0.0), False),  # as strong as the leading wave
+        ((12, 0.5, 0.53, 0.0), True),
+        ((12, 0.5, 0.52, 0.0), False),  # it may still raise the peak of a contact
+        ((12, 0.5, 1.0, 0.768), True),  # 1.3 v^1.2 is 0.947
+        ((12, 0.5, 1.0, 0.773), False),  # a granule flies that would press as hard
+        ((12, 0.0, 0.01, -2.0), True),  # away from the leading wave
+        (nothing, True),
+        (nothing, True),
+        (nothing, True),
+        (nothing, False),
+        (nothing, False),
+        (nothing, True),
+    ]
+    over, leaves = np.ones(16), np.ones(16)
+    over[13], leaves[14] = 0.0, 0.0
+    u, v, peaks = np.zeros((24, 16)), np.zeros((24, 16)), np.ones((23, 16))
+    for k, ((quiet, behind, peak, velocity), _) in enumerate(cases):
+        overlaps = np.zeros(24)
+        overlaps[: quiet + 4] = [behind ** (2 / 3), *np.zeros(quiet), 0.4, 1.0, 0.3]
+        u[:, k], v[0, k], peaks[0, k] = np.cumsum(overlaps[::-1])[::-1], velocity, peak
+    for some in (slice(8), slice(8, 16)):
+        cuts, _, _ = look_at(
+            u[:, some], v[:, some], peaks[:, some], OVER=over[some], LEAVES=leaves[some]
+        )
+        assert cuts.tolist() == [quiet - 7 if cut else 0 for (quiet, *_), cut in cases[some]]
+
+
+def test_when_no_peak_can_change() -> None:
+    # Granules apart from one another; the last has flown off.
+    u = np.repeat(np.arange(0.0, 10.0)[:, None], 8, axis=1)
+    v, peaks = np.zeros((10, 8)), np.ones((9, 8))
+    v[-1] = 2.0
+    v[0] = [0.3, 0.8, 0.81, 0.3, 0.3, 0.3, 0.3, 0.3]  # 1.3 v^1.2 is 0.307, 0.995, 1.01
+    peaks[5] = [1.0, 1.0, 1.0, 0.31, 0.3, 1.0, 1.0, 1.0]
+    on, off = np.ones(8), np.ones(8)
+    on[5], off[6] = 0.0, 0.0
+    _, settled, _ = look_at(u, v, peaks, OVER=on, LEAVES=off)
+    assert settled.tolist() == [True, True, False, True, False, False, False, True]
+
+
+def test_ten_times_the_work_is_divergence() -> None:
+    u, v = np.zeros((5, 8)), np.zeros((5, 8))
+    v[1] = [1.0, 1.0, np.nan, np.inf, 1.0, 1.0, 1.0, 1.0]  # an energy of 1/2
+    work = np.array([0.051, 0.049, 1.0, 1.0, 0.051, 0.049, 1.0, 1.0])
+    running = np.array([1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0])
+    _, _, diverged = look_at(u, v, np.ones((4, 8)), WORK=work, ACTIVE=running)
+    assert diverged.tolist() == [False, True, True, True, False, False, False, False]
+    # An overlap of 1 has 2/5.
+    u[2] = [-1.0, *np.zeros(7)]
+    _, _, diverged = look_at(u, np.zeros((5, 8)), np.ones((4, 8)), WORK=np.full(8, 0.039))
+    assert diverged.tolist() == [True, *[False] * 7]
+
+
+def test_maxima_where_an_overlap_turns_twice_in_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It rises at both ends of some step of these; without what turns twice 2e-4 is missing."""
+    scenes = [
+        paper_scene("cosine-triangular", ratio, n, 16)
+        for n, ratio in zip(np.linspace(1.3, 1.45, 24), np.linspace(3.2, 3.5, 24), strict=True)
+    ]
+    rows = rows_of(scenes, 0.5)
+    found = march(rows, FIXED, 16)
+    monkeypatch.setattr(many, "_LONGEST", 1)
+    expected = march(rows, FIXED, 16)
+    assert found[0] == pytest.approx(expected[0], rel=1e-12, abs=0)
 
 
 def test_what_is_left_behind_presses_nothing() -> None:
