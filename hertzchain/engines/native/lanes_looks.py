@@ -124,8 +124,7 @@ def left_behind(x: Any, clock: Any, highest: Any, half: int, rows: int, lo: int,
     going = (load(clock, OVER, zero) > 0.5) & (load(clock, LEAVES, zero) > 0.5)
     if bits(going) == 0:
         return behind
-    crest, leading = behind * 0.0 + float(hi - 1), zero
-    climbs = zero > -1.0
+    crest, climbs = behind * 0.0 + float(hi - 1), zero > -1.0
     here = load(x, half + hi - 1, zero)
     leading = here - load(x, half + hi, zero)
     for k in range(hi - 1 - lo):
@@ -158,7 +157,6 @@ def left_behind(x: Any, clock: Any, highest: Any, half: int, rows: int, lo: int,
         if bits(enough) != 0:
             known = _stronger(*_wide(weakest * _SLOWER, hardest, fastest, behind))
             cut = where(enough & known, float(i + 1 - _QUIET_GRANULES), cut)
-            going = going & (known | ~enough)
         here, v = ahead, v_ahead
     return cut
 

@@ -244,7 +244,7 @@ def test_ten_times_the_work_is_divergence() -> None:
 
 
 def test_maxima_where_an_overlap_turns_twice_in_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
-    """It rises at both ends of some step of these; without what turns twice 2e-4 is missing."""
+    """It rises at both ends of a step of one of these, with a maximum in between."""
     scenes = [
         paper_scene("cosine-triangular", ratio, n, 16)
         for n, ratio in zip(np.linspace(1.3, 1.45, 24), np.linspace(3.2, 3.5, 24), strict=True)
