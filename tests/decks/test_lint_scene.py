@@ -128,10 +128,20 @@ def test_nothing_is_said_of_the_scene_in_any_units(
     assert lint(deck(units, axis, sign, style), SCENE) == []
 
 
+NOTES = {
+    "in.damped": ["scene"],
+    "in.damped_striker_on_a_wall": ["scene", *4 * ["damping"]],
+    "in.piston": ["scene"],
+}
+"""Shipped decks of which the text does not tell all numbers: formulas, and choices by version."""
+
+
 @pytest.mark.parametrize("entry", GALLERY, ids=lambda entry: entry.title)
 def test_nothing_is_said_of_shipped_decks_of_their_scenes(entry: Entry) -> None:
     text = (FOLDER / entry.name).read_text(encoding="utf-8")
-    assert lint(text, entry.load()) == []
+    found = lint(text, entry.load())
+    assert [finding.rule for finding in found] == NOTES.get(entry.name, [])
+    assert {finding.severity for finding in found} <= {"note"}
 
 
 @pytest.mark.slow
