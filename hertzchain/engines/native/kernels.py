@@ -64,15 +64,49 @@ _DIVERGED_ENERGY = 10.0
 stable, but so long that the work of a short pulse is wrong, 2 was seen."""
 
 _QUIET_GRANULES = 8
-_QUIET = 1e4
-"""Overlap and velocity of a quiet stretch, in rounding errors of those of the leading wave."""
+_QUIET = 1e-3
+"""Largest overlap and velocity of a quiet granule, over those of the leading wave. Derived in
+``_left_behind``; the longest steps leave 8e-4 behind a wave by their errors, usual ones 1e-7."""
+
+_AT_REST = 0.1
+"""The same of a granule that may be put to rest, over those of a quiet one. Chosen."""
+
+_QUIET_ROUNDING = 1e4
+"""Least value of ``_QUIET``, in rounding errors; it counts in float32 alone."""
 
 _IMPACT = 1.3
 """F / v^1.2, above that of a granule running into a wall, (5/4)^(3/5) = 1.14, and of a solitary
 wave and its fastest granule (1.01): see ``_strength``."""
 
 _SLOWER = 0.95
-"""What is left behind is pressed less than this fraction of the leading wave."""
+"""What is left behind presses less than this fraction of the peaks that it could raise."""
+
+_LOOSENED = 1.2
+"""Largest force of a wave at an end whose last granules drift apart, over its height; 1.173
+measured, with up to six such granules and gaps of 0.001 to 20 overlaps."""
+
+_WAVE_ENERGY, _WAVE_RATIO = 1.0465162, 0.3834342
+"""Energy over F^(5/3), and over the square of the momentum, of a solitary wave; measured in a chain
+and derived from its shape."""
+
+_LIKE_A_WAVE = 1e-3
+"""Difference of a wave's ratio of energy to momentum squared from that; 1e-5 measured."""
+
+_LEAST_PRESSED = 0.7
+"""Hardest pressed contact of a solitary wave at any instant, over its height; 0.77 measured, where
+two contacts are pressed alike."""
+
+_WAVE_SLOWER = 0.99
+"""A wave that is followed alone is lower than this fraction of the weakest peak ahead of it."""
+
+_APART = 64
+"""Granules at rest ahead of a wave that is followed alone. Chosen."""
+
+_NEAR = 24
+"""Granules between two parts of the window that become one; a part grows less in _CHECK."""
+
+_MOST_LATE = 64
+"""The most waves that are followed alone. Chosen."""
 
 _FREE_END = 1e30
 """Where the granule beyond the free end lies: never reached, never pressed; see ``_end_chain``."""
@@ -983,50 +1017,194 @@ def _fastest(v: Any, i: Any, stiffness: Any) -> float:
 
 
 @compiled
+def _height(
+    momentum: float, energy: float, hardest: float, stiffness: Any, inertia: Any
+) -> float:  # fmt: skip
+    """Height of the solitary wave that has this momentum and energy; 0 where they are not of one.
+
+    All three numbers have to fit: of a given momentum, one wave has another energy than two, or
+    than granules that fly.
+    """
+    mass, softness = 1.0, 1.0
+    if stiffness is not None:
+        last = stiffness.size - 1
+        mass, softness = 1.0 / inertia[last], stiffness[last - 1] ** (-2 / 3)
+    if momentum <= 0 or energy <= 0:
+        return 0.0
+    if abs(energy * mass / (_WAVE_RATIO * momentum**2) - 1) > _LIKE_A_WAVE:
+        return 0.0
+    height = (energy / (_WAVE_ENERGY * softness)) ** 0.6
+    if not _LEAST_PRESSED * height <= hardest <= (1 + _LIKE_A_WAVE) * height:
+        return 0.0
+    return float(height)
+
+
+@compiled
+def _quiet(u: Any, leading: float, stiffness: Any, inertia: Any) -> Any:
+    """Largest overlap and velocity of a quiet granule, behind a wave of this height."""
+    noise = max(_QUIET, _QUIET_ROUNDING * (_SINGLE[_EPS] if u.itemsize == 4 else _DOUBLE[_EPS]))
+    overlap, velocity = noise * leading ** (2 / 3), noise * leading ** (5 / 6)
+    if stiffness is not None:
+        last = stiffness.size - 1
+        overlap *= stiffness[last - 1] ** (-2 / 3)
+        velocity *= stiffness[last - 1] ** (-1 / 3) * math.sqrt(inertia[last])
+    return overlap, velocity
+
+
+@compiled
 def _left_behind(
-    u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, stiffness: Any, inertia: Any
-) -> int:
+    u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, parts: Any, most: int,
+    stiffness: Any, inertia: Any,
+) -> int:  # fmt: skip
     """How far the window can be closed from behind once the pulse is over.
 
     The shock has to be one pulse or a striker (``simulation.can_leave_behind``). A cut needs all of
     this:
 
     - Ahead of it lies a quiet stretch: ``_QUIET_GRANULES`` granules whose overlaps and velocities
-      are rounding errors beside those of the leading wave. Contacts that are hardly pressed are
-      hardly stiff (3/2 overlap^(1/2)), and what crosses d contacts of stiffness k in a time t is
-      smaller than what entered by (k t^2)^d / (2d)!. The leading wave goes on at its own speed
-      meanwhile, so that the stretch only grows. Nothing passes it but waves.
-    - The waves that may come from behind are slower than the leading one. A wave into granules at
-      rest goes at 0.9055 F^(1/6), and after a single pulse, which leaves its strongest waves ahead,
-      no contact is pressed harder later than the hardest now, or than the fastest granule can press
-      by running into one at rest. Both have to be below the leading wave's force. (After several
-      pulses that is not so: a broad packet can break up into stronger waves.)
-    - They have to be below the peaks of all contacts left behind, too: these are final.
+      are below ``_QUIET`` of those of the leading wave. Contacts that are hardly pressed are hardly
+      stiff, k = 3/2 overlap^(1/2), and what crosses d contacts of stiffness k in a time t is
+      smaller than what entered by (k t^2)^d / (2d)!. The waves ahead go on at their own speed
+      meanwhile, about a granule in a unit of time, so that the stretch only grows: with d = 8 + t
+      that factor is below 1e-24 for all t. Nothing passes but waves.
+    - What lies behind, up to the quiet stretch before, is either weak, or one solitary wave. It is
+      weak where it presses nothing as hard as any contact from there back has been pressed, nor as
+      the leading wave does (``_strength``, with a margin). After a single pulse, which leaves its
+      strongest waves ahead, no contact is pressed harder later than the hardest now, or than the
+      fastest granule can press by running into one at rest. (After several pulses that is not so: a
+      broad packet can break up into stronger waves.)
+    - One solitary wave, told by momentum, energy and its hardest contact (``_height``), goes on as
+      it is. It only meets contacts that lie ahead of it, which waves as strong as the leading one
+      have passed: their peaks are compared with it, not those behind. While granules wait ahead it
+      presses none harder than its height. At the free end it does: the leading wave throws off the
+      last granules; a later wave finds the end loosened, throws granules against those that are
+      slower, and presses contacts up to 1.17 times its height. A wave that stays below all
+      peaks ahead even so is left behind for good. One that is below them by less is followed alone:
+      it becomes a part of the window of its own, with granules at rest between, so that the run
+      costs as many windows as there are such waves.
+
+    Parameters
+    ----------
+    parts
+        Number of parts of the window behind the last, and their ends: see ``_LATE``. Further ones
+        are filled in.
+    most
+        How many parts there may be; 0 at the end of the chain, where no wave is followed alone.
     """
     crest = hi - 1
     while crest > lo and max(u[crest - 1] - u[crest], 0) >= u[crest] - u[crest + 1]:
         crest -= 1
-    leading = _of_contact(_force(float(u[crest] - u[crest + 1])), crest, stiffness)
-    noise = _QUIET * (_SINGLE[_EPS] if u.itemsize == 4 else _DOUBLE[_EPS])
-    quiet_overlap, quiet_velocity = noise * leading ** (2 / 3), noise * leading ** (5 / 6)
-    if stiffness is not None:
-        quiet_overlap = noise * float(u[crest] - u[crest + 1])
-        quiet_velocity = noise * math.sqrt(leading * (u[crest] - u[crest + 1]) * inertia[crest])
-    hardest, fastest, weakest_peak = 0.0, 0.0, leading
-    quiet, cut = 0, lo
-    for i in range(np.uint64(lo), np.uint64(crest)):
-        hardest = max(hardest, _of_contact(_force(float(u[i] - u[i + ONE])), i, stiffness))
-        fastest = max(fastest, _fastest(v, i, stiffness))
-        weakest_peak = min(weakest_peak, peak_force[np.uint64(base) + i])
-        if u[i] - u[i + ONE] <= quiet_overlap and abs(v[i]) <= quiet_velocity:
+    if crest == lo:
+        return lo
+    # The contact behind the hardest pressed one has just had its peak.
+    leading = peak_force[base + crest - 1]
+    quiet_overlap, quiet_velocity = _quiet(u, leading, stiffness, inertia)
+    weakest_peak, weakest_ahead, strongest = leading, -1.0, 0.0
+    begin, end, momentum, energy, hardest, fastest = lo, lo, 0.0, 0.0, 0.0, 0.0
+    quiet, still, cut, moves, alone = 0, 0, lo, False, False
+    for i in range(lo, crest):
+        r, speed = float(u[i] - u[i + 1]), float(v[i])
+        at_rest = r <= _AT_REST * quiet_overlap and abs(speed) <= _AT_REST * quiet_velocity
+        still = still + 1 if at_rest else 0
+        weakest_peak = min(weakest_peak, peak_force[base + i])
+        if r <= quiet_overlap and abs(speed) <= quiet_velocity:
             quiet += 1
         else:
-            quiet = 0
-        if quiet >= _QUIET_GRANULES:
-            if _strength(hardest, fastest, stiffness, inertia) >= _SLOWER * weakest_peak:
+            if quiet >= _QUIET_GRANULES:
+                if alone:  # the stretch is too short
+                    break
+                begin = i - _QUIET_GRANULES
+                momentum, energy, hardest, fastest = 0.0, 0.0, 0.0, 0.0
+            quiet, moves = 0, True
+        force = _of_contact(_force(r), i, stiffness)
+        mass = _mass(i, inertia)
+        hardest, fastest = max(hardest, force), max(fastest, _fastest(v, i, stiffness))
+        momentum += mass * speed
+        energy += 0.5 * mass * speed**2 + 0.4 * force * r
+        if quiet == _QUIET_GRANULES:
+            strength = _strength(hardest, fastest, stiffness, inertia)
+            height = _height(momentum, energy, hardest, stiffness, inertia)
+            strength = max(strength, height)
+            if _LOOSENED * max(strongest, strength) < _SLOWER * weakest_peak:
+                strongest = max(strongest, strength)
+            else:
+                if height == 0 or _LOOSENED * strongest >= _SLOWER * weakest_peak:
+                    break
+                if weakest_ahead < 0:
+                    weakest_ahead = leading
+                    for k in range(base + begin, base + crest):
+                        weakest_ahead = min(weakest_ahead, peak_force[k])
+                alone = _LOOSENED * height >= _SLOWER * weakest_ahead
+                if alone and height >= _WAVE_SLOWER * weakest_ahead:
+                    break
+            # Nothing is taken out of the way of a wave that is followed.
+            alone |= moves and parts[_LATE] > 0
+            if alone and parts[_LATE] >= most:
                 break
-            cut = int(i) + 1 - _QUIET_GRANULES
+            end, moves = i + 1, False
+        if alone and still == _APART:
+            place = _LATE + 1 + 2 * parts[_LATE]
+            parts[place], parts[place + 1] = begin, end
+            parts[_LATE] += 1
+            alone = False
+        if quiet >= _QUIET_GRANULES and not alone:
+            cut = i + 1 - _QUIET_GRANULES
     return cut
+
+
+@compiled
+def _put_to_rest(
+    u: Any, v: Any, g: Any, u0: Any, v0: Any, parts: Any, lo: int, cut: int
+) -> None:  # fmt: skip
+    """Put granules from lo to cut to rest, so that they just touch, except the parts there."""
+    front = cut
+    for s in range(parts[_LATE] - 1, -1, -1):
+        place = _LATE + 1 + 2 * s
+        for i in range(max(lo, parts[place + 1]), front):
+            u[i] = u0[i] = u[front]
+            v[i] = v0[i] = g[i] = 0
+        front = parts[place]
+        if front <= lo:
+            break
+
+
+@compiled
+def _follow(
+    u: Any, v: Any, g: Any, u0: Any, v0: Any, parts: Any, lo: int, leading: float,
+    stiffness: Any, inertia: Any,
+) -> int:  # fmt: skip
+    """Close parts of the window from behind, join those that meet; returns where the last begins.
+
+    ``leading`` is the height of the leading wave.
+    """
+    quiet_overlap, quiet_velocity = _quiet(u, leading, stiffness, inertia)
+    for s in range(parts[_LATE]):
+        place = _LATE + 1 + 2 * s
+        begin, end = parts[place], parts[place + 1]
+        i = begin
+        while i < end and u[i] - u[i + 1] <= quiet_overlap and abs(v[i]) <= quiet_velocity:
+            i += 1
+        begin_now = max(begin, min(i, end) - _QUIET_GRANULES)
+        for k in range(begin, begin_now):
+            u[k] = u0[k] = u[begin_now]
+            v[k] = v0[k] = g[k] = 0
+        parts[place] = begin_now
+    s = 0
+    while s < parts[_LATE]:
+        place = _LATE + 1 + 2 * s
+        is_last = s + 1 == parts[_LATE]
+        ahead = lo if is_last else parts[place + 2]
+        if parts[place + 1] + _NEAR <= ahead:
+            s += 1
+            continue
+        if is_last:
+            lo = parts[place]
+        else:
+            parts[place + 2] = parts[place]
+            for k in range(place, parts.size - 2):
+                parts[k] = parts[k + 2]
+        parts[_LATE] -= 1
+    return lo
 
 
 @compiled
@@ -1047,7 +1225,7 @@ def _settled(
         fastest = max(fastest, _fastest(v, i, stiffness))
     if end - 1 <= lo:
         return True
-    strength = _strength(hardest, fastest, stiffness, inertia)
+    strength = _LOOSENED * _strength(hardest, fastest, stiffness, inertia)
     for i in range(np.uint64(base + lo), np.uint64(peak_force.size)):
         if peak_force[i] <= strength:
             return False
@@ -1097,7 +1275,11 @@ def _is_stopped(control: Any) -> bool:
 
 # What _advance keeps between two calls, by place in two arrays. _GIVEN is the energy at the start,
 # _MOVED the work that a piston did and took, both counted as positive.
-_LO, _HI, _WHOLE, _PART, _LEVEL, _KEPT, _STEPS, _EVALUATIONS, _GRANULE_EVALUATIONS = range(9)
+# _LATE is the number of parts of the window behind the last, and behind it stand where each of them
+# begins and ends, from the rearmost on.
+_LO, _HI, _WHOLE, _PART, _LEVEL, _KEPT, _STEPS, _EVALUATIONS, _GRANULE_EVALUATIONS, _LATE = range(
+    10
+)
 _TIME, _NEXT_CHECK, _WORK, _MOMENTUM, _ENERGY, _GIVEN, _WALL, _PISTON, _MOVED = range(9)
 
 _ZERO, _LEAST, _PUSH, _H, _DIP_TIMES_H = range(5)
@@ -1203,6 +1385,24 @@ def _advance(
                 level, part, h = level + 1, 2 * part, h / 2
                 _scale(table, h, kicks, drifts, nodes, position, velocity_weights, position_weights)
                 continue
+        for s in range(count[_LATE]):
+            place = _LATE + 1 + 2 * s
+            from_, to = count[place], count[place + 1]
+            ahead = lo if s + 1 == count[_LATE] else count[place + 2]
+            if nystrom:
+                _keep_start(u, v, g, u0, v0, a, from_, to + 1)
+                count[place + 1] = _nystrom_step(
+                    u, v, g, u0, v0, a, nodes, fractions, position, velocity_weights,
+                    position_weights, kicks, drifts, constants, leg, begin, h, from_, to, ahead,
+                    stiffness, inertia, gap, pull,
+                )  # fmt: skip
+            else:
+                count[place + 1] = _symplectic_step(
+                    u, v, g, kicks, drifts, fractions, constants, leg, begin, h, from_, to, ahead,
+                    stiffness, inertia, gap, pull,
+                )  # fmt: skip
+            cost += to - from_
+            spent += to - from_
         steps += 1
         part += 1
         time = begin + h
@@ -1249,16 +1449,38 @@ def _advance(
                 reason = _DIVERGED
                 break
             if leave_behind and over:
-                cut = _left_behind(u, v, peak_force, base, lo, hi, stiffness, inertia)
+                if count[_LATE] > 0:
+                    back = _follow(
+                        u, v, g, u0, v0, count, lo, peak_force[base + lo], stiffness, inertia
+                    )
+                    total[_MOMENTUM] -= _momentum(v, back, lo, inertia)
+                    total[_ENERGY] -= _energy(u, v, back, lo, stiffness, inertia, gap, pull)
+                    lo = back
+                waits = count[_LATE] > 0 and base + hi == granules
+                if waits:
+                    # Granules that drift back from the end meet those at rest.
+                    least = count[_LATE + 2 * count[_LATE]] + 1
+                    while lo > least and u[lo - 1] > u[lo]:
+                        lo = max(lo - _QUIET_GRANULES, least)
+                most = _MOST_LATE if base + hi < granules else 0
+                cut = lo
+                if not waits:
+                    cut = _left_behind(
+                        u, v, peak_force, base, lo, hi, count, most, stiffness, inertia
+                    )
                 if cut > lo:
                     total[_MOMENTUM] += _momentum(v, lo, cut, inertia)
                     total[_ENERGY] += _energy(u, v, lo, cut, stiffness, inertia, gap, pull)
+                    _put_to_rest(u, v, g, u0, v0, count, lo, cut)
                     lo = cut
-                    if stiffness is not None:  # the formulas of terms ask for the granule behind
+                    if stiffness is not None and count[_LATE] == 0:
+                        # The formulas of terms ask for the granule behind.
                         u[lo - 1] = u0[lo - 1] = u[lo] - 1
                     _accelerate_first(u, g, constants, lo, stiffness, inertia, gap, pull)
-                if base + hi == granules and _settled(
-                    u, v, peak_force, base, lo, hi, stiffness, inertia
+                if (
+                    count[_LATE] == 0
+                    and base + hi == granules
+                    and _settled(u, v, peak_force, base, lo, hi, stiffness, inertia)
                 ):
                     reason = _SETTLED
                     break
@@ -1377,7 +1599,7 @@ def march(
     a = np.zeros((max(table.nodes.size, 1), size), kind)
     base = 0
     _end_chain(u, base, granules, peak_force)
-    count, total = np.zeros(9, np.int64), np.zeros(9)
+    count, total = np.zeros(_LATE + 1 + 2 * _MOST_LATE, np.int64), np.zeros(9)
     count[_HI] = min(moving, granules)
     total[_TIME], total[_NEXT_CHECK] = legs[0, START], _CHECK
     if start.size > 0:
@@ -1408,18 +1630,22 @@ def march(
             if reason != _NO_ROOM:
                 break
             # The window has come to the end of its arrays: move it to their beginning.
-            lo, hi = count[_LO], count[_HI]
-            if hi - lo + margin > size // 2:
+            hi = count[_HI]
+            first = count[_LO] if count[_LATE] == 0 else count[_LATE + 1]
+            if hi - first + margin > size // 2:
                 size *= 2
-            size = min(size, granules + 1 - base - lo)
+            size = min(size, granules + 1 - base - first)
             moved = np.zeros((3, size), kind)
-            moved[0, : hi - lo], moved[1, : hi - lo] = u[lo:hi], v[lo:hi]
-            moved[2, : hi - lo] = g[lo:hi]
+            moved[0, : hi - first], moved[1, : hi - first] = u[first:hi], v[first:hi]
+            moved[2, : hi - first] = g[first:hi]
             u, v, g = moved[0], moved[1], moved[2]
-            u0, v0 = np.zeros(size, kind), np.zeros(size, kind)
+            u0, v0 = u.copy(), np.zeros(size, kind)
             a = np.zeros((max(table.nodes.size, 1), size), kind)
-            base += lo
-            count[_LO], count[_HI] = 0, hi - lo
+            base += first
+            count[_LO] -= first
+            count[_HI] -= first
+            for k in range(2 * count[_LATE]):
+                count[_LATE + 1 + k] -= first
             _end_chain(u, base, granules, peak_force)
         if reason != _LEG_DONE:
             break
