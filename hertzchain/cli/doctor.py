@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import typer
 
 from hertzchain.cli.output import DONE, UNUSABLE
 
 
-def doctor() -> None:
+def doctor(
+    compiling: Annotated[
+        bool,
+        typer.Option(
+            "--compile",
+            help="Compile the kernels of uniform chains now, for runs and sweeps; a minute, once.",
+        ),
+    ] = False,
+) -> None:
     """Say what is installed, what works, and what to do about the rest."""
-    from hertzchain.cli.diagnosis import diagnose
+    from hertzchain.cli.diagnosis import compile_kernels, diagnose
 
+    if compiling:
+        compile_kernels()
     findings = diagnose()
     for finding in findings:
         mark = "ok  " if finding.works else "FAIL" if finding.needed else "--  "

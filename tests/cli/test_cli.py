@@ -1312,6 +1312,23 @@ def test_doctor_finds_everything_here(hertzchain: Command) -> None:
     assert all(line.startswith("ok ") for line in lines)
 
 
+def test_kernels_are_compiled_ahead_for_runs_and_batches() -> None:
+    # Types of one process: what is kept on disk is loaded into it.
+    code = """
+from hertzchain.cli.diagnosis import compile_kernels
+from hertzchain.engines.native import kernels
+compile_kernels()
+for kernel in (kernels.march, kernels.march_many):
+    print(*sorted(str(types[2].dtype) for types in kernel.signatures))
+"""
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=500, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    run, batch = done.stdout.splitlines()
+    assert "float64" in run.split()
+    assert batch == "float32 float64"
+
+
 def test_the_doctor_knows_every_package_that_is_needed() -> None:
     with (ROOT / "pyproject.toml").open("rb") as file:
         needed = tomllib.load(file)["project"]["dependencies"]
