@@ -1597,7 +1597,7 @@ def march(
     u0, v0 = np.zeros(size, kind), np.zeros(size, kind)
     bernstein = np.zeros(7)
     a = np.zeros((max(table.nodes.size, 1), size), kind)
-    base = 0
+    base = np.int64(0)  # of 0 itself, and then of any number, all kernels would be compiled twice
     _end_chain(u, base, granules, peak_force)
     count, total = np.zeros(_LATE + 1 + 2 * _MOST_LATE, np.int64), np.zeros(9)
     count[_HI] = min(moving, granules)
