@@ -118,11 +118,18 @@ def _stiffness(case: Case, alike: Indices, ratio: FloatArray, expected: FloatArr
     check = DeckCheck(
         f"stiffness of {who}", "N m^-1.5", measured, right, change,
         case.allowed(change, ratio[k] - 1), True,
-        f"stiffness of {who} {values(measured, right, 'N m^-1.5')} ({ratio[k]:.4g} times)",
+        f"stiffness of {who} {values(measured, right, 'N m^-1.5')} ({_times(ratio[k])})",
         case.reason,
     )  # fmt: skip
     role = role_of(alike, case)
     return placed(check, case.found, role, _moduli(case, k, float(ratio[k])), _right_law(case, k))
+
+
+def _times(ratio: float) -> str:
+    """A ratio in a sentence; its difference from 1 where four digits would not show it."""
+    if f"{ratio:.4g}" != "1":
+        return f"{ratio:.4g} times"
+    return f"{abs(ratio - 1):.1e} {'less' if ratio < 1 else 'more'}"
 
 
 def _moduli(case: Case, k: int, ratio: float) -> list[tuple[float, float]]:

@@ -96,6 +96,16 @@ def test_both_sides_of_a_tolerance(name: str, scene: hc.Scene, right: FoundDeck)
     assert check.command
 
 
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [(1.02, "(1.02 times)"), (1 - 2e-5, "(2.0e-05 less)"), (1 + 2e-5, "(2.0e-05 more)")],
+)
+def test_a_small_difference_is_not_one_times(
+    factor: float, words: str, scene: hc.Scene, right: FoundDeck
+) -> None:
+    assert words in by_name(examined(scene, stiffer(factor)(right)), "stiffness").sentence
+
+
 def test_effects_are_those_of_other_scenes(scene: hc.Scene, right: FoundDeck) -> None:
     """What a wrong mass does to the peaks, against native with that mass."""
     heavier = replace(scene, chain=replace(scene.chain, density=1.05 * 7958.0))
