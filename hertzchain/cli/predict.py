@@ -7,7 +7,7 @@ from hertzchain.cli.output import console, print_json
 
 
 def predict(scene: SceneFile, as_json: AsJson = False) -> None:
-    """Predict without simulating: a map of peaks, p, F_SW, Eqs. 3, 6 and 9, the exact wave."""
+    """Predict without simulating: a map of peaks, p, F_SW, the formulas, the exact wave."""
     from hertzchain import theory
     from hertzchain.report.console import print_prediction
 

@@ -81,8 +81,8 @@ def similar_scene(result: Result) -> str | None:
     if lost is None or lost.young_modulus == result.scene.chain.first_modulus:
         return None
     return (
-        f"a similar chain of E = {lost.young_modulus:.3g} Pa, as absolute coordinates would cost"
-        f" the peaks some {lost.predicted:.0e}; now {lost.bound:.0e} at most"
+        f"a similar chain of E = {lost.young_modulus:.3g} Pa, scaled back: absolute coordinates"
+        f" would have cost the peaks {lost.predicted:.0e}, and now cost at most {lost.bound:.0e}"
     )
 
 

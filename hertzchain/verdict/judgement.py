@@ -244,7 +244,7 @@ def judge(
     require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
     require(dt is None or is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
     given = _given(scene, peak_force)
-    allowed = "must be given for a contact at least"
+    allowed = "must be given for at least one contact"
     require(not np.all(np.isnan(given)), "peak_force", None, allowed)
     report_progress = progress or (lambda _: None)
     report_progress("native: the reference method")
@@ -325,7 +325,7 @@ def _put(peak_force: FloatArray, contact: Any, force: Any) -> None:
     allowed = f"must be a whole number from 2 to {last}: contact 2 lies between granules 1 and 2"
     require(whole, "contact", contact, allowed)
     k = int(contact) - 2
-    require(bool(np.isnan(peak_force[k])), "contact", contact, "is there twice")
+    require(bool(np.isnan(peak_force[k])), "contact", contact, "is given twice")
     allowed = "must be a finite number of at least 0 [N]; leave out what there is none for"
     require(is_finite(force) and force >= 0, "peak_force_N", force, allowed)
     peak_force[k] = force

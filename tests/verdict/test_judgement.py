@@ -106,7 +106,7 @@ def test_where_nothing_was_pressed_that_is_what_is_said(demo_reference: hc.Resul
 
 
 def test_peaks_of_no_contact_are_refused(demo: hc.Scene) -> None:
-    with pytest.raises(SceneError, match="must be given for a contact at least"):
+    with pytest.raises(SceneError, match="must be given for at least one contact"):
         hc.judge(demo, {})
 
 
@@ -422,7 +422,7 @@ def test_columns_are_found_by_name_in_any_order(tmp_path: Path) -> None:
         (b"contact,contact,peak_force_N\n2,2,3\n", "each once"),
         (b"contact,peak_force_N\n1,3\n", "contact in row 1 = 1.0: .* from 2 to 6: contact 2 lies"),
         (b"contact,peak_force_N\n2,3\n7,3\n", "contact in row 2 = 7.0"),
-        (b"contact,peak_force_N\n2,3\n2,3\n", "contact in row 2 = 2.0: is there twice"),
+        (b"contact,peak_force_N\n2,3\n2,3\n", "contact in row 2 = 2.0: is given twice"),
         (b"contact,peak_force_N\n2,nan\n", "peak_force_N in row 1 = nan"),
         (b"contact,peak_force_N\n2,-3\n", "peak_force_N in row 1 = -3.0"),
         (b"contact,peak_force_N\n2,\n", "row 1 = '2,': must have two numbers"),
