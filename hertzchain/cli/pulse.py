@@ -130,6 +130,12 @@ def pulse(
         print_json(found.to_dict())
     else:
         print_pulse(console(), found)
+    if output is not None:
+        typer.echo(
+            f"Pulse table written to {output}; a scene next to it takes it under [shock] as"
+            f' profile = "table" and file = "{output.name}"',
+            err=True,
+        )
     write_file("Plot", plot, lambda path: plot_pulse(found, path))
 
 

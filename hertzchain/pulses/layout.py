@@ -30,8 +30,8 @@ _NUMBERS = {
 
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
 
-_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|_([A-Za-zµμ]+)$")
-"""At the end of the name of a column: "force [kN]", "Time (us)", "time_s"."""
+_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|[_/]\s*([A-Za-zµμ]+)$")
+"""At the end of the name of a column: "force [kN]", "Time (us)", "time_s", "F/N"."""
 
 UNITS_OF_TIME = {
     **dict.fromkeys(("s", "sec", "second", "seconds"), "s"),

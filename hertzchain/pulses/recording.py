@@ -96,7 +96,7 @@ def read_recording(
     texts = sum(bool(line.strip()) for line in lines[:begin])
     facts = (
         ("file", f"{path}: {len(values):,} samples, {layout.describe()}"),
-        *((("text before the numbers", f"{texts} lines"),) if texts else ()),
+        *((("text before the numbers", f"{texts} line{'s' * (texts != 1)}"),) if texts else ()),
         ("time", f"column {layout.name(first)}, {unit_of_time}"),
         ("force", f"column {layout.name(second)}, {unit_of_force}"),
     )

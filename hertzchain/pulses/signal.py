@@ -123,11 +123,7 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
     if end is not None:
         last = _place(time, "--end", end)
     if not first <= crest <= last or last - first + 1 < LEAST_SAMPLES:
-        raise HertzchainError(
-            f"the pulse would have {max(0, last - first + 1)} samples, from {time[first]:.6g} s to"
-            f" {time[last]:.6g} s; it must have {LEAST_SAMPLES} and the largest force, at"
-            f" {time[crest]:.6g} s: give --start and --end in times of the file"
-        )
+        raise _no_pulse(time, first, last, crest, noise, given)
     samples = before if known is None and before >= least else 0
     inside = force[first : last + 1] - level
     clean = without_negative(inside, window, limit)
@@ -144,6 +140,29 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
         remarks.append(("averaged", f"{many} samples at a time, to {clean.size:,}"))
     return Signal(
         clock, clean, float(time[first]), level, samples, noise, given, left, tuple(remarks)
+    )
+
+
+def _no_pulse(
+    time: FloatArray, first: int, last: int, crest: int, noise: Noise, given: Given
+) -> HertzchainError:
+    """The error for samples between which there is no pulse."""
+    largest = f"the largest force, at {time[crest]:.6g} s,"
+    if given.start is not None and given.end is not None and last <= first:
+        return HertzchainError(f"--start {given.start:g} s must be before --end {given.end:g} s")
+    if last < first and given.start is None and given.end is None:
+        return HertzchainError(
+            f"no pulse stands out of the noise, {noise.deviation:.2g} N: name another column with"
+            " --force, or smooth it with --smooth"
+        )
+    if not first <= crest <= last:
+        return HertzchainError(
+            f"{largest} is not in the pulse, from {time[first]:.6g} s to {time[last]:.6g} s:"
+            " delete the sample if it is a spike, or give other times with --start and --end"
+        )
+    return HertzchainError(
+        f"{largest} is in a pulse of {last - first + 1} samples, must be at least {LEAST_SAMPLES}:"
+        " delete the samples if they are a spike, or give --start and --end in times of the file"
     )
 
 

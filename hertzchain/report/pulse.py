@@ -23,12 +23,16 @@ def print_pulse(console: Console, pulse: MeasuredPulse) -> None:
     """Print how a recording was read, what was changed, and the numbers of the pulse."""
     signal = pulse.signal
     before, after = (impulse / pulse.impulse.value for impulse in signal.left_out)
-    end = signal.start + pulse.table.time[-1]
+    start = signal.start + 0.0  # no negative zero
+    end = start + pulse.table.time[-1]
     rows = f"{signal.time.size:,} before, {len(pulse.table.time):,} now"
     facts = [
         *pulse.recording.facts,
         *signal.remarks,
-        ("pulse", f"from {signal.start:.6g} s to {end:.6g} s of the file; its start is now 0"),
+        (
+            "pulse",
+            f"from {start:.6g} s to {end:.6g} s of the file; its start is now 0",
+        ),
         ("impulse left out", f"{before:.2%} before the pulse, {after:.2%} after it"),
         ("rows", f"{rows}; {_how_judged(pulse)}"),
         ("F0", _with_deviation(pulse.peak_force, "N")),
@@ -69,7 +73,8 @@ def _with_deviation(value: Value, unit: str = "") -> str:
         return f"{value.value:.6g} ± {value.deviation:.2g}{end}"
     digits = floor(log10(abs(value.value))) - floor(log10(value.deviation)) + 2
     shown = f"{value.value:#.{min(digits, 9)}g}".rstrip(".")
-    return f"{shown} ± {value.deviation:#.2g}{end}"
+    deviation = f"{value.deviation:#.2g}".rstrip(".")
+    return f"{shown} ± {deviation}{end}"
 
 
 def plot_pulse(pulse: MeasuredPulse, path: Path | str) -> None:

@@ -29,7 +29,8 @@ def scene(tmp_path: Path) -> Path:
 def test_from_an_oscilloscope_to_peaks(hertzchain: Command, scope: Path, scene: Path) -> None:
     table = scene.with_suffix(".csv")
     done = hertzchain("pulse", scope, "-o", table, "--scale", 25, "--scene", scene)
-    assert (done.status, done.err) == (0, "")
+    assert done.status == 0
+    assert done.err.endswith('under [shock] as profile = "table" and file = "scene.csv"\n')
     assert max(map(len, done.out.splitlines())) <= 120
     words = ("semicolons between columns, decimal commas", "in us (header)", "LM_ratio", "± [N]")
     assert [one for one in words if one not in done.out] == []

@@ -79,6 +79,7 @@ def test_ends_of_lines(end: str, tmp_path: Path) -> None:
     ("header", "time", "force"),
     [
         ("Time [ms],Force [kN]", 1e-3, 1e3),
+        ("t/ms,F / kN", 1e-3, 1e3),
         ("t (us),F (mN)", 1e-6, 1e-3),
         ("time_ns,force_N", 1e-9, 1.0),
         ("Time,Load\nms,N", 1e-3, 1.0),

@@ -117,6 +117,7 @@ def test_smoothing_needs_equal_steps_and_a_window() -> None:
     [
         (-sine_squared(times(500)), "pulls; a pulse pushes: turn it with --scale"),
         (np.ones(500), "all forces are equal"),
+        (np.random.default_rng(1).normal(0, 0.5, 500), "no pulse stands out of the noise, 0.4"),
     ],
 )
 def test_what_is_no_pulse(force: FloatArray, words: str) -> None:
@@ -130,9 +131,10 @@ def test_what_is_no_pulse(force: FloatArray, words: str) -> None:
         (Given(start=1.0), "--start = 1.0: must be a time of the file, -2e-05 to 0.00016 s"),
         (Given(baseline=float("nan")), "--baseline = nan: must be a finite number"),
         (Given(end=-1.0), "--end = -1.0: must be a time of the file"),
-        (Given(start=60e-6), "it must have 8 and the largest force, at 3"),
-        (Given(end=0.0), "it must have 8 and the largest force, at 3"),
-        (Given(start=33e-6, end=33.3e-6), "would have 4 samples"),
+        (Given(start=60e-6), "the largest force, at 3.* s, is not in the pulse, from 6"),
+        (Given(end=0.0), "the largest force, at 3.* s, is not in the pulse, from"),
+        (Given(start=31.9e-6, end=32.2e-6), r"in a pulse of \d samples, must be at least 8"),
+        (Given(start=50e-6, end=10e-6), "--start 5e-05 s must be before --end 1e-05 s"),
     ],
 )
 def test_times_that_leave_the_pulse_out(given: Given, words: str) -> None:
