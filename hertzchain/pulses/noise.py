@@ -78,10 +78,10 @@ def resolution_of(force: FloatArray) -> float:
     """The digit in which forces are recorded [N]; 0 where it is finer than the samples show.
 
     Where a quarter of the samples, or fewer, have values of their own, it is the least difference
-    of two values.
+    of two values. Two values alone are a rectangle, whose height is no digit.
     """
     values = np.unique(force)
-    if values.size < 2 or values.size > force.size / 4:
+    if values.size < 3 or values.size > force.size / 4:
         return 0.0
     gaps = np.diff(values)
     gaps = gaps[gaps > 1e-9 * np.abs(values).max()]  # products of equal numbers, rounded

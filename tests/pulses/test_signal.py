@@ -112,6 +112,13 @@ def test_smoothing_needs_equal_steps_and_a_window() -> None:
             pulse_of(read, Given(smooth=width))
 
 
+def test_the_height_of_a_rectangle_is_no_noise() -> None:
+    clock = times(500)
+    found = pulse_of(recording(np.where((clock > 0) & (clock < 70e-6), FORCE, 0.0)))
+    assert found.noise.deviation == 0
+    assert found.force.max() == FORCE
+
+
 @pytest.mark.parametrize(
     ("force", "words"),
     [
