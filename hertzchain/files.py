@@ -171,7 +171,8 @@ def check_outputs(inputs: Sequence[Path | None], outputs: Sequence[Path | None])
 
     That is also what is read, or wanted for two things; None stands for no file.
     """
-    read = {path.resolve() for path in inputs if path is not None}
+    # A link that leads to itself is an error of whoever reads it.
+    read = {Path(os.path.realpath(path)) for path in inputs if path is not None}
     taken: set[Path] = set()
     for path in outputs:
         if path is None:

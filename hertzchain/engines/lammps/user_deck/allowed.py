@@ -7,6 +7,7 @@ one that might write must not be carried out.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -84,6 +85,9 @@ _FIXES = MOVES | _FORCES | OF_MOTION | _CHANGES | _TAKES_NOTE
 _USELESS = {"print": "it only prints", "balance": "LAMMPS runs on one process here"}
 """Fixes that are left out."""
 
+_RUNS_CODE = frozenset(("python", "mliap", "kim"))
+"""Pair styles and computes that may run code from files."""
+
 _PAIRS = ("gran", "hybrid", "none", "zero", "lj/", "soft", "morse", "colloid", "tracker")
 """How pair styles begin that run no other program and write nothing."""
 
@@ -123,6 +127,7 @@ class Rules:
             )
         special = {
             "fix": self._fix,
+            "compute": _compute,
             "unfix": self._fix_again,
             "fix_modify": self._fix_again,
             "variable": self._variable,
@@ -137,7 +142,8 @@ class Rules:
 
     def path(self, name: str) -> Path:
         """Where a file is that the deck names."""
-        return (self.folder / Path(name).expanduser()).resolve()
+        # Without an error for a link that leads to itself, or a user who is not there.
+        return Path(os.path.realpath(self.folder / os.path.expanduser(name)))  # noqa: PTH111
 
     def _fix(self, words: Sequence[Word], text: str) -> tuple[str | None, str | None]:
         if len(words) < _WORDS_OF_FIX:
@@ -201,10 +207,19 @@ class Rules:
 
 def _pair_style(words: Sequence[Word], text: str) -> tuple[str, None]:
     names = [word.value for word in words[1:]]
-    if names and (not names[0].startswith(_PAIRS) or "python" in names):
+    if names and (not names[0].startswith(_PAIRS) or not _RUNS_CODE.isdisjoint(names)):
         raise RunFailed(
             f"pair_style {names[0]} is none that is carried out here: take granular, gran/hertz or"
             " another of granules"
+        )
+    return text, None
+
+
+def _compute(words: Sequence[Word], text: str) -> tuple[str, None]:
+    if len(words) >= _WORDS_OF_FIX and words[3].value in _RUNS_CODE:
+        raise RunFailed(
+            f"compute {words[3].value} is none of the computes that are carried out here: leave it"
+            " out of the deck, if the chain does not need it"
         )
     return text, None
 
@@ -220,7 +235,7 @@ def _without_files(words: Sequence[Word], text: str) -> tuple[str, str | None]:
     kept: list[Word] = []
     k = 0
     while k < len(words):
-        if k >= 2 and words[k].raw in _FILE_KEYWORDS and k + 1 < len(words):
+        if k >= 2 and words[k].value in _FILE_KEYWORDS and k + 1 < len(words):
             k += 2
         else:
             kept.append(words[k])

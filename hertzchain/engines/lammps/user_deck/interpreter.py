@@ -19,6 +19,7 @@ from hertzchain.engines.lammps.user_deck.session import Session
 from hertzchain.engines.lammps.user_deck.text import (
     Line,
     Word,
+    in_ascii,
     lines_of,
     quoted,
     without_comment,
@@ -149,7 +150,7 @@ class Interpreter:
         except (OSError, ValueError) as problem:
             reason = getattr(problem, "strerror", None) or problem
             raise RunFailed(f"{name}: cannot be read ({reason})") from None
-        return _Open(name, path, lines_of(text.replace("\r\n", "\n")))
+        return _Open(name, path, lines_of(in_ascii(text.replace("\r\n", "\n"))))
 
     def _one(self, text: str, where: _Where) -> None:
         """Carry out one command."""
@@ -163,8 +164,13 @@ class Interpreter:
                 f"the deck is not over after {_MOST_COMMANDS} commands: it seems to have no end"
             )
         if "$" in text:
-            text = self._lammps.expanded(text).strip()
+            text = in_ascii(self._lammps.expanded(text)).strip()
         words = words_of(text)
+        if any("$" in word.raw and word.raw[0] not in "\"'" for word in words):
+            # LAMMPS would put in values once more than in the deck itself.
+            raise RunFailed(
+                "the value of a variable has a $: give the value itself, without another variable"
+            )
         if not words:
             return
         name, values = words[0].value, [word.value for word in words[1:]]

@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+import unicodedata
 from dataclasses import dataclass
 
 _TRIPLE = '"""'
+
+_ALIKE = {
+    **dict.fromkeys("\u2018\u2019\u201b\u2032", "'"),
+    **dict.fromkeys("\u201c\u201d\u201f\u2033", '"'),
+    **dict.fromkeys("\u02d7\u2010\u2011\u2012\u2013\u2014\u2212", "-"),
+    "\u02d6": "+", "\u2044": "/", "\u2215": "/", "\u2217": "*",
+}  # fmt: skip
+"""Characters that LAMMPS reads as one of ASCII."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +52,23 @@ def lines_of(text: str) -> list[Line]:
     if joined.strip():
         found.append(Line(joined, start or 1))
     return found
+
+
+def in_ascii(text: str) -> str:
+    """The text in ASCII: quotes, dashes and blanks as LAMMPS takes them, ``?`` for all others.
+
+    LAMMPS changes or drops other characters before it looks for words: what it is given must have
+    the words that were seen here.
+    """
+    return "".join(_plain(character) for character in text)
+
+
+def _plain(character: str) -> str:
+    if character in _ALIKE:
+        return _ALIKE[character]
+    if character in "\t\n\r\f" or " " <= character <= "~":
+        return character
+    return " " if unicodedata.category(character) in ("Zs", "Zl", "Zp", "Cf") else "?"
 
 
 def without_comment(text: str) -> str:

@@ -125,16 +125,16 @@ class Watcher:
                 " before: leave pre no out"
             )
         self._changed = False
-        self._free, self._led = self._moved()
-
-        def take(readings: Readings) -> None:
-            self._take(readings, np.asarray(self.time + (readings.step - first) * dt), dt)
-
         if lammps.count() != self.probes.granules.count:
             raise RunFailed(
                 "the deck makes or deletes granules after its first run: make the whole chain"
                 " before it"
             )
+        self._free, self._led = self._moved()
+
+        def take(readings: Readings) -> None:
+            self._take(readings, np.asarray(self.time + (readings.step - first) * dt), dt)
+
         try:
             self.stage.hooks.run(text, steps, stride, take)
         except GranulesChanged:

@@ -28,6 +28,7 @@ write_dump all custom {0}/written id
 restart 1 {0}/again
 print "text" file {0}/print
 print "text" append {0}/print screen no
+print "text" "append" {0}/quoted
 info all out append {0}/info
 fix p all print 1 "text" file {0}/fixprint screen no
 fix a all ave/time 1 1 1 c_thermo_temp file {0}/avetime
@@ -68,7 +69,7 @@ def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     }  # fmt: skip
     assert all(done.why_not for done in found.commands if not done.carried_out)
     without = [done.text.split()[1] for done in found.commands if done.carried_out and done.why_not]
-    assert without == ['"text"', '"text"', "a", "h", "'a'"]
+    assert without == ['"text"', '"text"', '"text"', "a", "h", "'a'"]
     nested = [done for done in found.commands if "nested" in done.text and not done.carried_out]
     assert nested[0].text == "shell touch ./nested"
     assert nested[0].written.startswith("if ")
@@ -83,6 +84,12 @@ def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
             None,
             "in.mine:25: fix python/invoke is none",
             id="python",
+        ),
+        pytest.param(
+            "compute p all mliap model none",
+            None,
+            "in.mine:25: compute mliap is none",
+            id="code of a compute",
         ),
         pytest.param(
             "",
