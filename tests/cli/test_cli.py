@@ -1319,7 +1319,8 @@ from hertzchain.cli.diagnosis import compile_kernels
 from hertzchain.engines.native import kernels, lanes_kernel
 compile_kernels()
 for kernel in (kernels.march, lanes_kernel.march_lanes):
-    print(*sorted("float32" if "float32" in str(types) else "float64" for types in kernel.signatures))
+    single = ["float32" in str(types) for types in kernel.signatures]
+    print(*sorted("float32" if one else "float64" for one in single))
 """
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, capture_output=True, text=True, timeout=500, check=False)
