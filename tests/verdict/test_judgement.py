@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -42,14 +42,16 @@ def truth(request: pytest.FixtureRequest) -> hc.Result:
     return hc.Native("reference").run(paper_scene(*request.param))
 
 
-def in_turn(names: str, cases: dict[str, tuple[object, ...]]) -> pytest.MarkDecorator:
+def in_turn(
+    names: str, cases: dict[str, tuple[object, ...]], slow: Collection[str] = ()
+) -> pytest.MarkDecorator:
     """Cases by their names, on all scenes; the quick scenes take turns where tests are not slow."""
     marked = [
         pytest.param(
             scene,
             *case,
             id=f"{scene}-{name}",
-            marks=[] if scene == QUICK[k % 2] else pytest.mark.slow,
+            marks=[] if scene == QUICK[k % 2] and name not in slow else pytest.mark.slow,
         )
         for k, (name, case) in enumerate(cases.items())
         for scene in (*QUICK, *MORE)
@@ -279,7 +281,7 @@ def test_other_numbers_are_named(truth: hc.Result) -> None:
     assert "a chain of 61 granules" in named(truth, exact(longer)[:59])
 
 
-@in_turn("h", {"0.06": (0.06,), "0.1": (0.1,), "0.3": (0.3,)})
+@in_turn("h", {"0.06": (0.06,), "0.1": (0.1,), "0.3": (0.3,)}, slow=["0.1"])
 def test_samples_in_place_of_maxima_are_named(truth: hc.Result, h: float) -> None:
     step = h * truth.scene.units.time
     times = np.arange(0.0, truth.scene.end_time, step)
@@ -350,6 +352,8 @@ def plain_code(scene: hc.Scene, dt: float, damping: Damping, euler: bool = False
             "of viscoelastic spheres with the relaxation time 1.9e-08 s",
         ),
     },
+    # test_damping_causes has all three laws, too, with native's damping as the other code.
+    slow=["dashpot", "viscoelastic"],
 )
 def test_damping_is_named(truth: hc.Result, damping: Damping, words: str) -> None:
     found = named(truth, plain_code(truth.scene, 0.01, damping))
