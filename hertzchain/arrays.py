@@ -1,4 +1,4 @@
-"""Names for the types of arrays."""
+"""Type names of arrays."""
 
 from typing import Any
 
@@ -6,15 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.floating[Any]]
-"""Of any floating-point precision."""
+"""An array of any floating-point precision."""
 
 FloatArray = NDArray[np.float64]
-"""What leaves the package."""
+"""An array as the package returns it."""
 
 Scalar = float | np.floating[Any]
 """A number of any precision."""
 
 
 def or_none(values: FloatArray) -> list[float | None]:
-    """Values for JSON, which has no word for what is not a finite number."""
+    """Return values for JSON: None in place of each value that is not finite."""
     return [value if np.isfinite(value) else None for value in values.tolist()]

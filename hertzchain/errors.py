@@ -1,4 +1,4 @@
-"""What a user can cause to go wrong: each error is one sentence that says what to do."""
+"""Errors that a user can cause: each is one sentence that says what to do."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 class HertzchainError(Exception):
-    """Base of every error that a user can cause; its text is fit to be shown as it is."""
+    """Base of every error that a user can cause; its text is shown to users unchanged."""
 
 
 class SceneError(HertzchainError, ValueError):
@@ -18,11 +18,11 @@ class SceneError(HertzchainError, ValueError):
     Parameters
     ----------
     key
-        What is wrong, as the scene file names it (``chain.radius``); "" for the file itself.
+        Name of the wrong entry as in the scene file (``chain.radius``); "" for the file itself.
     value
         The value that was given; None where a key is missing or nothing was given.
     allowed
-        What would have been right, as the end of a sentence ("must be ...").
+        Allowed values, as the end of a sentence ("must be ...").
     file
         The file it was read from, if any.
     """
@@ -38,20 +38,20 @@ class SceneError(HertzchainError, ValueError):
         super().__init__(f"{where}{named}{allowed}")
 
     def __reduce__(self) -> tuple[type[SceneError], tuple[object, ...]]:
-        """How it goes from one process to another."""
+        """Support pickling."""
         return type(self), (self.key, self.value, self.allowed, self.file)
 
 
 class BackendMissing(HertzchainError):
-    """A backend was asked for that cannot run here."""
+    """The backend that was asked for cannot run here."""
 
 
 class RunFailed(HertzchainError):
-    """A simulation could not be carried to its end."""
+    """A simulation failed before its end."""
 
 
 class OverlapTooLarge(RunFailed):
-    """Granules would be pressed so far into one another that Hertz's law says nothing."""
+    """Granules would be pressed so far into one another that Hertz's law does not apply."""
 
 
 class StepUnstable(RunFailed):
@@ -59,9 +59,9 @@ class StepUnstable(RunFailed):
 
 
 class Unpredictable(RunFailed):
-    """No digit of the peaks is sure, however short the steps are.
+    """Peaks whose error is as large as they are, however short the steps.
 
-    Small errors grow until none is left, or coordinates do not resolve the overlaps.
+    Small errors grow to the size of the peaks, or coordinates do not resolve the overlaps.
     """
 
 
@@ -74,21 +74,21 @@ class OutputError(HertzchainError):
 
 
 POSITIVE = "must be a finite number above 0"
-"""What is allowed, where nothing else is said."""
+"""The default for what is allowed."""
 
 
 def require(condition: bool, key: str, value: object, allowed: str) -> None:
-    """Raise a SceneError naming key, value and what is allowed unless the condition holds."""
+    """Raise a SceneError with key, value and what is allowed, unless the condition holds."""
     if not condition:
         raise SceneError(key, value, allowed)
 
 
 _ALIKE = 0.7
-"""Least similarity of a word with the one that was meant: friction and attraction have 0.67."""
+"""Least similarity of a misspelt word with a known one (chosen); friction and attraction: 0.67."""
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """The end of a sentence on an unknown word: a known one that looks like it, or nothing."""
+    """Return the end of a sentence on an unknown word: a similar known word, or nothing."""
     import difflib
 
     by_letters = {one.lower(): one for one in reversed(list(known))}
@@ -97,7 +97,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def is_finite(value: object) -> bool:
-    """Whether a value is a finite real number, NumPy's too (booleans are not)."""
+    """Return whether a value is a finite real number, Python's or NumPy's (booleans are not)."""
     if not isinstance(value, Real) or isinstance(value, bool):
         return False
     try:
@@ -107,7 +107,7 @@ def is_finite(value: object) -> bool:
 
 
 def is_positive(value: object) -> bool:
-    """Whether a value is a finite real number above 0."""
+    """Return whether a value is a finite real number above 0."""
     return is_finite(value) and value > 0  # type: ignore[operator]
 
 
@@ -126,5 +126,5 @@ def _shortened(text: str) -> str:
 
 
 def _printable(text: str) -> str:
-    """Text on one line: keys of TOML, and names of files, may hold a line's end."""
+    """Return text on one line: TOML keys and file names may contain line ends."""
     return text if text.isprintable() else repr(text)

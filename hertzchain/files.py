@@ -1,4 +1,4 @@
-"""Files are read within bounds, and appear whole or not at all."""
+"""Reading of files within limits of size and waiting time; writing of whole files or none."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from typing import Any, Self
 
 from hertzchain.errors import OutputError
 
-_PATIENCE = 5.0  # seconds to wait for somebody to write to a pipe or to type
+_PATIENCE = 5.0  # seconds to wait for the first bytes of a pipe or a terminal
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """The whole of a file, which may be a pipe, but neither endless nor silent for ever.
+    """Return the content of a file or pipe, bounded in size and waiting time.
 
-    What has more bytes than ``most`` is an OSError; a name that is none is a ValueError.
+    OSError for more than ``most`` bytes; ValueError for an impossible file name.
     """
     content = b""
     with open(path, "rb", buffering=0, opener=_open_at_once) as stream:
@@ -38,9 +38,9 @@ def read_bytes(path: Path, most: int) -> bytes:
 
 
 def read_rows(path: Path, most: int) -> tuple[list[str], list[list[str]]]:
-    """The header of a CSV file, and its other rows that are not empty.
+    """Return the header of a CSV file and its other rows that are not empty.
 
-    A ValueError says in a few words why a file of at most so many bytes cannot be read.
+    A ValueError says in a few words why the file, of at most ``most`` bytes, cannot be read.
     """
     import csv
     import io
@@ -48,23 +48,23 @@ def read_rows(path: Path, most: int) -> tuple[list[str], list[list[str]]]:
     try:
         text = read_bytes(path, most).decode("utf-8-sig")
         rows = [row for row in csv.reader(io.StringIO(text, newline="")) if row]
-    except (OSError, ValueError, csv.Error) as problem:  # ValueError: no text, or no file name
+    except (OSError, ValueError, csv.Error) as problem:  # ValueError: not text, or no file name
         raise ValueError(getattr(problem, "strerror", None) or "not a text file") from None
     return [cell.strip() for cell in rows[0]] if rows else [], rows[1:]
 
 
 def _open_at_once(name: str, flags: int) -> int:
-    """Open a file; one that is a pipe without waiting for who writes to it."""
+    """Open a file, without waiting for a writer if it is a pipe."""
     return os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def write_text(path: Path | str, text: str) -> None:
-    """Write a text file, whole or not at all."""
+    """Write a text file completely or not at all."""
     write_texts({Path(path): text})
 
 
 def write_texts(texts: Mapping[Path, str]) -> None:
-    """Write text files that belong together: all of them, whole, or none."""
+    """Write text files that belong together: all of them complete, or none."""
 
     def writer(text: str) -> Callable[[Path], object]:
         return lambda part: part.write_text(text, encoding="utf-8", newline="\n")
@@ -93,7 +93,7 @@ def _write(writers: Mapping[Path, Callable[[Path], object]]) -> None:
                 for path, write in writers.items():
                     target = part = path
                     if not path.exists() or path.is_file():  # a pipe or a device stays what it is
-                        target = path.resolve()  # where a link points to
+                        target = path.resolve()  # target of a link
                         folders.append(tempfile.mkdtemp(prefix=".hertzchain-", dir=target.parent))
                         part = Path(folders[-1]) / path.name
                         moves.append((part, target))
@@ -107,18 +107,18 @@ def _write(writers: Mapping[Path, Callable[[Path], object]]) -> None:
             finally:
                 for folder in folders:
                     shutil.rmtree(folder, ignore_errors=True)
-    except (OSError, UnicodeError) as problem:  # UnicodeError: text that UTF-8 has no bytes for
+    except (OSError, UnicodeError) as problem:  # UnicodeError: text that UTF-8 cannot encode
         raise _unwritable(path, problem) from None
 
 
 class _Undisturbed:
-    """A context in which Ctrl-C and SIGTERM wait, so that no temporary file outlives them."""
+    """Context in which Ctrl-C and SIGTERM wait, so that no temporary file is left behind."""
 
     def __init__(self) -> None:
         self._waiting: list[int] = []
         self._handlers: dict[signal.Signals, Any] = {}
         if threading.current_thread() is threading.main_thread():  # where handlers run
-            # SIGTERM first: it is the end of the program, so that no more than that gets lost.
+            # SIGTERM first: it ends the program, so that a lost Ctrl-C does not matter.
             found = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)}
             self._handlers = {number: how for number, how in found.items() if how is not None}
 
@@ -134,12 +134,12 @@ class _Undisturbed:
         self.let_through()
 
     def let_wait(self) -> None:
-        """From now on they wait."""
+        """Let both signals wait from now on."""
         for number in self._handlers:
             signal.signal(number, lambda number, _: self._waiting.append(number))
 
     def let_through(self) -> None:
-        """From now on, and if they are waiting, they do what they did."""
+        """Restore the handlers of both signals, and deliver those that waited."""
         for number, handler in self._handlers.items():
             signal.signal(number, handler)
         while self._waiting:
@@ -147,7 +147,7 @@ class _Undisturbed:
 
 
 def check_writable(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, if a file could not be written."""
+    """Raise an OutputError, before any work is done, if a file cannot be written."""
     path = Path(path)
     try:
         path.stat()
@@ -167,23 +167,23 @@ def check_writable(path: Path | str) -> None:
 
 
 def check_outputs(inputs: Sequence[Path | None], outputs: Sequence[Path | None]) -> None:
-    """Raise an OutputError, before any work is done, for what cannot be written, or not safely.
+    """Raise an OutputError, before any work is done, for outputs that cannot be written safely.
 
-    That is also what is read, or wanted for two things; None stands for no file.
+    An output may not be an input too, nor be given for two outputs; None stands for no file.
     """
-    # A link that leads to itself is an error of whoever reads it.
+    # A link that leads to itself is refused where it is read.
     read = {Path(os.path.realpath(path)) for path in inputs if path is not None}
     taken: set[Path] = set()
     for path in outputs:
         if path is None:
             continue
         check_writable(path)
-        if not path.exists() or path.is_file():  # what is a device is not replaced
+        if not path.exists() or path.is_file():  # a device is not replaced
             where = path.resolve()
             if where in read:
-                raise OutputError(f"{path}: is read, and must not be written over; name another")
+                raise OutputError(f"{path}: is an input, and must not be overwritten; name another")
             if where in taken:
-                raise OutputError(f"{path}: is wanted for two things, name one file for each")
+                raise OutputError(f"{path}: is given for two outputs, name one file for each")
             taken.add(where)
 
 

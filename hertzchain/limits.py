@@ -1,4 +1,4 @@
-"""What a run may cost, refused before it starts or stopped while it runs; the default accuracy."""
+"""Limits of time and memory, checked before and during a run; the default accuracy."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import time
 
 from hertzchain.errors import POSITIVE, TooExpensive, is_positive, require
 
-RTOL = 1e-6  # relative accuracy of the peaks by default: whether p is 9 or 10 can hang on 2e-5
-TIME_LIMIT = 3600.0  # where nothing else is asked for [s]
+RTOL = 1e-6  # default relative accuracy of the peaks: whether p is 9 or 10 can depend on 2e-5
+TIME_LIMIT = 3600.0  # default time limit [s]
 
 
 class Deadline:
-    """The end of the time that a run may take, which is so long from now on [s]."""
+    """Time limit of a run, counted from now on [s]."""
 
     def __init__(self, limit: float) -> None:
         self.limit = limit
@@ -20,11 +20,11 @@ class Deadline:
 
     @property
     def left(self) -> float:
-        """Time left [s]; negative when it is over."""
+        """Time left [s]; negative after the limit."""
         return self._end - time.monotonic()
 
     def refuse(self, least: float) -> None:
-        """Refuse a run that takes longer than this, at least so long [s]."""
+        """Refuse a run that takes at least ``least`` [s] if that is above the limit."""
         if least > self.limit:
             raise TooExpensive(
                 f"this scene takes at least {in_words(least)}, the time limit is"
@@ -33,7 +33,7 @@ class Deadline:
             )
 
     def passed(self) -> TooExpensive:
-        """What to say of a run that was stopped."""
+        """Return the error for a run that was stopped at the limit."""
         return TooExpensive(
             f"stopped at the time limit of {in_words(self.limit)}: shorten pulse, chain or"
             " end_time, ask for less accuracy, or raise the limit"
@@ -41,14 +41,14 @@ class Deadline:
 
 
 def check_time_limit(seconds: float) -> None:
-    """Refuse a time limit that cannot be."""
+    """Raise an error unless a time limit is a possible one."""
     require(is_positive(seconds), "time_limit", seconds, f"{POSITIVE} [s]")
 
 
 def refuse_memory(needed: float) -> None:
-    """Refuse a run that takes at least so many bytes where this machine is known to have fewer."""
+    """Refuse a run that takes at least ``needed`` bytes if this machine is known to have fewer."""
     if needed < 1e8:
-        return  # asking takes longer than most runs of that size
+        return  # reading the size of the memory takes longer than most runs below this size
     try:
         there_is = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):  # Windows has no sysconf
@@ -61,14 +61,14 @@ def refuse_memory(needed: float) -> None:
 
 
 def usable_cores() -> int:
-    """Cores that this process may use."""
+    """Number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def in_words(seconds: float) -> str:
-    """A time as people say it."""
+    """Return a time [s] as text with a suitable unit."""
     for unit, length in (("years", 3.156e7), ("days", 86400.0), ("hours", 3600.0), ("min", 60.0)):
         if seconds >= 2 * length:
             return f"{seconds / length:.3g} {unit}"

@@ -1,1 +1,1 @@
-"""What is seen of a run, whoever simulated it: peaks, work, histories, error, result."""
+"""Observables of a run, the same for every backend: peaks, work, histories, error, result."""

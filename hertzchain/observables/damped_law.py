@@ -1,4 +1,4 @@
-"""The law of damped contacts, in any units, as what watches a run needs it."""
+"""The force law of damped contacts, in any units, for the code that watches a run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hertzchain.scene.schedule import Leg
 
 @dataclass(frozen=True, eq=False)
 class DampedLaw:
-    """F = k d^(3/2) + c d^q d' of contacts that overlap, else 0.
+    """Force law F = k d^(3/2) + c d^q d' of contacts that overlap; 0 for open contacts.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class DampedLaw:
     exponent
         q of all contacts.
     attraction
-        Whether F may be below 0; otherwise it is 0 then.
+        Whether F may be negative; if not, negative values are set to 0.
     """
 
     stiffness: FloatArray
@@ -35,14 +35,14 @@ class DampedLaw:
 
     @classmethod
     def of(cls, scene: Scene) -> DampedLaw:
-        """The contacts of a scene with damping, SI units."""
+        """Return the law of the contacts of a damped scene, in SI units."""
         granules, contact = scene.granules, scene.contact
         assert contact is not None
         assert granules.damping is not None
         return cls(granules.stiffness, granules.damping, contact.exponent, contact.attraction)
 
     def in_units(self, units: NaturalUnits) -> DampedLaw:
-        """The same law with all quantities in other units."""
+        """Return the same law with all quantities in other units."""
         per_rate = units.velocity * units.length**self.exponent / units.force
         return replace(
             self,
@@ -51,12 +51,12 @@ class DampedLaw:
         )
 
     def elastic(self, overlap: Array, contacts: Any = slice(None)) -> Array:
-        """Force without damping; overlaps of some contacts, or of all, on the last axis."""
+        """Elastic force without damping; the last axis of the overlaps has some or all contacts."""
         pressed = np.maximum(overlap, 0.0)
         return np.asarray(self.stiffness[contacts] * pressed * np.sqrt(pressed))
 
     def damper(self, overlap: Array, rate: Array, contacts: Any = slice(None)) -> Array:
-        """What damping adds to the elastic force; rates have the shape of the overlaps."""
+        """Force that damping adds to the elastic force; rates have the shape of the overlaps."""
         pressed = np.maximum(overlap, 0.0)
         if self.exponent == 0:
             factor = np.where(overlap > 0, 1.0, 0.0)
@@ -70,24 +70,24 @@ class DampedLaw:
         return np.asarray(np.maximum(added, -self.elastic(overlap, contacts)))
 
     def force(self, overlap: Array, rate: Array, contacts: Any = slice(None)) -> Array:
-        """Force of contacts, with its limit."""
+        """Total force of contacts, limited to 0 where contacts do not attract."""
         return np.asarray(self.elastic(overlap, contacts) + self.damper(overlap, rate, contacts))
 
     def with_rate(self, force: Array, overlap: Array, felt: Array, rate: Array) -> Array:
-        """Forces of a backend at the rate ``rate``, which it has formed with the rate ``felt``.
+        """Convert forces that a backend computed with the rate ``felt`` to the rate ``rate``.
 
-        All of shape (samples, contacts). Velocity Verlet has no velocity yet where forces are due;
-        codes take that of half a step before.
+        All arrays have the shape (samples, contacts). Velocity Verlet computes forces before it has
+        the velocity of that time; codes use the velocity half a step earlier.
         """
         found = force + (self.force(overlap, rate) - self.force(overlap, felt))
         return found if self.attraction else np.maximum(found, 0.0)
 
 
 def true_forces(samples: Samples, law: DampedLaw, leg: Leg) -> Samples:
-    """Samples of velocity Verlet with forces by the velocities of the samples.
+    """Return samples of velocity Verlet whose forces use the velocities of the samples.
 
-    They have forces by the velocities half a step before, as LAMMPS forms them; at the start of a
-    leg, where forces are formed anew, by the velocities themselves.
+    The given samples have forces computed with the velocities half a step earlier, as in LAMMPS. At
+    the start of a leg, where forces are computed again, the velocities of that time are used.
     """
     overlap, rate, growth = samples.overlap_derivatives[:3]
     late = np.where(samples.time > leg.start, leg.dt / 2, 0.0)[:, np.newaxis]

@@ -1,9 +1,10 @@
 """Damped contacts between samples: highest forces, energy lost in dampers, impulse on a wall.
 
 Between two samples the overlap is the quintic that meets overlap, rate and acceleration. The force
-there is the backend's own at the sample pressed harder times the ratio of the scene's law: wrong
-stiffness or damping in a backend still shows in its peaks. What dampers take is by the scene's law,
-so that another law in a backend shows in the balance of energy.
+there is the backend's own force at the sample with the larger overlap, times the ratio of forces
+that the scene's law gives: wrong stiffness or damping in a backend still shows in its peaks. The
+energy lost in dampers is computed by the scene's law, so that another law in a backend shows in the
+balance of energy.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ _GAUSS = np.polynomial.legendre.leggauss(8)
 _NODES, _WEIGHTS = (_GAUSS[0] + 1) / 2, _GAUSS[1] / 2
 
 _NEAR = 0.98
-"""A force of the nodes over the largest, below which no maximum between them is looked for."""
+"""Fraction of the largest force: below it no maximum is searched between the nodes (chosen)."""
 
 
 class DampedWatch(PeakWatch):
@@ -42,14 +43,15 @@ class DampedWatch(PeakWatch):
 
     @property
     def rival(self) -> Array:
-        """The second highest maxima, shape (contacts,), 0 for none."""
+        """The second highest maximum of each contact, shape (contacts,); 0 for none."""
         return np.asarray(self._maxima[1])
 
     def update(self, samples: Samples, late: float = 0.0) -> None:
-        """Take note of the samples and of the intervals between them.
+        """Add the samples and the intervals between them.
 
-        ``late`` is how long before a time were the velocities that damped the motion then: what
-        was done to the granules is by forces with these, peaks are of forces with the true ones.
+        ``late`` is the delay of the velocities that damped the motion. Work and impulse are
+        computed with these velocities, because they moved the granules; peaks are computed with the
+        true ones.
         """
         self._until = samples.time[-1]
         self._keep_samples(samples)
@@ -78,14 +80,14 @@ class DampedWatch(PeakWatch):
         self._keep(columns, force, time, samples.overlap[largest, columns])
 
     def _keep_maxima(self, samples: Samples, part: _Part, force: Array) -> None:
-        """Keep the maxima within intervals, and what a contact has as it begins."""
+        """Keep the maxima within intervals and the force with which a contact begins."""
         ends = np.maximum(
             samples.contact_force[part.interval, part.contact],
             samples.contact_force[part.interval + 1, part.contact],
         )
         highest = np.argmax(force, axis=0)
         columns = np.arange(part.contact.size)
-        # Across the jump of a dashpot that begins the overlap is no polynomial.
+        # The overlap is not a polynomial across the jump of a dashpot's force at first touch.
         jumps = part.begins if self._law.exponent == 0 else np.zeros(columns.size, bool)
         reached = force[highest, columns]
         some = (reached > ends) & (reached >= _NEAR * self.force[part.contact]) & ~jumps
@@ -115,7 +117,7 @@ class _Part:
     h: Array
     curve: Array  # coefficients of the overlap, shape (6, n)
     scale: Array  # force of the backend over that of the scene's law
-    begins: NDArray[np.bool_]  # whether the contact begins within it
+    begins: NDArray[np.bool_]  # whether the contact begins within the interval
     places: Array  # nodes in the touching part, from 0 to 1, shape (nodes, n)
     worth: Array  # weights of the nodes, times h
 
@@ -148,11 +150,11 @@ class _Part:
         sure = (force > 0) & (expected > 0)
         scale = np.where(sure, force, 1.0) / np.where(sure, expected, 1.0)
         start = samples.time[interval]
-        begins = (first[0] <= 0) & (last[0] > 0)  # at 0 too: spheres that touch at the start
+        begins = (first[0] <= 0) & (last[0] > 0)  # also at 0: spheres that touch at the start
         return cls(interval, contact, start, h, curve, scale, begins, places, worth)
 
     def motion(self, places: Array, some: Any = slice(None)) -> tuple[Array, Array, Array]:
-        """Overlaps, rates and their growth at places, shape (..., n)."""
+        """Overlaps, rates and accelerations at places in the intervals, shape (..., n)."""
         curve, h = self.curve[:, some], self.h[some]
         slope = hermite.derivative(curve)
         bend = hermite.derivative(slope)
@@ -170,7 +172,7 @@ class _Part:
     def highest(
         self, some: NDArray[np.bool_], node: Places, law: DampedLaw
     ) -> tuple[Places, Array, Array]:
-        """Which intervals, the highest forces there, and their times, near the highest nodes."""
+        """Indices of intervals, their highest forces and the times of these forces."""
         which = np.flatnonzero(some)
         places = np.sort(self.places[:, which], axis=0)
         down = self.places[0, which] > self.places[-1, which]
@@ -180,7 +182,7 @@ class _Part:
         high = np.where(
             node < _NODES.size - 1, places[np.minimum(node + 1, _NODES.size - 1), columns], 1.0
         )
-        for _ in range(40):  # thirds: to 1e-7, of which the force has the square
+        for _ in range(40):  # thirds: the place to 1e-7, the force to its square
             third = (high - low) / 3
             left, right = low + third, high - third
             rises = self.force(left, law, which) < self.force(right, law, which)
@@ -191,7 +193,7 @@ class _Part:
     def at_begin(
         self, some: NDArray[np.bool_], samples: Samples, law: DampedLaw
     ) -> tuple[Places, Array, Array]:
-        """The forces of dashpots as contacts begin, from the free flight before."""
+        """Forces of dashpots at first touch, from the free flight before it."""
         which = np.flatnonzero(some)
         contact = self.contact[which]
         gap, rate, grown = (

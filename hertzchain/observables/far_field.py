@@ -1,4 +1,4 @@
-"""How far a wave may still be from settled where its chain ends."""
+"""Bound of how much a wave may still change where its chain ends."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ WAVE_SPEED = 0.9055157764
 """Speed of a solitary wave of height 1, in granules per natural time unit; computed by
 ``theory.solitary_wave``."""
 
-UNSETTLED = 0.1  # relative error above which there is no far field to speak of (chosen)
+UNSETTLED = 0.1  # relative error above which no far field is reported (chosen)
 
 _NEIGHBOURS = 4  # contacts over which the growth is measured; a wave spans 5 granules
-_SPAN = 10  # contacts over which the speed is measured, as that of a result is
+_SPAN = 10  # contacts over which the speed is measured, as in ``SolitaryWave.speed``
 _FORCE_PER_SPEED = 6.0  # the speed goes as the sixth root of the force
 
 
@@ -29,8 +29,9 @@ def unsettled(
     It is the sum of two parts. One is the growth per contact, measured over the last four, times
     the number of contacts from the shock: a peak that approaches its limit as 1/k has that much
     left. The other is six times the relative difference between the speed there and that of a
-    settled wave of this height. Each alone is too small at times: under long pulses peaks stay near
-    F0 for long, and a wave that is not settled may have the speed of one that is.
+    settled wave of this height. Each part alone is sometimes too small: under long pulses peaks
+    stay near F0 over many contacts, and a wave that still changes may have the speed of a settled
+    one.
 
     In 734 random pulses on up to 3,000 granules (LM_ratio 0.05 to 30, n 1.1 to 20), each cut to 8
     to 1,280 granules, the change was at most 0.38 of the bound wherever this is below 10 %.
@@ -38,9 +39,9 @@ def unsettled(
     Parameters
     ----------
     peak_force, peak_time
-        Of contacts 2 ... N [N], [s], shape (scenes, N - 1).
+        Peaks of contacts 2 ... N [N] and their times [s], shape (scenes, N - 1).
     last
-        Index of the contact at which the wave is looked at, at least 4, shape (scenes,).
+        Index of the contact at which the wave is examined, at least 4, shape (scenes,).
     speed_at_1_newton
         Exact speed of a solitary wave whose peak force is 1 N [m/s], over the distance between
         contacts [m], shape (scenes,).

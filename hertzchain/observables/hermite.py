@@ -20,7 +20,7 @@ def coefficients(start: Sequence[Array], end: Sequence[Array], h: Array) -> Arra
     (...). The error is of order h^(2m + 2) for a smooth function.
     """
     highest = len(start) - 1
-    # What the value changes by, not the value: large equal values would cost digits.
+    # Differences of the value, not the value: large equal values would cost digits.
     grown = [np.zeros_like(start[0]), *start[1:]], [end[0] - start[0], *end[1:]]
     scaled = [derivative * h**k for ends in grown for k, derivative in enumerate(ends)]
     basis = _basis(highest).astype(np.result_type(*scaled))
@@ -32,8 +32,9 @@ def coefficients(start: Sequence[Array], end: Sequence[Array], h: Array) -> Arra
 def increments(start: Sequence[Array], end: Sequence[Array], h: Array) -> Array:
     """Differences of successive Bernstein coefficients of the interpolant, shape (2m + 1, ...).
 
-    The slope has no more zeros within the interval than they have changes of sign (Descartes). The
-    interpolant is nowhere higher above its start than their sums, from the first on.
+    The slope has at most as many zeros within the interval as these differences have changes of
+    sign (Descartes). The interpolant exceeds its start by at most the largest of their partial
+    sums.
     """
     highest = len(start) - 1
     degree = 2 * highest + 1
@@ -48,7 +49,7 @@ def increments(start: Sequence[Array], end: Sequence[Array], h: Array) -> Array:
 
 
 def evaluate(coefficients: Array, s: Array) -> Array:
-    """Value of the interpolant at s, shape (...); s broadcasts against the columns."""
+    """Evaluate the interpolant at s, shape (...); s broadcasts against the columns."""
     return np.asarray(polynomial.polyval(s, coefficients, tensor=False))
 
 
@@ -67,7 +68,7 @@ def maxima(coefficients: Array) -> Array:
 
 
 def maximum(coefficients: Array) -> Array:
-    """Where in [0, 1] polynomials that rise at 0 and fall at 1 are largest, shape (columns,).
+    """Return s in [0, 1] where polynomials that rise at 0 and fall at 1 are largest, (columns,).
 
     Newton's method on the derivative of ``coefficients``, shape (degree + 1, columns), kept inside
     a bracket that shrinks.

@@ -16,15 +16,15 @@ from hertzchain.observables.samples import Samples
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """What a run recorded, in SI units.
+    """Histories that a run recorded, in SI units.
 
     Parameters
     ----------
     time
-        As asked for [s], shape (times,).
+        Requested times [s], shape (times,).
     displacement, velocity
-        [m], and its slope [m/s], shape (times, granules). The velocities that velocity Verlet has
-        are central differences; they differ from the slope by dt^2/6 times the jerk.
+        Displacement [m] and its slope [m/s], shape (times, granules). The velocities of velocity
+        Verlet itself are central differences; they differ from the slope by dt^2/6 times the jerk.
     contact_force
         [N], shape (times, granules - 1).
     wall_force
@@ -39,7 +39,7 @@ class History:
 
 
 def wanted_times(record: ArrayLike, end_time: float) -> FloatArray:
-    """The times of a history; a SceneError unless they increase, from 0 to the run's end [s]."""
+    """Return the times of a history [s]; SceneError unless they increase and lie within the run."""
     allowed = f"must be increasing times from 0 to the end of the run, {end_time} s"
     try:
         time = np.atleast_1d(np.asarray(record, np.float64))
@@ -54,8 +54,8 @@ def wanted_times(record: ArrayLike, end_time: float) -> FloatArray:
 class Recorder:
     """Fills a history from samples, at wanted times that increase, in the units of the samples.
 
-    Where there is a wall its contact is the last. ``law`` is that of damped contacts, if they are,
-    in the units of the samples.
+    Where there is a wall, the last contact is the one with the wall. ``law`` is the force law of
+    damped contacts, in the units of the samples; None without damping.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Recorder:
         self.contact_force[wanted] = force * ratio * np.sqrt(ratio)
 
     def _damped(self, samples: Samples, at: NDArray[np.intp], overlap: Array, rate: Array) -> Array:
-        """Forces of damped contacts: those of the sample pressed harder, times the law's ratio."""
+        """Forces of damped contacts: the law's ratio times the sample with the larger overlap."""
         assert self._law is not None
         derivatives = samples.overlap_derivatives
         later = samples.contact_force[at + 1] > samples.contact_force[at]
@@ -109,7 +109,7 @@ class Recorder:
     def history(
         self, time: FloatArray, length: float = 1.0, velocity: float = 1.0, force: float = 1.0
     ) -> History:
-        """What was recorded, in SI: the units of the samples are given in SI."""
+        """Return the history in SI units; the arguments are the units of the samples in SI."""
         contacts, forces = self.displacement.shape[1] - 1, self.contact_force * force
         return History(
             time,

@@ -1,9 +1,9 @@
 """Peaks: the true maximum of each contact force, between the samples too.
 
 Between two samples the overlap is interpolated (quintic from overlap, rate and acceleration; of
-degree seven where the jerk is known). The force at a maximum is the backend's own at the nearer
-sample times the overlap ratio to the power 3/2: a wrong stiffness in a backend still shows.
-Contacts that are never pressed at a sample are not seen.
+degree seven where the jerk is known). The force at a maximum is the backend's own force at the
+nearer sample times the ratio of the overlaps to the power 3/2: a wrong stiffness in a backend still
+shows. A contact that is open at every sample gets no peak.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from hertzchain.arrays import Array, FloatArray
 from hertzchain.observables import hermite
 from hertzchain.observables.samples import Samples
 
-SIGNIFICANT = 1e-3  # of the largest; lower peaks are not judged: error estimates do not cover them
-_COUNTS = 2e-3  # of the largest overlap: below, a force is less than 1e-4 of the largest
-ESTIMATED = 0.5 * SIGNIFICANT  # lowest peaks that two runs are compared by: one may be low in both
+SIGNIFICANT = 1e-3  # of the largest peak; lower ones are not judged: no error estimate covers them
+_COUNTS = 2e-3  # fraction of the largest overlap: below it a force is less than 1e-4 of the largest
+ESTIMATED = 0.5 * SIGNIFICANT  # lowest peaks by which two runs are compared: one may be low in both
 
 
 class PeakWatch:
@@ -28,13 +28,13 @@ class PeakWatch:
     def __init__(self, contacts: int, dtype: type[np.floating[Any]] = np.float64) -> None:
         self.force = np.zeros(contacts, dtype)
         self.time = np.full(contacts, np.nan, dtype)
-        self._overlap = np.zeros(contacts, dtype)  # under the largest force
-        self._maxima = np.zeros((2, contacts), dtype)  # of the overlap, the two highest
+        self._overlap = np.zeros(contacts, dtype)  # overlap under the largest force
+        self._maxima = np.zeros((2, contacts), dtype)  # the two highest maxima of the overlap
         self._until = dtype(0)
 
     @property
     def rival(self) -> Array:
-        """The second highest maxima, shape (contacts,), 0 for none: other steps may lift them."""
+        """Second highest maxima, (contacts,), 0 for none: with other steps they may be highest."""
         highest = self._maxima[0]
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.where(highest > 0, self._maxima[1] / highest, 0.0)
@@ -42,16 +42,16 @@ class PeakWatch:
 
     @property
     def passed(self) -> NDArray[np.bool_]:
-        """Whether each contact was pressed and has let up since, shape (contacts,)."""
+        """True for contacts whose force has fallen again after a peak, shape (contacts,)."""
         return self.time < self._until  # False for NaN
 
     @property
     def any_rising(self) -> bool:
-        """Whether a contact that counts was pressed harder at the end than ever before."""
+        """True if a contact that counts has its largest force at the end."""
         return any_rising(self.force, self.passed)
 
     def update(self, samples: Samples) -> None:
-        """Take note of the samples and of the intervals between them."""
+        """Add the samples and the intervals between them."""
         self._until = samples.time[-1]
         largest = np.argmax(samples.contact_force, axis=0)
         columns = np.arange(self.force.size)
@@ -64,7 +64,7 @@ class PeakWatch:
         derivatives = samples.overlap_derivatives
         h = np.diff(samples.time)[:, np.newaxis]
         overlap, rate, change = (np.abs(d) if k else d for k, d in enumerate(derivatives[:3]))
-        # As far as an overlap can get, even if its rate changes by all that both ends say.
+        # An upper bound of the overlap, with the largest change of its rate that both ends allow.
         farthest = np.maximum(overlap[:-1], overlap[1:])
         farthest = farthest + h * (rate[:-1] + rate[1:] + h * (change[:-1] + change[1:]))
         intervals, contacts = np.nonzero(farthest > self._maxima[1])
@@ -88,7 +88,7 @@ class PeakWatch:
         rises = increments > 0
         turns = np.count_nonzero(rises[1:] != rises[:-1], axis=0)
         higher = reached > self._maxima[1, contacts]
-        # The front of a wave grows by powers of ten in an interval: there seem to be some in it.
+        # The front of a wave grows by powers of ten within an interval, which may look like maxima.
         counts = reached > _COUNTS * np.max(self._overlap)
         for several, some in (
             (False, higher & (turns == 1) & rises[0]),
@@ -126,7 +126,8 @@ class PeakWatch:
         overlaps = samples.overlap
         nearer = intervals + (overlaps[intervals + 1, contacts] > overlaps[intervals, contacts])
         beside, force = samples.overlap[nearer, contacts], samples.contact_force[nearer, contacts]
-        # Pressed between two samples alone: by what the contact has been at its largest force.
+        # Pressed only between two samples: use the overlap that the contact had at its largest
+        # force.
         beside, force = (
             np.where((force > 0) & (samples.overlap[nearer, contacts] > 0), now, then)
             for now, then in ((beside, self._overlap[contacts]), (force, self.force[contacts]))
@@ -138,8 +139,8 @@ class PeakWatch:
         self._keep(contacts[known], force, time, highest[known])
 
     def _keep(self, contacts: NDArray[np.intp], force: Array, time: Array, overlap: Array) -> None:
-        """Let a later force replace an earlier one that is not larger, contact by contact."""
-        order = np.argsort(force, kind="stable")  # of several for one contact the largest is last
+        """Replace earlier forces that are not larger by later ones, contact by contact."""
+        order = np.argsort(force, kind="stable")  # if a contact has several, the largest is last
         contacts, force = contacts[order], force[order]
         time, overlap = time[order], overlap[order]
         larger = force > self.force[contacts]
@@ -149,13 +150,13 @@ class PeakWatch:
 
 
 def judged_contacts(peak_force: Array, significant: float = SIGNIFICANT) -> NDArray[np.bool_]:
-    """Contacts pressed by at least a fraction of the largest peak, shape (..., contacts)."""
+    """True for contacts whose peak is at least a fraction of the largest, shape (..., contacts)."""
     largest = peak_force.max(axis=-1, keepdims=True)
     return np.asarray((peak_force >= significant * largest) & (peak_force > 0))
 
 
 def any_rising(force: Array, passed: NDArray[np.bool_]) -> bool:
-    """Whether a contact that counts was pressed hardest at the end; both of shape (contacts,)."""
+    """Return whether a contact that counts was pressed hardest at the end; both (contacts,)."""
     return not passed.all() and bool(are_rising(force, passed))
 
 
@@ -184,7 +185,8 @@ def largest_difference(
 ) -> float:
     """Largest relative difference of the peaks that are judged: see ``judged_contacts``.
 
-    Both of shape (contacts,). Where nothing is expected to be pressed: 0, or 1 if anything is.
+    Both arrays have the shape (contacts,). Where no force is expected the result is 0, or 1 if
+    there is any.
     """
     if peak_force.shape != expected.shape:
         raise ValueError(f"must have equal shapes, got {peak_force.shape} and {expected.shape}")

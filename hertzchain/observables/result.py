@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     import pandas
 
 
-ROUGH = 0.01  # error of the peaks above which p means nothing: it hangs on changes of 1 %
+ROUGH = 0.01  # error of the peaks above which p means nothing: p depends on changes of 1 %
 
 
 @dataclass(frozen=True)
 class Balance:
-    """What the chain was given and what it has at the end of a run.
+    """Momentum and energy given to the chain, and those that it has at the end of a run.
 
     Parameters
     ----------
@@ -38,13 +38,13 @@ class Balance:
         with a piston the integral of its force on granule 2, with constant forces their impulse,
         less that on a wall.
     momentum
-        Of all granules but a piston at the end [N s].
+        Momentum of all granules except a piston at the end [N s].
     work
-        Of the applied force on the first granule, or of a piston on the second, and the energy at
-        the start [J].
+        Work of the applied force on the first granule, or of a piston on the second, plus the
+        energy at the start [J].
     energy
-        Kinetic energy of all granules but a piston plus that of the contacts, 2/5 F overlap each,
-        at the end, less the work of constant forces [J].
+        Energy at the end [J]: kinetic energy of all granules except a piston, plus 2/5 F overlap
+        for each contact, less the work of constant forces.
     dissipated
         Energy that damping of contacts took [J].
     """
@@ -58,17 +58,17 @@ class Balance:
 
 @dataclass(frozen=True)
 class LostDigits:
-    """What absolute coordinates cost a code, and the Young's modulus that it was given for that.
+    """Digits that absolute coordinates cost a code, and the Young's modulus used to limit the loss.
 
     Parameters
     ----------
     young_modulus
-        Given to it [Pa]: the scene's own, or that of a similar scene which loses less; its
-        results are those of the true scene again.
+        Modulus passed to the code [Pa]: the scene's own, or that of a similar scene which loses
+        fewer digits and whose results are scaled back.
     predicted
-        Loss of the peaks with the scene's own modulus, as a fraction, estimated before the run.
+        Relative error of the peaks with the scene's own modulus, estimated before the run.
     bound
-        Loss of the peaks with the modulus given, at most, as a fraction; part of the error
+        Upper bound of the relative error of the peaks with the modulus used; part of the error
         estimate.
     """
 
@@ -80,7 +80,7 @@ class LostDigits:
 def peaks_of_result(
     scene: Scene, force: FloatArray, time: FloatArray, passed: NDArray[np.bool_]
 ) -> dict[str, Any]:
-    """The peaks of a ``Result`` by its fields, from those of all contacts, a wall's the last."""
+    """Return the peak fields of a ``Result`` from the peaks of all contacts, a wall's the last."""
     contacts = scene.chain.granules - 1
     peaks: dict[str, Any] = {
         "peak_force": force[:contacts],
@@ -98,7 +98,7 @@ def peaks_of_result(
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """What one backend found for one scene.
+    """Result of one backend for one scene.
 
     Parameters
     ----------
@@ -109,35 +109,36 @@ class Result:
     dt
         The largest step [s].
     steps, force_evaluations
-        Cost of the run itself, without those that estimate its error.
+        Cost of the run itself, without the runs that estimate its error.
     peak_force, peak_time
-        Of contacts 2 ... N (the paper's numbers) [N], [s], shape (N - 1,). True maxima, not the
-        largest samples; the time is NaN where a contact was never pressed.
+        Peaks of contacts 2 ... N (the paper's numbers) [N] and their times [s], shape (N - 1,).
+        True maxima, not the largest samples; the time is NaN where a contact was never pressed.
     peak_passed
-        Whether a contact let up again before the run ended, shape (N - 1,).
+        Whether the force of a contact fell again before the run ended, shape (N - 1,).
     error_estimate
         Upper bound of the relative error of every peak of at least 1e-3 of the largest, against
         the exact solution of Eq. 1: steps, interpolation and round-off.
     displacement, velocity
-        At the end of the run [m], [m/s], shape (N,).
+        Displacements [m] and velocities [m/s] at the end of the run, shape (N,).
     balance
         Momentum and energy.
     history
-        What was recorded, if anything was.
+        Recorded histories; None without ``record``.
     wall_time
-        Of the whole call, with what it took to estimate the error [s].
+        Time of the whole call, including the estimate of the error [s].
     versions
-        Of what computed it.
+        Versions of the software that computed the result.
     watching_share
-        Time spent on stopping to read and on what was read, as a fraction of that spent on steps;
-        None where stepping and reading are one.
+        Time spent on stops and on reading samples, as a fraction of the time spent on steps; None
+        where both are one.
     lost_digits
-        What absolute coordinates cost; None where there are none.
+        Digits lost to absolute coordinates; None for a backend without them.
     scheme
-        The scheme that took the steps, as native names its methods; empty where it has no such
-        name. Velocity Verlet's work on the ramps has a known error.
+        Integration scheme, by the name of native's methods; empty for any other. Velocity Verlet's
+        work on the ramps has a known error.
     wall_peak_force, wall_peak_time, wall_peak_passed
-        Of the contact with the wall [N], [s], and whether it let up again; None at a free end.
+        Peak of the contact with the wall [N], its time [s], and whether the force fell again; None
+        at a free end.
     """
 
     scene: Scene
@@ -165,7 +166,7 @@ class Result:
 
     @property
     def all_peaks(self) -> FloatArray:
-        """Peak forces of all contacts [N], shape (contacts,), that on the wall the last."""
+        """Peak forces of all contacts [N], shape (contacts,); the last may be that on the wall."""
         if self.wall_peak_force is None:
             return self.peak_force
         return np.append(self.peak_force, self.wall_peak_force)
@@ -202,7 +203,7 @@ class Result:
 
     @property
     def overlap_ratio(self) -> float:
-        """The largest overlap over the radius R; Hertz's law is for small ones."""
+        """Largest overlap over the radius R; Hertz's law holds for small overlaps."""
         return largest_overlap_ratio(self.scene, self.all_peaks)
 
     @property
@@ -225,9 +226,9 @@ class Result:
 
     @property
     def cut_off(self) -> tuple[str, ...]:
-        """Names of contacts whose peak the end of the run may have cut off; usually empty.
+        """Names of the contacts whose peak may come after the end of the run; usually empty.
 
-        Plain scenes have none: what was not seen there has no p.
+        Plain scenes have none: there p is undefined where the run ended too early.
         """
         if self.scene.is_plain:
             return ()
@@ -240,13 +241,14 @@ class Result:
 
     @property
     def contact(self) -> NDArray[np.int_]:
-        """The paper's numbers of the contacts, 2 ... N, shape (N - 1,)."""
+        """Numbers of the contacts as in the paper, 2 ... N, shape (N - 1,)."""
         return np.arange(2, self.peak_force.size + 2)
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row per contact: contact, peak_force_N, peak_time_s.
+        """Return a table with one row per contact: contact, peak_force_N, peak_time_s.
 
-        With a static load also static_force_N and dynamic_force_N, the peak less it.
+        With a static load, the further columns are static_force_N and dynamic_force_N (peak less
+        static force).
         """
         import pandas
 
@@ -261,7 +263,7 @@ class Result:
         return pandas.DataFrame(columns)
 
     def _of_terms(self) -> dict[str, Any]:
-        """What only scenes with a static load or a wall have, as JSON knows it."""
+        """Return the JSON fields of scenes with a static load or a wall."""
         found: dict[str, Any] = {}
         if self.static_force is not None:
             found["static_force_N"] = self.static_force.tolist()
@@ -271,7 +273,7 @@ class Result:
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """The result as JSON knows it; null stands for what is not there."""
+        """Return the result as a JSON object; null stands for a missing value."""
         wave = self.solitary_wave
         return {
             "backend": self.backend,

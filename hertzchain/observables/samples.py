@@ -1,4 +1,4 @@
-"""Samples: the state of the chain at successive times, as a simulation hands it on."""
+"""Samples: the state of the chain at successive times, as a simulation returns it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from hertzchain.arrays import Array
 class Samples:
     """States of a chain at the ends of successive intervals on one leg, in the backend's own units.
 
-    Overlaps are given, as a backend knows them better than the differences of displacements.
+    Overlaps are stored, because a backend knows them to more digits than differences of
+    displacements.
     """
 
     time: Array  # increasing, shape (samples,)
@@ -38,10 +39,10 @@ class Samples:
 
 
 def closing(values: Array, contacts: int) -> Array:
-    """What overlaps change by, from what granules move by: shape (samples, contacts).
+    """Return the changes of overlaps from the motions of granules, shape (samples, contacts).
 
-    From the shape (samples, granules); where there is a contact for each granule, the last is that
-    with a wall, which does not move.
+    The motions have the shape (samples, granules). With as many contacts as granules the last
+    contact is that with a wall, which does not move.
     """
     between = values[:, :-1] - values[:, 1:]
     if contacts == between.shape[1]:

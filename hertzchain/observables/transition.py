@@ -1,4 +1,4 @@
-"""The transition: how many granules p it takes, and the solitary wave that leaves it.
+"""The transition: its number of granules p, and the solitary wave that leaves it.
 
 Contacts are numbered as in the paper: contact i lies between granules i - 1 and i, i = 2 ... N.
 """
@@ -16,12 +16,12 @@ from hertzchain.observables.far_field import UNSETTLED, WAVE_SPEED, unsettled
 
 STEADY = 0.01  # relative change between neighbouring peaks below which the transition is over
 SMALLEST = 5  # a solitary wave spans 5 granules, so p is at least that (paper, section 6)
-FREE_END = 2  # last contacts that feel the free end: N by 2.4 %, N - 1 by 1.3e-6; N - 2 by 4e-14
+FREE_END = 2  # last contacts that the free end changes: N by 2.4 %, N - 1 by 1.3e-6; N - 2 by 4e-14
 
 
 @dataclass(frozen=True)
 class SolitaryWave:
-    """What leaves the transition; None where the chain is too short to tell.
+    """Solitary wave after the transition; fields are None where the chain is too short to tell.
 
     Parameters
     ----------
@@ -31,13 +31,13 @@ class SolitaryWave:
         The peak of the last contact that the free end does not touch [N]; None where it may be more
         than 10 % from that of the settled wave.
     speed
-        From the peak times of contacts p + 1 and p + 11, or fewer if the chain or the run ends
-        [m/s]; never from contact N.
+        Speed from the peak times of contacts p + 1 and p + 11 [m/s], or of fewer contacts if the
+        chain or the run ends; contact N is never used.
     far_field_error
-        How far the peak of that last contact may be from that of the settled wave, relative; see
-        ``far_field.unsettled``.
+        Upper bound of the relative difference between that last peak and the peak of the settled
+        wave; see ``far_field.unsettled``.
     speed_error
-        How far the speed may be from that of the settled wave, relative.
+        Upper bound of the relative difference between the speed and that of the settled wave.
     """
 
     peak_force: float | None
@@ -48,7 +48,7 @@ class SolitaryWave:
 
     @property
     def reason(self) -> str | None:
-        """Why there is no far-field force, in a sentence; None where there is one."""
+        """Reason why there is no far-field force, one sentence; None where there is one."""
         if self.far_field_force is not None:
             return None
         if self.far_field_error is None:
@@ -62,7 +62,7 @@ class SolitaryWave:
 def transition_granules(
     peak_force: FloatArray, has_peaked: NDArray[np.bool_], threshold: float | FloatArray = STEADY
 ) -> int | None:
-    """The number of granules p in the transition, None if it does not end in this chain.
+    """Return the number of granules p in the transition; None if it does not end in this chain.
 
     The smallest i >= 5 from which every change abs(F_{k+1} - F_k) / F_{k+1}, k = i ... N - 2, is
     below 1 %, or below another threshold, one for all or shape (N - 3,). Contact N at the free end
@@ -76,7 +76,7 @@ def transition_granules(
 def transitions(
     peak_force: FloatArray, has_peaked: NDArray[np.bool_], threshold: float | FloatArray = STEADY
 ) -> NDArray[np.intp]:
-    """The p of chains of one length, 0 for none, (scenes,); peaks of shape (scenes, N - 1)."""
+    """Return p of chains of one length, 0 for none, shape (scenes,); peaks have (scenes, N - 1)."""
     scenes, contacts = peak_force.shape
     last = contacts - 1  # N - 2
     if last < SMALLEST:
@@ -100,7 +100,7 @@ def solitary_wave(
     diameter: float,
     slowness: float,
 ) -> SolitaryWave:
-    """The wave after the transition of p granules, from the peaks of contacts 2 ... N.
+    """Return the wave after a transition of p granules, from the peaks of contacts 2 ... N.
 
     Forces [N], times [s] and whether each peak was passed: shape (N - 1,). The diameter 2R [m] is
     the distance between contacts, the slowness their natural time unit under 1 N [s N^(1/6)].
@@ -127,10 +127,11 @@ def solitary_waves(
     diameter: FloatArray,
     slowness: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """The fields of ``SolitaryWave`` in many chains of one length, in their order.
+    """Return the fields of ``SolitaryWave``, in their order, for many chains of one length.
 
-    NaN where there is none, shape (scenes,), as p from ``transitions``, the diameter [m] and the
-    slowness [s N^(1/6)]; peaks have the shape (scenes, N - 1). See ``solitary_wave``.
+    The fields, p (from ``transitions``), the diameter [m] and the slowness [s N^(1/6)] have the
+    shape (scenes,), the peaks (scenes, N - 1). NaN stands for a missing value. See
+    ``solitary_wave``.
     """
     scenes, contacts = peak_force.shape
     row, column = np.arange(scenes), np.arange(contacts)
@@ -144,7 +145,7 @@ def solitary_waves(
         speed = between * diameter / (peak_time[row, later] - peak_time[row, first])
     undisturbed = np.maximum(np.minimum(contacts - 1 - FREE_END, end - 1), first)
     near, far = peak_force[row, first], peak_force[row, undisturbed]
-    # Before p there is no wave; any contact will do.
+    # Before p there is no wave; any index will do.
     looked_at = np.where(p > 0, undisturbed, contacts - 1)
     off = np.where(
         p > 0, unsettled(peak_force, peak_time, looked_at, WAVE_SPEED / slowness), np.nan

@@ -14,7 +14,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
 def work_done(samples: Samples, ramp: Ramp) -> Any:
-    """Integral of force times velocity of the first granule over a leg, in the ramp's units."""
+    """Return the integral of force times velocity of granule 1 over a leg, in the ramp's units."""
     h = np.diff(samples.time)
     first = [values[:, 0] for values in samples.granule_derivatives]
     curve = hermite.coefficients([d[:-1] for d in first], [d[1:] for d in first], h)
@@ -27,7 +27,7 @@ def work_done(samples: Samples, ramp: Ramp) -> Any:
 
 
 def contact_impulse(samples: Samples, contact: int) -> float:
-    """Integral over the samples of the force of a contact: 0 is that of a piston, -1 of a wall.
+    """Return the time integral of a contact's force: contact 0 is a piston's, -1 a wall's.
 
     Four Gauss points in each interval: the overlap is interpolated, and the force is that of the
     end with the larger overlap times the ratio of overlaps to the power 3/2. Where the contact
@@ -46,8 +46,8 @@ def contact_impulse(samples: Samples, contact: int) -> float:
     length = np.where(later, 1.0, open_at) - begin
     total = 0.0
     for node, weight in zip((_NODES + 1) / 2, _WEIGHTS / 2, strict=True):
-        # Distances from the opening go as the square of the node: the force, which goes as their
-        # power 3/2, is then smooth in the node.
+        # Distances from the opening are squares of the node: the force, their power 3/2, is then
+        # smooth in the node.
         whole = length == 1.0
         share = np.where(whole, node, node * node)
         place = begin + length * np.where(later, share, 1 - share)
@@ -59,16 +59,16 @@ def contact_impulse(samples: Samples, contact: int) -> float:
 
 
 def openings(curve: Any, crossing: Any, later: Any) -> Any:
-    """Where in [0, 1] overlaps that are ``crossing`` pass 0, shape (intervals,).
+    """Return the s in [0, 1] where overlaps that are ``crossing`` pass 0, shape (intervals,).
 
-    Otherwise 0 where the end of the interval has the larger overlap, and 1 where the start has it.
+    For other intervals return 0 where the end has the larger overlap, and 1 where the start has it.
     """
     found = np.where(later, 0.0, 1.0)
     if not np.any(crossing):
         return found
     part, rising = curve[:, crossing], later[crossing]
     low, high = np.zeros(rising.size), np.ones(rising.size)
-    for _ in range(53):  # halves: to the last digit
+    for _ in range(53):  # bisections: to the last digit
         middle = (low + high) / 2
         before = (hermite.evaluate(part, middle) > 0) != rising
         low, high = np.where(before, middle, low), np.where(before, high, middle)

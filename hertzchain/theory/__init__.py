@@ -14,10 +14,10 @@ Eqs. 7a, 7b, 8, 9       normalized_contact, normalized_peak_force, peak_force_fi
 section 5.1             granule_velocity
 ======================= ==========================================================================
 
-Where the paper's own formulas hold: outside_range. Beyond the paper: the exact solitary wave, in
-hertzchain.theory.solitary_wave; peaks without a simulation, in hertzchain.theory.peak_map;
-coefficients of restitution of damped contacts, in hertzchain.theory.restitution; and all that is
-known of a scene: predict.
+outside_range tells where the paper's own formulas do not hold. Beyond the paper:
+hertzchain.theory.solitary_wave has the exact solitary wave, hertzchain.theory.peak_map peaks
+without a simulation, hertzchain.theory.restitution coefficients of restitution of damped contacts;
+predict returns all that theory says of a scene.
 """
 
 from hertzchain.theory import peak_map, restitution, solitary_wave

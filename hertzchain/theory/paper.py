@@ -2,12 +2,12 @@
 
 M. A. Hasan and S. Nemat-Nasser, "Growth of shock-induced solitary waves in granular crystals".
 Equations 1 to 9 in their order, SI units unless a function says otherwise. Where the scan or the
-authors are wrong the docstring says what is printed and why it is read otherwise.
+paper is wrong, the docstring says what is printed and what is used instead.
 
 The paper takes F_SW, the height of the wave, from its reference 22. Here it is an argument, as is
 the number p of granules in the transition: both come from a simulation.
 
-p and F_SW mean: p as in hertzchain.observables.transition, F_SW the peak of contact p + 1.
+p is defined in hertzchain.observables.transition; F_SW is the peak of contact p + 1.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SPEED = 7 / 10  # coefficient of V_SW (section 4.1.1)
 
 
 def outside_range(momentum_ratio: float, duration_ratio: float) -> str | None:
-    """Where a scene lies outside what the paper covers; None inside."""
+    """Return why a scene lies outside the range of the paper; None inside it."""
     if duration_ratio < 2:
         return "the paper's conditions on the profile need n of at least 2"
     if not (0.3 <= momentum_ratio <= 2.5 and duration_ratio <= 10):
@@ -42,7 +42,8 @@ def outside_range(momentum_ratio: float, duration_ratio: float) -> str | None:
 def acceleration(displacement: ArrayLike, applied_force: float, chain: Chain) -> FloatArray:
     """Eq. 1: acceleration of each granule [m/s^2].
 
-    Printed with E under the root of the contact stiffness; read as sqrt(2R) E / (3 (1 - nu^2)).
+    The scan has E under the root of the contact stiffness; used here is sqrt(2R) E / (3 (1 -
+    nu^2)).
 
     Parameters
     ----------
@@ -99,7 +100,7 @@ def solitary_wave_momentum(chain: Chain, peak_force: float) -> float:
 
 
 def unit_rise_time(chain: Chain, pulse: Pulse) -> float:
-    """t0_hat [s]: the rise time with which L_Applied = L_SW(F0), n and F0 kept (section 4.1)."""
+    """t0_hat [s]: rise time with which L_Applied = L_SW(F0), for given n and F0 (section 4.1)."""
     momentum = solitary_wave_momentum(chain, pulse.peak_force)
     return 2 * momentum / (pulse.duration_ratio * pulse.peak_force)
 
@@ -137,10 +138,11 @@ def transition_granules(chain: Chain, pulse: Pulse, rise_time: float, wave_force
 
 
 def ejection_momentum(chain: Chain, pulse: Pulse, rise_time: float) -> float:
-    """Delta L [N s]: what the chain gains by throwing back its first granules (section 4.1.2).
+    """Delta L [N s]: momentum that the chain gains by throwing back its first granules (4.1.2).
 
-    Printed as an integral without its differential; read as twice the impulse of the profile with
-    rise time t0_hat over the last t0_hat - t0 of its duration n t0_hat. 0 for LM_ratio >= 1.
+    The paper prints an integral without its differential; used here is twice the impulse of the
+    profile with rise time t0_hat over the last t0_hat - t0 of its duration n t0_hat. 0 for LM_ratio
+    >= 1.
     """
     unit = unit_rise_time(chain, pulse)
     if rise_time >= unit:
@@ -181,8 +183,8 @@ def peak_shift(
 ) -> FloatArray:
     """Eq. 4b: time between the peaks of neighbouring contacts, in natural units.
 
-    Printed with the exponent 25 (p - i) / (16 sqrt(n p)); 25 (p - i) / (16 i p sqrt(n)) follows
-    from the corrected Eq. 6 through Eq. 5.
+    The paper prints the exponent 25 (p - i) / (16 sqrt(n p)); used here is 25 (p - i) / (16 i p
+    sqrt(n)), which follows from the corrected Eq. 6 and Eq. 5.
 
     Parameters
     ----------
@@ -217,8 +219,8 @@ def peak_force(
 ) -> FloatArray:
     """Eqs. 6a and 6b: peak force of a contact in the transition, in the unit of ``wave_force``.
 
-    Printed with the exponent 15 (i - p) / (8 sqrt(n p)); read as 15 (i - p) / (8 i p sqrt(n)),
-    with which all 92 entries of Tables 3 and 4 come out.
+    The paper prints the exponent 15 (i - p) / (8 sqrt(n p)); used here is 15 (i - p) / (8 i p
+    sqrt(n)), which gives all 92 entries of Tables 3 and 4.
 
     Parameters
     ----------
@@ -240,7 +242,7 @@ def peak_force(
 
 
 def effective_momentum_ratio(chain: Chain, pulse: Pulse, rise_time: float) -> float:
-    """What Eq. 6 raises to a power: LM_ratio (6a), with the ejected momentum below 1 (6b)."""
+    """Base of the power in Eq. 6: LM_ratio (6a); below 1 with the ejected momentum added (6b)."""
     applied = applied_momentum(pulse, rise_time) + ejection_momentum(chain, pulse, rise_time)
     return applied / applied_momentum(pulse, unit_rise_time(chain, pulse))
 
@@ -286,8 +288,9 @@ def peak_force_cubic(
 def granule_velocity(x: ArrayLike, wave_force: float = 1.0) -> FloatArray:
     """Velocity of the granules over space once the wave has formed (section 5.1).
 
-    The integral of F_SW (S(x)^(3/2) - S(x - 1)^(3/2)), from far behind. As printed it has no factor
-    T = 1.077 F_SW^(-1/6), the time that a granule of x takes: times T it is natural units.
+    The integral of F_SW (S(x)^(3/2) - S(x - 1)^(3/2)) from far behind the wave, as printed. The
+    factor T = 1.077 F_SW^(-1/6), the time that the wave takes for one granule, is missing there;
+    times T the result is in natural units.
 
     Parameters
     ----------

@@ -1,13 +1,13 @@
-"""Peak forces of a long uniform chain without a simulation: a map made once, and its interpolation.
+"""Peak forces of a long uniform chain without a simulation: interpolation of a precomputed map.
 
 In natural units the peaks F_i / F0 depend on profile, n, LM_ratio and i only (similarity). The map
 holds ln(F_i / F0) of contacts 2 to 80 and of the far field on a grid over ln LM_ratio and 1/n, for
-each profile of Table 1. validation/make_map.py makes it, with the native solver.
+each profile of Table 1. validation/make_map.py computes it with the native solver.
 
-Peaks are the largest of several local maxima of a contact's force over time; where another one
-takes over, a peak has a kink as a function of LM_ratio and n. Kinks limit interpolation, so the
-grid is fine, and the file holds only what differs from what a grid twice as coarse predicts
-(Deslauriers and Dubuc, Constr. Approx. 5 (1989) 49): zeros where the peaks are smooth.
+A peak is the largest of several local maxima of a contact's force over time; where another maximum
+becomes the largest, the peak has a kink as a function of LM_ratio and n. Kinks limit interpolation,
+so the grid is fine. The file holds only the differences from the prediction of a grid twice as
+coarse (Deslauriers and Dubuc, Constr. Approx. 5 (1989) 49): zeros where the peaks are smooth.
 """
 
 from __future__ import annotations
@@ -34,19 +34,23 @@ DURATION_RATIOS = (2.0, 50.0)
 """The smallest and the largest n of the map."""
 
 LAST_CONTACT = 80
-"""The map has contacts 2 to this one. p is 47 at most, and changes beyond contact 60 are below
-0.25 %, so that those that the map does not have cannot make p larger."""
+"""The last contact of the map, which begins with contact 2. p is 47 at most, and changes beyond
+contact 60 are below 0.25 %, so that contacts beyond the map cannot make p larger.
+"""
 
 PEAK_ERROR = 1e-2
-"""Relative error of a peak, at most. 4.6e-3 is the largest of 20,000 random points, at a kink of an
-early contact under a long pulse; 1 peak of 1000 is off by more than 3e-4."""
+"""Upper bound of the relative error of a peak (chosen): 4.6e-3 is the largest of 20,000 random
+points, at a kink of an early contact under a long pulse; 1 peak of 1000 is off by more than 3e-4.
+"""
 
 FAR_FIELD_ERROR = 1e-5
-"""Relative error of the far-field force, at most; 4e-6 was found, at LM_ratio 10 and n 2."""
+"""Upper bound of the relative error of the far-field force (chosen): 4e-6 was measured, at LM_ratio
+10 and n 2.
+"""
 
-STEP = 2e-6  # what the file counts in; its ln F are within this of what was simulated
-_KINK_SHARE = 3 / 8  # error of a change over second differences around, at worst; 0.17 measured
-_FLOOR = 1.6e-5  # of a change, at a node: two forces of 3e-6, times 2.7 near the rim
+STEP = 2e-6  # unit of the numbers in the file; its ln F differ from the simulated ones by less
+_KINK_SHARE = 3 / 8  # largest error of a change over nearby second differences; measured 0.17
+_FLOOR = 1.6e-5  # error of a change at a node: of two forces 3e-6 each, times 2.7 near the rim
 
 _SECOND_DIFFERENCES = np.vstack(
     [
@@ -54,7 +58,7 @@ _SECOND_DIFFERENCES = np.vstack(
         np.kron(np.eye(4), [[1, -2, 1, 0], [0, 1, -2, 1]]),
     ]
 )
-"""Of 4 by 4 nodes: the eight along LM_ratio, then the eight along n, shape (16, 16)."""
+"""Second differences of 4 by 4 nodes: eight along LM_ratio, then eight along n, shape (16, 16)."""
 
 _COARSE = (13, 4)
 _DOUBLINGS = 5
@@ -71,10 +75,9 @@ class Peaks:
     peak_force
         F_2 ... F_80, shape (79,); relative error PEAK_ERROR.
     far_field_force
-        The peak that contacts far away tend to; relative error FAR_FIELD_ERROR.
+        Limit of the peaks far from the shock; relative error FAR_FIELD_ERROR.
     change_error
-        How far abs(F_{k+1} - F_k) / F_{k+1} of the peaks above can be off, k = 2 ... 79, shape
-        (78,).
+        Largest error of abs(F_{k+1} - F_k) / F_{k+1} of the peaks above, k = 2 ... 79, shape (78,).
     """
 
     peak_force: FloatArray
@@ -91,7 +94,7 @@ def grid() -> tuple[FloatArray, FloatArray]:
 
 
 def outside(momentum_ratio: float, duration_ratio: float) -> str | None:
-    """Why the map says nothing about an LM_ratio and n; None where it does."""
+    """Return why an LM_ratio and n lie outside the map; None inside it."""
     (low, high), (short, long) = MOMENTUM_RATIOS, DURATION_RATIOS
     if low <= momentum_ratio <= high and short <= duration_ratio <= long:
         return None
@@ -99,7 +102,7 @@ def outside(momentum_ratio: float, duration_ratio: float) -> str | None:
 
 
 def peaks(profile: str, momentum_ratio: float, duration_ratio: float) -> Peaks:
-    """The peaks by cubic interpolation of ln F, some 50 us once the profile is loaded.
+    """Return the peaks by cubic interpolation of ln F, in about 50 us once the profile is loaded.
 
     Parameters
     ----------
@@ -111,7 +114,7 @@ def peaks(profile: str, momentum_ratio: float, duration_ratio: float) -> Peaks:
     Raises
     ------
     SceneError
-        For what the map does not have.
+        For a profile, LM_ratio or n outside the map.
     """
     require(profile in PROFILES, "profile", profile, f"must be one of {', '.join(PROFILES)}")
     reason = outside(momentum_ratio, duration_ratio)
@@ -128,7 +131,7 @@ def peaks(profile: str, momentum_ratio: float, duration_ratio: float) -> Peaks:
 
 
 def _stencil(position: float, nodes: int) -> tuple[int, FloatArray]:
-    """The first of the four nodes around a position from 0 to 1, and Lagrange's weights."""
+    """Return the first of the four nodes around a position from 0 to 1, and Lagrange's weights."""
     at = position * (nodes - 1)
     first = min(max(math.floor(at) - 1, 0), nodes - 4)
     x = at - first
@@ -140,7 +143,7 @@ def _stencil(position: float, nodes: int) -> tuple[int, FloatArray]:
 def table(profile: str) -> NDArray[np.float32]:
     """ln(F / F0) on the whole grid, shape (385, 97, 80): contacts 2 to 80, then the far field.
 
-    Read when it is first used, some 0.2 s for a profile.
+    Read when it is first used, in about 0.2 s for a profile.
     """
     with np.load(FILE) as file:
         values = decode(file[profile])
@@ -149,9 +152,10 @@ def table(profile: str) -> NDArray[np.float32]:
 
 
 def decode(counts: NDArray[np.int32]) -> NDArray[np.float32]:
-    """The grid from what the file holds, shape (nodes times columns,) [STEP].
+    """Return the grid from the numbers of the file, shape (nodes times columns,) [STEP].
 
-    First the coarsest grid, then what each refinement leaves, as validation/make_map.py writes it.
+    The file has the coarsest grid first, then the differences of each refinement, as
+    validation/make_map.py writes them.
     """
     start = _COLUMNS * _COARSE[0] * _COARSE[1]
     taken = start
@@ -170,10 +174,11 @@ def decode(counts: NDArray[np.int32]) -> NDArray[np.float32]:
 def refine(
     coarse: FloatArray, correct: Callable[[FloatArray, tuple[slice, ...]], FloatArray]
 ) -> FloatArray:
-    """From the coarsest grid, shape (columns, 13, 4), to the finest, shape (columns, 385, 97).
+    """Refine the coarsest grid, shape (columns, 13, 4), to the finest, shape (columns, 385, 97).
 
-    LM_ratio and n are doubled in turn. ``correct`` is given what cubic interpolation predicts
-    halfway between known nodes, and where on the finest grid that is; it returns what stands there.
+    The nodes along LM_ratio and along n are doubled in turn. ``correct`` gets the values that cubic
+    interpolation predicts halfway between known nodes, and their places on the finest grid; it
+    returns the true values there.
     """
     values = coarse
     for doubling in reversed(range(_DOUBLINGS)):
@@ -188,7 +193,7 @@ def refine(
 
 
 def _halfway(values: FloatArray, axis: int) -> FloatArray:
-    """Cubic interpolation halfway between neighbours along an axis, one less of them."""
+    """Interpolate halfway between neighbours along an axis, which gives one value less."""
     v = np.moveaxis(values, axis, 0)
     first = (5 * v[0] + 15 * v[1] - 5 * v[2] + v[3]) / 16
     inner = (9 * (v[1:-2] + v[2:-1]) - v[:-3] - v[3:]) / 16
@@ -197,7 +202,7 @@ def _halfway(values: FloatArray, axis: int) -> FloatArray:
 
 
 def _interleaved(known: FloatArray, between: FloatArray, axis: int) -> FloatArray:
-    """Neighbours along an axis with what stands between them."""
+    """Merge neighbours along an axis with the values halfway between them."""
     shape = list(known.shape)
     shape[axis] += between.shape[axis]
     finer = np.empty(shape)

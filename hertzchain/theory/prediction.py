@@ -21,11 +21,12 @@ from hertzchain.scene.validity import overlap_ratio, overlap_warning, refuse_dee
 from hertzchain.theory import paper, peak_map
 from hertzchain.theory import solitary_wave as exact
 
-FREE_END = 0.97597  # peak of contact N over that in a longer chain, once the wave has formed
+FREE_END = 0.97597  # peak of contact N over its peak in a longer chain, once the wave has formed
 
 LAST_PEAK_ERROR = 0.02
-"""Relative error of the peak of contact N, at most. Measured 0.016 in chains of 6 granules, where
-the wave has not formed yet, and below 0.01 from 10 granules on."""
+"""Upper bound of the relative error of the peak of contact N (chosen). Measured: 0.016 in chains of
+6 granules, where the wave has not formed yet, and below 0.01 from 10 granules on.
+"""
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Constant:
     Parameters
     ----------
     name
-        Where it stands and what it is.
+        Its equation in the paper and its meaning.
     paper, exact
         The values.
     """
@@ -46,20 +47,20 @@ class Constant:
 
     @property
     def difference(self) -> float:
-        """Of the paper's value from the exact one, relative."""
+        """Relative difference of the paper's value from the exact one."""
         return self.paper / self.exact - 1
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A property of the solitary wave: as the paper has it, and as it is.
+    """A property of the solitary wave: the paper's value and the exact one.
 
     Parameters
     ----------
     paper, exact
-        With the paper's constant and with the exact one, both of a wave of height F_SW.
+        Values with the paper's constant and with the exact one, both for a wave of height F_SW.
     far_field
-        What it tends to: the exact one of a wave as high as the far field.
+        Exact value for a wave as high as the far field.
     """
 
     paper: float
@@ -68,25 +69,25 @@ class Estimate:
 
     @property
     def closer(self) -> str:
-        """Whose constant, at F_SW, is closer to the far field, ``paper`` or ``exact``.
+        """The value closer to the far field, ``paper`` or ``exact``.
 
-        F_SW is below the far field after long pulses, and a constant that is too large makes up for
-        it there.
+        After long pulses F_SW is below the far field, and a constant that is too large compensates
+        for that.
         """
         off = abs(self.paper - self.far_field), abs(self.exact - self.far_field)
         return "paper" if off[0] < off[1] else "exact"
 
     def to_dict(self) -> dict[str, float | str]:
-        """The estimate as JSON knows it."""
+        """Return the estimate as a JSON object."""
         return {**asdict(self), "closer": self.closer}
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """What can be said of a scene without a simulation; None and NaN where nothing can.
+    """Prediction for a scene without a simulation; None and NaN stand for unknown values.
 
-    It is about a chain that is watched until every contact has peaked: ``run.end_time`` of a scene
-    changes nothing.
+    It holds for a chain that is watched until every contact has peaked: ``run.end_time`` of a scene
+    has no effect.
 
     Parameters
     ----------
@@ -95,17 +96,17 @@ class Prediction:
     missing
         Why numbers are missing, or None where none are.
     note
-        Where the scene lies outside what the paper covers; None inside.
+        Why the scene lies outside the range of the paper; None inside it.
     peak_force
-        Of contacts 2 ... min(N, 80), from the map [N], shape (min(N, 80) - 1,). Right to
-        peak_map.PEAK_ERROR; contact N, at the free end, to LAST_PEAK_ERROR.
+        Peaks of contacts 2 ... min(N, 80), from the map [N], shape (min(N, 80) - 1,). Relative
+        error peak_map.PEAK_ERROR; LAST_PEAK_ERROR for contact N, at the free end.
     transition_granules
         p of these peaks, by the same function as for runs.
     candidates
-        What p can be, as the peaks are known only to some accuracy: p alone, or p and its rival;
-        None among them where the transition may not end in this chain.
+        Possible values of p within the accuracy of the peaks: p alone, or p and a second one; None
+        among them where the transition may not end in this chain.
     far_field_force
-        What the peaks of an endless chain tend to [N]. Right to peak_map.FAR_FIELD_ERROR.
+        Limit of the peaks of an endless chain [N]; relative error peak_map.FAR_FIELD_ERROR.
     """
 
     scene: Scene
@@ -118,14 +119,14 @@ class Prediction:
 
     @property
     def overlap_ratio(self) -> float | None:
-        """The largest overlap over the radius R; Hertz's law is for small ones."""
+        """Largest overlap over the radius R; Hertz's law holds for small overlaps."""
         if np.isnan(self.peak_force).any():
             return None
         return overlap_ratio(self.scene.chain, float(np.max(self.peak_force)))
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on where the model is stretched; none, as a rule."""
+        """Validity warnings; usually empty."""
         ratio = self.overlap_ratio
         warning = None if ratio is None else overlap_warning(ratio)
         return () if warning is None else (warning,)
@@ -138,7 +139,7 @@ class Prediction:
 
     @functools.cached_property
     def eq3(self) -> float | None:
-        """Eq. 3's p, not rounded, with the F_SW of the map."""
+        """Value of p by Eq. 3, not rounded, with the F_SW of the map."""
         if self.wave_force is None:
             return None
         return paper.transition_granules(self.scene.chain, *_shock(self.scene), self.wave_force)
@@ -180,7 +181,7 @@ class Prediction:
 
     @property
     def rows(self) -> list[dict[str, float | int | None]]:
-        """One row per contact, with contact, map_N, eq6_N and eq9_N; None where undefined."""
+        """Return one row per contact: contact, map_N, eq6_N and eq9_N; None where undefined."""
         size = self.peak_force.size
         columns = (
             range(2, size + 2),
@@ -190,7 +191,7 @@ class Prediction:
         return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
 
     def to_dict(self) -> dict[str, Any]:
-        """The prediction as JSON knows it; null stands for what is not there."""
+        """Return the prediction as a JSON object; null stands for a missing value."""
         return {
             "missing": self.missing,
             "outside_range": self.note,
@@ -219,15 +220,15 @@ class Prediction:
 
 
 def predict(scene: Scene) -> Prediction:
-    """All that the map, the paper's equations and the exact wave say of a scene.
+    """Predict a scene by the map of peaks, the paper's equations and the exact wave.
 
-    Some 0.1 ms once the map of the profile is loaded, and as much again for what is computed when
-    it is asked for.
+    This takes about 0.1 ms once the map of the profile is loaded, and as much again for properties
+    that are computed on demand.
 
     Parameters
     ----------
     scene
-        Any scene; of terms, of a pulse table and outside of the map nothing is said.
+        Any scene; with terms, with a pulse table and outside of the map numbers are missing.
 
     Raises
     ------
@@ -264,17 +265,17 @@ def predict(scene: Scene) -> Prediction:
 
 
 def least_granules(momentum_ratio: float, duration_ratio: float) -> int:
-    """So long has a chain to be for the map to hold for all contacts but the last.
+    """Return the least number of granules for which the map holds for all contacts but the last.
 
-    In shorter ones the free end is felt before the early contacts have peaked, which is at the end
+    In shorter chains the free end acts on early contacts before their peak, which comes at the end
     of a long rise. Measured on 750 random scenes with every length to 60: from this length on,
-    peaks are those of a long chain to 1e-4; with one granule fewer, 7e-4 was seen.
+    peaks are those of a long chain to 1e-4; with one granule fewer, 7e-4 was measured.
     """
     return max(6, math.ceil(9 * momentum_ratio / duration_ratio - 4))
 
 
 def transition_peaks(scene: Scene, p: int, wave_force: float) -> tuple[FloatArray, FloatArray]:
-    """Peaks by Eq. 6 and by Eq. 9, with F_2 of Eq. 6, given p and F_SW [N]: (p - 1,) and (p,)."""
+    """Return peaks by Eq. 6 and by Eq. 9 (F_2 from Eq. 6) for p and F_SW [N]: (p - 1,) and (p,)."""
     pulse, rise_time = _shock(scene)
     ratio = paper.effective_momentum_ratio(scene.chain, pulse, rise_time)
     eq6 = paper.peak_force(np.arange(2, p + 1), p, wave_force, pulse.duration_ratio, ratio)
@@ -282,7 +283,7 @@ def transition_peaks(scene: Scene, p: int, wave_force: float) -> tuple[FloatArra
 
 
 def _shock(scene: Scene) -> tuple[Pulse, float]:
-    """Pulse and rise time [s] of a scene that has them."""
+    """Return pulse and rise time [s] of a scene that has them."""
     assert isinstance(scene.shock, Pulse)
     assert scene.rise_time is not None
     return scene.shock, scene.rise_time
@@ -290,7 +291,7 @@ def _shock(scene: Scene) -> tuple[Pulse, float]:
 
 @functools.cache
 def constants() -> tuple[Constant, ...]:
-    """The constants of the paper beside the exact ones."""
+    """Return the constants of the paper next to the exact ones."""
     wave = exact.solitary_wave()
     return (
         Constant("V_SW, 7/10", paper.SPEED, exact.speed_coefficient()),
@@ -317,7 +318,7 @@ def _outside_map(chain: Chain, ratio: float, n: float) -> str | None:
 def _transition(
     peak_force: FloatArray, change_error: FloatArray
 ) -> tuple[int | None, tuple[int | None, ...]]:
-    """The p of interpolated peaks, and what it can be with the error of their changes."""
+    """Return p of interpolated peaks, and its possible values within the error of their changes."""
     passed = np.ones(peak_force.size, np.bool_)
     error = change_error[: peak_force.size - 2]
     least = transition_granules(peak_force, passed, STEADY + error)
@@ -329,6 +330,6 @@ def _transition(
 
 
 def _padded(values: FloatArray | None, size: int) -> list[float | None]:
-    """Values as JSON knows them, to a given length."""
+    """Return values for JSON, padded to a given length."""
     known = [] if values is None else or_none(values)
     return known + [None] * (size - len(known))

@@ -1,8 +1,8 @@
 """Coefficient of restitution of two spheres that meet head-on in a damped Hertz contact.
 
 The contact force is F = k d^(3/2) + eta(d) d' at an overlap d > 0, where k = 4/3 E* sqrt(R*), and
-the overlap moves as m* d'' = -F. A contact that may pull ends where d is 0 again. One that may not,
-F = max(F, 0), ends where F is 0: the spheres then part at the speed that they have.
+the overlap moves as m* d'' = -F. A contact that may pull ends where d is 0 again. A contact that
+may not pull, F = max(F, 0), ends where F is 0: the spheres then part at the speed that they have.
 
 Three laws of damping:
 
@@ -30,7 +30,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import NOT_NEGATIVE
 
 LEAST = 1e-3
-"""Smallest coefficient of restitution that a coefficient of damping is sought for (chosen)."""
+"""Smallest coefficient of restitution for which a coefficient of damping is computed (chosen)."""
 
 VISCOELASTIC, DASHPOT = 0.5, 0.0
 """Exponent q of the overlap in eta = c d^q."""
@@ -47,7 +47,7 @@ _STRONGEST = 1e10
 _CREEPING = 8.0
 """Viscoelastic damping in natural units from which a contact that pulls creeps back (chosen).
 
-What the approach leaves behind has by then decayed by exp(-2 * 8^2)."""
+By then the effect of the approach has decayed by exp(-2 * 8^2)."""
 
 
 @dataclass(frozen=True)
@@ -190,9 +190,10 @@ def of_natural(damping: float, exponent: float, pulls: bool) -> float:
 
 
 def _parted(damping: float, exponent: float) -> float:
-    """The speed at which the force is 0: u^3 + c u^(2q) v, divided by u^(2q).
+    """Return the speed at which the force is 0, as u^3 + c u^(2q) v divided by u^(2q).
 
-    Odd in u: where c is small a step goes from above to below all that is near 0.
+    The quotient is odd in u: where c is small, one step goes from above 0 to below and passes all
+    values near 0.
     """
 
     def force(_: float, state: FloatArray) -> float:
@@ -203,11 +204,11 @@ def _parted(damping: float, exponent: float) -> float:
 
 
 def _parted_at_rest(damping: float, exponent: float) -> float:
-    """The speed at which the overlap is 0, or 0 where the spheres never part.
+    """Return the speed at which the overlap is 0, or 0 where the spheres never part.
 
-    That happens to a dashpot alone. In the variables of ``_speed`` let s = -v / (c u^2): then
-    s' = 2 c u (u / c^2 - s (1 - s)). While v < 0 and u < c^2 / 4, an s below 1/2 stays below: the
-    overlap creeps to 0 and never passes it.
+    They stay together only with a dashpot. In the variables of ``_speed`` let s = -v / (c u^2):
+    then s' = 2 c u (u / c^2 - s (1 - s)). While v < 0 and u < c^2 / 4, an s below 1/2 stays below:
+    the overlap creeps to 0 and never passes it.
     """
 
     def overlap(_: float, state: FloatArray) -> float:
@@ -224,7 +225,7 @@ Event = Callable[[float, FloatArray], float]
 
 
 def _speed(damping: float, exponent: float, end: Event, *others: Event) -> float:
-    """The speed -v where ``end`` falls to 0; 0.0 where one of ``others`` falls to 0 before.
+    """Return the speed -v where ``end`` falls to 0; 0.0 if one of ``others`` falls to 0 before.
 
     With d = u^2 and dt = 2 u dtau the motion is u' = v, v' = -2 u^4 - 2 c u^(1 + 2q) v: a
     polynomial, also where the contact begins and ends.
@@ -263,7 +264,7 @@ def natural_for(wanted: float, exponent: float, pulls: bool) -> float:
     return _natural_for(wanted, exponent, pulls)
 
 
-@functools.lru_cache(64)  # options of different units ask for the same
+@functools.lru_cache(64)  # options with different units ask for the same coefficient
 def _natural_for(wanted: float, exponent: float, pulls: bool) -> float:
     return _root(lambda damping: of_natural(damping, exponent, pulls), wanted)
 

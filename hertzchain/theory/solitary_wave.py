@@ -17,8 +17,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.natural_units import natural_units
 
-_HALF_WIDTH = 16  # granules on either side; the wave is below 1e-300 there
-_POINTS_PER_GRANULE = 16  # eight already give all digits
+_HALF_WIDTH = 16  # granules on either side; beyond them the wave is below 1e-300
+_POINTS_PER_GRANULE = 16  # eight points already give all digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class SolitaryWave:
 
 @functools.cache
 def solitary_wave() -> SolitaryWave:
-    """The wave by fixed-point iteration, right to about 1e-14 (computed once, some 5 ms).
+    """Return the wave by fixed-point iteration, right to about 1e-14 (computed once, about 5 ms).
 
     A step convolves r^(3/2) with the kernel, as a product with sinc^2 in Fourier space, and scales
     the result back to height 1; the scale tends to c^2.
@@ -69,7 +69,7 @@ def solitary_wave() -> SolitaryWave:
         if np.max(np.abs(following - overlap)) < 1e-15:
             break
         overlap = following
-    for values in (x, following):  # handed out to everybody
+    for values in (x, following):  # shared by all callers
         values.setflags(write=False)
     integral = float(np.sum(following**1.5)) / _POINTS_PER_GRANULE
     return SolitaryWave(float(np.sqrt(square_speed)), integral, x, following)
@@ -87,10 +87,10 @@ def momentum(chain: Chain, peak_force: float) -> float:
 
 
 def speed_coefficient() -> float:
-    """What stands in V_SW where the paper has 7/10."""
+    """Exact coefficient of V_SW, where the paper has 7/10."""
     return solitary_wave().speed * 2 / (math.cbrt(3 / math.sqrt(2)) * math.sqrt(4 * math.pi / 3))
 
 
 def momentum_coefficient() -> float:
-    """What stands in L_SW where the paper has 139/32."""
+    """Exact coefficient of L_SW, where the paper has 139/32."""
     return solitary_wave().momentum * math.cbrt(3 / math.sqrt(2)) * math.sqrt(4 * math.pi / 3)

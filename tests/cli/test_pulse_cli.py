@@ -80,7 +80,7 @@ def test_what_is_refused(hertzchain: Command, scope: Path, tmp_path: Path) -> No
     before = scope.read_bytes()
     is_refused(hertzchain("pulse", scope), "column 2 (CH1) is in V", "--scale")
     here = hertzchain("pulse", scope, "-o", scope, "--scale", 25)
-    is_refused(here, "scope.csv: is read, and must not be written over")
+    is_refused(here, "scope.csv: is an input, and must not be overwritten")
     turned = hertzchain("pulse", scope, "-o", tmp_path / "a.csv", "--scale", -25)
     is_refused(turned, "pulls; a pulse pushes", "--scale")
     late = hertzchain("pulse", scope, "--scale", 25, "--start", "1 s")
