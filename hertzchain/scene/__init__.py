@@ -1,1 +1,1 @@
-"""What is simulated: chain, pulse, run, and the steps that every engine cuts the run into."""
+"""Scenes: chain, shock, run, and the steps into which every engine cuts a run."""

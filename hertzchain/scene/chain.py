@@ -13,14 +13,15 @@ import numpy as np
 from hertzchain.errors import POSITIVE, is_finite, is_positive, require
 
 MOST_UNLIKE = 1_000_000
-"""Granules of a scene with terms, which holds a dozen numbers for each (chosen)."""
+"""Largest number of granules in a scene with terms, which stores a dozen numbers for each (chosen).
+"""
 
 MOST_GRANULES = 2**31 - 1
-"""The ids of LAMMPS are 32-bit integers."""
+"""Largest number of granules: LAMMPS's ids are 32-bit integers."""
 
 
 PerGranule = Any
-"""A number for all granules, or a sequence of one for each (kept as a tuple)."""
+"""One number for all granules, or a sequence with one for each (kept as a tuple)."""
 
 _POSITIVE_KEYS = {"radius": "m", "young_modulus": "Pa", "density": "kg/m^3"}
 
@@ -32,7 +33,7 @@ MATERIAL = ("radius", "young_modulus", "poisson_ratio", "density")
 class Chain:
     """A row of spheres, in SI units.
 
-    All but ``granules`` are numbers, or sequences of N numbers where granules are unlike.
+    Except ``granules`` each is a number, or a sequence of N numbers where granules differ.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ class Chain:
     density
         rho [kg/m^3].
     gap
-        Before a granule at the start, at least 0 [m]; nothing is before the first.
+        Gap in front of each granule at the start, at least 0 [m]; the first granule has none.
 
     Raises
     ------
@@ -80,15 +81,15 @@ class Chain:
 
     @property
     def is_uniform(self) -> bool:
-        """Whether all granules are alike and touch."""
+        """True if all granules are alike and touch."""
         values = (getattr(self, key) for key in MATERIAL)
         return not any(isinstance(value, tuple) for value in values) and self.gap == 0
 
     @property
     def section(self) -> Mapping[str, Any] | None:
-        """What [chain] and its segments say in SI, if a scene file has segments; None otherwise.
+        """The section [chain] with its segments, in SI; None if the scene file has no segments.
 
-        A copy with other values, by ``dataclasses.replace``, has none.
+        A copy with other values, by ``dataclasses.replace``, has no section.
         """
         found: Mapping[str, Any] | None = self.__dict__.get("_section")
         return found
@@ -101,7 +102,7 @@ class Chain:
 
     def _require_uniform(self, what: str) -> None:
         unlike = any(isinstance(getattr(self, key), tuple) for key in MATERIAL)
-        allowed = "is one number in a chain of like granules alone: see Scene.granules"
+        allowed = "is a single number only in a chain of like granules: see Scene.granules"
         require(not unlike, what, None, allowed)
 
     @property
@@ -120,21 +121,21 @@ class Chain:
 
 
 def _for_each(key: str, values: Any, granules: int) -> Any:
-    """A number for each granule, checked; the number itself where all are the same."""
+    """Return one checked number for each granule, or the number itself where all are the same."""
     values = values.tolist() if isinstance(values, np.ndarray) else list(values)
     allowed = f"must be a number, or {granules} numbers, one for each granule"
     require(len(values) == granules, f"number of values of {key}", len(values), allowed)
     for number, value in enumerate(values, start=1):
         _check(key, value, f" of granule {number}")
     if key == "gap":
-        values[0] = 0.0  # nothing is before the first granule
+        values[0] = 0.0  # the first granule has no gap before it
     if len(set(values)) == 1:
         return float(values[0])
     return tuple(float(value) for value in values)
 
 
 def _check(key: str, value: object, of: str = "") -> None:
-    """Raise a SceneError for a value that no granule can have."""
+    """Raise a SceneError for a value that is impossible for a granule."""
     if key in _POSITIVE_KEYS:
         unit = _POSITIVE_KEYS[key]
         require(is_positive(value), f"{key}{of}", value, f"{POSITIVE} [{unit}]")
@@ -148,7 +149,7 @@ def _check(key: str, value: object, of: str = "") -> None:
 
 
 def check_material(part: Any, optional: bool = False) -> None:
-    """Raise a SceneError for a material that no granule can have; optional values may be None."""
+    """Raise a SceneError for an impossible material; optional values may be None."""
     for key in MATERIAL:
         value = getattr(part, key, None)
         if not (optional and value is None):
@@ -163,14 +164,14 @@ def granule_mass(radius: Any, density: Any) -> Any:
 def contact_stiffness(radius: Any, young_modulus: Any, poisson_ratio: Any) -> Any:
     """A = sqrt(2R) E / (3 (1 - nu^2)) [N m^(-3/2)] (Eq. 1, corrected), of numbers or arrays.
 
-    The scan of the paper has E under the root; Hertz's law has it outside.
+    The scan of the paper has E under the root; in Hertz's law it is outside.
     """
     root = math.sqrt if isinstance(radius, float) else np.sqrt
     return root(2.0 * radius) * (young_modulus / (3.0 * (1.0 - poisson_ratio**2)))
 
 
 def to_plain_numbers(part: Any) -> None:
-    """Make the numbers of a frozen object Python's own: files and decks must not know NumPy."""
+    """Convert the numbers of a frozen object to Python's own, as files and decks show them."""
     for field in fields(part):
         value = getattr(part, field.name)
         if isinstance(value, Real) and not isinstance(value, bool):

@@ -1,4 +1,4 @@
-"""Granules and contacts of a scene one by one, with the forces that are always there."""
+"""Granules and contacts of a scene one by one, with the constant forces on them."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ class Granules:
     Parameters
     ----------
     radius, young_modulus, poisson_ratio, density
-        Of each granule [m], [Pa], 1, [kg/m^3], shape (granules,).
+        Properties of each granule [m], [Pa], 1, [kg/m^3], shape (granules,).
     mass
-        Of each granule [kg], shape (granules,); that of a piston is infinite.
+        Mass of each granule [kg], shape (granules,); infinite for a piston.
     stiffness
         A in F = A overlap^(3/2) of each contact [N m^(-3/2)], shape (contacts,).
     gap
-        Of each contact at the start [m], shape (contacts,).
+        Gap of each contact at the start [m], shape (contacts,).
     constant_force
         Gravity and precompression on each granule, along the chain [N], shape (granules,); 0 for a
         piston.
     static_force
-        In each contact at the start [N], shape (contacts,).
+        Force in each contact at the start [N], shape (contacts,).
     damping
         c of each contact [N s m^-(1+q)], shape (contacts,), see ``Contact``; None without damping.
     """
@@ -79,7 +79,7 @@ def granules_of(
     pressed: Precompression | None,
     contact: Contact | None,
 ) -> Granules:
-    """The granules of a chain with its striker or piston, wall, precompression and damping."""
+    """Return the granules of a chain with its striker or piston, wall, loads and damping."""
     values = {key: np.broadcast_to(getattr(chain, key), chain.granules) for key in MATERIAL}
     if isinstance(first, Striker):
         values = {key: np.array(value, np.float64) for key, value in values.items()}
@@ -101,7 +101,7 @@ def granules_of(
         constant[0] += pressed.force
         if wall is None:
             constant[-1] -= pressed.force
-    if isinstance(first, Piston):  # what holds it while it rests is the same static load
+    if isinstance(first, Piston):  # at rest the piston is held by the same static load
         mass, constant[0] = np.append(math.inf, mass[1:]), 0.0
     damping = None
     if contact is not None:
@@ -130,15 +130,15 @@ def pair_stiffness(
 ) -> FloatArray:
     """A = 4/3 E* sqrt(R*) of two spheres [N m^(-3/2)] (Hertz; Johnson, Contact Mechanics, 4.2).
 
-    1/R* = 1/R1 + 1/R2, and 1/E* is the sum of (1 - nu^2) / E of both, of which ``plane`` and
-    ``other_plane`` are the inverse.
+    1/R* = 1/R1 + 1/R2, and 1/E* is the sum of (1 - nu^2) / E of both, which are the inverses of
+    ``plane`` and ``other_plane``.
     """
     reduced = radius * other_radius / (radius + other_radius)
     return np.asarray(4 / 3 * plane * other_plane / (plane + other_plane) * np.sqrt(reduced))
 
 
 def _wall_stiffness(wall: Wall, radius: float, plane: float) -> float:
-    """A of a sphere on a plane: R* is the radius, and a rigid wall does not yield."""
+    """A of a sphere on a plane: R* is the radius, and a rigid wall does not deform."""
     if wall.kind == "rigid":
         reduced = plane
     elif wall.kind == "same":

@@ -1,9 +1,9 @@
 """Similarity: a scene in natural units, where E, R, rho, nu and F0 drop out.
 
 With F0 as unit of force, (F0 / A)^(2/3) as unit of length and sqrt(m length / F0) as unit of time,
-Eq. 1 of a uniform chain becomes u'' = f(t) - (u_1 - u_2)_+^(3/2) and so on, with a pulse of
-height 1. The scaling of Hertz's law is exact: nothing is lost. What remains of a scene is its
-profile, n, LM_ratio and N.
+Eq. 1 of a uniform chain becomes u'' = f(t) - (u_1 - u_2)_+^(3/2) and so on, with a pulse of height
+1. This scaling is exact for Hertz's law. A scene then depends on its profile, n, LM_ratio and N
+alone.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ import numpy as np
 from hertzchain.scene.chain import Chain
 
 IMPACT = 0.754272
-"""Peak force of two granules of mass 1, one running into the other at rest with velocity 1: the
-energy 1/4 is 2/5 r^(5/2), so (5/8)^(3/5)."""
+"""Peak force between two granules of mass 1, one at rest, the other with velocity 1: the energy 1/4
+equals 2/5 r^(5/2), so the force is (5/8)^(3/5).
+"""
 
 PAPER_MOMENTUM = 139 / 32
 """The paper's coefficient of L_SW (section 4.1); the exact one is in hertzchain.theory."""
@@ -31,7 +32,7 @@ MOMENTUM_IN_NATURAL_UNITS = PAPER_MOMENTUM / (
 
 @dataclass(frozen=True)
 class NaturalUnits:
-    """The units in which every scene of a uniform chain looks alike.
+    """Units in which scenes of uniform chains no longer depend on E, R, rho, nu and F0.
 
     Parameters
     ----------
@@ -82,24 +83,25 @@ def length_and_time(contact_stiffness: Any, granule_mass: Any, peak_force: Any) 
 
 
 def force_scale(momentum_ratio: float) -> float:
-    """How hard a shock presses contacts, roughly, over F0.
+    """Approximate force of contacts under a shock, over F0.
 
-    Long pulses press with about F0. A short one only leaves its impulse I in the first granule,
-    which presses the second with 0.754 I^1.2.
+    Long pulses press contacts with about F0. A short pulse only gives its impulse I to the first
+    granule, which presses the second with 0.754 I^1.2.
     """
-    short = min(1.0, momentum_ratio)  # at 1 the other is larger; no ratio is too large for it
+    short = min(1.0, momentum_ratio)  # above 1 the result is 1; this avoids an overflow
     return min(1.0, IMPACT * math.pow(MOMENTUM_IN_NATURAL_UNITS * short, 1.2))
 
 
 def impact_force(stiffness: float, contact_mass: float, velocity: float) -> float:
     """Peak force of two free granules that meet [N], from A, m* and their velocity [m/s].
 
-    The energy m* v^2 / 2 is 2/5 A overlap^(5/2) then, so F = (5/4)^(3/5) m*^(3/5) v^(6/5) A^(2/5).
+    At the peak the energy m* v^2 / 2 equals 2/5 A overlap^(5/2), so F = (5/4)^(3/5) m*^(3/5)
+    v^(6/5) A^(2/5).
     """
     energy = 1.25 * contact_mass * velocity**2
     return math.pow(energy, 3 / 5) * math.pow(stiffness, 2 / 5)
 
 
 def slowness(stiffness: Any, contact_mass: Any) -> Any:
-    """sqrt(2 m*) / A^(1/3) of contacts, numbers or arrays: over F^(1/6), the unit of time [s]."""
+    """sqrt(2 m*) / A^(1/3) of contacts, numbers or arrays; divided by F^(1/6) the unit of time."""
     return np.sqrt(2 * contact_mass) / np.cbrt(stiffness)

@@ -1,4 +1,4 @@
-"""The piston: granule 1 moves as prescribed, whatever presses it."""
+"""The piston: granule 1 moves as prescribed, independent of the force on it."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from hertzchain.scene.pulse import check_times, read_table
 
 @dataclass(frozen=True)
 class Stroke:
-    """The piston moves at one velocity, from a time on until its next stroke.
+    """A stroke: the piston moves at one velocity until its next stroke begins.
 
     Parameters
     ----------
     start
-        When it begins [s].
+        Time at which the stroke begins [s].
     displacement
-        Of the piston at that time [m].
+        Displacement of the piston at that time [m].
     velocity
-        From then on [m/s].
+        Velocity from then on [m/s].
     """
 
     start: float
@@ -37,22 +37,22 @@ class Stroke:
 
 @dataclass(frozen=True)
 class Piston:
-    """Granule 1 is moved, at a constant velocity or along a measured displacement.
+    """A piston: granule 1 moves at a constant velocity or along a measured displacement.
 
-    Its mass does not matter; collisions with it are those with a granule of infinite mass.
+    Its mass has no effect; it collides like a granule of infinite mass.
 
     Parameters
     ----------
     velocity
-        Constant, from the start to the end of the run [m/s]; None where there is a table.
+        Constant velocity from the start to the end of the run [m/s]; None with a table.
     time
-        At least two increasing times [s], the first at least 0; None where there is a velocity.
+        At least two increasing times [s], the first at least 0; None with a velocity.
     displacement
         As many displacements [m], the first 0, not all 0. Linear between rows; the piston rests
         before the first row and after the last.
     file
-        The name of the CSV file it came from, relative to the scene file, if any; two pistons are
-        equal without regard to it.
+        Name of its CSV file, relative to the scene file, if any; ignored when two pistons are
+        compared.
 
     Raises
     ------
@@ -103,7 +103,7 @@ class Piston:
 
     @property
     def strokes(self) -> tuple[Stroke, ...]:
-        """The motion from time 0 on; the first stroke starts then, the last never ends."""
+        """Strokes of the motion; the first starts at time 0, the last has no end."""
         if self.velocity is not None:
             return (Stroke(0.0, 0.0, self.velocity),)
         rows = self.rows
@@ -118,7 +118,7 @@ class Piston:
         return max(abs(stroke.velocity) for stroke in self.strokes)
 
     def distance(self, time: float) -> float:
-        """How far it has moved up to a time, forwards and backwards [m]."""
+        """Return the distance moved up to a time, forwards and backwards added [m]."""
         strokes = self.strokes
         ends = [*(min(stroke.start, time) for stroke in strokes[1:]), time]
         return sum(
@@ -128,7 +128,7 @@ class Piston:
 
     @property
     def end(self) -> float:
-        """When the velocity changes for the last time [s]; 0 where it is constant."""
+        """Time of the last change of the velocity [s]; 0 where it is constant."""
         return self.strokes[-1].start
 
 

@@ -23,13 +23,13 @@ from hertzchain.scene.chain import to_plain_numbers
 
 @dataclass(frozen=True)
 class Shape:
-    """The growth of a force on a ramp, from 0 to 1 while the part s of the ramp does the same."""
+    """Shape of a ramp: growth of the force from 0 to 1 over the part s of the ramp, from 0 to 1."""
 
-    growth: Callable[[Any], Any]  # at s
-    rate: Callable[[Any], Any]  # its derivative at s
-    integral: Callable[[float], float]  # of the growth from 0 to s
+    growth: Callable[[Any], Any]  # growth at s
+    rate: Callable[[Any], Any]  # derivative of the growth at s
+    integral: Callable[[float], float]  # integral of the growth from 0 to s
     area: float  # the integral from 0 to 1
-    formula: str  # the growth in the language of LAMMPS and LIGGGHTS, {} for s
+    formula: str  # growth as a formula of LAMMPS and LIGGGHTS, {} for s
     is_curved: bool  # whether its impulse needs several steps, however short the ramp
 
 
@@ -42,7 +42,7 @@ def _cosine_integral(s: float) -> float:
 
 SHAPES = {
     "linear": Shape(lambda s: s, np.ones_like, lambda s: s * s / 2, 0.5, "{}", is_curved=False),
-    # (1 - cos) / 2 would have no digits just after the start.
+    # (1 - cos) / 2 would lose all digits just after the start.
     "cosine": Shape(
         lambda s: np.sin(np.pi / 2 * s) ** 2,
         lambda s: np.pi / 2 * np.sin(np.pi * s),
@@ -68,32 +68,35 @@ SHAPES = {
         is_curved=True,
     ),
 }
-"""By name; ``cosine`` is half a period of 1 - cos, the quarters are those of a sine: from 0 to its
-crest, and from the crest to 0."""
+"""Shapes by name. ``cosine`` is half a period of 1 - cos; the two quarters are those of a sine,
+from 0 to its crest and from the crest to 0.
+"""
 
 PROFILES = {
     "cosine": ("cosine", "cosine"),
     "triangular": ("linear", "linear"),
     "cosine-triangular": ("cosine", "linear"),
 }
-"""The shapes of rise and decay of each profile of Table 1."""
+"""Shapes of the rise and the decay for each profile of Table 1."""
 
 _IN_FILES = ", or table, sine or piston in a scene file"
 
 _MOST_BYTES = 5_000_000
-"""Of a pulse table: some 200,000 rows, which take a second to read and a minute to run."""
+"""Largest size of a pulse table [bytes], chosen: about 200,000 rows, read in a second and run in a
+minute.
+"""
 
 
 @dataclass(frozen=True)
 class Ramp:
-    """The force going from one value to another between two corners.
+    """A ramp: the force goes from one value to another between two corners.
 
     Parameters
     ----------
     start, end
         Times of the corners [s], ``start < end``.
     start_force, end_force
-        Force at each corner, seen from inside [N].
+        Force at each corner, on the side of this ramp [N].
     shape
         A name of ``SHAPES``.
 

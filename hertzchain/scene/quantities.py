@@ -12,20 +12,20 @@ if TYPE_CHECKING:
     import pint
 
 # A number, then names with small powers, multiplied and divided. Pint would also evaluate
-# arithmetic, which a scene does not need and which can be made to run for ever.
+# arithmetic, which a scene does not need and which can be made to run without end.
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:inf|nan)"
 _FACTOR = r"[^\W\d_][^\W\d]*(?:\s*(?:\*\*|\^)\s*-?\d{1,2})?"
 _QUANTITY = re.compile(
     rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>{_FACTOR}(?:\s*[*/]\s*{_FACTOR}|\s+{_FACTOR})*)?\s*"
 )
 _LONGEST = 80
-"""Characters; more is no quantity."""
+"""Longest text of a quantity, in characters (chosen)."""
 
 
 def to_si(key: str, value: object, unit: str) -> float:
-    """The value in ``unit`` ("": a pure number) of a number in SI or a string of number and unit.
+    """Convert a number in SI, or a string of number and unit, to ``unit`` ("" for a pure number).
 
-    A SceneError names the ``key`` if the value is neither, or if its unit has another dimension.
+    A SceneError names the ``key`` if the value is neither, or has a unit of another dimension.
     """
     example = f"a number [{unit}] or a string such as '1 {unit}'" if unit else "a number"
     if isinstance(value, (int, float)) and not isinstance(value, bool):
@@ -43,7 +43,7 @@ def to_si(key: str, value: object, unit: str) -> float:
     return _convert(key, value, number, match["unit"], unit, example)
 
 
-# Pint knows these too; but to ask it takes half a second, a thousand times as long as a run.
+# Pint knows these units too, but loading it takes half a second, a thousand times as long as a run.
 _USUAL = {
     "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "nm": 1e-9},
     "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12, "N/m^2": 1.0},
@@ -51,7 +51,7 @@ _USUAL = {
     "N": {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "uN": 1e-6, "µN": 1e-6},
     "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
 }
-"""SI units, and what others are worth in them."""
+"""SI units, each with other units and their value in it."""
 
 
 def _convert(key: str, value: object, number: float, given: str, unit: str, example: str) -> float:
@@ -59,7 +59,7 @@ def _convert(key: str, value: object, number: float, given: str, unit: str, exam
     converted = (
         _by_pint(key, value, number, given, unit, example) if factor is None else (number * factor)
     )
-    # 8.5 g/cm^3 is 8500 kg/m^3, not 8499.999999999998; what is in SI already stays as it is.
+    # 8.5 g/cm^3 is 8500 kg/m^3, not 8499.999999999998; a value in SI is not changed.
     return number if converted == number else float(f"{converted:.15g}")
 
 

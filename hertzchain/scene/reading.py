@@ -22,7 +22,7 @@ from hertzchain.scene.terms import DAMPING, WALLS, Contact, Precompression, Stri
 
 _Kind = TypeVar("_Kind")
 
-# The SI unit of each quantity of the scene file; keys that are not here take no unit.
+# The SI unit of each quantity of the scene file; other keys take no unit.
 UNITS = {
     "radius": "m",
     "young_modulus": "Pa",
@@ -58,20 +58,22 @@ _CHOICES: dict[tuple[str, str], Iterable[str]] = {
     ("contact", "damping"): DAMPING,
     ("wall", "kind"): WALLS,
 }
-"""What keys that have to be there can be, where it is a word."""
+"""Allowed words of keys that are required."""
 _MOST_BYTES = 100_000
-"""Of a scene file; that of `make demo` has 500."""
+"""Largest size of a scene file [bytes], chosen; the one of `make demo` has 500."""
 _MOST_DOTS = 200
-"""In a line: a dotted key costs tomllib the square of its dots, 35 s where it has 32,000."""
+"""Most dots in a line (chosen): tomllib's time grows as the square of the dots of a key, to 35 s at
+32,000.
+"""
 
 SECTIONS = ("chain", "contact", "precompression", "run", "shock", "striker", "wall")
 
 
 def read_parts(path: Path, shock: Shock | None = None) -> dict[str, Any]:
-    """The parts of a scene file, by the names of the arguments of ``Scene``.
+    """Read the parts of a scene file, by the names of the arguments of ``Scene``.
 
-    A ``shock`` that is given takes the place of that in the file. A SceneError names
-    file, key, value and what is allowed.
+    A given ``shock`` replaces the one in the file. A SceneError names file, key, value and what is
+    allowed.
     """
     document = _load(path)
     try:
@@ -91,7 +93,7 @@ def texts_of(
     precompression: Precompression | None,
     contact: Contact | None,
 ) -> dict[Path, str]:
-    """A scene as files, by where to: its tables, if there are any, then the TOML."""
+    """Return the texts of a scene by path: first its tables, if any, then the TOML."""
     import tomli_w
 
     texts: dict[Path, str] = {}
@@ -118,14 +120,14 @@ def texts_of(
 
 
 def profile_of(shock: Shock) -> str:
-    """The name of a shock in ``profile`` of a scene file; that of a striker is "striker"."""
+    """Return the name of a shock in ``profile`` of a scene file; "striker" for a striker."""
     if isinstance(shock, Pulse):
         return shock.profile
     return {PulseTable: "table", Sine: "sine", Piston: "piston", Striker: "striker"}[type(shock)]
 
 
 def _table_of(shock: Shock) -> list[str] | None:
-    """The lines of the CSV file that belongs to a shock; None where none does."""
+    """Return the lines of the CSV file of a shock; None if it has none."""
     if isinstance(shock, PulseTable):
         rows, name = list(zip(shock.time, shock.force, strict=True)), "force_N"
     elif isinstance(shock, Piston) and shock.velocity is None:
@@ -140,7 +142,7 @@ def _load(path: Path) -> dict[str, Any]:
         content = read_bytes(path, _MOST_BYTES)
     except IsADirectoryError:
         raise SceneError("", None, "is a directory, must be a TOML file", path) from None
-    except (OSError, ValueError) as problem:  # ValueError: a null in the name
+    except (OSError, ValueError) as problem:  # ValueError: a null character in the name
         reason = getattr(problem, "strerror", None) or problem
         raise SceneError(
             "", None, f"cannot be read ({reason}), must be a TOML file", path
@@ -150,7 +152,7 @@ def _load(path: Path) -> dict[str, Any]:
         if any(line.count(".") > _MOST_DOTS for line in text.split("\n")):
             raise ValueError(f"a line with more than {_MOST_DOTS} dots")  # noqa: TRY301
         return tomllib.loads(text)
-    except (ValueError, RecursionError) as problem:  # not UTF-8, not TOML, or not to be counted
+    except (ValueError, RecursionError) as problem:  # not UTF-8, not TOML, or nested too deeply
         hint = '; a value with a unit stands in quotes, "103 GPa"'
         raise SceneError("", None, f"is not TOML: {problem!s:.200}{hint}", path) from None
 
@@ -182,7 +184,7 @@ def _parts(document: Mapping[str, Any], folder: Path, instead: Shock | None) -> 
 
 
 def read_chain(section: Mapping[str, Any], folder: Path = Path()) -> Chain:
-    """A chain from its section; a SceneError names the key. Tables are relative to the folder."""
+    """Read a chain from its section; a SceneError names the key. ``folder`` has its tables."""
     if "file" in section:
         allowed = "not allowed with chain.file, which has every granule"
         for key, value in section.items():
@@ -202,7 +204,7 @@ def read_chain(section: Mapping[str, Any], folder: Path = Path()) -> Chain:
 
 
 def _shock_of(document: Mapping[str, Any], folder: Path) -> Shock:
-    """The striker or the shock, of which a document has one."""
+    """Return the striker or the shock of a document, which has exactly one of them."""
     if "striker" in document:
         return _section("striker", document["striker"], Striker)
     return _shock(document["shock"], folder)
@@ -223,13 +225,13 @@ def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
         known = {"velocity": "m/s"}
         values = quantities("shock", given, known, ("profile", "file"))
         return _made("shock", section, Piston, values)
-    if "profile" in section:  # before the other keys, which depend on it
+    if "profile" in section:  # checked before the other keys, which depend on it
         require_profile("shock.profile", profile)
     return _section("shock", section, Pulse)
 
 
 def _file_alone(section: Mapping[str, Any], what: str) -> str:
-    """The name of the file of a [shock] that has nothing else."""
+    """Return the file name of a [shock] that may have no other key."""
     for key, value in section.items():
         allowed = f"not allowed with {what}, which takes only file"
         require(key in ("profile", "file"), f"shock.{key}", value, allowed)
@@ -242,9 +244,9 @@ def _file_alone(section: Mapping[str, Any], what: str) -> str:
 def quantities(
     name: str, section: Mapping[str, Any], known: Iterable[str], besides: Iterable[str] = ()
 ) -> dict[str, Any]:
-    """The values of a section in SI; errors name the key with its section.
+    """Return the values of a section in SI; errors name the key with its section.
 
-    ``besides`` are keys that are allowed too, but read elsewhere.
+    ``besides`` has further allowed keys, which are read elsewhere.
     """
     known = [*known, *besides]
     values: dict[str, Any] = {}
@@ -283,6 +285,6 @@ def _made(
 
 
 def _given(part: Any) -> dict[str, Any]:
-    """The fields of a frozen object that are not left to their default."""
+    """Return the fields of a frozen object that differ from their defaults."""
     values = {item.name: (getattr(part, item.name), item.default) for item in fields(part)}
     return {key: value for key, (value, default) in values.items() if value not in (None, default)}

@@ -1,4 +1,4 @@
-"""Whether floating point can hold the numbers that a scene is computed with."""
+"""Checks that floating point can represent the numbers of a scene."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from hertzchain.scene.granules import Granules
 
 
 def are_normal(*values: float) -> bool:
-    """Whether all values are positive and normal: no digit is lost in them."""
+    """Return whether all values are positive normal numbers, so that they lose no digits."""
     return all(sys.float_info.min <= value < math.inf for value in values)
 
 
 def hold_digits(granules: Granules, force: float, has_piston: bool) -> bool:
-    """Whether granules and contacts, and the overlaps under a force [N], are normal numbers.
+    """Return whether granules, contacts and the overlaps under a force [N] are normal numbers.
 
-    The mass of a piston is infinite.
+    The infinite mass of a piston is allowed.
     """
     mass = granules.mass[1:] if has_piston else granules.mass
     values = [

@@ -1,4 +1,4 @@
-"""How long a scene is watched."""
+"""The duration of a run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hertzchain.scene.chain import to_plain_numbers
 
 @dataclass(frozen=True)
 class Run:
-    """How long to watch.
+    """Duration of a run.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A scene: a chain, what shocks it, what holds it, and how long to watch."""
+"""A scene: a chain, its shock, its wall and loads, and the duration of the run."""
 
 from __future__ import annotations
 
@@ -44,21 +44,21 @@ class Scene:
     chain
         The granules.
     shock
-        The force on the first of them, or the striker or piston that the first of them is.
+        Force on granule 1, or the striker or piston that granule 1 is.
     run
-        How long to watch.
+        Duration of the run.
     wall
-        At the far end; None for a free end.
+        Wall at the far end; None for a free end.
     precompression
-        Forces that act all the time; None for a chain at rest under no load.
+        Constant forces; None for a chain without static load.
     contact
         Damping in the contacts; None for elastic ones.
 
     Raises
     ------
     SceneError
-        If a part is of another type, or the numbers, each possible in itself, together leave the
-        range of floating point or lose digits there.
+        If a part is of another type, or if its numbers together leave the range of floating point
+        or lose digits there.
     """
 
     chain: Chain
@@ -95,7 +95,7 @@ class Scene:
             A TOML file with the sections chain, shock or striker and, optionally, wall,
             precompression, contact and run. Bare numbers are SI, strings carry units.
         shock
-            Instead of that in the file, which then is not read; by default the file's.
+            Replaces the shock of the file, which then is not read; None for the file's own.
 
         Raises
         ------
@@ -111,7 +111,7 @@ class Scene:
             raise SceneError(problem.key, problem.value, problem.allowed, path) from None
 
     def to_toml(self, path: Path | str) -> None:
-        """Write a scene file that reads back as an equal scene, and its tables next to it.
+        """Write a scene file that reads back as an equal scene, with its tables next to it.
 
         Parameters
         ----------
@@ -122,20 +122,20 @@ class Scene:
         Raises
         ------
         OutputError
-            If a file cannot be written; neither is then.
+            If a file cannot be written; then none is.
         """
         from hertzchain.files import write_texts
 
         write_texts(self.to_texts(path))
 
     def to_texts(self, path: Path | str) -> dict[Path, str]:
-        """The texts that ``to_toml`` writes, by path: tables, if there are any, then the TOML."""
+        """Texts that ``to_toml`` writes, by path: first tables, if any, then the TOML."""
         parts = self.chain, self.shock, self.run, self.wall, self.precompression, self.contact
         return texts_of(Path(path), *parts)
 
     @functools.cached_property
     def terms(self) -> tuple[str, ...]:
-        """Names of what the scene has beyond a uniform chain with free ends under one pulse."""
+        """Names of the scene's terms: all beyond a uniform chain with free ends under one pulse."""
         chain, pressed = self.chain, self.precompression
         has_gap = isinstance(chain.gap, tuple) or chain.gap > 0
         present = (
@@ -152,7 +152,7 @@ class Scene:
 
     @property
     def is_plain(self) -> bool:
-        """Whether there are no terms; what was calibrated holds for such scenes alone."""
+        """True without terms; known error constants, the map and the paper hold only then."""
         return not self.terms
 
     @property
@@ -167,7 +167,7 @@ class Scene:
 
     @functools.cached_property
     def granules(self) -> Granules:
-        """Every granule and contact, with striker or piston, wall, precompression and damping."""
+        """All granules and contacts, with striker or piston, wall, precompression and damping."""
         held = self.wall, self.precompression, self.contact
         return granules_of(self.chain, self.striker or self.piston, *held)
 
@@ -187,9 +187,9 @@ class Scene:
 
     @functools.cached_property
     def peak_force(self) -> float:
-        """The largest applied force [N], or that of a striker's or piston's first contact alone.
+        """Largest applied force [N]; for a striker or piston the peak of its first contact alone.
 
-        A piston hits granule 2 with its largest speed then.
+        For a piston this is the peak if it hits granule 2 with its largest speed.
         """
         if not isinstance(self.shock, Striker | Piston):
             return self.shock.peak_force
@@ -199,10 +199,10 @@ class Scene:
 
     @functools.cached_property
     def units(self) -> NaturalUnits:
-        """The natural units of the first contact under the largest force known before.
+        """Natural units of the first contact under the largest force known before the run.
 
-        That is the shock's, the largest static force, or that of a chain which a piston presses
-        against a wall.
+        This force is the shock's, the largest static force, or that of a chain pressed against a
+        wall by a piston.
         """
         force = self.peak_force
         if self.precompression is not None:
@@ -216,7 +216,7 @@ class Scene:
 
     @functools.cached_property
     def contact_time(self) -> float:
-        """The natural unit of time of the fastest contact [s], by which steps are measured."""
+        """Natural unit of time of the fastest contact [s]; steps are given in this unit."""
         if self.is_plain:
             return self.units.time
         granules, force = self.granules, self.units.force
@@ -225,7 +225,7 @@ class Scene:
 
     @property
     def rise_time(self) -> float | None:
-        """t0 [s]; None for a shock that is none of the three pulses."""
+        """Rise time t0 [s]; None for a shock other than the three pulses."""
         if not isinstance(self.shock, Pulse):
             return None
         if self.shock.rise_time is not None:
@@ -237,9 +237,9 @@ class Scene:
     def momentum_ratio(self) -> float:
         """LM_ratio, the impulse over L_SW(F0), always with the paper's 139/32.
 
-        In a scene with terms L_SW is that of a uniform chain of the first contact, and F0 the
-        ``peak_force``. The impulse is that of half a cycle of a sine, and that which granule 2
-        takes from the fastest stroke of a piston in a collision.
+        In a scene with terms L_SW is computed for a uniform chain of the first contact, and F0 is
+        the ``peak_force``. The impulse of a sine is that of half a cycle; the impulse of a piston
+        is what granule 2 takes from its fastest stroke in a collision.
         """
         if not isinstance(self.shock, Pulse):
             return self._shock_momentum / self._unit_momentum
@@ -259,7 +259,7 @@ class Scene:
 
     @property
     def _shock_momentum(self) -> float:
-        """The momentum by which LM_ratio measures the shock [N s]."""
+        """Momentum of the shock in LM_ratio [N s]."""
         if isinstance(self.shock, Sine):
             return self.shock.half_cycle_impulse
         if isinstance(self.shock, Piston):
@@ -278,7 +278,7 @@ class Scene:
 
     @property
     def pulse_end(self) -> float:
-        """When the force ends, or a piston last changes its velocity [s]; 0 for a striker."""
+        """End of the force, or of a piston's last change of velocity [s]; 0 for a striker."""
         if self.piston is not None:
             return self.piston.end
         return self.ramps[-1].end if self.ramps else 0.0
@@ -303,7 +303,7 @@ class Scene:
     @property
     def applied_impulse(self) -> float:
         """Integral of the applied force up to the end of the run [N s]."""
-        end = self.end_time  # of all ramps of a table, so not to be asked for each
+        end = self.end_time  # computed once, not for each ramp of a table
         return math.fsum(
             ramp.impulse if ramp.end <= end else ramp.impulse_until(end)
             for ramp in self.ramps
@@ -317,7 +317,7 @@ class Scene:
 
     @property
     def largest_impulse(self) -> float:
-        """All that pushes the chain forwards during the run [N s]; no momentum is larger."""
+        """Sum of all impulses that push the chain forwards [N s]; no momentum is larger."""
         if self.is_plain:
             return self.applied_impulse
         constant = float(np.sum(np.maximum(self.granules.constant_force, 0.0)))
@@ -325,9 +325,10 @@ class Scene:
 
     @property
     def given_impulse(self) -> float:
-        """Momentum of all granules at the end if there is neither wall nor piston [N s].
+        """Momentum of all granules at the end in a scene without wall and piston [N s].
 
-        It is that of the applied force, of the striker and of constant forces.
+        It is the sum of the impulses of the applied force and of constant forces, and of the
+        striker's momentum.
         """
         if self.is_plain:
             return self.applied_impulse
@@ -344,14 +345,15 @@ class Scene:
             return self.ramps[-1].end + float(watched) * self.units.time
         ratio, momentum = self.momentum_ratio, self._shock_momentum
         if isinstance(self.shock, Sine) and ratio < 1:
-            # However short its cycles are, the load, which is no smaller, makes waves as fast.
+            # Short cycles do not matter: the load is at least the amplitude and gives waves this
+            # speed.
             ratio, momentum = 1.0, self._unit_momentum
         of_shock = self._shock_units, ratio, momentum
         watched = watched_with_terms(self.granules, *of_shock, wall=self.wall is not None)
         return self.pulse_end + watched
 
     def applied_force(self, time: FloatArray) -> FloatArray:
-        """F(t) [N] at any times [s], before and after the pulse too, of the shape of ``time``."""
+        """F(t) [N] at any times [s], also before and after the pulse; shape of ``time``."""
         if isinstance(self.shock, PulseTable):
             return np.interp(time, self.shock.time, self.shock.force, left=0.0, right=0.0)
         force = np.zeros_like(time, np.float64)
@@ -361,16 +363,16 @@ class Scene:
         return force
 
     def schedule(self, dt: float) -> tuple[Leg, ...]:
-        """The steps of a run with steps of at most ``dt`` [s], ending at the shock's corners."""
+        """Return a run's steps of at most ``dt`` [s]; steps end at the shock's corners."""
         if self.piston is not None:
             return lay_strokes(self.piston.strokes, self.end_time, dt)
         return lay_steps(self.ramps, self.end_time, dt)
 
 
 def _is_representable(scene: Scene) -> bool:
-    """Whether a scene's quantities, and all on the way to them, are normal: no digit lost.
+    """Return whether all quantities of a scene, and intermediate results, are normal numbers.
 
-    Nothing divides here by a number that was not checked.
+    Every divisor is checked before it is used.
     """
     force, has_piston = scene.peak_force, scene.piston is not None
     if scene.is_plain:
@@ -391,6 +393,6 @@ def _is_representable(scene: Scene) -> bool:
 
 
 def require_scene(scene: object) -> None:
-    """Raise a SceneError for what is no scene, such as the name of its file."""
+    """Raise a SceneError for anything but a scene, such as the name of its file."""
     allowed = "must be a Scene, as Scene.from_toml reads it"
     require(isinstance(scene, Scene), "scene", scene, allowed)

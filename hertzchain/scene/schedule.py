@@ -1,6 +1,6 @@
-"""The schedule: which steps a simulation takes, the same for every backend.
+"""The schedule: the steps of a simulation, the same for every backend.
 
-Steps end exactly at the corners of the pulse; without that every method falls to second order or
+Steps end exactly at the corners of the pulse; otherwise every method falls to second order or
 below. Between two corners all steps are equal.
 """
 
@@ -15,7 +15,7 @@ from hertzchain.scene.piston import Stroke
 from hertzchain.scene.pulse import Ramp
 
 MOST_STEPS = 1e10
-"""On one leg: days of work for LAMMPS, weeks for NumPy."""
+"""Largest number of steps on one leg (chosen): days of work for LAMMPS, weeks for NumPy."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Leg:
 def lay_steps(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, ...]:
     """Cut the time from 0 to ``end_time`` [s] at the corners, each piece into equal steps.
 
-    A piece has ceil(length / dt) of them. The ramps follow one another and may go on beyond the
+    A piece has ceil(length / dt) steps. The ramps follow one another and may continue beyond the
     end. Raises TooExpensive if there would be more steps than any run can take.
     """
     pieces: list[tuple[float, float, Ramp | None]] = [
@@ -82,7 +82,7 @@ def lay_steps(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, .
 
 
 def lay_strokes(strokes: Sequence[Stroke], end_time: float, dt: float) -> tuple[Leg, ...]:
-    """Cut the time from 0 to ``end_time`` [s] where strokes of a piston begin, as ``lay_steps``."""
+    """Cut the time from 0 to ``end_time`` [s] at a piston's strokes, as ``lay_steps`` does."""
     ends = [*(stroke.start for stroke in strokes[1:]), end_time]
     return tuple(
         Leg(stroke.start, min(end, end_time), _steps(stroke.start, min(end, end_time), dt), None,
@@ -93,7 +93,7 @@ def lay_strokes(strokes: Sequence[Stroke], end_time: float, dt: float) -> tuple[
 
 
 def _steps(start: float, end: float, dt: float) -> int:
-    """How many equal steps of at most ``dt`` [s] lead from start to end."""
+    """Return the number of equal steps of at most ``dt`` [s] from start to end."""
     steps = (end - start) / dt
     if steps > MOST_STEPS:
         raise TooExpensive(
@@ -101,5 +101,5 @@ def _steps(start: float, end: float, dt: float) -> int:
             f" {MOST_STEPS:.0e} that a run may take: shorten pulse, chain or end_time, or"
             " take a longer dt"
         )
-    # A step that was once the result of this division must give the same number again.
+    # A step that came from this division must give the same number of steps again.
     return max(1, math.ceil(steps * (1 - 2**-52)))

@@ -1,4 +1,4 @@
-"""Chains of unlike granules, from segments of a scene file or from a table of granules."""
+"""Chains of different granules, from segments of a scene file or from a table of granules."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _MOST_BYTES = 50_000_000
 """Size of a table of granules [bytes], chosen: 500,000 rows."""
 
 Quantities = Callable[..., dict[str, Any]]
-"""Reads the values of a section: see ``reading.quantities``."""
+"""Function that reads the values of a section: see ``reading.quantities``."""
 
 
 def expand(defaults: Chain, segments: Any, quantities: Quantities) -> Chain:
-    """A chain whose segments say what differs from its defaults, granule by granule."""
+    """Return a chain whose segments state what differs from its defaults, granule by granule."""
     allowed = "must be one or more tables, [[chain.segments]]"
     is_list = isinstance(segments, list) and segments
     require(bool(is_list), "chain.segments", segments, allowed)
@@ -63,7 +63,7 @@ def _sum_allowed(granules: int, how: str = "fewer") -> str:
 
 
 def _cells(name: str, values: Mapping[str, Any], quantities: Quantities) -> list[dict[str, Any]]:
-    """What differs in each granule of the cell that a segment repeats."""
+    """Return the differing values of each granule of the cell that a segment repeats."""
     if "cell" not in values:
         return [{}]
     cell = values["cell"]
@@ -95,7 +95,7 @@ def _fill(
 
 
 def _tapered(radius: float, ratio: float, k: int) -> float:
-    """Radius of the k-th granule of a taper [m]; infinite where it leaves floating point."""
+    """Radius of the k-th granule of a taper [m]; infinite beyond the range of floating point."""
     try:
         return float(radius * ratio**k)
     except OverflowError:
@@ -103,7 +103,7 @@ def _tapered(radius: float, ratio: float, k: int) -> float:
 
 
 def read_granule_table(path: Path, name: str | None = None) -> Chain:
-    """A chain from a CSV file with a row for each granule. A SceneError says what is wrong."""
+    """Read a chain from a CSV file with a row for each granule. A SceneError says what is wrong."""
     try:
         header, rows = read_rows(path, _MOST_BYTES)
     except ValueError as problem:
@@ -138,7 +138,7 @@ def require_in(path: Path, condition: bool, key: str, value: object, allowed: st
 
 
 def granule_table(chain: Chain) -> str:
-    """The text from which ``read_granule_table`` makes the same chain."""
+    """Return the text that ``read_granule_table`` reads back as the same chain."""
     values = [getattr(chain, key) for key in _SAME]
     each = [value if isinstance(value, tuple) else (value,) * chain.granules for value in values]
     lines = [",".join(_COLUMNS)]

@@ -1,4 +1,4 @@
-"""What can shock a chain: a force on granule 1, or granule 1 itself."""
+"""Shocks of a chain: a force on granule 1, or granule 1 itself as striker or piston."""
 
 from __future__ import annotations
 
@@ -8,4 +8,4 @@ from hertzchain.scene.sine import Sine
 from hertzchain.scene.terms import Striker
 
 Shock = Pulse | PulseTable | Sine | Piston | Striker
-"""The shock of a scene."""
+"""Any shock of a scene."""

@@ -11,7 +11,7 @@ from hertzchain.scene.chain import to_plain_numbers
 from hertzchain.scene.pulse import Ramp
 
 _MOST_CYCLES = 50_000
-"""Of the force: as many corners as a pulse table can have rows, about 200,000."""
+"""Most cycles (chosen): as many corners as a pulse table can have rows, about 200,000."""
 
 _QUARTERS = (
     ("quarter-sine", 0.0, 1.0),
@@ -32,11 +32,11 @@ class Sine:
     Parameters
     ----------
     amplitude
-        Of the force [N].
+        Amplitude of the force [N].
     frequency
-        In cycles per second [Hz].
+        Cycles per second [Hz].
     cycles
-        How many; a whole number from 1 to 50,000.
+        Number of cycles, a whole number from 1 to 50,000.
 
     Raises
     ------
@@ -65,7 +65,7 @@ class Sine:
 
     @property
     def half_cycle_impulse(self) -> float:
-        """Integral of the force over the first half of a cycle [N s]; over a whole one it is 0."""
+        """Integral of the force over the first half of a cycle [N s]; 0 over a whole cycle."""
         return self.amplitude / (math.pi * self.frequency)
 
     def ramps(self) -> tuple[Ramp, ...]:

@@ -82,7 +82,7 @@ class Starter:
     more
         The end of the section chain.
     table
-        A pulse table that it needs, if any.
+        The pulse table that it needs, if any.
     """
 
     title: str
@@ -157,24 +157,24 @@ cycles = 4
 """,
     ),
 }
-"""By name, in the order in which they are listed."""
+"""Starters by name, in the order in which they are listed."""
 
 
 def write_starter(name: str, path: Path) -> list[Path]:
-    """Write a scene file to start from, and its pulse table if it has one; the files, in order.
+    """Write a scene file to start from and its pulse table, if any; return the files in order.
 
     The table is named as the scene file, with the suffix .csv. An OutputError says what cannot be
-    written; nothing is then.
+    written; then no file is.
     """
     starter, table = STARTERS[name], path.with_suffix(".csv")
     texts = {path: starter.toml(table.name)}
     if starter.table is not None:
         texts[table] = starter.table
-        check_outputs([], [path, table])  # a scene called x.csv would be its own table
+        check_outputs([], [path, table])  # a scene called x.csv would overwrite its own table
     write_texts(texts)
     return list(texts)
 
 
 def files_of(name: str, path: Path) -> list[Path]:
-    """The files that ``write_starter`` writes."""
+    """Return the files that ``write_starter`` writes."""
     return [path] if STARTERS[name].table is None else [path, path.with_suffix(".csv")]

@@ -1,7 +1,7 @@
-"""Terms: what a scene can have beyond a uniform chain with free ends, at rest under one pulse.
+"""Terms: additions of a scene to a uniform chain with free ends, at rest under one pulse.
 
-A term that is absent is None: nothing of it is computed, stored or written. Unlike granules and
-gaps stand in the chain itself.
+A term that is absent is None: nothing of it is computed, stored or written. Differing granules and
+gaps belong to the chain itself.
 """
 
 from __future__ import annotations
@@ -21,28 +21,28 @@ ALL_TERMS = (
 """Names of all terms, in the order of ``Scene.terms``."""
 
 WALLS = ("rigid", "same", "elastic")
-"""Kinds of a wall: one that does not yield, one of the last granule's material, one of its own."""
+"""Kinds of a wall: rigid, of the last granule's material, or of its own material."""
 
 DAMPING = {
     "restitution": "restitution",
     "viscoelastic": "relaxation_time",
     "dashpot": "coefficient",
 }
-"""Laws of damping, each with the parameter that it needs."""
+"""Laws of damping, each with its parameter."""
 
 NOT_NEGATIVE = "must be a finite number of at least 0"
 
 
 @dataclass(frozen=True)
 class Striker:
-    """Granule 1 flies into the others, which are at rest, instead of a force that pushes it.
+    """A striker: granule 1 flies into the others, which are at rest; no force pushes it.
 
     Parameters
     ----------
     velocity
-        Of granule 1 at the start [m/s], above 0.
+        Velocity of granule 1 at the start [m/s], above 0.
     radius, young_modulus, poisson_ratio, density
-        What differs in granule 1, as in ``Chain``; None for what does not.
+        Properties of granule 1 that differ from the chain's, as in ``Chain``; None for equal ones.
 
     Raises
     ------
@@ -71,9 +71,9 @@ class Wall:
     kind
         ``rigid``, ``same`` (the material of the last granule) or ``elastic``.
     young_modulus, poisson_ratio
-        Of an elastic wall [Pa]; None for the others.
+        Material of an elastic wall [Pa], [1]; None for the other kinds.
     gap
-        Between the last granule and the wall at the start [m].
+        Gap between the last granule and the wall at the start [m].
 
     Raises
     ------
@@ -103,12 +103,12 @@ class Wall:
 
 @dataclass(frozen=True)
 class Precompression:
-    """Forces that act on the chain all the time; the run starts from equilibrium under them.
+    """Constant forces on the chain; the run starts from equilibrium under them.
 
     Parameters
     ----------
     force
-        Pushes granule 1 towards the far end [N]. Where there is no wall, an equal force holds the
+        Force that pushes granule 1 towards the far end [N]. Without a wall an equal force holds the
         last granule.
     gravity
         Acceleration along the chain, towards the far end [m/s^2]; needs a wall.
@@ -147,11 +147,11 @@ class Contact:
     restitution
         e, above 0 and below 1.
     relaxation_time
-        Of Kuwabara and Kono [s].
+        Relaxation time of Kuwabara and Kono [s].
     coefficient
-        Of the dashpots [kg/s].
+        Coefficient of the dashpots [kg/s].
     attraction
-        Whether damping may make a contact pull as it opens; otherwise its force is 0 then.
+        Whether damping may make a contact pull as it opens; if not, its force is 0 there.
 
     Raises
     ------
@@ -190,11 +190,11 @@ class Contact:
 
     @property
     def exponent(self) -> float:
-        """Q in the force of damping c d^q d'."""
+        """Exponent q in the damping force c d^q d'."""
         return {"restitution": 0.25, "viscoelastic": 0.5, "dashpot": 0.0}[self.damping]
 
     def coefficients(self, stiffness: FloatArray, contact_mass: FloatArray) -> FloatArray:
-        """C of contacts [N s m^-(1+q)] from their A and m*, all of shape (contacts,)."""
+        """Return c of contacts [N s m^-(1+q)] from their A and m*, all of shape (contacts,)."""
         if self.restitution is not None:
             log = math.log(self.restitution)
             alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)

@@ -1,4 +1,4 @@
-"""What parts of a scene ask of one another."""
+"""Checks that the parts of a scene are possible together."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ def refuse_impossible(
     pressed: Precompression | None,
     contact: Contact | None,
 ) -> None:
-    """Raise a SceneError for parts of a scene of another type, or that cannot stand together.
+    """Raise a SceneError for parts of a wrong type, or parts that exclude one another.
 
-    A weight needs a wall, a load closed contacts, and a sine a load that it does not exceed.
+    Gravity needs a wall, a static load needs closed contacts, and a sine needs a static load of at
+    least its amplitude.
     """
     require(isinstance(chain, Chain), "chain", chain, "must be a Chain")
     allowed = "must be a Pulse, a PulseTable, a Sine, a Piston or a Striker"

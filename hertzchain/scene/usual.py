@@ -1,4 +1,4 @@
-"""Values of a scene that are a thousand times off what is usual, which may be a wrong unit."""
+"""Values of a scene a thousand times off the usual ones, perhaps from a wrong unit."""
 
 from __future__ import annotations
 
@@ -21,14 +21,15 @@ USUAL = {
     "gravity": (1e-6, 1e4),
     "relaxation_time": (1e-12, 1.0),
 }
-"""What gets no remark, in SI units; chosen: a thousand times beyond steel, glass and polymers of
-1 mm to 5 cm under 1 mN to 10 kN, or what materials have."""
+"""Ranges without a remark, in SI units; chosen: a thousand times beyond steel, glass and polymers
+of 1 mm to 5 cm under 1 mN to 10 kN, or the range of real materials.
+"""
 
 
 def unusual_values(scene: Scene) -> list[str]:
-    """Values that may have a wrong unit, each as the scene file names it, with what is usual.
+    """Return values that may have a wrong unit, each with its key and the usual range.
 
-    Zero is none of them.
+    Zero is never one of them.
     """
     parts: dict[str, Any] = {
         "chain": scene.chain,
@@ -41,7 +42,7 @@ def unusual_values(scene: Scene) -> list[str]:
     for name, part in parts.items():
         for key, (low, high) in USUAL.items():
             given = np.atleast_1d(np.asarray(getattr(part, key, None), np.float64))
-            size = np.abs(given[given != 0])  # NaN, for None, is outside of nothing
+            size = np.abs(given[given != 0])  # NaN, for None, is outside of no range
             outside = size[(size < low) | (size > high)]
             if outside.size:
                 unit = UNITS[key]

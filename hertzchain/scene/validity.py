@@ -1,4 +1,4 @@
-"""Where the model ends: Hertz's law holds for small overlap."""
+"""Limits of the model: Hertz's law holds for small overlaps."""
 
 from __future__ import annotations
 
@@ -15,16 +15,18 @@ from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 
 DOUBTFUL_OVERLAP = 0.01
-"""Overlap over radius, above which Hertz's law is no longer exact: it needs a contact radius a far
+"""Overlap over radius above which Hertz's law is no longer exact: it needs a contact radius a far
 below R (Johnson, Contact Mechanics, 1985, section 4.2). With a^2 = R overlap / 2, a is 0.07 R here,
 and corrections to the law are of the order of the overlap over the radius."""
 
 IMPOSSIBLE_OVERLAP = 1.0
-"""Overlap over radius, above which a number would mean nothing."""
+"""Overlap over radius above which results mean nothing."""
 
 _SURE_FORCE = 0.43
-"""Of the scale of forces: no run had a largest peak below 0.454, that of two granules under a
-triangular pulse of LM_ratio 1.97 and n 1.001; two pushed slowly have 0.5."""
+"""Fraction of the force scale that every largest peak exceeds. The smallest one measured is 0.454,
+for two granules under a triangular pulse of LM_ratio 1.97 and n 1.001; two granules pushed slowly
+have 0.5.
+"""
 
 
 def overlap_ratio(chain: Chain, peak_force: float) -> float:
@@ -33,9 +35,9 @@ def overlap_ratio(chain: Chain, peak_force: float) -> float:
 
 
 def largest_overlap_ratio(scene: Scene, peak_force: FloatArray) -> float:
-    """The largest overlap under the peak forces of all contacts [N], over the smaller radius.
+    """Return the largest overlap under the peaks of all contacts [N], over the smaller radius.
 
-    The forces have the shape (contacts,), that on the wall, if there is one, the last.
+    The forces have the shape (contacts,); a wall's is the last.
     """
     if scene.is_plain:
         return overlap_ratio(scene.chain, float(np.max(peak_force)))
@@ -46,7 +48,7 @@ def largest_overlap_ratio(scene: Scene, peak_force: FloatArray) -> float:
 
 
 def refuse_hopeless_overlap(scene: Scene) -> None:
-    """Raise OverlapTooLarge, before a run, where a pulse or a load will surely press so deep."""
+    """Raise OverlapTooLarge, before a run, for a pulse or load certain to exceed the limit."""
     if scene.is_plain and isinstance(scene.shock, Pulse) and scene.run.end_time is None:
         force = _SURE_FORCE * force_scale(scene.momentum_ratio) * scene.shock.peak_force
         refuse_deep_overlap(overlap_ratio(scene.chain, force))
@@ -55,17 +57,17 @@ def refuse_hopeless_overlap(scene: Scene) -> None:
 
 
 def refuse_deep_overlap(ratio: float, where: str = "") -> None:
-    """Raise OverlapTooLarge where an overlap over the radius says that Hertz's law does not."""
+    """Raise OverlapTooLarge for an overlap ratio at which Hertz's law does not apply."""
     if ratio > IMPOSSIBLE_OVERLAP:
         raise OverlapTooLarge(
             f"{where}the largest overlap would be {ratio:.3g} radii, above {IMPOSSIBLE_OVERLAP:g}:"
-            " Hertz's law says nothing there; take a smaller force, larger granules or a stiffer"
+            " Hertz's law does not apply there; take a smaller force, larger granules or a stiffer"
             " material"
         )
 
 
 def refuse_terms(scene: Scene, who: str, known: Collection[str] = ()) -> None:
-    """Raise RunFailed for a scene with terms that are not known to who is to compute it."""
+    """Raise RunFailed for a scene with terms that a backend does not support."""
     unknown = [term for term in scene.terms if term not in known]
     if unknown:
         raise RunFailed(
@@ -75,7 +77,7 @@ def refuse_terms(scene: Scene, who: str, known: Collection[str] = ()) -> None:
 
 
 def overlap_warning(ratio: float) -> str | None:
-    """What to say of an overlap over the radius; None where there is nothing to say."""
+    """Return the warning for an overlap ratio; None where no warning is due."""
     if ratio <= DOUBTFUL_OVERLAP:
         return None
     return (

@@ -1,4 +1,4 @@
-"""How long a chain is watched after its pulse, where a scene does not say."""
+"""Default time from the end of the pulse to the end of the run."""
 
 from __future__ import annotations
 
@@ -13,18 +13,21 @@ from hertzchain.scene.natural_units import NaturalUnits, slowness
 from hertzchain.scene.piston import Piston
 
 _WAVE_SPEED = 0.9055
-"""Granules per natural time unit of a wave of height 1; it only decides how long to watch."""
+"""Speed of a wave of height 1, in granules per natural time unit; used only for the default end."""
 
 _STOP = 3.0
-"""Times (M^2 / (K^2 v))^(1/5), in which a spring of Hertz stops a mass: 1.6 until it is at rest."""
+"""Factor of (M^2 / (K^2 v))^(1/5), the time in which a Hertzian spring stops a mass: 1.6 until it
+is at rest.
+"""
 
 _UNLIKE = 2.0
-"""Times as long, where granules are unlike, apart or damped: waves decay there, and weak ones are
-slow (chosen: as slow as a wave of 1/64 of the force)."""
+"""Factor of the time where granules differ, are apart or damped: waves decay there, and weak waves
+are slow (chosen: as slow as a wave of 1/64 of the force).
+"""
 
 
 def watched_time(granules: Any, momentum_ratio: Any) -> Any:
-    """How long a chain is watched after its pulse, where nothing is said [natural time units]."""
+    """Return the default time between the ends of pulse and run [natural time units]."""
     speed = _WAVE_SPEED * np.minimum(1.0, momentum_ratio) ** 0.2
     return 1.2 * (granules + 5) / speed
 
@@ -32,10 +35,10 @@ def watched_time(granules: Any, momentum_ratio: Any) -> Any:
 def watched_with_terms(
     granules: Granules, units: NaturalUnits, momentum_ratio: float, momentum: float, wall: bool
 ) -> float:
-    """How long a chain with terms is watched after its pulse, where nothing is said [s].
+    """Return the default time between the ends of shock and run, for scenes with terms [s].
 
-    The wave crosses each contact in its own time, and each gap with the velocity that is passed on
-    from collision to collision. A wall has to stop granule 1, by all contacts in a row.
+    The wave crosses each contact in its own time, and each gap with the velocity that collisions
+    pass on. A wall has to stop granule 1, through all contacts in series.
     """
     weak = min(1.0, momentum_ratio)
     crossed = slowness(granules.stiffness, granules.contact_mass) * math.pow(units.force, -1 / 6)
@@ -46,7 +49,7 @@ def watched_with_terms(
     else:
         flight = 0.0
     wave = watched_time(0, weak) / 5 * (float(np.sum(crossed)) + 5 * float(np.max(crossed)))
-    others = granules.mass[1:], granules.young_modulus[1:], granules.gap  # but the striker
+    others = granules.mass[1:], granules.young_modulus[1:], granules.gap  # except the striker
     decays = any(np.ptp(values) > 0 for values in others) or granules.damping is not None
     if decays or granules.gap.any():
         wave *= _UNLIKE
@@ -61,10 +64,10 @@ def watched_with_terms(
 
 
 def _velocity_at_gaps(granules: Granules, velocity: float, momentum: float) -> FloatArray:
-    """Velocities with which the granules before each gap close it at least, about [m/s].
+    """Approximate lower bounds of the velocities with which granules close each gap [m/s].
 
-    A collision passes on 2 m1 / (m1 + m2) of the velocity; all granules before a gap together go on
-    with the velocity of their centre of mass. Behind a piston they go on with its own.
+    A collision passes on 2 m1 / (m1 + m2) of the velocity; all granules before a gap together move
+    on with the velocity of their centre of mass; in front of a piston they move with its velocity.
     """
     if math.isinf(granules.mass[0]):
         return np.full(granules.gap.size, velocity)
@@ -76,14 +79,14 @@ def _velocity_at_gaps(granules: Granules, velocity: float, momentum: float) -> F
 
 
 def _softness(granules: Granules) -> float:
-    """Overlap of all contacts together under 1 N [m N^(-2/3)]."""
+    """Sum of the overlaps of all contacts under 1 N [m N^(-2/3)]."""
     return float(np.sum(granules.stiffness ** (-2 / 3)))
 
 
 def squeezing_force(granules: Granules, piston: Piston, end_time: float) -> float:
-    """Force with which a piston presses a chain against a wall when it has gone farthest [N].
+    """Force of a piston that presses a chain against a wall, at its largest displacement [N].
 
-    All granules are at rest then. The run ends at ``end_time`` [s].
+    All granules are assumed at rest there. The run ends at ``end_time`` [s].
     """
     starts = [stroke for stroke in piston.strokes if stroke.start < end_time]
     places = [stroke.displacement for stroke in starts]

@@ -249,7 +249,7 @@ def test_numbers_of_numpy_and_what_is_one_number_in_uniform_chains_alone() -> No
     assert chain == hc.Chain(3, 1e-3, 1e9, 0.3, 1000.0)
     unlike = hc.Chain(3, [1e-3, 2e-3, 1e-3], 1e9, 0.3, 1000.0)
     for what in ("granule_mass", "contact_stiffness"):
-        with pytest.raises(SceneError, match=f"{what}: is one number in a chain of like granules"):
+        with pytest.raises(SceneError, match=f"{what}: is a single number only in a chain"):
             getattr(unlike, what)
 
 

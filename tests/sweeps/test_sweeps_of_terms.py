@@ -337,7 +337,7 @@ def test_what_fails_is_a_row_with_its_reason() -> None:
     assert table["failure"].notna().tolist() == [True, False, False, False]
     deep = swept(STRIKER, {"velocity": [1.0, 5000.0]})
     assert deep.count().failed == 1
-    assert "Hertz's law says nothing there" in str(deep.count().reason)
+    assert "Hertz's law does not apply there" in str(deep.count().reason)
 
 
 @pytest.mark.parametrize("force", [[0.0, 5.0], [5.0, 0.0]], ids=str)
