@@ -1,17 +1,11 @@
-"""Sweeps: what becomes of peaks and p where pulse, material and chain change.
+"""Sweeps: peaks and p of many scenes with different pulses, materials and chains.
 
-keys        what can vary in a scene, by the keys of its file
-design      which scenes there are
-natural     similarity, of many scenes at once
-parts       who measures, and how a sweep is cut
-table       the rows, filled in as scenes are done
-measuring   a part, measured
-local       parts on this machine
-cluster     parts on the workers of a Dask scheduler
-on_worker   what runs there
-store       in memory, or in a folder
-sweeping    all of that: sweep, Sweep
-drawing     a sweep as a picture
+keys        parameters of a scene that can vary, by the keys of its file design      the scenes of a
+sweep natural     similarity, of many scenes at once parts       backends, and the parts that a
+sweep is cut into table       the rows, filled in as scenes are done measuring   measures a part
+local parts on this machine cluster     parts on the workers of a Dask scheduler on_worker   the
+code that runs on workers store       sweeps in memory or in a folder sweeping    the functions for
+users: sweep, Sweep drawing     a sweep as a picture
 """
 
 from hertzchain.sweeps.sweeping import Counts, Sweep, sweep

@@ -1,4 +1,4 @@
-"""What varies in a sweep: lists and ranges of one parameter each."""
+"""Axes of a sweep: lists and ranges, each of one parameter."""
 
 from __future__ import annotations
 
@@ -15,52 +15,52 @@ from hertzchain.errors import SceneError, is_finite, require
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.reading import UNITS
 
-_MOST_LISTED = 100_000  # values of one list, kept in memory and with the sweep
+_MOST_LISTED = 100_000  # most values of one list (chosen); kept in memory and with the sweep
 
 _FORMS = "A,B,C or LOW:HIGH:COUNT, LOW:HIGH:COUNT:log, or to be sampled LOW:HIGH, LOW:HIGH:log"
 
 _TEXTS = {"profile": ("profile", "cosine,triangular"), "kind": ("kind", "rigid,same")}
-# Keys whose values are text: what they name, and a list of some.
+# Keys whose values are text: the noun for a value, and some values.
 
 _WHOLE = ("granules", "cycles")
-"""Keys whose values are whole numbers."""
+"""Keys with whole numbers as values."""
 
 Value = float | int | str
 
 
 def key_of(name: str) -> str:
-    """The key of a parameter in its section or segment."""
+    """Return the key of a parameter in its section or segment."""
     return name.rpartition(".")[2]
 
 
 @dataclass(frozen=True)
 class Listed:
-    """A parameter, as the scene file names it, that takes values one by one: in SI, or text."""
+    """A list axis: a parameter, by its name in the scene file, and its values in SI or as text."""
 
     name: str
     values: tuple[Value, ...]
 
     @property
     def count(self) -> int:
-        """How many values there are."""
+        """Number of values."""
         return len(self.values)
 
     @property
     def ends(self) -> tuple[Value, ...]:
-        """Values that have to be possible for all to be."""
+        """Values to check: if these are possible, all are."""
         return self.values
 
     def at(self, index: NDArray[np.int64]) -> NDArray[Any]:
-        """The values of these numbers."""
+        """Return the values with these numbers."""
         return np.asarray(self.values)[index]
 
 
 @dataclass(frozen=True)
 class Span:
-    """A parameter, as the scene file names it, that takes values between two, in SI.
+    """A range axis: a parameter, by its name in the scene file, between two values in SI.
 
-    A grid of ``count`` values, both ends among them, or drawn if None; spaced equally or in
-    logarithms.
+    It has a grid of ``count`` values including both ends, or sampled values if None, spaced equally
+    or in logarithms.
     """
 
     name: str
@@ -71,17 +71,17 @@ class Span:
 
     @property
     def ends(self) -> tuple[Value, ...]:
-        """Values that have to be possible for all to be."""
+        """Values to check: if these are possible, all are."""
         ends = self.low, self.high
         return tuple(map(int, ends)) if key_of(self.name) in _WHOLE else ends
 
     def at(self, index: NDArray[np.int64]) -> NDArray[Any]:
-        """The values of these numbers on the grid."""
+        """Return the values with these numbers on the grid."""
         assert self.count is not None
         return self.between(index / max(self.count - 1, 1))
 
     def between(self, fraction: FloatArray) -> NDArray[Any]:
-        """The values at fractions of the way from one end to the other, 0 to 1."""
+        """Return the values at fractions, 0 to 1, of the way from one end to the other."""
         if key_of(self.name) in _WHOLE:  # each whole number has the same share
             if self.log:
                 edges = self.low - 0.5, self.high + 0.5
@@ -93,7 +93,7 @@ class Span:
             inside = self.low ** (1 - fraction) * self.high**fraction
         else:
             inside = self.low + fraction * (self.high - self.low)
-        # Both ends to the last digit.
+        # Both ends exact to the last digit.
         return np.where(fraction == 0, self.low, np.where(fraction == 1, self.high, inside))
 
 
@@ -101,7 +101,7 @@ Axis = Listed | Span
 
 
 def axis_of(name: str, given: str | Iterable[Value]) -> Axis:
-    """The values of a parameter, from a list or from text as the command line has it."""
+    """Return the axis of a parameter, from a list or from text in the form of the command line."""
     if isinstance(given, str) and ":" in given:
         return _range(name, given)
     several = isinstance(given, Iterable) and not isinstance(given, bytes | Mapping)
@@ -110,7 +110,7 @@ def axis_of(name: str, given: str | Iterable[Value]) -> Axis:
     pieces: list[Any] = given.split(",") if isinstance(given, str) else list(given)
     require(0 < len(pieces) <= _MOST_LISTED, name, None, f"must take 1 to {_MOST_LISTED:,} values")
     values = tuple(_value(name, piece) for piece in pieces)
-    require(len(set(values)) == len(values), name, None, "must not take a value twice")
+    require(len(set(values)) == len(values), name, None, "must not have a value twice")
     return Listed(name, values)
 
 
@@ -134,7 +134,7 @@ def _range(name: str, given: str) -> Axis:
     span = Span(name, low, high, count, log)
     if key_of(name) not in _WHOLE:
         return span
-    # Whole numbers as near to the grid as there are, each of them once.
+    # The whole numbers nearest to the grid, each of them once.
     require(count <= _MOST_LISTED, name, given, f"must take at most {_MOST_LISTED:,} values")
     spaced = np.geomspace if log else np.linspace
     whole = np.rint(spaced(low, high, count)).astype(np.int64)
@@ -142,7 +142,7 @@ def _range(name: str, given: str) -> Axis:
 
 
 def _count(text: str) -> int:
-    """A whole number, 1e3 too; 0 for what is none."""
+    """Return a whole number from text (also 1e3); 0 for other text."""
     try:
         number = float(text)
     except ValueError:
@@ -151,12 +151,12 @@ def _count(text: str) -> int:
 
 
 def is_whole(value: object, least: int) -> bool:
-    """Whether a value is an integer of at least so much (booleans are not)."""
+    """Return whether a value is an integer of at least ``least`` (booleans are not)."""
     return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= least
 
 
 def _value(name: str, given: Any) -> Value:
-    """One value, in SI."""
+    """Return one value, in SI."""
     key = key_of(name)
     if key in _TEXTS:
         what = _TEXTS[key][0]

@@ -1,6 +1,6 @@
 """Parts of a sweep on the workers of a Dask scheduler, which measure them and write nothing.
 
-What they find is kept here: where a worker is lost, another measures its parts.
+Results are kept here: where a worker is lost, another measures its parts.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_PATIENCE = 10.0  # with a scheduler that does not answer [s]
-_LOOK = 1.0  # between two looks at which workers there are [s]
-_FAREWELL = 3.0  # with workers that are to stop, and a scheduler that is left [s]
-_AHEAD = 3  # parts handed out for each thread: none waits, and memory does not grow
+_PATIENCE = 10.0  # waiting time for a scheduler that does not answer [s]
+_LOOK = 1.0  # time between two checks of the workers [s]
+_FAREWELL = 3.0  # waiting time for workers to stop and for the connection to close [s]
+_AHEAD = 3  # parts handed out for each thread: no thread waits, and memory does not grow
 
 
 @contextmanager
 def cluster(scheduler: str) -> Iterator[Measure]:
-    """``measure_here`` on the workers of a Dask scheduler, at an address as ``tcp://host:8786``."""
+    """Return ``measure_here`` for the workers of a Dask scheduler at ``tcp://host:8786``."""
     try:
         import distributed  # noqa: F401 - what is imported below
     except ModuleNotFoundError:
@@ -49,7 +49,7 @@ def cluster(scheduler: str) -> Iterator[Measure]:
 
 
 class _Cluster:
-    """A sweep on a cluster, with the parts that are handed out."""
+    """A sweep on a cluster: the connection, and the parts that are handed out."""
 
     def __init__(self, client: Client, scheduler: str) -> None:
         self._client, self._scheduler = client, scheduler
@@ -74,7 +74,7 @@ class _Cluster:
         try:  # the loop is a function: its jump back is outside this try on Python 3.13
             self._measure_all(design, iter(parts), peaks, keep, report_progress)
         finally:
-            # Parts that are not done are forgotten when the connection is closed.
+            # Dask drops parts that are not done when the connection is closed.
             with suppress(OSError):
                 _ask(self._client, _FAREWELL, "run", end, self._name, on_error="ignore")
 
@@ -96,7 +96,7 @@ class _Cluster:
             report_progress(part.stop - part.start)
 
     def _hand_out(self, design: Design, waiting: Iterator[Part], peaks: bool) -> bool:
-        """Hand out parts, enough for the workers there are by now; whether any are to be done."""
+        """Hand out parts, enough for the present workers; return whether any parts are left."""
         from hertzchain.sweeps.on_worker import Task
 
         self._look()
@@ -112,12 +112,12 @@ class _Cluster:
         return bool(self._handed_out)
 
     def _look(self) -> None:
-        """Count the threads of all workers from time to time, and say so where there are none."""
+        """Count the threads of all workers from time to time, and report if there are none."""
         if time.monotonic() < self._next_look:
             return
         if self._client.status != "running":
             raise _lost(self._scheduler)
-        with suppress(OSError):  # a scheduler that is slow to answer, or that is lost by now
+        with suppress(OSError):  # a scheduler that answers slowly, or is lost
             self._threads = sum(_ask(self._client, _PATIENCE, "nthreads").values())
             if self._threads == 0 and not self._waits:
                 _log.warning(
@@ -136,9 +136,9 @@ class _Cluster:
         except KilledWorker:
             raise RunFailed(
                 f"part {part.name} was lost with worker after worker: look into their logs, they"
-                " may be short of memory; the same command goes on with what is left"
+                " may be short of memory; the same command resumes the sweep"
             ) from None
-        except ImportError as problem:  # of a worker that has come later
+        except ImportError as problem:  # from a worker that joined later
             raise BackendMissing(
                 f"a worker of {self._scheduler} cannot import {problem.name or problem}: pip"
                 f" install 'hertzchain=={version('hertzchain')}' there"
@@ -150,13 +150,12 @@ class _Cluster:
 
 def _lost(scheduler: str) -> RunFailed:
     return RunFailed(
-        f"the scheduler {scheduler} is gone: start it again; the same command goes on with what is"
-        " left"
+        f"the scheduler {scheduler} is gone: start it again; the same command resumes the sweep"
     )
 
 
 def _ask(client: Client, time_limit: float, method: str, *arguments: Any, **options: Any) -> Any:
-    """What a method of a client returns."""
+    """Return the result of a method of a client."""
     if client.status != "running":
         raise ConnectionError
 
@@ -167,7 +166,7 @@ def _ask(client: Client, time_limit: float, method: str, *arguments: Any, **opti
 
 
 def _check_versions(client: Client, scheduler: str) -> None:
-    """Refuse another hertzchain than this one, or none, where it can be seen before all work."""
+    """Refuse workers without this version of hertzchain, if they are known before the work."""
     from hertzchain.sweeps.on_worker import check_version
 
     try:
@@ -175,18 +174,18 @@ def _check_versions(client: Client, scheduler: str) -> None:
     except OSError:
         raise _lost(scheduler) from None
     for address, there in found["workers"].items():
-        if there:  # nothing of a worker that is gone
+        if there:  # None for a worker that is gone
             theirs = there["packages"]["hertzchain"]
             check_version(f"the worker {address}", theirs, version("hertzchain"))
 
 
 @contextmanager
 def _connected(scheduler: str) -> Iterator[Client]:
-    """A connection to a scheduler."""
+    """Connect to a scheduler."""
     from distributed import Client
 
     try:
-        with ThreadPoolExecutor(1) as pool:  # not here: a notebook has a loop of its own
+        with ThreadPoolExecutor(1) as pool:  # in a thread: a notebook has an event loop of its own
             pool.submit(asyncio.run, _knock(scheduler)).result()
         client = Client(scheduler, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError, ImportError) as problem:
@@ -203,7 +202,7 @@ def _connected(scheduler: str) -> Iterator[Client]:
 
 
 async def _knock(scheduler: str) -> None:
-    """Connect to a scheduler and leave: a client waits for ever where something else listens."""
+    """Check that a scheduler answers: with any other program a client would wait without end."""
     from distributed import Security
     from distributed.comm.core import connect
 
@@ -214,8 +213,8 @@ async def _knock(scheduler: str) -> None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Without what Dask has to say: what goes wrong is said in one sentence."""
-    # It gives some of its loggers a level and a handler of their own.
+    """Silence Dask's loggers; errors are reported in one sentence."""
+    # Dask gives some of its loggers their own level and handler.
     loggers = [
         logger
         for name, logger in logging.root.manager.loggerDict.items()

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class BatchFound:
     """Similar scenes that were measured together, in SI; arrays of shape (scenes,)."""
 
-    batch: Batch  # the same in natural units
+    batch: Batch  # largest peak in natural units
     near: FloatArray  # F_SW [N]
     far: FloatArray  # far-field force [N]
     far_off: FloatArray  # error of the far-field force, relative
@@ -41,7 +41,7 @@ class Column:
     name: str  # with its unit
     label: str  # on an axis; empty: cannot be drawn
     kind: str = "float"  # float, int or str; missing: NaN, 0 or ""
-    title: str = ""  # how a title says a value that is the same in all rows
+    title: str = ""  # form in a title of a value that is the same in all rows
     of_result: Callable[[Result], float | None] | None = None
     of_prediction: Callable[[Prediction], float | None] | None = None
     of_batch: Callable[[BatchFound], Any] | None = None
@@ -61,7 +61,7 @@ _PARAMETERS = (
     Column("run.end_time", "end of the run [s]", title="until {:.4g} s"),
 )
 
-PARAMETERS = tuple(column.name for column in _PARAMETERS)  # what can vary, as in scene files
+PARAMETERS = tuple(column.name for column in _PARAMETERS)  # that can vary, by scene files
 
 _TERMS = (
     Column("chain.gap", "gap before each granule [m]", title="gaps of {:.4g} m"),
@@ -99,7 +99,7 @@ _TERMS = (
     ),
 )  # fmt: skip
 
-TERMS = tuple(column.name for column in _TERMS)  # what can vary in scenes with terms besides
+TERMS = tuple(column.name for column in _TERMS)  # further parameters of scenes with terms
 
 _OF_EVERY_SHOCK = ("shock.profile", "shock.momentum_ratio")
 
@@ -130,7 +130,7 @@ FOUND_COLUMNS = (
     ),
     Column(
         "far_field_error",
-        "how far the wave may be from settled, relative",
+        "largest further change of the wave, relative",
         of_result=lambda found: found.solitary_wave.far_field_error,
         of_prediction=lambda found: None if found.far_field_force is None else FAR_FIELD_ERROR,
         of_batch=lambda found: found.far_off,
@@ -144,7 +144,7 @@ FOUND_COLUMNS = (
     ),
     Column(
         "speed_error",
-        "how far the speed may be from that of the settled wave, relative",
+        "largest difference of the speed from that of the settled wave, relative",
         of_result=lambda found: found.solitary_wave.speed_error,
         of_batch=lambda found: found.speed_off,
     ),
@@ -188,7 +188,7 @@ FOUND_COLUMNS = (
         of_batch=lambda found: found.batch.force_evaluations,
     ),
 )
-"""What is found, in the order of the table, behind the parameters."""
+"""Columns of results, in the order of the table, after the parameters."""
 
 _OF_WAVES = (
     "transition_granules", "solitary_wave_force_N", "far_field_force_N", "far_field_error",
@@ -214,7 +214,7 @@ _FOUND_WITH_WALL = (
 )
 CUT_OFF = Column(
     "contacts_cut_off",
-    "contacts whose peak the end of the run may have cut off",
+    "contacts whose peak may come after the end of the run",
     "int",
     of_result=lambda found: len(found.cut_off),
 )
@@ -254,7 +254,7 @@ OTHER_MEASURE = {
     "shock.momentum_ratio": "shock.rise_time",
     "shock.rise_time": "shock.momentum_ratio",
 }
-"""Either says how long a pulse lasts, and follows from the other."""
+"""Two measures of the length of a pulse; each follows from the other."""
 
 IN_TITLES = (
     "shock.profile",
@@ -265,16 +265,16 @@ IN_TITLES = (
     "chain.granules",
     *TERMS,
 )
-"""Parameters that a title names where they do not vary, in this order; others where fixed."""
+"""Parameters named in a title if they do not vary, in this order; others are named if fixed."""
 
 _TITLES = {column.name: column.title for column in _BY_NAME.values() if column.title}
 
 TITLES = {name: _TITLES[name] for name in dict.fromkeys((*IN_TITLES, *PARAMETERS, "backend"))}
-"""Words of a title for what is the same in all rows, in order."""
+"""Words of a title for values that are the same in all rows, in order."""
 
 
 def column_named(name: str) -> Column:
-    """The column of this name, also those of the segments of a chain."""
+    """Return the column of this name, also for segments of a chain."""
     if name in _BY_NAME:
         return _BY_NAME[name]
     found = _SEGMENT.fullmatch(name)
@@ -288,14 +288,14 @@ def column_named(name: str) -> Column:
 
 
 def is_whole(name: str) -> bool:
-    """Whether the values of a column are whole numbers."""
+    """Return whether the values of a column are whole numbers."""
     return column_named(name).kind == "int"
 
 
 def columns_of(
     scene: Mapping[str, Mapping[str, Any]], varied: Collection[str]
 ) -> tuple[Column, ...]:
-    """The columns of the table of a sweep, from the sections of its scene and what varies."""
+    """Return the columns of the table of a sweep, from its scene and the varying parameters."""
     chain = scene["chain"]
     loaded, walled = "precompression" in scene, "wall" in scene
     unlike = "segments" in chain or any(isinstance(value, list) for value in chain.values())
@@ -332,7 +332,7 @@ def _has(scene: Mapping[str, Mapping[str, Any]], section: str, key: str) -> bool
 
 
 def _found(waves: bool, walled: bool, loaded: bool) -> tuple[Column, ...]:
-    """What is found of scenes with terms: what only uniform free chains have where some are."""
+    """Return result columns of scenes with terms; ``waves``: with those of uniform free chains."""
     found = [
         column
         for column in FOUND_COLUMNS

@@ -1,4 +1,4 @@
-"""Which scenes a sweep has: grids, lists and samples, crossed; scene k follows from its number."""
+"""The scenes of a sweep: grids, lists and samples, crossed; scene k follows from its number."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from hertzchain.sweeps.columns import (
 )
 from hertzchain.sweeps.keys import base_values, changed, full_name, sections_of
 
-MOST_SCENES = 10**8  # of a sweep, chosen: a day of two cores at a millisecond a scene
+MOST_SCENES = 10**8  # most scenes of a sweep, chosen: a day of two cores at a millisecond a scene
 MOST_GRANULES = 1_000_000  # of a chain, chosen: a part may hold its peaks several times
 
 
@@ -48,7 +48,7 @@ class Design:
 
     @property
     def is_plain(self) -> bool:
-        """Whether no scene can have terms."""
+        """True if no scene can have terms."""
         known = all(axis.name in PARAMETERS for axis in self.axes)
         return known and self.base.is_plain and self.base.chain.section is None
 
@@ -77,11 +77,11 @@ class Design:
 
     @property
     def scenes(self) -> int:
-        """How many scenes there are."""
+        """Number of scenes."""
         return math.prod(self.shape)
 
     def some(self, most: int) -> NDArray[np.int64]:
-        """Numbers of scenes all over the grid, the first samples of each: about so many."""
+        """Return about ``most`` numbers of scenes over the whole grid, with first samples."""
         drawn = self.samples or 1
         first = np.arange(min(drawn, math.isqrt(most)))
         combinations = self.scenes // drawn
@@ -89,7 +89,7 @@ class Design:
         return (np.unique(spread)[:, None] * drawn + first).ravel()
 
     def parameters(self, scenes: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
-        """All parameters in SI of increasing scenes, by name, shape (some,), NaN or "" for none."""
+        """Return all parameters of scenes in SI, by name, shape (some,); NaN or "" for none."""
         base = _flat(self.base) if self.is_plain else self._base_values()
         found = {name: np.full(scenes.size, value) for name, value in base.items()}
         numbers = np.unravel_index(scenes, self.shape)
@@ -106,11 +106,11 @@ class Design:
         return found if self.is_plain else self._of_file(found)
 
     def _base_values(self) -> dict[str, Any]:
-        """The parameters of the base by name, those that vary among them."""
+        """Parameters of the base by name, including those that vary."""
         return base_values(self.base, [one.name for one in self.columns if "." in one.name])
 
     def _of_file(self, found: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        """Parameters as scene files have them: granules of all segments, materials of walls."""
+        """Return parameters as in scene files: granules of all segments, materials of walls."""
         segments = (self.base.chain.section or {}).get("segments", [])
         if segments:
             counts = [
@@ -124,7 +124,7 @@ class Design:
         return found
 
     def _points(self, samples: NDArray[np.int64]) -> FloatArray:
-        """Points of these numbers in the unit cube, shape (some, sampled axes)."""
+        """Return the points with these numbers in the unit cube, shape (some, sampled axes)."""
         from scipy.stats import qmc
 
         sequence = qmc.Sobol(len(self.sampled), scramble=True, seed=self.seed)
@@ -135,21 +135,21 @@ class Design:
             if skipped := int(run[0]) - sequence.num_generated:
                 sequence.fast_forward(skipped)
             with warnings.catch_warnings():
-                # Only powers of two are balanced to the last point; others are but for a few.
+                # Only powers of two are balanced exactly; other numbers of points nearly so.
                 warnings.simplefilter("ignore", UserWarning)
                 drawn.append(sequence.random(run.size))
         points: FloatArray = np.concatenate(drawn)[place]
         return points
 
     def scene(self, parameters: Mapping[str, NDArray[Any]], k: int) -> Scene:
-        """The k-th of the scenes that these parameters are of."""
+        """Return the k-th scene of these parameters."""
         if not self.is_plain:
             varied = {axis.name: parameters[axis.name][k].item() for axis in self.axes}
             return changed(self.base, varied)
         return _with(self.base, {name: values[k].item() for name, values in parameters.items()})
 
     def to_dict(self) -> dict[str, Any]:
-        """What tells this design from others, as JSON knows it."""
+        """Return all that identifies this design, as a JSON object."""
         scene = _as_before(self.base) if self.is_plain else sections_of(self.base)
         drawn = None
         if self.sampled:
@@ -160,7 +160,7 @@ class Design:
 
 
 def _as_before(base: Scene) -> dict[str, Any]:
-    """The sections of a plain scene, as folders have them since there are sweeps."""
+    """Return the sections of a plain scene in the form that all folders of sweeps have."""
     shock: dict[str, Any] = (
         {"time_s": base.shock.time, "force_N": base.shock.force}
         if isinstance(base.shock, PulseTable)
@@ -177,34 +177,33 @@ def design(
     samples: int | None = None,
     seed: int = 0,
 ) -> Design:
-    """The scenes that a sweep is about.
+    """Return the scenes of a sweep.
 
     Parameters
     ----------
     scene
-        What all of them have in common.
+        The scene that all others are derived from.
     vary
-        By the name of a parameter, as the scene file has it (the section may be left out), what
-        it takes: values, as text
-        (``"A,B,C"``) or as numbers and names; a grid of ``"LOW:HIGH:COUNT"`` or
-        ``"LOW:HIGH:COUNT:log"``, both ends taken; or ``"LOW:HIGH"`` and ``"LOW:HIGH:log"``, between
-        which points are drawn. Text may have units (``"1 mm:10 mm:5"``). ``shock.momentum_ratio``
-        and ``shock.rise_time`` take each other's place. Segments and the granules of their cells
-        are counted from 1: ``chain.segments.2.cell.1.radius``.
+        For each parameter, by its name in the scene file (the section may be left out), its values:
+        a list, as text (``"A,B,C"``) or as numbers and names; a grid ``"LOW:HIGH:COUNT"`` or
+        ``"LOW:HIGH:COUNT:log"``, including both ends; or ``"LOW:HIGH"`` and ``"LOW:HIGH:log"``,
+        between which points are sampled. Text may have units (``"1 mm:10 mm:5"``).
+        ``shock.momentum_ratio`` and ``shock.rise_time`` replace each other. Segments and the
+        granules of their cells are counted from 1: ``chain.segments.2.cell.1.radius``.
     samples
-        How many points are drawn, for all such ranges together. They are those of a scrambled
-        Sobol sequence, and met by every combination of all that does not range.
+        Number of points for all sampled ranges together, from a scrambled Sobol sequence. Every
+        combination of the other parameters gets all of these points.
     seed
-        Other points for another number.
+        Seed of the sequence: another number gives other points.
 
     Raises
     ------
     SceneError
-        For a parameter that does not exist or cannot vary, a range that is empty, a value that is
-        not possible, samples without ranges or ranges without samples, and too many scenes.
+        For a parameter that does not exist or cannot vary, an empty range, an impossible value,
+        samples without ranges or ranges without samples, and too many scenes.
     """
     require_scene(scene)
-    allowed = "must be a mapping that names at least one parameter and what it takes"
+    allowed = "must be a mapping of at least one parameter to its values"
     require(isinstance(vary, Mapping) and len(vary) > 0, "vary", None, allowed)
     axes = tuple(axis_of(full_name(name, scene), given) for name, given in vary.items())
     allowed = "must be a whole number of at least 1"
@@ -222,9 +221,9 @@ def design(
     require(found.scenes <= MOST_SCENES, "scenes", found.scenes, allowed)
     names = [axis.name for axis in axes]
     twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
-    require(twice is None, str(twice), None, "is there twice, with its section and without")
+    require(twice is None, str(twice), None, "given twice, with its section and without")
     both = "shock.momentum_ratio" in names and "shock.rise_time" in names
-    allowed = "takes the place of shock.rise_time: only one of the two can vary"
+    allowed = "replaces shock.rise_time: only one of the two can vary"
     require(not both, "shock.momentum_ratio", None, allowed)
     _check_granules("chain.granules", scene.chain.granules)
     for axis in axes:
@@ -234,7 +233,7 @@ def design(
 
 
 def _check(found: Design, name: str, value: Value) -> None:
-    """Refuse a value that no scene can have, whatever else varies."""
+    """Refuse a value that is impossible in every scene."""
     scene = found.base
     section, _, key = name.partition(".")
     is_table = section == "shock" and isinstance(scene.shock, PulseTable)
@@ -258,7 +257,7 @@ def _check_granules(name: str, value: Value) -> None:
 
 
 def _extremes(axis: Axis) -> list[Value]:
-    """Values of an axis that are possible only if all are: each alone would cost a whole scene."""
+    """Return the values of an axis to check for all: checking each would cost a scene per value."""
     if not isinstance(axis, Listed) or isinstance(axis.values[0], str):
         return list(axis.ends)
     numbers = np.array(axis.values)
@@ -268,7 +267,7 @@ def _extremes(axis: Axis) -> list[Value]:
 
 
 def _check_with_terms(found: Design, name: str, value: Value) -> None:
-    """Refuse a value that no scene with terms can have, with the others of the base or varied."""
+    """Refuse a value that is impossible in every scene with terms, base values and varied ones."""
     if name in ("wall.young_modulus", "wall.poisson_ratio"):
         assert found.base.wall is not None
         varied = [axis.ends for axis in found.axes if axis.name == "wall.kind"]
@@ -284,7 +283,7 @@ def _check_with_terms(found: Design, name: str, value: Value) -> None:
         if _problem(found.base, {**given, name: value}) is None:
             return
     key, _, granule = problem.key.partition(" of granule ")
-    if granule and key == f"chain.{key_of(name)}":  # which has it from the parameter
+    if granule and key == f"chain.{key_of(name)}":  # the granule's value comes from the parameter
         raise SceneError(name, value, problem.allowed)
     if granule:
         allowed = f"gives granule {granule} {key} = {problem.value!r}, which {problem.allowed}"
@@ -293,7 +292,7 @@ def _check_with_terms(found: Design, name: str, value: Value) -> None:
 
 
 def _problem(base: Scene, values: Mapping[str, Value]) -> SceneError | None:
-    """What is wrong with a scene of these values; None where it is possible."""
+    """Return why a scene of these values is impossible; None where it is possible."""
     try:
         changed(base, values)
     except SceneError as problem:
@@ -302,7 +301,7 @@ def _problem(base: Scene, values: Mapping[str, Value]) -> SceneError | None:
 
 
 def _flat(scene: Scene) -> dict[str, Any]:
-    """The parameters of a scene by name; NaN for those that it has not."""
+    """Return the parameters of a scene by name; NaN for those that it does not have."""
     chain, shock = scene.chain, scene.shock
     flat: dict[str, Any] = {f"chain.{key}": value for key, value in asdict(chain).items()}
     if isinstance(shock, PulseTable):
@@ -311,14 +310,14 @@ def _flat(scene: Scene) -> dict[str, Any]:
         pulse = asdict(shock)
     flat |= {f"shock.{key}": value for key, value in pulse.items()}
     flat["run.end_time"] = scene.run.end_time
-    # What is typed as 100 is 100.0: a column has one type, whoever wrote the scene.
+    # 100 becomes 100.0: a column has one type, however the scene file gives its numbers.
     given = {name: np.nan if flat.get(name) is None else flat[name] for name in PARAMETERS}
     kept = (*TEXT, *WHOLE)
     return {name: value if name in kept else float(value) for name, value in given.items()}
 
 
 def _with(base: Scene, flat: Mapping[str, Any]) -> Scene:
-    """A scene with these parameters; NaN stands for one that is not given."""
+    """Return a scene with these parameters; NaN stands for a parameter that is not given."""
     given = {name: None if value != value else value for name, value in flat.items()}  # noqa: PLR0124
     of: dict[str, dict[str, Any]] = {"chain": {}, "shock": {}, "run": {}}
     for name, value in given.items():

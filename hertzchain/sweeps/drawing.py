@@ -1,4 +1,4 @@
-"""A sweep as a picture: lines or points of a result, or a map over two parameters."""
+"""Pictures of a sweep: lines or points of a result, or a map over two parameters."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-_MOST_LINES = 1000  # chosen: nobody tells more of them apart, and each costs a millisecond
-_MOST_MARKED = 60  # points of a line that are marked; more would melt into one another
-_MOST_VECTORS = 5000  # points from which PDF and SVG have a picture of them and not each of them
+_MOST_LINES = 1000  # most lines, chosen: more cannot be told apart, and each costs a millisecond
+_MOST_MARKED = 60  # most points of a line with markers; more would overlap
+_MOST_VECTORS = 5000  # number of points from which PDF and SVG contain a bitmap of them
 
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A picture of a sweep, and sentences on what it does not show, which are beneath it, too."""
+    """A picture of a sweep, with sentences on what it omits, which also stand below it."""
 
     figure: Figure
     remarks: tuple[str, ...]
@@ -49,9 +49,9 @@ def draw(
 ) -> Drawn:
     """Draw a column of a sweep over another, as lines or points; or a map, over two parameters.
 
-    It is a map where ``y`` is a parameter that varies. ``colour`` is a column, by default the
-    backend where there are several. ``where`` has values of parameters or ``backend`` for the rows
-    to have; of numbers the nearest of the sweep is taken, if it is the same to three digits.
+    It is a map where ``y`` is a parameter that varies. ``colour`` is a column; the default is the
+    backend where there are several. ``where`` selects rows by values of parameters or ``backend``;
+    a number selects the nearest value of the sweep, if both agree to three digits.
     """
     from matplotlib.figure import Figure
 
@@ -61,8 +61,8 @@ def draw(
     for name in (x, y):
         allowed = "is text: --x and --y must be columns of numbers, text is for --colour"
         require(name not in TEXT, name, None, allowed)
-    require(colour != "failure", "failure", None, "is a sentence, and no colour")
-    require(len({x, y, colour}) == 3, x if x in (y, colour) else y, None, "is there twice")
+    require(colour != "failure", "failure", None, "is a sentence and cannot be a colour")
+    require(len({x, y, colour}) == 3, x if x in (y, colour) else y, None, "given twice")
     rows = selected_rows(sweep, (x, y), colour, where or {})
     figure = Figure(figsize=(8, 5), layout="constrained", dpi=150)
     axes = figure.subplots()
@@ -84,7 +84,7 @@ def draw(
 
 
 def _draw_lines(axes: Axes, rows: Rows, x: str, y: str, colour: str | None) -> list[str]:
-    """Draw lines where x follows from a parameter on a grid, else points."""
+    """Draw lines where x belongs to a parameter on a grid, otherwise points."""
     along = rows.behind(x)
     hidden = _listed(rows.hidden(x, colour))
     axes.grid(alpha=0.3)
@@ -112,7 +112,7 @@ def _draw_lines(axes: Axes, rows: Rows, x: str, y: str, colour: str | None) -> l
 
 
 def _lines(rows: Rows, along: str) -> list[NDArray[np.intp]]:
-    """Which rows each line has: those that differ in one parameter alone."""
+    """Return the rows of each line: those that differ in one parameter alone."""
     across = [name for name in rows.left if name != along]
     line = np.zeros(rows.place["backend"].size, np.int64)
     for name in across:
@@ -133,7 +133,7 @@ def _draw_each(
     along: str,
     names: tuple[str, str, str | None],
 ) -> None:
-    """Draw lines; what is missing on one of them is a gap."""
+    """Draw lines; a missing point is a gap."""
     x, y, colour = names
     axis = rows.axes[along]
     count = rows.count(along)
@@ -172,7 +172,7 @@ def _draw_points(
 
 
 def _draw_coloured(axes: Axes, rows: Rows, x: str, y: str, colour: str) -> None:
-    """Points, coloured by a number."""
+    """Draw points, coloured by a number."""
     bar = colour_bar(axes, rows, colour)
     values = rows.column[colour]
     axes.scatter(
@@ -190,7 +190,7 @@ def _draw_coloured(axes: Axes, rows: Rows, x: str, y: str, colour: str) -> None:
 
 
 def _draw_map(axes: Axes, rows: Rows, x: str, y: str, colour: str | None) -> list[str]:
-    """Draw a number over two parameters: cells of a grid, else points."""
+    """Draw a number over two parameters: cells of a grid, otherwise points."""
     if colour is None or colour in TEXT:
         raise SceneError(
             y, None, "varies, which makes a map: name the column of numbers to draw with --colour"
@@ -240,11 +240,11 @@ def _draw_cells(axes: Axes, rows: Rows, x: str, y: str, colour: str) -> None:
 
 
 def cell_edges(values: FloatArray, log: bool) -> FloatArray:
-    """Edges, shape (values + 1,), half way between increasing values or their logarithms."""
+    """Return edges, shape (values + 1,), halfway between increasing values or their logarithms."""
     at = np.log(values) if log else values
     between = (at[1:] + at[:-1]) / 2
     first, last = 2 * at[0] - between[0], 2 * at[-1] - between[-1]
-    if not log and at[0] > 0:  # what is positive has no cell below 0
+    if not log and at[0] > 0:  # positive values have no cell edge below 0
         first = max(first, 0.0)
     edges = np.concatenate([[first], between, [last]])
     return np.exp(edges) if log else edges
@@ -252,11 +252,11 @@ def cell_edges(values: FloatArray, log: bool) -> FloatArray:
 
 # Colours, scales and labels
 
-_SHOCKS = {"table": "pulse table", "piston": "piston", "sine": "sine"}  # others are "... pulse"
+_SHOCKS = {"table": "pulse table", "piston": "piston", "sine": "sine"}  # else "... pulse"
 
 
 def _title(rows: Rows, shown: set[str | None]) -> str:
-    """What is the same in all that is seen."""
+    """Return a title with the parameters that are the same in all of the picture."""
     said = [
         _SHOCKS.get(value, column_named(name).title.format(value))
         for name, value in rows.fixed.items()
@@ -266,6 +266,6 @@ def _title(rows: Rows, shown: set[str | None]) -> str:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Names, and that they vary; empty where there are none."""
+    """Return "A and B vary" for these names; empty where there are none."""
     *most, last = names or ("",)
     return f"{', '.join(most)} and {last} vary" if most else f"{last} varies" if last else ""

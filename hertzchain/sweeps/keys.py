@@ -1,4 +1,4 @@
-"""Which keys of a scene file can vary, what a scene has there, and a scene with other values."""
+"""Keys of a scene file that can vary: their values in a scene, and a scene with other values."""
 
 from __future__ import annotations
 
@@ -29,9 +29,10 @@ _KNOWN = (*PARAMETERS, *TERMS)
 
 
 def sections_of(scene: Scene) -> dict[str, dict[str, Any]]:
-    """The values of a scene in SI by section and key, as JSON knows them.
+    """Return the values of a scene in SI by section and key, as a JSON object.
 
-    What is not given is left out. Unlike granules are lists, or the segments of the scene file.
+    Keys that are not given are left out. Differing granules are lists, or the segments of the scene
+    file.
     """
     chain, shock = scene.chain, scene.shock
     of_shock = _of_shock(shock)
@@ -50,7 +51,7 @@ def sections_of(scene: Scene) -> dict[str, dict[str, Any]]:
 
 
 def _of_shock(shock: Shock) -> dict[str, Any]:
-    """The section of a shock; a table stands in it by its columns."""
+    """Return the section of a shock; a table is given by its columns."""
     if isinstance(shock, PulseTable):
         return {"time_s": list(shock.time), "force_N": list(shock.force)}
     if isinstance(shock, Piston) and shock.velocity is None:
@@ -62,7 +63,7 @@ def _of_shock(shock: Shock) -> dict[str, Any]:
 
 
 def _given(part: Any) -> dict[str, Any]:
-    """The fields of a frozen object that are given; none of None."""
+    """Return the fields of a frozen object that are given; none for None."""
     values = {} if part is None else {one.name: getattr(part, one.name) for one in fields(part)}
     return {
         key: list(value) if isinstance(value, tuple) else value
@@ -72,7 +73,7 @@ def _given(part: Any) -> dict[str, Any]:
 
 
 def names_of(scene: Scene) -> tuple[str, ...]:
-    """The parameters of a scene that can vary, and those of its pulse table, which cannot."""
+    """Return the parameters of a scene that can vary, and those of a pulse table, which cannot."""
     sections = sections_of(scene)
     chain = sections["chain"]
     segments = chain.get("segments", [])
@@ -96,7 +97,7 @@ def names_of(scene: Scene) -> tuple[str, ...]:
 
 
 def _names_of_shock(shock: Shock) -> tuple[str, ...]:
-    """The parameters of a shock that can vary, and those of a pulse table, which cannot."""
+    """Return the parameters of a shock that can vary, and those of a pulse table, which cannot."""
     if isinstance(shock, Piston):
         return ("shock.velocity",) if shock.velocity is not None else ()
     if isinstance(shock, Sine):
@@ -105,7 +106,7 @@ def _names_of_shock(shock: Shock) -> tuple[str, ...]:
 
 
 def full_name(name: object, scene: Scene) -> str:
-    """The name of a parameter that can vary, whose section may have been left out."""
+    """Return the full name of a parameter that can vary, given with or without its section."""
     names = names_of(scene)
     full = [one for one in names if name in (one, one.partition(".")[2])]
     if len(full) > 1:
@@ -124,7 +125,7 @@ def full_name(name: object, scene: Scene) -> str:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Names for a sentence, with one example of those of segments: there may be thousands."""
+    """Return names for a sentence, with one example for segments, which may have thousands."""
     of_segments = [name for name in names if name.startswith("chain.segments.")]
     listed = [name for name in names if name not in of_segments]
     if of_segments:
@@ -133,15 +134,13 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _reason(name: str, scene: Scene) -> str:
-    """Why a parameter that scene files know cannot vary in this scene; empty for no such."""
+    """Return why a known parameter cannot vary in this scene; empty for an unknown name."""
     section = name.partition(".")[0]
     segments = (scene.chain.section or {}).get("segments", [])
     if name.startswith(("chain.segments.", "segments.")):
         return _reason_in_segments(name.partition("segments.")[2].split("."), segments)
     if section == "chain" and name in _KNOWN and segments:
-        return (
-            "it is the sum of those of the segments; vary them, such as chain.segments.1.granules"
-        )
+        return "it is the sum over the segments; vary theirs, such as chain.segments.1.granules"
     sections = {one.partition(".")[0] for one in _KNOWN}
     is_missing = section in sections - {*sections_of(scene), "run"}
     if not (is_missing or name in _KNOWN):
@@ -156,7 +155,7 @@ def _reason(name: str, scene: Scene) -> str:
 
 
 def _reason_in_segments(path: Sequence[str], segments: Sequence[Mapping[str, Any]]) -> str:
-    """Why a key of a segment, such as 1, cell, 2, radius, cannot vary; empty for no such key."""
+    """Return why a key of a segment, as 1, cell, 2, radius, cannot vary; empty if unknown."""
     if not segments:
         return "the scene has no [[chain.segments]]; add some to its file"
     if not _counts(path[0], segments):
@@ -171,14 +170,14 @@ def _reason_in_segments(path: Sequence[str], segments: Sequence[Mapping[str, Any
 
 
 def _counts(number: str, things: Sequence[object]) -> bool:
-    """Whether a text is the number of one of several things, from 1."""
+    """Return whether a text is a number from 1 to ``most``."""
     return number.isdecimal() and 1 <= int(number) <= len(things)
 
 
 def changed(base: Scene, values: Mapping[str, Any]) -> Scene:
-    """A scene with other values, by the names of parameters, as its file would have them.
+    """Return a scene with other values, by the names of parameters in its file.
 
-    A wall that is not elastic has no material of its own, whatever the base has. A SceneError
+    A wall that is not elastic gets no material of its own, even if the base has one. A SceneError
     names the key with its section.
     """
     of: dict[str, dict[str, Any]] = defaultdict(dict)
@@ -216,7 +215,7 @@ def _replaced(section: str, part: _Part, values: Mapping[str, Any]) -> _Part:
 
 
 def _with_keys(section: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """A section [chain] with segments in which keys such as ``segments.1.radius`` are others."""
+    """Return a section [chain] with other values of keys such as ``segments.1.radius``."""
     found = copy.deepcopy(dict(section))
     for name, value in values.items():
         *path, key = name.split(".")
@@ -229,7 +228,7 @@ def _with_keys(section: Mapping[str, Any], values: Mapping[str, Any]) -> dict[st
 
 
 def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
-    """The values of a scene by the names of parameters, NaN for those that it has not."""
+    """Return the values of a scene by the names of parameters; NaN for those it does not have."""
     sections = sections_of(scene)
     known: dict[str, Any] = {
         "chain.granules": scene.chain.granules,
@@ -243,6 +242,6 @@ def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
         section, _, key = name.partition(".")
         value = known.get(name, sections.get(section, {}).get(key))
         if isinstance(value, float | int) and name not in ("chain.granules", "shock.cycles"):
-            value = float(value)  # a column has one type, also where 100 is typed for 100.0
+            value = float(value)  # a column has one type, also where a file has 100 for 100.0
         found[name] = np.nan if value is None or isinstance(value, list) else value
     return found

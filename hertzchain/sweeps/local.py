@@ -14,7 +14,7 @@ from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.measuring import YEAR, Measured, measure
 from hertzchain.sweeps.parts import Backend, Part, is_batched, is_short
 
-_MOMENT = 0.05  # between two looks at processes that are to end [s]
+_MOMENT = 0.05  # time between two checks of processes that are to end [s]
 
 Keep = Callable[[Part, Measured], None]
 ReportProgress = Callable[[int], None]
@@ -22,13 +22,13 @@ Measure = Callable[[Design, Iterable[Part], bool, Keep, ReportProgress], None]
 
 
 class _Stopped(Exception):
-    """Ends the work on a part that nobody waits for any more."""
+    """Raised to stop work on a part that is no longer wanted."""
 
 
 def measure_here(
     design: Design, parts: Iterable[Part], peaks: bool, keep: Keep, report_progress: ReportProgress
 ) -> None:
-    """Measure parts: ``keep`` them in this thread, report how many more scenes are done in any."""
+    """Measure parts; ``keep`` is called in this thread, progress is reported from any thread."""
     here: dict[Backend, bool] = {}
     with _Workers(design, peaks, keep, report_progress) as workers:
         for part in parts:
@@ -43,7 +43,7 @@ def measure_here(
 
 
 class _Workers(AbstractContextManager["_Workers"]):
-    """As many threads as there are cores, each with a process that may crash."""
+    """One thread for each core, each with a process that may crash."""
 
     def __init__(
         self, design: Design, peaks: bool, keep: Keep, report_progress: ReportProgress
@@ -63,7 +63,7 @@ class _Workers(AbstractContextManager["_Workers"]):
         self._stopped = True
         for future in self._at_work:
             future.cancel()
-        while True:  # a thread may be about to start its process anew
+        while True:  # a thread may be about to start its process again
             for child in self._children:
                 child.end()
             if not wait(self._at_work, timeout=_MOMENT).not_done:
@@ -71,7 +71,7 @@ class _Workers(AbstractContextManager["_Workers"]):
         self._pool.shutdown()
 
     def take(self, part: Part) -> None:
-        """Begin with a part as soon as a core is free."""
+        """Start a part as soon as a core is free."""
         while len(self._at_work) >= len(self._children):
             self._keep_some()
         self._at_work[self._pool.submit(self._measure, part)] = part

@@ -1,4 +1,4 @@
-"""Colours, scales and names of what is drawn of a sweep."""
+"""Colours, scales and names in pictures of a sweep."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ _NAMED: dict[str, dict[str, str]] = {
     "same": {"color": "#D55E00", "marker": "s"},
     "elastic": {"color": "#009E73", "marker": "^"},
 }
-"""Okabe and Ito's colours, told apart by the colour-blind, too."""
+"""Colours of Okabe and Ito, also distinct for colour-blind readers."""
 
 _MARKERS, _DASHES = "os^Dv<>P", ("-", "--", "-.", ":")
 
-_FEW = len(_MARKERS)  # values of a colour that a legend names; more have a colour bar
+_FEW = len(_MARKERS)  # most values in a legend; more get a colour bar
 _DECADES = 100.0  # ratio of the largest value to the smallest from which an axis is logarithmic
-_PLAIN = (1e-3, 1e4)  # between these, a logarithmic axis has plain numbers, no powers of ten
+_PLAIN = (1e-3, 1e4)  # between these values a logarithmic axis has plain numbers, not powers of ten
 
 
 def looks_of(values: NDArray[Any], name: str) -> dict[Any, dict[str, Any]]:
-    """How each of a few values, or names, is drawn; empty where there are too many."""
+    """Return colour and marker of each value or name; empty where there are too many."""
     from matplotlib import colormaps
 
     found = sorted(set(values), key=list(_NAMED).index) if name in TEXT else np.unique(values)
@@ -65,13 +65,13 @@ def looks_of(values: NDArray[Any], name: str) -> dict[Any, dict[str, Any]]:
 
 
 def legend(axes: Axes, colour: str) -> None:
-    """Name the colours above the axes."""
+    """Draw a legend of the colours above the axes."""
     title = column_named(colour).label
     axes.figure.legend(loc="outside right upper", title=title, fontsize="small")
 
 
 def colour_bar(axes: Axes, rows: Rows, name: str) -> Any:
-    """A colour bar for a column of numbers; what has its colours."""
+    """Draw a colour bar for a column of numbers; return the colours of its values."""
     from matplotlib.cm import ScalarMappable
 
     values = rows.column[name]
@@ -97,7 +97,7 @@ def _norm(values: FloatArray, whole: bool, log: bool) -> Normalize:
 
 
 def is_log(rows: Rows, name: str) -> bool:
-    """Whether logarithms of a column are equally spaced, or its values span decades."""
+    """Return whether logarithms of a column are equally spaced, or its values span decades."""
     axis = rows.axes.get(name)
     if isinstance(axis, Span) and axis.log:
         return True
@@ -107,7 +107,7 @@ def is_log(rows: Rows, name: str) -> bool:
 
 
 def set_scale(rows: Rows, name: str, to: Callable[[str], None], axis: Any) -> None:
-    """Make an axis of the picture logarithmic, or have it marked at whole numbers."""
+    """Make an axis of the picture logarithmic, or put its ticks at whole numbers."""
     if is_log(rows, name):
         to("log")
         low, high = float(np.min(rows.column[name])), float(np.max(rows.column[name]))

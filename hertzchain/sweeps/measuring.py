@@ -1,4 +1,4 @@
-"""Scenes of a sweep, measured part by part."""
+"""Measures the scenes of a sweep, part by part."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     from hertzchain.engines.lammps.isolation import Child
     from hertzchain.engines.native import Batch
 
-YEAR = 3e7  # no limit for those who wait [s]
+YEAR = 3e7  # default: no time limit [s]
 _LONG = 1e8  # natural time units times granules, about 1 s: longer scenes run by themselves
 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Rows of a part: one per scene and, where wanted, one per scene and contact."""
+    """Tables of a part: one row per scene and, where wanted, one per scene and contact."""
 
     table: pandas.DataFrame
     peaks: pandas.DataFrame | None
@@ -51,9 +51,9 @@ def measure(
 ) -> Measured:
     """Measure the scenes of a part; a scene that fails has a row with the reason.
 
-    The numbers are the same wherever and however often this is called. The compiled batch uses all
+    The numbers are the same on every machine and in every call. The compiled batch uses all
     ``cores`` by default, LAMMPS runs in ``child`` or a process for this part, and
-    ``report_progress`` is called with how many more scenes are done.
+    ``report_progress`` is called with the number of further scenes done.
     """
     begin = time.perf_counter()
     numbers = np.arange(part.start, part.stop)
@@ -99,7 +99,7 @@ def _batches(
     native: Native,
     cores: int | None,
 ) -> NDArray[np.bool_]:
-    """Measure what the compiled batch takes, by profile and length; what is left, (scenes,)."""
+    """Measure scenes in the compiled batch, by profile and length; return those left, (scenes,)."""
     from hertzchain.engines.native import backend, similar_peak_forces
 
     rtol = RTOL if native.rtol is None else native.rtol
@@ -120,7 +120,7 @@ def _batches(
         limit = min(native.time_limit * some.size, YEAR)
         try:
             return similar_peak_forces(one, ratio, n, count, rtol, limit, cores // at_once)
-        except TooExpensive:  # one by one it is told which
+        except TooExpensive:  # measured one by one, the failing scene gets the reason
             return None
 
     left = np.ones(fit.size, np.bool_)
@@ -139,7 +139,7 @@ _Run = Callable[[Rows, int, Scene], None]
 
 @contextmanager
 def _runner(backend: Backend, child: Child | None) -> Iterator[_Run]:
-    """What measures one scene, for as long as it is needed; LAMMPS in a process that may crash."""
+    """Yield a function that measures one scene; LAMMPS runs in a process that may crash."""
     if isinstance(backend, Formulas):
         from hertzchain import theory
 

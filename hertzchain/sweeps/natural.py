@@ -1,4 +1,4 @@
-"""Similarity, of many scenes at once: their natural units and both measures of their pulse."""
+"""Similarity of many scenes at once: natural units, LM_ratio and rise time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hertzchain.scene.chain import contact_stiffness, granule_mass
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, length_and_time
 from hertzchain.scene.watching import watched_time
 
-_PLAIN = 1e200  # numbers between it and its inverse are far from the ends of floating point
+_PLAIN = 1e200  # numbers between it and its inverse are far from the limits of floating point
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,11 +26,11 @@ class Natural:
     momentum_ratio: FloatArray  # LM_ratio, given or from t0
     rise_time: FloatArray  # t0 [s]
     duration: FloatArray  # until every contact has peaked [natural units]
-    is_plain: NDArray[np.bool_]  # whether all that follows is far from the ends of floating point
+    is_plain: NDArray[np.bool_]  # derived numbers are far from the limits of floats
 
 
 def natural(given: Mapping[str, NDArray[Any]]) -> Natural:
-    """Natural units of scenes, from their parameters as ``Design.parameters`` gives them."""
+    """Return the natural units of scenes from the parameters that ``Design.parameters`` returns."""
     radius, force = given["chain.radius"], given["shock.peak_force"]
     ratio, rise = given["shock.momentum_ratio"], given["shock.rise_time"]
     n = given["shock.duration_ratio"]

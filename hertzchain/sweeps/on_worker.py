@@ -1,4 +1,4 @@
-"""What runs on a worker of a Dask scheduler: parts of a sweep, LAMMPS in processes beside it."""
+"""Code on a worker of a Dask scheduler: measures parts of a sweep, LAMMPS in child processes."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ from hertzchain.sweeps.parts import Part
 
 @dataclass(frozen=True)
 class Task:
-    """A part on its way to a worker: pickled here, it is measured where it is unpickled.
+    """A part sent to a worker: pickled here, measured where it is unpickled.
 
-    Versions are compared before the part is read. Parts of a sweep, by its name, share processes.
+    Versions are compared before the part is read. Parts of the same sweep, known by its name, share
+    processes.
     """
 
     sweep: str
@@ -30,13 +31,13 @@ class Task:
     peaks: bool
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """What pickle.loads calls."""
+        """Return the call that pickle.loads makes."""
         packed = pickle.dumps((self.design, self.part, self.peaks))
         return work, (self.sweep, version("hertzchain"), packed)
 
 
 def work(sweep: str, wanted: str, packed: bytes) -> Measured:
-    """Measure a part that a ``Task`` brought, in a thread of a worker of the wanted version."""
+    """Measure the part of a ``Task``, in a thread of a worker of the wanted version."""
     worker = get_worker()
     check_version(f"the worker {worker.address}", version("hertzchain"), wanted)
     design, part, peaks = pickle.loads(packed)  # noqa: S301 - whoever sends it may run anything here
@@ -53,12 +54,12 @@ def work(sweep: str, wanted: str, packed: bytes) -> Measured:
 
 
 def end(sweep: str, dask_worker: Worker) -> None:
-    """End what a sweep has begun on a worker; Dask names it as the second argument."""
+    """End the processes of a sweep on a worker; Dask passes ``dask_worker`` by name."""
     _bench(dask_worker, sweep).teardown(dask_worker)
 
 
 def check_version(who: str, found: str | None, wanted: str) -> None:
-    """Refuse a version of hertzchain that is not the one of the sweep; None for no hertzchain."""
+    """Refuse a version of hertzchain other than that of the sweep; None for no hertzchain."""
     if found is None:
         raise BackendMissing(f"{who} has no hertzchain: pip install 'hertzchain=={wanted}' there")
     if found != wanted:
@@ -66,35 +67,35 @@ def check_version(who: str, found: str | None, wanted: str) -> None:
 
 
 class _Bench(WorkerPlugin):
-    """A process that may crash for each thread of a worker; as a plugin it learns of the end."""
+    """Child processes of a worker, one for each thread; a Dask plugin, to end with the worker."""
 
     def __init__(self) -> None:
         self._children: dict[int, Child] = {}
         self._ended = False
 
     def child(self) -> Child:
-        """The process of this thread, which is not started before it is needed."""
+        """The process of this thread, which starts when it is first used."""
         return self._children.setdefault(threading.get_ident(), Child())
 
     def report_progress(self, _: int) -> None:
-        """Called after each scene: stop where nobody waits for the next."""
+        """Stop after a scene if the rest of the part is no longer wanted."""
         if self._ended:
             raise Reschedule
 
     def end_if_ended(self) -> None:
-        """End processes that were started while all were ended."""
+        """End processes that were started during the end of all others."""
         if self._ended:
             self.teardown(None)
 
     def teardown(self, worker: Any) -> None:  # noqa: ARG002 - Dask's signature
-        """End the processes; a run that is under way in one of them fails."""
+        """End the processes; a run in one of them fails."""
         self._ended = True
         for child in list(self._children.values()):
             child.end()
 
 
 def _bench(worker: Worker, sweep: str) -> _Bench:
-    """That of a sweep, made where there is none yet; a sweep that has ended has one that has."""
+    """Return the processes of a sweep, created at first use; an ended sweep keeps an ended one."""
     # Not worker.plugin_add: that replaces the one that another thread has just made.
     bench = worker.plugins.setdefault(f"hertzchain-{sweep}", _Bench())
     assert isinstance(bench, _Bench)

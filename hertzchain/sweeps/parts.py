@@ -1,4 +1,4 @@
-"""A sweep cut into parts, which are measured and kept at once: alike on any machine, each time."""
+"""Cuts a sweep into parts, each measured and stored as a whole; the cut is always the same."""
 
 from __future__ import annotations
 
@@ -18,39 +18,39 @@ from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.natural import natural
 
 MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen: some 30 MB
-_WORK = 10.0  # time of a part on one core, about [s]; chosen: what is lost where a sweep is killed
-_LEAST_PARTS = 16  # where cores share them; chosen, so that few scenes keep all cores busy
+_WORK = 10.0  # time of a part on one core [s]; chosen: this is lost where a sweep is killed
+_LEAST_PARTS = 16  # least number of parts; chosen, so that few scenes keep all cores busy
 _START = 0.4  # estimated time below which no process is started [s]; chosen: two take 2 s to start
-_REFERENCE = 5.0  # estimated over true time of the reference, at least, on 60 granules
-_LOOKED_AT = 500  # scenes from which the work of all is estimated
-_BUILT = 20  # scenes with terms from which it is, as they have to be built
-_GRANULES_BUILT = 50_000  # of all of them together, chosen: about a second
-_ONE_BY_ONE = 20.0  # time of a native run with terms over that of a batch: 3 to 50 were measured
-_OVERHEAD = 2e-3  # of a scene by itself [s], measured
+_REFERENCE = 5.0  # least ratio of estimated to true time of the reference method, on 60 granules
+_LOOKED_AT = 500  # number of scenes from which the work of all is estimated
+_BUILT = 20  # the same with terms, where scenes have to be built
+_GRANULES_BUILT = 50_000  # most granules of these scenes together, chosen: about a second
+_ONE_BY_ONE = 20.0  # time of a native run with terms over that of a batch; measured: 3 to 50
+_OVERHEAD = 2e-3  # additional time of a scene run by itself [s], measured
 
 
 @dataclass(frozen=True)
 class Formulas:
-    """The backend that simulates nothing: ``theory.predict``."""
+    """A backend without simulation: ``theory.predict``."""
 
 
 Backend = Native | Lammps | Formulas
 
 KINDS: dict[str, type[Backend]] = {"native": Native, "lammps": Lammps, "formulas": Formulas}
-"""The backends by their names in the table."""
+"""Names of the backends in the table."""
 
 NAMES: dict[type, str] = {kind: name for name, kind in KINDS.items()}
 
 
 def backend_named(name: str, **parameters: Any) -> Backend:
-    """A backend with numerical parameters, of which the formulas have none."""
+    """Return a backend with numerical parameters; formulas have none."""
     kind = KINDS[name]
     return Formulas() if kind is Formulas else kind(**parameters)
 
 
 @dataclass(frozen=True)
 class Part:
-    """Scenes of a sweep, without ``stop``, that one backend measures and that are kept together."""
+    """Scenes from ``start`` to before ``stop``, measured by one backend and stored together."""
 
     name: str
     backend: Backend
@@ -59,7 +59,7 @@ class Part:
 
 
 def cut(design: Design, backends: Sequence[Backend]) -> Iterator[Part]:
-    """The parts of a sweep, one backend after another."""
+    """Yield the parts of a sweep, one backend after another."""
     for backend in backends:
         size = part_size(design, backend)
         starts = range(0, design.scenes, size)
@@ -70,7 +70,7 @@ def cut(design: Design, backends: Sequence[Backend]) -> Iterator[Part]:
 
 
 def is_batched(design: Design, backend: Backend) -> bool:
-    """Whether the compiled batch takes these scenes: single pulses, watched until all is over."""
+    """Return whether the compiled batch takes these scenes: single pulses, default end time."""
     if not isinstance(backend, Native) or backend.method is not None or backend.dt is not None:
         return False
     varies = any(axis.name == "run.end_time" for axis in design.axes)
@@ -79,7 +79,7 @@ def is_batched(design: Design, backend: Backend) -> bool:
 
 
 def part_size(design: Design, backend: Backend) -> int:
-    """How many scenes a part has."""
+    """Return the number of scenes in a part."""
     granules = design.parameters(design.some(_LOOKED_AT))["chain.granules"]
     size = min(MOST_ROWS, MOST_PEAKS // int(np.max(granules)))
     size = min(size, math.floor(_WORK / _mean_seconds(design, backend)))
@@ -94,13 +94,13 @@ def is_short(design: Design, backend: Backend) -> bool:
         return False
     seconds = design.scenes * _mean_seconds(design, backend)
     if isinstance(backend, Native) and backend.method == "reference":
-        # Estimated as other methods that are asked for: old folders hold parts of that size.
+        # Parts keep the size estimated for other methods: old folders hold such parts.
         seconds /= _REFERENCE
     return seconds < _START
 
 
 def _mean_seconds(design: Design, backend: Backend) -> float:
-    """The time that a scene takes on one core, estimated from some of them [s]."""
+    """Estimate the mean time of a scene on one core from some of them [s]."""
     if not design.is_plain:
         return _mean_seconds_with_terms(design, backend)
     given = design.parameters(design.some(_LOOKED_AT))
@@ -111,7 +111,7 @@ def _mean_seconds(design: Design, backend: Backend) -> float:
 
 
 def _mean_seconds_with_terms(design: Design, backend: Backend) -> float:
-    """The same of scenes with terms, which have no common natural units."""
+    """Estimate the mean time of scenes with terms, which have no common natural units [s]."""
     numbers = design.some(max(2, min(_BUILT, _GRANULES_BUILT // design.base.chain.granules)))
     given = design.parameters(numbers)
     found = []
@@ -127,7 +127,7 @@ def _mean_seconds_with_terms(design: Design, backend: Backend) -> float:
 
 
 def _seconds(backend: Backend, granules: Any, duration: Any) -> Any:
-    """Rough time for scenes of N granules and durations [natural units] on one core [s]."""
+    """Estimate the time of scenes by granules and duration [natural units] on one core [s]."""
     if isinstance(backend, Formulas):
         return np.full(np.shape(granules), 3e-4)
     rtol = backend.rtol or RTOL
@@ -140,7 +140,7 @@ def _seconds(backend: Backend, granules: Any, duration: Any) -> Any:
 
 
 def settings(backend: Backend) -> dict[str, Any]:
-    """What tells a backend from others, as JSON knows it; a time limit changes no number."""
+    """Return all that identifies a backend, as a JSON object; a time limit changes no number."""
     of_runs = {"time_limit", "isolated", "peaks_only"}
     given = {field.name: getattr(backend, field.name) for field in fields(backend)}
     kept = {name: value for name, value in given.items() if name not in of_runs}

@@ -1,4 +1,4 @@
-"""The rows of a sweep that are drawn."""
+"""Selects the rows of a sweep that are drawn."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import pandas
 
 
-_AS_GIVEN = 1e-3  # relative; a value so near to one of the sweep is that one: three digits
+_AS_GIVEN = 1e-3  # largest relative difference of a given value from the sweep's: three digits
 
 
 PAPER_NAMES = {
@@ -37,26 +37,26 @@ PAPER_NAMES = {
     "n": "duration_ratio",
     "N": "granules",
 }
-"""Columns by what the paper calls them."""
+"""Columns by their names in the paper."""
 
 
 class Drawable(Protocol):
-    """What is drawn of a ``Sweep``, which draws itself by ``draw``."""
+    """The members of a ``Sweep`` that drawing needs."""
 
     @property
     def manifest(self) -> Mapping[str, Any]:
-        """What was asked for."""
+        """The description of the sweep."""
 
     @property
     def rows(self) -> int:
-        """Scenes times backends."""
+        """Number of rows: scenes times backends."""
 
     def to_frame(self, columns: Sequence[str] | None = None) -> pandas.DataFrame:
-        """One row per scene and backend."""
+        """Return a table with one row per scene and backend."""
 
 
 def full_name(name: str, columns: Sequence[str] = COLUMNS) -> str:
-    """The name of a column, given with its section or without, or as the paper calls it."""
+    """Return the full name of a column, given with or without its section, or as in the paper."""
     meant = PAPER_NAMES.get(name, name)
     found = [one for one in columns if meant in (one, one.partition(".")[2] or one)]
     if len(found) > 1:
@@ -67,47 +67,47 @@ def full_name(name: str, columns: Sequence[str] = COLUMNS) -> str:
 
 
 def names_of_columns(manifest: Mapping[str, Any]) -> tuple[str, ...]:
-    """The columns of a sweep."""
+    """Return the names of the columns of a sweep."""
     varied = [axis["name"] for axis in manifest["vary"]]
     return tuple(column.name for column in columns_of(manifest["scene"], varied))
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Rows with numbers that are to be drawn, and where each is among all that varies."""
+    """Rows to draw, and the place of each among all values of the varying parameters."""
 
-    column: Mapping[str, NDArray[Any]]  # those that are drawn, by name, shape (rows,)
-    # value taken on each crossed axis, and backend, from 0: (rows,)
+    column: Mapping[str, NDArray[Any]]  # columns to draw, by name, shape (rows,)
+    # index of the value on each crossed axis, and of the backend: (rows,)
     place: Mapping[str, NDArray[np.int64]]
-    axes: Mapping[str, Axis]  # what varies
-    left: tuple[str, ...]  # what takes several values, as it is not fixed
-    fixed: Mapping[str, Any]  # what is the same in all rows
+    axes: Mapping[str, Axis]  # all that varies, by name
+    left: tuple[str, ...]  # names with several values: those that are not fixed
+    fixed: Mapping[str, Any]  # values that are the same in all rows
     backends: tuple[str, ...]
-    remarks: tuple[str, ...]  # on rows that are missing
+    remarks: tuple[str, ...]  # sentences on missing rows
 
     @property
     def default_colour(self) -> str | None:
-        """The backend, where there are several."""
+        """The column ``backend`` where there are several; otherwise None."""
         return "backend" if "backend" in self.left else None
 
     @property
     def drawn(self) -> tuple[str, ...]:
-        """What is left and was sampled."""
+        """Names of sampled parameters that are not fixed."""
         return tuple(name for name in self.left if name not in self.place)
 
     def behind(self, name: str | None) -> str | None:
-        """The parameter that varies where a column does; None where that is not one alone."""
+        """Return the parameter on which a column depends; None if that is not exactly one."""
         for one in (name, OTHER_MEASURE.get(name or "")):
             if one in self.left:
                 return one
         return None
 
     def count(self, name: str) -> int:
-        """How many values an axis that is crossed takes."""
+        """Return the number of values of a crossed axis."""
         return len(self.backends) if name == "backend" else self.axes[name].count or 0
 
     def hidden(self, *shown: str | None) -> tuple[str, ...]:
-        """What varies and is not shown."""
+        """Return the names that vary and are not shown."""
         seen = {self.behind(name) for name in shown}
         return tuple(name for name in self.left if name not in seen)
 
@@ -115,7 +115,7 @@ class Rows:
 def selected_rows(
     sweep: Drawable, numbers: tuple[str, str], colour: str | None, where: Mapping[str, Any]
 ) -> Rows:
-    """The rows of a sweep that have the numbers and lie where they are wanted."""
+    """Select the rows of a sweep that have the numbers and the wanted values."""
     manifest = sweep.manifest
     axes = {axis.name: axis for axis in map(_axis, manifest["vary"])}
     backends = tuple(one["name"] for one in manifest["backends"])
@@ -163,19 +163,19 @@ def selected_rows(
 
 
 def _axis(entry: Mapping[str, Any]) -> Axis:
-    """An axis, as JSON knows it."""
+    """Return an axis from its entry in the manifest."""
     return Span(**entry) if "low" in entry else Listed(entry["name"], tuple(entry["values"]))
 
 
 def _number(name: str, wanted: Any, axes: Mapping[str, Axis], backends: Sequence[str]) -> int:
-    """Which of the values that a parameter takes is meant, from 0."""
+    """Return the index of the value of a parameter that is meant."""
     if name == "backend":
         require(wanted in backends, name, wanted, f"is not in the sweep: {', '.join(backends)}")
         return backends.index(wanted)
     allowed = f"does not vary in this sweep; what does: {', '.join(axes)}"
     require(name in axes, name, None, allowed)
     axis = axes[name]
-    allowed = "was drawn, so that hardly two rows have the same: it cannot be fixed"
+    allowed = "was sampled, so that hardly two rows share a value: it cannot be fixed"
     require(axis.count is not None, name, None, allowed)
     assert axis.count is not None
     values = axis.at(np.arange(axis.count))
@@ -198,7 +198,7 @@ def _places(
     backends: Sequence[str],
     samples: Mapping[str, Any] | None,
 ) -> dict[str, NDArray[np.int64]]:
-    """Where rows are on each axis that is crossed: by their numbers, which no digit is lost of."""
+    """Return the indices of rows on each crossed axis, from their exact scene numbers."""
     crossed = {name: axis.count for name, axis in axes.items() if axis.count is not None}
     shape = (*crossed.values(), *([samples["count"]] if samples else []))
     found = np.unravel_index(frame["scene"].to_numpy(np.int64), shape)
@@ -210,7 +210,7 @@ def _places(
 
 
 def _column(frame: pandas.DataFrame, name: str) -> NDArray[Any]:
-    if name in TEXT:  # each name is kept once, however many rows have it
+    if name in TEXT:  # each name is stored once for all its rows
         codes, names = frame[name].factorize()
         found: NDArray[Any] = np.asarray(names, object)[codes]
         return found
@@ -223,15 +223,15 @@ def _same_in_all(
     backends: Sequence[str],
     fixed_to: Mapping[str, int],
 ) -> dict[str, Any]:
-    """What the title may name: what does not vary, and what was fixed."""
+    """Return values for the title: parameters that do not vary, and fixed ones."""
     base = {
         f"{section}.{key}": value
         for section, part in manifest["scene"].items()
         for key, value in part.items()
-        if value not in (None, 0)  # a gap, a load or a gravity of 0 is not there
+        if value not in (None, 0)  # a gap, a load or a gravity of 0 is absent
     }
     varies = {*axes, *(OTHER_MEASURE[name] for name in axes if name in OTHER_MEASURE)}
-    if any(key_of(name) == "granules" for name in axes):  # of a segment: those of the chain vary
+    if any(key_of(name) == "granules" for name in axes):  # keys of a segment: the chain's own vary
         varies.add("chain.granules")
     same = {name: base[name] for name in IN_TITLES if name in base and name not in varies}
     if "shock.force_N" in base:

@@ -1,7 +1,7 @@
-"""Where a sweep is kept: in memory, or in a folder of parts that are there whole or not at all.
+"""Stores of a sweep: memory, or a folder of parts, each complete or absent.
 
 A folder has sweep.json, files scenes/native-0000.parquet, ... and, where peaks are wanted, files
-peaks/native-0000.parquet, ..., which are written before: a part is done when its scenes are there.
+peaks/native-0000.parquet, ..., which are written first: a part is done when its scenes are there.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 Format = Literal["parquet", "csv"]
 
-TABLES = ("scenes", "peaks")  # names of folders
+TABLES = ("scenes", "peaks")  # names of subfolders
 
 MANIFEST = "sweep.json"
 
@@ -45,20 +45,20 @@ class Memory(AbstractContextManager["Memory"]):
         pass
 
     def has(self, part: Part) -> bool:
-        """Whether a part is done."""
+        """Return whether a part is done."""
         return part.name in self._parts
 
     def keep(self, part: Part, measured: Measured) -> None:
-        """Keep what a part has become."""
+        """Store a measured part."""
         self._parts[part.name] = measured
 
     def finish(self) -> None:
-        """Nothing is left to do."""
+        """Finish the store: nothing to do in memory."""
 
     def frames(
         self, table: str, columns: Sequence[str] | None = None
     ) -> Iterator[pandas.DataFrame]:
-        """A table, part by part."""
+        """Yield a table part by part."""
         for _, measured in sorted(self._parts.items()):
             frame = measured.table if table == "scenes" else measured.peaks
             if frame is not None:
@@ -66,7 +66,7 @@ class Memory(AbstractContextManager["Memory"]):
 
 
 class Folder(AbstractContextManager["Folder"]):
-    """A sweep kept in a folder; as a context, for one process alone. The manifest describes it."""
+    """A sweep kept in a folder with its manifest; as a context it is locked for one process."""
 
     def __init__(self, folder: Path, manifest: Mapping[str, Any]) -> None:
         self.folder, self._manifest = folder, manifest
@@ -89,11 +89,11 @@ class Folder(AbstractContextManager["Folder"]):
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is not None and self._made and not self._paths("scenes"):
-            shutil.rmtree(self.folder, ignore_errors=True)  # it was made for nothing
+            shutil.rmtree(self.folder, ignore_errors=True)  # remove the empty folder
         self._lock.release()
 
     def _check(self) -> bool:
-        """Whether the folder is that of this sweep already; refuse any that is not free."""
+        """Return whether the folder has this sweep already; refuse a folder with anything else."""
         there = _read_manifest(self.folder)
         if there is None:
             strangers = [path.name for path in self.folder.iterdir() if path.name[0] != "."]
@@ -102,7 +102,7 @@ class Folder(AbstractContextManager["Folder"]):
                     f"{self.folder}: is no sweep, {strangers[0]} is in it; name a new folder"
                 )
             return False
-        # Compared as JSON has it: what was a tuple comes back as a list.
+        # Compared after JSON, where tuples become lists.
         wanted = json.loads(json.dumps(self._manifest))
         if wanted != there:
             raise OutputError(
@@ -112,27 +112,27 @@ class Folder(AbstractContextManager["Folder"]):
         return True
 
     def _claim(self) -> None:
-        """Make the folder that of this sweep, unless it is."""
+        """Write the manifest of this sweep into the folder, unless it is there."""
         if not self._check():
             write_text(self.folder / MANIFEST, json.dumps(self._manifest, indent=1) + "\n")
         for name in TABLES[: 1 + self._manifest["peaks"]]:
             _make(self.folder / name)
-        # What a process was writing when it was killed.
+        # Unfinished files of a process that was killed.
         for left in [*self.folder.glob(".hertzchain-*"), *self.folder.glob("*/.hertzchain-*")]:
             shutil.rmtree(left, ignore_errors=True)
 
     def has(self, part: Part) -> bool:
-        """Whether a part is done."""
+        """Return whether a part is done."""
         return self._path("scenes", part).exists()
 
     def keep(self, part: Part, measured: Measured) -> None:
-        """Keep what a part has become."""
+        """Store a measured part."""
         if measured.peaks is not None:
             self._write("peaks", part, measured.peaks)
         self._write("scenes", part, measured.table)
 
     def finish(self) -> None:
-        """Put parts in CSV together, as few programs read many files as one table."""
+        """Join parts in CSV into one file, because few programs read many files as one table."""
         if self._format != "csv":
             return
         for table in TABLES:
@@ -142,7 +142,7 @@ class Folder(AbstractContextManager["Folder"]):
     def frames(
         self, table: str, columns: Sequence[str] | None = None
     ) -> Iterator[pandas.DataFrame]:
-        """A table, part by part."""
+        """Yield a table part by part."""
         import pandas
 
         for path in self._paths(table):
@@ -156,11 +156,11 @@ class Folder(AbstractContextManager["Folder"]):
                 reason = str(problem).partition("\n")[0]
                 raise OutputError(
                     f"{path}: cannot be read ({reason}); delete it, and the same sweep measures its"
-                    " scenes anew"
+                    " scenes again"
                 ) from None
 
     def _header(self, table: str) -> list[str]:
-        """The columns of a table."""
+        """Read the names of the columns of a table."""
         if table == "peaks":
             return list(PEAK_COLUMNS)
         varied = [axis["name"] for axis in self._manifest["vary"]]
@@ -178,7 +178,7 @@ class Folder(AbstractContextManager["Folder"]):
                 frame.to_parquet(path, engine="pyarrow", index=False)
             else:
                 frame.to_csv(path, index=False)
-            with path.open("rb+") as stream:  # or a machine that dies leaves an empty file
+            with path.open("rb+") as stream:  # otherwise a power failure leaves an empty file
                 os.fsync(stream.fileno())
 
         write_with(self._path(table, part), write)
@@ -195,7 +195,7 @@ def check_format(name: Format) -> None:
 
 
 def read_manifest(folder: Path) -> Mapping[str, Any]:
-    """What sweep a folder has."""
+    """Read the manifest of the sweep in a folder."""
     there = _read_manifest(folder) if folder.is_dir() else None
     if there is None:
         raise OutputError(f"{folder}: is no sweep, must be what hertzchain sweep -o wrote")
@@ -217,7 +217,7 @@ def _read_manifest(folder: Path) -> Mapping[str, Any] | None:
 
 
 def _refuse_inside(folder: Path) -> None:
-    """Refuse a folder among the tables of another sweep, which would be read as one of them."""
+    """Refuse a folder inside another sweep, which would read its tables as its own."""
     for above in folder.resolve().parents[:2]:
         if (above / MANIFEST).exists():
             raise OutputError(f"{folder}: is inside of the sweep {above}; name another place")
@@ -236,12 +236,12 @@ def _make(folder: Path) -> None:
 
 
 def _locked(folder: Path) -> Any:
-    """A lock that no other process holds; it goes with the process, whatever becomes of that."""
+    """Lock a folder for this process; the lock ends with the process, even if it is killed."""
     import filelock
 
     lock = filelock.FileLock(folder / ".lock", timeout=0)
     try:
-        # File systems without locks: it is for who starts a sweep to start it once.
+        # File systems without locks: the user has to avoid starting a sweep twice.
         with contextlib.suppress(NotImplementedError):
             lock.acquire()
     except filelock.Timeout:
@@ -254,7 +254,7 @@ def _locked(folder: Path) -> Any:
 
 
 def _difference(there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
-    """In what one sweep is not the other."""
+    """Return a sentence on how two sweeps differ."""
     for key in {**there, **wanted}:
         if there.get(key) != wanted.get(key):
             before, now = (json.dumps(one.get(key)) for one in (there, wanted))
@@ -265,7 +265,7 @@ def _difference(there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
 
 
 def _join(paths: Sequence[Path], whole: Path) -> None:
-    """Write CSV files of one header one behind the other."""
+    """Concatenate CSV files with the same header."""
     with whole.open("wb") as out:
         for number, path in enumerate(paths):
             with path.open("rb") as part:
@@ -276,11 +276,11 @@ def _join(paths: Sequence[Path], whole: Path) -> None:
 
 
 def _read_csv(path: Path, columns: Sequence[str]) -> pandas.DataFrame:
-    """A part as it was written, to the last digit."""
+    """Read a part with all digits that were written."""
     import pandas
 
     types = {**dict.fromkeys(COUNTS, "Int64"), "failure": "string"}
-    # From pandas 3 on every number is read to the last digit, and must not be asked to be.
+    # From pandas 3 on all digits are read by default, and the option must not be given.
     exact: Any = {} if pandas.__version__[:2] == "3." else {"float_precision": "round_trip"}
     whole: pandas.DataFrame = pandas.read_csv(path, dtype=types, **exact)
     return whole[list(columns)]

@@ -25,19 +25,19 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-_LAYOUT = 1  # of the tables; another number for other columns
+_LAYOUT = 1  # version of the tables; other columns need another number
 
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """A sweep that is done, or as far as it is done.
+    """A sweep, complete or as far as it is done.
 
     Parameters
     ----------
     manifest
-        What it is, as JSON knows it; ``vary`` and ``samples`` say which scenes there are.
+        Description of the sweep, a JSON object; ``vary`` and ``samples`` define its scenes.
     rows
-        Scenes times backends.
+        Number of scenes times number of backends.
     """
 
     manifest: Mapping[str, Any]
@@ -46,12 +46,12 @@ class Sweep:
 
     @classmethod
     def load(cls, folder: Path | str) -> Sweep:
-        """Open what ``sweep`` or ``hertzchain sweep`` wrote.
+        """Open the folder that ``sweep`` or ``hertzchain sweep`` wrote.
 
         Raises
         ------
         OutputError
-            If there is none.
+            If there is no such sweep.
         """
         folder = Path(folder)
         manifest = read_manifest(folder)
@@ -59,21 +59,21 @@ class Sweep:
 
     @property
     def folder(self) -> Path | None:
-        """Where it is; None in memory."""
+        """Folder of the sweep; None in memory."""
         return self._store.folder
 
     def to_frame(self, columns: Sequence[str] | None = None) -> pandas.DataFrame:
-        """One row per scene and backend: scene, backend, parameters in SI, and what was found.
+        """Return one row per scene and backend: scene, backend, parameters in SI, and results.
 
         Parameters
         ----------
         columns
-            Those that are wanted; by default all.
+            Wanted columns; all by default.
         """
         return _joined(self._store.frames("scenes", columns))
 
     def peaks_to_frame(self) -> pandas.DataFrame:
-        """One row per scene, backend and contact; no rows where peaks were not asked for."""
+        """Return one row per scene, backend and contact; OutputError if peaks were not kept."""
         return _joined(self._store.frames("peaks"))
 
     def plot(
@@ -85,7 +85,7 @@ class Sweep:
         return draw(self, x, y, colour, where).figure
 
     def count(self) -> Counts:
-        """How the scenes fared; a part at a time is in memory."""
+        """Count the scenes that are done, failed or inaccurate; reads one part at a time."""
         done = failed = missed = cut_off = 0
         varied = [axis["name"] for axis in self.manifest["vary"]]
         known = [column.name for column in columns_of(self.manifest["scene"], varied)]
@@ -106,20 +106,20 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Counts:
-    """How the scenes of a sweep fared.
+    """Numbers of scenes of a sweep that are done, failed or inaccurate.
 
     Parameters
     ----------
     done
-        Rows there are.
+        Rows that exist.
     failed
-        Those without numbers.
+        Rows without numbers.
     missed
-        Those whose error is larger than was asked for.
+        Rows with a larger error than was asked for.
     reason
-        Why the first of those that failed did; None where none did.
+        Reason of the first failure; None where no scene failed.
     cut_off
-        Those whose run may have ended before all contacts had their peak; of scenes with terms.
+        Rows of scenes with terms whose run may have ended before all contacts had their peak.
     """
 
     done: int
@@ -148,26 +148,26 @@ def sweep(
     Parameters
     ----------
     scene
-        What all of them have in common.
+        The scene that all others are derived from.
     vary, samples, seed
-        What differs; see ``hertzchain.sweeps.design``.
+        Parameters that vary and their values; see ``hertzchain.sweeps.design``.
     backends
-        Who measures each scene: ``native``, ``lammps``, ``formulas`` (uniform free chains alone),
-        or a ``Native`` or ``Lammps`` with its parameters.
+        Backends that measure each scene: ``native``, ``lammps``, ``formulas`` (uniform free chains
+        alone), or a ``Native`` or ``Lammps`` with its parameters.
     rtol
-        Wanted relative accuracy of the peaks, where a backend is given by name.
+        Wanted relative accuracy of the peaks, for backends given by name.
     peaks
         Whether the peaks of all contacts are kept, not only the largest.
     output
-        Folder that the parts are written to; it is made. If it is there and has some parts of this
-        same sweep, only the others are measured. By default the sweep is kept in memory.
+        Folder for the parts; it is created. An existing folder of the same sweep is resumed: only
+        missing parts are measured. By default the sweep is kept in memory.
     file_format
         ``parquet`` or ``csv``.
     scheduler
-        Address of a Dask scheduler whose workers are to measure; by default this machine does, on
-        all cores.
+        Address of a Dask scheduler whose workers measure; by default this machine measures, on all
+        cores.
     progress
-        Is called now and then, from any thread, with the number of rows done and of all.
+        Called from time to time, from any thread, with the number of rows done and of all rows.
 
     Returns
     -------
@@ -177,11 +177,12 @@ def sweep(
     Raises
     ------
     SceneError
-        For what cannot vary so; a scene that is impossible only where values meet has a row.
+        For parameters that cannot vary like this; a scene that only a combination of values makes
+        impossible gets a row with the reason.
     OutputError
         If the folder is of another sweep, or cannot be written.
     BackendMissing
-        If a backend is not there.
+        If a backend is not installed.
     RunFailed
         If the scheduler cannot be reached, or its workers are lost.
     """
@@ -214,7 +215,7 @@ def sweep(
 
 
 def _engine(scheduler: str | None) -> AbstractContextManager[Measure]:
-    """What measures parts, connected before anything is written."""
+    """Return the context of the function that measures parts, connected to a scheduler, if any."""
     if scheduler is None:
         return nullcontext(measure_here)
     from hertzchain.sweeps.cluster import cluster
@@ -223,21 +224,21 @@ def _engine(scheduler: str | None) -> AbstractContextManager[Measure]:
 
 
 def _aim(settings: Mapping[str, Any]) -> float:
-    """The accuracy that a backend was asked for; infinite where steps were asked for."""
+    """Return the accuracy asked of a backend; infinite where steps were given."""
     if settings.get("dt") is not None or settings.get("method") is not None:
         return math.inf
     return float(settings.get("rtol") or RTOL)
 
 
 class _Counter:
-    """Counts rows for all threads, and tells the sum."""
+    """Counts rows of all threads, and reports the sum."""
 
     def __init__(self, total: int, progress: Callable[[int, int], None] | None) -> None:
         self.total, self._done, self._progress = total, 0, progress
         self._lock = threading.Lock()
 
     def add(self, rows: int) -> None:
-        """So many more are done."""
+        """Add a number of further rows done."""
         with self._lock:
             self._done += rows
             if self._progress is not None:
@@ -259,12 +260,12 @@ def _backends(given: str | Iterable[str | parts.Backend], rtol: float) -> tuple[
             found.append(one)
     names = [parts.NAMES[type(backend)] for backend in found]
     require(len(names) > 0, "backends", None, "must be at least one")
-    require(len(set(names)) == len(names), "backends", names, "must be there once each")
+    require(len(set(names)) == len(names), "backends", names, "must not be given twice")
     return tuple(found)
 
 
 def _refuse_formulas(found: Design, backends: Iterable[parts.Backend]) -> None:
-    """Raise a SceneError where formulas are to speak of terms."""
+    """Raise a SceneError if formulas are asked for scenes with terms."""
     who = parts.NAMES[parts.Formulas]
     varied = [axis.name for axis in found.axes if axis.name not in PARAMETERS]
     terms = ", ".join(found.base.terms or varied or ["segments"])
@@ -278,7 +279,7 @@ def _joined(frames: Iterable[pandas.DataFrame]) -> pandas.DataFrame:
 
     whole = list(frames)
     if not whole:
-        raise OutputError("the sweep has no such rows: it has not come so far, or was not asked to")
+        raise OutputError("the sweep has no such rows: not measured yet, or not asked for")
     for frame in whole:
         frame.attrs = {}
     return pandas.concat(whole, ignore_index=True)

@@ -1,4 +1,4 @@
-"""The table of a sweep: one row per scene and backend, filled in as scenes are done."""
+"""The table of a sweep: one row per scene and backend, filled as scenes are done."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Rows:
-    """Rows of scenes that are being filled in: numbers and parameters have the shape (rows,)."""
+    """Rows of scenes while they are filled: numbers and parameters have the shape (rows,)."""
 
     def __init__(
         self,
@@ -40,7 +40,7 @@ class Rows:
             column for column in columns if column.of_result or column.of_prediction
         ]
         self._parameters = dict(parameters)
-        # No count is 0: a chain has two granules, and a run takes steps.
+        # 0 marks a missing count: a chain has at least 2 granules, a run at least 1 step.
         self._found: dict[str, NDArray[Any]] = {
             column.name: np.zeros(numbers.size, np.int64)
             if column.kind == "int"
@@ -54,24 +54,24 @@ class Rows:
         self.versions: Mapping[str, str] = {}
 
     def fail(self, row: int, problem: HertzchainError) -> None:
-        """Keep the reason why a scene has no numbers."""
+        """Store the reason why a scene has no numbers."""
         self._failure[row] = str(problem)
 
     def set_measures(self, row: int, momentum_ratio: float, rise_time: float | None) -> None:
-        """Fill in LM_ratio and rise time [s], if there is one, where similarity does not."""
+        """Fill LM_ratio and rise time [s], if there is one, of scenes outside of similarity."""
         self._parameters["shock.momentum_ratio"][row] = momentum_ratio
         if rise_time is not None:
             self._parameters["shock.rise_time"][row] = rise_time
 
     def add_result(self, row: int, result: Result) -> None:
-        """Fill in what a simulation found."""
+        """Fill in the result of a simulation."""
         self._fill(row, {column.name: column.of_result for column in self._found_columns}, result)
         if self._peaks is not None:
             self._peaks[row] = result.peak_force, result.peak_time
         self.versions = result.versions
 
     def add_prediction(self, row: int, prediction: Prediction) -> None:
-        """Fill in what the formulas say."""
+        """Fill in the values of the formulas."""
         if np.isnan(prediction.peak_force).any():
             self._failure[row] = prediction.missing
             return
@@ -96,9 +96,10 @@ class Rows:
         length: FloatArray,
         time: FloatArray,
     ) -> NDArray[np.bool_]:
-        """Fill in what a batch of similar scenes found, in units of [N], [m], [s].
+        """Fill in results of a batch of similar scenes, in units of [N], [m], [s].
 
-        Returns which are not, shape (some,): their peaks are unsure, or an overlap impossible.
+        Returns the scenes not filled, shape (some,): their peaks are unsure or an overlap is
+        impossible.
         """
         radius = self._parameters["chain.radius"][rows]
         peak_force, passed = batch.peak_force * force[:, None], batch.peak_passed
@@ -123,7 +124,7 @@ class Rows:
         return lost
 
     def table(self) -> pandas.DataFrame:
-        """One row per scene, with the columns of the sweep; nothing where nothing was found."""
+        """Return one row per scene, with the columns of the sweep; NaN for failed scenes."""
         import pandas
 
         scene_columns = {"scene": self.numbers, "backend": np.full(self.numbers.size, self.backend)}
@@ -136,7 +137,7 @@ class Rows:
         return pandas.DataFrame({column.name: columns[column.name] for column in self._columns})
 
     def peaks(self) -> pandas.DataFrame | None:
-        """One row per scene and contact, with the columns ``PEAK_COLUMNS``."""
+        """Return one row per scene and contact, with the columns ``PEAK_COLUMNS``."""
         if self._peaks is None:
             return None
         import pandas

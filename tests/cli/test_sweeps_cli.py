@@ -72,7 +72,7 @@ BAD = {
     "an empty range": (("--vary", "shock.momentum_ratio=2:1:5"), "is empty"),
     "no values": (("--vary", "shock.momentum_ratio="), "must be NAME=VALUE, such as"),
     "no name": (("--vary", "1,2"), "must be NAME=VALUE, such as"),
-    "a name twice": ((*GRID, "--vary", "shock.profile=cosine"), "shock.profile: is there twice"),
+    "a name twice": ((*GRID, "--vary", "shock.profile=cosine"), "shock.profile: given twice"),
     "a value that cannot be": (("--vary", "chain.poisson_ratio=0.3,0.7"), "must be a number above"),
     "a grid of 1e12": (
         (
@@ -87,7 +87,7 @@ BAD = {
     "a time limit that cannot be": ((*GRID, "--time-limit", "-1 s"), "--time-limit = '-1 s'"),
     "a backend twice": (
         (*GRID, "--backend", "native", "--backend", "native"),
-        "must be there once each",
+        "must not be given twice",
     ),
     "an option of LAMMPS": ((*GRID, "--extrapolated"), "is for --backend lammps"),
     "a binary for native": ((*GRID, "--lmp", "lmp"), "is for --backend lammps"),

@@ -385,7 +385,7 @@ def test_a_value_need_not_have_all_its_digits(both: hc.Sweep) -> None:
 
 
 def test_what_was_drawn_cannot_be_fixed(sampled: hc.Sweep) -> None:
-    with pytest.raises(hc.HertzchainError, match="was drawn, so that hardly two rows"):
+    with pytest.raises(hc.HertzchainError, match="was sampled, so that hardly two rows"):
         draw(sampled, RATIO, F_SW, where={N: 3})
 
 
@@ -438,9 +438,9 @@ def test_the_name_says_the_format(plot: Command, folder: Path, tmp_path: Path, s
         (("--x", "lm", "--y", P), ("lm: is no column", "scene, backend, chain.granules")),
         (("--x", RATIO, "--y", "profile"), ("shock.profile: is text", "--colour")),
         (("--x", "backend", "--y", P), ("backend: is text",)),
-        (("--x", RATIO, "--y", P, "--colour", "failure"), ("no colour",)),
-        (("--x", RATIO, "--y", RATIO), (f"{RATIO}: is there twice",)),
-        (("--x", RATIO, "--y", P, "--colour", P), (f"{P}: is there twice",)),
+        (("--x", RATIO, "--y", P, "--colour", "failure"), ("cannot be a colour",)),
+        (("--x", RATIO, "--y", RATIO), (f"{RATIO}: given twice",)),
+        (("--x", RATIO, "--y", P, "--colour", P), (f"{P}: given twice",)),
         (("--x", RATIO, "--y", P, "-o", "plot.gif"), ("plot.gif", "png", "svg")),
         (("--x", RATIO, "--y", P, "-o", "no/plot.png"), ("no/plot.png", "does not exist")),
         (("--x", RATIO, "--y", P, "--where", "profile"), ("--where profile", "NAME=VALUE")),
@@ -477,4 +477,4 @@ def test_a_sweep_without_rows_yet_is_refused(plot: Command, folder: Path, tmp_pa
     shutil.copy(folder / "sweep.json", tmp_path)
     status, out, err = plot(tmp_path, "--x", RATIO, "--y", P)
     assert (status, out, err.count("\n")) == (2, "", 1)
-    assert "has not come so far" in err
+    assert "not measured yet" in err

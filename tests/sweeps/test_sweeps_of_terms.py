@@ -452,7 +452,7 @@ def test_what_cannot_vary_is_refused_in_a_sentence(
 
 
 OF_SEGMENTS = {
-    "granules": "chain.granules: cannot vary: it is the sum of those of the segments",
+    "granules": "chain.granules: cannot vary: it is the sum over the segments",
     "chain.segments.3.radius": "cannot vary: the last segment of the scene is 2",
     "chain.segments.0.radius": "cannot vary: the last segment of the scene is 2",
     "chain.segments.1.radius_ratio": "did you mean chain.segments.2.radius_ratio?",
