@@ -1,1 +1,1 @@
-"""Decks and scripts for use elsewhere, which judge themselves, and what is wrong with others."""
+"""Decks and scripts that run elsewhere and judge themselves; checks of other decks."""

@@ -1,4 +1,4 @@
-"""The expected answer of a deck, by the native backend, which deck writers must not import."""
+"""Computes the expected answers of decks with native, which deck writers must not import."""
 
 from __future__ import annotations
 
@@ -36,26 +36,30 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import refuse_terms
 
-_FINEST = 1e-9  # of the peaks: three million steps
-_PILOT_STEP = 0.04  # natural time units; first of the runs that find the step for a wanted error
-_LOOKING_INTERVAL = 0.005  # natural time units between two looks: costs the peaks 5e-6
-_MOST_LOST = 3e-5  # of the peaks, by coordinates: decks in real units allow 10 to 30 times that
-_STEPS_TRIED = (1.0, 0.8, 0.6, 0.4)  # of the deck's: errors of scenes with terms are erratic
-_SHIFTS = 4  # random starts by which the amplification of rounding is measured (chosen)
-_MOST_STEPS = 1e7  # of a deck with terms: minutes of LAMMPS (chosen)
-_RTOL_OF_DAMPED = 1e-4  # of the peaks by default: errors go as dt, and 1e-6 takes hours
-_UNSTABLE = 0.5  # of the longest stable step, at most where contacts are damped (chosen)
-_SHORTER = 0.7  # of the step that trials of damped contacts give: looks cost some (chosen)
-_ERRATIC = 1.5  # times the largest error of a contact, for all damped ones; 1.25 needed in 740 runs
-_PHASES = 4  # at least, in which looks are tried at peaks of damped contacts (chosen)
-_READINGS = 2_000_000  # times and granules recorded at once: 50 MB
+_FINEST = 1e-9  # least relative error of the peaks: needs three million steps
+_PILOT_STEP = 0.04  # natural time units; step of the first run in the search for a wanted error
+_LOOKING_INTERVAL = 0.005  # natural time units between two samples: costs the peaks 5e-6
+# relative error of the peaks by coordinates: decks in real units allow 10 to 30 times that
+_MOST_LOST = 3e-5
+# fractions of the deck's step: errors of scenes with terms are erratic
+_STEPS_TRIED = (1.0, 0.8, 0.6, 0.4)
+_SHIFTS = 4  # number of random starts that measure the amplification of rounding (chosen)
+_MOST_STEPS = 1e7  # most steps of a deck with terms: minutes of LAMMPS (chosen)
+_RTOL_OF_DAMPED = 1e-4  # default relative error, damped: errors go as dt, and 1e-6 takes hours
+_UNSTABLE = 0.5  # largest fraction of the longest stable step, damped (chosen)
+# fraction of the step found by trials, damped: sampling costs some accuracy (chosen)
+_SHORTER = 0.7
+# factor on the largest error of a contact, for all damped ones; 740 runs needed 1.25
+_ERRATIC = 1.5
+_PHASES = 4  # least number of phases at which sampling is tried, damped (chosen)
+_READINGS = 2_000_000  # most times and granules recorded at once: 50 MB
 
 
 def deck_step(scene: Scene, dt: float | None = None, rtol: float | None = None) -> float:
-    """The step of a deck, natural time units, from the largest step ``dt`` [s] if that is given.
+    """Return the step of a deck [natural time units], from the largest step ``dt`` [s] if given.
 
-    By default for peaks of accuracy ``rtol``, cut to two digits: the same on every machine. That is
-    1e-6 if nothing is said, 1e-4 of damped contacts.
+    Without ``dt`` the step is chosen for peaks of accuracy ``rtol`` and cut to two digits, so that
+    it is the same on every machine. The default accuracy is 1e-6, or 1e-4 for damped contacts.
     """
     refuse_strong_dampers(scene)
     unit = scene.units.time
@@ -89,7 +93,7 @@ def deck_step(scene: Scene, dt: float | None = None, rtol: float | None = None) 
 
 
 def _tried_step(scene: Scene, rtol: float) -> float:
-    """The step for peaks of this accuracy, found by trials [s]."""
+    """Return the step for peaks of this accuracy, found by trials [s]."""
 
     def peaks_at(dt: float) -> FloatArray:
         if scene.contact is not None:
@@ -101,7 +105,7 @@ def _tried_step(scene: Scene, rtol: float) -> float:
     if scene.contact is not None:
         longest = _UNSTABLE * stable_step(scene, METHODS["velocity-verlet"].interval)
         pilot = min(pilot, longest)
-    # No longer step is found by trials, which may themselves take hours.
+    # Trials never find a longer step, and may take hours themselves.
     if not scene.is_plain and scene.end_time / longest > _MOST_STEPS:
         raise TooExpensive(
             f"a deck of this scene would take velocity Verlet {scene.end_time / longest:.0e}"
@@ -109,7 +113,8 @@ def _tried_step(scene: Scene, rtol: float) -> float:
         )
     if scene.contact is None:
         return second_order_step(peaks_at, pilot, rtol)
-    # Errors go as dt: the difference is that of the shorter step. What the deck allows is measured.
+    # Errors go as dt: the difference is the error of the shorter step. The deck's tolerance is
+    # measured later.
     difference = largest_difference(peaks_at(pilot), peaks_at(pilot / 2))
     return min(pilot / 2 * _SHORTER * rtol / difference, longest) if difference > 0 else pilot
 
@@ -121,7 +126,7 @@ def lay_out(
     watch_every: int | None = None,
     **how: Any,
 ) -> Layout:
-    """The layout of a deck for a scene; looks are by default 0.005 natural time units apart."""
+    """Return the layout of a deck; samples are by default 0.005 natural time units apart."""
     asked = Layout(math.nan, watch_every or 0, **how)  # refused before anything runs
     if not scene.is_plain:
         standalone_terms.check(scene, asked)
@@ -136,9 +141,9 @@ def lay_out(
 
 
 def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
-    """The true peaks, and what steps and looks of a deck cost them; None if it does not look.
+    """Return the true peaks and the errors by a deck's steps and samples; None without samples.
 
-    Unpredictable for a deck that would find no peak wrong.
+    Unpredictable for a deck whose tolerance would accept any peak.
     """
     if layout.watch_every == 0:
         return None
@@ -157,9 +162,9 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
     error = off / np.where(ratio > 0, ratio, 1.0)
     known = KnownAnswer(ratio, error + truth.error_estimate)
     if scene.contact is not None:
-        # A contact begins anywhere within a step, so that errors are erratic from step to step.
+        # A contact closes anywhere within a step, so that errors are erratic from step to step.
         known = replace(known, error=np.maximum(known.error, _ERRATIC * known.largest_error))
-    if ROOM * known.largest_error >= 1:  # a force of 0 would pass
+    if ROOM * known.largest_error >= 1:  # an error of 1 would accept a force of 0
         raise Unpredictable(
             f"this deck would judge nothing: steps of {layout.step * scene.units.time:.3g} s,"
             f" {layout.watch_every} from one look to the next, can miss whole peaks; take a smaller"
@@ -169,16 +174,16 @@ def known_answer(scene: Scene, layout: Layout) -> KnownAnswer | None:
 
 
 def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, FloatArray]:
-    """Peaks of velocity Verlet over F0, and the least that looks now and then can find of them.
+    """Return peaks of velocity Verlet over F0, and the least that sampling may find of them.
 
-    Both of shape (contacts,), that on a wall the last; the step is in natural time units. The least
-    lies half an interval off a peak, or a whole one before peaks at the end.
+    Both have the shape (contacts,), a wall's contact the last; the step is in natural time units.
+    The least force lies half an interval off a peak, or a whole interval before a peak at the end.
     """
     unit, granules = scene.units.time, scene.chain.granules
     legs = scene.schedule(step * unit)
     if scene.contact is not None:
         every = max(1, watch_every // _PHASES)
-        # One more, as samples at the ends of legs are less than so many steps apart.
+        # One more, because samples at the ends of legs are closer together.
         apart = watch_every if every == 1 else -(-watch_every // every) + 1
         found = looks_at_damped(scene, legs, every, apart)
         return np.maximum(_verlet_peaks(scene, legs), found.max(axis=0)), found.min(axis=0)
@@ -201,15 +206,15 @@ def looked_at(scene: Scene, step: float, watch_every: int) -> tuple[FloatArray, 
 
 
 def looks_at_damped(scene: Scene, legs: Sequence[Leg], every: int, apart: int) -> FloatArray:
-    """The largest forces over F0 that looks at velocity Verlet find, shape (apart, contacts).
+    """Return the largest forces over F0 in samples of velocity Verlet, shape (apart, contacts).
 
-    The looks are ``every`` so many steps times ``apart`` apart; the first row has those that begin
-    with the start of the run, the next those that begin ``every`` steps later, and so on.
+    Samples are ``every`` times ``apart`` steps apart. The first row has samples from the start of
+    the run on, the next row samples that begin ``every`` steps later, and so on.
     """
     found: FloatArray = np.zeros((apart, scene.granules.stiffness.size))
     done = 0
     for _, samples in samples_of(scene, legs, every=every):
-        force = samples.contact_force[min(done, 1) :]  # the first was the last before
+        force = samples.contact_force[min(done, 1) :]  # the first was the last of the piece before
         for row in range(apart):
             seen = force[(row - done) % apart :: apart]
             np.maximum(found[row], seen.max(axis=0, initial=0.0), out=found[row])
@@ -218,10 +223,10 @@ def looks_at_damped(scene: Scene, legs: Sequence[Leg], every: int, apart: int) -
 
 
 def _made_of_rounding(scene: Scene, step: float) -> FloatArray:
-    """Relative change of the peaks when granules start where rounding leaves them, (contacts,).
+    """Return the relative change of the peaks by rounding errors of the coordinates, (contacts,).
 
-    Repeated collisions amplify it. The shifts are those of a coordinate that is rounded at each
-    step, all at once at the start, a few times at random. A contact that changes less than the
+    Repeated collisions amplify rounding errors. Granules are shifted at random at the start, as far
+    as rounding at every step would move them, in several runs. A contact that changes less than the
     median gets the median.
     """
     units, granules = scene.units, scene.chain.granules
@@ -241,7 +246,7 @@ def _made_of_rounding(scene: Scene, step: float) -> FloatArray:
 
 
 def _verlet_peaks(scene: Scene, legs: Sequence[Leg], start: FloatArray | None = None) -> FloatArray:
-    """Peaks of velocity Verlet over F0, from what is added to the start, shape (contacts,)."""
+    """Return peaks of velocity Verlet over F0 with shifts added at the start, shape (contacts,)."""
     if scene.contact is not None:
         run = simulate_damped_verlet(scene, legs, start=start)
     else:
@@ -250,7 +255,7 @@ def _verlet_peaks(scene: Scene, legs: Sequence[Leg], start: FloatArray | None = 
 
 
 def yade_deck(scene: Scene, dt: float | None, rtol: float | None, title: str) -> str:
-    """A script for Yade that finds the peaks of a scene and compares them with the true ones."""
+    """Script for Yade that finds the peaks of a scene and compares them with the true ones."""
     from hertzchain.engines.yade.deck import READING_INTERVAL, deck
 
     refuse_terms(scene, "a deck of Yade")
@@ -260,14 +265,14 @@ def yade_deck(scene: Scene, dt: float | None, rtol: float | None, title: str) ->
     _refuse_lost_digits(scene, legs)
     found = simulate(scene, legs, METHODS["velocity-verlet"].walker, leave_behind=True).peaks
     error = largest_difference(found.force, truth.peak_force / scene.units.force)
-    # Parabolas through three readings miss 0.06 times the third power of their distance at most.
+    # The error of parabolas through three samples is at most 0.06 times the distance cubed.
     between = 0.1 * max(step, READING_INTERVAL) ** 3
     tolerance = 1.1 * (error + truth.error_estimate) + between
     return deck(scene, step * scene.units.time, truth.peak_force, tolerance, title)
 
 
 def liggghts_deck(scene: Scene, dt: float | None, rtol: float | None, title: str) -> str:
-    """A deck for LIGGGHTS that compares the motion at its end with Eq. 1 at the same steps."""
+    """Return a deck for LIGGGHTS that compares its final motion with Eq. 1 at the same steps."""
     from hertzchain.engines.liggghts.deck import deck
 
     refuse_terms(scene, "a deck of LIGGGHTS")
@@ -283,9 +288,9 @@ _SOFTER = "take --engine lammps, whose deck computes a softer chain of the same 
 
 
 def _refuse_lost_digits(scene: Scene, legs: Sequence[Leg], instead: str = _SOFTER) -> None:
-    """Refuse a deck in real units whose coordinates would cost so much that it judges nothing."""
+    """Refuse a deck in real units whose coordinates lose so many digits that it judges nothing."""
     lost = predicted_loss(scene, sum(leg.steps for leg in legs))
     if lost > _MOST_LOST:
         raise Unpredictable(
-            f"coordinates would cost the peaks of this scene some {lost:.0e}: {instead}"
+            f"coordinates would cost the peaks of this scene about {lost:.0e}: {instead}"
         )

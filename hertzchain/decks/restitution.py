@@ -1,8 +1,8 @@
-"""Restitution that a deck really has: the damping options of LAMMPS, LIGGGHTS and Yade.
+"""Restitution that damping options of LAMMPS, LIGGGHTS and Yade really give.
 
-Each option takes a number. Some call it a coefficient of restitution; the spheres then part with
-that one, or with another. The others take a coefficient of damping, and the restitution depends on
-the two spheres and on the velocity of their impact.
+Each option takes a number. Some options call it a coefficient of restitution, and the spheres part
+with that restitution or with another one. The others take a coefficient of damping, and the
+restitution depends on the two spheres and on the velocity of their impact.
 """
 
 from __future__ import annotations
@@ -19,25 +19,25 @@ from hertzchain.theory import restitution as theory
 from hertzchain.theory.restitution import DASHPOT, VISCOELASTIC, Collision
 
 RESTITUTION, RATIO = "restitution", "1"
-"""What the number of an option is; otherwise the unit of a coefficient of damping."""
+"""Kinds of an option's number; any other kind is the unit of a coefficient of damping."""
 
 
 @dataclass(frozen=True)
 class Option:
-    """A way to have damped contacts.
+    """A damping option of a code.
 
     Parameters
     ----------
     code, versions
-        Program, and which of its versions.
+        Program and versions.
     words
-        What the deck says.
+        The words of the option in a deck.
     pulls
         Whether contacts pull as they open.
     number
-        What the number is: ``RESTITUTION``, ``RATIO`` or a unit.
+        Kind of the number: ``RESTITUTION``, ``RATIO`` or a unit.
     least, most
-        Numbers that are allowed, where the number is a restitution. 1 always is.
+        Allowed range of a number that is a restitution; 1 is always allowed.
     """
 
     code: str
@@ -45,10 +45,9 @@ class Option:
     words: str
     pulls: bool
     number: str
-    # The damping ratio alpha / sqrt(5) that a number gives; None for other laws.
+    # Function from the number to the damping ratio alpha / sqrt(5); None for other laws.
     ratio: Callable[[float], float] | None = field(default=None, repr=False)
-    # Of other laws: the exponent of the overlap in eta, and eta over its power of the overlap for
-    # the number 1.
+    # For other laws: the exponent of the overlap in eta, and the coefficient c for the number 1.
     exponent: float = DASHPOT
     damping: Callable[[Collision], float] | None = field(default=None, repr=False)
     least: float = 0.0
@@ -56,12 +55,12 @@ class Option:
 
     @property
     def needs_spheres(self) -> bool:
-        """Whether the restitution depends on the spheres and the velocity of their impact."""
+        """True if the restitution depends on the spheres and the velocity of their impact."""
         return self.ratio is None
 
     @property
     def range(self) -> tuple[float, float]:
-        """Lowest and highest restitution of an option whose number is one, numbers of 1 aside."""
+        """Lowest and highest restitution of an option that takes one, except for the number 1."""
         return self.restitution(self.least), self.restitution(self.most)
 
     def restitution(self, number: float, collision: Collision | None = None) -> float:
@@ -90,7 +89,7 @@ class Option:
         if self.restitution(1.0) == wanted:
             return 1.0
         lowest, highest = self.range
-        allowed = f"cannot be had with {self}, which gives {lowest:.4g} to {highest:.6g}"
+        allowed = f"is impossible with {self}, which gives {lowest:.4g} to {highest:.6g}"
         allowed += ": take another option"
         require(lowest <= wanted <= highest, "restitution", wanted, allowed)
 
@@ -104,13 +103,13 @@ class Option:
         return f"{self.words} of {self.code} ({self.versions})"
 
     def takes(self, number: float) -> bool:
-        """Whether the program takes a number."""
+        """Return whether the program takes a number."""
         if self.number != RESTITUTION:
             return is_finite(number) and number >= 0
         return is_finite(number) and (self.least <= number <= self.most or number == 1)
 
     def _natural(self, collision: Collision | None) -> float:
-        """Damping in natural units that the number 1 gives."""
+        """Return the damping in natural units for the number 1."""
         if collision is None or self.damping is None:
             allowed = "needs two spheres and the velocity of their impact"
             raise SceneError("", None, f"the restitution of {self} {allowed}: give a collision")
@@ -129,7 +128,7 @@ def _tsuji(root_2: bool) -> Callable[[float], float]:
 
 
 _TINY = 1e-9
-"""Smallest restitution written where any above 0 is taken (chosen)."""
+"""Smallest restitution written for options that allow any value above 0 (chosen)."""
 
 OPTIONS = (
     *_lammps(lammps.BEFORE_ROOT_2, "tsuji", RESTITUTION, ratio=_tsuji(False)),
@@ -169,7 +168,7 @@ OPTIONS = (
 
 @dataclass(frozen=True)
 class Answer:
-    """What an option makes of a number, and which number it needs; None where there is none.
+    """Restitution that an option gives, and the number that it needs; None where impossible.
 
     Parameters
     ----------
@@ -178,11 +177,11 @@ class Answer:
     written
         The number whose restitution is ``gives``: the wanted restitution, or a given coefficient.
     gives
-        The restitution of ``written``; None where nothing is, or where the program refuses it.
+        The restitution of ``written``; None where nothing is written or the program refuses it.
     write
         The number to write for the wanted restitution.
     why_none
-        Why no number gives the wanted restitution, as a sentence.
+        Reason why no number gives the wanted restitution, a sentence.
     """
 
     option: Option
@@ -192,7 +191,7 @@ class Answer:
     why_none: str | None
 
     def to_dict(self) -> dict[str, object]:
-        """Everything as JSON knows it."""
+        """Return all fields as a JSON object."""
         option = self.option
         return {
             "code": option.code,
@@ -210,21 +209,21 @@ class Answer:
 def answers(
     wanted: float, collision: Collision | None = None, coefficient: float | None = None
 ) -> list[Answer]:
-    """Return what each option gives, and what to write, for a wanted restitution.
+    """Return for each option the restitution it gives and the number to write for a wanted one.
 
     Parameters
     ----------
     wanted
-        Coefficient of restitution, 0.001 to 1; written as it is into every option that takes one.
+        Coefficient of restitution, 0.001 to 1; passed unchanged to every option that takes one.
     collision
-        Two spheres and their velocity; without, options that need them are left out.
+        Two spheres and their velocity; without them, options that need them are left out.
     coefficient
-        Written into every option that takes a coefficient of damping in a unit.
+        Number for every option that takes a coefficient of damping with a unit.
 
     Raises
     ------
     SceneError
-        For a restitution that cannot be.
+        For an impossible restitution.
     """
     theory.check_wanted(wanted)
     found = []

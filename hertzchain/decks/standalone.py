@@ -1,8 +1,8 @@
 """A scene as one LAMMPS deck that runs, and judges itself, without Python: pure text.
 
-``-var`` overrides every parameter, and what follows is a formula in the deck. Peak forces, from the
-largest overlaps, are compared over F0 with the true ones: by similarity these hold for all granules
-and forces that keep LM_ratio, n and N.
+``-var`` overrides every parameter; derived quantities are formulas in the deck. Peak forces, from
+the largest overlaps, are divided by F0 and compared with the true ones: by similarity these hold
+for all granules and forces with the same LM_ratio, n and N.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import refuse_terms
 
 _OVERLAP = "(id<${granules})*(2*$(v_radius:%.17g)+x-c_ahead)"
-"""LAMMPS formula of the overlap of a granule with the next [m]."""
+"""LAMMPS formula of the overlap between a granule and the next one [m]."""
 
 
 def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -> str:
-    """A deck for ``lmp -in FILE``, on any processors; ``known`` is None for lean ones.
+    """Return a deck for ``lmp -in FILE``, on any processors; ``known`` is None for lean decks.
 
-    RunFailed for a layout that a scene with terms cannot have.
+    RunFailed for a layout that is impossible with terms.
     """
     if (known is None) != (layout.watch_every == 0):
         raise SceneError("watch_every", layout.watch_every, "must be 0 where no peaks are known")
@@ -54,7 +54,7 @@ def standalone(scene: Scene, layout: Layout, known: KnownAnswer | None = None) -
 
 
 def data_file(scene: Scene, title: str = "a scene") -> str:
-    """The granules as a data file, for a deck that reads them from one."""
+    """Return the granules as a data file, for a deck that reads them from one."""
     refuse_terms(scene, "a data file")
     chain = scene.chain
     diameter = 2 * chain.radius
@@ -79,7 +79,7 @@ Atoms # sphere
 
 def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int) -> list[str]:
     run = f"lmp -in {layout.name}"
-    # An example that is checked: of these shocks, times stay as they are.
+    # Not F0 for these shocks, whose times would stay the same: the example has to be checked.
     times = not isinstance(scene.shock, Pulse) or scene.shock.momentum_ratio is None
     example = "watch 1           " if times or layout.atoms == "data" else "young_modulus 70e9"
     changing = "any parameter below is changed"
@@ -154,7 +154,7 @@ def _parameters(scene: Scene, layout: Layout, made: Softening) -> list[str]:
 
 
 def _granules(layout: Layout) -> list[str]:
-    # Slabs along the chain: any other cut would leave processors without granules.
+    # Slabs along the chain: any other division would leave processors without granules.
     lines = ["# ---- The granules, shared out among processors along the chain", *START]
     lines += ["processors * 1 1", ""]
     if layout.atoms == "create":

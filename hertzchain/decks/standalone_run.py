@@ -20,7 +20,7 @@ from hertzchain.scene.scene import Scene
 
 @dataclass(frozen=True)
 class Piece:
-    """A stretch between two corners of the pulse as the deck says it: formulas and comments."""
+    """A leg between two corners of the pulse, as formulas and comments of the deck."""
 
     what: str
     begin: str
@@ -30,18 +30,18 @@ class Piece:
 
 
 def comment(text: str) -> list[str]:
-    """Text as lines of comment."""
+    """Return text as lines of comment."""
     return textwrap.wrap(text, 98, initial_indent="# ", subsequent_indent="# ")
 
 
 def aligned(line: str) -> str:
-    """A command with its comment in the column where all have it."""
+    """Return a command with its comment in a fixed column."""
     command, mark, comment = line.partition("#")
     return f"{command.rstrip():<44}# {comment.strip()}" if command and mark else line
 
 
 def parameters(layout: Layout) -> list[str]:
-    """The variables of steps, looks and states for OVITO, which ``-var`` overrides."""
+    """Return the variables of steps, samples and states for OVITO, which ``-var`` overrides."""
     lines = [f"variable step index {layout.step!r} # the longest step, natural time units"]
     if layout.watch_every:
         lines += [
@@ -57,10 +57,10 @@ def parameters(layout: Layout) -> list[str]:
 
 
 def watch_commands(overlap: str, force: str | None = None) -> list[str]:
-    """The commands that watch the peaks, with the formula of a granule's overlap with the next.
+    """Commands that watch the peaks, from the formula of a granule's overlap with the next.
 
-    Of damped contacts with that of the force, too, from the variables ``touching``, the overlap or
-    0, and ``rate``, which only together tell where it is largest.
+    Damped contacts also need a formula of the force from ``touching`` (the overlap or 0) and
+    ``rate``, because the largest overlap does not give their largest force.
     """
     watched, kept = "overlap", "overlap"
     damped: list[str] = []
@@ -98,7 +98,7 @@ def watch_commands(overlap: str, force: str | None = None) -> list[str]:
 
 
 def trajectory_commands(layout: Layout) -> list[str]:
-    """The commands that write a trajectory, where one is wanted."""
+    """Return the commands that write a trajectory, if one is wanted."""
     if not layout.dump_every:
         return []
     return [
@@ -109,7 +109,7 @@ def trajectory_commands(layout: Layout) -> list[str]:
 
 
 def _pieces(scene: Scene, made: Softening) -> list[Piece]:
-    """The legs of ``scene.schedule``, as formulas."""
+    """Return the legs of ``scene.schedule`` as formulas."""
     shock, pieces = scene.shock, []
     if isinstance(shock, Pulse):
         elapsed = "(time-$(v_begin:%.17g))/$(v_finish-v_begin:%.17g)"
@@ -145,7 +145,7 @@ def _pieces(scene: Scene, made: Softening) -> list[Piece]:
 
 
 def run_commands(scene: Scene, made: Softening) -> list[str]:
-    """The commands that run the scene, leg by leg."""
+    """Return the commands that run the scene, leg by leg."""
     pieces = _pieces(scene, made)
     last = pieces[-1]
     limits = [f'"$({last.begin}) >= $(v_end)"']
@@ -159,14 +159,14 @@ def run_commands(scene: Scene, made: Softening) -> list[str]:
             '    "quit 2"',
         ]
     if last.force is not None:
-        # The ramp goes on beyond the end of the run.
+        # The ramp continues beyond the end of the run.
         force = last.force.replace("$(v_finish-v_begin", f"$({last.finish}-v_begin")
         last = replace(last, force=force)
     return lines + leg_commands([*pieces[:-1], replace(last, finish="v_end")])
 
 
 def leg_commands(pieces: Sequence[Piece]) -> list[str]:
-    """The commands that run piece after piece, each in equal steps."""
+    """Return the commands that run piece after piece, each in equal steps."""
     lines: list[str] = []
     pushed = moved = False
     for piece in pieces:
@@ -195,7 +195,7 @@ def leg_commands(pieces: Sequence[Piece]) -> list[str]:
 def verdict_commands(
     scene: Scene, layout: Layout, made: Softening, known: KnownAnswer, steps: int
 ) -> list[str]:
-    """The commands that compare the peaks with the known ones and judge."""
+    """Return the commands that compare the peaks with the known ones and judge."""
     each, flight = loss_of_coordinates(scene, steps)
     cost = (
         f"{ROOM} is room for shorter steps and intervals. Coordinates cost the more digits the"
@@ -222,7 +222,7 @@ def verdict_commands(
 
 
 def answers(known: KnownAnswer, remark: str) -> list[str]:
-    """The commands that give each granule the true peak of its contact with the next."""
+    """Return the commands that store in each granule the true peak of its contact with the next."""
     ratio, judged = known.force_ratio, known.judged
     if not np.all(judged):
         remark += (
@@ -239,7 +239,7 @@ def answers(known: KnownAnswer, remark: str) -> list[str]:
 
 
 def peak_commands(force: str) -> list[str]:
-    """The commands that write the peaks, with the formula of a contact's force."""
+    """Return the commands that write the peaks, from the formula of a contact's force."""
     what = "the largest overlaps, and the forces that Hertz's law gives them"
     return [
         f"# ---- The answer: {'the largest forces' if force == 'f_largest' else what}",
@@ -260,16 +260,16 @@ LAW_FAILED = (
     "Forces or masses are not those of these parameters:",
     "off by $(v_pressed:%.1e), $(v_pressed_less:%.1e), $(v_heavier:%.1e)",
 )
-"""Lines of a plain deck whose LAMMPS has another law or other masses."""
+"""Lines that a plain deck prints if its LAMMPS has another law or other masses."""
 
 
 def judging_commands(
     known: KnownAnswer, law_failed: Sequence[str], also: Mapping[str, str]
 ) -> list[str]:
-    """The commands that say PASS, FAIL or NOT CHECKED, once peaks and answers are there.
+    """Return the commands that print PASS, FAIL or NOT CHECKED, after peaks and answers are stored.
 
-    ``law_failed`` are the lines to print where the variable ``law`` is 0, ``also`` names of
-    computes that are there, too, each with the command that prints it.
+    ``law_failed`` has the lines to print if the variable ``law`` is 0; ``also`` has names of
+    further computes, each with the command that prints it.
     """
     right = int(np.sum(known.judged))
     return [
@@ -318,14 +318,14 @@ def judging_commands(
 
 
 Change = tuple[str, str, float]
-"""A formula that is 1 where F/F0 may be another one, what to say, and the number in it."""
+"""A condition: a formula that is 1 if F/F0 may differ, its message, and the number in this."""
 
 
 def _changes(scene: Scene, layout: Layout, made: Softening) -> list[Change]:
     shock, chain, unit = scene.shock, scene.chain, scene.units.time
     end = scene.end_time / unit
-    # The highest peaks expected, 5 F0, press three times as deep: below R, from where on second
-    # neighbours touch. A softened chain is made as deep as it may be.
+    # The highest peaks expected, 5 F0, press three times as deep; from R on second neighbours
+    # touch. A softened chain is as soft as this allows.
     deepest = max(0.3, 1.01 * scene.units.length * made.length / chain.radius)
     changed: list[Change] = [
         UNCLEAR_DIGITS,
@@ -360,7 +360,7 @@ UNCLEAR_DIGITS: Change = (
 
 
 def looser(layout: Layout) -> list[Change]:
-    """Looks and steps that were measured for no deck like this."""
+    """Return conditions of rarer samples and longer steps, for which no error was measured."""
     return [
         (f"v_watch>{layout.watch_every}", "watch is above {}", layout.watch_every),
         (f"v_step>{layout.step!r}", "step is above {}", layout.step),
@@ -368,7 +368,7 @@ def looser(layout: Layout) -> list[Change]:
 
 
 def conditions(changes: Sequence[Change]) -> list[str]:
-    """The commands that set ``same`` to 0, and ``why``, where F/F0 may be another one."""
+    """Return the commands that set ``same`` to 0, and ``why``, where F/F0 may differ."""
     return [
         "variable same equal 1",
         *(

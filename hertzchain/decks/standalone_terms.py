@@ -1,6 +1,6 @@
 """A scene with terms as one LAMMPS deck that runs, and judges itself, without Python: pure text.
 
-Every granule stands in it with its own size, material and place. Nothing but steps and looks can be
+The deck has every granule with its own size, material and place. Only steps and samples can be
 changed with ``-var``: no similarity keeps the peaks of such a scene.
 """
 
@@ -26,9 +26,9 @@ from hertzchain.scene.schedule import Leg
 
 
 def deck(scene: Scene, layout: Layout, known: KnownAnswer | None) -> str:
-    """The text of a deck for ``lmp -in FILE``; ``known`` is None for a lean one.
+    """Return the text of a deck for ``lmp -in FILE``; ``known`` is None for a lean deck.
 
-    RunFailed for a layout that a scene with terms cannot have.
+    RunFailed for a layout that is impossible with terms.
     """
     check(scene, layout)
     legs = scene.schedule(layout.step * scene.units.time)
@@ -67,7 +67,7 @@ def deck(scene: Scene, layout: Layout, known: KnownAnswer | None) -> str:
 
 
 def check(scene: Scene, layout: Layout) -> None:
-    """Raise RunFailed for a layout that a scene with terms cannot have."""
+    """Raise RunFailed for a layout that is impossible with terms."""
     terms_deck.check_pair_style(scene, layout.pair_style)
     if layout.atoms != "create":
         raise RunFailed(
@@ -123,7 +123,7 @@ def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int)
 
 
 def _unit(scene: Scene) -> str:
-    """The name of the unit of force of a scene."""
+    """Return the name of the unit of force of a scene."""
     if scene.piston is not None:
         return _unit_of_piston(scene)
     if scene.units.force > scene.peak_force:

@@ -1,4 +1,4 @@
-"""The part of a deck with terms that asks LAMMPS for known forces, masses and places at its start.
+"""The part of a deck with terms that checks forces, masses and places in LAMMPS at its start.
 
 All contacts are pressed in turn by known overlaps, damped ones at known rates too, and the net
 force on each granule is compared with the true one: this finds mistakes that move no peak by much.
@@ -22,16 +22,19 @@ _PRESSED_MORE = 8.0
 """Largest over smallest force of the contacts under which the law is checked (chosen)."""
 
 _DAMPERS = ((0.5, -0.5), (0.5, -0.5), (-2.0, -2.0))
-"""What dampers add to the elastic forces of contacts pressed more and less, over these, in each
-test of damped contacts (chosen). In the last they would pull, so that their limit shows."""
+"""Damping force over the elastic force of contacts pressed more and pressed less, in each test of
+damped contacts (chosen). In the last test dampers would pull, which tests their limit.
+"""
 
 _FASTEST = 1e6
-"""Largest rate of an overlap in a test, natural units: weak dampers add less than wanted then."""
+"""Largest rate of an overlap in a test, in natural units (chosen); with weak dampers the ratios
+above are then smaller.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class _Test:
-    """A place for each granule, its velocity, and the net force on it: [m], [m/s], [N].
+    """Places, velocities and net forces of all granules in a test: [m], [m/s], [N].
 
     Shape (granules,) each.
     """
@@ -42,7 +45,7 @@ class _Test:
 
 
 class KnownNumbers:
-    """What is known of each granule, in the columns ``f_known[1]`` and so on."""
+    """Known numbers of each granule, in the columns ``f_known[1]`` and so on."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene, each = scene, scene.granules
@@ -67,21 +70,21 @@ class KnownNumbers:
             self._columns["damping"] = np.append(each.damping, 0.0)[:granules]
 
     def name(self, column: str) -> str:
-        """The name of a column in formulas."""
+        """Return the name of a column in formulas."""
         return f"f_known[{list(self._columns).index(column) + 1}]"
 
     @property
     def overlap(self) -> str:
-        """LAMMPS formula of the overlap of a granule with the next, or with the wall [m].
+        """LAMMPS formula of the overlap between a granule and the next one, or the wall [m].
 
-        Of the last granule there is no next, whose place is 0 then.
+        The place of the next granule is 0 for the last granule.
         """
         overlap = f"{self.name('reach')}+x-c_ahead"
         return overlap if self._scene.wall is not None else f"(id<${{granules}})*({overlap})"
 
     @property
     def force(self) -> str | None:
-        """LAMMPS formula of the force of damped contacts [N], of ``touching`` and ``rate``."""
+        """LAMMPS formula of the force of damped contacts [N], from ``touching`` and ``rate``."""
         contact = self._scene.contact
         if contact is None:
             return None
@@ -90,14 +93,14 @@ class KnownNumbers:
         return f"{self.name('stiffness')}*v_touching^1.5+{damper}"
 
     def commands(self) -> list[str]:
-        """The commands that hold forces, masses and places in this LAMMPS against the known ones.
+        """Commands that compare forces, masses and places in this LAMMPS with the known ones.
 
         They set the variable ``law``.
         """
         scene, force = self._scene, self._force
         length = float(np.max(np.abs([test.position for test in self._tests])))
         shallowest = (force / _PRESSED_MORE / float(np.max(scene.granules.stiffness))) ** (2 / 3)
-        # What a piston is pressed with moves nothing, and LAMMPS has another weight for it.
+        # Forces on a piston move nothing, and LAMMPS computes another weight for it.
         all_but_piston = "" if scene.piston is None else "(id>1)*"
         differences = {
             "place": f"abs(x-{self.name('start')})/{shallowest!r}",
@@ -145,7 +148,7 @@ class KnownNumbers:
         ]
 
     def _setting_commands(self) -> list[str]:
-        """The commands that give each granule its numbers."""
+        """Return the commands that store the known numbers in each granule."""
         scene = self._scene
         what = "its radius and the next one's [m]"
         if scene.wall is not None:
@@ -182,11 +185,13 @@ class KnownNumbers:
 
 
 FORCES = ("pressed", "pressed_less", "pulled")
-"""Variables of the largest relative error of net forces in each test, the last if damped."""
+"""Variables of the largest relative error of net forces in each test; the last is for damped
+contacts.
+"""
 
 
 def failed(scene: Scene) -> tuple[str, str]:
-    """Lines of a deck whose LAMMPS has another law, other masses or other places."""
+    """Return the lines for a LAMMPS with another law, other masses or other places."""
     names = FORCES if scene.contact is not None else FORCES[:2]
     found = ", ".join(f"$(v_{name}:%.1e)" for name in (*names, "heavier", "misplaced"))
     return "Forces, masses or places are not those of this scene:", f"off by {found}"
@@ -201,7 +206,7 @@ def _hurried_to(velocity: str) -> list[str]:
 
 
 def _test_force(scene: Scene) -> float:
-    """The larger of the forces under which the law is checked [N]: no overlap is above R/10."""
+    """Return the larger force of the check of the law [N]: no overlap is above R/10."""
     each = scene.granules
     deepest = float(np.min(each.stiffness)) * (float(np.min(each.radius)) / 10) ** 1.5
     return float(min(scene.units.force, deepest))
@@ -219,7 +224,7 @@ def _test(
     more_first: bool,
     dampers: tuple[float, float] | None = None,
 ) -> _Test:
-    """All contacts are pressed, every other one more, with the wall where it stands."""
+    """Test in which all contacts are pressed, every second one more; the wall stays in place."""
     each, contacts = scene.granules, scene.granules.stiffness.size
     more = np.arange(contacts) % 2 == (0 if more_first else 1)
     pressed = force * np.where(more, 1.0, 1 / _PRESSED_MORE)

@@ -1,4 +1,4 @@
-"""The wave that a scene makes, as a unit test of LAMMPS with the motion that Eq. 1 gives it."""
+"""A unit test of LAMMPS from the wave of a scene, with its motion by Eq. 1."""
 
 from __future__ import annotations
 
@@ -18,22 +18,23 @@ from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import refuse_terms
 
-STEP = 0.05  # natural time units: a wave passes a granule in some fifty steps
+STEP = 0.05  # natural time units: a wave passes a granule in about fifty steps
 
-SEGMENTS = (4, 16, 20)  # steps between snapshots: as LAMMPS's own tests, then two granules on
+# steps between snapshots: first as in LAMMPS's own tests, then two granules further
+SEGMENTS = (4, 16, 20)
 
-WEAKEST = 1e-3  # of the strongest contact: what is weaker has no digits left in coordinates
-MOST_GRANULES = 200  # in a test that has to be read, and to end at once
-ROOM = 30  # tolerance over what rounding makes of these steps here; LAMMPS made 6 on 75 scenes
-_TERMS = ("damping",)  # what a few granules that are let go on their own can have
-LARGEST_EPSILON = 1e-6  # a test that lets more than this pass says nothing
+WEAKEST = 1e-3  # fraction of the strongest contact: weaker contacts lose all digits in coordinates
+MOST_GRANULES = 200  # most granules (chosen): people read the test, and it has to be quick
+ROOM = 30  # tolerance over the error by rounding measured here; LAMMPS had 6 in 75 scenes
+_TERMS = ("damping",)  # terms that a few granules on their own can have
+LARGEST_EPSILON = 1e-6  # a test with a larger tolerance means nothing
 
 
 def known_motion(scene: Scene) -> KnownMotion:
-    """The granules that the wave presses when the pulse ends, let go on their own.
+    """Return the motion of the granules in the wave, released on their own when the pulse ends.
 
-    After a long pulse, when the wave presses the middle of the chain most. The motion starts from
-    the overlaps of the positions as they are written.
+    Under a long pulse they are released when the wave is strongest in the middle of the chain. The
+    motion starts from the overlaps of the positions as written in the test.
     """
     refuse_terms(scene, "a unit test for LAMMPS", _TERMS)
     native = Native(rtol=RTOL)
@@ -51,7 +52,7 @@ def known_motion(scene: Scene) -> KnownMotion:
         raise SceneError("", None, allowed)
     piece = slice(first, last + 1)
     displacement = history.displacement[0][piece]
-    # The origin lies in the middle, where coordinates have most digits, but in no granule's: a
+    # The origin lies in the middle, where coordinates have most digits, but not at a granule: a
     # position near 0 has a large relative error.
     sites = 2 * scene.chain.radius * (np.arange(granules) - granules // 2 + 0.5)
     start = sites + (displacement - displacement[granules // 2])
@@ -59,7 +60,7 @@ def known_motion(scene: Scene) -> KnownMotion:
 
 
 def _pressed(force: FloatArray) -> tuple[int, int]:
-    """First and last granule of the contacts around the strongest that are pressed well."""
+    """Return first and last granule of the well pressed contacts around the strongest one."""
     strong = force >= WEAKEST * np.max(force)
     first = last = int(np.argmax(force))
     while first > 0 and strong[first - 1]:
@@ -70,7 +71,7 @@ def _pressed(force: FloatArray) -> tuple[int, int]:
 
 
 def let_go(scene: Scene, position: FloatArray, velocity: FloatArray) -> KnownMotion:
-    """The motion by Eq. 1 from positions [m] and velocities [m/s] on, shape (granules,) each."""
+    """Motion by Eq. 1 from positions [m] and velocities [m/s], shape (granules,) each."""
     refuse_terms(scene, "a unit test for LAMMPS", _TERMS)
     units = scene.units
     dt = STEP * units.time
@@ -101,7 +102,7 @@ def let_go(scene: Scene, position: FloatArray, velocity: FloatArray) -> KnownMot
     epsilon = 10.0 ** math.ceil(math.log10(ROOM * max(worst, 1e-16)))
     if epsilon > LARGEST_EPSILON:
         allowed = (
-            f"rounding of coordinates would move the motion by {worst:.1g}, too much for a test:"
+            f"rounding of coordinates would change the motion by {worst:.1g}, too much for a test:"
             " take a harder shock, or a softer material"
         )
         raise SceneError("", None, allowed)
@@ -113,10 +114,10 @@ def let_go(scene: Scene, position: FloatArray, velocity: FloatArray) -> KnownMot
 def _walk(
     start: FloatArray, velocity: FloatArray, diameter: float, law: DampedLaw | None
 ) -> list[State]:
-    """States by velocity Verlet, natural units, from displacements or, with a diameter, places.
+    """States by velocity Verlet in natural units, from displacements or, with a diameter, places.
 
-    Damping takes the velocities that are there, those of half a step before; at the start of each
-    segment, where LAMMPS forms forces anew, those of that time.
+    Damping uses the velocities half a step earlier; at the start of each segment, where LAMMPS
+    computes forces again, it uses those of that time.
     """
 
     def force(place: FloatArray, velocity: FloatArray) -> FloatArray:
@@ -141,14 +142,14 @@ def _walk(
 
 
 def _displacement(position: FloatArray, diameter: float) -> FloatArray:
-    """Displacements whose overlaps are those of positions as they are written [m]."""
+    """Return displacements with the overlaps of the positions as written [m]."""
     places = [Fraction(place) for place in position.tolist()]
     sites = [places[0] + Fraction(diameter) * i for i in range(len(places))]
     return np.array([float(place - site) for place, site in zip(places, sites, strict=True)])
 
 
 def _difference(one: FloatArray, other: FloatArray) -> float:
-    """As the drivers of LAMMPS measure it."""
+    """Return a relative difference as LAMMPS's test drivers measure it."""
     smaller = np.minimum(np.abs(one), np.abs(other))
     difference = np.abs(one - other)
     return float(np.max(difference / np.where(smaller == 0, 1.0, smaller)))

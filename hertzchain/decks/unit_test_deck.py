@@ -1,4 +1,4 @@
-"""A wave as a unit test of LAMMPS itself: pure text, with forces and motion from elsewhere.
+"""The text of a unit test of LAMMPS itself; forces and motion are computed elsewhere.
 
 The form is that of LAMMPS's own tests of granules (``unittest/granular/tests/demNN-*.yaml`` in its
 sources of 2026, read by the keys of ``unittest/force-styles``). Their drivers compare relatively:
@@ -32,19 +32,19 @@ class Moment:
 
 @dataclass(frozen=True, eq=False)
 class KnownMotion:
-    """A few granules that are let go, and what Hertz's law makes of them."""
+    """A few granules that are released, and their motion by Hertz's law."""
 
     chain: Chain
     dt: float  # step of velocity Verlet [s]
     segments: tuple[int, ...]  # steps between snapshots
-    start: Moment  # when they are let go
+    start: Moment  # when they are released
     snapshots: tuple[Moment, ...]  # at the end of each segment
     epsilon: float  # largest relative difference from rounding
-    contact: Contact | None = None  # how contacts are damped
+    contact: Contact | None = None  # damping of the contacts
 
 
 def unit_test(motion: KnownMotion, title: str, date: str) -> str:
-    """The YAML file of a test; the title says in a few words where it comes from."""
+    """Return the YAML file of a test; the title says in a few words where it comes from."""
     chain, start = motion.chain, motion.start
     granules = start.position.size
     room = 4 * chain.radius
@@ -123,7 +123,7 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
 
 
 def _damping(contact: Contact, chain: Chain) -> tuple[float, str]:
-    """The second number of the normal law, and the words that follow the tangential law."""
+    """Return the second number of the normal law, and the words after the tangential law."""
     number, words = damping_of(contact, COEFF_RESTITUTION)
     if contact.relaxation_time is None:
         return float(number), words
@@ -133,7 +133,7 @@ def _damping(contact: Contact, chain: Chain) -> tuple[float, str]:
 
 
 def _coefficient(contact: Contact, chain: Chain) -> float:
-    """C of a contact [N s m^-(1+q)]."""
+    """Return c of a contact [N s m^-(1+q)]."""
     stiffness, mass = (np.array([x]) for x in (chain.contact_stiffness, chain.granule_mass / 2))
     return float(contact.coefficients(stiffness, mass)[0])
 
@@ -143,7 +143,7 @@ def _block(key: str, lines: Iterable[str]) -> list[str]:
 
 
 def _rows(values: FloatArray) -> list[str]:
-    """Id, x, y and z of each granule; the chain lies along x."""
+    """Return rows with id, x, y and z of each granule; the chain lies along x."""
     return [f"{i} {value:.16e} 0.0 0.0" for i, value in enumerate(values.tolist(), start=1)]
 
 

@@ -67,7 +67,7 @@ def test_json(hertzchain: Command, striker: Path) -> None:
     tsuji = entries["damping tsuji", "before 2 Sep 2026"]
     assert tsuji["gives"] == pytest.approx(0.235010, abs=1e-6)  # as tests/decks has it
     assert tsuji["write"] is None
-    assert tsuji["why_none"].startswith("restitution = 0.1: cannot be had with damping tsuji")
+    assert tsuji["why_none"].startswith("restitution = 0.1: is impossible with damping tsuji")
     velocity = entries["damping velocity", "29 Sep 2021 or later"]
     assert velocity["number_is"] == "kg/s"
     assert velocity["gives"] is None

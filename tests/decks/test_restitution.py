@@ -79,7 +79,7 @@ def test_what_no_number_gives_is_refused_in_one_sentence() -> None:
     with pytest.raises(SceneError) as refusal:
         limited.number_for(0.1)
     assert str(refusal.value) == (
-        "restitution = 0.1: cannot be had with damping coeff_restitution limit_damping of LAMMPS"
+        "restitution = 0.1: is impossible with damping coeff_restitution limit_damping of LAMMPS"
         " (29 Aug 2024 or later), which gives 0.1374 to 1: take another option"
     )
     (fitted,) = options("Yade", "en")
