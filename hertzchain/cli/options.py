@@ -136,7 +136,7 @@ def by_name(option: str, given: list[str], example: str) -> dict[str, str]:
         if not sign or not name or not value:
             raise HertzchainError(f"{option} {one}: must be NAME=VALUE, such as {example}")
         if name in found:
-            raise HertzchainError(f"{option} {name}: is there twice; name it once")
+            raise HertzchainError(f"{option} {name}: given twice")
         found[name] = value
     return found
 

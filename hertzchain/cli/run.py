@@ -114,12 +114,12 @@ def run(
     wanted = (RTOL if method is None and step is None else None) if rtol is None else rtol
     if wanted is not None and result.error_estimate > wanted:
         why = (
-            f"{ENGINES[backend].label} gets no closer with steps that can be waited for;"
+            f"{ENGINES[backend].label} cannot reach this accuracy in practical time;"
             " --backend native does"
             if backend != "native"
-            else "native gets no closer with damped contacts"
+            else "native cannot reach this accuracy with damped contacts"
             if loaded.contact is not None
-            else "granules knock against one another for long, which multiplies rounding errors"
+            else "repeated collisions amplify rounding errors"
         )
         reached = f"wanted {wanted:g}, reached {result.error_estimate:.1g}"
         typer.echo(f"hertzchain: {reached}: {why}", err=True)

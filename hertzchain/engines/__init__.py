@@ -1,1 +1,1 @@
-"""Who simulates: native, LAMMPS, LIGGGHTS and Yade; none of them imports another."""
+"""The engines native, LAMMPS, LIGGGHTS and Yade; none of them imports another."""

@@ -21,7 +21,7 @@ class Simulator(Protocol):
 
     @property
     def time_limit(self) -> float:
-        """How long a run may take [s]."""
+        """Time limit of a run [s]."""
 
     def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
         """Simulate a scene; see ``hertzchain.Native.run``."""
@@ -38,36 +38,36 @@ MARKERS = {
     "D": "diamond-open",
     "*": "star-open",
 }
-"""Markers of Matplotlib, and what Plotly calls them."""
+"""Markers of Matplotlib, with their names in Plotly."""
 
 
 @dataclass(frozen=True)
 class Engine:
-    """What the rest of the package knows of an engine."""
+    """Registry entry of an engine: all that the rest of the package knows of it."""
 
-    name: str  # in options, JSON and columns
-    label: str  # in text and plots
+    name: str  # name in options, JSON and columns
+    label: str  # name in text and plots
     home: str  # module that has the factory, loaded when used
-    factory: str  # takes dt, rtol, extrapolated, time_limit as keywords, and may take others
+    factory: str  # takes the keywords dt, rtol, extrapolated, time_limit, and perhaps others
     colour: str
-    marker: str  # of Matplotlib, one of ``MARKERS``
-    dash: str  # of Plotly
-    compared: bool = False  # where nothing is asked for
-    swept: bool = False  # measures the scenes of sweeps
-    program: str | None = None  # that a user has to install, if there is one
+    marker: str  # Matplotlib's marker, one of ``MARKERS``
+    dash: str  # Plotly's dash style
+    compared: bool = False  # default options
+    swept: bool = False  # can measure the scenes of sweeps
+    program: str | None = None  # program that a user has to install, if any
 
     def __post_init__(self) -> None:
         if self.marker not in MARKERS:
             raise ValueError(f"marker {self.marker!r} must be one of {' '.join(MARKERS)}")
 
     def make(self, **parameters: Any) -> Simulator:
-        """The engine with numerical parameters: a frozen object with ``run``."""
+        """Return the engine with numerical parameters: a frozen object with ``run``."""
         factory = getattr(importlib.import_module(self.home), self.factory)
         made: Simulator = factory(**parameters)
         return made
 
 
-# Okabe and Ito's colours, which the colour-blind tell apart.
+# Colours of Okabe and Ito, distinct for colour-blind readers.
 _ALL = (
     Engine(
         "native", "native", "hertzchain.engines.native", "Native",
@@ -91,15 +91,15 @@ ENGINES = {engine.name: engine for engine in _ALL}  # in table order; first the 
 
 
 def label_of(name: str) -> str:
-    """What people call an engine."""
+    """Return the name of an engine in text and plots."""
     return ENGINES[name].label
 
 
 def others() -> dict[str, Engine]:
-    """What is compared with native."""
+    """Return the names of the engines that are compared with native."""
     return {name: engine for name, engine in ENGINES.items() if name != "native"}
 
 
 def compared_by_default() -> tuple[str, ...]:
-    """Names of what is compared where nothing is asked for: all else is installed by hand."""
+    """Return the names of engines compared by default; the others are installed by hand."""
     return tuple(name for name, engine in ENGINES.items() if engine.compared)

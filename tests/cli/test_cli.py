@@ -1203,7 +1203,7 @@ def test_run_without_the_program_is_one_sentence(hertzchain: Command, engine: st
     outcome = hertzchain("run", "scene.toml", "--backend", engine)
     assert (outcome.status, outcome.out) == (2, "")
     assert outcome.err == (
-        f"hertzchain: {engine} is not here, or is no program: install it with: apt install"
+        f"hertzchain: {engine} is missing or not a program: install it with: apt install"
         f" {engine}\n"
     )
 

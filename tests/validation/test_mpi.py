@@ -34,7 +34,7 @@ def test_sixty_granules_are_measured_and_written(
 def test_without_a_binary_one_sentence_says_so(capfd: pytest.CaptureFixture[str]) -> None:
     done = run_here(capfd, "python", SCRIPT, "--lmp", "/nowhere/lmp", "--granules", "60")
     assert done.status == 2
-    assert done.err.startswith("mpi.py: /nowhere/lmp is not here, or is no program: ")
+    assert done.err.startswith("mpi.py: /nowhere/lmp is missing or not a program: ")
     assert done.err.count("\n") == 1
 
 

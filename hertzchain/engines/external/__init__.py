@@ -1,1 +1,1 @@
-"""What codes share that step by velocity Verlet in absolute coordinates: steps, readings, error."""
+"""Common part of engines that step by velocity Verlet in absolute coordinates."""

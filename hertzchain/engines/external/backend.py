@@ -1,4 +1,4 @@
-"""Scene in, result out, by a function that runs another code once with given steps."""
+"""Computes a result by a function that runs another code once with given steps."""
 
 from __future__ import annotations
 
@@ -25,32 +25,40 @@ from hertzchain.scene.validity import (
     refuse_hopeless_overlap,
 )
 
-_READING_INTERVAL = 0.3  # natural time units at steps of 0.01: 7e-9 of a peak; goes as 1 / dt
-_DAMPED_INTERVAL = 0.1  # natural time units between readings of damped contacts: see ``step_error``
+# interval between readings [natural time units]: costs 7e-9 of a peak at dt = 0.01, goes as 1 / dt
+_READING_INTERVAL = 0.3
+# interval between readings of damped contacts [natural time units]: see ``step_error``
+_DAMPED_INTERVAL = 0.1
 _RECORDING_INTERVAL = 0.1  # natural time units; at 0.3 opening contacts leave 5e-5 in velocities
-_KINK_PER_STEP = 0.02  # of a peak, over the square of a step that is asked for [natural units]
-_READINGS_PER_RAMP = 8  # at least, if there are so many steps: the work of a short pulse needs them
-_TRIES = 3  # runs to get below the wanted error: the first estimate may be a little too long
-_HALVINGS = 6  # of the steps, at most, until an extrapolation is as good as wanted
+_KINK_PER_STEP = 0.02  # error of a peak over the square of a given step [natural units]
+# least number of readings on a leg with enough steps: the work of a short pulse needs them
+_READINGS_PER_RAMP = 8
+_TRIES = 3  # most runs to get below the wanted error: the first step may be a little too long
+_HALVINGS = 6  # most halvings of the steps until an extrapolation is as good as wanted
 STABLE = 2.0  # largest product of step and frequency of velocity Verlet: see ``stable_step``
-_ERRATIC_STEP = 0.05  # natural time units; above, opening contacts may hide the error of two runs
-_PILOT_STEP = 0.04  # natural time units; first of the runs that find the step for a wanted error
-_COARSEST_STEP = 0.065  # natural time units; first of three runs to be extrapolated, for 1e-6
-_COARSEST_DAMPED_STEP = 0.008  # the same for damped contacts, first of four runs
-_PLAIN_IF_DAMPED = 1e-4  # of the peaks; smaller errors would take first-order steps without end
-_UNSTABLE = 0.5  # of the longest stable step, at most where a step is chosen for damped contacts
+# natural time units; above it, opening contacts may hide the error of two runs
+_ERRATIC_STEP = 0.05
+_PILOT_STEP = 0.04  # natural time units; step of the first run in the search for a wanted error
+_COARSEST_STEP = 0.065  # natural time units; step of the first of three extrapolated runs, for 1e-6
+_COARSEST_DAMPED_STEP = 0.008  # the same for damped contacts, for the first of four runs
+_PLAIN_IF_DAMPED = 1e-4  # relative error of the peaks below which first-order steps are too slow
+# largest fraction of the longest stable step where a step is chosen for damped contacts
+_UNSTABLE = 0.5
 
 Simulate = Callable[[Sequence[Leg], Sequence[int], FloatArray | None], Simulation]
-"""Runs a scene once: legs, steps between two readings on each, wanted times of a history."""
+"""Function that runs a scene once, from legs, steps between readings on each, and times of a
+history.
+"""
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Which steps are taken, and how often they are looked at."""
+    """Length of steps, and interval between readings."""
 
-    dt: float | None  # the largest [s]; None for one whose estimated error is at most ``rtol``
+    # largest step [s]; None for a step with an estimated error of at most ``rtol``
+    dt: float | None
     read_every: int | None  # steps between readings, in the coarsest run; None for 0.3 time units
-    rtol: float  # wanted relative error of the peaks, where no step is asked for
+    rtol: float  # wanted relative error of the peaks, where no step is given
     extrapolated: bool  # peaks from two runs, one with half the steps of the other (Richardson)
 
     def __post_init__(self) -> None:
@@ -70,10 +78,10 @@ def run(
     code: str,
     method: str,
 ) -> Result:
-    """Simulate a scene by another code, with the error of its peaks.
+    """Simulate a scene with another code, and estimate the error of its peaks.
 
-    ``code`` is what it is called, in small letters the name of its backend; ``method`` is what the
-    result says of how it was computed; ``times`` are those of a history [s], if any is wanted.
+    ``code`` is the name of the code, in small letters the name of its backend; ``method`` is the
+    description in the result; ``times`` are the times of a history [s], if one is wanted.
     """
     begin = time.perf_counter()
     refuse_hopeless_overlap(scene)
@@ -83,7 +91,7 @@ def run(
     found = answer.run
     if not answer.round_off < 1:
         raise Unpredictable(
-            f"{code} cannot resolve the overlaps of this scene beside its coordinates: take"
+            f"{code} cannot resolve the overlaps of this scene in its coordinates: take"
             " a shorter chain or a shorter pulse"
         )
     longest = max(leg.dt for leg in found.legs)
@@ -121,7 +129,7 @@ def run(
 def peaks_alone(
     scene: Scene, simulate: Simulate, steps: Steps, dt: float
 ) -> tuple[FloatArray, int]:
-    """Peak forces [N], shape (contacts,), and the number of steps, of one run or the two needed."""
+    """Peak forces [N], shape (contacts,), and the number of steps, of one run or both needed."""
     runner = _Runner(scene, simulate, steps)
     legs = scene.schedule(2 * dt if steps.extrapolated else dt)
     strides = [runner.stride(leg, recording=False) for leg in legs]
@@ -135,7 +143,7 @@ def peaks_alone(
 
 @dataclass(frozen=True, eq=False)
 class _Answer:
-    """The peaks, in SI units, the run that everything else is taken from, and bounds of errors."""
+    """Peaks in SI units with bounds of their errors, and the run for all other results."""
 
     run: Simulation
     peak_force: FloatArray
@@ -147,7 +155,7 @@ class _Answer:
 
 @dataclass(frozen=True)
 class _Runner:
-    """One scene, one code, and which steps to take."""
+    """Runs one scene with one code and given options of its steps."""
 
     scene: Scene
     once: Simulate
@@ -155,12 +163,12 @@ class _Runner:
 
     @property
     def order(self) -> int:
-        """Of velocity Verlet: damping takes velocities of half a step before."""
+        """Order of velocity Verlet; 1 with damping, which uses velocities half a step earlier."""
         return 2 if self.scene.contact is None else 1
 
     @property
     def extrapolated(self) -> bool:
-        """Whether peaks are extrapolated: as asked, or as damped ones that are to be this right."""
+        """True if peaks are extrapolated: on request, or for damped contacts with high accuracy."""
         steps = self.steps
         needed = self.order == 1 and steps.dt is None and steps.rtol < _PLAIN_IF_DAMPED
         return steps.extrapolated or needed
@@ -169,7 +177,7 @@ class _Runner:
         return self._extrapolated() if self.extrapolated else self._plain()
 
     def history(self, legs: Sequence[Leg], times: FloatArray) -> History:
-        """Record in one more run with closer readings, which must not change the peaks."""
+        """Record a history in a further run with closer readings; the peaks stay unchanged."""
         strides = [self.stride(leg, recording=True) for leg in legs]
         recorder = self.simulate(legs, strides, times).recorder
         assert recorder is not None
@@ -182,7 +190,7 @@ class _Runner:
         return self.once(legs, strides, times)
 
     def _plain(self) -> _Answer:
-        """Run with the step asked for, or with one whose error is as small as wanted."""
+        """Run with the given step, or with one whose error is as small as wanted."""
 
         def peaks_at(dt: float) -> FloatArray:
             return self._rough_peaks(self.scene.schedule(dt))
@@ -205,9 +213,9 @@ class _Runner:
         return _Answer(run, run.peaks.force, run.peaks.time, run.steps, error, lost)
 
     def _extrapolated(self) -> _Answer:
-        """Extrapolate from two runs, read at the same times; a third says how good that is.
+        """Extrapolate from two runs, read at the same times; a third run gives the error.
 
-        Where contacts are damped a fourth does, too: two extrapolations can agree by chance.
+        Damped contacts need a fourth run: two extrapolations can agree by chance.
         """
         needed = 3 if self.order == 2 else 4
         legs = self.scene.schedule(
@@ -223,7 +231,7 @@ class _Runner:
                 continue
             found = [step_error.extrapolate(*pair, self.order) for pair in itertools.pairwise(runs)]
             after, last = found[-1], runs[-1]
-            # The error falls by 4 with half the steps, at the least that is expected.
+            # Halving the steps reduces the error at least by 4.
             difference = max(
                 largest_difference(one[0], other[0], ESTIMATED) / 4**later
                 for later, (other, one) in enumerate(itertools.pairwise(reversed(found)))
@@ -238,7 +246,7 @@ class _Runner:
         return _Answer(last, *after, runs[-2].steps + last.steps, error, lost)
 
     def _step_for(self, peaks_at: Callable[[float], FloatArray]) -> float:
-        """The step [s] for the wanted error, by trials."""
+        """Return the step [s] for the wanted error, by trials."""
         pilot = _PILOT_STEP * self.scene.contact_time
         if self.scene.contact is None:
             return error_bound.second_order_step(peaks_at, pilot, self.steps.rtol)
@@ -249,7 +257,7 @@ class _Runner:
         return min(step, longest)
 
     def _coarsest_step(self) -> float:
-        """The first of the steps to be extrapolated [s]; longer ones are no use to that."""
+        """Return the first step to extrapolate from [s]; longer steps cannot be extrapolated."""
         unit, part = self.scene.contact_time, self.steps.rtol / 1e-6
         if self.scene.contact is None:  # of fourth order
             return min(_COARSEST_STEP * math.pow(part, 1 / 4), 0.4) * unit
@@ -257,16 +265,16 @@ class _Runner:
         return min(min(_COARSEST_DAMPED_STEP * math.sqrt(part), 0.2) * unit, longest)
 
     def _is_enough(self, by_steps: float, error: float, lost: float) -> bool:
-        """Whether shorter steps are not wanted, or no help beside what round-off costs."""
+        """Return whether shorter steps are unnecessary, or useless because of round-off."""
         return self.steps.dt is not None or error <= self.steps.rtol or by_steps <= lost
 
     def _rough_peaks(self, legs: Sequence[Leg]) -> FloatArray:
-        """Peaks of a run that only tells the error of another: read as rarely as possible."""
+        """Peaks of a run that only estimates the error of another, read as rarely as possible."""
         strides = [self._longest_stride(leg) for leg in legs]
         return self.simulate(legs, strides).peaks.force
 
     def stride(self, leg: Leg, recording: bool) -> int:
-        """Steps between two readings on a leg."""
+        """Return the steps between two readings on a leg."""
         if self.steps.read_every is not None:
             return self.steps.read_every
         stride = self._longest_stride(leg)
@@ -277,7 +285,7 @@ class _Runner:
         return max(1, stride)
 
     def _longest_stride(self, leg: Leg) -> int:
-        """Steps between readings, which cost what round-off does, or 0.1 of the wanted error."""
+        """Steps between readings that cost as much as round-off, or 0.1 of the wanted error."""
         unit = self.scene.contact_time
         if self.scene.contact is not None:
             return max(1, int(min(leg.steps, self._damped_interval * unit / leg.dt)))
@@ -294,14 +302,14 @@ class _Runner:
 
     @property
     def _damped_interval(self) -> float:
-        """Natural time units between readings of damped contacts, at most."""
+        """Longest interval between readings of damped contacts [natural time units]."""
         if self.steps.dt is not None:
             return _DAMPED_INTERVAL
         wanted = math.pow(0.1 * self.steps.rtol / step_error.DAMPED_INTERPOLATION, 1 / 5)
         return min(_DAMPED_INTERVAL, wanted)
 
     def _step_error(self, legs: Sequence[Leg], peaks: PeakWatch) -> float:
-        """Bound of what the steps cost the peaks, as a fraction."""
+        """Upper bound of the relative error of the peaks by the steps."""
         stable, rising = error_bound.stable_step(self.scene, STABLE), peaks.any_rising
         if self.scene.contact is not None:
             runs = error_bound.first_order_runs(legs, stable)
@@ -313,7 +321,7 @@ class _Runner:
         return error_bound.second_order_safety(longest, rising) * self._largest(others, peaks)
 
     def _largest(self, others: Sequence[error_bound.SecondRun], peaks: PeakWatch) -> float:
-        """The largest estimate of the error that runs with other steps give."""
+        """Return the largest estimate of the error from runs with other steps."""
         return max(
             other.factor * largest_difference(self._rough_peaks(other.legs), peaks.force, ESTIMATED)
             for other in others

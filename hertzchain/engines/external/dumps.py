@@ -1,4 +1,4 @@
-"""Text dumps of LAMMPS and of codes that have it from there: ``dump custom`` and ``write_dump``."""
+"""Reads text dumps of LAMMPS and codes derived from it: ``dump custom`` and ``write_dump``."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _HEADER = 9  # lines before the granules of a frame: step, count, box, names of 
 
 
 def read_frames(path: Path, columns: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-    """Steps, shape (frames,), and values, shape (frames, columns, granules), of a whole dump."""
+    """Read a whole dump: steps, (frames,), and values, (frames, columns, granules)."""
     blocks = list(read_blocks(path, columns))
     return np.concatenate([steps for steps, _ in blocks]), np.concatenate(
         [values for _, values in blocks]
@@ -25,7 +25,7 @@ def read_frames(path: Path, columns: tuple[str, ...]) -> tuple[FloatArray, Float
 def read_blocks(
     path: Path, columns: tuple[str, ...], frames: int = 256
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """As ``read_frames``, but so many frames at a time; the dump has an ``id`` besides columns."""
+    """Read as ``read_frames`` in blocks of frames; the dump has an ``id`` besides the columns."""
     try:
         with path.open(encoding="ascii") as file:
             head = list(itertools.islice(file, _HEADER))
@@ -39,7 +39,7 @@ def read_blocks(
         raise RunFailed(f"{path.name}: the run left no dump that can be read ({problem})") from None
     except (ValueError, IndexError):
         raise RunFailed(
-            f"{path.name}: the dump of the run is not whole or has other columns: is the disk full?"
+            f"{path.name}: the dump of the run is cut off or has other columns: is the disk full?"
         ) from None
 
 

@@ -1,4 +1,4 @@
-"""An engine that steps by velocity Verlet in another code: what all of them have."""
+"""Base classes of engines that step by velocity Verlet in another code."""
 
 from __future__ import annotations
 
@@ -26,25 +26,26 @@ from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import refuse_terms
 
 Code = Callable[[Scene, Sequence[Leg], Sequence[int], Observation], tuple[str, float | None]]
-"""Runs a scene with steps on each leg, and so many between two readings, which it gives to the
-observation; returns its version, and the time spent on watching over that spent on steps, where it
-is known."""
+"""Function that runs a scene with given steps and steps between readings on each leg, and passes
+the readings to the observation. It returns the code's version, and the time of watching over the
+time of steps, if known.
+"""
 
 
 class ExternalEngine(ABC):
-    """Scene in, result out; a subclass is a frozen dataclass with these fields and its own.
+    """A backend that runs another code; a subclass is a frozen dataclass with further fields.
 
-    It adds how one run with given steps is made and read.
+    The subclass defines how one run with given steps is started and read.
     """
 
     LABEL: ClassVar[str]
-    """Its name in messages; in small letters, the backend of a result."""
+    """Name of the code in messages; in small letters, the backend of a result."""
 
     FASTEST: ClassVar[tuple[float, float]]
-    """Time of a step, and of each granule in it, on a fast machine [s]."""
+    """Time of a step, and additional time for each granule, on a fast machine [s]."""
 
     TERMS: ClassVar[tuple[str, ...]] = ()
-    """Terms of a scene that it can simulate, by their names in ``Scene.terms``."""
+    """Terms that the code can simulate, by their names in ``Scene.terms``."""
 
     dt: float | None
     read_every: int | None
@@ -53,7 +54,7 @@ class ExternalEngine(ABC):
     time_limit: float
 
     def __post_init__(self) -> None:
-        """Refuse impossible parameters at once."""
+        """Refuse impossible parameters."""
         check_time_limit(self.time_limit)
         _ = self._steps
 
@@ -63,14 +64,14 @@ class ExternalEngine(ABC):
 
     @abstractmethod
     def method_of(self, scene: Scene) -> str:
-        """The method, as the result names it."""
+        """Return the name of the method in the result."""
 
     @abstractmethod
     def _code(self, scene: Scene, deadline: Deadline) -> Code:
-        """What runs the scene, or a similar one; it is there, and can."""
+        """Function that runs the scene or a similar one, after checking that the code can."""
 
     def _least_time(self, steps: int, granules: float) -> float:
-        """Time of a run on a fast machine [s]."""
+        """Return the time of a run on a fast machine [s]."""
         return steps * (self.FASTEST[0] + granules * self.FASTEST[1])
 
     def _simulate(self, scene: Scene, deadline: Deadline) -> verlet.Simulate:
@@ -81,8 +82,8 @@ class ExternalEngine(ABC):
             legs: Sequence[Leg], strides: Sequence[int], times: FloatArray | None
         ) -> Simulation:
             steps = sum(leg.steps for leg in legs)
-            # Where coordinates would cost too many digits the code gets a similar scene; what is
-            # read is at once that of the true one again.
+            # Where coordinates would cost too many digits the code gets a similar scene; readings
+            # are scaled back to the true scene at once.
             made = softening(scene, steps)
             deadline.refuse(self._least_time(steps, scene.chain.granules))
             seen = Observation(scene, made, legs, times, self.LABEL)
@@ -106,9 +107,9 @@ class ExternalEngine(ABC):
         SceneError
             For an object that is no scene, or impossible times.
         BackendMissing
-            If the code is not there.
+            If the code is not installed.
         StepUnstable
-            If the step asked for is so long that the motion diverges.
+            If the given step is so long that the motion diverges.
         Unpredictable
             If rounding errors grow until no digit is left.
         OverlapTooLarge
@@ -132,9 +133,9 @@ class ExternalEngine(ABC):
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a program has left of a run: its version, granules at rest, and all readings.
+    """Results that a program left: its version, granules at rest, and all readings.
 
-    With a wall, the force on it at each reading too [N].
+    With a wall they include the force on it at each reading [N].
     """
 
     version: str
@@ -145,16 +146,16 @@ class Found:
 
 @dataclass(frozen=True)
 class ProgramEngine(ExternalEngine):
-    """A code that is a program: it gets one file, and leaves its readings in others."""
+    """A code that is a program: it reads one file, and writes its readings to others."""
 
     FILE: ClassVar[str]
-    """The deck, in the folder in which the program runs."""
+    """Name of the deck in the folder in which the program runs."""
 
     PACKAGE: ClassVar[str]
-    """The package that brings the program, by ``apt install``."""
+    """The package of the program, for ``apt install``."""
 
     ENVIRONMENT: ClassVar[dict[str, str]] = {}
-    """Variables that the program is given."""
+    """Environment variables of the program."""
 
     dt: float | None = None
     read_every: int | None = None
@@ -165,18 +166,18 @@ class ProgramEngine(ExternalEngine):
 
     @abstractmethod
     def _deck(self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
-        """The file that makes the program run the scene and write its readings."""
+        """Return the file that makes the program run the scene and write its readings."""
 
     @abstractmethod
     def _command(self, program: str) -> list[str]:
-        """The command that runs ``FILE``."""
+        """Return the command that runs ``FILE``."""
 
     @abstractmethod
     def _found(self, folder: Path, scene: Scene) -> Found:
-        """What the program has left in its folder of the scene that it was given."""
+        """Read the results that the program left in its folder."""
 
     def _refuse(self, scene: Scene) -> None:
-        """Refuse a scene that the code cannot simulate; by default none."""
+        """Refuse a scene that the code cannot simulate; the default refuses none."""
 
     def _code(self, scene: Scene, deadline: Deadline) -> Code:
         program = find_program(self.program, f"install it with: apt install {self.PACKAGE}")

@@ -1,4 +1,4 @@
-"""One run of another code: watched while it goes on, and what was found."""
+"""Observation of one run of another code, and its results."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ from hertzchain.scene.schedule import Leg
 
 
 class Observation:
-    """Takes note of a run of the scene that a code was given, as it is in the true one.
+    """Observes a run of the scene that a code was given, in the units of the true scene.
 
-    Scene and legs are the true ones, ``made`` says how those given differ; ``times`` are those of a
-    history [s], if one is wanted; ``code`` is the name in messages.
+    Scene and legs are the true ones; ``made`` describes how those given to the code differ;
+    ``times`` are those of a history [s], if one is wanted; ``code`` is the name in messages.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class Observation:
         code: str,
     ) -> None:
         self._scene, self._made, self._legs, self.code = scene, made, tuple(legs), code
-        self.legs = [made.leg(leg) for leg in legs]  # as the code is given them
+        self.legs = [made.leg(leg) for leg in legs]  # the legs given to the code
         granules, wall = scene.chain.granules, scene.wall is not None
         self._fastest = _fastest(scene)
         self._law = None if scene.contact is None else DampedLaw.of(scene)
@@ -56,7 +56,7 @@ class Observation:
         self._velocity = np.zeros(scene.chain.granules)
 
     def begin(self, at_rest: readings.Granules) -> None:
-        """Take note of the granules that the code made, before the shock; refuse another number."""
+        """Store the granules of the code before the shock; refuse a wrong number of them."""
         count, wanted = at_rest.mass.size, self._scene.chain.granules
         if count != wanted:
             raise RunFailed(
@@ -78,13 +78,13 @@ class Observation:
         arrays: FloatArray,
         wall_force: FloatArray | None = None,
     ) -> None:
-        """Take note of successive readings on a leg, the first of them the last of those before.
+        """Add successive readings on a leg; the first repeats the last of the call before.
 
-        As the code was given the scene: the leg, from 0, times [s], shape (readings,), and
-        positions [m], velocities [m/s] and net forces [N] along the chain, shape (readings, 3,
-        granules), with the force on the wall, if there is one [N], shape (readings,). Motion that
-        has diverged raises StepUnstable, granules that touch the next but
-        one OverlapTooLarge.
+        All values are those of the scene given to the code: number of the leg, from 0; times [s],
+        shape (readings,); positions [m], velocities [m/s] and net forces [N] along the chain, shape
+        (readings, 3, granules), with the force on the wall, if there is one [N], shape (readings,).
+        Motion that has diverged raises StepUnstable, granules that touch the next but one
+        OverlapTooLarge.
         """
         if not np.all(np.isfinite(arrays)):
             raise diverged(self.code)
@@ -118,7 +118,7 @@ class Observation:
         self._velocity = arrays[-1, 1] / self._made.time
 
     def simulation(self, version: str, watching_share: float | None = None) -> Simulation:
-        """What was found, once all legs are over."""
+        """Return the results after the last leg."""
         assert self._samples is not None
         return Simulation(
             made=self._made,
@@ -156,13 +156,13 @@ class Observation:
         return Balance(impulse, momentum, self._work, energy, lost)
 
     def _pushed(self, samples: Samples) -> float:
-        """Impulse that the piston has given since the readings before [N s]."""
+        """Return the impulse of the piston since the readings before [N s]."""
         if self._damped is None:
             return float(contact_impulse(samples, 0))
         return self._damped.piston_impulse - self._piston_impulse
 
     def _energy(self, samples: Samples, which: int, velocity: FloatArray) -> float:
-        """Of motion and of contacts, from forces, overlaps and velocities at one time [J]."""
+        """Kinetic and contact energy from forces, overlaps and velocities at one time [J]."""
         force, overlap = samples.contact_force[which], samples.overlap[which]
         if self._law is not None:
             force = force - self._law.damper(overlap, samples.overlap_derivatives[1][which])
@@ -172,19 +172,19 @@ class Observation:
 
 
 def _fastest(scene: Scene) -> float:
-    """Half a velocity that no granule reaches [m/s]: it tells a motion that has diverged."""
+    """Half an upper bound of all velocities [m/s]; faster granules mean a diverged motion."""
     if scene.is_plain:
         return scene.impulse / scene.chain.granule_mass  # all the impulse in one granule
-    # All energy in one granule of the smallest mass could be as fast; static contacts have some.
+    # All energy in one granule of the smallest mass; static contacts have energy too.
     lightest = float(np.min(scene.granules.mass))
     static = 0.4 * float(np.sum(scene.granules.static_force * scene.granules.static_overlap))
     if scene.piston is not None:
         moved = scene.granules.mass[1:]
-        # All granules thrown ahead, and all contacts pressed as hard as the scene is measured by.
+        # All granules thrown ahead, and all contacts pressed by the scene's unit of force.
         energy = 2 * float(np.sum(moved)) * scene.piston.fastest**2 + static
         energy += moved.size * scene.units.energy
     else:
-        # The halves of a sine cancel one another in the impulse, but not in what granules reach.
+        # The halves of a sine cancel in the impulse, but not in the velocities.
         pushed = math.fsum(abs(ramp.impulse) for ramp in scene.ramps)
         momentum = pushed + scene.start_momentum
         energy = momentum**2 / (2 * scene.first_mass) + static
@@ -192,7 +192,7 @@ def _fastest(scene: Scene) -> float:
 
 
 def _held(made: Scene) -> readings.Held:
-    """What acts on the granules that a code made of a scene with terms, besides its contacts."""
+    """Constant loads and the wall of the granules of a code; ``Held()`` without terms."""
     pressed, wall = made.precompression, made.wall
     force = 0.0 if pressed is None or wall is not None else pressed.force
     place = None if wall is None else wall_position(made)
@@ -201,23 +201,23 @@ def _held(made: Scene) -> readings.Held:
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """What one run of another code found, in SI units of the true scene."""
+    """Results of one run of another code, in SI units of the true scene."""
 
     made: Softening  # the similar scene that was computed
     legs: tuple[Leg, ...]
     peaks: PeakWatch
-    displacement: FloatArray  # at the end [m], shape (granules,)
-    velocity: FloatArray  # at the end [m/s], shape (granules,)
+    displacement: FloatArray  # displacement at the end [m], shape (granules,)
+    velocity: FloatArray  # velocity at the end [m/s], shape (granules,)
     balance: Balance
-    recorder: Recorder | None  # of a history, if one was wanted
-    watching_share: float | None  # time of watching over that of steps, where it is known
-    version: str  # of the code
+    recorder: Recorder | None  # recorder of a history, if one was wanted
+    watching_share: float | None  # time of watching over time of steps, if known
+    version: str  # version of the code
 
     @property
     def steps(self) -> int:
-        """On all legs."""
+        """Number of steps on all legs."""
         return sum(leg.steps for leg in self.legs)
 
     def round_off(self, scene: Scene) -> float:
-        """Bound of what absolute coordinates have cost the peaks, as a fraction."""
+        """Upper bound of the relative error of the peaks by absolute coordinates."""
         return round_off(scene, self.made, self.steps, self.peaks.force, self.displacement)

@@ -1,4 +1,4 @@
-"""Other programs, run as processes of their own in a folder that is gone afterwards."""
+"""Runs other programs as processes in a temporary folder."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from typing import Any
 from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.limits import Deadline
 
-SAID = "said.txt"  # where in its folder a program's standard output and error go, all of it
-_KEPT = 20_000  # characters of what a program says that are kept: its last words
-_LEAST = 1e6  # bytes that must be free for temporary files, whatever the run
-SLICE = 0.5  # seconds of waiting in one go; on Windows Ctrl-C has to wait for their end
-_GRACE = 2.0  # seconds in which a program that is asked to end has to end
+SAID = "said.txt"  # file in the folder with all of a program's standard output and error
+_KEPT = 20_000  # characters kept from the end of a program's output
+_LEAST = 1e6  # bytes that must be free for temporary files of any run
+SLICE = 0.5  # seconds of one wait; on Windows Ctrl-C has to wait for its end
+_GRACE = 2.0  # seconds that a program gets to end on request
 
 
 @contextmanager
 def work_folder(code: str) -> Iterator[Path]:
-    """A folder for a run that is gone afterwards; a disk that is full is one sentence."""
+    """Temporary folder for a run; a full disk is reported in one sentence."""
     try:
         with tempfile.TemporaryDirectory(prefix="hertzchain-") as folder:
             if shutil.disk_usage(folder).free < _LEAST:
@@ -41,20 +41,20 @@ def work_folder(code: str) -> Iterator[Path]:
 
 
 def find_program(name: str, what_to_do: str) -> str:
-    """The path of a program, given as a path or as it is called on the search path."""
+    """Return the path of a program, given as a path or as a name on the search path."""
     found = shutil.which(name)
     if found is None:
-        raise BackendMissing(f"{name} is not here, or is no program: {what_to_do}")
+        raise BackendMissing(f"{name} is missing or not a program: {what_to_do}")
     return str(Path(found).absolute())
 
 
 def run_program(
     command: Sequence[str], folder: Path, deadline: Deadline, code: str, **environment: str
 ) -> str:
-    """Run a program to its end in a folder; what it said, the last part of it where that is long.
+    """Run a program to its end in a folder; return the last part of its output.
 
-    Whatever ends the waiting kills its process group, with all processes that it has started. The
-    error of another status than 0 has its last line that names an error.
+    If the wait ends early, its process group is killed with all processes that it has started. For
+    a status other than 0 the error contains the last line that names an error.
     """
     said = folder / SAID
     with said.open("wb") as output:
@@ -103,7 +103,7 @@ def _wait(process: subprocess.Popen[bytes], deadline: Deadline) -> None:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End the whole group; it is asked first, as only mpiexec may know the groups of its ranks."""
+    """End the whole group, first by a request: only mpiexec may know the groups of its ranks."""
     try:
         if sys.platform != "win32" and process.poll() is None:
             os.killpg(process.pid, signal.SIGTERM)
@@ -125,7 +125,7 @@ def kill(process: subprocess.Popen[bytes]) -> None:
 
 
 def signal_name(status: int) -> str:
-    """The signal that ended a process, from its status below 0."""
+    """Return the name of the signal that ended a process, from its negative status."""
     try:
         return signal.Signals(-status).name
     except ValueError:  # a real-time signal
@@ -133,7 +133,7 @@ def signal_name(status: int) -> str:
 
 
 def _last_words(text: str) -> str:
-    """The last line that names an error, or the last of all."""
+    """Return the last line that names an error, or the last line."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     errors = [line for line in lines if "ERROR" in line or "Error" in line]
     last = (errors or lines)[-1:]

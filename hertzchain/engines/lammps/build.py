@@ -1,4 +1,4 @@
-"""What a LAMMPS binary says of itself, and where it is found."""
+"""Finds a LAMMPS binary, and reads its version and MPI."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ HOW_TO_GET_IT = f"name one that is there, or install it with: {INSTALL}"
 
 
 def look(lmp: str, deadline: Deadline) -> Build:
-    """What a LAMMPS binary says of itself, asked once in a process unless the file changes."""
+    """Version and MPI of a LAMMPS binary, asked once in a process unless the file changes."""
     program = find_program(lmp, HOW_TO_GET_IT)
     file = Path(program).stat()
     key = (program, file.st_dev, file.st_ino, file.st_size, file.st_mtime_ns)
@@ -23,7 +23,8 @@ def look(lmp: str, deadline: Deadline) -> Build:
     return _SEEN[key]
 
 
-_SEEN: dict[tuple[str, int, int, int, int], Build] = {}  # by path and file; asking takes 0.13 s
+# cached by path and file; asking takes 0.13 s
+_SEEN: dict[tuple[str, int, int, int, int], Build] = {}
 
 
 def _ask(lmp: str, program: str, deadline: Deadline) -> Build:
@@ -42,7 +43,7 @@ def _ask(lmp: str, program: str, deadline: Deadline) -> Build:
 
 
 def find_mpiexec(lmp: str) -> str | None:
-    """The mpiexec beside a LAMMPS binary, or else on the search path; None where there is none."""
+    """Return the mpiexec in the folder of a LAMMPS binary, or on the search path; None for none."""
     program = shutil.which(lmp)
     beside = None if program is None else shutil.which("mpiexec", path=Path(program).parent)
     found = beside or shutil.which("mpiexec")
@@ -50,5 +51,5 @@ def find_mpiexec(lmp: str) -> str | None:
 
 
 def all_said(folder: Path) -> str:
-    """Standard output and error of a program that has run in a folder."""
+    """Return standard output and error of a program that has run in a folder."""
     return (folder / SAID).read_text(encoding="utf-8", errors="replace")

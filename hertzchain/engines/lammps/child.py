@@ -1,6 +1,6 @@
-"""What runs in the process that runs LAMMPS for another: functions in, what they return out.
+"""Code of the child process for LAMMPS: it receives functions and returns their results.
 
-Both are pickled, once more as bytes: a request that cannot be read does not spoil the next.
+Both are pickled twice, the second time as bytes: an unreadable request does not affect the next.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Request = bytes
 def serve() -> None:
     """Answer requests from standard input until the process that asks is gone."""
     requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
-    # LAMMPS and MPI print as they like: that must not get among the answers.
+    # Output of LAMMPS and MPI must not mix with the answers.
     os.dup2(2, 1)
     inbox: queue.SimpleQueue[Request] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(requests, inbox), daemon=True).start()
@@ -31,7 +31,7 @@ def serve() -> None:
 
 
 def _listen(requests: BinaryIO, inbox: queue.SimpleQueue[Request]) -> None:
-    """Hand requests on; end the process at once when there will be no more, even while it runs."""
+    """Queue requests; at their end, stop the process at once, even during a run."""
     try:
         while True:
             inbox.put(pickle.load(requests))  # noqa: S301 - from the process that started this one
@@ -40,7 +40,7 @@ def _listen(requests: BinaryIO, inbox: queue.SimpleQueue[Request]) -> None:
 
 
 def _answer(request: Request) -> bytes:
-    """Whether it worked, and what came of it."""
+    """Return whether a request worked, and its result or error."""
     try:
         function, arguments = pickle.loads(request)  # noqa: S301 - as above
         return pickle.dumps((True, function(*arguments)))
@@ -48,5 +48,5 @@ def _answer(request: Request) -> bytes:
         return pickle.dumps((False, problem))
     except MemoryError:
         return pickle.dumps((False, not_enough_memory()))
-    except Exception:  # a mistake in the program, to be seen where it was asked
+    except Exception:  # a bug, raised again in the process that asked
         return pickle.dumps((False, RuntimeError(traceback.format_exc())))

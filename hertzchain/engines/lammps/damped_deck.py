@@ -1,4 +1,4 @@
-"""Damping of a scene in the words of LAMMPS's ``pair_style granular``; see ``damping``."""
+"""Damping of a scene as options of LAMMPS's ``pair_style granular``; see ``damping``."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import Contact
 
 _HIGHEST = 1.1
-"""Above 1, where alpha is below 0 already: at 1 it is 3e-4 still."""
+"""Upper end of the search, above 1, where alpha is negative: at 1 it is still 3e-4."""
 
 
 def asked_of_tsuji(restitution: float) -> float | None:
-    """The number that makes ``damping tsuji`` damp as ``coeff_restitution`` does; None for none.
+    """Return the number with which ``damping tsuji`` damps as ``coeff_restitution``; None for none.
 
-    For ``restitution`` alpha is to be sqrt(5) beta. The polynomial falls from 1.2728 at 0, and
-    LAMMPS takes no number below 0: there is none for a restitution below 0.113.
+    For ``restitution`` alpha has to be sqrt(5) beta. The polynomial falls from 1.2728 at 0, and
+    LAMMPS takes no number below 0: a restitution below 0.113 has no such number.
     """
     log = math.log(restitution)
     alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)
     low, high = 0.0, _HIGHEST
     if alpha > tsuji(low, root_2=False):
         return None
-    for _ in range(60):  # halves: to the last digit
+    for _ in range(60):  # bisections: to the last digit
         middle = (low + high) / 2
         low, high = (middle, high) if tsuji(middle, root_2=False) > alpha else (low, middle)
     return (low + high) / 2
 
 
 def refuse_wall(contact: Contact | None, version: str | None) -> None:
-    """Raise RunFailed where a LAMMPS cannot damp the contact with a wall as the others."""
+    """Raise RunFailed for a LAMMPS that cannot damp a wall's contact like the others."""
     if contact is None or contact.restitution is None:
         return
-    if version is None or version >= TSUJI_AT_WALLS:  # None: the deck itself stops
+    if version is None or version >= TSUJI_AT_WALLS:  # None: the deck itself checks the version
         return
     raise RunFailed(
         f"LAMMPS of {version} changes the restitution at a wall with every run: take LAMMPS of"
@@ -44,7 +44,7 @@ def refuse_wall(contact: Contact | None, version: str | None) -> None:
 
 
 def oldest(scene: Scene) -> tuple[str, str] | None:
-    """The first LAMMPS that has the damping of a scene: its number, and its name; None for any."""
+    """Return the first LAMMPS with the damping of a scene, number and name; None if all have it."""
     contact = scene.contact
     if contact is None or contact.restitution is None:
         return None
@@ -54,9 +54,9 @@ def oldest(scene: Scene) -> tuple[str, str] | None:
 
 
 def by_version(scene: Scene) -> list[str]:
-    """The commands with which a deck for any LAMMPS chooses the damping of a restitution.
+    """Return the commands by which a deck for any LAMMPS chooses the damping of a restitution.
 
-    They set the variables that ``damping_of`` names; a LAMMPS that cannot have it stops there.
+    They set the variables that ``damping_of`` names; a LAMMPS without such damping stops there.
     """
     contact = scene.contact
     if contact is None or contact.restitution is None:
@@ -86,11 +86,11 @@ def by_version(scene: Scene) -> list[str]:
 
 
 def damping_of(contact: Contact, version: str | None) -> tuple[str, str]:
-    """The second number of a normal law, and the words that follow the tangential law.
+    """Return the second number of a normal law, and the words after the tangential law.
 
     In the number ``{k}`` and ``{mass}`` stand for the names of 4/3 E* and m* of the pair, where it
-    depends on them. ``version`` is that of LAMMPS, year month day; None where the deck chooses.
-    RunFailed for a restitution that this version does not have.
+    depends on them. ``version`` is LAMMPS's, year month day; None if the deck chooses. RunFailed
+    for a restitution that this version does not have.
     """
     limit = "" if contact.attraction else f" {WITHOUT_ATTRACTION}"
     if contact.restitution is not None:

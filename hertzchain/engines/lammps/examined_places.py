@@ -1,4 +1,4 @@
-"""Where an examination puts the granules of a scene with terms, and what is seen there."""
+"""Places of the granules in an examination of a scene with terms, and overlaps there."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from hertzchain.scene.scene import Scene
 
 
 def set_places(place: FloatArray) -> str:
-    """The commands that put each granule at its place [m]."""
+    """Return the commands that put each granule at its place [m]."""
     return "\n".join(f"set atom {k} x {x!r}" for k, x in enumerate(place.tolist(), start=1))
 
 
 def smaller_radius(scene: Scene) -> FloatArray:
-    """The smaller radius of each contact, at a wall that of the last granule [m], (contacts,)."""
+    """Return the smaller radius of each contact, at a wall the last granule's [m], (contacts,)."""
     radius = scene.granules.radius
     smaller = np.append(np.minimum(radius[:-1], radius[1:]), radius[-1])
     return np.asarray(smaller[: scene.granules.stiffness.size])
 
 
 def apart(scene: Scene, fraction: float) -> FloatArray:
-    """Places at which nothing touches [m]: at least a fraction of the smaller radius apart."""
+    """Return places without contacts [m]: at least a fraction of the smaller radius apart."""
     place, away = _loose(scene), fraction * smaller_radius(scene)
     between = away[: place.size - 1]
     left = np.append(np.cumsum(between[::-1])[::-1], 0.0)
@@ -30,7 +30,7 @@ def apart(scene: Scene, fraction: float) -> FloatArray:
 
 
 def pressed(scene: Scene, which: Array, fraction: float) -> FloatArray:
-    """Places at which some contacts, no two of them neighbours, are pressed [m].
+    """Return places at which some contacts, no two of them neighbours, are pressed [m].
 
     Their overlap is about a fraction of the smaller radius.
     """
@@ -45,7 +45,7 @@ def pressed(scene: Scene, which: Array, fraction: float) -> FloatArray:
 
 
 def overlaps(scene: Scene, place: FloatArray) -> FloatArray:
-    """Overlap of each contact at places as they are rounded [m], shape (contacts,)."""
+    """Return the overlap of each contact at rounded places [m], shape (contacts,)."""
     radius = scene.granules.radius
     found = radius[:-1] + radius[1:] - np.diff(place)
     return (
@@ -56,9 +56,9 @@ def overlaps(scene: Scene, place: FloatArray) -> FloatArray:
 
 
 def wall_place(place: FloatArray, force: FloatArray, radius: float) -> float:
-    """Place of the wall, by Hertz's law, from two places of a granule and the forces there [m].
+    """Return the place of the wall by Hertz's law, from the forces at two places of a granule [m].
 
-    No number where there is no force.
+    NaN if there is no force.
     """
     with np.errstate(all="ignore"):
         deep = np.sign(force) * np.abs(force) ** (2 / 3)
@@ -67,7 +67,7 @@ def wall_place(place: FloatArray, force: FloatArray, radius: float) -> float:
 
 
 def _loose(scene: Scene) -> FloatArray:
-    """Places of the granules under no load [m]; where there is a wall, it stays."""
+    """Return the places of the granules without load [m]; a wall stays in place."""
     granules = scene.granules
     distance = granules.radius[:-1] + granules.radius[1:] + granules.gap[: granules.mass.size - 1]
     place = np.concatenate([[0.0], np.cumsum(distance)])

@@ -1,4 +1,4 @@
-"""LAMMPS in a new interpreter, which may crash, hang or be killed and harm nobody else."""
+"""Runs LAMMPS in a new interpreter, whose crash, hang or end does not affect this process."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _PROGRAM = (
 
 _CRASHES = {"SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL", "SIGTRAP", "SIGSYS"}
 
-_KEPT = 4096  # bytes kept of what the process says on standard error
-_PATIENCE = 5.0  # seconds in which a process that says nothing more has to end by itself
+_KEPT = 4096  # bytes kept of the standard error of the process
+_PATIENCE = 5.0  # seconds that a process with closed output gets to end by itself
 
 
 class Child:
-    """A process that calls functions for this one, started when it is needed; a context.
+    """A child process that calls functions, started when it is needed; a context.
 
     The process ends with the context, or with this process.
     """
@@ -45,11 +45,11 @@ class Child:
 
     @property
     def pid(self) -> int | None:
-        """Its number, or None while there is none."""
+        """Process id; None while there is no process."""
         return None if self._process is None else self._process.popen.pid
 
     def call(self, function: Callable[..., Any], *arguments: Any, time_limit: float) -> Any:
-        """What a function returns, or raises, there; the process is killed after so long [s]."""
+        """Call a function in the process, within a time limit [s]; return or raise its outcome."""
         request = pickle.dumps(pickle.dumps((function, arguments)))
         deadline = Deadline(time_limit)
         process = self._process
@@ -57,7 +57,8 @@ class Child:
             process = self._process = _Process()
         try:
             answer = process.ask(request, deadline)
-        except BaseException:  # time limit, Ctrl-C: no answer may come that nobody waits for
+        # time limit, Ctrl-C: a late answer must not be taken for that of the next call
+        except BaseException:
             self.end()
             raise
         if answer is None:
@@ -69,19 +70,19 @@ class Child:
         return found
 
     def end(self) -> None:
-        """Kill the process, if there is one; from any thread, a call to it fails then."""
+        """Kill the process, if there is one; a call to it from another thread fails then."""
         process, self._process = self._process, None
         if process is not None:
             process.end()
 
 
 class _Process:
-    """One such process and what it says on standard error."""
+    """The child process and its standard error."""
 
     def __init__(self) -> None:
         try:
-            # -P: sys.path is given, and Python 3.13.0 to 3.13.2 cannot import NumPy where they
-            # should look in a folder that is gone (python/cpython#130932).
+            # -P: sys.path is given, and Python 3.13.0 to 3.13.2 cannot import NumPy if sys.path has
+            # a folder that was deleted (python/cpython#130932).
             self.popen = start(
                 [sys.executable, "-P", "-c", _PROGRAM, *sys.path],
                 stdin=subprocess.PIPE,
@@ -99,7 +100,7 @@ class _Process:
         self._talk: threading.Thread | None = None
 
     def ask(self, request: bytes, deadline: Deadline) -> tuple[bool, Any] | None:
-        """The answer to a request; None where the process has ended."""
+        """Return the answer to a request; None if the process has ended."""
         answers: queue.SimpleQueue[tuple[bool, Any] | None] = queue.SimpleQueue()
         self._talk = threading.Thread(target=self._exchange, args=(request, answers), daemon=True)
         self._talk.start()
@@ -112,7 +113,7 @@ class _Process:
                     raise deadline.passed() from None
 
     def last_words(self) -> tuple[int, str]:
-        """Status with which the process ended, and what it said last."""
+        """Return the status of the ended process, and its last output."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self.popen.wait(_PATIENCE)
         self.end()
@@ -120,7 +121,7 @@ class _Process:
 
     def end(self) -> None:
         """Kill the process, and wait until it is gone."""
-        if self.popen.poll() is None:  # its number may be another's else
+        if self.popen.poll() is None:  # otherwise its id may belong to another process
             kill(self.popen)
         for thread in (self._talk, self._listener):
             if thread is not None:
@@ -133,7 +134,7 @@ class _Process:
     def _exchange(
         self, request: bytes, answers: queue.SimpleQueue[tuple[bool, Any] | None]
     ) -> None:
-        """Write and read in a thread: either may take for ever where the other side hangs."""
+        """Write and read in a thread: either may wait without end if the other side hangs."""
         assert self.popen.stdin is not None
         assert self.popen.stdout is not None
         try:
@@ -142,7 +143,7 @@ class _Process:
             answers.put(pickle.loads(pickle.load(self.popen.stdout)))  # noqa: S301 - our process
         except (OSError, EOFError, pickle.UnpicklingError):
             answers.put(None)
-        except Exception as problem:  # no memory for the answer, say
+        except Exception as problem:  # for example no memory for the answer
             answers.put((False, problem))
 
     def _listen(self) -> None:
@@ -153,7 +154,7 @@ class _Process:
 
 
 def _failure(status: int, said: str) -> RunFailed:
-    """Why the process ended, from its status and its last words."""
+    """Return the error for a process that ended, from its status and last output."""
     if is_out_of_memory(said):
         return not_enough_memory()
     last = next((line.strip() for line in reversed(said.splitlines()) if line.strip()), "")

@@ -1,4 +1,4 @@
-"""Reading a running LAMMPS: its arrays, in SI units."""
+"""Reads the arrays of a running LAMMPS, in SI units."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from hertzchain.engines.lammps.dialect import NO_STEP, WALL
 ARRAYS = ("x", "v", "f")  # positions [m], velocities [m/s], net forces [N]; three components each
 
 COMMANDS = f"atom_modify sort 0 0\nthermo_style custom step\ntimer off\n{NO_STEP}\n"
-"""What only reading needs: granules in the order of their ids, and stops that cost little."""
+"""Commands for reading: granules in the order of their ids, and stops that cost little."""
 
 _PER_ATOM, _ARRAY = 1, 2  # LMP_STYLE_ATOM and LMP_TYPE_ARRAY of the lammps module
 _DOUBLE_2D = 3  # LAMMPS_DOUBLE_2D of the lammps module, which is imported only when needed
 
 
 def read(instance: Any, into: FloatArray) -> None:
-    """Copy what LAMMPS, on one process, holds now into (array, granule, component), contiguous.
+    """Copy the present state of LAMMPS, on one process, to (array, granule, component), contiguous.
 
-    Granules are in the order of their ids. LAMMPS may move its arrays while it runs, so it is asked
-    each time where they are.
+    Granules are in the order of their ids. LAMMPS may move its arrays during a run, so their
+    addresses are read each time.
     """
     target, size = into.ctypes.data, into[0].nbytes
     for name in ARRAYS:
@@ -33,13 +33,13 @@ def read(instance: Any, into: FloatArray) -> None:
 
 
 def wall_force(instance: Any) -> float:
-    """Force of the last granule on the wall now [N], on one process."""
+    """Return the present force of the last granule on the wall [N], on one process."""
     forces = instance.extract_fix(WALL, _PER_ATOM, _ARRAY)
     return -float(forces[instance.extract_setting("nlocal") - 1][1])
 
 
 def granules(instance: Any) -> Granules:
-    """The granules that LAMMPS holds now; the masses it made from diameter and density."""
+    """Return the present granules of LAMMPS, with its masses computed from diameter and density."""
     arrays = instance.numpy
     return Granules(
         np.array(arrays.extract_atom("x")[:, 0], dtype=np.float64),
@@ -59,10 +59,10 @@ _COLUMNS = {
 
 
 def column(instance: Any, name: str) -> FloatArray:
-    """A copy of what LAMMPS, on one process, holds now, shape (granules,).
+    """Copy one present number of each granule of LAMMPS, on one process, shape (granules,).
 
-    ``mass``, ``radius``, or a component of position, velocity, net force or torque as ``dump
-    custom`` calls it (``x``, ``vx``, ``fx``, ``tqx``).
+    ``mass``, ``radius``, or a component of position, velocity, net force or torque by its name in
+    ``dump custom`` (``x``, ``vx``, ``fx``, ``tqx``).
     """
     arrays = instance.numpy
     if name in _SCALARS:

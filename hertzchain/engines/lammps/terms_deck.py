@@ -1,8 +1,8 @@
-"""The commands that make a chain with terms: unlike granules, moved ends, wall, loads, damping.
+"""The commands for a chain with terms: different granules, moved ends, wall, loads, damping.
 
-LAMMPS gets E and nu of each material, radius and density of each granule, and positions; it makes
-masses and contact stiffnesses by itself. Pairs of two materials are written out, as LAMMPS of 2021
-and 2022 mixes them wrongly.
+LAMMPS gets E and nu of each material, radius and density of each granule, and positions; it
+computes masses and contact stiffnesses by itself. Pairs of two materials are written out, as LAMMPS
+of 2021 and 2022 mixes them wrongly.
 """
 
 from __future__ import annotations
@@ -28,16 +28,14 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import Contact, Wall
 
 PAIR_STYLE = "granular"
-"""The only pair style that has a stiffness for each pair of materials."""
+"""The only pair style with a stiffness for each pair of materials."""
 
 
 def granules(scene: Scene, pair_style: str, version: str | None = COEFF_RESTITUTION) -> list[str]:
-    """The commands between the start of a deck and its motion: granules and contacts.
+    """Return the commands between the start of a deck and its motion: granules and contacts.
 
-    ``version`` is that of LAMMPS, year month day, on which damping depends; None for a deck that
-    asks it.
-
-    RunFailed where LAMMPS cannot have the scene, or not with this pair style.
+    ``version`` is LAMMPS's, year month day, on which damping depends; None for a deck that checks
+    it. RunFailed if LAMMPS, or this pair style, does not support the scene.
     """
     check_pair_style(scene, pair_style)
     each = scene.granules
@@ -56,7 +54,7 @@ def granules(scene: Scene, pair_style: str, version: str | None = COEFF_RESTITUT
 
 
 def check_pair_style(scene: Scene, pair_style: str) -> None:
-    """Raise RunFailed for a pair style that has not the contacts of a scene with terms."""
+    """Raise RunFailed for a pair style without the contacts of a scene with terms."""
     if pair_style != PAIR_STYLE:
         raise RunFailed(
             f"pair style {pair_style} has one stiffness for all contacts: take {PAIR_STYLE} for a"
@@ -66,7 +64,7 @@ def check_pair_style(scene: Scene, pair_style: str) -> None:
 
 @dataclass(frozen=True)
 class _Kind:
-    """A type of granules; radius [m] and density [kg/m^3] where its contacts need the mass."""
+    """A type of granules; with radius [m] and density [kg/m^3] if its contacts need the mass."""
 
     young_modulus: float
     poisson_ratio: float
@@ -75,10 +73,10 @@ class _Kind:
 
 
 def _kinds(scene: Scene) -> tuple[list[_Kind], list[int]]:
-    """The types of granules as they come along the chain, and that of each granule, from 1.
+    """Return the types of granules in their order along the chain, and each granule's, from 1.
 
-    LAMMPS's viscoelastic damping grows with m*, that of Kuwabara and Kono does not: then granules
-    of another mass are of another type.
+    LAMMPS's viscoelastic damping grows with m*, that of Kuwabara and Kono does not: so granules of
+    different mass are of different types.
     """
     each = scene.granules
     if scene.contact is None or scene.contact.relaxation_time is None:
@@ -110,7 +108,7 @@ def _moduli(kinds: list[_Kind]) -> list[str]:
 
 
 def _granules(granules: Granules, kinds: list[int], types: int) -> list[str]:
-    """The granules one by one, as they lie at the start: touching, apart or pressed."""
+    """Return the commands for each granule at its start position: touching, apart or pressed."""
     position, radius = granules.position.tolist(), granules.radius.tolist()
     low, high = position[0] - 2 * radius[0], position[-1] + 2 * radius[-1]
     widest = 2 * max(radius)
@@ -132,7 +130,7 @@ def _granules(granules: Granules, kinds: list[int], types: int) -> list[str]:
 
 
 def _pairs(kinds: list[_Kind], contact: Contact | None, version: str | None) -> list[str]:
-    """Contacts of each pair: hertz takes 4/3 E*, with 1/E* the sum of (1 - nu^2) / E of both."""
+    """Yield each pair's law: hertz takes 4/3 E*, with 1/E* the sum of (1 - nu^2) / E of both."""
     lines = []
     for i in range(1, len(kinds) + 1):
         for j in range(i, len(kinds) + 1):
@@ -146,7 +144,7 @@ def _pairs(kinds: list[_Kind], contact: Contact | None, version: str | None) -> 
 
 
 def _law(k: str, mass: str, contact: Contact | None, version: str | None) -> str:
-    """The law of a pair or the wall, with the variable of its 4/3 E* and the formula of its m*."""
+    """Return the law of a pair or the wall, from the variable of 4/3 E* and the formula of m*."""
     if contact is None:
         return f"hertz ${{{k}}} 0.0 {NO_FRICTION}"
     number, words = damping_of(contact, version)
@@ -156,7 +154,7 @@ def _law(k: str, mass: str, contact: Contact | None, version: str | None) -> str
 
 
 def held(scene: Scene, version: str | None = COEFF_RESTITUTION) -> list[str]:
-    """The wall, forces that are always there, and the striker's velocity."""
+    """Return the commands for the wall, the constant forces and the striker's velocity."""
     lines = [f"group last id {scene.chain.granules}"]
     if scene.wall is not None:
         refuse_wall(scene.contact, version)
@@ -171,7 +169,7 @@ def held(scene: Scene, version: str | None = COEFF_RESTITUTION) -> list[str]:
 
 
 def _wall(wall: Wall, own: int) -> str:
-    """4/3 E* of the contact with the wall, from the material of the last granule."""
+    """Return 4/3 E* of the contact with the wall, from the material of the last granule."""
     compliance = f"(1-v_nu{own}^2)/v_E{own}"
     if wall.kind == "rigid":
         return f"4/3/({compliance})"

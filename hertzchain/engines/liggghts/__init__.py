@@ -1,4 +1,4 @@
-"""LIGGGHTS, an oracle beside LAMMPS: a deck of the same scene, run by its program."""
+"""LIGGGHTS, a further oracle: a deck of the same scene, run by its program."""
 
 from hertzchain.engines.liggghts.backend import Liggghts
 

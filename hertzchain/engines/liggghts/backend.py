@@ -1,4 +1,4 @@
-"""The LIGGGHTS backend: scene in, result out."""
+"""The LIGGGHTS backend: runs a scene and returns its result."""
 
 from __future__ import annotations
 
@@ -27,25 +27,25 @@ _LOG = "log.liggghts"
 class Liggghts(ProgramEngine):
     """A generated deck, run by the program ``liggghts``, a fork of LAMMPS.
 
-    Each run starts the program, which takes half a second. It knows Poisson's ratios from 0 to 0.5
-    and restitutions above 0.05 only, and dashpots only in contacts that may pull.
+    Each run starts the program, which takes half a second. It accepts Poisson's ratios from 0 to
+    0.5, restitutions above 0.05, and dashpots in contacts that may pull.
 
     Parameters
     ----------
     dt
         The largest step [s]; by default one whose estimated error is at most ``rtol``.
     read_every
-        Steps between two readings of the state, of the coarsest run where ``extrapolated``; by
-        default so many that 0.3 natural time units pass at most.
+        Steps between two readings of the state, in the coarsest run where ``extrapolated``; the
+        default gives intervals of at most 0.3 natural time units.
     rtol
-        Wanted relative error of the peaks, where no step is asked for.
+        Wanted relative error of the peaks, where no step is given.
     extrapolated
         Whether peaks and their times are extrapolated from two runs, one with half the steps of the
         other (Richardson); see ``Lammps``.
     program
-        Its path, or its name on the search path.
+        Path of the program, or its name on the search path.
     time_limit
-        How long a run may take [s], all that finds its step and its error included.
+        Time limit of a run [s], including the search for its step and its error.
 
     Raises
     ------
@@ -64,7 +64,7 @@ class Liggghts(ProgramEngine):
     program: str = "liggghts"
 
     def method_of(self, scene: Scene) -> str:
-        """The method, as the result names it."""
+        """Return the name of the method in the result."""
         used = " + ".join(model for model, _ in models(scene.contact))
         return f"velocity-verlet, gran model {used}"
 
@@ -73,7 +73,7 @@ class Liggghts(ProgramEngine):
         for whose, ratio in _poisson_ratios(scene):
             if ratio < 0:
                 raise RunFailed(
-                    f"LIGGGHTS knows no Poisson's ratio below 0, this {whose} has {ratio:g}: take"
+                    f"LIGGGHTS has no Poisson's ratio below 0, this {whose} has {ratio:g}: take"
                     " another backend"
                 )
 
@@ -86,7 +86,7 @@ class Liggghts(ProgramEngine):
     def _found(self, folder: Path, scene: Scene) -> Found:
         _, rest = read_frames(folder / deck.AT_REST, deck.GRANULES)
         _, frames = read_frames(folder / deck.READINGS, deck.columns_of(scene))
-        # The wall pushes the last granule back, and is pushed by as much.
+        # The force on the wall is opposite to that on the last granule.
         own = len(deck.COLUMNS)
         wall_force = None if scene.wall is None else -np.sum(frames[:, own:, -1], axis=1)
         readings = frames[:, :own]
@@ -94,7 +94,7 @@ class Liggghts(ProgramEngine):
 
 
 def _poisson_ratios(scene: Scene) -> list[tuple[str, float]]:
-    """The lowest Poisson's ratio of the chain, and that of an elastic wall."""
+    """Yield the lowest Poisson's ratio of the chain, and that of an elastic wall."""
     if scene.is_plain:
         return [("chain", scene.chain.poisson_ratio)]
     ratios = [("chain", float(np.min(scene.granules.poisson_ratio)))]
@@ -104,7 +104,7 @@ def _poisson_ratios(scene: Scene) -> list[tuple[str, float]]:
 
 
 def _version(log: Path) -> str:
-    """The version, from the first line of a log."""
+    """Return the version, from the first line of a log."""
     with log.open(encoding="utf-8", errors="replace") as lines:
         first = lines.readline()
     found = re.search(r"LIGGGHTS\S* \d\S*\d", first)

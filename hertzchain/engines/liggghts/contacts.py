@@ -1,4 +1,4 @@
-"""Contact models of LIGGGHTS: Hertz's law, and with it each law of damping that LIGGGHTS has.
+"""Contact models of LIGGGHTS: Hertz's law with each of LIGGGHTS's laws of damping.
 
 ``model hertz`` takes E and nu of each type and the restitution of each pair of types. The two
 others take numbers for each pair of types, and use masses and radii of their own:
@@ -32,10 +32,10 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import Contact
 
 _LEAST_RESTITUTION = 0.05
-"""LIGGGHTS takes restitutions above this one."""
+"""Restitution above which LIGGGHTS accepts values."""
 
 Type = tuple[Material, float]
-"""A material, and the mass of its granules [kg]: infinite for a wall, NaN where none is needed."""
+"""A material and the mass of its granules [kg]: infinite for a wall, NaN if not needed."""
 
 
 def refuse_damping(contact: Contact | None) -> None:
@@ -55,7 +55,7 @@ def refuse_damping(contact: Contact | None) -> None:
 
 
 def types_of(scene: Scene) -> tuple[list[Type], list[int]]:
-    """The types, that of the wall last, and the number of each granule's, from 1.
+    """Return the types, the wall's last, and for each granule the number of its type, from 1.
 
     RunFailed for more of them than a deck can have.
     """
@@ -72,12 +72,12 @@ def types_of(scene: Scene) -> tuple[list[Type], list[int]]:
                 f" a LIGGGHTS deck: at most {MOST_MATERIALS}"
             )
     if scene.wall is not None:
-        types.append((wall_material(scene), math.inf))  # a type that no granule has
+        types.append((wall_material(scene), math.inf))  # the wall's own type
     return types, kinds
 
 
 def models(contact: Contact | None) -> list[tuple[str, str]]:
-    """The models whose forces add up in a contact, and the options of each."""
+    """Return the models whose forces add up in a contact, with their options."""
     if contact is None:
         return [("hertz", "")]
     if contact.coefficient is not None:
@@ -87,7 +87,7 @@ def models(contact: Contact | None) -> list[tuple[str, str]]:
 
 
 def pair_commands(types: list[Type], contact: Contact | None) -> list[str]:
-    """Hertz's law between all types, and damping."""
+    """Yield the commands for Hertz's law between all types, and damping."""
     damping = (
         "without damping (coefficient of restitution 1)" if contact is None else "with damping"
     )
@@ -101,7 +101,7 @@ def pair_commands(types: list[Type], contact: Contact | None) -> list[str]:
 
 
 def _numbers(types: list[Type], contact: Contact | None) -> list[str]:
-    """What the models take."""
+    """Yield the numbers of the models."""
     if contact is not None and contact.relaxation_time is not None:
         return _viscoelastic(types, contact.relaxation_time)
     modulus, poisson = zip(*(material for material, _ in types), strict=True)
@@ -123,10 +123,10 @@ def _numbers(types: list[Type], contact: Contact | None) -> list[str]:
 
 
 def _viscoelastic(types: list[Type], relaxation_time: float) -> list[str]:
-    """Hertz's law with the damping of Kuwabara and Kono."""
+    """Yield the numbers of Hertz's law with the damping of Kuwabara and Kono."""
 
     def reduced(one: Type, other: Type) -> float:
-        """E* [Pa]."""
+        """Return E* of two materials [Pa]."""
         return 1 / sum((1 - poisson**2) / modulus for (modulus, poisson), _ in (one, other))
 
     def stiffness(one: Type, other: Type) -> float:
@@ -144,17 +144,17 @@ def _viscoelastic(types: list[Type], relaxation_time: float) -> list[str]:
 
 
 def _each(what: str, values: Sequence[float]) -> str:
-    """A property of each type."""
+    """Return the command for a property of each type."""
     return f"fix {what} all property/global {what} peratomtype {' '.join(map(repr, values))}"
 
 
 def _all_pairs(what: str, types: list[Type], value: float) -> list[str]:
-    """A property that all pairs of types have in common."""
+    """Return the command for a property with the same value for all pairs of types."""
     return _pairs(what, types, lambda *_: value)
 
 
 def _pairs(what: str, types: list[Type], value: Callable[[Type, Type], float]) -> list[str]:
-    """A property of each pair of types, a line for each first one."""
+    """Return the command for a property of each pair of types, a line for each first type."""
     rows = [f"    {' '.join(repr(value(one, other)) for other in types)}" for one in types]
     return [
         f"fix {what} all property/global {what} peratomtypepair {len(types)} &",

@@ -1,7 +1,7 @@
 """A scene as a LIGGGHTS input deck: pure text, nothing is run here.
 
-LIGGGHTS, a fork of the LAMMPS of 2013, gets the raw E, nu, R and rho, never the contact stiffness
-or the mass computed here, so that a mistake in either shows when backends are compared.
+LIGGGHTS, a fork of the LAMMPS of 2013, gets only E, nu, R and rho, never the contact stiffness or
+the mass computed here, so that a mistake in either shows when backends are compared.
 """
 
 from __future__ import annotations
@@ -20,10 +20,12 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import refuse_terms
 
-AT_REST, READINGS = "at_rest.dump", "readings.dump"  # granules before the shock; all readings
+# files with the granules before the shock, and with all readings
+AT_REST, READINGS = "at_rest.dump", "readings.dump"
 
-COLUMNS = ("x", "vx", "fx")  # of the readings: positions [m], velocities [m/s] and net forces [N]
-GRANULES = ("x", "mass", "diameter")  # of the granules at rest: [m], [kg], [m]
+# columns of the readings: positions [m], velocities [m/s] and net forces [N]
+COLUMNS = ("x", "vx", "fx")
+GRANULES = ("x", "mass", "diameter")  # columns of the granules at rest: [m], [kg], [m]
 
 
 START = (
@@ -48,7 +50,7 @@ MOTION = (
 
 
 def set_up(scene: Scene) -> str:
-    """The commands that make the chain, ready to run."""
+    """Return the commands that create the chain, ready to run."""
     if scene.is_plain:
         lines = [*START, "", *_plain_granules(scene), "", *MOTION]
     else:
@@ -59,7 +61,7 @@ def set_up(scene: Scene) -> str:
 
 
 def _plain_granules(scene: Scene) -> list[str]:
-    """Granules of a plain scene and their contacts."""
+    """Return the commands for the granules of a plain scene and their contacts."""
     chain, radius = scene.chain, scene.chain.radius
     end, across = radius * (2 * chain.granules - 1), f"{-radius!r} {radius!r}"
     sites = [
@@ -85,9 +87,9 @@ def _plain_granules(scene: Scene) -> list[str]:
 
 
 def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
-    """The commands between two legs: the new step and the new force."""
+    """Return the commands between two legs: the new step and the new force."""
     lines = [] if before is None or before.stroke is None else [LET_GO_PISTON]
-    # Back to 0, so that readings are counted from the start of each leg.
+    # Back to step 0, so that readings are counted from the start of each leg.
     lines += [] if before is None else ["reset_timestep 0"]
     lines += [f"timestep {leg.dt!r}"]
     if leg.stroke is not None:
@@ -101,9 +103,9 @@ def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
 
 
 def force_formula(leg: Leg) -> str:
-    """The force on a leg as a LIGGGHTS formula of ``elapsed``, the number of steps on it.
+    """Return the force on a leg as a LIGGGHTS formula of ``elapsed``, the number of steps on it.
 
-    Times have no formula there. A leg starts where its ramp starts.
+    LIGGGHTS has no formula for the time. A leg starts where its ramp starts.
     """
     ramp = leg.ramp
     assert ramp is not None
@@ -114,12 +116,12 @@ def force_formula(leg: Leg) -> str:
 
 
 def columns_of(scene: Scene) -> tuple[str, ...]:
-    """Columns of the readings: ``COLUMNS``, and the forces of the wall where there is one."""
+    """Return the columns of the readings: ``COLUMNS``, and the forces of a wall, if any."""
     return *COLUMNS, *terms_deck.wall_forces(scene)
 
 
 def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
-    """A whole deck that leaves the granules at rest, and readings every so many steps, behind."""
+    """Return a deck that writes the granules at rest, and readings at intervals of steps."""
     columns = columns_of(scene)
     lines = [set_up(scene), *_dump("rest", 1, AT_REST, GRANULES), "run 0", "undump rest"]
     for before, leg, stride in zip((None, *legs[:-1]), legs, strides, strict=True):
@@ -149,25 +151,25 @@ def _write_dump(file: str, columns: Sequence[str]) -> str:
 
 
 def _digits(columns: Sequence[str]) -> str:
-    """All digits of every number, so that nothing is lost on the way."""
+    """Return formats with all digits of every number."""
     return f'format "%d{" %.17g" * len(columns)}"'
 
 
-_FRAME = 0.1  # natural time units between two frames that a deck leaves behind
+_FRAME = 0.1  # natural time units between two frames written by a deck
 
 
 def deck(scene: Scene, dt: float, velocity: ArrayLike, title: str = "a scene") -> str:
-    """A whole deck that runs with ``liggghts -in FILE`` and says whether it found what it should.
+    """Return a deck for ``liggghts -in FILE`` that compares its result with the expected one.
 
-    The language has no way to keep the highest force of each contact, so the deck leaves frames of
-    the motion behind, and what it compares are the velocities at the end [m/s], shape (granules,),
-    which are from elsewhere: velocity Verlet at the same steps, of ``dt`` at most [s].
+    LIGGGHTS's language cannot keep the highest force of each contact. So the deck writes frames of
+    the motion, and compares its final velocities [m/s], shape (granules,), with given ones from
+    velocity Verlet at the same steps of at most ``dt`` [s].
     """
     refuse_terms(scene, "a standalone deck")
     legs = scene.schedule(dt)
     steps = sum(leg.steps for leg in legs)
     expected = np.asarray(velocity, np.float64)
-    # As in a comparison at the same steps; the loss is an estimate here, no bound.
+    # As in a comparison at the same steps; the loss of digits is an estimate here, not a bound.
     tolerance = (1e-10 + 30 * predicted_loss(scene, steps)) * float(np.max(np.abs(expected)))
     granules, longest = scene.chain.granules, max(leg.dt for leg in legs)
     lines = [
@@ -199,6 +201,6 @@ def deck(scene: Scene, dt: float, velocity: ArrayLike, title: str = "a scene") -
         off = f"$(abs(vx[{k}]-({value!r}))-v_tolerance) > 0"
         wrong = f"granule {k} is off: $(vx[{k}]) m/s instead of {value!r}"
         lines.append(f"""if "{off}" then "variable failed equal 1" "print '{wrong}'" """.strip())
-    # The language cannot set a status; LIGGGHTS ends with 1 at what is no command.
+    # LIGGGHTS's language cannot set a status; an unknown command ends with status 1.
     lines.append('if "${failed} == 0" then "print PASS" else "print FAIL" failed')
     return "\n".join(lines) + "\n"

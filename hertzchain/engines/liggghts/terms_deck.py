@@ -1,7 +1,8 @@
-"""The commands of LIGGGHTS for a chain with terms: unlike granules, gaps, wall, load, damping.
+"""The commands of LIGGGHTS for a chain with terms: different granules, gaps, wall, load, damping.
 
-LIGGGHTS gets E and nu of each material, radius and density of each granule, and positions; it makes
-masses and contact stiffnesses by itself, except in viscoelastic contacts: see ``contacts``.
+LIGGGHTS gets E and nu of each material, radius and density of each granule, and positions; it
+computes masses and contact stiffnesses by itself, except in viscoelastic contacts: see
+``contacts``.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ from hertzchain.scene.scene import Scene
 
 
 def wall_forces(scene: Scene) -> list[str]:
-    """Columns of a dump: the forces of the wall on a granule [N], which add up to one below 0."""
+    """Return columns of a dump: the forces of the wall on a granule [N], whose sum is negative."""
     return [f"f_force_{name}[1]" for name, _, _ in _walls(scene)]
 
 
 def granules(scene: Scene) -> list[str]:
-    """The commands between the start of a deck and its motion: granules and contacts.
+    """Return the commands between the start of a deck and its motion: granules and contacts.
 
     RunFailed for a scene whose deck would be too long.
     """
@@ -43,7 +44,7 @@ def granules(scene: Scene) -> list[str]:
 
 
 def _granules(granules: Granules, kinds: list[int], types: int) -> list[str]:
-    """The granules one by one, as they lie at the start: touching, apart or pressed."""
+    """Return the commands for each granule at its start position: touching, apart or pressed."""
     position, radius = granules.position.tolist(), granules.radius.tolist()
     low, high, widest = position[0] - radius[0], position[-1] + radius[-1], max(radius)
     across = f"{-widest!r} {widest!r}"
@@ -64,7 +65,7 @@ def _granules(granules: Granules, kinds: list[int], types: int) -> list[str]:
 
 
 def held(scene: Scene) -> list[str]:
-    """The wall, forces that are always there, and the striker's velocity."""
+    """Return the commands for the wall, the constant forces and the striker's velocity."""
     lines = [f"group last id {scene.chain.granules}"]
     for name, model, options in _walls(scene):
         kind, place = len(types_of(scene)[0]), wall_position(scene)
@@ -76,7 +77,7 @@ def held(scene: Scene) -> list[str]:
 
 
 def _walls(scene: Scene) -> list[tuple[str, str, str]]:
-    """A wall for each model: name, model and options."""
+    """Yield a wall for each model: name, model and options."""
     if scene.wall is None:
         return []
     names = ("wall", "wall_dashpot")

@@ -1,4 +1,4 @@
-"""Yade, an oracle beside LAMMPS: a script of the same scene, run by its program."""
+"""Yade, a further oracle: a script of the same scene, run by its program."""
 
 from hertzchain.engines.yade.backend import Yade
 

@@ -1,4 +1,4 @@
-"""The Yade backend: scene in, result out."""
+"""The Yade backend: runs a scene and returns its result."""
 
 from __future__ import annotations
 
@@ -22,28 +22,26 @@ class Yade(ProgramEngine):
     """A generated script, run by the program ``yade``.
 
     Each run starts Yade, which takes 1.4 s. A step of 60 granules takes 5e-5 s, about half of it
-    for the function in Python that is called at each step, as it applies the force and reads the
-    state.
-    Of the laws of damping it has that of a restitution, in contacts that do not pull.
-    While it runs, Yade listens on a port of this machine, behind a password; it has no option
-    against that.
+    for a Python function that applies the force and reads the state at each step. Of the laws of
+    damping Yade has the one with a restitution, in contacts that do not pull. While it runs, Yade
+    listens on a port of this machine, protected by a password; no option turns this off.
 
     Parameters
     ----------
     dt
         The largest step [s]; by default one whose estimated error is at most ``rtol``.
     read_every
-        Steps between two readings of the state, of the coarsest run where ``extrapolated``; by
-        default so many that 0.3 natural time units pass at most.
+        Steps between two readings of the state, in the coarsest run where ``extrapolated``; the
+        default gives intervals of at most 0.3 natural time units.
     rtol
-        Wanted relative error of the peaks, where no step is asked for.
+        Wanted relative error of the peaks, where no step is given.
     extrapolated
         Whether peaks and their times are extrapolated from two runs, one with half the steps of the
         other (Richardson); see ``Lammps``.
     program
-        Its path, or its name on the search path.
+        Path of the program, or its name on the search path.
     time_limit
-        How long a run may take [s], all that finds its step and its error included.
+        Time limit of a run [s], including the search for its step and its error.
 
     Raises
     ------
@@ -57,13 +55,13 @@ class Yade(ProgramEngine):
     PACKAGE: ClassVar[str] = "yade"
     FASTEST: ClassVar[tuple[float, float]] = (3e-6, 1e-7)  # 4e-5 and 4e-7 measured
     TERMS: ClassVar[tuple[str, ...]] = ALL_TERMS
-    # Modules for this Python are not for that within Yade.
+    # Yade's own Python cannot use the modules of this one.
     ENVIRONMENT: ClassVar[dict[str, str]] = {"PYTHONPATH": ""}
 
     program: str = "yade"
 
     def method_of(self, scene: Scene) -> str:  # noqa: ARG002 - the same for all
-        """The method, as the result names it."""
+        """Return the name of the method in the result."""
         return "velocity-verlet, MindlinPhys"
 
     def _refuse(self, scene: Scene) -> None:

@@ -1,16 +1,17 @@
 """A scene as a deck for Yade, a script: pure text, nothing is run here.
 
-Yade's Python gets the raw E, nu, R and rho, never the contact stiffness or the mass computed here,
-so that a mistake in either shows when backends are compared.
+Yade's Python gets only E, nu, R and rho, never the contact stiffness or the mass computed here, so
+that a mistake in either shows when backends are compared.
 
-Yade leaps: it holds positions at t_n and velocities at t_n - dt/2. Between contact forces and
-motion the velocity at t_n is therefore that half step before, and the net force over the mass times
-dt/2. At a corner of the pulse, velocities are set back from t_n by half a step of the leg that
-begins, with its force. So the motion is that of velocity Verlet, to the last step of each leg.
+Yade uses the leapfrog scheme: it holds positions at t_n and velocities at t_n - dt/2. So the
+velocity at t_n, between the computation of contact forces and the motion, is the velocity at t_n -
+dt/2 plus dt/2 times net force over mass. At a corner of the pulse, velocities are set back from t_n
+by half a step of the leg that begins, with its force. Thus the motion is that of velocity Verlet up
+to the last step of each leg.
 
-Damping takes the velocities of t_n - dt/2 with the overlaps of t_n, as in LAMMPS. Where a leg
-begins it takes those of t_n, as in LAMMPS, which computes all forces again at each ``run``; Yade
-does so in a step that moves nothing.
+Damping uses the velocities of t_n - dt/2 with the overlaps of t_n, as in LAMMPS. At the start of a
+leg it uses those of t_n, as LAMMPS does, which computes all forces again at each ``run``; Yade
+computes them in a step that moves nothing.
 """
 
 from __future__ import annotations
@@ -30,18 +31,19 @@ from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import refuse_terms
 
 AT_REST, READINGS, VERSION = "at_rest.npy", "readings.npy", "version.txt"
-"""What a run leaves behind: positions, masses and diameters of the granules before the shock,
+"""Files that a run writes: positions, masses and diameters of the granules before the shock,
 shape (3, granules); positions, velocities and net forces, shape (readings, 3, granules)."""
 
 WALL_FORCE = "wall_force.npy"
-"""What a run with a wall leaves behind besides: the force on it, shape (readings,)."""
+"""Further file of a run with a wall: the force on it, shape (readings,)."""
 
 
 def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
-    """The part of a script that makes the chain, at rest, and the function ``step`` that pushes it.
+    """Return the part of a script with the chain at rest, and the function ``step`` that pushes it.
 
-    ``step`` runs between contact forces and motion. It hands the state on to ``see(leg, step,
-    positions, velocities, net forces)`` every so many steps of each leg, and at both of its ends.
+    ``step`` runs between contact forces and motion. It passes the state to ``see(leg, step,
+    positions, velocities, net forces)`` at the given interval of steps, and at both ends of each
+    leg.
     """
     rows = "\n".join(f"    {row}," for row in _rows(legs, strides, again=scene.contact is not None))
     parameters, bodies, start = _parameters(scene.chain), _BODIES, "np.zeros(granules)"
@@ -70,7 +72,7 @@ legs = [
 
 
 def _parameters(chain: Chain) -> str:
-    """Granules that are alike."""
+    """Return the parameters of equal granules."""
     return f"""\
 granules = {chain.granules}
 radius = {chain.radius!r}  # m
@@ -105,7 +107,7 @@ def _row(leg: Leg, stride: int) -> _Row:
 
 
 _SHAPES = ("linear", "cosine", "quarter-sine", "quarter-cosine")
-"""Shapes of ramps that ``_MOTION`` has a formula for."""
+"""Shapes of ramps with a formula in ``_MOTION``."""
 
 _BODIES = """
 steel = FrictMat(
@@ -194,7 +196,7 @@ O.engines = [
 
 
 def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
-    """A whole script that leaves the granules at rest, and readings every so many steps, behind."""
+    """Return a script that writes the granules at rest, and readings at intervals of steps."""
     wall, before, watch, after = terms_deck.wall(scene), "", "", ""
     skip = "" if scene.contact is None else _SKIP
     if scene.wall is not None:
@@ -227,23 +229,23 @@ _SKIP = f"""\
         return  # a step of no length
 """
 
-READING_INTERVAL = 0.01  # natural time units between readings; a parabola misses 6e-8 of a peak
+READING_INTERVAL = 0.01  # natural time units between readings; error of a parabola: 6e-8 of a peak
 
 
 def deck(
     scene: Scene, dt: float, peak_force: ArrayLike, tolerance: float, title: str = "a scene"
 ) -> str:
-    """A whole script that runs with ``yade -n -x FILE.py`` and says whether its peaks are right.
+    """Return a script for ``yade -n -x FILE.py`` that finds peaks and compares them.
 
-    The true peaks are from elsewhere [N], shape (contacts,). Those of these steps, of ``dt`` at
-    most [s], may differ from them by ``tolerance``, a fraction, and what absolute coordinates cost.
+    The true peaks are given [N], shape (contacts,). The peaks of these steps, of at most ``dt``
+    [s], may differ from them by the fraction ``tolerance`` plus the error by absolute coordinates.
     """
     refuse_terms(scene, "a standalone deck")
     legs = scene.schedule(dt)
     steps = sum(leg.steps for leg in legs)
     strides = [max(1, int(READING_INTERVAL * scene.units.time / leg.dt)) for leg in legs]
     lost = predicted_loss(scene, steps)
-    # An estimate, no bound: 10 times that.
+    # An estimate, not a bound, so 10 times the estimate.
     allowed = tolerance + 10 * lost
     expected = "".join(f"    {force!r},\n" for force in np.asarray(peak_force, float).tolist())
     return f'''\

@@ -1,6 +1,6 @@
-"""The parts of a script for Yade that make a chain with terms: unlike granules, wall, static load.
+"""Parts of a script for Yade for a chain with terms: different granules, wall, static load.
 
-Yade's Python gets E, nu, rho and R of each granule, and positions; Yade makes masses and contact
+Yade's Python gets E, nu, rho and R of each granule, and positions; Yade computes masses and contact
 stiffnesses by itself.
 """
 
@@ -14,7 +14,7 @@ from hertzchain.scene.schedule import Leg
 
 
 def parameters(scene: Scene) -> str:
-    """The granules one by one, as they lie at the start: touching, apart or pressed.
+    """Return the part for each granule at its start position: touching, apart or pressed.
 
     RunFailed for a scene whose script would be too long.
     """
@@ -53,14 +53,14 @@ for x, radius, young_modulus, poisson_ratio, density in rows:
 
 
 def loops(scene: Scene) -> tuple[str, str, str, str]:
-    """What an engine of Yade does beyond a plain scene: bounds, geometry, law, and constant forces.
+    """Return additions to Yade's engines for terms: bounds, geometry, law and constant forces.
 
-    Each text goes right behind what stands there for spheres.
+    Each text follows the one for spheres.
     """
     bounds = geometry = law = loads = ""
     if scene.wall is not None:
         bounds, geometry = ", Bo1_Wall_Aabb()", ", Ig2_Wall_Sphere_ScGeom()"
-        law = "neverErase=True"  # the contact with the wall is there from the start
+        law = "neverErase=True"  # the contact with the wall exists from the start
     pressed = scene.precompression
     if pressed is not None and pressed.gravity:
         loads += f"    GravityEngine(gravity=({pressed.gravity!r}, 0, 0)),\n"
@@ -72,14 +72,14 @@ def loops(scene: Scene) -> tuple[str, str, str, str]:
 
 
 def damping(scene: Scene) -> tuple[str, str]:
-    """How an engine of Yade makes contacts, and the comment on them."""
+    """Return the arguments of Yade's contact physics, and a comment on them."""
     if scene.contact is None:
         return "", "no damping"
     return "betan=betan", "damped, and never pulling"
 
 
 def piston(legs: Sequence[Leg], rows_each: int) -> tuple[str, str]:
-    """What moves granule 1 of a scene with a piston: before the legs, and at the start of each.
+    """Return the code that moves a piston: before the legs, and at the start of each leg.
 
     A leg has one row in the script, or two where a step of no length comes first.
     """
@@ -96,7 +96,7 @@ piston_velocity = [{velocities}]  # in each row of legs [m/s]
 
 
 def wall(scene: Scene) -> str:
-    """The part that adds the wall, and its contact with the last granule; needs the engines."""
+    """Part that adds the wall and its contact with the last granule; needs the engines."""
     if scene.wall is None:
         return ""
     modulus, poisson = wall_material(scene)

@@ -48,7 +48,7 @@ def test_blocks_hold_so_many_frames(tmp_path: Path) -> None:
     path.write_text(path.read_text()[:-4])
     blocks_left = read_blocks(path, ("x",), frames=2)
     next(blocks_left), next(blocks_left)
-    with pytest.raises(RunFailed, match="not whole"):
+    with pytest.raises(RunFailed, match="cut off"):
         next(blocks_left)
 
 

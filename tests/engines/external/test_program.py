@@ -111,7 +111,7 @@ def test_a_program_is_asked_to_end_before_it_is_killed(
 
 
 def test_programs_that_are_not_there(tmp_path: Path) -> None:
-    with pytest.raises(BackendMissing, match=r"^no-such-program is not here.*: install it$"):
+    with pytest.raises(BackendMissing, match=r"^no-such-program is missing.*: install it$"):
         find_program("no-such-program", "install it")
     assert Path(find_program(sys.executable, "install it")).is_absolute()
     with pytest.raises(BackendMissing, match="the code cannot be started"):

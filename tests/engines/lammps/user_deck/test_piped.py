@@ -167,5 +167,5 @@ def test_a_restart_file_says_units_and_boundary(
 
 def test_a_binary_that_is_not_there(tmp_path: Path) -> None:
     deck = Deck().write(tmp_path)
-    with pytest.raises(BackendMissing, match="is not here, or is no program"):
+    with pytest.raises(BackendMissing, match="is missing or not a program"):
         read_deck(deck, SCENE, lmp=tmp_path / "lmp")
