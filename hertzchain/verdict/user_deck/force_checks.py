@@ -20,6 +20,7 @@ from hertzchain.verdict.user_deck.deck_check import (
     values,
 )
 from hertzchain.verdict.user_deck.measured import stretches_of
+from hertzchain.verdict.user_deck.moving_forces import drags, shows_in_motion
 from hertzchain.verdict.user_deck.places import Place, group_of, place_at
 from hertzchain.verdict.user_deck.pulse_checks import ACTS, effect_of_all, of_shock, pulse_checks
 
@@ -86,12 +87,16 @@ def _constant(case: Case) -> list[DeckCheck]:
         ):
             check = replace(check, place=acts)
         checks.append(check)
-    side = float(np.max(np.abs(found.constant_force[:, 1:]), initial=0.0))
+    across = found.constant_force[:, 1:]
+    side = float(np.max(np.abs(across), initial=0.0))
     if side > ROUND_OFF * scale:
+        falls = across / found.mass[:, np.newaxis]
+        as_one = bool(np.allclose(falls, falls[0], rtol=1e-6, atol=1e-6 * np.max(np.abs(falls))))
         check = DeckCheck(
-            "constant force across the chain", "N", side, 0.0, 0.0, False, True,
+            "constant force across the chain", "N", side, 0.0,
+            0.0 if as_one else case.whole_effect, False, True,
             f"a constant force of {side:.3g} N acts across the chain, the scene has none",
-            "the scene has no force across the chain; one on all granules leaves the peaks",
+            "the scene has no force across the chain; one that moves all alike leaves the peaks",
         )  # fmt: skip
         check = placed(check, found, "constant force", (), "without this fix")
         acts = _fix(case, lambda fix: bool(np.max(fix.largest[:, 1]) > ROUND_OFF * scale))
@@ -143,7 +148,9 @@ def _drag(case: Case) -> list[DeckCheck]:
         True, f"a drag of {drag[k]:.3g} N s/m acts on granule {k + 1}{until}, the scene has none",
         "the scene has no drag" + (" while the shock runs" if settles else ""),
     )  # fmt: skip
-    return [placed(check, found, "drag", (), "without this fix")]
+    check = placed(check, found, "drag", (), "without this fix")
+    acting = [fix for fix in found.fixes if drags(case, fix) and shows_in_motion(case, fix)[0].size]
+    return [replace(check, place=place_at(found, acting[-1].command)) if acting else check]
 
 
 def _shock(case: Case) -> list[DeckCheck]:

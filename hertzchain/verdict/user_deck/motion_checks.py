@@ -13,6 +13,7 @@ from hertzchain.observables.peaks import judged_contacts
 from hertzchain.verdict.user_deck.damping_checks import damping_numbers
 from hertzchain.verdict.user_deck.deck_check import Case, DeckCheck, placed, same
 from hertzchain.verdict.user_deck.measured import stretches_of
+from hertzchain.verdict.user_deck.moving_forces import moving_force_checks
 from hertzchain.verdict.user_deck.places import place_at
 from hertzchain.verdict.user_deck.step_checks import judged
 from hertzchain.verdict.user_deck.twin import Twin, TwinRun, run_twin
@@ -21,9 +22,9 @@ _FITTED = 1e-2  # of the largest effect of a failed check: what fitting its law 
 _LATE = 0.02  # of the largest: late collisions multiply what digits make of it (chosen)
 
 _EXPLAINS = (
-    "contacts", "force of", "applied force across", "neighbours", "granules that are led",
-    "number of granules", "integrators", "contacts across", "distance from", "random", "spin",
-    "velocity across",
+    "contacts", "force of", "constant force across", "applied force across", "neighbours",
+    "granules that are led", "number of granules", "integrators", "contacts across",
+    "distance from", "random", "spin", "velocity across",
 )  # fmt: skip
 """Checks of what no chain of velocity Verlet along a line can have: these explain its motion."""
 
@@ -31,15 +32,17 @@ _EXPLAINS = (
 def motion_checks(case: Case, others: Sequence[DeckCheck]) -> list[DeckCheck]:
     """The deck's own peaks against those which all its numbers should make."""
     found = case.found
-    if any(not check.passed and check.name.startswith(_EXPLAINS) for check in others):
-        return []
+    forces = moving_force_checks(case, others)
+    failed = [check for check in others if not check.passed and check.effect != 0]
+    if any(check.name.startswith(_EXPLAINS) for check in failed):
+        return forces
     twin = found_twin(case)
     run = run_twin(twin, case.deadline)
     measured, expected = found.peak_force, run.peak_force
     size = min(measured.size, expected.size)
     contacts = np.flatnonzero(judged_contacts(expected[:size]) & judged(case)[:size])
     if contacts.size == 0 or not np.all(np.isfinite(expected)):
-        return []
+        return forces
     off = measured[contacts] / expected[contacts] - 1
     k = int(np.argmax(np.where(np.isfinite(off), np.abs(off), np.inf)))
     contact, change = int(contacts[k]), float(np.abs(off[k]))
@@ -49,6 +52,8 @@ def motion_checks(case: Case, others: Sequence[DeckCheck]) -> list[DeckCheck]:
         "velocity Verlet with the deck's own numbers and steps, forces and shock; allowed is the"
         " tolerance and what the readings cost"
     )
+    if forces:  # these are what the numbers do not have
+        return [replace(check, effect=change) for check in forces]
     name = f"motion, by the peak of contact {contact + 2}"
     if change <= allowed:
         check = same("motion", "N", float(measured[contact]), float(expected[contact]), reason)

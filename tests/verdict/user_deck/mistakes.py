@@ -34,8 +34,8 @@ def one(check: str, old: str, new: str, line: str, right: str, **others: str) ->
 
 
 def after_density(check: str, added: str, right: str) -> Mistake:
-    """A command too many in the plain deck."""
-    return one(check, LOOP, f"{LOOP}{added}\n", added, right)
+    """A command too many in the plain deck; the last of some lines is the one to be named."""
+    return one(check, LOOP, f"{LOOP}{added}\n", added.splitlines()[-1], right)
 
 
 PLAIN = {
@@ -103,6 +103,20 @@ PLAIN = {
         "check yes"),
     "adhesive": one("force of contact", "hertz/material 193e9 0.0 0.3", "jkr 193e9 0.0 0.3 10.0",
                     "jkr", "hertz/material"),
+    "held": after_density("force of fix setforce along", "group e id 20\nfix s e setforce 0 0 0",
+                          "without"),
+    "shared": after_density("force of fix aveforce along",
+                            "group e id 9:20\nfix s e aveforce 0 0 0", "without"),
+    "tied": after_density("force of fix spring/self along", "fix s all spring/self 1e3", "without"),
+    "braked": after_density("drag", "variable b atom -0.5*vx\nfix s all addforce v_b 0 0",
+                            "without"),
+    "braked later": one("force of fix viscous along", "run             2500",
+                        "run 500\nfix s all viscous 0.5\nrun 2000", "fix s all", "without"),
+    "lifted": after_density("force of fix addforce across",
+                            "variable b atom 0.5*vx\nfix s all addforce 0 v_b 0", "without"),
+    "pulled aside": after_density("constant force across",
+                                  "group e id 20\nfix s e spring tether 1e4 NULL 1e-3 0 0",
+                                  "without"),
     "random": after_density("random forces", "fix l all langevin 1e16 1e16 1e-3 4711", "without"),
 }  # fmt: skip
 """In the plain deck, by name: they can be planted together."""

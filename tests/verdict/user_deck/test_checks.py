@@ -136,6 +136,18 @@ def test_peaks_decide_on_both_sides(scene: hc.Scene, right: FoundDeck) -> None:
     assert not done.checks[-1].passed
 
 
+def test_a_force_across_that_moves_all_alike(scene: hc.Scene, right: FoundDeck) -> None:
+    """Gravity leaves the peaks; the same force on one granule alone has their whole error."""
+    peaks = np.array(right.peak_force)
+    peaks[-1] *= 1.05
+    one, all_alike = np.zeros((2, scene.chain.granules, 3))
+    one[-1, 2], all_alike[:, 2] = 1e-3, 1e-3
+    for force, effect, moved in ((one, 0.05, False), (all_alike, 0.0, True)):
+        done = examined(scene, changed(right, constant_force=force, peak_force=peaks))
+        assert by_name(done, "constant force across").effect == pytest.approx(effect, rel=0.01)
+        assert any(check.name.startswith("motion") for check in done.to_mend) == moved
+
+
 def test_a_shift_of_all_granules_is_seen(scene: hc.Scene, right: FoundDeck) -> None:
     """No peak tells a chain that is stopped as a whole, or moved."""
     for change in (plus("final_velocity", ..., -0.05), plus("final_position", ..., 1e-5)):
@@ -191,6 +203,46 @@ def test_a_wall_that_is_never_reached(scene: hc.Scene, right: FoundDeck) -> None
         check = by_name(examined(scene, changed(right, walls=(wall,))), "wall at the far end")
         assert check.passed == passed
         assert check.differs
+
+
+@pytest.mark.parametrize(("column", "way"), [(0, "along"), (1, "across")])
+def test_a_fix_that_pushes_in_motion_alone(
+    column: int, way: str, scene: hc.Scene, right: FoundDeck
+) -> None:
+    """On either side of what counts as a force, and of readings at other times."""
+    shock = right.fixes[1]
+    for at_rest, in_motion, told in (
+        (0.0, 9e-5, False), (0.0, 1.2e-4, True), (50.0, 54.0, False), (50.0, 56.0, True),
+    ):  # fmt: skip
+        largest, moving = np.array(shock.largest), np.array(shock.largest_in_motion)
+        largest[5, column], moving[5, column] = at_rest, in_motion
+        fix = replace(shock, largest=largest, largest_in_motion=moving)
+        done = examined(scene, changed(right, fixes=(right.fixes[0], fix)))
+        names = [check.name for check in done.to_mend]
+        assert names == ([f"force of fix addforce {way} the chain"] if told else [])
+    assert "granule 6 in motion, and 50 N at rest" in done.to_mend[0].sentence
+    assert str(done.to_mend[0].place) == "in.made:11"
+
+
+def test_a_fix_that_has_ended_before_the_shock(scene: hc.Scene, right: FoundDeck) -> None:
+    """A chain that settles may be held until then; a shock that begins later has runs before."""
+    wait, command = 500 * STEP, right.fixes[1].command
+    held = replace(right.fixes[1], largest_in_motion=np.ones((scene.chain.granules, 2)))
+    runs = (
+        replace(right.runs[0], steps=500, command=command + 1),
+        replace(right.runs[0], start=wait, command=len(right.commands) - 1),
+    )
+    later = changed(
+        right, runs=runs, fixes=(right.fixes[0], held),
+        applied_time=np.append(0.0, right.applied_time + wait),
+        applied_force=np.vstack([right.applied_force[:1], right.applied_force]),
+        end_time=right.end_time + wait,
+    )  # fmt: skip
+    unfixed = replace(right.commands[command + 1], text="unfix 2")
+    commands = (*right.commands[: command + 1], unfixed, *right.commands[command + 2 :])
+    for deck, names in ((later, ["along", "across"]), (changed(later, commands=commands), [])):
+        told = [check.name.split()[4] for check in examined(scene, deck).to_mend]
+        assert told == names
 
 
 def test_units_of_lj(scene: hc.Scene, right: FoundDeck) -> None:
