@@ -35,7 +35,7 @@ def _forces(made: Against) -> None:
     """The force on each granule over time, against that of the scene."""
     chain, scene, row = made.chain, made.scene, made.row
     if row is None or scene.piston is not None or chain.fixes("setforce", "move"):
-        made.not_known("applied force")
+        made.not_known("applied force" if scene.piston is None else "motion of the piston")
         return
     runs = moving_runs(chain)
     if not runs or any(run.end is None for run in runs):
@@ -215,7 +215,9 @@ def _crossings(time: object, force: object) -> tuple[float | None, float | None]
 def _velocities(made: Against) -> None:
     """The velocities at the start: those of a striker alone."""
     row, scene = made.row, made.scene
-    if row is None or scene.piston is not None:
+    if scene.piston is not None:
+        return  # its motion is not known from the text
+    if row is None:
         made.not_known("velocities at the start")
         return
     backwards = made.chain.row is not None and made.chain.row.ids != row.ids

@@ -99,7 +99,7 @@ class _Maker:
         self.by: dict[str, list[Command | None]] = {}
         self.groups: dict[str, frozenset[int] | None] = {}
         self.own: dict[str, dict[int, Number]] = {}  # d_name of fix property/atom
-        self.stored: dict[str, Sequence[str]] = {}  # fixes store/state
+        self.stored: dict[str, list[dict[int, Number]]] = {}  # columns of fixes store/state
         self.formulas: dict[str, str] = {}  # of variables of style atom
         self.left = _MOST_CHANGES
         self.does: dict[str, Callable[[Command], None]] = {
@@ -228,14 +228,13 @@ class _Maker:
                     self.change(keyword, k, value, command)
 
     def value(self, word: str, command: Command, granule: int) -> Number:
-        """What ``set`` gives one granule."""
+        """What ``set`` and ``velocity`` give one granule."""
         if not word.startswith("v_") or word[2:] not in self.formulas:
             return self.deck.number(word, command)
-        kept = re.fullmatch(r"f_(\w+)\[(\d+)\]", self.formulas[word[2:]])
-        names = self.stored.get(kept[1], ()) if kept else ()
-        if kept is None or not 1 <= int(kept[2]) <= len(names):
-            return None
-        return self.own.get(names[int(kept[2]) - 1], {}).get(granule)
+        kept = re.fullmatch(r"f_(\w+?)(?:\[(\d+)\])?", self.formulas[word[2:]])
+        columns = self.stored.get(kept[1], []) if kept else []
+        column = int(kept[2] or 1) if kept else 0
+        return columns[column - 1].get(granule) if 1 <= column <= len(columns) else None
 
     def change(self, keyword: str, k: int, value: Number, command: Command) -> None:
         """Give one granule an attribute; a density makes a mass with the diameter of now."""
@@ -312,7 +311,7 @@ class _Maker:
             for axis, word in enumerate((*words[3:6], "", "", "")[:3]):
                 if words[2] == "set" and word == "NULL":
                     continue
-                given = self.deck.number(word, command) if words[2] == "set" else None
+                given = self.value(word, command, k) if words[2] == "set" else None
                 sure = members is not None and not command.conditional and unit is not None
                 self.velocities[k - 1][axis] = (
                     given * unit if sure and given is not None and unit is not None else None
@@ -335,8 +334,16 @@ class _Maker:
 
     def fix(self, command: Command) -> None:
         """``fix store/state``: what is kept of granules."""
-        if command.words[3:4] == ("store/state",):
-            self.stored[command.words[1]] = command.words[5:]
+        words = command.words
+        if words[2:5] == ("all", "store/state", "0") and not command.conditional:
+            self.stored[words[1]] = [self.attribute(word) for word in words[5:]]
+
+    def attribute(self, name: str) -> dict[int, Number]:
+        """An attribute of granules as it is now, by their numbers; empty where it is not known."""
+        if name in _SPEEDS:
+            axis = _SPEEDS.index(name)
+            return {k: velocity[axis] for k, velocity in enumerate(self.velocities, start=1)}
+        return dict(self.own.get(name, {}))
 
     def variable(self, command: Command) -> None:
         """``variable`` of style atom."""

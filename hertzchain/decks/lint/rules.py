@@ -746,8 +746,10 @@ def lint(text: str, scene: Scene | None = None) -> list[Finding]:
             # The scene says whether gaps and static overlaps are meant.
             found = {finding for finding in found if finding.rule != "not-touching"}
         if deck.contacts is not None and deck.walls is not None:
-            # So does it whether contacts may pull.
-            found = {finding for finding in found if finding.rule != "attraction"}
+            # So does it whether contacts may pull, and whether they are damped.
+            found = {one for one in found if one.rule != "attraction"}
+            if scene.contact is not None:
+                found = {one for one in found if (one.rule, one.severity) != ("damping", "note")}
         found |= held
     return sorted(found, key=lambda finding: (finding.line, finding.rule, finding.text))
 
