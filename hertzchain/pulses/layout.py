@@ -112,14 +112,20 @@ def read_lines(path: Path) -> list[str]:
         raise HertzchainError(f"{path}: cannot be read ({reason}); must be a text file") from None
     if content.startswith(b"PK\x03\x04"):
         raise HertzchainError(f"{path}: is a spreadsheet or an archive; save it as CSV first")
+    text = text_in(content)
+    if text is None:
+        raise HertzchainError(f"{path}: is not a text file; export the recording as CSV")
+    return text.splitlines()
+
+
+def text_in(content: bytes) -> str | None:
+    """The text in the bytes of a file, in any usual encoding; None where they are none."""
     try:
         if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
-            return content.decode("utf-16").splitlines()
-        if b"\0" in content:
-            raise HertzchainError(f"{path}: is not a text file; export the recording as CSV")
-        return content.decode("utf-8-sig").splitlines()
+            return content.decode("utf-16")
+        return None if b"\0" in content else content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return content.decode("latin-1").splitlines()
+        return content.decode("latin-1")
 
 
 def is_comment(line: str) -> bool:
@@ -127,21 +133,35 @@ def is_comment(line: str) -> bool:
     return line.lstrip()[:1] in ("", "#", "%")
 
 
+def signs_of(lines: Sequence[str]) -> tuple[str, str] | None:
+    """The separator of columns and the decimal sign by which most lines are numbers.
+
+    None where no line has numbers in two columns.
+    """
+    looked_at = _looked_at(lines)
+    best = max(_LAYOUTS, key=lambda layout: _fitting(looked_at, *layout))  # of equals the first
+    return best if any(_fitting(looked_at, *best)) else None
+
+
+def _looked_at(lines: Sequence[str]) -> list[str]:
+    """Lines from which the layout is told."""
+    both_ends = [*lines[:_LOOKED_AT], *lines[_LOOKED_AT:][-_LOOKED_AT:]]
+    return [line for line in both_ends if not is_comment(line)]
+
+
 def layout_of(path: Path, lines: Sequence[str]) -> Layout:
     """The layout in which most lines are numbers in at least two columns.
 
     A HertzchainError says that there is none.
     """
-    looked_at = [line for line in lines[:_LOOKED_AT] if not is_comment(line)]
-    looked_at += [line for line in lines[_LOOKED_AT:][-_LOOKED_AT:] if not is_comment(line)]
-    best = max(_LAYOUTS, key=lambda layout: _fitting(looked_at, *layout))  # of equals the first
-    if not any(_fitting(looked_at, *best)):
+    signs = signs_of(lines)
+    if signs is None:
         raise HertzchainError(
             f"{path}: no line has numbers in two columns; must be a text file with columns of time"
             " and force"
         )
-    separator, decimal = best
-    cells = [_split(line, separator) for line in looked_at]
+    separator, decimal = signs
+    cells = [_split(line, separator) for line in _looked_at(lines)]
     number = _NUMBERS[decimal]
     rows = [row for row in cells if sum(map(bool, map(number.fullmatch, row))) >= 2]
     columns = Counter(map(len, rows)).most_common(1)[0][0]

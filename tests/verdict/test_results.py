@@ -394,6 +394,32 @@ def test_peaks_in_other_columns_and_units(truth: FloatArray, tmp_path: Path) -> 
     assert lj.verdict == "pass"
 
 
+@pytest.mark.parametrize(
+    ("separator", "decimal", "end"),
+    [
+        (";", ",", ""),
+        (";", ".", ""),
+        (";", ",", ";"),
+        ("\t", ",", ""),
+        ("\t", ".", "\t"),
+        ("  ", ",", ""),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "latin-1"])
+def test_separators_and_decimal_commas(
+    separator: str, decimal: str, end: str, encoding: str, truth: FloatArray, tmp_path: Path
+) -> None:
+    """As spreadsheets export them in countries that write 101,5."""
+    file = tmp_path / "peaks.csv"
+    rows = [["contact", "stoß", "peak_force_N"]]
+    rows += [[str(k), "1.5", f"{force:.12g}"] for k, force in enumerate(truth, start=2)]
+    lines = [separator.join(row) + end + "\n" for row in rows]
+    text = lines[0] + "".join(lines[1:]).replace(".", decimal)
+    file.write_text(text, encoding=encoding)
+    found = read(SCENE, file, {}, "si", None)
+    assert found.peak_force == pytest.approx(truth, rel=1e-11, abs=0)
+
+
 def test_the_usual_table_is_read_as_before(truth: FloatArray, tmp_path: Path) -> None:
     file = tmp_path / "peaks.csv"
     rows = "".join(f'{force!r},"a, b",{k}\n' for k, force in enumerate(truth.tolist(), start=2))
@@ -499,6 +525,19 @@ BROKEN: dict[str, tuple[bytes, str]] = {
     "no number": (b"contact,F,peak_force\n2,1,x\n", "peak_force in line 2 = 'x': must be a finite"),
     "nan": (b"time,fx1,fx2\n0,1,2\n1,nan,3\n", "fx1 in line 3 = 'nan'"),
     "cut off": (b"time,fx1,fx2\n0,1,2\n1,2\n", "line 3: has 2 columns, the others 3: is the file"),
+    "thousands": (
+        b"contact;peak_force_N\n2;101,5\n3;1.101,5\n4;99,5\n",
+        r"peak_force_N in line 3 = '1.101,5': must be a finite number, with a comma",
+    ),
+    "a point among commas": (
+        b"contact;peak_force_N\n2;101,5\n3;1.101\n4;99,5\n",
+        r"= '1.101': must",
+    ),
+    "one column": (b"peak_force_N\n101.5\n110.5\n", "has one column alone: must have one with"),
+    "one column without a name": (b"101.5\n110.5\n", "has one column alone: must have one with"),
+    "a header alone": (b"contact,peak_force_N\n", "has a header and no row of numbers"),
+    "another header alone": (b"contact;peak_force_N\n", "has no row of numbers"),
+    "a spreadsheet": (b"PK\x03\x04\0\0", "is a spreadsheet or an archive: save it as CSV first"),
     "no thermo": (b"LAMMPS (22 Jul 2025)\nunits si\n", "is a log without thermo output"),
     "dump without frames": (b"ITEM: TIMESTEP\n", "ends in the middle of frame 1"),
     "dump cut off": (f"{HEAD}{GRANULES}\n1 0 0 0\n".encode(), "ends in the middle of frame 1"),

@@ -64,7 +64,10 @@ def read(
         return _sampled(scene, motion_of(scene, recorded, dt, results), recorded.names, results)
     text = tables.text_of(results)
     if not asked.names and _is_of_peaks(text):
-        return Given(read_peaks(results, scene.chain.granules))
+        peaks = read_peaks(results, scene.chain.granules)
+        if np.all(np.isnan(peaks)):
+            raise SceneError("", None, "has a header and no row of numbers", file=str(results))
+        return Given(peaks)
     if not tables.is_dump(text):
         return _of_table(scene, tables.table_of(text, results), asked, dt, results)
     frames = tables.frames_of(text, results)
@@ -98,6 +101,12 @@ def _of_table(
 ) -> Given:
     """Peaks of contacts row by row, or series of forces or positions in columns."""
     count = scene.chain.granules
+    if len(table.names) == 1:
+        allowed = (
+            "has one column alone: must have one with the numbers of contacts (2 for that of"
+            " granules 1 and 2) and one with their peaks, or series of each granule or contact"
+        )
+        raise SceneError("", None, allowed, file=str(file))
     found = columns_of(table.names, asked, count, file)
     where = found.where
     if "peak_force" in where:

@@ -12,6 +12,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.files import read_bytes
+from hertzchain.pulses.layout import signs_of, text_in
 
 MOST_BYTES = 300_000_000  # of a file: a minute to read (chosen)
 
@@ -42,11 +43,11 @@ def text_of(path: Path) -> str:
         reason = getattr(problem, "strerror", None) or "no name of a file"
         allowed = f"cannot be read ({reason}), must be a table, log, dump or trajectory"
         raise SceneError("", None, allowed, file=path) from None
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = "\0"
-    if "\0" in text[:100_000]:
+    if content.startswith(b"PK\x03\x04"):
+        allowed = "is a spreadsheet or an archive: save it as CSV first"
+        raise SceneError("", None, allowed, file=path)
+    text = text_in(content)
+    if text is None:
         allowed = (
             "is not a text file: write text (CSV, a LAMMPS log, dump custom or local), or name a"
             " trajectory .extxyz, .xyz or .traj"
@@ -66,7 +67,7 @@ def table_of(text: str, path: object) -> Table:
     thermo = list(_thermo(lines))
     if thermo or any(line.startswith("LAMMPS (") for line in lines[:20]):
         return _joined(thermo, path)
-    separator = "," if any("," in line for line in lines[:20]) else None
+    separator, decimal = signs_of(lines) or ("," if "," in text else " ", ".")
     rows: list[list[str]] = []
     where: list[int] = []
     heads: list[list[str]] = []
@@ -76,7 +77,7 @@ def table_of(text: str, path: object) -> Table:
         elif line.strip():
             rows.append(_cells(line, separator))
             where.append(number)
-    if rows and not _is_number(rows[0][0]):
+    if rows and not _is_number(rows[0][0], decimal):
         heads.append(rows.pop(0))
         where.pop(0)
     if not rows:
@@ -84,27 +85,43 @@ def table_of(text: str, path: object) -> Table:
     width = len(rows[0])
     head = next((head for head in reversed(heads) if len(head) == width), None)
     names = tuple(head or (str(k + 1) for k in range(width)))
-    return Table(names, _numbers(rows, where, names, path))
+    return Table(names, _numbers(rows, where, names, path, decimal))
 
 
-def _cells(line: str, separator: str | None) -> list[str]:
-    return [cell.strip().strip('"') for cell in line.split(separator)]
+def _cells(line: str, separator: str) -> list[str]:
+    # A line may end with a separator.
+    words = line.split() if separator == " " else line.rstrip(f"{separator} ").split(separator)
+    return [cell.strip().strip('"') for cell in words]
 
 
-def _is_number(word: str) -> bool:
+def _number(word: str, decimal: str = ".") -> float:
+    """The number that a word is; a ValueError where it is none, as 1.500 with decimal commas."""
+    if decimal == ".":
+        return float(word)
+    if "." in word:
+        raise ValueError(word)
+    return float(word.replace(",", "."))
+
+
+def _is_number(word: str, decimal: str = ".") -> bool:
     try:
-        float(word)
+        _number(word, decimal)
     except ValueError:
         return False
     return True
 
 
 def _numbers(
-    rows: Sequence[Sequence[str]], where: Sequence[int], names: Sequence[str], path: object
+    rows: Sequence[Sequence[str]],
+    where: Sequence[int],
+    names: Sequence[str],
+    path: object,
+    decimal: str = ".",
 ) -> FloatArray:
     """Rows of words as numbers; a SceneError names the line that is none."""
     try:
-        values = np.array(rows, np.float64)
+        plain = rows if decimal == "." else [[_number(word, decimal) for word in r] for r in rows]
+        values = np.array(plain, np.float64)
         if values.ndim == 2 and np.all(np.isfinite(values)):
             return values
     except ValueError:
@@ -117,8 +134,9 @@ def _numbers(
             )
             raise SceneError(f"line {line}", None, allowed, file=str(path))
         for name, word in zip(names, row, strict=True):
-            if not _is_number(word) or not np.isfinite(float(word)):
+            if not _is_number(word, decimal) or not np.isfinite(_number(word, decimal)):
                 allowed = "must be a finite number"
+                allowed += ", with a comma as in other lines" if decimal == "," else ""
                 raise SceneError(f"{name} in line {line}", word, allowed, file=str(path))
     raise SceneError("", None, "has rows of no columns", file=str(path))
 
