@@ -121,6 +121,14 @@ def lint(
             " their text says what they are.",
         ),
     ] = None,
+    variables: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--var",
+            metavar="NAME VALUE",
+            help="A variable of the decks, as LAMMPS's -var gives it; repeatable.",
+        ),
+    ] = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Look for known traps in anybody's LAMMPS deck of a chain; status 1 where there is one.
@@ -132,7 +140,8 @@ def lint(
     from hertzchain.decks.lint.rules import lint_file
 
     wanted = None if scene is None else options.load_scene(scene)
-    found = {str(path): lint_file(path, wanted) for path in decks}
+    given = options.by_name("--var", variables or [], "F0=100")
+    found = {str(path): lint_file(path, wanted, given) for path in decks}
     if as_json:
         files = [
             {"file": file, "findings": [asdict(finding) for finding in findings]}

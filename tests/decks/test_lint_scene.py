@@ -426,6 +426,36 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     assert missing.status == 2
 
 
+def test_variables_of_the_command_line(tmp_path: Path, hertzchain: Command) -> None:
+    """As LAMMPS takes them: in place of the values of style index, and in loops."""
+    values = "variable n index 10 20\nvariable F0 index 50\n"
+    text = deck().replace("units si", f"{values}units si").replace("equal 100*", "equal ${F0}*")
+    text = text.replace("loop 30", "loop $n")
+    right = {"n": "30", "F0": "100"}
+    assert rules(text) == {"scene-granules", "scene-force"}
+    assert lint(text, SCENE, right) == []
+    assert {one.rule for one in lint(text, SCENE, {**right, "F0": "90"})} == {"scene-force"}
+    loop = "variable k index 1 2\nlabel more\nset atom $k density 9000\nnext k\njump SELF more\n"
+    loop = deck().replace("neighbor", f"{loop}neighbor", 1)
+    masses = [one.text for k in ("1 2", "7 8 9") for one in lint(loop, SCENE, {"k": k})]
+    assert ["granule 1 and 1 more" in masses[0], "granule 7 and 2 more" in masses[1]] == [
+        True,
+        True,
+    ]
+    SCENE.to_toml(tmp_path / "scene.toml")
+    (tmp_path / "in.chain").write_text(text, encoding="utf-8")
+    given = ["lint", tmp_path / "in.chain", "--scene", tmp_path / "scene.toml"]
+    assert hertzchain(*given).status == 1
+    assert hertzchain(*given, "--var", "n", "30", "--var", "F0=100").status == 0
+    refused = hertzchain("lint", tmp_path / "in.chain", "--var", "n=")
+    assert (refused.status, refused.err.count("\n")) == (2, 1)
+
+
+def test_a_text_that_is_no_deck_is_one_finding() -> None:
+    for text in ("", "# a comment\n", "Dear all,\n"):
+        assert [finding.rule for finding in lint(text, SCENE)] == ["no-deck"]
+
+
 def test_numpy_is_loaded_for_a_scene_alone() -> None:
     code = "from hertzchain.decks.lint.rules import lint; lint('units si\\nrun 1\\n')"
     assert "numpy" not in modules_after(code)

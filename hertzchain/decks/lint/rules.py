@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -410,9 +410,8 @@ def _force_left_on(deck: Deck) -> Found:
     for push in deck.pushes:
         if push.unfix is None and push.runs:
             text = (
-                "the formula of the force is evaluated at every step until the end, which"
-                " costs some 4 us a step, more than all contacts of a short chain, and one of a"
-                " periodic pulse begins again: end the run with the pulse, then unfix"
+                "LAMMPS evaluates the formula of the force at every step until the end, about 4 us"
+                " each, and a periodic pulse begins again: end the run with the pulse, then unfix"
                 f" {push.command.words[1]}"
             )
             yield push.command, "note", text
@@ -729,16 +728,22 @@ RULES: dict[str, Callable[[Chain], Found]] = {**_DECK_RULES, **CHAIN_RULES}
 """All rules by name."""
 
 
-def lint(text: str, scene: Scene | None = None) -> list[Finding]:
-    """The findings in a deck, in the order of its lines; with a scene, what differs from it too."""
-    deck = Chain(parse(text))
+def lint(
+    text: str, scene: Scene | None = None, variables: Mapping[str, str] | None = None
+) -> list[Finding]:
+    """The findings in a deck, in the order of its lines; with a scene, what differs from it too.
+
+    ``variables`` are those of the command line, which take the place of the deck's own.
+    """
+    deck = Chain(parse(text, variables or {}))
     found: set[Finding] = set()
     for name, rule in RULES.items():
         with contextlib.suppress(ArithmeticError):  # numbers beyond the range of floating point
             for command, severity, sentence in rule(deck):
                 line = 1 if command is None else command.line
                 found.add(Finding(line, name, severity, sentence))
-    if scene is not None:
+    is_deck = not any(one.rule == "no-deck" for one in found)
+    if scene is not None and is_deck:
         from hertzchain.decks.lint.against_loads import against_scene  # needs NumPy, as scenes do
 
         held = set(against_scene(deck, scene))
@@ -754,12 +759,14 @@ def lint(text: str, scene: Scene | None = None) -> list[Finding]:
     return sorted(found, key=lambda finding: (finding.line, finding.rule, finding.text))
 
 
-def lint_file(path: Path, scene: Scene | None = None) -> list[Finding]:
-    """The findings in a file."""
+def lint_file(
+    path: Path, scene: Scene | None = None, variables: Mapping[str, str] | None = None
+) -> list[Finding]:
+    """The findings in a file; see ``lint``."""
     try:
         content = read_bytes(path, MOST_BYTES)
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or problem
         raise HertzchainError(f"{str(path)!r}: cannot be read ({reason})") from None
     # A comment may be in another encoding; no command has such letters.
-    return lint(content.decode("utf-8", errors="replace"), scene)
+    return lint(content.decode("utf-8", errors="replace"), scene, variables)

@@ -89,10 +89,15 @@ def _latest(made: Sequence[Definition], place: int) -> Definition | None:
     return made[k - 1] if k and made[k - 1].style in ("text", "equal") else None
 
 
-def parse(text: str) -> Script:
-    """Read an input script; any text gives one."""
+def parse(text: str, variables: Mapping[str, str] | None = None) -> Script:
+    """Read an input script; any text gives one.
+
+    ``variables`` are those of the command line: the first definition of style index stays.
+    """
     lines = list(_logical_lines(text))
     reader = _Reader(lines)
+    for name, value in (variables or {}).items():
+        reader.given(name, value)
     reader.carry_out(0, len(lines), looping=False)
     return Script(tuple(reader.commands), reader.made, _comments(text))
 
@@ -108,12 +113,20 @@ class _Reader:
         self.commands: list[Command] = []
         self.made: dict[str, list[Definition]] = {}
         self._values: dict[str, list[str]] = {}  # of variables that loops count with
+        self._given = set[str]()  # variables of the command line
         self._left = _MOST_WRITTEN_OUT
         self._jumps: dict[str, list[int]] = {}  # lines that jump to a label
         for at, (_, written) in enumerate(lines):
             words = written.split(None, 3)[:3]
             if len(words) == 3 and words[:2] == ["jump", "SELF"]:
                 self._jumps.setdefault(words[2], []).append(at)
+
+    def given(self, variable: str, value: str) -> None:
+        """Note a variable of the command line, which has the words of its value one by one."""
+        self._given.add(variable)
+        values = value.split()
+        self._define(variable, "text", values[0])
+        self._values[variable] = values
 
     def carry_out(self, first: int, last: int, looping: bool) -> None:
         """Read some lines; ``looping``: in a loop that is not written out."""
@@ -190,6 +203,8 @@ class _Reader:
         """Note the values that a variable of style ``loop`` or ``index`` goes through."""
         words = command.words
         if command.name != "variable" or len(words) < 4:
+            return
+        if words[2] == "index" and words[1] in self._given:
             return
         self._values.pop(words[1], None)
         if words[2] == "index":
