@@ -11,7 +11,7 @@ import numpy as np
 
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.verdict.user_deck.damping_checks import damping_numbers
-from hertzchain.verdict.user_deck.deck_check import Case, DeckCheck, placed, same
+from hertzchain.verdict.user_deck.deck_check import ROUND_OFF, Case, DeckCheck, placed, same
 from hertzchain.verdict.user_deck.measured import stretches_of
 from hertzchain.verdict.user_deck.moving_forces import moving_force_checks
 from hertzchain.verdict.user_deck.places import place_at
@@ -40,9 +40,12 @@ def motion_checks(case: Case, others: Sequence[DeckCheck]) -> list[DeckCheck]:
     run = run_twin(twin, case.deadline)
     measured, expected = found.peak_force, run.peak_force
     size = min(measured.size, expected.size)
-    contacts = np.flatnonzero(judged_contacts(expected[:size]) & judged(case)[:size])
-    if contacts.size == 0 or not np.all(np.isfinite(expected)):
+    if not np.all(np.isfinite(expected)):
         return forces
+    pressed = expected[:size] > ROUND_OFF * np.max(case.truth.all_peaks)  # else it is round-off
+    contacts = np.flatnonzero(judged_contacts(expected[:size]) & pressed & judged(case)[:size])
+    if contacts.size == 0:
+        return [*forces, *([] if forces else _end_of_motion(case, run))]
     off = measured[contacts] / expected[contacts] - 1
     k = int(np.argmax(np.where(np.isfinite(off), np.abs(off), np.inf)))
     contact, change = int(contacts[k]), float(np.abs(off[k]))

@@ -136,6 +136,22 @@ def test_peaks_decide_on_both_sides(scene: hc.Scene, right: FoundDeck) -> None:
     assert not done.checks[-1].passed
 
 
+def test_forces_of_round_off_are_no_motion(scene: hc.Scene, right: FoundDeck) -> None:
+    """A force on the wrong end, away from the chain, presses no contact: neither does the deck."""
+    pulled = np.array(right.applied_force)[:, ::-1]
+    count = scene.chain.granules
+    still = changed(
+        right, applied_force=pulled, peak_force=np.zeros(count - 1),
+        final_position=right.position, final_velocity=np.zeros(count),
+    )  # fmt: skip
+    moved = np.where(np.arange(count) == count - 1, 3e-3 / right.mass, 0.0)  # 100 N over 30 us
+    flies = changed(still, final_velocity=moved, final_position=right.position + moved * 4.7e-4)
+    for deck, is_motion in ((flies, False), (still, True)):
+        names = [check.name for check in examined(scene, deck).to_mend]
+        assert any(name.startswith("granules that are pushed") for name in names)
+        assert any(name.startswith("motion") for name in names) == is_motion
+
+
 def test_a_force_across_that_moves_all_alike(scene: hc.Scene, right: FoundDeck) -> None:
     """Gravity leaves the peaks; the same force on one granule alone has their whole error."""
     peaks = np.array(right.peak_force)
