@@ -108,7 +108,7 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
             axes.fill_between(time, lowest, highest, color=colour, alpha=0.12, linewidth=0)
     axes.axhspan(known / 10, known, color="0.93", zorder=0)
     axes.text(
-        0.99, known / 3, "below what is known of the truth", fontsize=8, color="0.35",
+        0.99, known / 3, "below the error of the reference", fontsize=8, color="0.35",
         ha="right", va="center", transform=axes.get_yaxis_transform(),
     )  # fmt: skip
     axes.set_ylim(known / 10, None)

@@ -74,7 +74,7 @@ def _peaks(judgement: Judgement, failed: NDArray[np.intp]) -> Peaks:
 
     transition = range(len(shown_contacts(judgement.reference)))
     return Peaks(
-        "Peak force of each contact [N]: as given, and the truth",
+        "Peak force of each contact [N]: as given, and by the reference method",
         [("contact", ""), ("given", "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],
         row,
         sorted({*transition, *failed[:_MOST_FAILED].tolist()}),
@@ -138,6 +138,6 @@ def _facts(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, st
         facts.append((f"velocity Verlet, steps of {expected.dt:.3g} s", off))
     if judgement.like_steps is not None:
         interpolated, sampled = judgement.like_steps
-        steps = f"with steps of {interpolated:.2g} s; {sampled:.2g} s if only samples are looked at"
-        facts.append(("as far off: velocity Verlet", steps))
+        steps = f"with steps of {interpolated:.2g} s, or of {sampled:.2g} s if peaks are samples"
+        facts.append(("velocity Verlet errs as much", steps))
     return facts

@@ -37,7 +37,11 @@ def of_examination(examination: DeckExamination) -> Document:
             " up."
         )
     peaks = examination.checks[-1]
-    sentence += f" Its peaks are off by {_share(peaks.effect)} at most, {tolerance:g} is allowed."
+    off = _share(peaks.effect)
+    if peaks.effect is None:
+        sentence += " None of its peaks can be judged."
+    else:
+        sentence += f" Its peaks are off by {off} at most, {tolerance:g} is allowed."
     dt = max((run.dt for run in found.runs), default=0.0)
     return Document(
         kind="Examination of a deck",
@@ -59,7 +63,7 @@ def of_examination(examination: DeckExamination) -> Document:
         facts=[
             ("deck", _about(examination)),
             ("checks", f"{sum(one.passed for one in examination.checks)} of {compared} passed"),
-            ("largest difference of the peaks", _share(peaks.effect)),
+            ("largest difference of the peaks", off),
             ("largest time step", f"{dt:.4g} s"),
             ("LAMMPS", found.version),
         ],
@@ -79,8 +83,8 @@ def _about(examination: DeckExamination) -> str:
 def _share(effect: float | None) -> str:
     """A relative change of peaks in words."""
     if effect is None:
-        return "an unknown amount"
-    return f"{effect:.1e}" if math.isfinite(effect) else "more than can be computed"
+        return "not known"
+    return f"{effect:.1e}" if math.isfinite(effect) else "infinitely much"
 
 
 def _advice(check: DeckCheck) -> str:
@@ -90,14 +94,22 @@ def _advice(check: DeckCheck) -> str:
     return f"in {check.place}, instead of “{check.place.written}”: {check.command}"
 
 
+def _effect(check: DeckCheck) -> str:
+    """What a check's difference does to the peaks; empty where that is not known."""
+    if check.effect is None:
+        return ""
+    if not math.isfinite(check.effect):
+        return "spoils the peaks"
+    return (
+        "changes no peak" if check.effect < _NO_CHANGE else f"changes peaks by {check.effect:.1e}"
+    )
+
+
 def _finding(check: DeckCheck) -> Finding:
-    effect = "" if check.effect is None else f"changes peaks by {_share(check.effect)}"
-    if check.effect is not None and check.effect < _NO_CHANGE:
-        effect = "changes no peak"
     place = check.place
     return Finding(
         check.sentence,
-        effect,
+        _effect(check),
         check.passed,
         "" if place is None else str(place),
         "" if place is None else place.written,
@@ -126,7 +138,7 @@ def _peaks(examination: DeckExamination) -> Peaks:
     shown = range(len(shown_contacts(native)))
     label = LABELS["lammps"]
     return Peaks(
-        "Peak force of each contact [N]: of the deck, and the truth",
+        "Peak force of each contact [N]: of the deck, and by the reference method",
         [("contact", ""), (label, "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],
         row,
         sorted({*shown, *failed[:_MOST_FAILED].tolist()}),
@@ -139,8 +151,8 @@ def _case(check: DeckCheck) -> Case:
         return Case(check.name)
     problem = ERROR if check.measured is None else FAILURE
     lines = [check.sentence, f"reason: {check.reason}"]
-    if check.effect is not None:
-        lines.append(f"changes peaks by {_share(check.effect)}")
+    if _effect(check):
+        lines.append(_effect(check))
     if check.place is not None:
         lines += [f"{check.place}: {check.place.written}", f"right: {check.command}"]
     where = "" if check.place is None else f" ({check.place})"

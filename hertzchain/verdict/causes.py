@@ -174,7 +174,7 @@ def _one_contact(case: Case) -> str | None:
     contact = case.reference.contact[case.judged][int(np.argmax(off))]
     if contact > case.scene.chain.granules - FREE_END:
         return None
-    others = f"within {next_to:.1g} of the truth" if next_to else "right"
+    others = f"within {next_to:.1g} of the reference" if next_to else "right"
     return f"contact {contact} alone, as if a number had slipped: the others are {others}"
 
 

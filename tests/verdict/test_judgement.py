@@ -632,7 +632,7 @@ def test_one_contact_that_is_off_is_named(factor: float) -> None:
     judged = hc.judge(scene, peaks)
     assert judged.cause is not None
     assert judged.cause.startswith("contact 5 alone")
-    assert judged.cause.endswith("of the truth")
+    assert judged.cause.endswith("of the reference")
     exact = judged.reference.peak_force.copy()
     exact[3] *= factor
     cause = hc.judge(scene, exact).cause
