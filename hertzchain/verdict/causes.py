@@ -39,7 +39,6 @@ _KNOWN_TO = 1e-4  # of the differences: what fits are known to
 _ALIKE = 3.0  # times what the best mistake leaves: others that leave no more are named beside it
 _FAR = 3.0  # logarithm of the shortest and longest pulse tried, over that of the scene
 _SINGLE = 1e-4  # of the differences: where one mistake leaves no more, two are not sought
-_ALL_BUT = 0.01  # of the differences: a mistake that leaves more may be a part of what is wrong
 _TELLS = 2.0  # times that two mistakes leave less then; of noise they leave more than half
 PAIR_EXPLAINED = 3e-3  # of the differences: most that two mistakes may leave
 _BETTER_THAN_ONE = 10.0  # times that two have to leave less than one
@@ -47,7 +46,10 @@ _APART = 10.0  # times what the best pair leaves, that others have to leave whic
 _SEEN = 1e-5  # of the differences, to which trial runs and given peaks are taken to be right
 _WORTH_TWO = 1e-4  # differences below are not looked at for two mistakes: 1e3 times _FLOOR
 _MOST_NAMES = 4  # pairs that are named together
-_HELPS = 0.9  # of the differences: what leaves more is no hint
+_HELPS = (
+    0.07  # of the differences: most that a hint may leave. In 60 random mixtures of three mistakes
+)
+# the nearest named one of them in 17 of 18 that left less, in 4 of 10 that left more (measured)
 _ALONE = 100.0  # times as far off as any other contact; chosen: what mistakes make stays below
 
 Finder = Callable[[Case], Iterator[Cause]]
@@ -117,7 +119,9 @@ def likely_cause(case: Case, progress: Callable[[str], object] | None = None) ->
         return Explanation(several, remark=remark)
     partial = bool(two) and two[0].left < least / _TELLS
     partial |= bool(found) and not found[0].leaves_noise
-    if least > EXPLAINED * size or (partial and least > _ALL_BUT * size):
+    # What is mended and leaves more than may be off was a part of what is wrong.
+    enough = max(case.tolerance, _KNOWN_TO * size)
+    if least > EXPLAINED * size or (partial and found[0].most > enough):
         return Explanation(hint=_hint(case, found, two, all_tried=remark is None), remark=remark)
     alike = _ALIKE * max(least, _KNOWN_TO * size)
     sentences = [one.sentence for one in found if one.residual <= alike]
@@ -137,7 +141,9 @@ def _joined(sentences: Iterable[str], left: float) -> str:
 def _of_pairs(case: Case, two: list[Pair], single: float) -> str | None:
     """The pairs that explain the differences, where all others leave much more; None for none."""
     best, size = two[0].left, case.size
-    if best > PAIR_EXPLAINED * size or best > single / _BETTER_THAN_ONE:
+    if best > min(PAIR_EXPLAINED * size, max(case.tolerance, _KNOWN_TO * size)):
+        return None
+    if best > single / _BETTER_THAN_ONE:
         return None
     alike = [pair for pair in two if pair.left <= max(_ALIKE * best, _FLOOR)]
     others = [pair.left for pair in two[len(alike) :]]
@@ -160,7 +166,7 @@ def _hint(case: Case, found: list[Cause], two: list[Pair], all_tried: bool) -> s
             f" {two[0].words(case.scene)}"
         )
     if not found or found[0].residual > _HELPS * size:
-        return f"{several}, and none takes away a tenth of the differences"
+        return f"{several}, and none leaves less than {100 * _HELPS:g} % of the differences"
     left = f"it leaves {100 * found[0].residual / size:.2g} % of the differences"
     return f"{several}. The nearest is: {found[0].sentence}; {left}"
 

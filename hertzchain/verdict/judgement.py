@@ -277,7 +277,9 @@ def judge(
         terms, tried = ", ".join(scene.terms), "; ".join(finders_for(scene))
         remarks.append(f"causes that were tried in a scene with {terms}: {tried}")
     deadline = Deadline(min(PATIENCE, time_limit))
-    why = likely_cause(Case(scene, reference, given, judged, dt, deadline), report_progress)
+    allowed_in_all = found.tolerance + (found.sampling_error or 0.0)
+    case = Case(scene, reference, given, judged, dt, allowed_in_all, deadline)
+    why = likely_cause(case, report_progress)
     remarks += [] if why.remark is None else [why.remark]
     return replace(found, cause=why.cause, hint=why.hint, remarks=tuple(remarks))
 

@@ -233,7 +233,7 @@ def test_weak_and_strong_damping_is_found_between_trials(law: str) -> None:
         contact = contact_of(ELASTIC, law, float(strength), attraction=False)
         given = peaks_of(replace(ELASTIC, contact=contact))
         reference = hc.Native("reference").run(ELASTIC)
-        case = Case(ELASTIC, reference, given, np.ones(15, bool), None, Deadline(60.0))
+        case = Case(ELASTIC, reference, given, np.ones(15, bool), None, 1e-6, Deadline(60.0))
         best = min(damping(case), key=lambda cause: cause.residual)
         assert best.residual < 0.01 * case.size
 
@@ -244,7 +244,7 @@ def test_every_cause_says_what_it_leaves() -> None:
     reference = hc.Native("reference").run(scene)
     given = peaks_of(with_ratio(1.3))
     judged = np.ones(15, bool)
-    case = Case(scene, reference, given, judged, None, Deadline(60.0))
+    case = Case(scene, reference, given, judged, None, 1e-6, Deadline(60.0))
     found = list(damping(case))
     assert [cause.sentence for cause in found[:2]] == [
         "no damping", "contacts that pull as they open",

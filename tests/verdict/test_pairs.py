@@ -164,9 +164,11 @@ def truth() -> FloatArray:
     return hc.Native("reference").run(SCENE).peak_force
 
 
-def case_of(peaks: FloatArray, scene: hc.Scene = SCENE, dt: float | None = None) -> Case:
+def case_of(
+    peaks: FloatArray, scene: hc.Scene = SCENE, dt: float | None = None, tolerance: float = 1e-6
+) -> Case:
     reference = hc.Native("reference").run(scene)
-    return Case(scene, reference, peaks, np.isfinite(peaks), dt, Deadline(60.0))
+    return Case(scene, reference, peaks, np.isfinite(peaks), dt, tolerance, Deadline(60.0))
 
 
 # Single mistakes
@@ -313,13 +315,19 @@ def test_of_three_mistakes_none_is_named_that_was_not_made(seed: int) -> None:
 
 
 def found_with(
-    monkeypatch: pytest.MonkeyPatch, single: float, *pairs: float, size: float = 0.01
+    monkeypatch: pytest.MonkeyPatch,
+    single: float,
+    *pairs: float,
+    size: float = 0.01,
+    tolerance: float = 1e-3,
+    is_noise: bool = False,
 ) -> causes.Explanation:
     """What is said where one mistake leaves so much of the differences, and pairs do."""
     signs = np.where(np.arange(59) % 2, 1.0, -1.0)
-    case = case_of(truth() * np.exp(size * signs))
+    case = case_of(truth() * np.exp(size * signs), tolerance=tolerance)
     made = [Named((), Mistakes(), 1.0, f"pair {k}", left * size) for k, left in enumerate(pairs)]
-    one = {"this": lambda case: iter([Cause("this", single * case.size)])}
+    rest = single * size * signs if is_noise else None
+    one = {"this": lambda case: iter([Cause("this", single * case.size, rest)])}
     monkeypatch.setattr(causes, "FINDERS", one)
     monkeypatch.setattr(causes, "pairs", lambda _: made)
     return causes.likely_cause(case)
@@ -369,31 +377,69 @@ def test_pairs_are_not_sought_where_one_is_enough_or_little_is_off(
 def test_a_mistake_that_leaves_more_than_noise_is_a_hint(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two that leave half of what one does say that there is more than the one."""
     for pair, named in ((0.026, True), (0.024, False)):
-        found = found_with(monkeypatch, 0.05, pair)
+        found = found_with(monkeypatch, 0.05, pair, tolerance=1e-6, is_noise=True)
         assert (found.cause is not None) is named
         assert (found.hint is None) is named
-    assert found_with(monkeypatch, 0.0098, 0.004).cause is not None
+
+
+@pytest.mark.parametrize("pairs", [(), (0.004,)])
+def test_a_cause_leaves_no_more_than_is_allowed(
+    pairs: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Unless that is noise: whoever mends a part of what is wrong has still to look further."""
+    for tolerance, named in ((5.1e-4, True), (4.9e-4, False)):
+        found = found_with(monkeypatch, 0.05, *pairs, tolerance=tolerance)
+        assert (found.cause is not None) is named
+        assert (found.hint is None) is named
+    for tolerance, named in ((2.95e-5, True), (2.85e-5, False)):
+        found = found_with(monkeypatch, 0.5, 0.0029, 0.9, tolerance=tolerance)
+        assert (found.cause is not None) is named
+    # Fits are known to 1e-4 of the differences.
+    for single, named in ((0.98e-4, True), (1.02e-4, False)):
+        found = found_with(monkeypatch, single, tolerance=1e-9)
+        assert (found.cause is not None) is named
+
+
+def test_the_largest_difference_that_is_left_counts() -> None:
+    rest = np.array([1.0, -3.0, 2.0])
+    assert Cause("", 2.16, rest).most == 3.0
+    assert Cause("", 2.16).most == 2.16
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12))
+def test_of_three_mistakes_no_single_one_is_the_cause(seed: int) -> None:
+    """A unit, and two that do little beside it: the unit with a factor that fits is not all."""
+    draw = np.random.default_rng(seed)
+    profile = str(draw.choice([name for name in PROFILES if name != PULSE.profile]))
+    ratio = 2.0 * float(np.exp(draw.uniform(0.2, 0.6) * draw.choice([-1, 1])))
+    pulse = replace(PULSE, profile=profile, duration_ratio=max(ratio, 1.2))
+    peaks = hc.Native(rtol=1e-8).run(replace(IN_SECONDS, shock=pulse)).peak_force / 9.80665
+    found = hc.judge(SCENE, peaks)
+    assert found.cause is None or "together with" in found.cause
 
 
 def test_what_is_left_is_noise_where_it_jumps() -> None:
     draw = np.random.default_rng(0)
     assert Cause("", 0.0, draw.standard_normal(59)).leaves_noise
     assert not Cause("", 0.0, np.cos(np.linspace(0, 6, 59))).leaves_noise
-    assert Cause("", 0.0).leaves_noise
+    assert not Cause("", 0.0).leaves_noise  # as far as is known
+    last_alone = np.append(1e-3 * draw.standard_normal(58), 1.0)
+    assert not Cause("", 0.0, last_alone).leaves_noise
     # The square of jumps over that of values, of values 1 and x in turn: 2 (1 - x)^2 / (1 + x^2).
-    for x, is_noise in ((0.32, True), (0.35, False)):
+    for x, is_noise in ((0.2, True), (0.22, False)):
         rest = np.where(np.arange(1000) % 2, 1.0, x)
         assert Cause("", 0.0, rest).leaves_noise is is_noise
 
 
 def test_the_hint_says_what_is_nearest_and_what_it_leaves(monkeypatch: pytest.MonkeyPatch) -> None:
     nothing = "no single known mistake explains these peaks"
-    assert found_with(monkeypatch, 0.4).hint == (
-        f"{nothing}. The nearest is: this; it leaves 40 % of the differences"
+    assert found_with(monkeypatch, 0.069, tolerance=1e-6).hint == (
+        f"{nothing}. The nearest is: this; it leaves 6.9 % of the differences"
     )
-    assert (found_with(monkeypatch, 0.89).hint or "").startswith(f"{nothing}. The nearest is")
-    far = f"{nothing}, and none takes away a tenth of the differences"
-    assert found_with(monkeypatch, 0.91).hint == far
+    far = f"{nothing}, and none leaves less than 7 % of the differences"
+    for left in (0.071, 0.5):
+        assert found_with(monkeypatch, left, tolerance=1e-6).hint == far
 
 
 def test_the_hint_of_a_scene_with_terms_says_what_was_tried() -> None:
