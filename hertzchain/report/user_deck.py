@@ -53,8 +53,8 @@ def of_examination(examination: DeckExamination) -> Document:
         verdict=Verdict(
             examination.passed,
             sentence,
-            [Failure(one.name, one.sentence, _advice(one)) for one in (*to_mend, peaks)
-             if not one.passed],
+            [*(Failure(one.name, _with_effect(one), _advice(one)) for one in to_mend),
+             *([] if peaks.passed else [Failure(peaks.name, peaks.sentence, _advice(peaks))])],
             [*examination.remarks, *native.warnings],
         ),
         peaks=_peaks(examination),
@@ -91,7 +91,7 @@ def _advice(check: DeckCheck) -> str:
     """What to do about a check that failed."""
     if check.place is None:
         return "mend what is above it"
-    return f"in {check.place}, instead of “{check.place.written}”: {check.command}"
+    return f"{check.place}, instead of “{check.place.written}”: {check.command}"
 
 
 def _effect(check: DeckCheck) -> str:
@@ -103,6 +103,11 @@ def _effect(check: DeckCheck) -> str:
     return (
         "changes no peak" if check.effect < _NO_CHANGE else f"changes peaks by {check.effect:.1e}"
     )
+
+
+def _with_effect(check: DeckCheck) -> str:
+    """What was found, and what it does to the peaks, which is why it comes where it does."""
+    return f"{check.sentence} ({_effect(check)})" if _effect(check) else check.sentence
 
 
 def _finding(check: DeckCheck) -> Finding:

@@ -244,7 +244,7 @@ def _walls(case: Case) -> list[DeckCheck]:
         change = case.effect(stiffness=stiffness)
         check = DeckCheck(
             "wall", "", 0, 1, change, False, True, "the deck has no wall at the far end, the scene"
-            f" has one of the kind {scene.wall.kind!r}", "a count",
+            f" has one of the kind {scene.wall.kind!r}", "counts must be equal",
         )  # fmt: skip
         right = _right_law(case, case.near.size - 1)
         checks.append(placed(check, found, "wall", (), right))
@@ -254,7 +254,7 @@ def _walls(case: Case) -> list[DeckCheck]:
         checks.append(_extra_wall(case, wall))
     if not checks:
         number = int(scene.wall is not None)
-        checks.append(same("number of walls", "", number, number, "a count"))
+        checks.append(same("number of walls", "", number, number, "counts must be equal"))
     return checks
 
 

@@ -201,7 +201,8 @@ def _shock(case: Case) -> list[DeckCheck]:
         check = DeckCheck(
             "granules that are pushed", "", int(others.size) + 1, 1, _effect_of(case, others),
             False, True, f"the applied force acts on granule 1 and on {who}, too, with up to"
-            f" {np.max(largest[others]):.4g} N; the scene pushes granule 1 alone", "a count",
+            f" {np.max(largest[others]):.4g} N; the scene pushes granule 1 alone",
+            "counts must be equal",
         )  # fmt: skip
         vector = f"group shock id {int(found.ids[0])}"
         check = of_shock(case, check, (), f"{vector}, and the fix on this group alone")

@@ -56,10 +56,10 @@ def _filled(measured: FloatArray, expected: FloatArray) -> FloatArray:
 def _count(case: Case) -> DeckCheck:
     found, wanted = case.found.radius.size, case.scene.chain.granules
     if found == wanted:
-        return same("number of granules", "", found, wanted, "a count")
+        return same("number of granules", "", found, wanted, "counts must be equal")
     check = DeckCheck(
         "number of granules", "", found, wanted, math.inf, False, True,
-        f"the deck has {found} granules, the scene {wanted}", "a count",
+        f"the deck has {found} granules, the scene {wanted}", "counts must be equal",
     )  # fmt: skip
     numbers = [(found, wanted)] + ([] if found - 1 == wanted else [(found - 1, wanted - 1)])
     return placed(check, case.found, "granules", numbers, f"make {wanted} granules")

@@ -30,7 +30,8 @@ def piston_checks(case: Case) -> list[DeckCheck]:
         right = "no granule" if piston is None else "granule 1 alone"
         check = DeckCheck(
             "granules that are led", "", led.size, wanted.size, math.inf, False, True,
-            f"a fix leads {who}, whatever presses them; the scene leads {right}", "a count",
+            f"a fix leads {who}, whatever presses them; the scene leads {right}",
+            "counts must be equal",
         )  # fmt: skip
         if led.size:
             return [_placed(case, check, "without this fix")]

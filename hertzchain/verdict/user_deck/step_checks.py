@@ -103,13 +103,13 @@ def _integrators(case: Case) -> list[DeckCheck]:
     moved = case.found.integrated
     wrong = np.flatnonzero(moved != 1)
     if wrong.size == 0:
-        return [same("integrators", "", 1, 1, "a count")]
+        return [same("integrators", "", 1, 1, "counts must be equal")]
     k = int(wrong[0])
     who = names(wrong, moved.size, "granule", 1)
     check = DeckCheck(
         "integrators", "", int(moved[k]), 1, math.inf, False, True,
         f"{who} {'is' if wrong.size == 1 else 'are'} moved by {moved[k]} fixes, the scene lets each"
-        " granule move once", "a count",
+        " granule move once", "counts must be equal",
     )  # fmt: skip
     movers = [fix for fix in case.found.fixes if fix.moves and (moved[k] == 0 or fix.granules[k])]
     check = placed(check, case.found, "motion", (), "fix motion all nve")
