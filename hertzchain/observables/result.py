@@ -17,6 +17,7 @@ from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
 from hertzchain.scene.natural_units import slowness
+from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import largest_overlap_ratio, overlap_warning
 
@@ -192,7 +193,7 @@ class Result:
         if p is None:
             return SolitaryWave(None, None, None)
         chain = self.scene.chain
-        return solitary_wave(
+        wave = solitary_wave(
             self.peak_force,
             self.peak_time,
             self.peak_passed,
@@ -200,6 +201,7 @@ class Result:
             2 * chain.radius,
             slowness(chain.contact_stiffness, chain.granule_mass / 2),
         )
+        return wave if isinstance(self.scene.shock, Pulse) else wave.without_errors()
 
     @property
     def overlap_ratio(self) -> float:

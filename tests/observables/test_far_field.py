@@ -85,3 +85,28 @@ def test_a_chain_that_is_too_short_has_no_far_field(granules: int, is_stated: bo
     assert (wave.far_field_error < UNSETTLED) is is_stated
     assert (wave.far_field_force is not None) is is_stated
     assert (wave.reason is None) is is_stated
+
+
+def table(*rows: tuple[float, float], granules: int) -> hc.Scene:
+    """Rows of time and force, in natural time units and N; F0 is 100 N."""
+    pulse = paper_scene("cosine", 1.0, 2.0, granules)
+    time, force = zip(*rows, strict=True)
+    unit = pulse.contact_time
+    return hc.Scene(pulse.chain, hc.PulseTable(tuple(unit * t for t in time), force))
+
+
+def test_waves_of_a_table_may_catch_up_so_that_no_error_is_stated() -> None:
+    rows = ((0, 0.0), (1, 60.0), (2, 0.0), (3, 0.0), (4, 100.0), (5, 0.0))
+    wave = hc.Native().run(table(*rows, granules=24)).solitary_wave
+    assert wave.far_field_force is not None
+    assert wave.speed is not None
+    assert wave.far_field_error is wave.speed_error is None
+    assert "pulse table" in str(wave.reason)
+
+
+def test_a_chain_too_short_for_its_table_says_so() -> None:
+    wave = hc.Native().run(table((0, 0.0), (5, 100.0), (10, 0.0), granules=20)).solitary_wave
+    assert wave.far_field_force is wave.speed_error is None
+    assert wave.far_field_error is not None
+    assert wave.far_field_error >= UNSETTLED
+    assert "more granules" in str(wave.reason)
