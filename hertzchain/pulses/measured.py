@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -214,18 +213,21 @@ def _with_other_noise(
     many = max(1, min(total // _SAMPLES, signal.time.size // _SAMPLES_OF_PULSE))
     time = binned(recording.time, many)
     pulse = np.interp(time - signal.start, corners.time, corners.force, 0.0, 0.0)
-    found = []
+    found, problems = [], []
     for _ in range(_REPEATS):
         other = binned(signal.noise.again(1, total, generator)[0], many)
         noisy = replace(recording, time=time, force=pulse + signal.baseline + other)
-        with suppress(HertzchainError):  # by chance no pulse can be told from the noise
+        try:
             again = pulse_of(noisy, replace(signal.given, smooth=None))
-            height = float(again.force.max())
-            found.append(reduce(again.time, again.force, bend * height, again.noise))
+        except HertzchainError as problem:  # by chance no pulse can be told from the noise
+            problems.append(problem)
+            continue
+        height = float(again.force.max())
+        found.append(reduce(again.time, again.force, bend * height, again.noise))
     if len(found) < _REPEATS / 2:
         raise HertzchainError(
-            f"noise of {signal.noise.deviation:.2g} N hides a pulse of {signal.force.max():.2g} N:"
-            " smooth it with --smooth, or give --start and --end"
+            f"noise of {signal.noise.deviation:.2g} N hides where the pulse of"
+            f" {signal.force.max():.3g} N is; with other noise of this kind {problems[0]}"
         )
     return found
 

@@ -24,6 +24,7 @@ from hertzchain.scene.quantities import to_si
 
 LEAST_SAMPLES = 8  # fewer are no recording; chosen
 _MOST = 1e60  # s or N: squares of it, and their sums, can be represented
+_LONGEST = 25  # characters of a number that are shown; more than float64 has
 _SHOWN = 3  # complaints about lines that are shown
 
 
@@ -100,8 +101,10 @@ def read_recording(
         ("time", f"column {layout.name(first)}, {unit_of_time}"),
         ("force", f"column {layout.name(second)}, {unit_of_force}"),
     )
-    clock, forces = values[:, 0] * seconds, values[:, 1] * newtons
-    for name, extent in (("times", np.ptp(clock)), ("forces", np.ptp(forces))):
+    with np.errstate(over="ignore", invalid="ignore"):  # refused below
+        clock, forces = values[:, 0] * seconds, values[:, 1] * newtons
+        extents = {"times": np.ptp(clock), "forces": np.ptp(forces)}
+    for name, extent in extents.items():
         possible = bool(extent == 0 or 1 / _MOST < extent < _MOST)
         allowed = f"span {extent:g}, must be from {1 / _MOST:g} to {_MOST:g}: check unit and scale"
         require(possible, name, None, allowed)
@@ -189,17 +192,19 @@ def _complaints(
             except ValueError:
                 value = None
             if value is None:
-                what = f"{cell[:20]!r} is no number" if cell else f"no column {column + 1}"
+                what = f"{cell[:_LONGEST]!r} is no number" if cell else f"no column {column + 1}"
                 wrong.append((number, what))
             elif not math.isfinite(value):
-                wrong.append((number, f"{cell} is not finite"))
+                wrong.append((number, f"{cell[:_LONGEST]} is not finite"))
                 value = None
             values.append(value)
         if values[0] is not None:
             times.append((number, values[0], row[columns[0]]))
     for (_, before, text_before), (number, time, text) in pairwise(times):
         if time <= before:
-            wrong.append((number, f"the time {text} is not above {text_before} before it"))
+            wrong.append(
+                (number, f"the time {text[:30]} is not above {text_before[:30]} before it")
+            )
     return [f"line {number}: {what}" for number, what in sorted(wrong)]
 
 

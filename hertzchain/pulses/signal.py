@@ -20,6 +20,12 @@ _LEAST_BASELINE = 10  # widths of a pulse at half its height over what is before
 
 _WINDOWS = 20  # averages over a width of the pulse at half its height; chosen
 _UNEVEN = 0.01  # steps of the time may differ by so much where samples are smoothed; chosen
+_OTHER_PULSE = (
+    0.05  # height of another pulse over that of the largest, from which it counts; chosen
+)
+_OVER_SCATTER = 20.0
+"""Least height of another pulse over what a quarter of the averages before the largest are within;
+chosen: 6.4 standard deviations of Gaussian noise, and more than a drift has."""
 _SMOOTHING_ORDER = 3  # of Savitzky and Golay's polynomials: crests and slopes keep their height
 _MOST_SAMPLES = 20_000  # more in a pulse are averaged, 2 and more at a time; chosen
 
@@ -112,6 +118,7 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
     if start is not None:
         before = min(before, _place(time, "--start", start))
     least = max(LEAST, (falling - rising) // _LEAST_BASELINE)
+    _refuse_two(time, averages[:before] - level, float(force[crest]) - level, crest)
     level, noise = _noise(force, before, least, known, step, resolution)
     limit = _threshold(noise, window, step, float(force[crest]) - level)
     quiet = np.flatnonzero(averages[: rising + 1] <= level + limit)
@@ -217,6 +224,19 @@ def _refuse_pull(force: FloatArray, level: float) -> None:
         )
     if up == 0:
         raise HertzchainError("all forces are equal: there is no pulse in this column")
+
+
+def _refuse_two(time: FloatArray, before: FloatArray, height: float, crest: int) -> None:
+    """Refuse a recording in which averages before the pulse have a pulse of their own."""
+    if not before.size:
+        return
+    at, scatter = int(np.argmax(before)), float(np.quantile(np.abs(before), 0.25))
+    if before[at] > max(_OTHER_PULSE * height, _OVER_SCATTER * scatter):
+        raise HertzchainError(
+            f"a pulse of {before[at]:.3g} N, at {time[at]:.6g} s, comes before the largest, of"
+            f" {height:.3g} N at {time[crest]:.6g} s: delete the samples of one of them, or give"
+            " --start and --end to keep both"
+        )
 
 
 def _half_heights(force: FloatArray, level: float, crest: int) -> tuple[int, int]:

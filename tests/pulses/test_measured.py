@@ -117,6 +117,21 @@ def test_a_pulse_that_noise_hides() -> None:
         measured_pulse(read, pulse_of(read))
 
 
+def test_of_two_equal_pulses_noise_says_which_is_the_largest() -> None:
+    clock = np.linspace(-20e-6, 200e-6, 800)
+    generator = np.random.default_rng(0)
+    force = 0.99 * sine_squared(clock) + sine_squared(clock - 100e-6)
+    force += generator.normal(0, 0.5, 800)
+    force[np.argmin(np.abs(clock - 33e-6))] = 103.0  # by noise the first is the largest here
+    read = Recording(clock, force, 1.0, ())
+    signal = pulse_of(read)
+    assert signal.time[-1] > 150e-6  # from the first to the second
+    with pytest.raises(
+        HertzchainError, match=r"with other noise of this kind a pulse of 99\.4 N, at"
+    ):
+        measured_pulse(read, signal)
+
+
 @pytest.mark.parametrize("rtol", [0.9e-6, 0.11, float("nan"), -1.0])
 def test_an_accuracy_that_cannot_be(rtol: float) -> None:
     for possible in (None, 1e-6, 0.1):

@@ -170,6 +170,20 @@ def test_times_with_too_few_digits(tmp_path: Path) -> None:
         read_recording(path)
 
 
+def test_numbers_without_end_are_cut_in_messages(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.csv", "{t},{f}")
+    path.write_text(path.read_text("utf-8").replace("1.0,", "9" * 5000 + ","), encoding="utf-8")
+    with pytest.raises(HertzchainError, match=r"line 3: 9{25} is not finite") as wrong:
+        read_recording(path)
+    assert len(str(wrong.value)) < 300 + len(str(path))
+
+
+def test_a_scale_beyond_all_numbers(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.csv", "{t},{f}")
+    with pytest.raises(HertzchainError, match="forces: span inf, must be from 1e-60 to 1e"):
+        read_recording(path, scale=1.5e308)
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [

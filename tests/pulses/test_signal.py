@@ -132,6 +132,32 @@ def test_what_is_no_pulse(force: FloatArray, words: str) -> None:
         pulse_of(recording(force))
 
 
+def two_pulses(height: float, distance: float = 90e-6, noise: float = 0.5) -> Recording:
+    """A pulse of a height and, later, one of F0, under noise of a standard deviation [N]."""
+    clock = np.linspace(-20e-6, 200e-6, 2000)
+    force = height / FORCE * sine_squared(clock) + sine_squared(clock - distance)
+    force += np.random.default_rng(5).normal(0, noise, clock.size)
+    return Recording(clock, force, 1.0, ())
+
+
+@pytest.mark.parametrize("height", [7.0, 60.0])
+def test_a_pulse_before_the_largest_is_no_baseline(height: float) -> None:
+    with pytest.raises(HertzchainError, match=r"a pulse of .* N, at 3.*e-05 s, comes before"):
+        pulse_of(two_pulses(height))
+    both = pulse_of(two_pulses(height), Given(start=-3e-6, end=165e-6))
+    assert abs(both.baseline) < 4 * 0.5 / np.sqrt(100)
+    assert np.trapezoid(both.force, both.time) == pytest.approx(
+        (1 + height / FORCE) * IMPULSE,
+        rel=0.01,  # the baseline is off by 0.05 N, of a mean force of 25 N or more
+    )
+
+
+def test_what_is_hardly_higher_than_the_noise_is_no_other_pulse() -> None:
+    assert pulse_of(two_pulses(3.0)).baseline_samples > 500
+    # Averages of 15 samples have a standard deviation of 5 / sqrt(15) = 1.3 N.
+    assert pulse_of(two_pulses(5.5, noise=5.0)).baseline_samples > 500
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [
