@@ -26,6 +26,9 @@ _OTHER_PULSE = (
 _OVER_SCATTER = 20.0
 """Least height of another pulse over what a quarter of the averages before the largest are within;
 chosen: 6.4 standard deviations of Gaussian noise, and more than a drift has."""
+_FLAT = 0.2
+"""Part of the width at half the height in which all samples are the largest, from which a pulse may
+be cut off; chosen: of a squared sine in 256 digits it is 0.08."""
 _SMOOTHING_ORDER = 3  # of Savitzky and Golay's polynomials: crests and slopes keep their height
 _MOST_SAMPLES = 20_000  # more in a pulse are averaged, 2 and more at a time; chosen
 
@@ -140,6 +143,9 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
         impulse_of(time[last:], force[last:] - level),
     )
     remarks += _remarks(recording, inside, known, level, noise, samples)
+    if (flat := int(np.sum(recording.force == recording.force.max()))) > _FLAT * (falling - rising):
+        saturated = "if the sensor or the oscilloscope saturates there, F0 is larger"
+        remarks.append(("flat top", f"{flat:,} samples are exactly the largest: {saturated}"))
     many = -(-clean.size // _MOST_SAMPLES)
     if many > 1:
         clock, clean = binned(clock, many), binned(clean, many)

@@ -132,6 +132,17 @@ def test_what_is_no_pulse(force: FloatArray, words: str) -> None:
         pulse_of(recording(force))
 
 
+@pytest.mark.parametrize(("limit", "is_flat"), [(0.5, True), (0.96, True), (0.98, False)])
+def test_a_flat_top_may_be_cut_off(limit: float, is_flat: bool) -> None:
+    # Of the width at half the height, 0.26 and 0.18 are above 0.96 and 0.98 of it.
+    signal = sine_squared(times(2000))
+    noise = np.random.default_rng(1).normal(0, 0.05, 2000)
+    found = pulse_of(recording(np.minimum(signal + noise, limit * FORCE)))
+    assert ("flat top" in dict(found.remarks)) is is_flat
+    if is_flat:
+        assert "F0 is larger" in dict(found.remarks)["flat top"]
+
+
 def two_pulses(height: float, distance: float = 90e-6, noise: float = 0.5) -> Recording:
     """A pulse of a height and, later, one of F0, under noise of a standard deviation [N]."""
     clock = np.linspace(-20e-6, 200e-6, 2000)
