@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from hertzchain.errors import OutputError
+from hertzchain.files import check_outputs
 from hertzchain.scene.starters import STARTERS, files_of, write_starter
 
 Kind = StrEnum("Kind", {name.upper(): name for name in STARTERS})  # type: ignore[misc]
@@ -30,7 +31,9 @@ def init(
 
     "pulse-table" also writes a table next to it, to be replaced with a measured pulse.
     """
-    there = [file for file in files_of(kind.value, path) if file.exists()]
+    files = files_of(kind.value, path)
+    check_outputs([], files)
+    there = [file for file in files if file.exists()]
     if there and not force:
         raise OutputError(f"{there[0]}: exists; name another file, or replace it with --force")
     written = write_starter(kind.value, path)

@@ -99,6 +99,8 @@ def pulse(
     Says what was changed, and what noise does to F0 and impulse and, with --scene, to LM_ratio and
     the peaks. Comments, header, separator and decimal commas are told from the file.
     """
+    import json
+
     from hertzchain.files import check_outputs, write_text
     from hertzchain.pulses.measured import check_accuracy, measured_pulse
     from hertzchain.pulses.recording import read_recording
@@ -133,7 +135,7 @@ def pulse(
     if output is not None:
         typer.echo(
             f"Pulse table written to {output}; a scene next to it takes it under [shock] as"
-            f' profile = "table" and file = "{output.name}"',
+            f' profile = "table" and file = {json.dumps(output.name, ensure_ascii=False)}',
             err=True,
         )
     write_file("Plot", plot, lambda path: plot_pulse(found, path))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -94,7 +95,7 @@ class Starter:
     def toml(self, table_name: str) -> str:
         """The text of the file; a pulse table is called ``table_name``."""
         chain = _CHAIN.format(granules=self.granules, more=self.more)
-        text = self.text.replace("TABLE_NAME", table_name)
+        text = self.text.replace("TABLE_NAME", json.dumps(table_name, ensure_ascii=False))
         return f"# {self.title}\n{chain}{text}{_RUN}"
 
 
@@ -107,7 +108,7 @@ STARTERS = {
 # CSV with the header time_s,force_N, next to this file; "hertzchain pulse" writes one from
 # a file of an oscilloscope.
 profile = "table"
-file = "TABLE_NAME"
+file = TABLE_NAME
 """,
         60,
         table=_TABLE,

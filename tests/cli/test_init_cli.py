@@ -50,6 +50,13 @@ def test_where_nothing_can_be_written(hertzchain: Command, tmp_path: Path) -> No
     same = hertzchain("init", tmp_path / "mine.csv", "--from", "pulse-table")
     is_refused(same, "mine.csv: is given for two outputs")
     assert list(tmp_path.iterdir()) == []
+    is_refused(hertzchain("init", tmp_path), "is a directory, must be the name of a file")
+
+
+def test_any_name_of_a_file_is_quoted_in_the_scene(hertzchain: Command, tmp_path: Path) -> None:
+    path = tmp_path / 'a "b".toml'
+    assert hertzchain("init", path, "--from", "pulse-table").status == 0
+    assert hertzchain("predict", path).status == 0
 
 
 @pytest.mark.parametrize("command", [(), ("run",), ("init",)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,13 @@ def test_from_an_oscilloscope_to_peaks(hertzchain: Command, scope: Path, scene: 
     run = hertzchain("run", scene, "--json").json()
     assert run["error_estimate"] < 1e-6
     assert 100 < run["peak_force_N"][0] < 120
+
+
+def test_a_name_with_quotes_is_given_as_a_scene_takes_it(
+    hertzchain: Command, scope: Path, tmp_path: Path
+) -> None:
+    done = hertzchain("pulse", scope, "-o", tmp_path / 'a"b.csv', "--scale", 25)
+    assert tomllib.loads(done.err.strip().rpartition(" and ")[2]) == {"file": 'a"b.csv'}
 
 
 def test_json(hertzchain: Command, scope: Path, scene: Path) -> None:
