@@ -80,12 +80,6 @@ class Chain:
         to_plain_numbers(self)
 
     @property
-    def is_uniform(self) -> bool:
-        """True if all granules are alike and touch."""
-        values = (getattr(self, key) for key in MATERIAL)
-        return not any(isinstance(value, tuple) for value in values) and self.gap == 0
-
-    @property
     def section(self) -> Mapping[str, Any] | None:
         """The section [chain] with its segments, in SI; None if the scene file has no segments.
 

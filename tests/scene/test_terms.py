@@ -90,7 +90,6 @@ def test_sequences_in_python() -> None:
     chain = hc.Chain(3, radius, [1e9, 1e9, 1e9], 0.3, (1.0, 2.0, 3.0))
     assert chain.radius == (1e-3, 2e-3, 3e-3)
     assert chain.young_modulus == 1e9
-    assert not chain.is_uniform
     assert hash(chain) == hash(hc.Chain(3, radius.tolist(), 1e9, 0.3, [1, 2, 3]))
 
 

@@ -25,6 +25,7 @@ from hertzchain.verdict.user_deck.units import Units
 Indices = NDArray[np.intp]
 
 ROUND_OFF = 1e-9  # relative: decks of 17 digits have less; none of it is worth a remark (chosen)
+_MOST_GROUPS = 3  # numbers that are wrong alike, each with a remark of its own (chosen)
 DIGITS = 10.0  # times the tolerance: what carried digits can make of one number (chosen)
 
 
@@ -196,14 +197,14 @@ def values(measured: float, expected: float, unit: str) -> str:
     return f"is {measured:.{digits}g}{end}, the scene has {expected:.{digits}g}{end}"
 
 
-def groups(relative: FloatArray, most: int = 3) -> list[Indices]:
+def groups(relative: FloatArray) -> list[Indices]:
     """Indices of numbers that differ by the same, the largest difference first.
 
     ``relative`` is the difference of each number; those of round-off are left out.
     """
     left = np.flatnonzero(~(np.abs(relative) <= ROUND_OFF))
     made: list[Indices] = []
-    while left.size and len(made) < most - 1:
+    while left.size and len(made) < _MOST_GROUPS - 1:
         order = np.nan_to_num(np.abs(relative[left]), nan=np.inf)
         first = relative[left[int(np.argmax(order))]]
         alike = np.isclose(relative[left], first, rtol=1e-2, atol=0) | ~np.isfinite(relative[left])
