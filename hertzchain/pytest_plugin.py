@@ -56,13 +56,10 @@ def judge_peaks(request: pytest.FixtureRequest) -> Callable[..., Judgement]:
     ) -> Judgement:
         __tracebackhide__ = True
         from hertzchain.errors import HertzchainError
-        from hertzchain.scene.scene import Scene
         from hertzchain.verdict import judgement
 
         try:
-            chosen = (
-                Scene.from_toml(folder / scene) if isinstance(scene, str | os.PathLike) else scene
-            )
+            chosen = folder / scene if isinstance(scene, str | os.PathLike) else scene
             given = folder / peak_force if isinstance(peak_force, str | os.PathLike) else peak_force
             wanted = judgement.TOLERANCE if tolerance is None else tolerance
             found = judgement.judge(chosen, given, tolerance=wanted, dt=dt)

@@ -61,6 +61,14 @@ def test_the_public_names_are_those_of_the_contract() -> None:
     assert list(hc.__all__) == sorted(hc.__all__)
 
 
+def test_public_names_are_listed_before_they_are_used() -> None:
+    code = "import hertzchain; print(' '.join(dir(hertzchain)))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert done.stdout.split() == sorted([*hc.__all__, "__version__"])
+
+
 def test_all_names_come_with_a_star() -> None:
     names: dict[str, object] = {}
     exec("from hertzchain import *", names)  # noqa: S102 - a star cannot be had in a function

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from hertzchain.observables.result import Result
-    from hertzchain.scene.scene import Scene
+    from hertzchain.scene.given import SceneLike
 
 
 class Simulator(Protocol):
@@ -23,7 +23,7 @@ class Simulator(Protocol):
     def time_limit(self) -> float:
         """Time limit of a run [s]."""
 
-    def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
+    def run(self, scene: SceneLike, record: ArrayLike | None = None) -> Result:
         """Simulate a scene; see ``hertzchain.Native.run``."""
 
 

@@ -390,9 +390,3 @@ def _is_representable(scene: Scene) -> bool:
         return False
     times = [ramp.end for ramp in scene.ramps[:1]]
     return are_normal(scene.momentum_ratio, *times, scene.end_time)
-
-
-def require_scene(scene: object) -> None:
-    """Raise a SceneError for anything but a scene, such as the name of its file."""
-    allowed = "must be a Scene, as Scene.from_toml reads it"
-    require(isinstance(scene, Scene), "scene", scene, allowed)

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
+from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.run import Run
-from hertzchain.scene.scene import Scene, require_scene
+from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.axes import Axis, Listed, Span, Value, axis_of, is_whole, key_of
 from hertzchain.sweeps.columns import (
     ALL,
@@ -172,7 +173,7 @@ def _as_before(base: Scene) -> dict[str, Any]:
 
 
 def design(
-    scene: Scene,
+    scene: SceneLike,
     vary: Mapping[str, str | Iterable[Value]],
     samples: int | None = None,
     seed: int = 0,
@@ -182,7 +183,7 @@ def design(
     Parameters
     ----------
     scene
-        The scene that all others are derived from.
+        The scene that all others are derived from, or the path of its file.
     vary
         For each parameter, by its name in the scene file (the section may be left out), its values:
         a list, as text (``"A,B,C"``) or as numbers and names; a grid ``"LOW:HIGH:COUNT"`` or
@@ -202,7 +203,7 @@ def design(
         For a parameter that does not exist or cannot vary, an empty range, an impossible value,
         samples without ranges or ranges without samples, and too many scenes.
     """
-    require_scene(scene)
+    scene = to_scene(scene)
     allowed = "must be a mapping of at least one parameter to its values"
     require(isinstance(vary, Mapping) and len(vary) > 0, "vary", None, allowed)
     axes = tuple(axis_of(full_name(name, scene), given) for name, given in vary.items())

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from hertzchain.errors import OutputError, require
 from hertzchain.limits import RTOL
-from hertzchain.scene.scene import Scene
+from hertzchain.scene.given import SceneLike
 from hertzchain.sweeps import parts
 from hertzchain.sweeps.axes import Value
 from hertzchain.sweeps.columns import CUT_OFF, PARAMETERS, columns_of
@@ -130,7 +130,7 @@ class Counts:
 
 
 def sweep(
-    scene: Scene,
+    scene: SceneLike,
     vary: Mapping[str, str | Iterable[Value]],
     *,
     samples: int | None = None,
@@ -148,7 +148,7 @@ def sweep(
     Parameters
     ----------
     scene
-        The scene that all others are derived from.
+        The scene that all others are derived from, or the path of its file.
     vary, samples, seed
         Parameters that vary and their values; see ``hertzchain.sweeps.design``.
     backends

@@ -14,6 +14,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.observables.transition import STEADY, transition_granules
 from hertzchain.scene.chain import Chain
+from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.natural_units import PAPER_MOMENTUM
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
@@ -219,7 +220,7 @@ class Prediction:
         }
 
 
-def predict(scene: Scene) -> Prediction:
+def predict(scene: SceneLike) -> Prediction:
     """Predict a scene by the map of peaks, the paper's equations and the exact wave.
 
     This takes about 0.1 ms once the map of the profile is loaded, and as much again for properties
@@ -228,13 +229,17 @@ def predict(scene: Scene) -> Prediction:
     Parameters
     ----------
     scene
-        Any scene; with terms, with a pulse table and outside of the map numbers are missing.
+        Any scene, or the path of its file; with terms, with a pulse table and outside of the map
+        numbers are missing.
 
     Raises
     ------
+    SceneError
+        For what is no scene.
     OverlapTooLarge
         If granules would be pressed into one another by more than a radius.
     """
+    scene = to_scene(scene)
     chain, pulse = scene.chain, scene.shock
     nothing = np.full(min(chain.granules, peak_map.LAST_CONTACT) - 1, np.nan)
     if not scene.is_plain:

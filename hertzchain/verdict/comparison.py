@@ -20,6 +20,7 @@ from hertzchain.engines.registry import ENGINES, Simulator, compared_by_default,
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, TooExpensive, require
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.result import Result
+from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.check import FAILED, NOT_RUN, Check, unmeasured
 from hertzchain.verdict.deck_checks import examined
@@ -108,7 +109,7 @@ class Comparison:
 
 
 def compare(
-    scene: Scene,
+    scene: SceneLike,
     backends: Sequence[str] | None = None,
     lammps: Lammps | None = None,
     progress: Callable[[str], object] | None = None,
@@ -122,7 +123,7 @@ def compare(
     Parameters
     ----------
     scene
-        What to simulate.
+        What to simulate, or the path of its file.
     backends
         Which simulations to compare: native, lammps, liggghts, yade; by default native and lammps.
         The native reference always runs.
@@ -140,8 +141,9 @@ def compare(
     Raises
     ------
     SceneError
-        For a backend that does not exist, or times that cannot be.
+        For what is no scene, a backend that does not exist, or times that cannot be.
     """
+    scene = to_scene(scene)
     backends = compared_by_default() if backends is None else backends
     for name in backends:
         require(name in ENGINES, "backend", name, f"must be one of {', '.join(ENGINES)}")

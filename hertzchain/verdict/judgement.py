@@ -20,7 +20,8 @@ from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.error_bound import refuse_unstable, stable_step
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result
-from hertzchain.scene.scene import Scene, require_scene
+from hertzchain.scene.given import SceneLike, to_scene
+from hertzchain.scene.scene import Scene
 from hertzchain.verdict.case import Case
 from hertzchain.verdict.causes import finders_for, likely_cause
 from hertzchain.verdict.twin import velocity_verlet
@@ -201,7 +202,7 @@ class Judgement:
 
 
 def judge(
-    scene: Scene,
+    scene: SceneLike,
     peak_force: Path | str | Mapping[int, float] | ArrayLike,
     *,
     tolerance: float = TOLERANCE,
@@ -215,7 +216,7 @@ def judge(
     Parameters
     ----------
     scene
-        What was computed.
+        What was computed, or the path of its file.
     peak_force
         Peak forces [N] of contacts by the paper's numbers, 2 ... N: a CSV file (``read_peaks``), a
         mapping from contacts, or an array of shape (N - 1,) with NaN where there is none.
@@ -234,12 +235,12 @@ def judge(
     Raises
     ------
     SceneError
-        For peaks, a tolerance or a step that cannot be, and a tolerance within the error of the
-        reference.
+        For a scene, peaks, a tolerance or a step that cannot be, and a tolerance within the error
+        of the reference.
     RunFailed
         If the reference cannot be computed, or velocity Verlet is unstable with such a step.
     """
-    require_scene(scene)
+    scene = to_scene(scene)
     allowed = "must be a number above 0 and below 1"
     require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
     require(dt is None or is_positive(dt), "dt", dt, f"{POSITIVE} [s]")

@@ -21,7 +21,8 @@ from hertzchain.engines.external.rescaling import softening
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables.history import wanted_times
 from hertzchain.observables.result import Result
-from hertzchain.scene.scene import Scene, require_scene
+from hertzchain.scene.given import SceneLike, to_scene
+from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import refuse_terms
 
@@ -91,13 +92,13 @@ class ExternalEngine(ABC):
 
         return simulate
 
-    def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
+    def run(self, scene: SceneLike, record: ArrayLike | None = None) -> Result:
         """Simulate a scene.
 
         Parameters
         ----------
         scene
-            What to simulate.
+            What to simulate, or the path of its file.
         record
             Increasing times [s] within the run at which to keep displacement, velocity and
             contact force.
@@ -105,7 +106,7 @@ class ExternalEngine(ABC):
         Raises
         ------
         SceneError
-            For an object that is no scene, or impossible times.
+            For what is no scene, a file that is none, or impossible times.
         BackendMissing
             If the code is not installed.
         StepUnstable
@@ -119,8 +120,7 @@ class ExternalEngine(ABC):
         TooExpensive
             If it takes longer than the time limit.
         """
-        require_scene(scene)
-        return self._run(scene, record)
+        return self._run(to_scene(scene), record)
 
     def _run(self, scene: Scene, record: ArrayLike | None) -> Result:
         begin = time.perf_counter()

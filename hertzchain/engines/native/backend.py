@@ -40,7 +40,8 @@ from hertzchain.observables.error_bound import (
 from hertzchain.observables.history import Recorder, wanted_times
 from hertzchain.observables.peaks import ESTIMATED, largest_difference, times_of_peaks
 from hertzchain.observables.result import Balance, Result, peaks_of_result
-from hertzchain.scene.scene import Scene, require_scene
+from hertzchain.scene.given import SceneLike, to_scene
+from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import (
     largest_overlap_ratio,
@@ -128,13 +129,13 @@ class Native:
             plans.check(self.rtol)
         check_time_limit(self.time_limit)
 
-    def run(self, scene: Scene, record: ArrayLike | None = None) -> Result:
+    def run(self, scene: SceneLike, record: ArrayLike | None = None) -> Result:
         """Simulate a scene.
 
         Parameters
         ----------
         scene
-            What to simulate.
+            What to simulate, or the path of its file.
         record
             Increasing times [s] within the run at which to keep displacement, velocity and
             contact force; not with ``peaks_only``.
@@ -142,7 +143,7 @@ class Native:
         Raises
         ------
         SceneError
-            For what is no scene, or times that cannot be.
+            For what is no scene, a file that is none, or times that cannot be.
         StepUnstable
             If the step asked for is so long that the motion diverges.
         Unpredictable
@@ -152,7 +153,7 @@ class Native:
         TooExpensive
             If it would take, or has taken, longer than the time limit.
         """
-        require_scene(scene)
+        scene = to_scene(scene)
         begin, deadline = time.perf_counter(), Deadline(self.time_limit)
         refuse_hopeless_overlap(scene)
         refuse_strong_dampers(scene)

@@ -5,6 +5,7 @@ In natural units a scene is its profile, LM_ratio, n and N, so a batch is arrays
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -31,6 +32,7 @@ from hertzchain.limits import (
 from hertzchain.observables.peaks import ESTIMATED, are_rising, largest_differences, times_of_peaks
 from hertzchain.observables.result import Result
 from hertzchain.scene.chain import MOST_GRANULES
+from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
 from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse
 from hertzchain.scene.scene import Scene
@@ -82,14 +84,14 @@ class Batch:
 
 
 def peak_forces(
-    scenes: Sequence[Scene], rtol: float = RTOL, time_limit: float = TIME_LIMIT
+    scenes: Sequence[SceneLike], rtol: float = RTOL, time_limit: float = TIME_LIMIT
 ) -> Batch:
     """Peak forces of scenes whose chains have the same number of granules.
 
     Parameters
     ----------
     scenes
-        At least one.
+        At least one; scenes, or paths of their files.
     rtol
         Wanted relative accuracy of the peaks, from 1e-10 to 0.01.
     time_limit
@@ -109,7 +111,13 @@ def peak_forces(
     TooExpensive
         If they have taken longer than the time limit.
     """
-    scenes = list(scenes)
+    listed = not isinstance(scenes, str | os.PathLike | Scene)
+    require(listed, "scenes", None, "must be a list of scenes, or of paths of their files")
+    return _peaks_of([to_scene(scene) for scene in scenes], rtol, time_limit)
+
+
+def _peaks_of(scenes: Sequence[Scene], rtol: float, time_limit: float) -> Batch:
+    """Peaks of scenes in SI units; as ``peak_forces``."""
     require(len(scenes) > 0, "scenes", len(scenes), "must be at least one")
     if not all(scene.is_plain for scene in scenes):
         return _one_by_one(scenes, rtol, time_limit)

@@ -12,7 +12,7 @@ import numpy as np
 
 from hertzchain.errors import POSITIVE, is_positive, require
 from hertzchain.limits import TIME_LIMIT
-from hertzchain.scene.scene import Scene, require_scene
+from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.verdict.judgement import TOLERANCE, Judgement, judge
 from hertzchain.verdict.results.reading import read
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def judge_peaks(
-    scene: Scene,
+    scene: SceneLike,
     results: Path | str | pandas.DataFrame,
     *,
     columns: Mapping[str, str] | None = None,
@@ -36,7 +36,7 @@ def judge_peaks(
     Parameters
     ----------
     scene
-        What was computed.
+        What was computed, or the path of its file.
     results
         A pandas table, or a file: CSV or columns of numbers, a log of LAMMPS, the output of ``fix
         ave/time`` or ``fix print``, a text dump of granules or of pairs, or a trajectory that ASE
@@ -63,7 +63,7 @@ def judge_peaks(
     RunFailed
         As ``judge``.
     """
-    require_scene(scene)
+    scene = to_scene(scene)
     require(dt is None or is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
     report_progress = progress or (lambda _: None)
     report_progress("reading results")

@@ -13,8 +13,9 @@ from hertzchain.engines.native import Native
 from hertzchain.errors import RunFailed, is_positive, require
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
+from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.run import Run
-from hertzchain.scene.scene import Scene, require_scene
+from hertzchain.scene.scene import Scene
 from hertzchain.verdict.judgement import TOLERANCE
 from hertzchain.verdict.user_deck import step_checks
 from hertzchain.verdict.user_deck.contact_checks import contact_checks
@@ -32,7 +33,7 @@ _LONGEST = 100.0  # times the scene's end: a deck that runs longer is judged up 
 
 
 def examine(
-    scene: Scene,
+    scene: SceneLike,
     deck: Path | str,
     variables: Mapping[str, object] | None = None,
     *,
@@ -49,7 +50,7 @@ def examine(
     Parameters
     ----------
     scene
-        What the deck should compute.
+        What the deck should compute, or the path of its file.
     deck
         The input script, with any axis and units of LAMMPS.
     variables
@@ -69,11 +70,11 @@ def examine(
     BackendMissing
         If LAMMPS is not there.
     SceneError
-        For a tolerance or a deck that cannot be.
+        For a scene, a tolerance or a deck that cannot be.
     RunFailed
         If LAMMPS stops with an error, or the deck is none that can be examined.
     """
-    require_scene(scene)
+    scene = to_scene(scene)
     allowed = "must be a number above 0 and below 1"
     require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
     report_progress = progress or (lambda _: None)

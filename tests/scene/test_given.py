@@ -1,0 +1,69 @@
+"""Functions that take a scene take the path of its file, too, and give the same answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import SceneError
+from hertzchain.scene.given import to_scene
+from tests.conftest import paper_scene
+
+SHORT = paper_scene("cosine", 1.0, 2.0, granules=8)
+
+FUNCTIONS: dict[str, Callable[[Any], Any]] = {
+    "run": lambda scene: hc.Native().run(scene).peak_force,
+    "compare": lambda scene: hc.compare(scene, ["native"]).native.peak_force,
+    "judge": lambda scene: hc.judge(scene, {2: 100.0}).reference.peak_force,
+    "peak_forces": lambda scene: hc.peak_forces([scene, scene]).peak_force,
+    "predict": lambda scene: hc.theory.predict(scene).peak_force,
+    "sweep": lambda scene: hc.sweep(
+        scene, {"shock.duration_ratio": [2.0]}, backends="formulas"
+    ).to_frame(["largest_peak_force_N"]),
+}
+"""By name; ``examine`` and ``judge_peaks`` are called below, as they need files."""
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A scene file."""
+    path = tmp_path_factory.mktemp("scenes") / "short.toml"
+    SHORT.to_toml(path)
+    return path
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.parametrize("kind", [str, Path])
+def test_a_path_stands_for_its_scene(name: str, kind: Callable[[Path], Any], path: Path) -> None:
+    function = FUNCTIONS[name]
+    assert np.array_equal(function(kind(path)), function(SHORT), equal_nan=True)
+
+
+def test_results_are_judged_by_the_path_of_a_scene(path: Path) -> None:
+    table = hc.Native().run(SHORT).to_frame()
+    assert hc.judge_peaks(path, table).verdict == "pass"
+
+
+@pytest.mark.parametrize(
+    "function",
+    [*FUNCTIONS.values(), lambda scene: hc.examine(scene, "in.mine"),
+     lambda scene: hc.judge_peaks(scene, "peaks.csv")],
+)  # fmt: skip
+def test_a_scene_file_that_is_not_there_is_named(function: Callable[[Any], Any]) -> None:
+    with pytest.raises(SceneError, match=r"^nowhere\.toml: cannot be read"):
+        function("nowhere.toml")
+
+
+@pytest.mark.parametrize("given", ["short.toml", Path("short.toml"), SHORT])
+def test_a_batch_is_of_a_list(given: Any) -> None:
+    with pytest.raises(SceneError, match=r"^scenes: must be a list of scenes, or of paths"):
+        hc.peak_forces(given)
+
+
+def test_a_scene_is_returned_as_it_is() -> None:
+    assert to_scene(SHORT) is SHORT
