@@ -76,14 +76,8 @@ def judge_peaks(request: pytest.FixtureRequest) -> Callable[..., Judgement]:
 
 def _printed(judgement: Judgement) -> str:
     """What the command line prints of a judgement, without colours."""
-    from io import StringIO
-
-    from rich.console import Console
-
-    from hertzchain.report.console import print_document
+    from hertzchain.report.console import plain_text, print_document
     from hertzchain.report.judgement import of_judgement
 
-    text = StringIO()
-    console = Console(file=text, width=100, color_system=None, highlight=False, markup=False)
-    print_document(console, of_judgement(judgement), others="not shown")
-    return "\n".join(line.rstrip() for line in text.getvalue().splitlines())
+    document = of_judgement(judgement)
+    return plain_text(lambda console: print_document(console, document, "not shown"), width=100)

@@ -15,7 +15,7 @@ from tests.test_public_names import modules_after
 PACKAGE = Path(hc.__file__).parent
 
 LEVELS = (
-    ("errors", "arrays", "files", "limits"),
+    ("errors", "arrays", "files", "limits", "showing"),
     ("scene",),
     ("observables",),
     ("engines.external",),
@@ -34,6 +34,10 @@ ENGINES = LEVELS[4]
 
 OUTSIDE = ("hertzchain", "hertzchain.engines", "hertzchain.lammps")
 """Public names, from where outside scripts import them."""
+
+SHOWING = "hertzchain.showing"
+"""Objects show themselves by it: it loads ``report`` when they do, and is the only one that looks
+upwards."""
 
 MOST_LINES = 400
 
@@ -67,11 +71,12 @@ def imported_by(path: Path) -> set[str]:
 @functools.cache
 def imports() -> dict[str, set[str]]:
     """What each module imports, by its name; reading all sources takes half a second."""
-    return {
+    found = {
         name: (imported_by(path) & FILES.keys()) - {name}
         for name, path in FILES.items()
         if name not in OUTSIDE
     }
+    return found | {SHOWING: set()}
 
 
 def room_of(name: str) -> str:
@@ -104,6 +109,13 @@ def test_imports_go_down_only() -> None:
             if here != there and level[there] >= level[here] and not ground:
                 wrong.append((name, other))
     assert wrong == []
+
+
+def test_what_shows_objects_loads_nothing_before_they_are_shown() -> None:
+    above = imported_by(FILES[SHOWING]) & FILES.keys()
+    assert {room_of(name) for name in above} == {"report"}
+    loaded = modules_after(f"import {SHOWING}, hertzchain; hertzchain.Result")
+    assert {name for name in loaded if name.startswith("hertzchain.report")} == set()
 
 
 def test_public_names_are_for_scripts_outside() -> None:

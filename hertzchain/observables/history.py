@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.errors import SceneError, require
+from hertzchain.limits import refuse_memory
 from hertzchain.observables import hermite
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.samples import Samples
@@ -38,9 +40,21 @@ class History:
     wall_force: FloatArray | None = None
 
 
+MOST_FRAMES = 1_000_000
+"""Largest number of frames that can be asked for (chosen): 1.4 GB for 60 granules."""
+
+
 def wanted_times(record: ArrayLike, end_time: float) -> FloatArray:
-    """Return the times of a history [s]; SceneError unless they increase and lie within the run."""
+    """Return the times of a history [s], shape (times,), from a number of frames or from times.
+
+    SceneError for fewer than two frames, or unless the times increase and lie within the run.
+    """
+    if isinstance(record, Integral) and not isinstance(record, bool):
+        allowed = f"must be from 2 to {MOST_FRAMES:,} frames, or increasing times [s]"
+        require(2 <= record <= MOST_FRAMES, "record", record, allowed)
+        return np.linspace(0.0, end_time, int(record))
     allowed = f"must be increasing times from 0 to the end of the run, {end_time} s"
+    allowed += ", or a whole number of frames"
     try:
         time = np.atleast_1d(np.asarray(record, np.float64))
     except (TypeError, ValueError):
@@ -63,6 +77,7 @@ class Recorder:
     ) -> None:
         self._law = law
         self.time = np.asarray(time)
+        refuse_memory(8.0 * 3 * self.time.size * granules)
         self.displacement = np.full((self.time.size, granules), np.nan)
         self.velocity = np.full((self.time.size, granules), np.nan)
         self.contact_force = np.full((self.time.size, granules - 1 + wall), np.nan)

@@ -7,12 +7,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
+from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, or_none
+from hertzchain.errors import SceneError, require
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
@@ -20,6 +22,7 @@ from hertzchain.scene.natural_units import slowness
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import largest_overlap_ratio, overlap_warning
+from hertzchain.showing import ShownRun
 
 if TYPE_CHECKING:
     import pandas
@@ -97,8 +100,8 @@ def peaks_of_result(
     return peaks
 
 
-@dataclass(frozen=True, eq=False)
-class Result:
+@dataclass(frozen=True, eq=False, repr=False)
+class Result(ShownRun):
     """Result of one backend for one scene.
 
     Parameters
@@ -245,6 +248,33 @@ class Result:
     def contact(self) -> NDArray[np.int_]:
         """Numbers of the contacts as in the paper, 2 ... N, shape (N - 1,)."""
         return np.arange(2, self.peak_force.size + 2)
+
+    def force_at(self, contact: int) -> FloatArray:
+        """Force over time in one contact [N], shape (times,), at the times ``history.time``.
+
+        That is F(t), as it was recorded; the largest force over the whole run is in
+        ``peak_force``.
+
+        Parameters
+        ----------
+        contact
+            By the paper's number, 2 ... N: contact i lies between granules i - 1 and i.
+
+        Raises
+        ------
+        SceneError
+            If nothing was recorded, or there is no such contact.
+        """
+        if self.history is None:
+            allowed = "there is none: run with record = a number of frames, or times"
+            raise SceneError("history", None, allowed)
+        last = self.peak_force.size + 1
+        is_there = isinstance(contact, Integral) and 2 <= contact <= last
+        allowed = (
+            f"must be a whole number from 2 to {last}: contact 2 lies between granules 1 and 2"
+        )
+        require(is_there, "contact", contact, allowed)
+        return self.history.contact_force[:, contact - 2]
 
     def to_frame(self) -> pandas.DataFrame:
         """Return a table with one row per contact: contact, peak_force_N, peak_time_s.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import io
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from rich.table import Table
@@ -42,8 +43,20 @@ def table(
     return drawn
 
 
-def print_run(console: Console, result: Result) -> None:
-    """Print what a person wants of a run: peaks of the transition, p, F_SW, speed, error, cost."""
+def plain_text(show: Callable[[Console], object], width: int = 120) -> str:
+    """What a function prints on a console, without colours."""
+    from rich.console import Console
+
+    text = io.StringIO()
+    show(Console(file=text, width=width, color_system=None, highlight=False, markup=False))
+    return "\n".join(line.rstrip() for line in text.getvalue().splitlines())
+
+
+def print_run(console: Console, result: Result, others: str = "in --json") -> None:
+    """Print what a person wants of a run: peaks of the transition, p, F_SW, speed, error, cost.
+
+    ``others`` says where the peaks of all other contacts are.
+    """
     console.print(describe(result.scene), style="bold")
     shown = shown_contacts(result)
     static = result.static_force
@@ -61,9 +74,9 @@ def print_run(console: Console, result: Result) -> None:
     if static is not None:
         header.insert(2, "static force [N]")
     console.print(table(header, rows))
-    _print_left_out(console, result.contact.size - len(shown), result.contact[-1])
+    _print_left_out(console, result.contact.size - len(shown), result.contact[-1], others)
     facts = [
-        *(_wave_facts(result) if result.scene.is_plain else facts_of_terms(result)),
+        *(wave_facts(result) if result.scene.is_plain else facts_of_terms(result)),
         ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
         ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
         ("cost", cost(result)),
@@ -74,7 +87,7 @@ def print_run(console: Console, result: Result) -> None:
     _print_remarks(console, *result.warnings)
 
 
-def _wave_facts(result: Result) -> list[tuple[str, str]]:
+def wave_facts(result: Result) -> list[tuple[str, str]]:
     """What a plain scene has: the transition and the wave that leaves it."""
     wave, p = result.solitary_wave, result.transition_granules
     return [

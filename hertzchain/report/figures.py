@@ -18,15 +18,22 @@ from hertzchain.report.facts import describe
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from hertzchain.report.picture import Picture
     from hertzchain.verdict.tradeoff import Row, Tradeoff
 
 
 def plot_document(document: Document, path: Path | str) -> None:
     """Draw peak forces along the chain and their differences, in the format of the suffix."""
-    from matplotlib.figure import Figure
+    write_with(path, figure_of(document).savefig)
+
+
+def figure_of(document: Document) -> Picture:
+    """Draw peak forces along the chain and their differences from native."""
     from matplotlib.ticker import MaxNLocator
 
-    figure = Figure(figsize=(8, 7), layout="constrained", dpi=150)
+    from hertzchain.report.picture import Picture
+
+    figure = Picture(figsize=(8, 7), layout="constrained", dpi=150)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     native, differences = document.native, document.differences
     contact = native.contact
@@ -57,7 +64,7 @@ def plot_document(document: Document, path: Path | str) -> None:
     for axes in (above, below):
         axes.legend(fontsize=8)
         axes.grid(alpha=0.25)
-    write_with(path, figure.savefig)
+    return figure
 
 
 def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:

@@ -77,7 +77,7 @@ def write_trajectory(result: Result, path: Path | str) -> None:
     check_trajectory_format(path)
     if result.history is None:
         raise SceneError(
-            "history", None, "there is none: run with record = the times of the frames"
+            "history", None, "there is none: run with record = a number of frames, or times"
         )
     # Without results, of which frames have none, ASE does not copy each frame: its copies set the
     # shape of an array, of which NumPy warns from 2.5 on.

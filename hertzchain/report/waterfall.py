@@ -87,7 +87,7 @@ def drawn_contacts(result: Result) -> list[int]:
     return [int(contact) for contact in np.unique(followed[nearest])]
 
 
-def _time_unit(end: float) -> tuple[str, float]:
+def time_unit(end: float) -> tuple[str, float]:
     """The unit in which times up to an end [s] are read with ease, and what it is in seconds."""
     for name, unit in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)):
         if end >= 2 * unit:
@@ -138,7 +138,7 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
     long = bool(np.any(_gaps(history.time)))
     # The waves of a long chain are as narrow as lines: each is drawn around its own peak.
     around = _AROUND * _contact_time(scene) if long else np.inf
-    unit_name, unit = _time_unit(around if long else scene.end_time)
+    unit_name, unit = time_unit(around if long else scene.end_time)
     largest = max(float(np.max(native.peak_force)), scene.peak_force)
     scale = _Scale(around, unit, unit_name, 1.6 / largest)
     traces, below = [], ""
@@ -156,7 +156,7 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
         if key != "native":
             style |= {"dash": DASHES[key], "width": 2.5}
         for place, contact in enumerate(drawn, start=1):
-            curve, peak = _with_peak(result, contact), float(native.peak_time[contact - 2])
+            curve, peak = with_peak(result, contact), float(native.peak_time[contact - 2])
             more = {"line": style, "legendgroup": key, "showlegend": place == 1}
             traces.append(scale.trace(place, f"contact {contact}", LABELS[key], curve, peak) | more)
     first = "striker" if scene.striker else "piston" if scene.piston else "shock"
@@ -193,7 +193,7 @@ def _shock_times(scene: Scene) -> FloatArray:
     return time[time <= scene.end_time]
 
 
-def _with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
+def with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
     """Times [s] and contact forces [N] of a contact, with its peak between them."""
     assert result.history is not None
     time, force = result.history.time, result.history.contact_force[:, contact - 2]

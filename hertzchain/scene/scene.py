@@ -33,10 +33,11 @@ from hertzchain.scene.sine import Sine
 from hertzchain.scene.terms import ALL_TERMS, Contact, Precompression, Striker, Wall
 from hertzchain.scene.together import refuse_impossible
 from hertzchain.scene.watching import squeezing_force, watched_time, watched_with_terms
+from hertzchain.showing import Shown
 
 
-@dataclass(frozen=True)
-class Scene:
+@dataclass(frozen=True, repr=False)
+class Scene(Shown):
     """One shock on one chain.
 
     Parameters

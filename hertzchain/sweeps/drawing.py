@@ -53,7 +53,7 @@ def draw(
     backend where there are several. ``where`` selects rows by values of parameters or ``backend``;
     a number selects the nearest value of the sweep, if both agree to three digits.
     """
-    from matplotlib.figure import Figure
+    from hertzchain.report.picture import Picture
 
     columns = names_of_columns(sweep.manifest)
     x, y = full_name(x, columns), full_name(y, columns)
@@ -64,7 +64,7 @@ def draw(
     require(colour != "failure", "failure", None, "is a sentence and cannot be a colour")
     require(len({x, y, colour}) == 3, x if x in (y, colour) else y, None, "given twice")
     rows = selected_rows(sweep, (x, y), colour, where or {})
-    figure = Figure(figsize=(8, 5), layout="constrained", dpi=150)
+    figure = Picture(figsize=(8, 5), layout="constrained", dpi=150)
     axes = figure.subplots()
     if y in rows.left:
         drawn = _draw_map(axes, rows, x, y, colour)

@@ -25,10 +25,12 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
+    from hertzchain.report.card import Card
+
 _LAYOUT = 1  # version of the tables; other columns need another number
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Sweep:
     """A sweep, complete or as far as it is done.
 
@@ -56,6 +58,18 @@ class Sweep:
         folder = Path(folder)
         manifest = read_manifest(folder)
         return cls(manifest, manifest["rows"], Folder(folder, manifest))
+
+    def __repr__(self) -> str:
+        return self._card.text
+
+    def _repr_html_(self) -> str:
+        return self._card.html
+
+    @property
+    def _card(self) -> Card:
+        from hertzchain.sweeps.card import card_of
+
+        return card_of(self.manifest, self.rows, self.folder)
 
     @property
     def folder(self) -> Path | None:

@@ -22,6 +22,7 @@ from hertzchain.limits import TIME_LIMIT
 from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
+from hertzchain.showing import ShownVerdict
 from hertzchain.verdict.check import FAILED, NOT_RUN, Check, unmeasured
 from hertzchain.verdict.deck_checks import examined
 from hertzchain.verdict.formulas import Formulas, formulas
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
     import pandas
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(ShownVerdict):
     """Every oracle on one scene, side by side.
 
     Parameters
@@ -132,8 +133,9 @@ def compare(
     progress
         Is called with a line of text before each part of the work.
     record
-        Increasing times [s] within the run at which each of them keeps displacement, velocity and
-        contact force; nothing is kept by default.
+        When each of them keeps displacement, velocity and contact force: increasing times [s]
+        within the run, or a whole number of frames, equally spaced from 0 to the end; nothing is
+        kept by default.
     engines
         How engines run, by name; by default with steps small enough for 1e-6 and the time limit of
         LAMMPS, which is that of the reference, too.

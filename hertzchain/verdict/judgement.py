@@ -22,6 +22,7 @@ from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
+from hertzchain.showing import ShownVerdict
 from hertzchain.verdict.case import Case
 from hertzchain.verdict.causes import finders_for, likely_cause
 from hertzchain.verdict.twin import velocity_verlet
@@ -53,8 +54,8 @@ class Accuracy:
     sampled: float
 
 
-@dataclass(frozen=True, eq=False)
-class Judgement:
+@dataclass(frozen=True, eq=False, repr=False)
+class Judgement(ShownVerdict):
     """Peaks from any code against the reference.
 
     Parameters

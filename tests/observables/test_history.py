@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +13,8 @@ from scipy.integrate import solve_ivp
 
 import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.errors import SceneError
-from hertzchain.observables.history import History, Recorder, wanted_times
+from hertzchain.errors import SceneError, TooExpensive
+from hertzchain.observables.history import MOST_FRAMES, History, Recorder, wanted_times
 from hertzchain.observables.samples import Samples
 from tests.conftest import paper_scene
 
@@ -128,6 +129,28 @@ def test_wanted_times_may_reach_from_0_to_the_end() -> None:
 def test_impossible_times_are_refused(record: list[float]) -> None:
     with pytest.raises(SceneError, match=r"record.*must be increasing times from 0 to the end"):
         wanted_times(record, 1.0)
+
+
+@pytest.mark.parametrize("count", [2, 5, np.int32(5)])
+def test_a_whole_number_is_so_many_frames_from_0_to_the_end(count: int) -> None:
+    time = wanted_times(count, 3.0)
+    assert time.size == count
+    assert (time[0], time[-1]) == (0.0, 3.0)
+    assert np.diff(time) == pytest.approx(3.0 / (count - 1), rel=1e-15)
+
+
+@pytest.mark.parametrize("count", [-1, 0, 1, MOST_FRAMES + 1])
+def test_numbers_of_frames_that_cannot_be_are_refused(count: int) -> None:
+    with pytest.raises(SceneError, match=r"record.*must be from 2 to 1,000,000 frames, or incr"):
+        wanted_times(count, 1.0)
+    assert wanted_times(MOST_FRAMES, 1.0).size == MOST_FRAMES
+
+
+def test_a_history_that_does_not_fit_into_memory_is_refused() -> None:
+    """As empty arrays it would be there, and fill the memory as the run goes on."""
+    granules = 10**9  # 2.4e10 bytes for each time
+    with pytest.raises(TooExpensive, match="GB of memory"):
+        Recorder(np.arange(1000.0), granules)
 
 
 def test_times_that_are_no_numbers_are_refused() -> None:
@@ -263,3 +286,34 @@ def test_the_end_of_a_lammps_run_can_be_recorded() -> None:
         history = lammps.run(scene, record=[0.0, scene.end_time]).history
         assert history is not None
         assert np.all(np.isfinite(history.displacement))
+
+
+# Force over time by the paper's numbers
+
+
+@pytest.fixture(scope="module")
+def filmed() -> hc.Result:
+    return hc.Native().run(SCENE, record=2000)
+
+
+@pytest.mark.parametrize("contact", range(2, 7))
+def test_force_over_time_is_that_of_the_contact(filmed: hc.Result, contact: int) -> None:
+    """Peaks of neighbours differ by a hundredth and more."""
+    force = filmed.force_at(contact)
+    assert force.shape == (2000,)
+    # Frames lie 0.0094 natural time units apart: maxima between them are higher by 2e-5 (measured).
+    assert force.max() == pytest.approx(filmed.peak_force[contact - 2], rel=5e-5)
+    assert filmed.history is not None
+    at = filmed.history.time[np.argmax(force)]
+    assert at == pytest.approx(filmed.peak_time[contact - 2], abs=filmed.history.time[1])
+
+
+@pytest.mark.parametrize("contact", [-2, 0, 1, 7, 2.5, "2"])
+def test_contacts_that_are_not_there_have_no_force(filmed: hc.Result, contact: Any) -> None:
+    with pytest.raises(SceneError, match=r"contact.*must be a whole number from 2 to 6: contact 2"):
+        filmed.force_at(contact)
+
+
+def test_force_over_time_needs_a_record() -> None:
+    with pytest.raises(SceneError, match="run with record = a number of frames, or times"):
+        hc.Native().run(SCENE).force_at(2)

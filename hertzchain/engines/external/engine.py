@@ -100,8 +100,8 @@ class ExternalEngine(ABC):
         scene
             What to simulate, or the path of its file.
         record
-            Increasing times [s] within the run at which to keep displacement, velocity and
-            contact force.
+            When to keep displacement, velocity and contact force: increasing times [s] within the
+            run, or a whole number of frames, equally spaced from 0 to the end.
 
         Raises
         ------

@@ -137,8 +137,9 @@ class Native:
         scene
             What to simulate, or the path of its file.
         record
-            Increasing times [s] within the run at which to keep displacement, velocity and
-            contact force; not with ``peaks_only``.
+            When to keep displacement, velocity and contact force: increasing times [s] within the
+            run, or a whole number of frames, equally spaced from 0 to the end; not with
+            ``peaks_only``.
 
         Raises
         ------

@@ -38,13 +38,14 @@ from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import overlap_ratio, refuse_deep_overlap
 from hertzchain.scene.watching import watched_time
+from hertzchain.showing import Shown
 
 if TYPE_CHECKING:
     import pandas
 
 
-@dataclass(frozen=True, eq=False)
-class Batch:
+@dataclass(frozen=True, eq=False, repr=False)
+class Batch(Shown):
     """Peaks of many scenes.
 
     Parameters

@@ -14,14 +14,15 @@ from hertzchain.arrays import FloatArray, or_none
 from hertzchain.engines.lammps.user_deck import Executed, FoundDeck
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
+from hertzchain.showing import ShownVerdict
 from hertzchain.verdict.user_deck.deck_check import DeckCheck
 
 if TYPE_CHECKING:
     import pandas
 
 
-@dataclass(frozen=True, eq=False)
-class DeckExamination:
+@dataclass(frozen=True, eq=False, repr=False)
+class DeckExamination(ShownVerdict):
     """What LAMMPS makes of somebody's deck, number by number against a scene.
 
     Parameters

@@ -1,0 +1,226 @@
+"""What objects show of themselves: cards, texts as the commands print them, and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.observables.result import Result
+from hertzchain.report.card import Card, first_of
+from hertzchain.report.document import Document
+from hertzchain.report.facts import (
+    cost,
+    describe,
+    facts_of_terms,
+    number,
+    shown_contacts,
+    similar_scene,
+)
+from hertzchain.report.style import LABELS
+from hertzchain.scene.chain import MATERIAL
+from hertzchain.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from hertzchain.engines.native import Batch
+    from hertzchain.report.picture import Picture
+
+_UNITS = {"radius": "m", "young_modulus": "Pa", "poisson_ratio": "", "density": "kg/m^3"}
+_MOST_ROWS = 12  # of peaks in a notebook (chosen); the rest is in the table of the object
+
+
+def card_of(shown: object) -> Card:
+    """The card of a scene, result, batch, comparison, judgement or examination of a deck."""
+    return _CARDS[type(shown).__name__](shown)
+
+
+def document_of(verdict: Any) -> Document:
+    """The document of a comparison, a judgement or an examination of a deck."""
+    from hertzchain.report.comparison import of_comparison
+    from hertzchain.report.judgement import of_judgement
+    from hertzchain.report.user_deck import of_examination
+
+    makers: Mapping[str, Callable[[Any], Document]] = {
+        "Comparison": of_comparison,
+        "Judgement": of_judgement,
+        "DeckExamination": of_examination,
+    }
+    return makers[type(verdict).__name__](verdict)
+
+
+def printed(shown: Any) -> str:
+    """What ``run`` or ``compare`` prints of a result or a verdict, without colours."""
+    from hertzchain.report.console import plain_text, print_document, print_run
+
+    elsewhere = _elsewhere(shown)
+
+    def print_shown(console: Console) -> None:
+        if isinstance(shown, Result):
+            print_run(console, shown, elsewhere)
+        else:
+            print_document(console, document_of(shown), elsewhere)
+
+    return plain_text(print_shown)
+
+
+def drawn(shown: Any) -> Picture:
+    """The figure of a result or a verdict."""
+    from hertzchain.report.figures import figure_of
+    from hertzchain.report.run_figure import figure_of_run
+
+    return figure_of_run(shown) if isinstance(shown, Result) else figure_of(document_of(shown))
+
+
+def _elsewhere(shown: object) -> str:
+    """Where the peaks of all contacts are; the table of an examination has its checks."""
+    return "in peak_force" if type(shown).__name__ == "DeckExamination" else "in to_frame()"
+
+
+# Cards
+
+
+def _of_scene(scene: Scene) -> Card:
+    chain, units = scene.chain, scene.units
+    facts = [("granules", f"{chain.granules:,}")]
+    facts += [(key, _range(getattr(chain, key), _UNITS[key])) for key in MATERIAL]
+    facts += [
+        ("terms", ", ".join(scene.terms) or "none: like granules, free ends, one pulse"),
+        ("largest applied force", f"{scene.peak_force:.6g} N"),
+        ("LM_ratio", f"{scene.momentum_ratio:.6g}"),
+        ("end of the shock", f"{scene.pulse_end:.6g} s"),
+        ("end of the run", f"{scene.end_time:.6g} s"),
+        ("natural units", f"{units.force:.4g} N, {units.length:.4g} m, {units.time:.4g} s"),
+    ]
+    return Card(f"Scene: {describe(scene)}", facts)
+
+
+def _range(values: Any, unit: str) -> str:
+    """A number with its unit, or the smallest and the largest of several."""
+    ends = (min(values), max(values)) if isinstance(values, tuple) else (values,)
+    return f"{' to '.join(f'{value:.6g}' for value in ends)} {unit}".rstrip()
+
+
+def _of_result(result: Result) -> Card:
+    from hertzchain.report.console import wave_facts
+
+    shown = shown_contacts(result)[:_MOST_ROWS]
+    facts = [("largest peak", _largest(result.contact, result.peak_force))]
+    facts += wave_facts(result) if result.scene.is_plain else facts_of_terms(result)
+    facts += [
+        ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
+        ("largest overlap", f"{result.overlap_ratio:.2g} radii"),
+        ("cost", cost(result)),
+    ]
+    if (similar := similar_scene(result)) is not None:
+        facts.append(("computed as", similar))
+    if result.history is not None:
+        time = result.history.time
+        facts.append(("recorded", f"{time.size:,} times, {time[0]:.4g} to {time[-1]:.4g} s"))
+    facts += first_of("warning", result.warnings, 3)
+    rows = [
+        (str(contact), number(result.peak_force[k], 9), number(result.peak_time[k], 6))
+        for k, contact in enumerate(shown)
+    ]
+    return Card(
+        f"Result of {result.backend}: {describe(result.scene)}",
+        facts,
+        ("contact", "peak force [N]", "peak time [s]"),
+        rows,
+        _more(result.contact.size - len(rows), "contacts", result),
+    )
+
+
+def _more(left: int, what: str, shown: object) -> str:
+    """How many rows are left out, and where they are; empty where there are none."""
+    return f"{left:,} more {what} {_elsewhere(shown)}" if left else ""
+
+
+def _largest(contact: Any, peak_force: FloatArray) -> str:
+    """The largest peak and where it is."""
+    if not np.isfinite(peak_force).any():
+        return "unknown"
+    at = int(np.nanargmax(peak_force))
+    return f"{peak_force[at]:.9g} N in contact {contact[at]}"
+
+
+def _of_batch(batch: Batch) -> Card:
+    scenes, contacts = batch.peak_force.shape
+    unpassed = int(np.count_nonzero(~batch.peak_passed))
+    largest = np.max(batch.peak_force, axis=1)
+    facts = [
+        ("scenes", f"{scenes:,}, of {contacts + 1:,} granules each"),
+        ("largest peaks", f"{np.min(largest):.7g} to {np.max(largest):.7g} (N, or F0)"),
+        ("errors, at most", f"{np.max(batch.error_estimate):.1e}"),
+        ("force evaluations", f"{int(np.sum(batch.force_evaluations)):,}"),
+    ]
+    if unpassed:
+        facts.append(("not peaked yet", f"{unpassed:,} contacts where the run ended"))
+    rows = [
+        (str(k), number(largest[k], 7), f"{batch.error_estimate[k]:.1e}")
+        for k in range(min(scenes, _MOST_ROWS))
+    ]
+    return Card(
+        "Batch: peaks of many scenes",
+        facts,
+        ("scene", "largest peak", "error"),
+        rows,
+        _more(scenes - len(rows), "scenes", batch),
+    )
+
+
+def _of_comparison(comparison: Any) -> Card:
+    document = document_of(comparison)
+    facts = [(LABELS[name], _effort(result)) for name, result in document.results.items()]
+    facts += [(label, "did not run") for label in document.absent]
+    failures = document.verdict.failures
+    facts += first_of("failed", [f"{one.name}: {one.found or one.advice}" for one in failures], 4)
+    return _of_document(comparison, document, facts)
+
+
+def _effort(result: Result) -> str:
+    """How accurate a simulation is, and what that took."""
+    error, steps = f"error at most {result.error_estimate:.1e}", f"{result.steps:,} steps"
+    return f"{error}, {steps}, {result.wall_time:.2f} s ({result.method})"
+
+
+def _of_judgement(judgement: Any) -> Card:
+    document = document_of(judgement)
+    facts = [*document.facts]
+    facts += [("likely cause", document.cause)] if document.cause else []
+    facts += [("hint", document.hint)] if document.hint else []
+    return _of_document(judgement, document, facts)
+
+
+def _of_examination(examination: Any) -> Card:
+    document = document_of(examination)
+    to_mend = [one for one in document.findings if not one.passed]
+    said = [f"{one.place}: {one.sentence}".removeprefix(": ") for one in to_mend]
+    return _of_document(examination, document, [*document.facts, *first_of("to mend", said, 6)])
+
+
+def _of_document(shown: object, document: Document, facts: list[tuple[str, str]]) -> Card:
+    """The card of a verdict: what it is about, the sentence, and its peaks."""
+    verdict, peaks = document.verdict, document.peaks
+    rows = [peaks.row(k) for k in list(peaks.shown)[:_MOST_ROWS]]
+    return Card(
+        f"{document.kind}: {describe(document.native.scene)}",
+        [("verdict", f"{verdict.word}. {verdict.sentence}"), *facts],
+        [f"{label} {unit}".strip() for label, unit in peaks.columns],
+        rows,
+        _more(document.native.contact.size - len(rows), "contacts", shown),
+    )
+
+
+_CARDS: Mapping[str, Callable[[Any], Card]] = {
+    "Scene": _of_scene,
+    "Result": _of_result,
+    "Batch": _of_batch,
+    "Comparison": _of_comparison,
+    "Judgement": _of_judgement,
+    "DeckExamination": _of_examination,
+}
+"""By the names of classes, which are not all loaded."""

@@ -1,0 +1,67 @@
+"""How objects show themselves: as a few lines, as a table in a notebook, as a picture, as a page.
+
+All of that is made in ``report``, which stands above the rooms of these objects and is loaded when
+an object is shown. This module is the only one that looks upwards.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Shown:
+    """An object that prints as a few lines, and is a table in a notebook."""
+
+    def __repr__(self) -> str:
+        from hertzchain.report.cards import card_of
+
+        return card_of(self).text
+
+    def _repr_html_(self) -> str:
+        from hertzchain.report.cards import card_of
+
+        return card_of(self).html
+
+
+class ShownRun(Shown):
+    """A run: it prints as ``hertzchain run`` does, and can be drawn."""
+
+    def __str__(self) -> str:
+        from hertzchain.report.cards import printed
+
+        return printed(self)
+
+    def plot(self) -> Figure:
+        """Draw the peak force of each contact and, where it was recorded, force over time."""
+        from hertzchain.report.cards import drawn
+
+        return drawn(self)
+
+
+class ShownVerdict(ShownRun):
+    """A verdict: it prints as ``hertzchain compare`` does, and can be drawn and written."""
+
+    def plot(self) -> Figure:
+        """Draw the peak force of each contact, and how far it is from the reference."""
+        from hertzchain.report.cards import drawn
+
+        return drawn(self)
+
+    def report(self, path: Path | str) -> None:
+        """Write a page (.html) to read and to send: verdict, plots, tables and all numbers.
+
+        It has forces over time where the runs recorded them (``record``).
+
+        Raises
+        ------
+        OutputError
+            If the name is no page's, or the file cannot be written.
+        """
+        from hertzchain.report.cards import document_of
+        from hertzchain.report.page import write_page
+
+        write_page(document_of(self), path)
