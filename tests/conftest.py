@@ -16,6 +16,7 @@ from hypothesis import settings
 import hertzchain as hc
 from hertzchain.engines.lammps.engine import engine
 from hertzchain.errors import BackendMissing
+from hertzchain.scene.pulse import profile_named
 from tests.command_line import Command, run_here
 
 pytest_plugins = ["pytester"]
@@ -50,7 +51,7 @@ def paper_scene(
     profile: str, momentum_ratio: float, duration_ratio: float, granules: int = 60
 ) -> hc.Scene:
     """100 N on the paper's steel."""
-    pulse = hc.Pulse(profile, 100.0, duration_ratio, momentum_ratio=momentum_ratio)
+    pulse = hc.Pulse(profile_named(profile), 100.0, duration_ratio, momentum_ratio=momentum_ratio)
     return hc.Scene(hc.Chain(granules, **STEEL), pulse)
 
 

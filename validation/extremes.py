@@ -48,7 +48,7 @@ from hertzchain.errors import (
 from hertzchain.limits import usable_cores
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.pulse import PROFILES, profile_named
 from tests.oracles import eighth_order
 from validation.drawing import new_figure
 from validation.random_scenes import KINDS
@@ -129,7 +129,7 @@ def random_scene(rng: np.random.Generator) -> hc.Scene:
     shock = {name: drawn.pop(name) for name in ("peak_force", "momentum_ratio")}
     n = 1 + drawn.pop("duration_ratio")
     chain = hc.Chain(granules, poisson_ratio=poisson_ratio, **drawn)
-    profile = str(rng.choice(list(PROFILES)))
+    profile = profile_named(str(rng.choice(list(PROFILES))))
     return hc.Scene(chain, hc.Pulse(profile, duration_ratio=n, **shock))
 
 
@@ -230,7 +230,8 @@ def step_outcomes(number: int, with_lammps: bool) -> list[Outcome]:
     """Every method with every step, and batches, on one scene of moderate length."""
     rng = np.random.default_rng([5, number])
     n, ratio = 1 + 10 ** rng.uniform(-1, 2), 10 ** rng.uniform(-2, 1)
-    pulse = hc.Pulse(str(rng.choice(list(PROFILES))), 100.0, n, momentum_ratio=ratio)
+    profile = profile_named(str(rng.choice(list(PROFILES))))
+    pulse = hc.Pulse(profile, 100.0, n, momentum_ratio=ratio)
     scene = hc.Scene(hc.Chain(round(10 ** rng.uniform(0.3, 1.8)), **STEEL), pulse)
     found = []
     with Child() as child:

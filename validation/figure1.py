@@ -20,7 +20,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.examination import examine
 from hertzchain.engines.lammps.isolation import Child
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.pulse import PROFILES, profile_named
 from validation.drawing import BACKENDS, new_figure
 from validation.drawing import PROFILES as PROFILE_STYLES
 from validation.rows import Row, did_not_run, largest, problems_as_text, row
@@ -46,7 +46,7 @@ MOMENTUM = (
 
 def scene_of(profile: str) -> hc.Scene:
     """A chain of 5 of the paper's granules under a shock of n = 4 and LM_ratio 1."""
-    pulse = hc.Pulse(profile, 100.0, 4.0, momentum_ratio=1.0)
+    pulse = hc.Pulse(profile_named(profile), 100.0, 4.0, momentum_ratio=1.0)
     return hc.Scene(hc.Chain(granules=5, **STEEL), pulse)
 
 

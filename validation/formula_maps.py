@@ -31,6 +31,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.transition import transition_granules
 from hertzchain.scene.pulse import PROFILES as RAMPS
+from hertzchain.scene.pulse import profile_named
 from validation import peak_forces, table2
 from validation.drawing import PROFILES, new_figure
 from validation.rows import Row, did_not_run, progress, row
@@ -77,7 +78,8 @@ def errors(profile: str, ratio: float, n: float, peak_force: FloatArray) -> dict
     if p is None:
         names = ("p", "wave_force", "eq3", *(f"{name}_error" for name in EQUATIONS))
         return dict.fromkeys(names, math.nan)
-    chain, pulse = hc.Chain(2, **STEEL), hc.Pulse(profile, 100.0, n, momentum_ratio=ratio)
+    chain = hc.Chain(2, **STEEL)
+    pulse = hc.Pulse(profile_named(profile), 100.0, n, momentum_ratio=ratio)
     rise_time = ratio * theory.unit_rise_time(chain, pulse)
     wave = float(peak_force[p - 1])
     eq3 = theory.transition_granules(chain, pulse, rise_time, wave * pulse.peak_force)
@@ -109,7 +111,7 @@ class Point:
 
     def scene(self) -> hc.Scene:
         """As a scene for LAMMPS, of the paper's steel under 100 N."""
-        pulse = hc.Pulse(self.profile, 100.0, self.n, momentum_ratio=self.ratio)
+        pulse = hc.Pulse(profile_named(self.profile), 100.0, self.n, momentum_ratio=self.ratio)
         return hc.Scene(hc.Chain(SAMPLE_GRANULES, **STEEL), pulse)
 
 

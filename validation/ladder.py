@@ -30,7 +30,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import examine
 from hertzchain.engines.native.equations import contact_force
 from hertzchain.observables.peaks import SIGNIFICANT, largest_difference
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.pulse import PROFILES, profile_named
 from hertzchain.scene.schedule import Leg
 from hertzchain.theory.solitary_wave import solitary_wave
 from validation.drawing import BACKENDS, new_figure
@@ -242,7 +242,7 @@ def same_steps(backend: str, quick: bool) -> list[Sample]:
     """Rung 4: native velocity Verlet and LAMMPS on the same steps, and what force they apply."""
     found = []
     for profile in ("cosine-triangular",) if quick else PROFILES:
-        pulse = hc.Pulse(profile, 100.0, 2.5, momentum_ratio=2.0)
+        pulse = hc.Pulse(profile_named(profile), 100.0, 2.5, momentum_ratio=2.0)
         scene = hc.Scene(hc.Chain(12, **STEEL), pulse)
         units, dt = scene.units, _STEP * scene.units.time
         # At ends of steps, where nothing is interpolated.

@@ -27,6 +27,7 @@ from scipy.optimize import brentq
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, natural_units
+from hertzchain.scene.pulse import profile_named
 from hertzchain.scene.run import Run
 from validation.drawing import new_figure
 from validation.rows import Row, progress, row
@@ -159,7 +160,7 @@ def _scene(
     chain = hc.Chain(granules, **STEEL)
     force = chain.contact_stiffness * (_DEPTH * chain.radius) ** 1.5
     unit = natural_units(chain, force).time
-    pulse = hc.Pulse(profile, force, n, rise_time=rise_time * unit)
+    pulse = hc.Pulse(profile_named(profile), force, n, rise_time=rise_time * unit)
     return hc.Scene(chain, pulse, Run(None if end_time is None else end_time * unit))
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.files import check_writable, write_with
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.pulse import PROFILES, profile_named
 from hertzchain.theory import peak_map
 from validation.rows import progress
 from validation.script import leave_with
@@ -27,7 +27,7 @@ CHAIN = hc.Chain(GRANULES, radius=5e-3, young_modulus=2e11, poisson_ratio=0.3, d
 
 def node(profile: str, momentum_ratio: float, duration_ratio: float) -> FloatArray:
     """ln(F / F0) of contacts 2 to 80 and of the far field, right to 1e-6, shape (80,)."""
-    pulse = hc.Pulse(profile, 1.0, duration_ratio, momentum_ratio=momentum_ratio)
+    pulse = hc.Pulse(profile_named(profile), 1.0, duration_ratio, momentum_ratio=momentum_ratio)
     result = hc.Native(rtol=1e-6, peaks_only=True).run(hc.Scene(CHAIN, pulse))
     far = result.solitary_wave.far_field_force
     assert far is not None

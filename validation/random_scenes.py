@@ -12,7 +12,7 @@ import numpy as np
 import hertzchain as hc
 from hertzchain.scene.granules import granules_of
 from hertzchain.scene.natural_units import impact_force, length_and_time
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.pulse import PROFILES, profile_named
 from hertzchain.scene.terms import DAMPING, WALLS
 from validation.shipped import STEEL, pulse_of
 
@@ -39,7 +39,7 @@ def _material(rng: np.random.Generator) -> tuple[dict[str, Any], float]:
 
 def _pulse(rng: np.random.Generator, granules: int, n: float, ratio: float) -> hc.Scene:
     material, force = _material(rng)
-    profile = str(rng.choice(list(PROFILES)))
+    profile = profile_named(str(rng.choice(list(PROFILES))))
     shock = hc.Pulse(profile, force, n, momentum_ratio=ratio)
     return hc.Scene(hc.Chain(granules, **material), shock)
 
@@ -183,7 +183,8 @@ def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
         shock = replace(striker, velocity=(force / impact_force(stiffness, mass, 1.0)) ** (5 / 6))
     elif rng.random() < 0.6:
         n, impulse = 1 + spread(rng, 0.05, 10.0), spread(rng, 0.1, 10.0)
-        shock = hc.Pulse(str(rng.choice(list(PROFILES))), force, n, momentum_ratio=impulse)
+        profile = profile_named(str(rng.choice(list(PROFILES))))
+        shock = hc.Pulse(profile, force, n, momentum_ratio=impulse)
     else:
         shock = _table(rng, force, length_and_time(stiffness, 2 * mass, force)[1])
     return hc.Scene(chain, shock, hc.Run(), wall, loads)

@@ -14,7 +14,7 @@ import numpy as np
 import pandas
 
 import hertzchain as hc
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.pulse import PROFILES, profile_named
 from validation.rows import Row, did_not_run, problems_as_text
 from validation.shipped import STEEL
 
@@ -55,7 +55,7 @@ _QUICK = (1.4,)
 
 def scene_of(profile: str, momentum_ratio: float) -> hc.Scene:
     """One of the scenes."""
-    pulse = hc.Pulse(profile, FORCE, DURATION_RATIO, momentum_ratio=momentum_ratio)
+    pulse = hc.Pulse(profile_named(profile), FORCE, DURATION_RATIO, momentum_ratio=momentum_ratio)
     return hc.Scene(hc.Chain(granules=GRANULES, **STEEL), pulse)
 
 

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, cast
 
 import numpy as np
 
@@ -72,7 +72,10 @@ SHAPES = {
 from 0 to its crest and from the crest to 0.
 """
 
-PROFILES = {
+Profile = Literal["cosine", "triangular", "cosine-triangular"]
+"""Names of the profiles of Table 1."""
+
+PROFILES: dict[Profile, tuple[str, str]] = {
     "cosine": ("cosine", "cosine"),
     "triangular": ("linear", "linear"),
     "cosine-triangular": ("cosine", "linear"),
@@ -143,10 +146,11 @@ class Ramp:
         return duration * (self.start_force * s + (self.end_force - self.start_force) * grown)
 
 
-def require_profile(key: str, profile: object) -> None:
-    """Raise a SceneError about a key unless its value is a profile of Table 1."""
-    known = isinstance(profile, str) and profile in PROFILES
-    require(known, key, profile, f"must be one of {', '.join(PROFILES)}{_IN_FILES}")
+def profile_named(name: object, key: str = "profile") -> Profile:
+    """Return the name of a profile of Table 1; a SceneError about the key for any other."""
+    known = isinstance(name, str) and name in PROFILES
+    require(known, key, name, f"must be one of {', '.join(PROFILES)}{_IN_FILES}")
+    return cast(Profile, name)
 
 
 @dataclass(frozen=True)
@@ -170,14 +174,14 @@ class Pulse:
         For a value outside what is stated above.
     """
 
-    profile: str
+    profile: Profile
     peak_force: float
     duration_ratio: float
     momentum_ratio: float | None = None
     rise_time: float | None = None
 
     def __post_init__(self) -> None:
-        require_profile("profile", self.profile)
+        profile_named(self.profile)
         require(is_positive(self.peak_force), "peak_force", self.peak_force, f"{POSITIVE} [N]")
         require(
             is_finite(self.duration_ratio) and self.duration_ratio > 1,

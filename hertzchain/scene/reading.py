@@ -12,7 +12,7 @@ from hertzchain.errors import SceneError, did_you_mean, require
 from hertzchain.files import read_bytes
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.piston import Piston, read_piston_table
-from hertzchain.scene.pulse import Pulse, PulseTable, read_pulse_table, require_profile
+from hertzchain.scene.pulse import Pulse, PulseTable, profile_named, read_pulse_table
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.run import Run
 from hertzchain.scene.segments import expand, granule_table, read_granule_table
@@ -226,7 +226,7 @@ def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
         values = quantities("shock", given, known, ("profile", "file"))
         return _made("shock", section, Piston, values)
     if "profile" in section:  # checked before the other keys, which depend on it
-        require_profile("shock.profile", profile)
+        profile_named(profile, "shock.profile")
     return _section("shock", section, Pulse)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hertzchain.engines.native import Native
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
 from hertzchain.limits import RTOL, usable_cores
-from hertzchain.scene.pulse import PulseTable
+from hertzchain.scene.pulse import PulseTable, profile_named
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.natural import Natural, natural
@@ -116,7 +116,7 @@ def _batches(
 
     def batch(some: NDArray[np.intp]) -> Batch | None:
         ratio, n = similar.momentum_ratio[some], given["shock.duration_ratio"][some]
-        one, count = str(profile[some[0]]), int(granules[some[0]])
+        one, count = profile_named(str(profile[some[0]])), int(granules[some[0]])
         limit = min(native.time_limit * some.size, YEAR)
         try:
             return similar_peak_forces(one, ratio, n, count, rtol, limit, cores // at_once)

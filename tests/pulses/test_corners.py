@@ -12,6 +12,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.pulses.corners import reduce
 from hertzchain.pulses.measured import _BEND
 from hertzchain.pulses.noise import Noise
+from hertzchain.scene.pulse import profile_named
 from tests.conftest import STEEL
 
 NONE = Noise(0.0, 0.0, np.zeros(0))
@@ -19,7 +20,7 @@ NONE = Noise(0.0, 0.0, np.zeros(0))
 
 def sampled(profile: str, momentum_ratio: float) -> tuple[hc.Scene, FloatArray, FloatArray]:
     """A scene with a pulse, and 2000 samples of its force."""
-    pulse = hc.Pulse(profile, 100.0, 3.0, momentum_ratio=momentum_ratio)
+    pulse = hc.Pulse(profile_named(profile), 100.0, 3.0, momentum_ratio=momentum_ratio)
     scene = hc.Scene(hc.Chain(20, **STEEL), pulse)
     time = np.linspace(0, scene.pulse_end, 2000)
     force = scene.applied_force(time)

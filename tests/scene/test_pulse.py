@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -20,7 +20,15 @@ from hertzchain.engines.liggghts import deck as liggghts
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.engines.yade import deck as yade
 from hertzchain.errors import RunFailed, SceneError
-from hertzchain.scene.pulse import PROFILES, SHAPES, Ramp, Shape, read_pulse_table
+from hertzchain.scene.pulse import (
+    PROFILES,
+    SHAPES,
+    Profile,
+    Ramp,
+    Shape,
+    profile_named,
+    read_pulse_table,
+)
 from hertzchain.scene.schedule import Leg
 
 F0, T0 = 100.0, 70e-6
@@ -46,7 +54,7 @@ every_pulse = pytest.mark.parametrize(
 
 
 def ramps_of(profile: str, n: float) -> tuple[Ramp, Ramp]:
-    return hc.Pulse(profile, F0, n, rise_time=T0).ramps(T0)
+    return hc.Pulse(profile_named(profile), F0, n, rise_time=T0).ramps(T0)
 
 
 def test_the_profiles_are_those_of_table_1() -> None:
@@ -329,3 +337,10 @@ def test_an_impossible_file_is_an_error_with_its_name(
 def test_a_file_that_cannot_be_read_is_an_error(tmp_path: Path, name: str) -> None:
     with pytest.raises(SceneError, match="must be a CSV file"):
         read_pulse_table(tmp_path / name)
+
+
+def test_the_names_of_profiles_are_typed() -> None:
+    assert set(get_args(Profile)) == set(TABLE_1) == set(PROFILES)
+    assert profile_named("cosine") == "cosine"
+    with pytest.raises(SceneError, match=r"^profile = 'square': must be one of cosine, triang"):
+        profile_named("square")

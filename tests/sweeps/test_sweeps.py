@@ -27,7 +27,7 @@ from hertzchain.engines.lammps import run_many
 from hertzchain.engines.native import Batch
 from hertzchain.errors import HertzchainError, OutputError, SceneError
 from hertzchain.limits import usable_cores
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.pulse import PROFILES, profile_named
 from hertzchain.sweeps import measuring
 from hertzchain.sweeps import parts as parts_of_sweeps
 from hertzchain.sweeps.columns import COLUMNS, FOUND_COLUMNS, PARAMETERS
@@ -66,7 +66,7 @@ def test_a_grid_is_every_combination_the_last_axis_first() -> None:
     expected = [
         hc.Scene(
             replace(SHORT.chain, granules=granules, radius=radius),
-            hc.Pulse(profile, 100.0, 2.0, momentum_ratio=ratio),
+            hc.Pulse(profile_named(profile), 100.0, 2.0, momentum_ratio=ratio),
         )
         for granules, radius, profile, ratio in itertools.product(
             (8, 9), (0.001, 0.002, 0.003), ("cosine", "triangular"), (0.1, 1.0, 10.0)

@@ -16,6 +16,7 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
+from hertzchain.scene.pulse import profile_named
 from hertzchain.theory import paper
 from hertzchain.theory import solitary_wave as exact
 from tests.conftest import STEEL, paper_scene
@@ -27,7 +28,7 @@ ROUND_OFF = 1e-14
 
 
 def pulse(profile: str, duration_ratio: float, peak_force: float = 100.0) -> hc.Pulse:
-    return hc.Pulse(profile, peak_force, duration_ratio, momentum_ratio=1.0)
+    return hc.Pulse(profile_named(profile), peak_force, duration_ratio, momentum_ratio=1.0)
 
 
 def table_1(profile: str, n: float) -> Callable[[float], float]:

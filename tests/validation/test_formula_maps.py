@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 import hertzchain as hc
+from hertzchain.scene.pulse import profile_named
 from tests import scenes
 from validation import formula_maps, peak_forces, table2
 from validation.formula_maps import EQUATIONS, GRANULES, LARGEST, RULES, SHARES, SIDES, errors
@@ -113,7 +114,8 @@ def test_a_point_that_lammps_cannot_run_is_a_row(table: pd.DataFrame) -> None:
 def test_peaks_that_are_off_are_seen_in_the_tables() -> None:
     """2 % on one contact of a transition, as a simulation could have it."""
     point = formula_maps.paper_errors()["triangular_LM1.6_n6"]
-    found = hc.similar_peak_forces(point[0].profile, point[0].ratio, point[0].n, GRANULES, 1e-5)
+    profile = profile_named(point[0].profile)
+    found = hc.similar_peak_forces(profile, point[0].ratio, point[0].n, GRANULES, 1e-5)
     peaks = found.peak_force[0]
     right = errors(point[0].profile, point[0].ratio, point[0].n, peaks)
     assert right["eq6_error"] == pytest.approx(point[2], abs=0.002)
@@ -134,7 +136,8 @@ def test_errors_of_a_scene_of_table_4_and_of_table_2() -> None:
     assert found["p"] == result.transition_granules
     of_table_2 = table2.measure(True, False).iloc[0]
     point, error, _ = formula_maps.paper_errors()[of_table_2["scene"]]
-    peaks = hc.similar_peak_forces(point.profile, point.ratio, point.n, 60, 1e-8).peak_force[0]
+    profile = profile_named(point.profile)
+    peaks = hc.similar_peak_forces(profile, point.ratio, point.n, 60, 1e-8).peak_force[0]
     found = errors(point.profile, point.ratio, point.n, peaks)
     assert found["eq3"] == pytest.approx(of_table_2["eq3"], rel=1e-8, abs=0)
     assert found["eq3_error"] == pytest.approx(error, abs=1e-6)

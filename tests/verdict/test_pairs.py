@@ -19,7 +19,7 @@ from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.limits import Deadline
 from hertzchain.report.console import print_document
 from hertzchain.report.judgement import of_judgement
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.pulse import PROFILES, profile_named
 from hertzchain.verdict import causes
 from hertzchain.verdict.case import Case, Cause
 from hertzchain.verdict.mistaken import (
@@ -300,7 +300,8 @@ def test_a_contact_that_is_off_is_all_that_is_named(seed: int) -> None:
 def test_of_three_mistakes_none_is_named_that_was_not_made(seed: int) -> None:
     draw = np.random.default_rng(seed)
     stiffness, longer, force = np.exp(draw.uniform(0.2, 0.7, 3) * draw.choice([-1, 1], 3))
-    profile = str(draw.choice([name for name in PROFILES if name != PULSE.profile]))
+    others = [name for name in PROFILES if name != PULSE.profile]
+    profile = profile_named(str(draw.choice(others)))
     pulse = replace(
         PULSE, profile=profile, duration_ratio=1 + float(longer), peak_force=100.0 * float(force)
     )
@@ -473,7 +474,7 @@ def test_pairs_need_a_dozen_contacts_of_a_plain_scene() -> None:
 def test_runs_are_right_to_a_ten_millionth(profile: str) -> None:
     made = Mistakes(stretch=1.3, force=0.8, profile=profile, duration=1.5, granules=1)
     found = Runs(SCENE, Deadline(60.0)).peaks(made)
-    pulse = hc.Pulse(profile, 80.0, 2.5, rise_time=SCENE.rise_time)
+    pulse = hc.Pulse(profile_named(profile), 80.0, 2.5, rise_time=SCENE.rise_time)
     chain = replace(SCENE.chain, granules=61, young_modulus=1.3**3 * 193e9)
     right = hc.Native("reference").run(hc.Scene(chain, pulse)).peak_force[:59]
     np.testing.assert_allclose(found, right, rtol=1e-7, atol=0)

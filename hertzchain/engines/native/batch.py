@@ -34,7 +34,7 @@ from hertzchain.observables.result import Result
 from hertzchain.scene.chain import MOST_GRANULES
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
-from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse
+from hertzchain.scene.pulse import PROFILES, SHAPES, Profile, Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import overlap_ratio, refuse_deep_overlap
 from hertzchain.scene.watching import watched_time
@@ -176,7 +176,7 @@ def _one_by_one(scenes: Sequence[Scene], rtol: float, time_limit: float) -> Batc
 
 
 def similar_peak_forces(
-    profile: str,
+    profile: Profile,
     momentum_ratio: ArrayLike,
     duration_ratio: ArrayLike,
     granules: int,

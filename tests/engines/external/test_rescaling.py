@@ -23,6 +23,7 @@ from hertzchain.engines.native import METHODS, simulate
 from hertzchain.errors import OverlapTooLarge, RunFailed, Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.samples import Samples
+from hertzchain.scene.pulse import profile_named
 from hertzchain.verdict.check import Check
 from hertzchain.verdict.run_checks import MUCH_GROWN, balance_checks, same_steps_checks
 from tests.conftest import STEEL
@@ -42,7 +43,9 @@ def scene_of(
     """A scene of steel in which the natural unit of length is so many radii."""
     chain = hc.Chain(granules, **STEEL)
     force = chain.contact_stiffness * (depth * chain.radius) ** 1.5
-    return hc.Scene(chain, hc.Pulse(profile, force, n, momentum_ratio=momentum_ratio))
+    return hc.Scene(
+        chain, hc.Pulse(profile_named(profile), force, n, momentum_ratio=momentum_ratio)
+    )
 
 
 def steps_of(scene: hc.Scene, natural_step: float) -> int:
@@ -426,7 +429,10 @@ def random_scene(rng: np.random.Generator, most: float) -> hc.Scene:
         force = chain.contact_stiffness * (_spread(rng, 1e-16, 1) * chain.radius) ** 1.5
         n = 1 + _spread(rng, 1e-3, 1e4)
         pulse = hc.Pulse(
-            str(rng.choice(PROFILES)), force, n, momentum_ratio=_spread(rng, 1e-4, 1e4)
+            profile_named(str(rng.choice(PROFILES))),
+            force,
+            n,
+            momentum_ratio=_spread(rng, 1e-4, 1e4),
         )
         scene = hc.Scene(chain, pulse)
         work = steps_of(scene, own_step(scene)) * (40 + granules)

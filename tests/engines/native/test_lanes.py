@@ -22,7 +22,7 @@ from hertzchain.engines.native.refinement import Refined
 from hertzchain.engines.native.simulation import leg_rows
 from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import largest_difference, largest_differences
-from hertzchain.scene.pulse import PROFILES
+from hertzchain.scene.pulse import PROFILES, profile_named
 from tests.conftest import STEEL, paper_scene
 
 ACCURACIES = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10]
@@ -325,7 +325,7 @@ def test_batches_vs_scipy(profile: str) -> None:
         force = np.maximum(found.y[:5] - found.y[1:6], 0.0) ** 1.5
         largest, state = np.maximum(largest, force.max(axis=1)), found.y[:, -1]
     for rtol in (1e-4, 1e-5):
-        batch = hc.similar_peak_forces(profile, 0.7, 3.0, 6, rtol)
+        batch = hc.similar_peak_forces(profile_named(profile), 0.7, 3.0, 6, rtol)
         # Between two times a force may be 1e-6 higher: (0.002)^2 / 8 times a curvature of 2.
         within = batch.error_estimate[0] + 1e-6
         assert largest_difference(batch.peak_force[0], largest) <= within
