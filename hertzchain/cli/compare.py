@@ -118,7 +118,7 @@ def compare(  # noqa: PLR0915 - three kinds of documents, one after the other
     wanted = judgement.TOLERANCE if tolerance is None else tolerance
     if deck is not None:
         limit = options.to_time_limit(time_limit)
-        with output.progress() as report_progress:
+        with output.progress() as report_progress, output.compiling(report_progress):
             document = of_examination(
                 user_deck.examine(
                     loaded,
@@ -132,7 +132,7 @@ def compare(  # noqa: PLR0915 - three kinds of documents, one after the other
             )
     elif results is not None:
         step, limit = options.to_step(dt), options.to_time_limit(time_limit)
-        with output.progress() as report_progress:
+        with output.progress() as report_progress, output.compiling(report_progress):
             document = of_judgement(
                 judge_peaks(
                     loaded,
@@ -155,7 +155,7 @@ def compare(  # noqa: PLR0915 - three kinds of documents, one after the other
         engines["lammps"] = ENGINES["lammps"].make(
             **how, **options.lammps_options(isolate, lmp, ranks)
         )
-        with output.progress() as report_progress:
+        with output.progress() as report_progress, output.compiling(report_progress):
             record = None if report_file is None else record_times(loaded)
             compared = comparison.compare(
                 loaded,

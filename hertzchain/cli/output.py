@@ -48,6 +48,21 @@ def progress() -> Iterator[Callable[[str], None]]:
         yield report_progress
 
 
+@contextmanager
+def compiling(report_progress: Callable[[str], object], is_native: bool = True) -> Iterator[None]:
+    """Show that native compiles kernels where it does, and say afterwards how long that took."""
+    if not is_native:  # other engines need nothing of Numba, which takes long to load
+        yield
+        return
+    from hertzchain.engines.native.preparation import watched
+
+    what = "compiling kernels (first run only)"
+    with watched(lambda: report_progress(what)) as preparation:
+        yield
+    if preparation.compile_time:
+        typer.echo(f"hertzchain: {what}: {preparation.compile_time:.2g} s", err=True)
+
+
 def write_file(what: str, path: Path | None, write: Callable[[Path], object]) -> None:
     """Write a file where one is wanted, after the results are printed: the disk may be full."""
     if path is None:

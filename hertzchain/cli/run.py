@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from hertzchain.cli import options
-from hertzchain.cli.output import OUT_OF_TOLERANCE, console, print_json, progress
+from hertzchain.cli.output import OUT_OF_TOLERANCE, compiling, console, print_json, progress
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
@@ -90,10 +90,8 @@ def run(
         check_result_format(output)
     if trajectory is not None:
         check_trajectory_format(trajectory)
-    with progress() as report_progress:
-        report_progress(
-            f"{backend}: running (the first native run on a machine compiles, half a minute)"
-        )
+    with progress() as report_progress, compiling(report_progress, backend == "native"):
+        report_progress(f"{backend}: running")
         options.refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
         parameters = _parameters(backend, method, step, rtol, extrapolated)
         if backend == "native":

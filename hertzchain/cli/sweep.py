@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hertzchain.cli import options
-from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json
+from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, compiling, print_json
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
@@ -118,7 +118,7 @@ def sweep(
     varied = options.by_name("--vary", vary, "shock.momentum_ratio=0.1:10:50:log")
     backends = [lammps if one == "lammps" else backend_named(one, **common) for one in wanted]
     begin = time.perf_counter()
-    with _going_on(output), _counting() as report_progress:
+    with _going_on(output), _counting("native" in wanted) as report_progress:
         swept = measure(
             loaded,
             varied,
@@ -198,13 +198,14 @@ def _how_to_open(output: Path, file_format: FileFormat) -> str:
 
 
 @contextmanager
-def _counting() -> Iterator[Callable[[int, int], None]]:
+def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
     """Show how far a sweep is on standard error, how fast it goes, and how long it will take."""
     from rich.console import Console
 
     err = Console(stderr=True)
     if not err.is_terminal:
-        yield _Lines()
+        with compiling(lambda _: None, is_native):
+            yield _Lines()
         return
     from rich import progress
     from rich.text import Text
@@ -219,8 +220,7 @@ def _counting() -> Iterator[Callable[[int, int], None]]:
     times = progress.TimeElapsedColumn(), progress.TimeRemainingColumn()
     columns = (*work, *times, progress.TextColumn("{task.description}"))
     with progress.Progress(*columns, console=err, transient=True, speed_estimate_period=60) as bar:
-        compiling = "(the first native run on a machine compiles, half a minute)"
-        task = bar.add_task(compiling, total=None)
+        task = bar.add_task("", total=None)
 
         def report_progress(done: int, total: int) -> None:
             if bar.tasks[0].total is None:  # what was there before counts for no rate
@@ -229,7 +229,8 @@ def _counting() -> Iterator[Callable[[int, int], None]]:
             else:
                 bar.update(task, completed=done, description="")
 
-        yield report_progress
+        with compiling(lambda what: bar.update(task, description=what), is_native):
+            yield report_progress
 
 
 def _say_what_is_there(done: int, total: int) -> None:

@@ -8,7 +8,14 @@ from typing import Annotated
 import typer
 
 from hertzchain.cli.options import AsJson, SceneFile, load_scene
-from hertzchain.cli.output import UNUSABLE, console, print_json, progress, write_file
+from hertzchain.cli.output import (
+    UNUSABLE,
+    compiling,
+    console,
+    print_json,
+    progress,
+    write_file,
+)
 
 
 def tradeoff(
@@ -34,7 +41,7 @@ def tradeoff(
     check_outputs([scene], [plot, output])
     if plot is not None:
         figures.check_plot_format(plot)
-    with progress() as report_progress:
+    with progress() as report_progress, compiling(report_progress):
         measured = measure(loaded, progress=report_progress)
     if as_json:
         print_json(measured.to_dict())

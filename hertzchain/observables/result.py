@@ -129,7 +129,7 @@ class Result(ShownRun):
     history
         Recorded histories; None without ``record``.
     wall_time
-        Time of the whole call, including the estimate of the error [s].
+        Time of the whole call, including the estimate of the error, without compiling [s].
     versions
         Versions of the software that computed the result.
     watching_share
@@ -143,6 +143,8 @@ class Result(ShownRun):
     wall_peak_force, wall_peak_time, wall_peak_passed
         Peak of the contact with the wall [N], its time [s], and whether the force fell again; None
         at a free end.
+    compile_time
+        Time spent compiling kernels [s]; 0 where an earlier run has kept them.
     """
 
     scene: Scene
@@ -167,6 +169,7 @@ class Result(ShownRun):
     wall_peak_force: float | None = None
     wall_peak_time: float | None = None
     wall_peak_passed: bool | None = None
+    compile_time: float = 0.0
 
     @property
     def all_peaks(self) -> FloatArray:
@@ -339,6 +342,7 @@ class Result(ShownRun):
                 **({"dissipated_J": self.balance.dissipated} if self.scene.contact else {}),
             },
             "wall_time_s": self.wall_time,
+            "compile_time_s": self.compile_time,
             "watching_share": self.watching_share,
             "lost_digits": self.lost_digits
             and {

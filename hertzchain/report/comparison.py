@@ -11,7 +11,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.report.document import Document, Failure, Peaks, Table, Verdict
-from hertzchain.report.facts import difference, number, shown_contacts, similar_scene
+from hertzchain.report.facts import difference, duration, number, shown_contacts, similar_scene
 from hertzchain.report.junit import case
 from hertzchain.report.style import FORMULAS, LABELS
 
@@ -110,7 +110,7 @@ def _answers(comparison: Comparison) -> tuple[Table, list[list[str]]]:
         row("error, at most", lambda run: f"{run.error_estimate:.1e}"),
         row("method", lambda run: run.method),
         row("steps", lambda run: f"{run.steps:,}"),
-        row("time [s]", lambda run: f"{run.wall_time:.2f}"),
+        row("time", lambda run: duration(run.wall_time)),
     ]
 
 
@@ -154,7 +154,7 @@ def _answers_of_wave(comparison: Comparison, row: Callable[..., list[str]]) -> T
 
 def _cost(comparison: Comparison) -> Table:
     """What each answer of a comparison cost, and its error."""
-    header = ["", "method", "largest step [s]", "steps", "force evaluations", "wall time [s]"]
+    header = ["", "method", "largest step [s]", "steps", "force evaluations", "wall time"]
     rows = [
         [
             LABELS[name],
@@ -162,7 +162,7 @@ def _cost(comparison: Comparison) -> Table:
             f"{result.dt:.3g}",
             f"{result.steps:,}",
             f"{result.force_evaluations:,}",
-            f"{result.wall_time:.3g}",
+            duration(result.wall_time),
             f"{result.error_estimate:.1e}",
         ]
         for name, result in comparison.results.items()

@@ -70,9 +70,14 @@ def shown_contacts(result: Result) -> list[int]:
 def cost(result: Result) -> str:
     """Wall time and steps of a run."""
     return (
-        f"{result.wall_time:.2f} s, {result.steps:,} steps of at most {result.dt:.3g} s"
+        f"{duration(result.wall_time)}, {result.steps:,} steps of at most {result.dt:.3g} s"
         f" ({result.backend}, {result.method})"
     )
+
+
+def duration(seconds: float) -> str:
+    """A time with three digits, in ms below a second."""
+    return f"{seconds:.3g} s" if seconds >= 1 else f"{1e3 * seconds:.3g} ms"
 
 
 def similar_scene(result: Result) -> str | None:

@@ -134,9 +134,7 @@ def tradeoff(
     for name in engines:
         require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")
     report_progress = progress or (lambda _: None)
-    report_progress(
-        "the truth: the reference method with short steps (the first run compiles, half a minute)"
-    )
+    report_progress("the truth: the reference method with short steps")
     truth, moved = _truth(scene)
     running = [one for one in contenders(scene, truth) if one.engine in engines]
     found: dict[tuple[str, float | None, float | None], Row] = {}

@@ -452,6 +452,7 @@ RUN_KEYS: dict[str, type] = {
     "overlap_ratio": float,
     "warnings": list,
     "wall_time_s": float,
+    "compile_time_s": float,
     "provenance": dict,
     # What scripts may like to have besides.
     "steps": int,
@@ -590,6 +591,7 @@ def test_dt_with_a_unit_vs_seconds(hertzchain: Command) -> None:
         )
         document = outcome.json()
         assert document.pop("wall_time_s") > 0
+        assert document.pop("compile_time_s") >= 0
         documents.append(document)
     assert documents[0] == documents[1] == documents[2]
     assert documents[0]["dt_s"] <= 2e-8
@@ -666,6 +668,7 @@ def test_the_format_is_that_of_the_name(hertzchain: Command, native: Outcome) ->
     document, known = json.loads(Path("peaks.json").read_text()), native.json()
     for one in (document, known):
         assert one.pop("wall_time_s") > 0
+        assert one.pop("compile_time_s") >= 0
     assert document == known
     is_refused(hertzchain("run", "scene.toml", "-o", "peaks.xls"), "peaks.xls", ".csv", ".parquet")
     assert names() == ["peaks.json", "scene.toml"]

@@ -116,6 +116,7 @@ def test_json_has_all_that_is_promised(demo_reference: hc.Result) -> None:
         "overlap_ratio",
         "warnings",
         "wall_time_s",
+        "compile_time_s",
         "provenance",
     }
     assert promised <= through_json(demo_reference).keys()

@@ -1,0 +1,84 @@
+"""Compiling is told from running: its seconds stand by themselves."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from numba import njit
+
+import hertzchain as hc
+from hertzchain.engines.native import simulate
+from hertzchain.engines.native.preparation import watched
+from tests.command_line import Command
+from tests.places import ROOT
+
+DEMO = ROOT / "validation" / "scenes" / "demo.toml"
+
+
+def a_new_function() -> Callable[[float], float]:
+    """A function that Numba has to compile at its first call, and keeps nowhere."""
+
+    @njit()
+    def square(x: float) -> float:
+        return x * x
+
+    return square
+
+
+@pytest.fixture
+def native_that_compiles(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of native's integrations begins with a function to compile."""
+
+    def slowly(*given: Any, **named: Any) -> Any:
+        a_new_function()(2.0)
+        return simulate(*given, **named)
+
+    monkeypatch.setattr("hertzchain.engines.native.backend.simulate", slowly)
+
+
+def test_what_is_compiled_is_timed_and_told() -> None:
+    square, told = a_new_function(), []
+    begin = time.perf_counter()
+    with watched(lambda: told.append("compiling")) as preparation:
+        assert preparation.compile_time == 0
+        assert square(3.0) == 9.0
+    elapsed = time.perf_counter() - begin
+    assert told == ["compiling"]
+    assert 0 < preparation.compile_time <= preparation.time <= elapsed
+
+
+def test_what_is_compiled_already_takes_no_time() -> None:
+    square, told = a_new_function(), []
+    square(2.0)
+    with watched(lambda: told.append("compiling")) as preparation:
+        square(3.0)
+    assert (preparation.compile_time, preparation.time, told) == (0, 0, [])
+
+
+@pytest.mark.usefixtures("native_that_compiles")
+def test_the_time_of_a_run_is_without_compiling(demo: hc.Scene) -> None:
+    begin = time.perf_counter()
+    result = hc.Native().run(demo)
+    elapsed = time.perf_counter() - begin
+    assert result.compile_time > 0
+    assert result.wall_time > 0
+    # Were compiling within the time of the run, the sum would be more than there was.
+    assert result.wall_time + result.compile_time <= elapsed
+
+
+@pytest.mark.usefixtures("native_that_compiles")
+def test_the_command_line_says_how_long_it_compiled(hertzchain: Command) -> None:
+    outcome = hertzchain("run", DEMO)
+    assert outcome.status == 0
+    assert "compiling kernels (first run only): " in outcome.err
+    assert "compil" not in outcome.out
+
+
+def test_a_run_with_kernels_that_are_kept_says_nothing_of_compiling(
+    hertzchain: Command, demo: hc.Scene
+) -> None:
+    hc.Native(peaks_only=True).run(demo)
+    assert hertzchain("run", DEMO).err == ""
