@@ -103,6 +103,33 @@ def to_step(dt: str | None) -> float | None:
     return None if dt is None else to_si("--dt", dt, "s")
 
 
+def to_contacts(given: str, scene: Scene) -> list[int]:
+    """Numbers of contacts that a list of numbers and ranges names, increasing.
+
+    A range is FIRST:LAST or FIRST:LAST:STEP, the last included.
+    """
+    last = scene.chain.granules + (scene.wall is not None)
+    wall = ", the last that with the wall" if scene.wall is not None else ""
+    found: set[int] = set()
+    for piece in given.split(","):
+        ends = piece.split(":")
+        if len(ends) > 3 or not all(end.strip().isdecimal() for end in ends):
+            raise HertzchainError(
+                f"--contacts {given}: must be numbers with commas between them, or ranges such as"
+                " 10:30 or 10:30:5"
+            )
+        numbers = [int(end) for end in ends]
+        first, until = numbers[0], numbers[1] if len(ends) > 1 else numbers[0]
+        step = numbers[2] if len(ends) > 2 else 1
+        if not (2 <= first <= until <= last and step >= 1):
+            raise HertzchainError(
+                f"--contacts {given}: contacts of this scene are 2 to {last}{wall}; a range counts"
+                " up"
+            )
+        found.update(range(first, until + 1, step))
+    return sorted(found)
+
+
 def to_time_limit(given: str) -> float:
     """The time limit [s]."""
     from hertzchain.errors import POSITIVE, is_positive, require
@@ -147,7 +174,9 @@ NEEDS = {
     "tolerance": "goes with --results FILE or --deck FILE",
     **dict.fromkeys(("dt", "column", "units"), "goes with --results FILE"),
     "var": "goes with --deck FILE",
-    "frames": "goes with --trajectory FILE",
+    "frames": "goes with --trajectory FILE or --animate FILE",
+    "record": "goes with -o FILE or --plot FILE",
+    "contacts": "goes with --plot FILE or --record N",
     "coefficient": "goes with --scene FILE",
 }
 """What options need that go with others only."""

@@ -10,11 +10,10 @@ import typer
 
 from hertzchain.cli import options
 from hertzchain.cli.output import OUT_OF_TOLERANCE, compiling, console, print_json, progress
+from hertzchain.cli.run_files import RunFiles
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
-
-DEFAULT_FRAMES = 100  # of a trajectory: four seconds in a viewer
 
 
 class MethodName(StrEnum):
@@ -58,7 +57,38 @@ def run(
         typer.Option(
             "-o",
             "--output",
-            help="Write the peaks of all contacts (.csv, .parquet) or all that is known (.json).",
+            help="Write the peaks of all contacts (.csv, .parquet) or all that is known (.json);"
+            " with --record the motion (.csv, .parquet, .npz).",
+        ),
+    ] = None,
+    record: Annotated[
+        int | None,
+        typer.Option(
+            min=2,
+            metavar="N",
+            help="Record the motion at N times, equally spaced, for -o (displacement, velocity and"
+            " contact force of each granule) and --plot.",
+        ),
+    ] = None,
+    contacts: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LIST",
+            help="Which contacts --plot draws over time and --record keeps: 30, or 10,20,30, or"
+            " 10:30:5 for 10, 15, ... 30. Default: six; all.",
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Draw peaks, forces over time, and a map of both (png, pdf, svg).",
+        ),
+    ] = None,
+    animate: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Film the chain with its contact forces (.gif; .mp4 with ffmpeg)."
         ),
     ] = None,
     trajectory: Annotated[
@@ -70,45 +100,44 @@ def run(
     frames: Annotated[
         int | None,
         typer.Option(
-            min=2, help="With --trajectory: how many times, equally spaced. Default: 100."
+            min=2,
+            help="How many times --trajectory and --animate have, equally spaced. Default: 100;"
+            " 150.",
         ),
     ] = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Simulate a scene with one backend: peaks, p, F_SW, speed, error, cost."""
-    from hertzchain.files import check_outputs
     from hertzchain.report.console import print_run
-    from hertzchain.report.tables import check_result_format, write_result
-    from hertzchain.report.trajectory import check_trajectory_format, frame_times, write_trajectory
 
     loaded = options.load_scene(scene)
     step = options.to_step(dt)
     limit = options.to_time_limit(time_limit)
-    options.refuse_without_need(trajectory is not None, frames=frames is not None)
-    check_outputs([scene], [output, trajectory])
-    if output is not None:
-        check_result_format(output)
-    if trajectory is not None:
-        check_trajectory_format(trajectory)
+    options.refuse_without_need(output is not None or plot is not None, record=record is not None)
+    options.refuse_without_need(
+        plot is not None or record is not None, contacts=contacts is not None
+    )
+    options.refuse_without_need(
+        trajectory is not None or animate is not None, frames=frames is not None
+    )
+    numbers = None if contacts is None else options.to_contacts(contacts, loaded)
+    files = RunFiles(output, plot, animate, trajectory, record, frames, numbers)
+    files.check(scene)
+    options.refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
+    parameters = _parameters(backend, method, step, rtol, extrapolated)
+    times = files.times(loaded)
+    if backend == "native":
+        parameters["peaks_only"] = times is None
+    elif backend == "lammps":
+        parameters |= options.lammps_options(isolate, lmp, ranks)
     with progress() as report_progress, compiling(report_progress, backend == "native"):
         report_progress(f"{backend}: running")
-        options.refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
-        parameters = _parameters(backend, method, step, rtol, extrapolated)
-        if backend == "native":
-            parameters["peaks_only"] = trajectory is None
-        elif backend == "lammps":
-            parameters |= options.lammps_options(isolate, lmp, ranks)
-        simulation = ENGINES[backend].make(time_limit=limit, **parameters)
-        record = None if trajectory is None else frame_times(loaded, frames or DEFAULT_FRAMES)
-        result = simulation.run(loaded, record)
-    if output is not None:
-        write_result(result, output)
-    if trajectory is not None:
-        write_trajectory(result, trajectory)
+        result = ENGINES[backend].make(time_limit=limit, **parameters).run(loaded, times)
     if as_json:
         print_json(result.to_dict())
     else:
-        print_run(console(), result)
+        print_run(console(), result, files.others)
+    files.write(result)
     wanted = (RTOL if method is None and step is None else None) if rtol is None else rtol
     if wanted is not None and result.error_estimate > wanted:
         why = (

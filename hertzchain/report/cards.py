@@ -70,9 +70,9 @@ def printed(shown: Any) -> str:
 def drawn(shown: Any) -> Picture:
     """The figure of a result or a verdict."""
     from hertzchain.report.figures import figure_of
-    from hertzchain.report.run_figure import figure_of_run
+    from hertzchain.report.run_figure import run_figure
 
-    return figure_of_run(shown) if isinstance(shown, Result) else figure_of(document_of(shown))
+    return run_figure(shown) if isinstance(shown, Result) else figure_of(document_of(shown))
 
 
 def _elsewhere(shown: object) -> str:

@@ -16,6 +16,7 @@ from hertzchain.report.facts import (
     describe,
     difference,
     facts_of_terms,
+    known_digits,
     number,
     shown_contacts,
     similar_scene,
@@ -63,7 +64,7 @@ def print_run(console: Console, result: Result, others: str = "in --json") -> No
     rows = [
         (
             str(contact),
-            number(result.peak_force[k], 9),
+            known_digits(result.peak_force[k], result.error_estimate),
             *(() if static is None else (number(static[k], 7),)),
             number(result.peak_time[k], 6),
             "" if result.peak_passed[k] else "not peaked yet",
@@ -89,22 +90,22 @@ def print_run(console: Console, result: Result, others: str = "in --json") -> No
 
 def wave_facts(result: Result) -> list[tuple[str, str]]:
     """What a plain scene has: the transition and the wave that leaves it."""
-    wave, p = result.solitary_wave, result.transition_granules
+    wave, p, known = result.solitary_wave, result.transition_granules, result.error_estimate
     return [
         ("transition, p", "none ends here" if p is None else f"{p} granules"),
-        ("solitary wave, F_SW", with_unit(wave.peak_force, "N")),
-        ("far-field force", _settled(wave.far_field_force, "N", wave.far_field_error)),
-        ("speed", _settled(wave.speed, "m/s", wave.speed_error)),
+        ("solitary wave, F_SW", with_unit(wave.peak_force, "N", known)),
+        ("far-field force", _settled(wave.far_field_force, "N", wave.far_field_error, known)),
+        ("speed", _settled(wave.speed, "m/s", wave.speed_error, known)),
     ]
 
 
-def _settled(value: float | None, unit: str, error: float | None) -> str:
-    """A number of the wave, and how far it may be from that of the settled one."""
+def _settled(value: float | None, unit: str, error: float | None, known: float) -> str:
+    """A number of the wave, known to an error, and how far it may be from the settled one."""
     if error is None:
-        return with_unit(value, unit)
+        return with_unit(value, unit, known)
     if value is None:
         return f"not reached: the wave may change by {error:.0%} in a longer chain"
-    return f"{with_unit(value, unit)}, settled to {error:.1e}"
+    return f"{with_unit(value, unit, max(known, error))}, settled to {error:.1e}"
 
 
 def print_prediction(console: Console, prediction: Prediction) -> None:

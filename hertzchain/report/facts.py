@@ -52,7 +52,12 @@ def facts_of_terms(result: Result) -> list[tuple[str, str]]:
     facts = []
     if result.wall_peak_force is not None:
         at = "" if np.isnan(result.wall_peak_time or 0.0) else f" at {result.wall_peak_time:.6g} s"
-        facts.append(("largest force on the wall", f"{result.wall_peak_force:.9g} N{at}"))
+        facts.append(
+            (
+                "largest force on the wall",
+                f"{known_digits(result.wall_peak_force, result.error_estimate)} N{at}",
+            )
+        )
     first, last = (f"{v:.3g} m/s" for v in (result.velocity[0], result.velocity[-1]))
     if np.isfinite(result.velocity[0]):
         facts.append(("velocity at the end", f"granule 1 {first}, the last granule {last}"))
@@ -80,6 +85,14 @@ def duration(seconds: float) -> str:
     return f"{seconds:.3g} s" if seconds >= 1 else f"{1e3 * seconds:.3g} ms"
 
 
+def time_unit(end: float) -> tuple[str, float]:
+    """The unit in which times up to an end [s] are read with ease, and what it is in seconds."""
+    for name, unit in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)):
+        if end >= 2 * unit:
+            return name, unit
+    return "s", 1.0
+
+
 def similar_scene(result: Result) -> str | None:
     """What a code was given instead of the scene, so that coordinates cost few digits."""
     lost = result.lost_digits
@@ -96,9 +109,22 @@ def number(value: float | None, digits: int) -> str:
     return "" if value is None or np.isnan(value) else f"{value:#.{digits}g}"
 
 
-def with_unit(value: float | None, unit: str) -> str:
-    """A number with its unit, or why there is none."""
-    return "unknown: the chain or the run is too short" if value is None else f"{value:.7g} {unit}"
+def known_digits(value: float | None, error: float, most: int = 9) -> str:
+    """A number with the digits that its relative error leaves, the last one uncertain."""
+    if value is None or np.isnan(value) or value == 0:
+        return number(value, most)
+    digits = int(np.clip(1 - np.ceil(np.log10(max(error, 1e-16))), 1, most))
+    place = digits - 1 - int(np.floor(np.log10(abs(value))))
+    if abs(value) < 1e-4:  # as g has it
+        return f"{value:#.{digits}g}"
+    return f"{round(value, place):.{max(place, 0)}f}"
+
+
+def with_unit(value: float | None, unit: str, error: float = 1e-6) -> str:
+    """A number of a relative error with its unit, or why there is none."""
+    if value is None:
+        return "unknown: the chain or the run is too short"
+    return f"{known_digits(value, error)} {unit}"
 
 
 def difference(check: Check) -> tuple[str, str]:

@@ -1,63 +1,176 @@
-"""The figure of a run: its peaks along the chain and, where it was recorded, force over time."""
+"""A run as a picture: peaks along the chain, forces over time, and both as a map."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hertzchain.arrays import FloatArray
+from hertzchain.files import write_with
 from hertzchain.observables.result import Result
-from hertzchain.report.facts import describe
-from hertzchain.report.picture import Picture
-from hertzchain.report.style import COLOURS, LABELS, MARKERS
-from hertzchain.report.waterfall import drawn_contacts, time_unit, with_peak
+from hertzchain.report import style
+from hertzchain.report.facts import describe, time_unit
+from hertzchain.report.motion import recorded
+from hertzchain.report.trajectory import frame_times
+from hertzchain.report.waterfall import READINGS, wave_time, with_peak
+from hertzchain.scene.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_CURVES = 6  # contacts whose force over time is drawn: more curves hide one another (chosen)
-_MOST_MARKED = 100  # peaks that are marked one by one (chosen)
+    from hertzchain.report.picture import Picture
+
+_CURVES = 6  # contacts whose force over time is drawn, by default
+_MARKED = 80  # contacts up to which each peak has a marker; more would melt into a band
+_NAMED = 12  # curves that a legend names without covering them; more have a colour bar
+_LIGHTEST = 0.9  # shade of a curve; the last tenth of the colours is too light on white
+_EVEN = 0.2  # wave's units of time between recorded times by default: half of what is close
+_CLOSE = 0.4  # and at most, for a map that shows 95 % of each peak: measured on the demo scene
 
 
-def figure_of_run(result: Result) -> Picture:
-    """Draw peak force over contact; below it force over time, if it was recorded."""
-    from matplotlib.ticker import MaxNLocator
+def plotted_contacts(scene: Scene) -> list[int]:
+    """The contacts whose force over time is drawn by default, closer at the shock."""
+    wanted = np.geomspace(2, scene.chain.granules, _CURVES)
+    return [int(contact) for contact in np.unique(np.rint(wanted))]
 
-    curves = drawn_contacts(result)
-    figure = Picture(figsize=(8, 7 if curves else 4), layout="constrained", dpi=120)
-    axes = figure.subplots(2 if curves else 1, 1, squeeze=False)[:, 0]
-    look = {"color": COLOURS[result.backend], "marker": "", "linewidth": 1.2}
-    if result.contact.size <= _MOST_MARKED:
-        look |= {"marker": MARKERS[result.backend], "markersize": 5, "fillstyle": "none"}
-    label = f"{LABELS[result.backend]}, error at most {result.error_estimate:.1e}"
-    axes[0].plot(result.contact, result.peak_force, label=label, **look)
-    if result.static_force is not None:
-        axes[0].plot(result.contact, result.static_force, "--", color="0.5", label="static load")
-    p = result.transition_granules
-    if p is not None:
-        axes[0].axvline(p, color="0.6", linewidth=0.8, label=f"p = {p}")
-    axes[0].set_title(describe(result.scene), fontsize=10)
-    axes[0].set(ylabel="peak force [N]", ylim=(0, None))
-    axes[0].set_xlabel("contact (i lies between granules i - 1 and i)")
-    axes[0].xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
-    if curves:
-        _draw_forces(axes[1], result, curves)
-    for one in axes:
-        one.legend(fontsize=8)
-        one.grid(alpha=0.25)
+
+def plot_times(scene: Scene) -> FloatArray:
+    """Equally spaced times at which to record a run so that its wave can be drawn [s]."""
+    wanted = int(np.ceil(scene.end_time / (_EVEN * wave_time(scene)))) + 1
+    return frame_times(scene, int(np.clip(wanted, 2, max(2, READINGS // scene.chain.granules))))
+
+
+def coarse_times(result: Result) -> str | None:
+    """A sentence where recorded times are too far apart to draw the wave, else None."""
+    time = recorded(result).time
+    unit = wave_time(result.scene)
+    step = float(np.max(np.diff(time)))
+    if step <= _CLOSE * unit:
+        return None
+    enough = int(np.ceil(result.scene.end_time / (_CLOSE * unit))) + 1
+    return (
+        f"recorded times are {step:.2g} s apart, which cuts the tops of the wave off: --record"
+        f" {enough} shows it"
+    )
+
+
+def run_figure(result: Result, contacts: Sequence[int] | None = None) -> Picture:
+    """Draw the peaks of a run and, where it was recorded, forces over time and a map of them.
+
+    ``contacts`` are those whose force over time is drawn.
+    """
+    from hertzchain.report.picture import Picture
+
+    if result.history is None:
+        figure = Picture(figsize=(8, 4), layout="constrained", dpi=150)
+        figure.suptitle(_title(result), fontsize=10)
+        _draw_peaks(figure.subplots(), result)
+        return figure
+    figure = Picture(figsize=(8, 10), layout="constrained", dpi=150)
+    peaks, forces, space_time = figure.subplots(3, 1, height_ratios=(2.4, 2.8, 3))
+    forces.sharex(space_time)
+    figure.suptitle(_title(result), fontsize=10)
+    _draw_peaks(peaks, result)
+    name, unit = time_unit(result.scene.end_time)
+    _draw_forces(forces, result, contacts or plotted_contacts(result.scene), unit)
+    _draw_map(space_time, result, unit)
+    space_time.set_xlabel(f"time [{name}]")
+    forces.tick_params(labelbottom=False)
     return figure
 
 
-def _draw_forces(axes: Axes, result: Result, contacts: list[int]) -> None:
-    """Draw force over time of a few contacts from the first to the last, and their exact peaks."""
-    from matplotlib import colormaps
+def _title(result: Result) -> str:
+    by = f"{result.backend}, {result.method}, peaks within {result.error_estimate:.1e}"
+    return f"{describe(result.scene)}\n{by}"
 
-    chosen = np.unique(np.linspace(0, len(contacts) - 1, _CURVES).astype(int))
-    unit_name, unit = time_unit(result.scene.end_time)
-    shades = colormaps["viridis"](np.linspace(0, 0.88, chosen.size))
-    for shade, contact in zip(shades, (contacts[k] for k in chosen), strict=True):
-        time, force = with_peak(result, contact)
-        axes.plot(time / unit, force, color=shade, label=f"contact {contact}")
-        peak = result.peak_time[contact - 2] / unit, result.peak_force[contact - 2]
-        axes.plot(*peak, "o", color=shade, markersize=4)
-    axes.set(xlabel=f"time [{unit_name}]", ylabel="contact force [N]")
+
+def plot_run(result: Result, path: Path | str, contacts: Sequence[int] | None = None) -> None:
+    """Draw a run in the format of the suffix, whole or not at all."""
+    write_with(path, run_figure(result, contacts).savefig)
+
+
+def _draw_peaks(axes: Axes, result: Result) -> None:
+    from matplotlib.ticker import MaxNLocator
+
+    marker = style.MARKERS["native"] if result.contact.size <= _MARKED else ""
+    peaks, colour = result.all_peaks, style.COLOURS[result.backend]
+    contact = np.arange(2, peaks.size + 2)
+    axes.plot(contact, peaks, marker=marker, color=colour, markersize=3.5, linewidth=1.0)
+    static = result.static_force
+    if static is not None:
+        axes.plot(result.contact, static, color="0.5", linewidth=1.0, label="static force")
+        axes.legend(fontsize=8)
+    p = result.transition_granules
+    if p is not None:
+        axes.axvline(p, color="0.6", linewidth=0.8)
+        place = ("data", "axes fraction")
+        axes.annotate(f"p = {p}", (p, 0.04), (4, 0), place, "offset points", color="0.35")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set(xlabel="contact (i lies between granules i - 1 and i)", ylabel="peak force [N]")
+    axes.set_xlim(1, contact[-1] + 1)
+    axes.set_ylim(0, None)
+    axes.grid(alpha=0.25)
+
+
+def _draw_forces(axes: Axes, result: Result, contacts: Sequence[int], unit: float) -> None:
+    """Contact forces over time, each with its exact peak, and the applied force."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
+
+    history = recorded(result)
+    if result.scene.ramps:
+        applied = result.scene.applied_force(history.time)
+        axes.plot(history.time / unit, applied, "--", color="0.6", label="applied force")
+    shades = ListedColormap(colormaps["viridis"](np.linspace(0, _LIGHTEST, 256)))
+    spread = Normalize(0, max(len(contacts) - 1, 1))
+    for k, contact in enumerate(contacts):
+        if contact == result.contact[-1] + 1:
+            assert history.wall_force is not None
+            time, force, label = history.time, history.wall_force, "wall"
+        else:
+            (time, force), label = with_peak(result, contact), f"contact {contact}"
+        shade = shades(spread(k))
+        axes.plot(time / unit, force, color=shade, linewidth=1.2, label=label)
+    axes.set_ylabel("contact force [N]")
+    axes.grid(alpha=0.25)
+    if len(contacts) <= _NAMED:
+        axes.legend(
+            fontsize=8,
+            ncols=7,
+            columnspacing=1.2,
+            handlelength=1.5,
+            loc="lower center",
+            bbox_to_anchor=(0.5, 1.0),
+            frameon=False,
+        )
+    else:
+        if result.scene.ramps:
+            axes.legend(axes.lines[:1], ["applied force"], fontsize=8)
+        shown = ScalarMappable(Normalize(contacts[0], contacts[-1]), shades)
+        axes.figure.colorbar(shown, ax=axes, label="contact", location="top", aspect=60)
+
+
+def _draw_map(axes: Axes, result: Result, unit: float) -> None:
+    """Contact force of all contacts over time."""
+    history = recorded(result)
+    force = history.contact_force
+    if history.wall_force is not None:
+        force = np.column_stack([force, history.wall_force])
+    contact = np.arange(2, force.shape[1] + 2)
+    shown = axes.pcolormesh(
+        history.time / unit,
+        contact,
+        force.T,
+        cmap=style.force_colours(),
+        shading="nearest",
+        rasterized=True,
+    )
+    axes.figure.colorbar(
+        shown, ax=axes, label="contact force [N]", location="bottom", aspect=60, pad=0.02
+    )
+    axes.set_ylabel("contact")
+    axes.set_xlim(0, result.scene.end_time / unit)

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+import numpy as np
+
 from hertzchain.engines.registry import ENGINES
+
+if TYPE_CHECKING:
+    from matplotlib.colors import Colormap
 
 FORMULAS = ("eq6", "eq9")  # formulas that have peaks: fields of ``verdict.formulas.Formulas``
 GIVEN = "given"  # peaks from elsewhere, which are those of no engine
@@ -20,6 +27,16 @@ LABELS = {name: label for name, (label, _, _, _) in _LOOKS.items()}
 COLOURS = {name: colour for name, (_, colour, _, _) in _LOOKS.items()}
 MARKERS = {name: marker for name, (_, _, marker, _) in _LOOKS.items()}
 DASHES = {name: dash for name, (_, _, _, dash) in _LOOKS.items() if dash}
+
+
+def force_colours() -> Colormap:
+    """Colours of contact forces, from white for none."""
+    from matplotlib import colormaps
+    from matplotlib.colors import LinearSegmentedColormap
+
+    darker = colormaps["magma_r"](np.linspace(0.08, 1.0, 64))
+    return LinearSegmentedColormap.from_list("forces", ["white", *darker])
+
 
 # Of a trade-off: markers and lines say who computes, colours the method.
 

@@ -49,7 +49,13 @@ def check_result_format(path: Path | str) -> None:
     if suffix not in _WRITERS:
         known = ", ".join(name for name in _WRITERS if name)
         raise OutputError(f"{path}: cannot be written, the name must end in {known}")
-    if suffix == ".parquet" and importlib.util.find_spec("pyarrow") is None:
+    if suffix == ".parquet":
+        check_parquet(path)
+
+
+def check_parquet(path: Path | str) -> None:
+    """Raise an OutputError where nothing writes Parquet."""
+    if importlib.util.find_spec("pyarrow") is None:
         raise OutputError(
             f"{path}: Parquet needs pyarrow: pip install 'hertzchain[parquet]', or write a .csv"
         )

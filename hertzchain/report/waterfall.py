@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
+from hertzchain.report.facts import time_unit
 from hertzchain.report.plotly import Plot, Trace, axis, layout
 from hertzchain.report.style import COLOURS, DASHES, LABELS
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.scene import Scene
 
 _TIMES = 500  # of a history
-_READINGS = 4_000_000  # times and granules recorded at once: 100 MB for each simulation
+READINGS = 4_000_000  # times and granules recorded at once: 100 MB for each simulation
 
 _EVEN, _DENSE, _BURST = 0.4, 0.25, 0.5
 """Between recorded times [durations of a contact's unit of time]: at most, where they are even;
@@ -34,8 +35,8 @@ def record_times(scene: Scene) -> FloatArray:
     Even where some 500 follow the wave all the way; else close while it forms, then in bursts,
     geometrically apart, in each of which it passes a few contacts.
     """
-    count = int(np.clip(_READINGS // scene.chain.granules, 2, _TIMES))
-    unit = _contact_time(scene)
+    count = int(np.clip(READINGS // scene.chain.granules, 2, _TIMES))
+    unit = wave_time(scene)
     end = scene.end_time
     if end <= _EVEN * unit * (count - 1):
         return np.linspace(0.0, end, count)
@@ -47,7 +48,7 @@ def record_times(scene: Scene) -> FloatArray:
     return np.unique(times[times <= end])
 
 
-def _contact_time(scene: Scene) -> float:
+def wave_time(scene: Scene) -> float:
     """The unit of time of the contacts of a scene [s]: it goes as their force to the power -1/6."""
     return float(scene.units.time * force_scale(scene.momentum_ratio) ** (-1 / 6))
 
@@ -65,7 +66,7 @@ def _followed(result: Result) -> NDArray[np.int_]:
     last = np.searchsorted(of_segment, of_segment[before], "right") - 1
     from_start = np.where(time[first] > 0, peak_time - time[first], np.inf)
     to_end = np.where(last < time.size - 1, time[last] - peak_time, np.inf)
-    close = np.minimum(from_start, to_end) > _OWN * _contact_time(result.scene)
+    close = np.minimum(from_start, to_end) > _OWN * wave_time(result.scene)
     return np.asarray(contact[same & close])
 
 
@@ -85,14 +86,6 @@ def drawn_contacts(result: Result) -> list[int]:
     wanted = np.geomspace(followed[0], followed[-1], _CURVES)
     nearest = np.argmin(np.abs(np.log(followed[:, None] / wanted)), axis=0)
     return [int(contact) for contact in np.unique(followed[nearest])]
-
-
-def time_unit(end: float) -> tuple[str, float]:
-    """The unit in which times up to an end [s] are read with ease, and what it is in seconds."""
-    for name, unit in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)):
-        if end >= 2 * unit:
-            return name, unit
-    return "s", 1.0
 
 
 @dataclass(frozen=True)
@@ -137,7 +130,7 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
     scene = native.scene
     long = bool(np.any(_gaps(history.time)))
     # The waves of a long chain are as narrow as lines: each is drawn around its own peak.
-    around = _AROUND * _contact_time(scene) if long else np.inf
+    around = _AROUND * wave_time(scene) if long else np.inf
     unit_name, unit = time_unit(around if long else scene.end_time)
     largest = max(float(np.max(native.peak_force)), scene.peak_force)
     scale = _Scale(around, unit, unit_name, 1.6 / largest)

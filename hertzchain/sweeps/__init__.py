@@ -1,18 +1,18 @@
 """Sweeps: peaks and p of many scenes with different pulses, materials and chains.
 
- keys        parameters of a scene that can vary, by the keys of its file
- design      the scenes of a sweep
- natural     similarity, of many scenes at once
- parts       backends, and the parts that a sweep is cut into
- table       the rows, filled in as scenes are done
- measuring   measures a part
- local       parts on this machine
- cluster     parts on the workers of a Dask scheduler
- on_worker   the code that runs on workers
- store       sweeps in memory or in a folder
- sweeping    the functions for users: sweep, Sweep
- drawing     a sweep as a picture
- card        a sweep in a few lines
+keys        parameters of a scene that can vary, by the keys of its file
+design      the scenes of a sweep
+natural     similarity, of many scenes at once
+parts       backends, and the parts that a sweep is cut into
+table       the rows, filled in as scenes are done
+measuring   measures a part
+local       parts on this machine
+cluster     parts on the workers of a Dask scheduler
+on_worker   the code that runs on workers
+store       sweeps in memory or in a folder
+sweeping    the functions for users: sweep, Sweep
+drawing     a sweep as a picture
+card        a sweep in a few lines
 """
 
 from hertzchain.sweeps.sweeping import Counts, Sweep, sweep

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.console import print_document, print_prediction, print_run
-from hertzchain.report.facts import describe
+from hertzchain.report.facts import describe, known_digits
 from hertzchain.report.figures import check_plot_format, plot_document, plot_tradeoff
 from hertzchain.report.judgement import of_judgement
 from hertzchain.report.style import COLOURS
@@ -106,7 +107,7 @@ def test_a_run_shows_the_transition_and_one_contact_more(native: hc.Comparison) 
     text = run_text(result)
     rows = rows_of(text)
     assert [int(row[0]) for row in rows] == [2, 3, 4, 5, 6]
-    # 9 and 6 digits are printed.
+    # As many digits of forces as are known, at most 9, and 6 of times are printed.
     assert [float(row[1]) for row in rows] == pytest.approx(result.peak_force[:5], rel=5e-9)
     assert [float(row[2]) for row in rows] == pytest.approx(result.peak_time[:5], rel=5e-6)
     assert "(6 more contacts, to 12, in --json)" in text
@@ -116,16 +117,43 @@ def test_a_run_shows_p_the_wave_the_error_and_the_cost(native: hc.Comparison) ->
     result = native.native
     text = run_text(result)
     assert line_of(text, "transition, p") == "5 granules"
-    assert line_of(text, "solitary wave, F_SW") == f"{result.peak_force[4]:.7g} N"
+    wave_force = line_of(text, "solitary wave, F_SW").removesuffix(" N")
+    assert float(wave_force) == pytest.approx(result.peak_force[4], rel=5e-9)
     wave = result.solitary_wave
-    assert line_of(text, "far-field force") == (
-        f"{wave.far_field_force:.7g} N, settled to {wave.far_field_error:.1e}"
-    )
-    assert line_of(text, "speed") == f"{wave.speed:.7g} m/s, settled to {wave.speed_error:.1e}"
+    for label, unit, value, error in (
+        ("far-field force", "N", wave.far_field_force, wave.far_field_error),
+        ("speed", "m/s", wave.speed, wave.speed_error),
+    ):
+        assert value is not None
+        assert error is not None
+        shown, settled = line_of(text, label).split(", ")
+        assert settled == f"settled to {error:.1e}"
+        number, shown_unit = shown.split()
+        assert shown_unit == unit
+        # Right within what is not known, and no digit that means nothing.
+        assert abs(float(number) - value) <= error * value
+        assert len(number.replace(".", "")) <= 2 - math.log10(error)
     assert line_of(text, "error of the peaks, at most") == f"{result.error_estimate:.1e}"
     cost = line_of(text, "cost")
     assert f"{result.steps:,} steps" in cost
     assert "(native, reference)" in cost
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "shown"),
+    [
+        (152.436112, 2.5e-11, "152.436112"),  # never more than nine
+        (152.436112, 7.8e-7, "152.4361"),
+        (152.436112, 1e-3, "152.4"),
+        (152.436112, 1.1e-3, "152"),
+        (152.436112, 8e-2, "150"),
+        (1234567.0, 0.3, "1000000"),
+        (0.00123456, 1e-3, "0.001235"),
+        (1.23456e-5, 1e-3, "1.235e-05"),
+    ],
+)
+def test_no_more_digits_than_are_known(value: float, error: float, shown: str) -> None:
+    assert known_digits(value, error) == shown
 
 
 def test_a_wave_that_has_not_settled_says_so() -> None:

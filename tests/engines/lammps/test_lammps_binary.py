@@ -267,7 +267,11 @@ FAULTS: dict[str, tuple[str, type[HertzchainError], str]] = {
         "echo 'ERROR on proc 0: Failed to allocate 9 bytes'; exit 1",
         *(RunFailed, "^there is not enough memory for LAMMPS"),
     ),
-    "killed": ("kill -KILL $$", RunFailed, r"^LAMMPS was killed \(SIGKILL\), perhaps because memory"),
+    "killed": (
+        "kill -KILL $$",
+        RunFailed,
+        r"^LAMMPS was killed \(SIGKILL\), perhaps because memory",
+    ),
     "crash": ("kill -SEGV $$", RunFailed, "^LAMMPS was ended by SIGSEGV: LAMMPS"),
     "nothing": ("exit 0", RunFailed, "^rest.dump: the run left no dump"),
     "hangs": ("sleep 1000", TooExpensive, r"^stopped at the time limit of 0\.3 s"),

@@ -1,0 +1,101 @@
+"""The files of hertzchain run: motion, plots and films, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from hertzchain.cli.options import to_contacts
+from hertzchain.errors import HertzchainError
+from hertzchain.scene.scene import Scene
+from tests.command_line import Command, is_refused
+from tests.places import ROOT
+from tests.processes import names
+
+SCENES = ROOT / "validation" / "scenes"
+
+SCENE = SCENES / "weak_shock.toml"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each test has a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+
+
+def test_all_files_of_one_run(hertzchain: Command) -> None:
+    outcome = hertzchain(
+        "run", SCENE, "--record", "20", "-o", "motion.csv", "--contacts", "10:20:5",
+        "--plot", "run.svg", "--trajectory", "motion.xyz", "--frames", "3",
+        "--animate", "wave.gif",
+    )  # fmt: skip
+    assert outcome.status == 0, outcome
+    for what, name in (("Motion", "motion.csv"), ("Plot", "run.svg"), ("Film", "wave.gif")):
+        assert f"{what} written to {name}\n" in outcome.err
+    assert names() == ["motion.csv", "motion.xyz", "run.svg", "wave.gif"]
+    frame = pd.read_csv("motion.csv")
+    assert frame["granule"].unique().tolist() == [10, 15, 20]
+    times = np.linspace(0, Scene.from_toml(SCENE).end_time, 20)
+    assert frame["time_s"].unique().tolist() == times.tolist()
+    assert Path("motion.xyz").read_text().count("time_s=") == 3
+    # 20 times are too few for a picture.
+    assert "--record" in outcome.err
+
+
+def test_where_the_other_contacts_are(hertzchain: Command) -> None:
+    outcome = hertzchain("run", SCENE, "-o", "peaks.csv")
+    assert ", in peaks.csv)" in outcome.out
+    assert outcome.err == "Peaks written to peaks.csv\n"
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--record", "20"), ("--record", "-o FILE", "--plot FILE")),
+        (("--contacts", "3"), ("--contacts", "--plot FILE")),
+        (("--frames", "3"), ("--frames", "--trajectory FILE", "--animate FILE")),
+        (("--record", "20", "-o", "motion.json"), ("motion.json", ".npz")),
+        (("--animate", "wave.avi"), ("wave.avi", ".gif")),
+        (("--plot", "run.gif"), ("run.gif", ".png")),
+        (("--plot", "a.png", "-o", "a.png"), ("a.png",)),
+        (("--plot", "a.png", "--contacts", "1"), ("--contacts 1", "2 to 60")),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(
+    hertzchain: Command, options: tuple[str, ...], words: tuple[str, ...]
+) -> None:
+    is_refused(hertzchain("run", SCENES / "demo.toml", *options), *words)
+    assert names() == []
+
+
+@pytest.mark.parametrize(
+    ("given", "found"),
+    [
+        ("30", [30]),
+        ("30, 10,20,10", [10, 20, 30]),
+        ("10:30:5", [10, 15, 20, 25, 30]),
+        ("2:4,59:60", [2, 3, 4, 59, 60]),
+        ("10:14:3", [10, 13]),
+    ],
+)
+def test_lists_of_contacts(given: str, found: list[int], demo: Scene) -> None:
+    assert to_contacts(given, demo) == found
+
+
+@pytest.mark.parametrize(
+    "given", ["1", "61", "5:4", "5:9:0", "5:9:1:1", "", "5,", "a", "-5", "2.5"]
+)
+def test_impossible_contacts_are_refused(given: str, demo: Scene) -> None:
+    with pytest.raises(HertzchainError, match="--contacts"):
+        to_contacts(given, demo)
+
+
+def test_the_last_contact_of_a_chain_at_a_wall_is_that_of_the_wall() -> None:
+    scene = Scene.from_toml(SCENES / "terms" / "striker_on_a_wall.toml")
+    last = scene.chain.granules + 1
+    assert to_contacts(f"{last}", scene) == [last]
+    with pytest.raises(HertzchainError, match="with the wall"):
+        to_contacts(f"{last + 1}", scene)

@@ -1,0 +1,188 @@
+"""Recorded motion as files, pictures and films, read back and held against the result."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from PIL import Image, ImageSequence
+
+import hertzchain as hc
+from hertzchain.errors import OutputError, SceneError
+from hertzchain.report.film import check_film_format, film, write_film
+from hertzchain.report.motion import at_times, motion_arrays, motion_frame, write_motion
+from hertzchain.report.run_figure import coarse_times, plot_run, plot_times, run_figure
+from tests.places import ROOT
+
+SCENES = ROOT / "validation" / "scenes"
+
+WITH_A_WALL = hc.Scene.from_toml(SCENES / "terms" / "striker_on_a_wall.toml")
+
+
+@pytest.fixture(scope="module")
+def result(demo: hc.Scene) -> hc.Result:
+    """The demo scene, recorded as its plot wants it."""
+    return hc.Native(rtol=1e-6).run(demo, plot_times(demo))
+
+
+@pytest.fixture(scope="module")
+def on_a_wall() -> hc.Result:
+    """A striker on a chain at a wall, at 40 times."""
+    return hc.Native(rtol=1e-6).run(WITH_A_WALL, np.linspace(0, WITH_A_WALL.end_time, 40))
+
+
+def test_the_table_has_a_row_for_each_time_and_granule(result: hc.Result) -> None:
+    frame, history = motion_frame(result), result.history
+    assert history is not None
+    assert len(frame) == history.time.size * 60
+    for name, values in (
+        ("displacement_m", history.displacement),
+        ("velocity_m_s", history.velocity),
+    ):
+        wide = frame.pivot_table(index="time_s", columns="granule", values=name)
+        assert np.array_equal(wide.columns, range(1, 61))
+        assert wide.index.tolist() == history.time.tolist()
+        assert np.array_equal(wide.to_numpy(), values)
+    wide = frame.pivot_table(index="time_s", columns="granule", values="contact_force_N")
+    assert np.array_equal(wide[list(range(2, 61))].to_numpy(), history.contact_force)
+    assert np.array_equal(wide[1], result.scene.applied_force(history.time))
+
+
+def test_a_wall_is_one_more_granule_that_stands_still(on_a_wall: hc.Result) -> None:
+    arrays, history = motion_arrays(on_a_wall), on_a_wall.history
+    assert history is not None
+    assert history.wall_force is not None
+    assert np.max(history.wall_force) > 0
+    count = WITH_A_WALL.chain.granules
+    assert arrays["granule"].tolist() == list(range(1, count + 2))
+    assert np.array_equal(arrays["contact_force_N"][:, -1], history.wall_force)
+    assert not np.any(arrays["displacement_m"][:, -1])
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".npz"])
+def test_files_read_back(tmp_path: Path, on_a_wall: hc.Result, suffix: str) -> None:
+    path = tmp_path / f"motion{suffix}"
+    write_motion(on_a_wall, path, [2, 21])
+    expected = motion_arrays(on_a_wall, [2, 21])
+    if suffix == ".npz":
+        with np.load(path) as found:
+            assert set(found) == set(expected)
+            assert all(np.array_equal(found[name], expected[name]) for name in expected)
+        return
+    frame = pd.read_csv(path) if suffix == ".csv" else pd.read_parquet(path)
+    pd.testing.assert_frame_equal(frame, motion_frame(on_a_wall, [2, 21]), check_exact=True)
+    assert [frame.loc[k, "contact_force_N"] for k in (0, 1)] == [0, 0]
+    assert frame["granule"].tolist()[:4] == [2, 21, 2, 21]
+
+
+def test_what_is_not_motion_is_refused(tmp_path: Path, demo_reference: hc.Result) -> None:
+    with pytest.raises(OutputError, match=r"\.csv, \.parquet, \.npz"):
+        write_motion(demo_reference, tmp_path / "motion.json")
+    with pytest.raises(SceneError, match="record"):
+        write_motion(demo_reference, tmp_path / "motion.csv")
+    assert not list(tmp_path.iterdir())
+
+
+def test_times_of_one_file_among_those_of_others(demo: hc.Scene) -> None:
+    few, many = np.linspace(0, demo.end_time, 4), np.linspace(0, demo.end_time, 7)
+    both = hc.Native(rtol=1e-3).run(demo, np.unique([*few, *many]))
+    alone = hc.Native(rtol=1e-3).run(demo, few).history
+    found = at_times(both, few).history
+    assert found is not None
+    assert alone is not None
+    assert found.time.tolist() == few.tolist()
+    assert np.array_equal(found.contact_force, alone.contact_force)
+
+
+def test_the_figure_draws_the_result(result: hc.Result) -> None:
+    peaks, forces, space_time, *_ = run_figure(result, [5, 30]).axes
+    assert np.array_equal(peaks.lines[0].get_ydata(), result.peak_force)
+    assert (legend := forces.get_legend()) is not None
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "applied force",
+        "contact 5",
+        "contact 30",
+    ]
+    for line, contact in zip(forces.lines[1:], (5, 30), strict=True):
+        # Each curve has its exact peak, not the largest recorded force.
+        assert np.max(line.get_ydata()) == result.peak_force[contact - 2]
+    (colours,) = space_time.collections
+    assert result.history is not None
+    assert np.array_equal(np.asarray(colours.get_array()), result.history.contact_force.T)
+    assert (space_time.get_xlabel(), space_time.get_ylabel()) == ("time [µs]", "contact")
+
+
+def test_many_contacts_have_a_colour_bar_and_the_wall_a_curve(on_a_wall: hc.Result) -> None:
+    figure = run_figure(on_a_wall, range(2, 22))
+    _, forces, _, *bars = figure.axes
+    assert len(forces.lines) == 20
+    assert forces.get_legend() is None
+    assert {"contact", "contact force [N]"} == {
+        bar.get_ylabel() or bar.get_xlabel() for bar in bars
+    }
+    assert on_a_wall.history is not None
+    assert on_a_wall.history.wall_force is not None
+    assert np.array_equal(forces.lines[-1].get_ydata(), on_a_wall.history.wall_force)
+
+
+def test_recorded_times_keep_the_height_of_the_wave_or_it_is_said(result: hc.Result) -> None:
+    """Times at which nothing is said keep 95 % of each peak."""
+    history, scene = result.history, result.scene
+    assert history is not None
+    assert coarse_times(result) is None
+    assert np.all(np.max(history.contact_force, axis=0) > 0.95 * result.peak_force)
+    every_fifth = at_times(result, history.time[::5])
+    assert every_fifth.history is not None
+    assert np.any(np.max(every_fifth.history.contact_force, axis=0) < 0.95 * result.peak_force)
+    remark = coarse_times(every_fifth)
+    assert remark is not None
+    wanted = int(remark.split("--record ")[1].split()[0])
+    times = np.linspace(0, scene.end_time, wanted)
+    assert coarse_times(hc.Native(rtol=1e-6).run(scene, times)) is None
+    assert coarse_times(hc.Native(rtol=1e-6).run(scene, times[::2])) is not None
+
+
+def test_a_plot_is_a_picture(tmp_path: Path, on_a_wall: hc.Result) -> None:
+    plot_run(on_a_wall, tmp_path / "run.png")
+    with Image.open(tmp_path / "run.png") as picture:
+        assert picture.size == (1200, 1500)
+
+
+def test_a_film_has_a_frame_for_each_time(tmp_path: Path, on_a_wall: hc.Result) -> None:
+    assert on_a_wall.history is not None
+    few = at_times(on_a_wall, on_a_wall.history.time[10:13])
+    write_film(few, tmp_path / "wave.gif")
+    with Image.open(tmp_path / "wave.gif") as picture:
+        assert len(list(ImageSequence.Iterator(picture))) == 3
+        assert picture.size == (900, 360)
+    assert [path.name for path in tmp_path.iterdir()] == ["wave.gif"]
+
+
+def test_a_frame_shows_the_forces_and_the_granules_of_its_time(on_a_wall: hc.Result) -> None:
+    figure, show = film(on_a_wall)
+    chain, along = figure.axes[:2]
+    history = on_a_wall.history
+    assert history is not None
+    assert history.wall_force is not None
+    (granules,) = chain.collections
+    for frame in (5, 25):
+        show(frame)
+        force = np.append(history.contact_force[frame], history.wall_force[frame])
+        assert np.array_equal(along.lines[1].get_ydata(), force)
+        # The first granule is the striker, which nothing pushes from behind.
+        of_granules = np.maximum(np.append(0.0, force[:-1]), force)
+        assert np.array_equal(np.asarray(granules.get_array()), of_granules)
+        centres = np.array([path.get_extents().intervalx.mean() for path in granules.get_paths()])
+        enlarged = float(chain.get_title("right").split()[2])
+        displaced = WITH_A_WALL.granules.position + enlarged * history.displacement[frame]
+        assert centres == pytest.approx(displaced, abs=1e-9)
+
+
+def test_a_film_that_cannot_be_written_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(OutputError, match=r"\.gif or \.mp4"):
+        check_film_format("wave.avi")
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(OutputError, match="ffmpeg"):
+        check_film_format("wave.mp4")
