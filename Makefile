@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 # Compiled Python is kept: the tests start hundreds of processes, and commands load in half the time.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-all validate figures extremes long-run tradeoff gallery decks versions engines cluster mpi bench docs lint format lock clean help
+.PHONY: demo test test-all validate figures picture notebooks extremes long-run tradeoff gallery decks versions engines cluster mpi bench docs lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -30,6 +30,12 @@ figures: $(STAMP) ## write the figures and tables of validation/results/ anew; t
 	$(BIN)/python validation/run_all.py --report report
 	cp report/*.svg report/*.csv validation/results/
 	rm validation/results/formula_maps.csv
+
+picture: $(STAMP) ## draw the picture of the README; seconds
+	$(BIN)/python validation/picture.py
+
+notebooks: $(STAMP) ## run the notebooks of docs/notebooks/ and keep what they print; seconds
+	$(BIN)/python validation/notebooks.py
 
 extremes: $(STAMP) ## 12,000 random scenes at the extremes, 30,000 hard on error bounds; an hour
 	$(BIN)/python validation/extremes.py -o extremes.csv --plot validation/results/extremes.png

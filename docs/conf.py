@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import html
 import re
+from collections.abc import Iterator
 from importlib.metadata import version as version_of
+from xml.etree import ElementTree
 
 from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
+from sphinx.transforms.post_transforms import SphinxPostTransform
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.inspect import TypeAliasForwardRef
+from sphinx.util.nodes import make_refnode
+from sphinx.writers.html5 import HTML5Translator
 from typer.main import get_command
 
 from hertzchain.cli.commands import app
@@ -21,8 +28,12 @@ version = release = version_of("hertzchain")
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["_build"]
 myst_heading_anchors = 3
+myst_enable_extensions = ["dollarmath"]
 
+html_math_renderer = "mathml"
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["formulas.css"]
 html_title = "hertzchain"
 html_show_sourcelink = False
 html_copy_source = False
@@ -68,7 +79,82 @@ class Commands(SphinxDirective):
         return sections
 
 
+class EquationLinks(SphinxPostTransform):
+    """Every "Eq. 3" or "Eqs. 3, 6 and 9" in the text of a page links to the equations."""
+
+    default_priority = 500  # chosen: after links and references are resolved
+
+    _LIST = re.compile(r"Eqs?\.\s\d[ab]?(?:(?:, | and | to | or )\d[ab]?)*")
+    _ONE = re.compile(r"(?:Eqs?\.\s)?(\d)[ab]?")
+    _UNCHANGED = (nodes.reference, nodes.title, nodes.literal, nodes.literal_block, nodes.math)
+    _PAGE = "physics"
+
+    def run(self) -> None:
+        """Replace the text of each mention."""
+        for text in list(self.document.findall(nodes.Text)):
+            if self._is_changed(text) and self._LIST.search(text):
+                text.parent.replace(text, list(self._linked(str(text))))
+
+    def _is_changed(self, text: nodes.Text) -> bool:
+        node = text.parent
+        while node is not None and not isinstance(node, self._UNCHANGED):
+            node = node.parent
+        return node is None
+
+    def _linked(self, text: str) -> Iterator[nodes.Node]:
+        end = 0
+        for mentions in self._LIST.finditer(text):
+            for one in self._ONE.finditer(text, *mentions.span()):
+                yield nodes.Text(text[end : one.start()])
+                target = f"eq-{one[1]}"
+                yield make_refnode(
+                    self.app.builder, self.env.docname, self._PAGE, target, nodes.Text(one[0])
+                )
+                end = one.end()
+        yield nodes.Text(text[end:])
+
+
+_MATHML = "http://www.w3.org/1998/Math/MathML"
+ElementTree.register_namespace("", _MATHML)
+_ACCENTS = "\N{DIAERESIS}\N{DOT ABOVE}\N{MACRON}\N{MODIFIER LETTER CIRCUMFLEX ACCENT}"
+_NO_XML = re.compile(r"&(?!lt;|gt;|amp;|quot;)\w+;")
+"""Entities that HTML has and XML does not."""
+
+
+def write_math(translator: HTML5Translator, node: nodes.math | nodes.math_block) -> None:
+    """Write a formula as MathML, which browsers typeset without a script or a network."""
+    is_block = isinstance(node, nodes.math_block)
+    text = tex2mathml(node.astext(), as_block=is_block)
+    text = _NO_XML.sub(lambda entity: html.unescape(entity[0]), text)
+    formula = ElementTree.fromstring(text)  # noqa: S314 - docutils wrote it
+    for element in list(formula.iter()):
+        _place_accent(element)
+        _stretch_bars(element)
+    translator.body.append(ElementTree.tostring(formula, "unicode", short_empty_elements=False))
+    raise nodes.SkipNode
+
+
+def _place_accent(element: ElementTree.Element) -> None:
+    """Put an index next to an accented letter, not below it."""
+    if element.tag != f"{{{_MATHML}}}munderover" or element[2].text not in set(_ACCENTS):
+        return
+    letter, index, accent = element
+    accented = ElementTree.Element(f"{{{_MATHML}}}mover", accent="true")
+    accented.extend([letter, accent])
+    element[:] = [accented, index]
+    element.tag = f"{{{_MATHML}}}msub"
+
+
+def _stretch_bars(element: ElementTree.Element) -> None:
+    """Make the bars of an absolute value as high as what stands between them."""
+    if len(element) > 1 and element[0].text == element[-1].text == "|":
+        element[0].attrib |= {"stretchy": "true", "form": "prefix"}
+        element[-1].attrib |= {"stretchy": "true", "form": "postfix"}
+
+
 def setup(sphinx: Sphinx) -> dict[str, bool]:
-    """Tell Sphinx of the directive."""
+    """Tell Sphinx of the directive, the links to equations and the formulas."""
     sphinx.add_directive("commands", Commands)
+    sphinx.add_post_transform(EquationLinks)
+    sphinx.add_html_math_renderer("mathml", (write_math, None), (write_math, None))
     return {"parallel_read_safe": True}
