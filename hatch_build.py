@@ -1,4 +1,4 @@
-"""The description of the package: the README without links to files."""
+"""The description of the package: the README without pictures and links that are files."""
 
 from __future__ import annotations
 
@@ -8,19 +8,22 @@ from typing import Any
 
 from hatchling.metadata.plugin.interface import MetadataHookInterface
 
+_PICTURE = re.compile(r"!\[[^\]]*\]\((?![a-z]+:)[^)]+\)\n\n?")
+"""From a file, with the empty line after it."""
+
 _LINK = re.compile(r"\[([^\]]+)\]\((?![a-z]+:|#)([^)]+)\)")
 """To a file: neither an address nor a heading."""
 
 
 def description(readme: str) -> str:
-    """The README where no other file is: links to files become their names.
+    """The README where no other file is: links to files become their names, pictures are left out.
 
     Parameters
     ----------
     readme
         Markdown, with links to files as they lie in the source distribution.
     """
-    return _LINK.sub(lambda link: _named(*link.groups()), readme)
+    return _LINK.sub(lambda link: _named(*link.groups()), _PICTURE.sub("", readme))
 
 
 def _named(text: str, file: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 import shlex
 import shutil
@@ -12,71 +11,61 @@ import tarfile
 import tomllib
 import zipfile
 from email import message_from_bytes
-from functools import partial
 from pathlib import Path
 
-import pandas as pd
 import pytest
 from hatchling.builders.sdist import SdistBuilder
 from hatchling.builders.wheel import WheelBuilder
+from typer.main import get_command
 
 import hertzchain as hc
 from hatch_build import description
-from tests.command_line import run_here, run_program
+from hertzchain.cli.commands import app
+from tests.docs.test_docs import Page, blocks
 from tests.places import ROOT
+from validation import picture
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def blocks(language: str) -> list[str]:
-    """The fenced blocks of a language."""
-    return re.findall(rf"^```{language}\n(.*?)^```", README, re.DOTALL | re.MULTILINE)
-
-
-COMMANDS = re.findall(r"^    \.venv/bin/(\S.*)$", README, re.MULTILINE)
-COPIES = re.findall(r"^    cp (\S+) (\S+)", README, re.MULTILINE)
 TARGETS = re.findall(r"^    make (\S+)", README, re.MULTILINE)
 
 
-VALIDATION = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
-
-
 @pytest.mark.lammps
-@pytest.mark.parametrize(
-    "command",
-    [
-        # What a page of the documentation shows, too, is run there.
-        pytest.param(command, marks=[pytest.mark.slow] * (f"$ {command}" in VALIDATION))
-        for command in COMMANDS
-    ],
-)
-def test_a_command_works(
-    command: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
+def test_what_the_readme_shows_works(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """The first as users run it, the others in this process; in a folder with what a clone has."""
-    for name in ("validation", "lammps_inputs"):
-        (tmp_path / name).symlink_to(ROOT / name)
-    (tmp_path / ".venv").symlink_to(Path(sys.executable).parent.parent)
-    for source, target in COPIES:
-        shutil.copy(ROOT / source, tmp_path / target)
-    before = {path.name for path in tmp_path.iterdir()}
+    """Scene, command and Python as a page of the documentation; the command as users run it."""
     monkeypatch.chdir(tmp_path)
-    run = run_program if command == COMMANDS[0] else partial(run_here, capfd)
-    done = run(*shlex.split(command))
-    assert done.status == 0, done.out + done.err
-    assert done.out.strip()
-    written = re.findall(r"(?:-o|--report) (\S+)", command)
-    assert {path.name for path in tmp_path.iterdir()} - before == set(written)
-    for name in written:
-        text = (tmp_path / name).read_text(encoding="utf-8")
-        if name.endswith(".csv"):
-            assert len(pd.read_csv(io.StringIO(text), comment="#")) > 0
-        else:
-            assert name.endswith(".html")
-            assert text.rstrip().endswith("</html>")
+    page = Page(tmp_path, capfd, processes=1)
+    shown = list(blocks(README))
+    for block in shown:
+        page.run(block)
+    assert not page.said
+    assert [block.language for block in shown] == ["toml", "console", "python", "text"]
+    assert [block.not_run for block in shown] == [None] * 4
+
+
+def test_the_readme_is_short() -> None:
+    assert README.count("\n") <= 150  # chosen: read in five minutes
+
+
+def commands_of_the_table() -> list[list[str]]:
+    """Words of each command in the table of commands."""
+    table = re.findall(r"^\| [^|]+ \| `hertzchain ([^`]+)` \|$", README, re.MULTILINE)
+    return [shlex.split(command) for command in table]
+
+
+@pytest.mark.parametrize("words", commands_of_the_table(), ids=" ".join)
+def test_a_command_of_the_table_exists(words: list[str]) -> None:
+    """Each option in it, too; pages of the documentation run them."""
+    command = get_command(app).commands[words[0]]  # type: ignore[attr-defined]
+    known = {option for parameter in command.params for option in parameter.opts}
+    assert {word for word in words if word.startswith("-")} <= known
+
+
+def test_the_commands_of_the_table_are_found() -> None:
+    assert {"run", "compare", "init", "doctor"} <= {words[0] for words in commands_of_the_table()}
 
 
 def test_nothing_is_left_to_be_filled_in() -> None:
@@ -84,10 +73,8 @@ def test_nothing_is_left_to_be_filled_in() -> None:
         assert "@@" not in page.read_text(encoding="utf-8"), page
 
 
-def test_the_commands_are_found() -> None:
-    assert len(COMMANDS) >= 4
-    assert len(COPIES) == 1
-    assert {"demo", "test", "validate"} <= set(TARGETS)
+def test_the_make_targets_are_found() -> None:
+    assert TARGETS == ["demo"]
 
 
 @pytest.mark.parametrize("target", TARGETS)
@@ -96,24 +83,34 @@ def test_a_make_target_exists(target: str) -> None:
     assert re.search(rf"^{target}:", makefile, re.MULTILINE)
 
 
-@pytest.mark.lammps
-def test_the_python_example_works(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(ROOT)
-    (example,) = blocks("python")
-    exec(compile(example, "README.md", "exec"), {})  # noqa: S102
-    assert capsys.readouterr().out.endswith("(2, 59)\npass\n")
-
-
 def test_the_scene_of_the_readme_is_the_demo_scene(tmp_path: Path) -> None:
-    (text,) = blocks("toml")
+    (text,) = (block.text for block in blocks(README) if block.language == "toml")
     file = tmp_path / "scene.toml"
     file.write_text(text, encoding="utf-8")
     scene = hc.Scene.from_toml(file)
     demo = hc.Scene.from_toml(ROOT / "validation" / "scenes" / "demo.toml")
     assert (scene.chain, scene.shock) == (demo.chain, demo.shock)
-    assert scene.end_time == pytest.approx(1.2e-3, rel=1e-15, abs=0)
+
+
+@pytest.mark.lammps
+def test_the_picture_is_what_its_script_draws(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every word of it; the last digits of differences are round-off of one machine."""
+    drawn = tmp_path / "picture.svg"
+    monkeypatch.setattr(sys, "argv", ["picture.py", "-o", str(drawn)])
+    picture.main()
+    (shown,) = re.findall(r"^!\[[^\]]+\]\(([^)]+)\)$", README, re.MULTILINE)
+    kept, found = words_of(ROOT / shown), words_of(drawn)
+    assert kept == found
+    assert {"Verdict: pass", "peaks against the reference", "100 N", "time [ms]"} <= set(found)
+    assert found.count("✓") == sum(map(len, picture.CHECKS.values()))
+
+
+def words_of(path: Path) -> list[str]:
+    """Every text of a figure, without differences such as 3e-08."""
+    texts = re.findall(r"<!-- (.+) -->", path.read_text(encoding="utf-8"))
+    return [text for text in texts if not re.fullmatch(r"\d(e-\d+)?", text)]
 
 
 # What is built
@@ -176,6 +173,7 @@ def test_the_description_has_no_link_to_a_file(wheel: dict[str, bytes]) -> None:
     assert re.findall(r"\]\((?!https?:|#)", shown) == []
     assert "| How to trust a number (`docs/trust.md`) |" in shown
     # All else is as it stands, code and all.
+    assert "docs/picture.svg" not in shown
     code = r"^```.*?^```|^    .*?$"
     found = [re.findall(code, text, re.DOTALL | re.MULTILINE) for text in (README, shown)]
     assert found[0] == found[1]
@@ -187,6 +185,8 @@ def test_the_description_has_no_link_to_a_file(wheel: dict[str, bytes]) -> None:
         ("see [how](docs/a.md#b).", "see how (`docs/a.md#b`)."),
         ("[CONTRIBUTING.md](CONTRIBUTING.md) says", "`CONTRIBUTING.md` says"),
         ("[a](x.md) and [b](y.md)", "a (`x.md`) and b (`y.md`)"),
+        ("a\n\n![b, c](docs/d.svg)\n\ne [f](g.md)", "a\n\ne f (`g.md`)"),
+        ("![b](https://example.org/d.svg)\n", "![b](https://example.org/d.svg)\n"),
         ("[below](#limits)", "[below](#limits)"),
         ("[there](https://example.org)", "[there](https://example.org)"),
     ],
