@@ -116,7 +116,12 @@ class EquationLinks(SphinxPostTransform):
 
 _MATHML = "http://www.w3.org/1998/Math/MathML"
 ElementTree.register_namespace("", _MATHML)
-_ACCENTS = "\N{DIAERESIS}\N{DOT ABOVE}\N{MACRON}\N{MODIFIER LETTER CIRCUMFLEX ACCENT}"
+_ACCENTS = {
+    "\N{DIAERESIS}",
+    "\N{DOT ABOVE}",
+    "\N{MODIFIER LETTER MACRON}",
+    "\N{MODIFIER LETTER CIRCUMFLEX ACCENT}",
+}
 _NO_XML = re.compile(r"&(?!lt;|gt;|amp;|quot;)\w+;")
 """Entities that HTML has and XML does not."""
 
@@ -136,7 +141,7 @@ def write_math(translator: HTML5Translator, node: nodes.math | nodes.math_block)
 
 def _place_accent(element: ElementTree.Element) -> None:
     """Put an index next to an accented letter, not below it."""
-    if element.tag != f"{{{_MATHML}}}munderover" or element[2].text not in set(_ACCENTS):
+    if element.tag != f"{{{_MATHML}}}munderover" or element[2].text not in _ACCENTS:
         return
     letter, index, accent = element
     accented = ElementTree.Element(f"{{{_MATHML}}}mover", accent="true")
