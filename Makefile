@@ -24,8 +24,8 @@ test-all: $(STAMP) ## the whole test suite
 validate: $(STAMP) ## every figure, table and claim of the paper, both backends; a page in report/
 	$(BIN)/python validation/run_all.py --report report
 
-# The page and the largest table are left out: they are as quickly made anew.
-figures: $(STAMP) ## write the figures and tables of validation/results/ anew; two minutes
+# The page and the largest table are left out: they are quickly made again.
+figures: $(STAMP) ## write the figures and tables of validation/results/; two minutes
 	rm -rf report
 	$(BIN)/python validation/run_all.py --report report
 	cp report/*.svg report/*.csv validation/results/
@@ -44,7 +44,7 @@ long-run: $(STAMP) ## a wave down 90,000 granules: what drifts; two minutes
 	$(BIN)/python validation/long_run.py -o validation/results/long_run.csv \
 	    --plot validation/results/long_run.png
 
-gallery: $(STAMP) ## write the LAMMPS decks of lammps_inputs/ anew
+gallery: $(STAMP) ## write the LAMMPS decks of lammps_inputs/
 	$(BIN)/python validation/gallery.py
 
 decks: $(STAMP) ## the decks of lammps_inputs/ by the LAMMPS of .venv, alone and on two processors
@@ -65,7 +65,7 @@ cluster: $(STAMP) ## how much faster two workers of a Dask cluster sweep than on
 bench: $(STAMP) ## what accuracy costs, as ratios; on an idle machine
 	$(BIN)/python validation/benchmarks.py
 
-tradeoff: $(STAMP) ## error against cost on 24 scenes, ten minutes; on a machine that rests
+tradeoff: $(STAMP) ## error against cost on 24 scenes, ten minutes; on an idle machine
 	$(BIN)/python validation/tradeoff.py -o validation/results
 
 docs: $(STAMP) ## the pages of docs/ as HTML, in docs/_build
@@ -81,7 +81,7 @@ format: $(STAMP) ## format the code and mend what ruff can mend
 	$(BIN)/ruff format .
 
 # uv resolves for every supported Python and platform at once; pip installs from the result.
-lock: $(STAMP) ## write requirements.lock anew
+lock: $(STAMP) ## write requirements.lock
 	$(BIN)/pip install --quiet uv
 	$(BIN)/uv pip compile pyproject.toml --group dev --universal --python-version 3.11 \
 	    --generate-hashes --no-emit-index-url --custom-compile-command "make lock" \
