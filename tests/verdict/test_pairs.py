@@ -414,7 +414,7 @@ def test_of_three_mistakes_no_single_one_is_the_cause(seed: int) -> None:
     draw = np.random.default_rng(seed)
     profile = str(draw.choice([name for name in PROFILES if name != PULSE.profile]))
     ratio = 2.0 * float(np.exp(draw.uniform(0.2, 0.6) * draw.choice([-1, 1])))
-    pulse = replace(PULSE, profile=profile, duration_ratio=max(ratio, 1.2))
+    pulse = replace(PULSE, profile=profile_named(profile), duration_ratio=max(ratio, 1.2))
     peaks = hc.Native(rtol=1e-8).run(replace(IN_SECONDS, shock=pulse)).peak_force / 9.80665
     found = hc.judge(SCENE, peaks)
     assert found.cause is None or "together with" in found.cause
