@@ -74,7 +74,7 @@ def test_nothing_is_left_to_be_filled_in() -> None:
 
 
 def test_the_make_targets_are_found() -> None:
-    assert TARGETS == ["demo"]
+    assert TARGETS == ["demo", "test", "validate"]
 
 
 @pytest.mark.parametrize("target", TARGETS)
