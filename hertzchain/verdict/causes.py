@@ -119,9 +119,7 @@ def likely_cause(case: Case, progress: Callable[[str], object] | None = None) ->
         return Explanation(several, remark=remark)
     partial = bool(two) and two[0].left < least / _TELLS
     partial |= bool(found) and not found[0].leaves_noise
-    # What is mended and leaves more than may be off was a part of what is wrong.
-    enough = max(case.tolerance, _KNOWN_TO * size)
-    if least > EXPLAINED * size or (partial and found[0].most > enough):
+    if least > EXPLAINED * size or (partial and found[0].most > _allowed(case)):
         return Explanation(hint=_hint(case, found, two, all_tried=remark is None), remark=remark)
     alike = _ALIKE * max(least, _KNOWN_TO * size)
     sentences = [one.sentence for one in found if one.residual <= alike]
@@ -130,6 +128,11 @@ def likely_cause(case: Case, progress: Callable[[str], object] | None = None) ->
 
 def _late(name: str) -> str:
     return f"not everything was tried for the cause, it takes too long: {name}"
+
+
+def _allowed(case: Case) -> float:
+    """Most that a cause may leave: what is mended and leaves more was a part of what is wrong."""
+    return max(case.tolerance, _KNOWN_TO * case.size)
 
 
 def _joined(sentences: Iterable[str], left: float) -> str:
@@ -141,7 +144,7 @@ def _joined(sentences: Iterable[str], left: float) -> str:
 def _of_pairs(case: Case, two: list[Pair], single: float) -> str | None:
     """The pairs that explain the differences, where all others leave much more; None for none."""
     best, size = two[0].left, case.size
-    if best > min(PAIR_EXPLAINED * size, max(case.tolerance, _KNOWN_TO * size)):
+    if best > min(PAIR_EXPLAINED * size, _allowed(case)):
         return None
     if best > single / _BETTER_THAN_ONE:
         return None
@@ -160,7 +163,7 @@ def _hint(case: Case, found: list[Cause], two: list[Pair], all_tried: bool) -> s
     several = "no single known mistake explains these peaks"
     if not all_tried or not case.scene.is_plain:
         several = "no mistake that was tried explains these peaks"
-    if two and two[0].left <= PAIR_EXPLAINED * size:
+    if two and two[0].left <= min(PAIR_EXPLAINED * size, _allowed(case)):
         return (
             f"{several}. Several pairs of mistakes do, and peaks cannot tell them apart; one is:"
             f" {two[0].words(case.scene)}"

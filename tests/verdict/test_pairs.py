@@ -395,6 +395,8 @@ def test_a_cause_leaves_no_more_than_is_allowed(
     for tolerance, named in ((2.95e-5, True), (2.85e-5, False)):
         found = found_with(monkeypatch, 0.5, 0.0029, 0.9, tolerance=tolerance)
         assert (found.cause is not None) is named
+        several = found_with(monkeypatch, 0.5, 0.0029, 0.02, tolerance=tolerance).hint or ""
+        assert ("Several pairs" in several) is named
     # Fits are known to 1e-4 of the differences.
     for single, named in ((0.98e-4, True), (1.02e-4, False)):
         found = found_with(monkeypatch, single, tolerance=1e-9)
