@@ -91,6 +91,14 @@ def _missing(case: Case, alike: Indices) -> DeckCheck:
         f"no force in {who} at overlaps of {case.near[alike[0]]:.2g} m",
         "contacts must push by Hertz's law",
     )  # fmt: skip
+    excluded = [
+        index
+        for index, one in enumerate(case.found.commands)
+        if one.carried_out and re.match(r"neigh_modify\s.*\bexclude\s+(?!none)", one.text)
+    ]
+    if excluded:
+        where = place_at(case.found, excluded[-1])
+        return replace(check, place=where, command="without exclude")
     return placed(check, case.found, role_of(alike, case), (), _right_law(case, int(alike[0])))
 
 

@@ -22,7 +22,8 @@ def damping_check(case: Case) -> list[DeckCheck]:
     for k, one in enumerate(found):
         if one.added.size == 0:
             continue
-        off = np.abs(one.added - one.expected) / np.maximum(one.elastic, np.abs(one.expected))
+        off, scale = np.abs(one.added - one.expected), np.maximum(one.elastic, np.abs(one.expected))
+        off = np.divide(off, scale, out=np.where(off > 0, np.inf, 0.0), where=scale > 0)
         if not np.max(off) <= most:
             worst, at, most = k, int(np.argmax(off)), float(np.max(off))
     wanted = case.scene.contact

@@ -14,7 +14,8 @@ from hertzchain.verdict.user_deck.damping_checks import damping_numbers
 from hertzchain.verdict.user_deck.deck_check import ROUND_OFF, Case, DeckCheck, placed, same
 from hertzchain.verdict.user_deck.measured import stretches_of
 from hertzchain.verdict.user_deck.moving_forces import moving_force_checks
-from hertzchain.verdict.user_deck.places import place_at
+from hertzchain.verdict.user_deck.places import formula_of, place_at
+from hertzchain.verdict.user_deck.pulse_checks import right_shock
 from hertzchain.verdict.user_deck.step_checks import judged
 from hertzchain.verdict.user_deck.twin import Twin, TwinRun, run_twin
 
@@ -24,7 +25,7 @@ _LATE = 0.02  # of the largest: late collisions multiply what digits make of it 
 _EXPLAINS = (
     "contacts", "force of", "constant force across", "applied force across", "neighbours",
     "granules that are led", "number of granules", "integrators", "contacts across",
-    "distance from", "random", "spin", "velocity across",
+    "distance from", "random", "spin", "velocity across", "wall at",
 )  # fmt: skip
 """Checks of what no chain of velocity Verlet along a line can have: these explain its motion."""
 
@@ -73,6 +74,8 @@ def motion_checks(case: Case, others: Sequence[DeckCheck]) -> list[DeckCheck]:
 def _end_of_motion(case: Case, run: TwinRun) -> list[DeckCheck]:
     """Places and velocities at the end: what shifts all granules alike leaves the peaks."""
     found = case.found
+    if any(fix.style == "halt" for fix in found.fixes):
+        return []  # a run that is ended is not read at its end
     for name, unit, measured, expected in (
         ("velocities at the end", "m/s", found.final_velocity, run.velocity),
         ("places at the end", "m", found.final_position - found.position, run.displacement),
@@ -105,7 +108,8 @@ def _moved(case: Case, check: DeckCheck) -> DeckCheck:
     """A check of the motion with the line that is most likely to disturb it.
 
     That is a change after the first run, but for forces of the shock; else a fix that is neither an
-    integrator nor a force; else the last command on motion.
+    integrator nor a force; else the force of the shock, which may depend on the motion or act
+    between two readings; else the last command on motion.
     """
     found = case.found
     words = [one.text.split() for one in found.commands]
@@ -128,6 +132,10 @@ def _moved(case: Case, check: DeckCheck) -> DeckCheck:
         if suspects:
             where = place_at(found, suspects[0])
             return replace(check, place=where, command=f"without this command: {right}")
+    pushing = [fix for fix in found.fixes if fix.style == "addforce"]
+    if pushing and case.scene.ramps:
+        where = formula_of(found, place_at(found, pushing[-1].command))
+        return replace(check, place=where, command=right_shock(case))
     return placed(check, found, "motion", (), right)
 
 

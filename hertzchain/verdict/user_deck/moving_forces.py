@@ -50,11 +50,13 @@ def moving_force_checks(case: Case, others: Sequence[DeckCheck]) -> list[DeckChe
             k = int(granules[np.argmax(fix.largest_in_motion[granules, column])])
             force, at_rest = fix.largest_in_motion[k, column], fix.largest[k, column]
             before = f"{at_rest:.3g} N" if at_rest > ACTS * case.scene.units.force else "none"
+            # Of walls nothing is kept at rest.
+            still = "" if fix.style.startswith("wall") else f", and {before} at rest"
             checks.append(DeckCheck(
                 f"force of fix {fix.style} {way} the chain", "N", float(force), 0.0, None, False,
                 True, f"fix {fix.style} exerts up to {force:.3g} N {way} the chain on"
-                f" {names(granules, found.mass.size, 'granule', 1)} in motion, and {before} at"
-                " rest; the scene has no such force", "the scene has no force of the motion",
+                f" {names(granules, found.mass.size, 'granule', 1)} in motion{still}; the"
+                " scene has no such force", "the scene has no force of the motion",
                 place_at(found, fix.command), "without this fix",
             ))  # fmt: skip
     return checks

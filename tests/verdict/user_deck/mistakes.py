@@ -114,6 +114,19 @@ PLAIN = {
                         "run 500\nfix s all viscous 0.5\nrun 2000", "fix s all", "without"),
     "lifted": after_density("force of fix addforce across",
                             "variable b atom 0.5*vx\nfix s all addforce 0 v_b 0", "without"),
+    "excluded": after_density("force of contact", "group a id 15\ngroup b id 16\n"
+                              "neigh_modify exclude group a b", "without exclude"),
+    "channel": after_density("force of fix wall/gran across", "fix w all wall/gran granular"
+                             " hertz/material 193e9 0 0.3 tangential linear_nohistory 0 0 yplane"
+                             " -0.004751 0.004749", "without"),
+    "here alone": Mistake("motion, by the peak", (
+        ("addforce v_F 0.0 0.0", "addforce v_F 0.0 0.0 region r"),
+        ("hit id 1\n", "hit id 1\nregion r block -1 5e-6 -1 1 -1 1 units box\n")),
+        "F equal", "sin(PI/2*"),
+    "between readings": one("motion, by velocities", "*(time<2*v_t0)",
+        "*(time<2*v_t0)+5000*(abs(time-2e-4)<1e-7)", "F equal", "sin(PI/2*"),
+    "halted": one("end of the run", LOOP, f"{LOOP}variable t equal time\n"
+                  "fix h all halt 10 v_t > 3e-4 error soft\n", "run", "run 2500"),
     "pulled aside": after_density("constant force across",
                                   "group e id 20\nfix s e spring tether 1e4 NULL 1e-3 0 0",
                                   "without"),

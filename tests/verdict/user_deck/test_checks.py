@@ -173,6 +173,21 @@ def test_a_shift_of_all_granules_is_seen(scene: hc.Scene, right: FoundDeck) -> N
     assert examined(scene, plus("final_velocity", ..., -0.005)(right)).verdict == "pass"
 
 
+def test_the_end_of_a_run_that_is_ended_is_not_read(scene: hc.Scene, right: FoundDeck) -> None:
+    halt = replace(right.fixes[0], style="halt")
+    done = examined(scene, plus("final_velocity", ..., -0.05)(right))
+    assert not done.passed
+    ended = changed(right, fixes=(*right.fixes, halt))
+    assert examined(scene, plus("final_velocity", ..., -0.05)(ended)).passed
+
+
+def test_motion_without_an_odd_command_is_of_the_shock(scene: hc.Scene, right: FoundDeck) -> None:
+    check = by_name(examined(scene, times("peak_force", 1.01)(right)), "motion")
+    assert check.place is not None
+    assert check.place.written == "variable F equal v_F0*sin(PI*time/60e-6)^2*(time<60e-6)"
+    assert check.command.startswith("variable F equal")
+
+
 def test_a_tolerance_is_that_of_numbers_too(scene: hc.Scene, right: FoundDeck) -> None:
     heavier = times("mass", 1 + 8e-3)(right)
     assert not by_name(examined(scene, heavier), "mass").passed
