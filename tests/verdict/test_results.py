@@ -139,6 +139,21 @@ def test_maxima_of_a_curve_are_off_by_no_more_than_is_said(
     assert np.all(np.abs(found.peak_force / (1.0, 0.5) - 1) <= found.error + 1e-12)
 
 
+@pytest.mark.parametrize("higher", [1.001, 1.01, 1.03])
+@pytest.mark.parametrize("apart", [0.2, 0.4])
+def test_a_maximum_between_samples_may_be_that_of_another_hump(apart: float, higher: float) -> None:
+    """The first hump has a sample at its maximum, the second two that are beside it."""
+    time = apart * np.arange(-30.0, 90.0)
+    middle = round(8 / apart + 0.5) * apart - apart / 2
+    shape = 1 / np.cosh(0.7 * time) ** 2 + higher / np.cosh(0.7 * (time - middle)) ** 2
+    motion = Motion(time, False, contact_force=np.column_stack([shape, shape[::-1]]))
+    scene = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5))
+    found = peaks_of(scene, motion, "file")
+    # At 8 time units the other hump adds 4 exp(-1.4 * 8) = 5e-5.
+    assert np.all(np.abs(found.peak_force / higher - 1) <= found.error + 6e-5)
+    assert np.all(found.error < 2e-3)
+
+
 @pytest.mark.parametrize("digits", [4, 6, 9, 12])
 def test_digits_of_numbers_are_counted(digits: int, run: Sampled, truth: FloatArray) -> None:
     """Positions of six digits tell overlaps to 1e-7 m of 1e-5 m."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.errors import SceneError
@@ -23,10 +24,13 @@ times it for samples up to 0.8 natural time units apart, 0.1 times at 0.2 (measu
 _COARSE, _TELLS_LITTLE = 0.02, 10.0
 """Difference of curves of fourth and second degree from which samples are too far apart to tell,
 and what the error is then at most, in such differences (measured, up to 1.2 units apart)."""
+_RIVAL = 3.0  # times as much as a parabola rises above a sample: how high a maximum may be (chosen)
+_MOST_CRESTS = 8  # humps that are looked at for each contact (chosen)
 _DIGITS = 2.0  # last digits that rounded forces cost a peak at most: sums of a few (chosen)
-_HERMITE = 1 / 8
+_HERMITE = 1 / 4
 """Of what twice the distance of samples changes peaks by: where the error goes with its sixth power
-it is 1/63 of that; 0.25 of this was measured at most (tests/verdict/test_results.py)."""
+it is 1/63 of that; 0.86 of this was measured at most, in random scenes with samples 0.02 to 1
+natural time units apart, at even and at other distances."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,24 +240,43 @@ def _through_samples(time: FloatArray, force: FloatArray, how: str) -> Sampled:
 
     It goes through the forces to the power 2/3, as overlaps are smooth where contacts open. How
     far off it may be follows from its difference from curves through five and three of them.
+    Samples of other humps are looked at, too, where their maximum may be as high.
     """
     smooth = np.cbrt(np.maximum(force, 0.0)) ** 2
     contacts = force.shape[1]
     peaks, error = np.zeros(contacts), np.zeros(contacts)
     for contact in range(contacts):
         values = smooth[:, contact]
-        at = int(np.argmax(values))
-        if values[at] <= 0:
+        if not np.any(values > 0):
             continue
-        sixth, fourth, second = (_highest(time, values, at, beside) for beside in (3, 2, 1))
-        peaks[contact] = sixth**1.5
-        off = _SIXTH * abs(sixth - fourth)
-        if abs(fourth - second) > _COARSE * fourth:
-            off = max(off, _TELLS_LITTLE * abs(fourth - second))
-        if at in (0, time.size - 1):  # cut off: nobody knows how much higher it went
-            off = max(off, abs(values[at] - values[min(max(at, 1), time.size - 2)]))
-        error[contact] = 1.5 * off / fourth
+        found = [_maximum(time, values, at) for at in _crests(values)]
+        highest = max(value for value, _ in found)
+        off = max(value + error for value, error in found) - highest
+        peaks[contact], error[contact] = highest**1.5, 1.5 * off / highest
     return Sampled(peaks, _robust(peaks, error), how)
+
+
+def _crests(values: FloatArray) -> NDArray[np.intp]:
+    """The samples near which the maximum may be: the highest, and others almost as high."""
+    inside = values[1:-1]
+    left, right = inside - values[:-2], inside - values[2:]
+    crest = (left >= 0) & (right >= 0) & (left + right > 0)
+    # Above a sample a parabola rises by no more than an eighth of this.
+    rise = np.where(crest, left + right, 0.0)
+    near = np.flatnonzero(crest & (inside + _RIVAL * rise / 8 > values.max())) + 1
+    best = near[np.argsort(values[near])[::-1][:_MOST_CRESTS]]
+    return np.unique(np.append(best, np.argmax(values)))
+
+
+def _maximum(time: FloatArray, values: FloatArray, at: int) -> tuple[float, float]:
+    """The maximum of a curve near a sample, and how far off it may be."""
+    sixth, fourth, second = (_highest(time, values, at, beside) for beside in (3, 2, 1))
+    off = _SIXTH * abs(sixth - fourth)
+    if abs(fourth - second) > _COARSE * fourth:
+        off = max(off, _TELLS_LITTLE * abs(fourth - second))
+    if at in (0, time.size - 1):  # cut off: nobody knows how much higher it went
+        off = max(off, abs(values[at] - values[min(max(at, 1), time.size - 2)]))
+    return sixth, off
 
 
 def _highest(time: FloatArray, values: FloatArray, at: int, beside: int) -> float:
