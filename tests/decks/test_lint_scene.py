@@ -258,6 +258,15 @@ PLANTED = {
 }
 
 
+@pytest.mark.parametrize(
+    ("ids", "words"),
+    [("2", "on granule 2, in"), ("2 3", "2 and 1 more, in"), ("1 2:4", "2 and 2 more, in")],
+)
+def test_forces_on_other_granules_are_counted(ids: str, words: str) -> None:
+    found = lint(deck().replace("first id 1\n", f"first id {ids}\n"), SCENE)
+    assert words in next(finding.text for finding in found if finding.rule == "scene-force")
+
+
 @pytest.mark.parametrize("name", PLANTED)
 def test_what_differs_from_the_scene_is_found_with_its_line(name: str) -> None:
     planted = PLANTED[name]

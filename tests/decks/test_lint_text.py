@@ -64,6 +64,19 @@ def test_springs_have_an_exact_limit(factor: float, found: bool) -> None:
     assert ("step-length" in {finding.rule for finding in lint(text)}) is found
 
 
+@pytest.mark.parametrize(("factor", "found"), [(0.99, False), (1.01, True)])
+def test_a_chain_of_unknown_length_has_the_limit_of_a_long_one(factor: float, found: bool) -> None:
+    mass, modulus = np.pi / 6 * 0.0095**3 * 7958, 193e9 / (2 * (1 - 0.3**2))
+    stiffness = 4 / 3 * modulus * np.sqrt(0.0095 / 4)
+    # F = A d^(3/2) under 100 N; from 12 granules on the limit is less than 1 % above sqrt(m/k).
+    limit = float(np.sqrt(mass / (1.5 * stiffness ** (2 / 3) * 100 ** (1 / 3))))
+    text = CLEAN.replace("variable N equal 30", "variable N equal round(random(20,40,3))")
+    text = text.replace("unfix shock\nrun 3000", f"timestep {factor * limit!r}\nrun 100")
+    assert chain(text).row is None
+    errors = {finding.rule for finding in lint(text) if finding.severity == "error"}
+    assert ("step-length" in errors) is found
+
+
 @pytest.mark.lammps
 @pytest.mark.parametrize(("factor", "grown"), [(0.99, False), (1.01, True)])
 def test_lammps_is_unstable_above_that_limit(factor: float, grown: bool) -> None:
