@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
+from hertzchain.decks.lint.scale import Scale
 from hertzchain.engines.lammps.user_deck import FoundDeck
 from hertzchain.limits import Deadline
 from hertzchain.observables.result import Result
@@ -20,7 +21,6 @@ from hertzchain.verdict.user_deck.measured import Law
 from hertzchain.verdict.user_deck.places import Place, with_number
 from hertzchain.verdict.user_deck.places import place as find_place
 from hertzchain.verdict.user_deck.twin import Twin, TwinRun, change_of_peaks, effect
-from hertzchain.verdict.user_deck.units import Units
 
 Indices = NDArray[np.intp]
 
@@ -106,7 +106,7 @@ class Case:
 
     scene: Scene
     found: FoundDeck
-    units: Units
+    units: Scale
     start: float
     truth: Result
     near: FloatArray

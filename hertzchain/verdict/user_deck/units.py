@@ -1,58 +1,16 @@
-"""Units of LAMMPS: numbers as a deck has them, and the scales of a deck in lj units."""
+"""Numbers of a deck in SI units, by the scales of its own, and those of a deck in lj units."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 
+from hertzchain.decks.lint.scale import SCALES, Scale
 from hertzchain.engines.lammps.user_deck import FoundDeck
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
-
-
-@dataclass(frozen=True)
-class Units:
-    """The units of a deck: metres, kilograms and seconds of one of each."""
-
-    length: float
-    mass: float
-    time: float
-
-    @property
-    def velocity(self) -> float:
-        """One unit of velocity [m/s]."""
-        return self.length / self.time
-
-    @property
-    def force(self) -> float:
-        """One unit of force [N]."""
-        return self.mass * self.length / self.time**2
-
-    @property
-    def pressure(self) -> float:
-        """One unit of pressure and of moduli [Pa]."""
-        return self.force / self.length**2
-
-    @property
-    def density(self) -> float:
-        """One unit of density [kg/m^3]."""
-        return self.mass / self.length**3
-
-    @property
-    def stiffness(self) -> float:
-        """One unit of k in F = k overlap^(3/2) [N m^(-3/2)]."""
-        return float(self.force / self.length**1.5)
-
-
-SYSTEMS = {
-    "si": Units(1.0, 1.0, 1.0),
-    "cgs": Units(1e-2, 1e-3, 1.0),
-    "micro": Units(1e-6, 1e-15, 1e-6),
-    "nano": Units(1e-9, 1e-21, 1e-9),
-}
-"""By their names in LAMMPS (its page on ``units``)."""
 
 _POWERS: dict[str, tuple[str, ...]] = {
     "length": (
@@ -70,14 +28,14 @@ _POWERS: dict[str, tuple[str, ...]] = {
 """Fields of what was found, by the unit that they are in."""
 
 
-def in_si(found: FoundDeck, scene: Scene) -> tuple[FoundDeck, Units]:
+def in_si(found: FoundDeck, scene: Scene) -> tuple[FoundDeck, Scale]:
     """What was found in SI units, with the units of the deck.
 
     A deck in lj units gets those in which the median radius, mass and stiffness are the scene's:
     all other numbers are then judged as ratios.
     """
     if found.units != "lj":
-        return found, SYSTEMS[found.units]
+        return found, SCALES[found.units]
     granules = scene.granules
     count = min(found.radius.size, granules.radius.size)
     pressed = found.contact_force > 0
@@ -95,11 +53,11 @@ def in_si(found: FoundDeck, scene: Scene) -> tuple[FoundDeck, Units]:
     length = float(np.median(granules.radius[:count] / found.radius[:count]))
     mass = float(np.median(granules.mass[:count] / found.mass[:count]))
     force = float(np.nanmedian(ratio)) * length**1.5
-    units = Units(length, mass, float(np.sqrt(mass * length / force)))
+    units = Scale(length, mass, float(np.sqrt(mass * length / force)))
     return _scaled(found, units), units
 
 
-def _scaled(found: Any, units: Units) -> Any:
+def _scaled(found: Any, units: Scale) -> Any:
     """Every number of a deck, of its walls and of its runs in SI units."""
     changed: dict[str, Any] = {
         name: getattr(found, name) * getattr(units, unit)
