@@ -20,7 +20,9 @@ from hertzchain.scene.scene import Scene
 _FEWEST = 7  # samples: a curve of sixth degree goes through so many
 _SIXTH = 4.0
 """Times the difference of curves of sixth and fourth degree: the error of the former is at most 3.2
-times it for samples up to 0.8 natural time units apart, 0.1 times at 0.2 (measured, see there)."""
+times it for samples up to 0.8 natural time units apart, 0.1 times at 0.2 (measured, see there). In
+random scenes with samples 0.02 to 1 unit apart, 45 of 9,932 peaks were off by more than is said,
+nearly all with more than 0.6 between samples."""
 _COARSE, _TELLS_LITTLE = 0.02, 10.0
 """Difference of curves of fourth and second degree from which samples are too far apart to tell,
 and what the error is then at most, in such differences (measured, up to 1.2 units apart)."""
@@ -29,8 +31,8 @@ _MOST_CRESTS = 8  # humps that are looked at for each contact (chosen)
 _DIGITS = 2.0  # last digits that rounded forces cost a peak at most: sums of a few (chosen)
 _HERMITE = 1 / 4
 """Of what twice the distance of samples changes peaks by: where the error goes with its sixth power
-it is 1/63 of that; 0.86 of this was measured at most, in random scenes with samples 0.02 to 1
-natural time units apart, at even and at other distances."""
+it is 1/63 of that. In random scenes with samples 0.02 to 1 natural time units apart, 4 of 10,022
+peaks were off by more than this, by 1.8 times at most."""
 
 
 @dataclass(frozen=True, eq=False)
