@@ -397,6 +397,19 @@ def test_a_striker_and_its_wall() -> None:
     assert "scene-wall" in rules(re.sub(r"fix end.*\n", "", text), scene)
 
 
+@pytest.mark.parametrize("units", ALL_UNITS[:4], ids=lambda units: units.name)
+@pytest.mark.parametrize(("overlaps", "found"), [(0.5e-3, False), (2e-3, True), (-2e-3, True)])
+def test_a_wall_may_stand_off_by_a_thousandth_of_an_overlap(
+    overlaps: float, found: bool, units: Units
+) -> None:
+    scene = replace(SCENE, wall=hc.Wall("rigid"))
+    kn = units.pressure(4 / 3 * STEEL["young_modulus"] / (1 - STEEL["poisson_ratio"] ** 2))
+    place = units.number(59 * 4.75e-3 + overlaps * scene.units.length, 1)
+    wall = f"fix end all wall/gran granular hertz {kn} 0.0 tangential linear_nohistory 0.0 0.0"
+    text = deck(units).replace("fix motion", f"{wall} xplane NULL {place}\nfix motion")
+    assert rules(text, scene) == ({"scene-wall"} if found else set())
+
+
 def test_damping_of_the_scene() -> None:
     scene = replace(SCENE, contact=hc.Contact("restitution", restitution=0.8))
     right = (

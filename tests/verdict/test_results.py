@@ -359,6 +359,14 @@ def table(run: Sampled, head: str, values: FloatArray, name: str, factor: float 
     return "\n".join([",".join(columns), *lines]) + "\n"
 
 
+def test_warnings_between_the_lines_of_a_log_are_skipped() -> None:
+    rows = "   Step   v_f2\n  0  1.5\nWARNING: Communication cutoff is 0\n  10  2.5\n"
+    log = f"LAMMPS (2 Aug 2023)\n{rows}Loop time of 1\n{rows.replace('  0  1.5', '  5  9')}Loop"
+    table = tables.table_of(log, "log")
+    assert table.names == ("Step", "v_f2")
+    np.testing.assert_array_equal(table.rows, [[0, 1.5], [10, 2.5], [5, 9], [10, 2.5]])
+
+
 @pytest.mark.parametrize(
     ("head", "name", "what", "columns", "factor"),
     [
