@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.errors import SceneError, require
+from hertzchain.observables.definitions import context_of
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
@@ -308,7 +309,11 @@ class Result(ShownRun):
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the result as a JSON object; null stands for a missing value."""
+        """Return the result and its scene as a JSON object; null stands for a missing value."""
+        return {**self.numbers(), **context_of(self.scene)}
+
+    def numbers(self) -> dict[str, Any]:
+        """Return what ``to_dict`` has, without the scene, its contacts and the versions."""
         wave = self.solitary_wave
         return {
             "backend": self.backend,

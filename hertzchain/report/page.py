@@ -72,7 +72,7 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
     texts = native.scene.to_texts(Path("scene.toml"))
     versions: dict[str, str] = {}
     for result in results.values():
-        versions |= result.to_dict()["provenance"]
+        versions |= result.numbers()["provenance"]
     return render(
         "verdict.html.jinja",
         {

@@ -18,6 +18,7 @@ from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.sections import sections_of
 from hertzchain.sweeps.axes import Axis, Listed, Span, Value, axis_of, is_whole, key_of
 from hertzchain.sweeps.columns import (
     ALL,
@@ -28,7 +29,7 @@ from hertzchain.sweeps.columns import (
     Column,
     columns_of,
 )
-from hertzchain.sweeps.keys import base_values, changed, full_name, sections_of
+from hertzchain.sweeps.keys import base_values, changed, full_name
 
 MOST_SCENES = 10**8  # most scenes of a sweep, chosen: a day of two cores at a millisecond a scene
 MOST_GRANULES = 1_000_000  # of a chain, chosen: a part may hold its peaks several times

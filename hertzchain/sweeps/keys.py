@@ -6,7 +6,7 @@ import copy
 import difflib
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -14,9 +14,9 @@ import numpy as np
 from hertzchain.errors import SceneError
 from hertzchain.scene.chain import MATERIAL
 from hertzchain.scene.piston import Piston
-from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.reading import profile_of, read_chain
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.sections import sections_of
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.sine import Sine
 from hertzchain.sweeps.columns import OTHER_MEASURE, PARAMETERS, TERMS
@@ -26,50 +26,6 @@ _Part = TypeVar("_Part")
 _OF_GRANULE = (*MATERIAL, "gap")
 _OF_ELASTIC_WALL = ("young_modulus", "poisson_ratio")
 _KNOWN = (*PARAMETERS, *TERMS)
-
-
-def sections_of(scene: Scene) -> dict[str, dict[str, Any]]:
-    """Return the values of a scene in SI by section and key, as a JSON object.
-
-    Keys that are not given are left out. Differing granules are lists, or the segments of the scene
-    file.
-    """
-    chain, shock = scene.chain, scene.shock
-    of_shock = _of_shock(shock)
-    sections = {
-        "chain": dict(_given(chain) if chain.section is None else chain.section),
-        "striker" if scene.striker else "shock": of_shock,
-        "wall": _given(scene.wall),
-        "precompression": _given(scene.precompression),
-        "contact": _given(scene.contact),
-        "run": _given(scene.run),
-    }
-    for section in ("chain", "wall"):
-        if sections[section].get("gap") == 0:
-            del sections[section]["gap"]
-    return {name: section for name, section in sections.items() if section}
-
-
-def _of_shock(shock: Shock) -> dict[str, Any]:
-    """Return the section of a shock; a table is given by its columns."""
-    if isinstance(shock, PulseTable):
-        return {"time_s": list(shock.time), "force_N": list(shock.force)}
-    if isinstance(shock, Piston) and shock.velocity is None:
-        time, displacement = (list(column) for column in zip(*shock.rows, strict=True))
-        return {"profile": "piston", "time_s": time, "displacement_m": displacement}
-    if isinstance(shock, Piston | Sine):
-        return {"profile": profile_of(shock), **_given(shock)}
-    return _given(shock)
-
-
-def _given(part: Any) -> dict[str, Any]:
-    """Return the fields of a frozen object that are given; none for None."""
-    values = {} if part is None else {one.name: getattr(part, one.name) for one in fields(part)}
-    return {
-        key: list(value) if isinstance(value, tuple) else value
-        for key, value in values.items()
-        if value is not None and key != "file"
-    }
 
 
 def names_of(scene: Scene) -> tuple[str, ...]:

@@ -32,6 +32,8 @@ TABLES = ("scenes", "peaks")  # names of subfolders
 
 MANIFEST = "sweep.json"
 
+_FIRST_DEFINITIONS = 1  # of folders that do not say
+
 
 class Memory(AbstractContextManager["Memory"]):
     """A sweep that is kept in memory."""
@@ -104,6 +106,7 @@ class Folder(AbstractContextManager["Folder"]):
             return False
         # Compared after JSON, where tuples become lists.
         wanted = json.loads(json.dumps(self._manifest))
+        there = {"definitions": _FIRST_DEFINITIONS, **there}
         if wanted != there:
             raise OutputError(
                 f"{self.folder}: belongs to another sweep, {_difference(there, wanted)}; name"

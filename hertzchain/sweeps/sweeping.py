@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from hertzchain.errors import OutputError, require
 from hertzchain.limits import RTOL
+from hertzchain.observables.definitions import DEFINITIONS
 from hertzchain.scene.given import SceneLike
 from hertzchain.sweeps import parts
 from hertzchain.sweeps.axes import Value
@@ -208,6 +209,7 @@ def sweep(
     manifest = {
         "layout": _LAYOUT,
         "hertzchain": version("hertzchain"),
+        "definitions": DEFINITIONS,
         "format": file_format,
         **found.to_dict(),
         "backends": [parts.settings(backend) for backend in chosen],

@@ -19,6 +19,7 @@ from hertzchain.engines.native import Native
 from hertzchain.engines.registry import ENGINES, Simulator, compared_by_default, label_of, others
 from hertzchain.errors import BackendMissing, OverlapTooLarge, RunFailed, TooExpensive, require
 from hertzchain.limits import TIME_LIMIT
+from hertzchain.observables.definitions import context_of
 from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
@@ -105,7 +106,8 @@ class Comparison(ShownVerdict):
             "rows": self.rows,
             "checks": [check.to_dict() for check in self.checks],
             "formulas": self.formulas.to_dict(),
-            "results": {name: result.to_dict() for name, result in self.results.items()},
+            "results": {name: result.numbers() for name, result in self.results.items()},
+            **context_of(self.scene),
         }
 
 

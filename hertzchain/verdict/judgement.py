@@ -17,6 +17,7 @@ from hertzchain.engines.native import METHODS, Native
 from hertzchain.errors import POSITIVE, RunFailed, SceneError, is_finite, is_positive, require
 from hertzchain.files import read_rows
 from hertzchain.limits import TIME_LIMIT, Deadline
+from hertzchain.observables.definitions import context_of
 from hertzchain.observables.error_bound import refuse_unstable, stable_step
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result
@@ -198,7 +199,8 @@ class Judgement(ShownVerdict):
             "like_velocity_verlet_with_dt_s": like
             and {"interpolated": like[0], "sampled": like[1]},
             "rows": self.rows,
-            "reference": self.reference.to_dict(),
+            "reference": self.reference.numbers(),
+            **context_of(self.reference.scene),
         }
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.engines.lammps.user_deck import Executed, FoundDeck
+from hertzchain.observables.definitions import context_of
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShownVerdict
@@ -119,7 +120,8 @@ class DeckExamination(ShownVerdict):
                 found.peak_reading_error if math.isfinite(found.peak_reading_error) else None
             ),
             "judged": self.judged.tolist(),
-            "reference": self.reference.to_dict(),
+            "reference": self.reference.numbers(),
+            **context_of(self.scene),
         }
 
 

@@ -1,0 +1,31 @@
+"""The definitions of the numbers in results, by a version; what lets a JSON document stand alone.
+
+Version 1. Contact i lies between granules i - 1 and i, i = 2 ... N. A peak is the true maximum of a
+contact force over the run. LM_ratio is the impulse of the shock over the momentum of a solitary
+wave as high as it, with the paper's 139/32. p is the number of granules after which peaks of
+neighbours differ by less than 1 %, at least 5; F_SW is the peak of contact p + 1, and the
+far-field force that of the last contact which the free end does not touch. ``error_estimate``
+bounds the relative error of every peak of at least 1e-3 of the largest, against the exact solution
+of Eq. 1.
+"""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from typing import Any
+
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.sections import scene_as_json
+
+DEFINITIONS = 1
+"""Raised where a number that is right comes to mean another thing; not where digits improve."""
+
+
+def context_of(scene: Scene) -> dict[str, Any]:
+    """What a JSON document on a scene needs next to its numbers: the scene, contacts, versions."""
+    return {
+        "scene": scene_as_json(scene),
+        "contacts": list(range(2, scene.chain.granules + 1)),
+        "definitions": DEFINITIONS,
+        "hertzchain": version("hertzchain"),
+    }

@@ -1,0 +1,229 @@
+"""JSON documents stand alone, and are what docs/schema says of them."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tomli_w
+
+import hertzchain as hc
+from hertzchain.errors import OutputError
+from hertzchain.observables.definitions import DEFINITIONS
+from hertzchain.observables.result import LostDigits
+from hertzchain.scene.sections import scene_as_json
+from tests.conftest import paper_scene
+from tests.oracles.json_schema import FOLDER, problems, read
+from tests.places import ROOT
+from tests.verdict.user_deck.corpus import scene_of
+from tests.verdict.user_deck.made import changed, examined, found
+
+SHORT = paper_scene("cosine", 1.0, 2.0, granules=8)
+
+UNLIKE = replace(
+    SHORT,
+    chain=hc.Chain(3, [1e-3, 2e-3, 1e-3], 193e9, 0.3, 7958.0, gap=[0.0, 1e-6, 0.0]),
+    shock=hc.PulseTable((0.0, 1e-5, 4e-5), (0.0, 10.0, 0.0)),
+    wall=hc.Wall("elastic", 70e9, 0.3),
+)
+
+HELD = replace(
+    SHORT,
+    shock=hc.Striker(1.0, radius=5e-3),
+    wall=hc.Wall("rigid"),
+    precompression=hc.Precompression(force=5.0, gravity=9.81),
+    contact=hc.Contact("restitution", restitution=0.9),
+    run=hc.Run(2e-4),
+)
+
+SHIPPED = sorted(
+    path
+    for path in [*(ROOT / "validation" / "scenes").rglob("*.toml"),
+                 *(ROOT / "tests" / "decks" / "user").glob("*.toml")]
+    if path.stem != "long_chain"  # a million granules
+)  # fmt: skip
+
+
+def through_json(document: dict[str, Any]) -> dict[str, Any]:
+    again: dict[str, Any] = json.loads(json.dumps(document, allow_nan=False))
+    return again
+
+
+def comparison() -> dict[str, Any]:
+    """Native, and what is taken for LAMMPS, which lost digits."""
+    native = hc.compare(SHORT, ["native"])
+    lost = LostDigits(1e9, 1e-6, 1e-9)
+    other = replace(native.native, backend="lammps", lost_digits=lost, watching_share=0.1)
+    return replace(native, results={**native.results, "lammps": other}).to_dict()
+
+
+def examination() -> dict[str, Any]:
+    """A deck whose granules are too heavy."""
+    scene = scene_of("steel")
+    right = found(scene)
+    return examined(scene, changed(right, mass=1.1 * right.mass)).to_dict()
+
+
+def judged(factor: float, **how: Any) -> dict[str, Any]:
+    return hc.judge(SHORT, factor * hc.Native().run(SHORT).peak_force, **how).to_dict()
+
+
+def manifest(**how: Any) -> dict[str, Any]:
+    return dict(hc.sweep(SHORT, backends="formulas", **how).manifest)
+
+
+DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
+    "run": ("run.json", lambda: hc.Native().run(SHORT).to_dict()),
+    "run, unlike": ("run.json", lambda: hc.Native().run(UNLIKE).to_dict()),
+    "run, held": ("run.json", lambda: hc.Native().run(HELD).to_dict()),
+    "compare": ("compare.json", comparison),
+    "judge, pass": ("judge.json", lambda: judged(1.0)),
+    "judge, fail": ("judge.json", lambda: judged(1.0 + 3e-3)),
+    "judge, step": ("judge.json", lambda: judged(1.0, dt=1e-8)),
+    "examine": ("examine.json", examination),
+    "sweep": ("sweep.json", lambda: manifest(vary={"shock.profile": ["cosine", "triangular"]})),
+    "sweep, drawn": (
+        "sweep.json",
+        lambda: manifest(vary={"chain.radius": "1 mm:2 mm", "peak_force": "1:9:2"}, samples=2),
+    ),
+}
+
+
+@pytest.fixture(scope="module", params=DOCUMENTS)
+def given(request: pytest.FixtureRequest) -> tuple[str, dict[str, Any]]:
+    """The name of a schema, and a document that it is about."""
+    schema, make = DOCUMENTS[request.param]
+    return schema, through_json(make())
+
+
+# The schemas
+
+
+def test_a_document_is_what_its_schema_says(given: tuple[str, dict[str, Any]]) -> None:
+    schema, document = given
+    assert problems(document, schema) == []
+
+
+def test_what_a_schema_does_not_say_is_seen(given: tuple[str, dict[str, Any]]) -> None:
+    """Every key is taken away, or is of another type: all but those that may be left out."""
+    schema, document = given
+    optional = {"static_force_N", "wall_peak_force_N", "wall_peak_time_s", "compile_time_s"}
+    optional |= {"definitions"} if schema == "sweep.json" else set()
+    for name in document.keys() - optional:
+        without = {key: value for key, value in document.items() if key != name}
+        assert problems(without, schema), name
+    for name in document:
+        assert problems({**document, name: {"no": "such"}}, schema), name
+    assert problems({**document, "more": 1}, schema)[0].endswith("['more'] are not described")
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda it: it["solitary_wave"].update(speed_m_s="fast"), "speed_m_s: 'fast' is not of"),
+        (lambda it: it["solitary_wave"].update(colour="red"), "['colour'] are not described"),
+        (lambda it: it["balance"].pop("work_J"), "document.balance: work_J is missing"),
+        (lambda it: it["peak_force_N"].__setitem__(0, -1.0), "peak_force_N[0]: -1.0 is below 0"),
+        (lambda it: it.update(dt_s=0.0), "dt_s: 0.0 is not above 0"),
+        (lambda it: it.update(steps=True), "steps: True is not of integer"),
+        (lambda it: it.update(backend="mine"), "backend: 'mine' is not in"),
+        (lambda it: it.update(lost_digits={"bound": 1.0}), "lost_digits: none of 2"),
+        (lambda it: it["provenance"].update(numpy=2), "provenance.numpy: 2 is not of string"),
+        (lambda it: it["scene"]["chain"].update(raduis=1.0), "['raduis'] are not described"),
+    ],
+)
+def test_what_is_wrong_inside_is_seen(change: Callable[[Any], Any], said: str) -> None:
+    document = through_json(hc.Native().run(SHORT).to_dict())
+    assert problems(document, "run.json") == []
+    change(document)
+    assert said in "; ".join(problems(document, "run.json"))
+
+
+def test_a_keyword_that_is_not_known_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    schema = copy.deepcopy(read("run.json"))
+    monkeypatch.setattr("tests.oracles.json_schema.read", lambda _: {**schema, "pattern": "x"})
+    with pytest.raises(ValueError, match=r"run\.json: \['pattern'\] in document is not known here"):
+        problems({}, "run.json")
+
+
+def test_each_schema_is_tried_and_says_which_it_is() -> None:
+    tried = {schema for schema, _ in DOCUMENTS.values()}
+    assert {path.name for path in FOLDER.glob("*.json")} == {*tried, "parts.json"}
+    for name in tried:
+        assert read(name)["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+        assert read(name)["title"]
+
+
+# Standing alone
+
+
+def test_a_document_says_what_its_numbers_are(given: tuple[str, dict[str, Any]]) -> None:
+    schema, document = given
+    assert document["hertzchain"] == version("hertzchain")
+    assert document["definitions"] == DEFINITIONS
+    if schema != "sweep.json":
+        peaks = document.get("reference", document.get("results", {}).get("native", document))
+        contacts = document["contacts"]
+        assert contacts == list(range(2, document["scene"]["chain"]["granules"] + 1))
+        assert len(peaks["peak_force_N"]) == len(contacts)
+
+
+def scene_from(sections: dict[str, Any], folder: Path) -> hc.Scene:
+    """A scene from the ``scene`` of a document: TOML, with tables as files."""
+    sections = copy.deepcopy(sections)
+    shock, chain = sections.get("shock", {}), sections["chain"]
+    if "time_s" in shock:
+        column = "force_N" if "force_N" in shock else "displacement_m"
+        rows = zip(shock.pop("time_s"), shock.pop(column), strict=True)
+        lines = [f"time_s,{column}", *(f"{time!r},{value!r}" for time, value in rows)]
+        (folder / "rows.csv").write_text("\n".join(lines))
+        shock["file"] = "rows.csv"
+    unlike = {key: value for key, value in chain.items() if isinstance(value, list)}
+    if unlike and "segments" not in chain:
+        sections["chain"] = {**chain, **{key: value[-1] for key, value in unlike.items()}}
+    (folder / "scene.toml").write_text(tomli_w.dumps(sections))
+    scene = hc.Scene.from_toml(folder / "scene.toml")
+    return scene if "segments" in chain else replace(scene, chain=hc.Chain(**chain))
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_scenes_come_back_from_json(path: Path, tmp_path: Path) -> None:
+    scene = hc.Scene.from_toml(path)
+    sections = through_json(scene_as_json(scene))
+    assert problems(sections, "parts.json", "/$defs/scene") == []
+    assert scene_from(sections, tmp_path) == scene
+
+
+@pytest.mark.parametrize("scene", [UNLIKE, HELD], ids=["unlike", "held"])
+def test_a_run_comes_back_from_its_document(scene: hc.Scene, tmp_path: Path) -> None:
+    document = through_json(hc.Native().run(scene).to_dict())
+    again = hc.Native().run(scene_from(document["scene"], tmp_path))
+    np.testing.assert_array_equal(again.peak_force, document["peak_force_N"])
+
+
+def test_results_in_a_comparison_do_not_repeat_its_scene() -> None:
+    """A table of 200,000 rows would be there three times."""
+    document = comparison()
+    assert "scene" in document
+    for numbers in document["results"].values():
+        assert not {"scene", "contacts"} & numbers.keys()
+
+
+def test_a_sweep_that_says_no_definitions_has_the_first(tmp_path: Path) -> None:
+    how: dict[str, Any] = {"vary": {"chain.granules": [8, 9]}, "backends": "formulas"}
+    hc.sweep(SHORT, output=tmp_path / "out", **how)
+    path = tmp_path / "out" / "sweep.json"
+    document = json.loads(path.read_text(encoding="utf-8"))
+    del document["definitions"]
+    path.write_text(json.dumps(document), encoding="utf-8")
+    assert hc.sweep(SHORT, output=tmp_path / "out", **how).count().done == 2
+    path.write_text(json.dumps({**document, "definitions": 2}), encoding="utf-8")
+    with pytest.raises(OutputError, match="another sweep, definitions is 2 there and 1 here"):
+        hc.sweep(SHORT, output=tmp_path / "out", **how)
