@@ -6,8 +6,13 @@ an object is shown. This module is the only one that looks upwards.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+ShowProgress = Callable[[str], object] | bool | None
+"""True for a line in the terminal or notebook, or a function that is called with lines of text."""
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -65,3 +70,12 @@ class ShownVerdict(ShownRun):
         from hertzchain.report.page import write_page
 
         write_page(document_of(self), path)
+
+
+def telling(progress: ShowProgress) -> AbstractContextManager[Callable[[str], object]]:
+    """Return a context with a function that takes a line of text on what is being done."""
+    if progress is True:
+        from hertzchain.report.progress import shown_progress
+
+        return shown_progress()
+    return nullcontext(progress or (lambda _: None))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,21 +31,11 @@ def console() -> Console:
     return out
 
 
-@contextmanager
-def progress() -> Iterator[Callable[[str], None]]:
+def progress() -> AbstractContextManager[Callable[[str], None]]:
     """Show what is being done on standard error, with the time it takes; gone when it is done."""
-    from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from hertzchain.report.progress import shown_progress
 
-    err = Console(stderr=True)
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
-        task = bar.add_task("")
-
-        def report_progress(text: str) -> None:
-            bar.update(task, description=text)
-
-        yield report_progress
+    return shown_progress()
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from hertzchain.errors import OutputError, require
 from hertzchain.limits import RTOL
 from hertzchain.observables.definitions import DEFINITIONS
 from hertzchain.scene.given import SceneLike
+from hertzchain.showing import telling
 from hertzchain.sweeps import parts
 from hertzchain.sweeps.axes import Value
 from hertzchain.sweeps.columns import CUT_OFF, PARAMETERS, columns_of
@@ -156,7 +157,7 @@ def sweep(
     output: Path | str | None = None,
     file_format: Format = "parquet",
     scheduler: str | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], object] | bool | None = None,
 ) -> Sweep:
     """Measure scenes that differ in some parameters.
 
@@ -182,7 +183,8 @@ def sweep(
         Address of a Dask scheduler whose workers measure; by default this machine measures, on all
         cores.
     progress
-        Called from time to time, from any thread, with the number of rows done and of all rows.
+        True to show how many rows are done in the terminal or notebook, or a function that is
+        called from time to time, from any thread, with the number of rows done and of all rows.
 
     Returns
     -------
@@ -220,8 +222,9 @@ def sweep(
         "rows": found.scenes * len(chosen),
     }
     store = Memory() if output is None else Folder(Path(output), manifest)
-    counter = _Counter(found.scenes * len(chosen), progress)
-    with _engine(scheduler) as measure, store:
+    with telling(progress is True) as tell, _engine(scheduler) as measure, store:
+        counted = progress if callable(progress) else _rows_in_words(tell)
+        counter = _Counter(found.scenes * len(chosen), counted)
         there = (part for part in parts.cut(found, chosen) if store.has(part))
         counter.add(sum(part.stop - part.start for part in there))
         todo = (part for part in parts.cut(found, chosen) if not store.has(part))
@@ -246,10 +249,15 @@ def _aim(settings: Mapping[str, Any]) -> float:
     return float(settings.get("rtol") or RTOL)
 
 
+def _rows_in_words(tell: Callable[[str], object]) -> Callable[[int, int], object]:
+    """Return a function that says in a line how many rows are done."""
+    return lambda done, total: tell(f"sweep: {done:,} of {total:,} rows")
+
+
 class _Counter:
     """Counts rows of all threads, and reports the sum."""
 
-    def __init__(self, total: int, progress: Callable[[int, int], None] | None) -> None:
+    def __init__(self, total: int, progress: Callable[[int, int], object]) -> None:
         self.total, self._done, self._progress = total, 0, progress
         self._lock = threading.Lock()
 
@@ -257,8 +265,7 @@ class _Counter:
         """Add a number of further rows done."""
         with self._lock:
             self._done += rows
-            if self._progress is not None:
-                self._progress(self._done, self.total)
+            self._progress(self._done, self.total)
 
 
 def _backends(given: str | Iterable[str | parts.Backend], rtol: float) -> tuple[parts.Backend, ...]:

@@ -23,7 +23,7 @@ from hertzchain.observables.definitions import context_of
 from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
-from hertzchain.showing import ShownVerdict
+from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.check import FAILED, NOT_RUN, Check, unmeasured
 from hertzchain.verdict.deck_checks import examined
 from hertzchain.verdict.formulas import Formulas, formulas
@@ -115,7 +115,7 @@ def compare(
     scene: SceneLike,
     backends: Sequence[str] | None = None,
     lammps: Lammps | None = None,
-    progress: Callable[[str], object] | None = None,
+    progress: ShowProgress = None,
     liggghts: Simulator | None = None,
     yade: Simulator | None = None,
     record: ArrayLike | None = None,
@@ -133,7 +133,8 @@ def compare(
     lammps, liggghts, yade
         How these run; the same as ``engines`` with that name.
     progress
-        Is called with a line of text before each part of the work.
+        True for a line in the terminal or notebook on what is being done, or a function that is
+        called with it.
     record
         When each of them keeps displacement, velocity and contact force: increasing times [s]
         within the run, or a whole number of frames, equally spaced from 0 to the end; nothing is
@@ -151,14 +152,25 @@ def compare(
     backends = compared_by_default() if backends is None else backends
     for name in backends:
         require(name in ENGINES, "backend", name, f"must be one of {', '.join(ENGINES)}")
-    report_progress = progress or (lambda _: None)
-    report_progress("native: the reference method")
     named = {"lammps": lammps, "liggghts": liggghts, "yade": yade}
     given = {name: engine for name, engine in named.items() if engine}
     for name, engine in (engines or {}).items():
         require(name in others(), "engines", name, f"must be one of {', '.join(others())}")
         require(name not in given, "engines", name, "is given twice")
         given[name] = engine
+    with telling(progress) as report_progress:
+        return _compared(scene, backends, given, record, report_progress)
+
+
+def _compared(
+    scene: Scene,
+    backends: Sequence[str],
+    given: Mapping[str, Simulator],
+    record: ArrayLike | None,
+    report_progress: Callable[[str], object],
+) -> Comparison:
+    """As ``compare``, with the engines that are given by name."""
+    report_progress("native: the reference method")
     limit = given["lammps"].time_limit if "lammps" in given else TIME_LIMIT
     native = Native("reference", time_limit=limit).run(scene, record)
     checks = [*balance_checks(native), yardstick_check(native)]

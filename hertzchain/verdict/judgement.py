@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import FloatArray, or_none
 from hertzchain.engines.native import METHODS, Native
 from hertzchain.errors import POSITIVE, RunFailed, SceneError, is_finite, is_positive, require
 from hertzchain.files import read_rows
@@ -23,7 +23,7 @@ from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
-from hertzchain.showing import ShownVerdict
+from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.case import Case
 from hertzchain.verdict.causes import finders_for, likely_cause
 from hertzchain.verdict.twin import velocity_verlet
@@ -159,13 +159,14 @@ class Judgement(ShownVerdict):
 
         None where nothing was given, or where a contact is not judged.
         """
-        difference, judged, passed = self.difference, self.judged, self.passed
+        given, difference = or_none(self.given), or_none(self.difference)
+        judged, passed = self.judged, self.passed
         return [
             {
                 "contact": int(contact),
-                "given_N": _or_none(self.given[k]),
+                "given_N": given[k],
                 "reference_N": float(self.reference.peak_force[k]),
-                "difference": _or_none(difference[k]),
+                "difference": difference[k],
                 "passed": bool(passed[k]) if judged[k] else None,
             }
             for k, contact in enumerate(self.reference.contact)
@@ -212,7 +213,7 @@ def judge(
     dt: float | None = None,
     sampling: FloatArray | None = None,
     time_limit: float = TIME_LIMIT,
-    progress: Callable[[str], object] | None = None,
+    progress: ShowProgress = None,
 ) -> Judgement:
     """Judge peaks from any code against the reference, and look for what has gone wrong.
 
@@ -233,7 +234,8 @@ def judge(
     time_limit
         How long the reference may take [s].
     progress
-        Is called with a line of text before each part of the work.
+        True for a line in the terminal or notebook on what is being done, or a function that is
+        called with it.
 
     Raises
     ------
@@ -250,7 +252,15 @@ def judge(
     given = _given(scene, peak_force)
     allowed = "must be given for at least one contact"
     require(not np.all(np.isnan(given)), "peak_force", None, allowed)
-    report_progress = progress or (lambda _: None)
+    with telling(progress) as report_progress:
+        return _judged(scene, given, tolerance, dt, sampling, time_limit, report_progress)
+
+
+def _judged(
+    scene: Scene, given: FloatArray, tolerance: float, dt: float | None,
+    sampling: FloatArray | None, time_limit: float, report_progress: Callable[[str], object],
+) -> Judgement:  # fmt: skip
+    """As ``judge``, of peaks [N] of all contacts."""
     report_progress("native: the reference method")
     reference = Native("reference", time_limit=time_limit).run(scene)
     known = reference.error_estimate
@@ -388,7 +398,3 @@ def _like_steps(
         return None
     steps = [trial * math.sqrt(difference / error) for error in errors]
     return (steps[0], steps[1]) if max(steps) < longest else None
-
-
-def _or_none(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +13,7 @@ import numpy as np
 from hertzchain.errors import POSITIVE, is_positive, require
 from hertzchain.limits import TIME_LIMIT
 from hertzchain.scene.given import SceneLike, to_scene
+from hertzchain.showing import ShowProgress, telling
 from hertzchain.verdict.judgement import TOLERANCE, Judgement, judge
 from hertzchain.verdict.results.reading import read
 
@@ -29,7 +30,7 @@ def judge_peaks(
     tolerance: float = TOLERANCE,
     dt: float | None = None,
     time_limit: float = TIME_LIMIT,
-    progress: Callable[[str], object] | None = None,
+    progress: ShowProgress = None,
 ) -> Judgement:
     """Judge the results of another code: a table of peaks, or samples of its run.
 
@@ -65,19 +66,19 @@ def judge_peaks(
     """
     scene = to_scene(scene)
     require(dt is None or is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
-    report_progress = progress or (lambda _: None)
-    report_progress("reading results")
     source = Path(results) if isinstance(results, str | os.PathLike) else results
-    given = read(scene, source, columns or {}, units, dt)
-    found = judge(
-        scene,
-        given.peak_force,
-        tolerance=tolerance,
-        dt=dt,
-        sampling=given.sampling,
-        time_limit=time_limit,
-        progress=progress,
-    )
+    with telling(progress) as report_progress:
+        report_progress("reading results")
+        given = read(scene, source, columns or {}, units, dt)
+        found = judge(
+            scene,
+            given.peak_force,
+            tolerance=tolerance,
+            dt=dt,
+            sampling=given.sampling,
+            time_limit=time_limit,
+            progress=report_progress,
+        )
     if given.sampling is None:
         return found
     remarks = [given.remark]

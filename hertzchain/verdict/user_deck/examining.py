@@ -16,6 +16,7 @@ from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
+from hertzchain.showing import ShowProgress, telling
 from hertzchain.verdict.judgement import TOLERANCE
 from hertzchain.verdict.user_deck import step_checks
 from hertzchain.verdict.user_deck.contact_checks import contact_checks
@@ -40,7 +41,7 @@ def examine(
     tolerance: float = TOLERANCE,
     lmp: str | None = None,
     time_limit: float = TIME_LIMIT,
-    progress: Callable[[str], object] | None = None,
+    progress: ShowProgress = None,
 ) -> DeckExamination:
     """Compare somebody's LAMMPS deck with a scene, number by number, then its peaks.
 
@@ -63,7 +64,8 @@ def examine(
     time_limit
         How long LAMMPS and the reference may take together [s].
     progress
-        Is called with a line of text before each part of the work.
+        True for a line in the terminal or notebook on what is being done, or a function that is
+        called with it.
 
     Raises
     ------
@@ -77,14 +79,14 @@ def examine(
     scene = to_scene(scene)
     allowed = "must be a number above 0 and below 1"
     require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
-    report_progress = progress or (lambda _: None)
     deadline = Deadline(time_limit)
-    found = read_deck(
-        Path(deck), scene, variables or {}, time_limit=time_limit, lmp=lmp,
-        progress=report_progress,
-    )  # fmt: skip
-    report_progress("native: the reference method")
-    done = compared(scene, str(deck), found, float(tolerance), deadline, report_progress)
+    with telling(progress) as report_progress:
+        found = read_deck(
+            Path(deck), scene, variables or {}, time_limit=time_limit, lmp=lmp,
+            progress=report_progress,
+        )  # fmt: skip
+        report_progress("native: the reference method")
+        done = compared(scene, str(deck), found, float(tolerance), deadline, report_progress)
     return replace(done, texts=_texts(Path(deck), found))
 
 
