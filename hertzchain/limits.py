@@ -23,13 +23,13 @@ class Deadline:
         """Time left [s]; negative after the limit."""
         return self._end - time.monotonic()
 
-    def refuse(self, least: float) -> None:
-        """Refuse a run that takes at least ``least`` [s] if that is above the limit."""
+    def refuse(self, least: float, cheaper: str = "") -> None:
+        """Refuse a run of at least ``least`` [s] above the limit; ``cheaper`` says what to do."""
         if least > self.limit:
             raise TooExpensive(
                 f"this scene takes at least {in_words(least)}, the time limit is"
                 f" {in_words(self.limit)}: shorten pulse, chain or end_time, ask for less accuracy,"
-                " or raise the limit"
+                f" or raise the limit{cheaper}"
             )
 
     def passed(self) -> TooExpensive:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,6 +32,12 @@ def console() -> Console:
     return out
 
 
+def say(text: str) -> None:
+    """Write a line to standard error, above a progress line, which Typer would write into."""
+    if sys.stderr is not None:  # closed from the start
+        sys.stderr.write(f"hertzchain: {text}\n")
+
+
 def progress() -> AbstractContextManager[Callable[[str], None]]:
     """Show what is being done on standard error, with the time it takes; gone when it is done."""
     from hertzchain.report.progress import shown_progress
@@ -50,7 +57,7 @@ def compiling(report_progress: Callable[[str], object], is_native: bool = True) 
     with watched(lambda: report_progress(what)) as preparation:
         yield
     if preparation.compile_time:
-        typer.echo(f"hertzchain: {what}: {preparation.compile_time:.2g} s", err=True)
+        say(f"{what}: {preparation.compile_time:.2g} s")
 
 
 def write_file(what: str, path: Path | None, write: Callable[[Path], object]) -> None:

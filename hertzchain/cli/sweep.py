@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hertzchain.cli import options
-from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, compiling, print_json
+from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, compiling, print_json, say
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 from hertzchain.limits import RTOL
@@ -235,7 +235,7 @@ def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
 
 def _say_what_is_there(done: int, total: int) -> None:
     if 0 < done < total:
-        typer.echo(f"hertzchain: {done:,} of {total:,} rows are there, going on", err=True)
+        say(f"{done:,} of {total:,} rows are there, resuming")
 
 
 class _Lines:

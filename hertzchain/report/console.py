@@ -230,7 +230,8 @@ def _print_checks(console: Console, document: Document) -> None:
     console.print(table(("check", "difference", "tolerance", ""), rows, left=("check", "")))
     for check in checks:
         if not check.passed:
-            console.print(Text(check.name, "red") + Text(f": {check.reason}", ""))
+            why = check.reason if check.measured is None else f"out of tolerance ({check.reason})"
+            console.print(Text(check.name, "red") + Text(f": {why}", ""))
     for check in checks:
         if check.remark:
             console.print(f"{check.name}: {check.remark}.")

@@ -59,7 +59,7 @@ def case(
     # As few digits as tell a number from every other: differences may be of 1e-13.
     numbers = {"measured": measured, "expected": expected, "tolerance": tolerance}
     lines = [f"{key} {'none' if x is None else repr(float(x))}" for key, x in numbers.items()]
-    text = [*lines, f"difference {float(measured - expected)!r}", f"reason: {reason}"]
+    text = [*lines, f"difference {float(measured - expected)!r}", f"why this tolerance: {reason}"]
     _, largest, at = reason.rpartition("; largest at ")
     where = f", largest at {at}" if largest else ""
     allowed = "" if tolerance is None else f", allowed is {tolerance:.2g}"

@@ -193,7 +193,7 @@ def check_format(name: Format) -> None:
     if name == "parquet" and importlib.util.find_spec("pyarrow") is None:
         raise OutputError(
             "sweeps are kept as Parquet, which needs pyarrow: pip install 'hertzchain[parquet]', or"
-            " ask for the format csv"
+            ' ask for CSV: --format csv, or file_format="csv"'
         )
 
 

@@ -148,7 +148,9 @@ def test_without_pyarrow_a_sweep_says_what_to_do(
 ) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     done = hertzchain("sweep", "scene.toml", *GRID, "-o", "out")
-    is_refused(done, "needs pyarrow: pip install 'hertzchain[parquet]', or ask for the format csv")
+    is_refused(
+        done, "needs pyarrow: pip install 'hertzchain[parquet]', or ask for CSV: --format csv"
+    )
 
 
 def test_lammps_that_is_missing_is_one_sentence(

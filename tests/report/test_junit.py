@@ -88,7 +88,7 @@ def test_numbers_are_said_in_full() -> None:
     assert found.attrib["message"] == expected
     assert found.text is not None
     assert "difference 1.000088900582341e-12" in found.text
-    assert "reason: steps end at the corners" in found.text
+    assert "why this tolerance: steps end at the corners" in found.text
 
 
 def test_a_message_says_where() -> None:

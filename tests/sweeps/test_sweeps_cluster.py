@@ -351,7 +351,7 @@ def test_with_a_new_scheduler_it_goes_on(tmp_path: Path) -> None:
     with cluster_of(tmp_path) as (address, _):
         status, said = run(tmp_path, address, rtol=1e-3)
         assert status == 0
-        assert said.endswith(" rows are there, going on\n")
+        assert said.endswith(" rows are there, resuming\n")
     assert_there_as_here(tmp_path, 1e-3)
 
 
@@ -384,7 +384,7 @@ def test_ctrl_c_leaves_workers_idle_and_it_goes_on(lonely: str, tmp_path: Path) 
         await_that(lambda: not lammps_processes([only]))
         status, said = run(tmp_path, lonely)
         assert status == 0
-        assert said.endswith(" of 32 rows are there, going on\n")
+        assert said.endswith(" of 32 rows are there, resuming\n")
     assert hc.Sweep.load(tmp_path / "out").to_frame()["scene"].tolist() == list(range(32))
 
 

@@ -153,7 +153,7 @@ def goes_on_to_the_same(folder: Path, whole: Path, capfd: pytest.CaptureFixture[
     }
     again = run_here(capfd, "hertzchain", *COMMAND, "--samples", "10", "-o", "out")
     assert again.status == 1  # some scenes fail
-    assert re.search(r"hertzchain: \d+ of 60 rows are there, going on", again.err)
+    assert re.search(r"hertzchain: \d+ of 60 rows are there, resuming", again.err)
     assert parts(folder / "out") > done
     for path, when in written.items():
         assert path.stat().st_mtime_ns == when, "a part was measured twice"
@@ -182,7 +182,7 @@ def test_a_sweep_that_is_killed_and_then_stopped_goes_on_and_ends_as_if_it_had_n
     found, out, err = ended(running)
     assert (found, out) == (status, "")
     goes_on, *said = err.splitlines()
-    assert re.fullmatch(r"hertzchain: \d+ of 60 rows are there, going on", goes_on)
+    assert re.fullmatch(r"hertzchain: \d+ of 60 rows are there, resuming", goes_on)
     assert re.search(
         r"what is done is in out, \d+ rows; the same command goes on from there", said[0]
     )

@@ -40,6 +40,8 @@ _STEP_IN_EVALUATIONS = 500
 _LOOKS = 10.0
 """Million steps of a granule, after which a run that seemed short is a long one: 0.1 s."""
 
+_PEAKS_ALONE = "; peaks alone take less: Native(peaks_only=True), or hertzchain run"
+
 _FASTEST = 0.5e-9
 """Time of a granule and force evaluation on a fast machine [s]; 1.1e-9 to 2e-9 measured."""
 
@@ -113,7 +115,10 @@ def simulate(
     rows = leg_rows(walker.cut(legs), scene.units)
     work = float(np.sum(rows[:, 2])) * (walker.stepper.stages * granules + _STEP_IN_EVALUATIONS)
     if _FASTEST * work > deadline.limit:
-        deadline.refuse(_least_time(scene, rows, walker.stepper.stages, leave_behind))
+        least = [_least_time(scene, rows, walker.stepper.stages, left) for left in (False, True)]
+        can_leave = not leave_behind and recorder is None and start is None
+        is_cheaper = can_leave and can_leave_behind(scene) and least[True] < deadline.limit
+        deadline.refuse(least[leave_behind], _PEAKS_ALONE if is_cheaper else "")
     if deadline.left <= 0:
         raise deadline.passed()
     arrays = 2 if leave_behind else 8 + (0 if recorder is None else 3 * recorder.time.size)
