@@ -1,4 +1,4 @@
-"""Oracle 1: Eq. 1 integrated in natural units, by compiled kernels or as it is written."""
+"""Oracle 1: Eq. 1 integrated in natural units, by compiled kernels or in plain NumPy."""
 
 from hertzchain.engines.native.backend import METHODS, Native
 from hertzchain.engines.native.batch import Batch, peak_forces, similar_peak_forces

@@ -1,4 +1,4 @@
-"""The native backend: scene in, result out."""
+"""The native backend: runs a scene and returns its result."""
 
 from __future__ import annotations
 
@@ -52,18 +52,18 @@ from hertzchain.scene.validity import (
 
 @dataclass(frozen=True)
 class Method:
-    """How a named method runs.
+    """Settings of a named method.
 
-    ``interval`` is the largest product of step and frequency at which oscillations grow by no more
-    than one per cent in a step (``error_bound.stable_step``), from the tables of coefficients;
-    motions of random scenes diverge from steps a tenth (velocity Verlet, RK4) to a half longer on.
+    ``interval`` is the largest product of step and frequency at which oscillations grow by at most
+    one per cent in a step (``error_bound.stable_step``), from the tables of coefficients. Motions
+    of random scenes diverge at steps longer by a tenth (velocity Verlet, RK4) to a half.
     """
 
-    walker: Walker  # takes the steps
-    step: float  # by default, natural time units
+    walker: Walker  # stepper
+    step: float  # default step, natural time units
     interval: float
-    safety: float = 6.0  # error bound over differences; opening contacts make errors erratic
-    # error at any step: what refinement leaves, at most 4e-12 in the paper's scenes
+    safety: float = 6.0  # ratio of bound to differences; opening contacts make errors erratic
+    # error at any step, left by refinement; at most 4e-12 in the paper's scenes
     floor: float = 0.0
 
 
@@ -77,9 +77,10 @@ METHODS = {
     "rk4": Method(Fixed(RUNGE_KUTTA_4), step=0.0125, interval=2.83),
     "velocity-verlet": Method(Fixed(VELOCITY_VERLET), step=0.002, interval=2.0),
 }
-"""reference: SRKN_11^b with refined steps. The others take steps as asked: two symplectic
-Runge-Kutta-Nystrom methods of Blanes and Moan, one of Dormand, El-Mikkawy and Prince, the paper's
-and that of LAMMPS."""
+"""Methods by name. The reference is SRKN_11^b with refined steps. The others take the given steps:
+two symplectic Runge-Kutta-Nystrom methods of Blanes and Moan, one of Dormand, El-Mikkawy and
+Prince, the paper's method and that of LAMMPS.
+"""
 
 
 @dataclass(frozen=True)
@@ -92,23 +93,23 @@ class Native:
         ``reference``, ``srkn-11b``, ``srkn-6b``, ``dprkn-6``, ``rk4`` or ``velocity-verlet``; by
         default the cheapest that gives peaks of accuracy ``rtol``.
     dt
-        The largest step [s]; by default one that suits the method: peaks right to about 1e-12
+        The largest step [s]; the default depends on the method: peaks right to about 1e-12
         (reference), 1e-8 (rk4), 1e-6 (velocity-verlet).
     rtol
-        Wanted relative accuracy of the peaks, from 1e-10 to 0.01; 1e-6 where neither method nor dt
-        is given either, and not to be given together with one of them. Where the motion multiplies
-        rounding errors by more than that, ``error_estimate`` of the result says how good it is.
+        Wanted relative accuracy of the peaks, from 1e-10 to 0.01; excludes method and dt, and is
+        1e-6 if none of the three is given. Where amplified rounding errors are larger,
+        ``error_estimate`` of the result has the accuracy reached.
     peaks_only
-        Whether only the peaks are wanted. Under one of the three pulses, and after a striker on a
-        uniform chain, granules that cannot change any are left behind then, so that there is no
-        displacement and velocity at the end: NaN.
+        Whether only the peaks are wanted. Then, under one of the three pulses and after a striker
+        on a uniform chain, granules that cannot change any peak are dropped, and displacement and
+        velocity at the end are NaN.
     time_limit
-        How long a run may take [s].
+        Time limit of a run [s].
 
     Raises
     ------
     SceneError
-        For a method that does not exist, a step or an accuracy that cannot be, or too much said.
+        For an unknown method, an impossible step or accuracy, or options that exclude each other.
     """
 
     method: str | None = None
@@ -144,11 +145,11 @@ class Native:
         Raises
         ------
         SceneError
-            For what is no scene, a file that is none, or times that cannot be.
+            For anything but a scene or the path of its file, or for impossible times.
         StepUnstable
-            If the step asked for is so long that the motion diverges.
+            If the given step is so long that the motion diverges.
         Unpredictable
-            If the motion multiplies rounding errors until no digit is left.
+            If the motion amplifies rounding errors until no digit is left.
         OverlapTooLarge
             If granules would be pressed into one another by more than a radius.
         TooExpensive
@@ -219,7 +220,7 @@ class Native:
     def _as_asked(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline
     ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
-        """Method, legs, run and its error with the method and the step asked for."""
+        """Return method, legs, run and its error, with the given method and step."""
         name = self.method or "reference"
         method = METHODS[name]
         dt = self.dt if self.dt is not None else method.step * scene.contact_time
@@ -237,7 +238,7 @@ class Native:
     def _damped(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline
     ) -> tuple[str, float, Simulation, float]:
-        """Method, longest step [s], run and its error for damped contacts."""
+        """Return method, longest step [s], run and its error for damped contacts."""
         from hertzchain.engines.native import damped_runs
 
         if self.method == "velocity-verlet":
@@ -255,7 +256,7 @@ class Native:
     def _damped_verlet(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline
     ) -> tuple[str, float, Simulation, float]:
-        """As ``_damped``, by velocity Verlet with the step asked for."""
+        """Return the same as ``_damped``, by velocity Verlet with the given step."""
         from hertzchain.engines.external.step_error import interpolation_error
         from hertzchain.engines.native.damped_verlet import simulate_damped_verlet, stride_of
 
@@ -279,7 +280,7 @@ class Native:
     def _accurate_enough(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline
     ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
-        """Method, legs, run and its error with the cheapest method and step that suffice."""
+        """Method, legs, run and its error, with the cheapest method and step that suffice."""
         rtol = RTOL if self.rtol is None else self.rtol
         hard = amplifies_errors(scene)
         plan = plans.cheapest(rtol, hard=hard)
@@ -290,7 +291,7 @@ class Native:
                 scene, legs, plan.walker, recorder, leave_behind=self.peaks_only, deadline=deadline
             )
             if left and not hard and run.peaks.any_rising:
-                # What is stated for such a contact is the force at an instant, not a peak.
+                # The result of such a contact is the force at one time, not a peak.
                 hard, plan, before = True, plans.cheapest(rtol, hard=True), math.inf
                 continue
             again = scene.piston is not None or (before < math.inf and not scene.is_plain)
@@ -311,16 +312,17 @@ def _estimate(
     deadline: Deadline,
     again: bool,
 ) -> float:
-    """Upper bound of the error of the peaks, from one run or two with other steps.
+    """Return an upper bound of the error of the peaks, from one run or two with other steps.
 
-    ``again`` says that the plan before was not close enough, in a scene with terms, or that there
-    is a piston: one run of 9,404 random ones was twice its bound off otherwise, and another 3.5
-    times, as long as legs of a step or two had as many in the second run as in the third.
+    ``again`` means a scene with terms whose plan before was not accurate enough, or a piston; there
+    two further runs are made. Without them one of 9,404 random runs exceeded its bound twice, and
+    another 3.5 times, while short legs had as many steps in the second run as in the third.
     """
     others = [tuple(replace(leg, steps=plans.other_step(leg.steps)) for leg in legs)]
     if run.peaks.any_rising or again:
-        # Forces at an instant are erratic from step to step: one difference may be small by chance,
-        # and none falls with a power of the step. So are rounding errors that collisions multiply.
+        # Forces at one time are erratic from step to step: one difference may be small by chance,
+        # and none falls with a power of the step. The same holds for rounding errors that
+        # collisions amplify.
         finer = finer_run(legs).legs
         others.append(finer if scene.is_plain else _other_than(others[0], finer))
     difference = 0.0
@@ -332,7 +334,7 @@ def _estimate(
 
 
 def _other_than(before: Sequence[Leg], legs: Sequence[Leg]) -> tuple[Leg, ...]:
-    """Legs with a step more where they have as many as those before: two runs that differ."""
+    """Legs with one step more where they have as many as those before, so that runs differ."""
     return tuple(
         replace(leg, steps=leg.steps + (leg.steps == other.steps))
         for other, leg in zip(before, legs, strict=True)
@@ -342,14 +344,14 @@ def _other_than(before: Sequence[Leg], legs: Sequence[Leg]) -> tuple[Leg, ...]:
 def _error_bound(
     scene: Scene, legs: Sequence[Leg], method: Method, run: Simulation, deadline: Deadline
 ) -> float:
-    # Errors of steps of 0.6 natural time units and more say little of those of longer ones.
+    # Errors at steps of 0.6 natural time units and more do not predict those at longer steps.
     others = [coarser_run(legs, min(stable_step(scene, method.interval), scene.contact_time))]
     longest = max(leg.dt for leg in legs) / scene.contact_time
     if isinstance(method.walker, Fixed) or longest > SHORT or run.peaks.any_rising:
         others.append(finer_run(legs))
     error, walker = 0.0, method.walker
     if isinstance(walker, Refined):
-        # Cut again, different legs could end on the same steps.
+        # If cut again, different legs could get the same steps.
         walker = replace(walker, cosine_steps=1)
     for other in others:
         coarse = simulate(scene, other.legs, walker, leave_behind=True, deadline=deadline)
@@ -364,5 +366,5 @@ def _error_bound(
 
 @functools.cache
 def versions() -> Mapping[str, str]:
-    """Of what computes here."""
+    """Return the versions of the software that computes."""
     return {"numpy": version("numpy"), "numba": version("numba")}

@@ -1,6 +1,6 @@
 """Peaks of many scenes at once, on all cores: chains of one length, any material and shock.
 
-In natural units a scene is its profile, LM_ratio, n and N, so a batch is arrays of these.
+In natural units a scene is given by its profile, LM_ratio, n and N; a batch has arrays of these.
 """
 
 from __future__ import annotations
@@ -51,16 +51,17 @@ class Batch(Shown):
     Parameters
     ----------
     peak_force, peak_time
-        Of contacts 2 ... N, shape (scenes, N - 1): [N] and [s], or natural units where the scenes
-        were given as numbers. The time is NaN where a contact was never pressed.
+        Peaks of contacts 2 ... N and their times, shape (scenes, N - 1): [N] and [s], or natural
+        units where the scenes were given as numbers. The time is NaN where a contact was never
+        pressed.
     error_estimate
         Upper bound of the relative error of the peaks of each scene, shape (scenes,). Where it is
-        above the wanted accuracy, the motion multiplies rounding errors; from 1 on no digit of the
-        peaks is sure.
+        above the wanted accuracy, the motion amplifies rounding errors; from 1 on the peaks have no
+        right digit.
     peak_passed
-        Whether a contact let up again before the run ended, shape (scenes, N - 1).
+        Whether the force of a contact fell again before the run ended, shape (scenes, N - 1).
     force_evaluations
-        Cost of the run itself, without those that estimate its error, shape (scenes,).
+        Cost of the run itself, without the runs that estimate its error, shape (scenes,).
     """
 
     peak_force: FloatArray
@@ -70,7 +71,7 @@ class Batch(Shown):
     force_evaluations: NDArray[np.int64]
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row per scene and contact: scene, contact, peak_force_N, peak_time_s."""
+        """Return one row per scene and contact: scene, contact, peak_force_N, peak_time_s."""
         import pandas
 
         scenes, contacts = self.peak_force.shape
@@ -87,7 +88,7 @@ class Batch(Shown):
 def peak_forces(
     scenes: Sequence[SceneLike], rtol: float = RTOL, time_limit: float = TIME_LIMIT
 ) -> Batch:
-    """Peak forces of scenes whose chains have the same number of granules.
+    """Compute peak forces of scenes whose chains have the same number of granules.
 
     Parameters
     ----------
@@ -96,7 +97,7 @@ def peak_forces(
     rtol
         Wanted relative accuracy of the peaks, from 1e-10 to 0.01.
     time_limit
-        How long all of them may take [s].
+        Time limit of all scenes together [s].
 
     Returns
     -------
@@ -106,7 +107,7 @@ def peak_forces(
     Raises
     ------
     SceneError
-        For no scenes, chains of different lengths, or an accuracy that cannot be.
+        For no scenes, chains of different lengths, or an impossible accuracy.
     OverlapTooLarge
         If granules of a scene would be pressed into one another by more than a radius.
     TooExpensive
@@ -155,7 +156,7 @@ def _common_length(scenes: Sequence[Scene]) -> int:
 
 
 def _one_by_one(scenes: Sequence[Scene], rtol: float, time_limit: float) -> Batch:
-    """Scenes with terms, each by itself, side by side on all cores."""
+    """Run scenes with terms one by one, in parallel on all cores."""
     _common_length(scenes)
     deadline = Deadline(time_limit)
 
@@ -184,7 +185,7 @@ def similar_peak_forces(
     time_limit: float = TIME_LIMIT,
     cores: int | None = None,
 ) -> Batch:
-    """Peak forces over F0 of uniform chains of any material, from what similarity leaves of them.
+    """Compute peak forces over F0 of uniform chains of any material, from LM_ratio, n and N.
 
     Parameters
     ----------
@@ -197,9 +198,9 @@ def similar_peak_forces(
     rtol
         Wanted relative accuracy of the peaks, from 1e-10 to 0.01.
     time_limit
-        How long all of them may take [s].
+        Time limit of all scenes together [s].
     cores
-        How many to use; by default all that this process may use.
+        Number of cores; by default all that this process may use.
 
     Returns
     -------
@@ -269,10 +270,10 @@ def _accurate_enough(
     time_limit: float,
     cores: int,
 ) -> Batch:
-    """Peaks of all scenes in natural units.
+    """Compute the peaks of all scenes in natural units.
 
-    Known scenes, whose largest error is known, run once; the others get a second run that tells the
-    error, and further ones until it is small enough or no further one helps.
+    Scenes whose largest error is known run once; the others get a second run to estimate the error,
+    and further runs until the error is small enough or no longer falls.
     """
     plans.check(rtol)
     check_time_limit(time_limit)
@@ -303,7 +304,7 @@ def _accurate_enough(
         differences = largest_differences(others, force[wanted], ESTIMATED)
         rising = are_rising(force[wanted], time[wanted] < end[wanted, None])
         if rising.any():
-            # Forces at an instant are erratic: one difference may be small by chance.
+            # Forces at one time are erratic: one difference may be small by chance.
             rows[:, :, 2] = plans.more_steps(steps)
             more, *_ = march_all(
                 rows[rising], plan.coarser, granules, leaves[wanted[rising]], deadline, cores
@@ -316,6 +317,6 @@ def _accurate_enough(
         wanted, before = np.nonzero((error > rtol) & ~hopeless)[0], error.copy()
         if wanted.size:
             plan = plan.closer(rtol, float(np.max(error[wanted])))
-    # The motion of a scene that diverged has no number of evaluations.
+    # A motion that diverged has no meaningful number of evaluations.
     taken = np.nan_to_num(evaluations).astype(np.int64)
     return Batch(force, time, error, time < end[:, None], taken)

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from hertzchain.engines.native.damped_kernel import Method
 
 _MOVING = 8
-"""Granules that the window of a run starts with."""
+"""Number of granules in the window at the start of a run."""
 
 _ROUNDED = 1e-14
-"""Products of coefficients that are 0 but for rounding are below; those that are not, far above."""
+"""Limit below which products of coefficients are 0 up to rounding; all others are far above."""
 
 MOST_STEPS = 100_000_000
-"""Steps of a run, at most."""
+"""Most steps of a run."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,20 +34,20 @@ class Damped:
     Parameters
     ----------
     stiffness, damping
-        Of the contacts, shape (contacts,).
+        Coefficients of the contacts, shape (contacts,).
     inertia
         1 / mass, shape (granules,), 0 for a piston.
     gap
-        How far each contact is open at the start, shape (contacts,); below 0 for a static overlap.
+        Gap of each contact at the start, shape (contacts,); negative for a static overlap.
     pull
         Acceleration by constant forces, shape (granules,).
     exponent
         q of all contacts: 0 (dashpot), 0.25 (restitution), 0.5 (viscoelastic).
     attraction
-        Whether the force of a contact may be below 0 while it overlaps.
+        Whether the force of a contact may be negative while it overlaps.
     wall
-        Whether the last contact is a wall; then there are as many contacts as granules, else one
-        less.
+        Whether the last contact is a wall; then there are as many contacts as granules, otherwise
+        one less.
     """
 
     stiffness: FloatArray
@@ -62,22 +62,22 @@ class Damped:
 
 @dataclass(frozen=True, eq=False)
 class Simulated:
-    """What one integration found, in natural units."""
+    """Results of one integration, in natural units."""
 
-    status: int  # as ``damped_kernel.DONE`` and what follows
-    displacement: FloatArray  # at the end, shape (granules,)
+    status: int  # ``damped_kernel.DONE`` or one of the next constants there
+    displacement: FloatArray  # state at the end, shape (granules,)
     velocity: FloatArray
     peak_force: FloatArray  # shape (contacts,)
     peak_time: FloatArray  # NaN for a contact that was never pressed
     end: float  # time reached
-    work: float  # done by the applied force or the piston, and the energy at the start
+    work: float  # work of the applied force or the piston, plus the energy at the start
     dissipated: float  # energy lost in the contacts
-    momentum: float  # of all granules but a piston at the end
-    energy: float  # of the same at the end, with that in constant forces
+    momentum: float  # of all granules except a piston at the end
+    energy: float  # of the same granules at the end, with that of constant forces
     wall_impulse: float  # integral of the force on the wall
     piston_impulse: float  # integral of the force of the piston
     steps: int
-    evaluations: int  # of all forces, those of refused steps too
+    evaluations: int  # evaluations of all forces, including refused steps
 
 
 def integrate_damped(
@@ -95,9 +95,9 @@ def integrate_damped(
     Parameters
     ----------
     chain
-        What is integrated.
+        The chain to integrate.
     rows
-        Legs of the applied force, as ``simulation.leg_rows`` makes them, shape (legs, 8).
+        Legs of the applied force, from ``simulation.leg_rows``, shape (legs, 8).
     start
         Displacement and velocity at the start, shape (2, granules), or (0, 0) for a chain at rest.
     tolerance
@@ -105,9 +105,9 @@ def integrate_damped(
     longest
         The longest step, 0.8 of the natural time unit of the fastest contact.
     record, control
-        A ``kernels.Record``, and what stops the run, as ``kernels.march`` takes them.
+        A ``kernels.Record``, and the array that stops the run, as in ``kernels.march``.
     most_steps
-        The run ends after so many.
+        Number of steps after which the run ends.
     """
     from hertzchain.engines.native import damped_kernel, kernels
     from hertzchain.engines.native.damped_contacts import Contacts
@@ -116,7 +116,7 @@ def integrate_damped(
     inertia = np.ascontiguousarray(chain.inertia, np.float64)
 
     def padded(values: FloatArray) -> FloatArray:
-        """With an entry for the free end, where nothing presses."""
+        """Return an array with an entry for the free end, which is never pressed."""
         whole = np.zeros(granules)
         whole[:contacts] = values
         return whole
@@ -162,7 +162,7 @@ def integrate_damped(
 
 @functools.cache
 def _method() -> Method:
-    """The coefficients of the method as the kernel takes them."""
+    """Return the coefficients of the method in the form of the kernel."""
     from hertzchain.engines.native.damped_kernel import Method
 
     rows = np.zeros((DOP853.stages + 1, DOP853.stages))

@@ -8,21 +8,21 @@ from hertzchain.arrays import Array
 
 
 def overlap(displacement: Array) -> Array:
-    """Overlap u_i - u_{i+1}, shape (..., granules - 1), of u, (..., granules); < 0 in a gap."""
+    """Overlaps u_i - u_{i+1}, (..., granules - 1), of u, (..., granules); < 0 in a gap."""
     return displacement[..., :-1] - displacement[..., 1:]
 
 
 def contact_force(overlap: Array) -> Array:
-    """Hertz force in each contact, shape (..., contacts), zero where granules are apart (Eq. 1)."""
+    """Hertz force of each contact, shape (..., contacts); 0 where granules are apart (Eq. 1)."""
     pressed = np.maximum(overlap, 0)
     return pressed * np.sqrt(pressed)
 
 
 def net_force(contact_force: Array, applied_force: Array | float) -> Array:
-    """Force on each granule, shape (..., granules): what pushes it less what it passes on (Eq. 1).
+    """Return the net force on each granule, shape (..., granules) (Eq. 1).
 
-    It is the acceleration too, as the mass is 1. Contact forces have the shape (..., granules - 1),
-    F(t) on the first granule the shape (...).
+    It equals the acceleration, because the mass is 1. Contact forces have the shape (..., granules
+    - 1), F(t) on the first granule the shape (...).
     """
     *times, contacts = contact_force.shape
     passed_on = np.zeros((*times, contacts + 2), contact_force.dtype)
@@ -32,7 +32,7 @@ def net_force(contact_force: Array, applied_force: Array | float) -> Array:
 
 
 def jerk(overlap: Array, rate: Array, applied_rate: Array | float) -> Array:
-    """Time derivative of Eq. 1: that of a contact force is 3/2 overlap^(1/2) rate.
+    """Return the time derivative of Eq. 1; that of a contact force is 3/2 overlap^(1/2) rate.
 
     Overlaps and their rates have the shape (..., contacts), the applied F'(t) the shape (...).
     """
@@ -40,5 +40,5 @@ def jerk(overlap: Array, rate: Array, applied_rate: Array | float) -> Array:
 
 
 def acceleration(displacement: Array, applied_force: float) -> Array:
-    """Right-hand side of Eq. 1, shape (granules,)."""
+    """Return the right-hand side of Eq. 1, shape (granules,)."""
     return net_force(contact_force(overlap(displacement)), applied_force)

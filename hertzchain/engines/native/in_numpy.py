@@ -1,6 +1,6 @@
 """Eq. 1 integrated in plain NumPy, written like the formulas, in natural units.
 
-The compiled kernels compute the same, to round-off. Any precision of NumPy will do.
+The compiled kernels compute the same up to round-off. Any floating-point precision of NumPy works.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 AppliedForce = Callable[[Any], Any]
-"""The force on the first granule at a time, in the precision of that time."""
+"""Function that gives the force on the first granule at a time, in the precision of that time."""
 
 _BLOCK = 256
-"""Samples handed on at a time: enough to spread NumPy's cost per call, little enough memory."""
+"""Samples passed on at a time (chosen): NumPy's cost per call is small, and so is the memory."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def _runge_kutta_step(
 def _walk(
     walker: Walker, state: State, time: Scalar, h: Scalar, applied: AppliedForce
 ) -> Iterator[tuple[Scalar, State]]:
-    """Go from ``time`` to ``time + h``; yields time and state after each step taken."""
+    """Go from ``time`` to ``time + h``; yield time and state after each step."""
     waiting = [(time, h)]
     while waiting:
         time, h = waiting.pop()
@@ -98,7 +98,7 @@ def _walk(
 
 
 def _crosses_kink(walker: Refined, before: State, after: State, time: Scalar, h: Scalar) -> bool:
-    """Whether a contact opens or closes within a step so fast that the step is halved."""
+    """Return whether a contact opens or closes so fast within a step that the step is halved."""
     r0, r1 = overlap(before.displacement), overlap(after.displacement)
     rate0, rate1 = overlap(before.velocity), overlap(after.velocity)
     rate = np.maximum(np.abs(rate0), np.abs(rate1))
@@ -116,12 +116,11 @@ def integrate(
     update: Callable[[Samples, Leg], object],
     velocity: Array | None = None,
 ) -> tuple[State, int]:
-    """Integrate a chain; the state at the end, and the number of steps taken.
+    """Integrate a chain; return the state at the end, and the number of steps.
 
-    The displacement at the start, shape (granules,), sets the precision; so shaped is the velocity,
-    0 by default. Legs are in natural units.
-    ``update`` is called with successive samples and their leg. Raises StepUnstable if the motion
-    diverges.
+    The displacement at the start, shape (granules,), sets the precision; the velocity has the same
+    shape and is 0 by default. Legs are in natural units. ``update`` is called with successive
+    samples and their leg. Raises StepUnstable if the motion diverges.
     """
     dtype = displacement.dtype.type
     rest = np.zeros_like(displacement)
@@ -137,7 +136,8 @@ def integrate(
             for k in range(leg.steps):
                 block += _walk(walker, state, start + k * h, h, applied)
                 state = block[-1][1]
-                if k == leg.steps - 1:  # to the last digit, so that nothing falls between legs
+                # exact to the last digit, so that no time falls between legs
+                if k == leg.steps - 1:
                     block[-1] = (end, state)
                 if len(block) > _BLOCK or k == leg.steps - 1:
                     update(_samples(block, leg.ramp, walker.stepper.order), leg)
@@ -155,7 +155,7 @@ def _samples(block: Sequence[tuple[Scalar, State]], ramp: Ramp | None, order: in
     pressed = overlap(displacement)
     third = jerk(pressed, overlap(velocity), ramp.force_rate(time) if ramp else 0.0)
     if order == 2:
-        # Velocity Verlet's velocities are central differences of its displacements: off by this.
+        # The error of velocity Verlet's velocities, which are central differences of displacements.
         h = (time[-1] - time[0]) / (time.size - 1)
         velocity = velocity - h**2 / 6 * third
     return Samples(
@@ -179,8 +179,8 @@ def simulate_in_numpy(
 ) -> Simulation:
     """Integrate a scene once, on given legs [s, N], as ``simulate`` does with the kernels.
 
-    In any precision of NumPy. ``start`` is displacement and velocity in natural units, shape
-    (2, granules), 0 by default.
+    Any floating-point precision of NumPy works. ``start`` has displacement and velocity in natural
+    units, shape (2, granules); 0 by default.
     """
     units = scene.units
     watch = PeakWatch(scene.chain.granules - 1, dtype)

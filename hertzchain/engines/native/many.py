@@ -17,14 +17,15 @@ from hertzchain.engines.native.simulation import table
 from hertzchain.limits import Deadline
 
 _PARTS_PER_CORE = 8
-"""Parts that a batch is cut into, so that all cores end at about the same time."""
+"""Number of parts of a batch (chosen), so that all cores end at about the same time."""
 
 _LONGEST = 1000
-"""Granules of chains side by side, above which the window of single runs is as fast: 1.7 times as
-many scenes were measured at 500, 1.0 times at 1,000."""
+"""Largest number of granules for runs in lanes: above it single runs with a window are as fast.
+Lanes ran 1.7 times as many scenes at 500 granules, 1.0 times at 1,000 (measured).
+"""
 
 _VECTOR = 64
-"""Bytes of a vector, and of a line of the cache."""
+"""Bytes of a vector, and of a cache line."""
 
 Found = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 
@@ -38,10 +39,11 @@ def march_all(
     cores: int,
     dtype: type[np.floating[Any]] = np.float64,
 ) -> Found:
-    """Peak forces and times, shape (scenes, contacts); time reached, evaluations, (scenes,).
+    """Return peak forces and times, (scenes, contacts); time reached and evaluations, (scenes,).
 
-    ``rows`` are legs as the kernels take them, shape (scenes, legs, 8); ``leaves`` says where
-    granules may be left behind, shape (scenes,). Raises TooExpensive if the deadline passes.
+    ``rows`` has legs in the form of the kernels, shape (scenes, legs, 8); ``leaves`` is true for
+    scenes whose granules may be dropped behind the wave, shape (scenes,). Raises TooExpensive after
+    the deadline.
     """
     scenes = len(rows)
     force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
@@ -51,7 +53,7 @@ def march_all(
         part = _one_by_one(rows, walker, granules, leaves, dtype, found, control)
         _on_cores(part, scenes, 1, control, deadline, cores)
         return found
-    # The wave of a longer pulse is stronger and faster: neighbours share a vector.
+    # The wave of a longer pulse is stronger and faster: similar scenes share a vector.
     pushed = np.max(rows[:, :, 1], axis=1, where=rows[:, :, 3] != 0, initial=0.0)
     order = np.lexsort((np.sum(rows[:, :, 2], axis=1), pushed))
     lanes = _VECTOR // np.dtype(dtype).itemsize
@@ -66,7 +68,7 @@ def _side_by_side(
     rows: FloatArray, walker: Walker, granules: int, leaves: NDArray[np.bool_],
     dtype: type[np.floating[Any]], found: Found, control: FloatArray,
 ) -> Callable[[slice], None]:  # fmt: skip
-    """What integrates a part of the scenes, in the lanes of vectors."""
+    """Return a function that integrates a part of the scenes in the lanes of vectors."""
     from hertzchain.engines.native import lanes_kernel
 
     coefficients = table(walker.stepper)
@@ -82,7 +84,7 @@ def _side_by_side(
 
 
 def _room(granules: int, dtype: type[np.floating[Any]]) -> Array:
-    """An array for displacements, velocities and accelerations, twice, on whole cache lines."""
+    """Array for displacements, velocities and accelerations, twice, on whole cache lines."""
     size = 6 * (granules + 1) * _VECTOR
     room = np.zeros(size + _VECTOR, np.uint8)
     start = -room.ctypes.data % _VECTOR
@@ -93,7 +95,7 @@ def _one_by_one(
     rows: FloatArray, walker: Walker, granules: int, leaves: NDArray[np.bool_],
     dtype: type[np.floating[Any]], found: Found, control: FloatArray,
 ) -> Callable[[slice], None]:  # fmt: skip
-    """What integrates a part of the scenes, one after the other."""
+    """Return a function that integrates a part of the scenes one after the other."""
     from hertzchain.engines.native import kernels
 
     coefficients, precision = table(walker.stepper), np.zeros(0, dtype)
@@ -112,7 +114,7 @@ def _on_cores(
     part: Callable[[slice], None], scenes: int, together: int, control: FloatArray,
     deadline: Deadline, cores: int,
 ) -> None:  # fmt: skip
-    """Do parts of the scenes, each a multiple of ``together``, side by side on cores."""
+    """Run parts of the scenes, each a multiple of ``together``, in parallel on all cores."""
     size = together * max(1, -(-scenes // (together * cores * _PARTS_PER_CORE)))
     parts = [slice(start, start + size) for start in range(0, scenes, size)]
     limit = min(max(0.0, deadline.left), threading.TIMEOUT_MAX)

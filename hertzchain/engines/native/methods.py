@@ -1,6 +1,6 @@
-"""Methods, as tables of coefficients.
+"""Integration methods as tables of coefficients.
 
-Those for u'' = f(t, u) are what ``in_numpy.step`` takes; the last is for forces that depend on
+``in_numpy.step`` takes those for u'' = f(t, u); the last one is for forces that depend on
 velocities.
 """
 
@@ -11,27 +11,27 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class SymplecticNystrom:
-    """Kicks b and drifts a in turn, a kick first and last."""
+    """A symplectic method: kicks b and drifts a alternate, first and last a kick."""
 
-    order: int  # of convergence where the motion is smooth
+    order: int  # order of convergence where the motion is smooth
     kicks: tuple[float, ...]  # b_1 ... b_{s+1}, summing to 1
     drifts: tuple[float, ...]  # a_1 ... a_s, summing to 1
 
     @property
     def stages(self) -> int:
-        """Force evaluations in a step."""
+        """Number of force evaluations in a step."""
         return len(self.drifts)
 
 
 @dataclass(frozen=True)
 class RungeKuttaNystrom:
-    """An explicit method that is not symplectic; its first stage is the end of the step before.
+    """An explicit, not symplectic method; its first stage is the end of the step before.
 
-    ``last_weight`` is the b of one stage more, at the end of the step; it costs nothing, as it is
-    the first stage of the next step.
+    ``last_weight`` is the b of an additional stage at the end of the step; it costs nothing,
+    because it is the first stage of the next step.
     """
 
-    order: int  # of convergence where the motion is smooth
+    order: int  # order of convergence where the motion is smooth
     nodes: tuple[float, ...]  # c_1 ... c_s, the first 0
     position: tuple[tuple[float, ...], ...]  # rows of a: a_21; a_31, a_32; and so on
     position_weights: tuple[float, ...]  # b-bar, s of them
@@ -40,7 +40,7 @@ class RungeKuttaNystrom:
 
     @property
     def stages(self) -> int:
-        """Force evaluations in a step."""
+        """Number of force evaluations in a step."""
         return len(self.nodes)
 
 
@@ -52,16 +52,16 @@ class EmbeddedRungeKutta:
     the stages with the weights ``fifth`` and ``third``.
     """
 
-    order: int  # of convergence where the motion is smooth
+    order: int  # order of convergence where the motion is smooth
     nodes: tuple[float, ...]  # c_1 ... c_s, the first 0
-    rows: tuple[tuple[float, ...], ...]  # of a: a_21; a_31, a_32; and so on
+    rows: tuple[tuple[float, ...], ...]  # rows of a: a_21; a_31, a_32; and so on
     weights: tuple[float, ...]  # b, s of them
     fifth: tuple[float, ...]  # estimates an error of order 5
     third: tuple[float, ...]  # estimates an error of order 3
 
     @property
     def stages(self) -> int:
-        """Force evaluations in a step."""
+        """Number of force evaluations in a step."""
         return len(self.nodes)
 
 
@@ -70,7 +70,7 @@ Stepper = SymplecticNystrom | RungeKuttaNystrom
 
 
 def _symmetric(free: tuple[float, ...], length: int) -> tuple[float, ...]:
-    """A palindrome of the given length that starts with ``free`` and sums to 1."""
+    """Return a palindrome of the given length that starts with ``free`` and sums to 1."""
     if length % 2:
         half = (*free, 1.0 - 2 * sum(free))
         return half + free[::-1]
@@ -79,7 +79,7 @@ def _symmetric(free: tuple[float, ...], length: int) -> tuple[float, ...]:
 
 
 VELOCITY_VERLET = SymplecticNystrom(2, kicks=(0.5, 0.5), drifts=(1.0,))
-"""The scheme of LAMMPS."""
+"""Velocity Verlet, the scheme of LAMMPS."""
 
 RUNGE_KUTTA_4 = RungeKuttaNystrom(
     4,
@@ -88,7 +88,7 @@ RUNGE_KUTTA_4 = RungeKuttaNystrom(
     position_weights=(1 / 6, 1 / 6, 1 / 6, 0.0),
     velocity_weights=(1 / 6, 1 / 3, 1 / 3, 1 / 6),
 )
-"""The classical method, which the paper uses, as it acts on u'' = f(t, u)."""
+"""The classical Runge-Kutta method, used in the paper, in its form for u'' = f(t, u)."""
 
 DPRKN_6 = RungeKuttaNystrom(
     6,

@@ -1,7 +1,7 @@
-"""Which method and which steps give peaks of a wanted accuracy at the least cost.
+"""Plans of a run: method and step with the least cost for a wanted accuracy of the peaks.
 
-What a step costs in accuracy was measured once, on random scenes of all profiles. A single run
-estimates its own error again, a batch only that of scenes outside their range.
+The error at each step was measured once, on random scenes of all profiles. A single run always
+estimates its own error; a batch does so only for scenes outside the measured range.
 """
 
 from __future__ import annotations
@@ -19,77 +19,88 @@ from hertzchain.errors import is_finite, require
 from hertzchain.observables.error_bound import is_short
 
 TIGHTEST, LOOSEST = 1e-10, 0.01
-"""What can be asked for; below, round-off and opening contacts decide."""
+"""Range of accuracies that can be asked for; below it round-off and opening contacts decide."""
 
 _LONGEST_STEP = 0.8
-"""Natural time units; at 1.0 the methods begin to fail."""
+"""Longest step [natural time units]; at 1.0 the methods begin to fail."""
 
 _LONGEST_CHECKED_STEP = {"srkn-6b": 0.62, "srkn-11b": 0.52}
-"""Where a second run with steps half as long again is to tell the error."""
+"""Longest step if a second run, with steps 1.5 times as long, estimates the error."""
 
 _CHECKED = 0.92
-"""Such steps of SRKN_11^b over those without a second run: one scene in fifty needs a further plan;
-at 1, one in four."""
+"""Ratio of SRKN_11^b's steps with a second run to those without: one scene in fifty needs a further
+plan; at ratio 1, one in four.
+"""
 
 _SAFETY = 0.15
-"""Error over the difference to a run with other steps; 1/16 if smooth, 1/7 if contacts open."""
+"""Ratio of the error to the difference from a run with other steps; 1/16 if smooth, 1/7 if contacts
+open.
+"""
 
 _KNOWN, _KNOWN_UNCHECKED = 0.55, 0.9
-"""Error over the wanted accuracy in the worst of the random scenes, rounded up, with a second run
-and without: estimates are never less, as a difference can be small by chance."""
+"""Ratio of the error to the wanted accuracy in the worst random scene, rounded up, with and without
+a second run. Estimates are never lower, because a difference can be small by chance.
+"""
 
 TRIES = 6
-"""Plans until one is close enough; one in fifty random scenes needs a second."""
+"""Most plans for one scene; one in fifty random scenes needs a second."""
 
 _HOPELESS = 0.8
-"""Error of a plan over that of the one before, above which the motion only multiplies rounding
-errors; where shorter steps help, they usually halve the error."""
+"""Ratio of a plan's error to that of the plan before, above which the error is amplified round-off;
+where shorter steps help, they usually halve the error.
+"""
 
 _CHEAP = 1e8
-"""Granules times force evaluations, some tenths of a second: below, all plans are tried."""
+"""Granules times force evaluations, a few tenths of a second: below it all plans are tried."""
 
 _LOOSE, _LOOSE_CHECKED = 1e-3, 3e-5
-"""From here on SRKN_6^b is cheaper than SRKN_11^b, without and with a second run."""
+"""Accuracies from which on SRKN_6^b is cheaper than SRKN_11^b, without and with a second run."""
 
 _CLOSER_6B = 1.3
-"""Without it one run in ten thousand, with the second run, was off by 0.68 of what was wanted."""
+"""Safety factor: without it one of ten thousand runs with a second run had an error of 0.68 of the
+wanted accuracy.
+"""
 
 _CLOSER_AT_ONCE, _CLOSER_WITH_TERMS = 1e-3, 1e-5
-"""What a further plan asks for at least, over the one before. With terms errors fall in proportion
-down to it: a third fewer plans were needed in eight long runs of dimers."""
+"""Least ratio of a further plan's accuracy to that of the plan before. With terms errors fall in
+proportion down to it: eight long runs of dimers needed a third fewer plans.
+"""
 
 _SINGLE = 1e-4
-"""From here on float32 is enough (it adds 1e-6), and contacts that open need no shorter steps."""
+"""Accuracy from which on float32 is enough (it adds 1e-6), and opening contacts need no shorter
+steps.
+"""
 
 _KNOWN_RATIOS, _KNOWN_DURATIONS, _KNOWN_GRANULES = (0.05, 10.0), (1.1, 60.0), 500
-"""LM_ratio, n and N of the random scenes."""
+"""Ranges of LM_ratio, n and N of the random scenes."""
 
 _SAFETY_IF_HARD = 6.0
-"""As _SAFETY, where errors are erratic (``error_bound.amplifies_errors``): 2.4 was needed."""
+"""The same factor where errors are erratic (``error_bound.amplifies_errors``): measured 2.4."""
 
 _HARDER, _HARD_RTOL = 30.0, 1e-6
-"""Hard scenes run as if a thirtieth of the wanted accuracy, or this, were wanted: long steps make
-them chaotic, and a tenth left errors of up to eleven times the wanted accuracy."""
+"""Hard scenes run with a thirtieth of the wanted accuracy, or this one: long steps make them
+chaotic, and a tenth left errors of up to eleven times the wanted accuracy.
+"""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """How to run."""
+    """A plan of a run: method and steps."""
 
     method: str
     walker: Refined
-    step: float  # the largest, natural time units
-    error: float  # of the peaks, in the worst of the random scenes
-    safety: float  # error bound over the difference to a run with other steps
+    step: float  # largest step, natural time units
+    error: float  # error of the peaks in the worst random scene
+    safety: float  # ratio of the error bound to the difference from a run with other steps
     dtype: type[np.floating[Any]] = np.float64
 
     @property
     def coarser(self) -> Refined:
-        """The walker of a second run, on legs that are cut already, that tells the error."""
+        """Return the walker of a second run for the error, on legs that are already cut."""
         return replace(self.walker, tolerance=8 * self.walker.tolerance, cosine_steps=1)
 
     def closer(self, rtol: float, error: float, has_terms: bool = False) -> Plan:
-        """A plan for ``rtol``, after one that turned out to leave ``error``."""
+        """Return a plan for ``rtol`` after one that had ``error``."""
         least = _CLOSER_WITH_TERMS if has_terms else _CLOSER_AT_ONCE
         factor = max(0.5 * rtol / error, least) if error < 1 else _CLOSER_AT_ONCE
         step = self.step * factor ** (1 / (self.walker.stepper.order + 1))
@@ -97,16 +108,16 @@ class Plan:
         return replace(self, step=step, walker=walker)
 
     def hopeless(self, error: Any, before: Any, evaluations: Any) -> Any:
-        """Whether this plan cost much and its error is hardly below that of the one before.
+        """Return whether this plan cost much and its error is hardly below that of the plan before.
 
-        All may be arrays; ``evaluations`` of the force are times granules. The part of both errors
-        that an estimate always has does not count.
+        All may be arrays; ``evaluations`` counts forces times granules. The constant part of both
+        estimates is subtracted.
         """
         hardly = error - self.error > _HOPELESS * (before - self.error)
         return hardly & (evaluations > _CHEAP)
 
     def estimate(self, difference: Any, evaluations: Any) -> Any:
-        """Upper bound of the error, from the difference to a run with other steps, and round-off.
+        """Upper bound of the error, from the difference to a run with other steps and round-off.
 
         Difference and force ``evaluations`` may be arrays that broadcast.
         """
@@ -114,7 +125,7 @@ class Plan:
 
 
 def is_known(momentum_ratio: Any, duration_ratio: Any, granules: int) -> Any:
-    """Whether a profile of the paper with LM_ratio and n (arrays) is among the measured scenes."""
+    """Whether a profile of the paper with LM_ratio and n (arrays) is in the measured range."""
     (low, high), (short, long) = _KNOWN_RATIOS, _KNOWN_DURATIONS
     known = (momentum_ratio >= low) & (momentum_ratio <= high)
     known &= (duration_ratio >= short) & (duration_ratio <= long)
@@ -122,17 +133,17 @@ def is_known(momentum_ratio: Any, duration_ratio: Any, granules: int) -> Any:
 
 
 def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
-    """The cheapest way to peaks of relative accuracy ``rtol``, TIGHTEST to LOOSEST, as measured.
+    """Return the cheapest plan for peaks of relative accuracy ``rtol``, TIGHTEST to LOOSEST.
 
-    Where ``checked``, a second run will tell the error. ``hard`` halves steps near every contact
-    that hardly overlaps, for scenes that amplify errors and runs that end while the wave still
-    presses contacts: the force of the front then grows tenfold within a granule's distance, and
-    where the front is depends on all steps before. Errors of the worst of the random scenes: 2.4e-4
-    (h / 0.6)^4.3 for SRKN_6^b, 3e-9 (h / 0.2)^6.5 for SRKN_11^b, and 2e-4 times the refinement
-    tolerance.
+    Where ``checked``, a second run will estimate the error. ``hard`` halves steps near every
+    contact that hardly overlaps, for scenes that amplify errors and runs that end while the wave
+    still presses contacts: at the front the force grows tenfold within a granule's distance, and
+    the place of the front depends on all steps before. Errors of the worst of the random scenes:
+    2.4e-4 (h / 0.6)^4.3 for SRKN_6^b, 3e-9 (h / 0.2)^6.5 for SRKN_11^b, and 2e-4 times the
+    refinement tolerance.
     """
     tight = max(0.0, -math.log10(rtol) - 6)
-    aim = rtol / 2.4  # the rest is what the estimate cannot know
+    aim = rtol / 2.4  # the rest cannot be estimated
     if hard:
         aim = min(aim / _HARDER, _HARD_RTOL)
     cosine_steps = 8 if rtol > 1e-8 else 16
@@ -155,22 +166,22 @@ def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
 
 
 def other_step(steps: int) -> int:
-    """How many steps a leg has in the run that tells the error: two thirds as many, or one more."""
+    """Leg's number of steps in the run that estimates the error: 2/3 as many, or one more."""
     return 2 * steps // 3 if steps > 2 else steps + 1
 
 
 def other_steps(steps: FloatArray) -> FloatArray:
-    """``other_step`` of many legs, any shape; those without steps stay without."""
+    """Return ``other_step`` for many legs, any shape; legs without steps stay without."""
     return np.where(steps > 2, 2 * steps // 3, steps + (steps > 0))
 
 
 def more_steps(steps: FloatArray) -> FloatArray:
-    """A quarter more steps, any shape; legs without steps stay without."""
+    """Return a quarter more steps, any shape; legs without steps stay without."""
     return np.where(steps > 0, np.maximum(steps + 1, 5 * steps // 4), 0.0)
 
 
 def round_off(evaluations: Any) -> Any:
-    """Bound of what rounding costs the peaks of a run with so many force evaluations, or arrays."""
+    """Upper bound of the error of the peaks by rounding, from force evaluations; also of arrays."""
     return 4 * np.finfo(np.float64).eps * np.sqrt(evaluations)
 
 

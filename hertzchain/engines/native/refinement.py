@@ -1,13 +1,13 @@
-"""How a stepper gets from one wanted time to the next: in one step, or in halved ones.
+"""Walkers from one wanted time to the next: in one step, or in halved steps.
 
 overlap^(3/2) has no second derivative at 0. A step of length h across the instant at which a
 contact opens or closes at the rate r' leaves an error of the velocity of about r'^(3/2) h^(5/2),
-whatever the order of the method. Such steps are halved, again and again, until that is below a
+whatever the order of the method. Such steps are halved repeatedly, until this error is below a
 tolerance.
 
 The front of a wave closes contacts too, but so smoothly that short steps everywhere are cheaper
-than halved ones there. At the start only, when the first granules begin to move as a power of time,
-or where nothing but accuracy counts, steps are halved near every contact that hardly overlaps.
+than halved steps there. Steps near every contact that hardly overlaps are halved only at the start,
+when the first granules begin to move as a power of time, or where only accuracy counts.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from hertzchain.scene.schedule import Leg
 
 @dataclass(frozen=True)
 class Fixed:
-    """Steps as asked, never halved."""
+    """Steps as given, never halved."""
 
     stepper: Stepper
     tolerance: float = field(default=0.0, init=False)
     starting: float = field(default=0.0, init=False)
 
     def cut(self, legs: Sequence[Leg]) -> tuple[Leg, ...]:
-        """The legs themselves: steps are taken as asked."""
+        """Return the same legs, because steps are taken as given."""
         return tuple(legs)
 
 
@@ -39,10 +39,10 @@ class Refined:
     """Steps halved where a contact opens or closes, until r'^(3/2) h^(5/2) is below the tolerance.
 
     The tolerance is a fraction of the largest velocity; 1e-10 leaves about 1e-12 of the peaks of
-    the paper's scenes. ``cosine_steps`` is the fewest on a cosine ramp: its impulse, all that a
-    short pulse leaves, is a quadrature by the steps, right to 1e-14 with 32; one, halved somewhere,
-    leaves 4e-11. ``starting`` is how long from the start the front counts as a contact that closes
-    [natural time units].
+    the paper's scenes. ``cosine_steps`` is the least number of steps on a cosine ramp: the steps
+    integrate its impulse, on which the motion after a short pulse depends, right to 1e-14 with 32
+    steps; one step, halved in places, leaves 4e-11. For the time ``starting`` from the start the
+    front counts as a closing contact [natural time units].
     """
 
     stepper: Stepper
@@ -51,7 +51,7 @@ class Refined:
     starting: float = math.inf
 
     def cut(self, legs: Sequence[Leg]) -> tuple[Leg, ...]:
-        """Legs whose steps are cut into equal parts until there are enough on each cosine ramp."""
+        """Return legs whose steps are cut into equal parts until each cosine ramp has enough."""
         fewest = self.cosine_steps
         return tuple(
             replace(leg, steps=leg.steps * math.ceil(fewest / leg.steps))
@@ -62,4 +62,4 @@ class Refined:
 
 
 Walker = Fixed | Refined
-"""Goes from one wanted time to the next in one step or more."""
+"""Any walker from one wanted time to the next."""

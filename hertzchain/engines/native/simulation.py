@@ -29,29 +29,31 @@ if TYPE_CHECKING:
     from hertzchain.engines.native.kernels import Record, Table, Terms
 
 _MOVING = 8
-"""Granules that the window of a run starts with."""
+"""Number of granules in the window at the start of a run."""
 
 _LONG_RUN = 1e7
-"""Granules times force evaluations: about a hundredth of a second."""
+"""Granules times force evaluations of a short run: about 0.01 s."""
 
 _STEP_IN_EVALUATIONS = 500
-"""What a step costs besides, in force evaluations of a granule."""
+"""Additional cost of a step, in force evaluations of a granule."""
 
 _LOOKS = 10.0
-"""Million steps of a granule, after which a run that seemed short is a long one: 0.1 s."""
+"""Steps times granules after which a run counts as long, in millions: 0.1 s."""
 
 _PEAKS_ALONE = "; peaks alone take less: Native(peaks_only=True), or hertzchain run"
 
 _FASTEST = 0.5e-9
-"""Time of a granule and force evaluation on a fast machine [s]; 1.1e-9 to 2e-9 measured."""
+"""Time of a granule and force evaluation on a fast machine [s]; measured 1.1e-9 to 2e-9."""
 
 _FASTEST_FRONT = 1.1
-"""Granules per natural time unit: the speed of a wave of height 3; 2.2 is the highest seen."""
+"""Upper bound of the speed of a front [granules per natural time unit] (chosen): that of a wave of
+height 3; heights up to 2.2 were measured.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Peaks:
-    """Peak force of each contact and its time, and whether it has let up since: (contacts,)."""
+    """Peak force of each contact, its time, and whether the force has fallen since: (contacts,)."""
 
     force: Any
     time: Any
@@ -59,7 +61,7 @@ class Peaks:
 
     @property
     def any_rising(self) -> bool:
-        """Whether the run ended while a contact that is judged was pressed harder than before."""
+        """True if a judged contact had its largest force at the end of the run."""
         return any_rising(self.force, self.passed)
 
 
@@ -73,18 +75,18 @@ class End:
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """What one integration found, in natural units."""
+    """Results of one integration, in natural units."""
 
-    state: End  # at the end; NaN where granules were left behind
+    state: End  # state at the end; NaN for granules that were dropped
     peaks: Peaks
-    work: Scalar  # done by the applied force or the piston, and the energy at the start
-    momentum: Scalar  # of all granules but a piston at the end
-    energy: Scalar  # of the same at the end, with that in constant forces
+    work: Scalar  # work of the applied force or the piston, plus the energy at the start
+    momentum: Scalar  # of all granules except a piston at the end
+    energy: Scalar  # of the same granules at the end, with that of constant forces
     steps: int
-    evaluations: int  # of the force; compiled runs count those of refused steps too
+    evaluations: int  # evaluations of the force; compiled runs include refused steps
     wall_impulse: Scalar = 0.0  # integral of the force on the wall
     piston_impulse: Scalar = 0.0  # integral of the force of the piston
-    dissipated: Scalar = 0.0  # energy that damping took
+    dissipated: Scalar = 0.0  # energy lost by damping
 
 
 def simulate(
@@ -101,14 +103,14 @@ def simulate(
     """Integrate a scene once, on given legs [s, N], with the compiled kernels.
 
     ``dtype`` is float64 or float32. With ``leave_behind`` granules that cannot change any peak are
-    left behind, where that can be told; with ``window`` those that the wave has not reached are
-    left out. The deadline is an hour from now by default. ``start`` is displacement and velocity,
-    natural units, shape (2, granules); by default the chain is at rest. Raises StepUnstable if the
-    motion diverges, TooExpensive if the run would take, or has taken, too long.
+    dropped, in scenes where this is certain; with ``window`` granules that the wave has not reached
+    are not computed. The default deadline is an hour from now. ``start`` has displacement and
+    velocity in natural units, shape (2, granules); by default the chain is at rest. Raises
+    StepUnstable if the motion diverges, TooExpensive if the run would take, or has taken, too long.
     """
     from hertzchain.engines.native import kernels
 
-    assert scene.contact is None  # damped contacts: damped_runs
+    assert scene.contact is None  # damped contacts: see damped_runs
     granules = scene.chain.granules
     leave_behind = leave_behind and start is None and can_leave_behind(scene)
     deadline = deadline or Deadline(TIME_LIMIT)
@@ -156,7 +158,7 @@ def simulate(
     if not is_long:
         control[0] = _LOOKS
         outcome, displacement, velocity = run()
-        # Steps may be halved so often that a short run becomes a long one.
+        # Steps may be halved so often that a short run becomes long.
         is_long = outcome.status == kernels.STOPPED
     if is_long:
         control[:], force[:], time[:] = 0.0, 0.0, np.nan
@@ -183,12 +185,12 @@ def simulate(
 
 
 def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool) -> float:
-    """What a run takes at least [s]: granules that must be moving, times steps and stages.
+    """Lower bound of the time of a run [s]: granules that must move, times steps and stages.
 
-    While the force acts nothing is left behind, and the front is some way down the chain; it was
-    never seen slower than half the speed of a wave as strong as the shock. Under a pulse table,
-    which may push late and little, only the first granule moves for sure. After a striker the run
-    may end at any time, where granules are left behind.
+    While the force acts no granule is dropped, and the front moves along the chain with at least
+    half the speed of a wave as strong as the shock (measured). Under a pulse table, which may push
+    late and little, only the first granule is certain to move. After a striker the run may end at
+    any time if granules are dropped.
     """
     granules = scene.chain.granules
     single = scene.is_plain and isinstance(scene.shock, Pulse)
@@ -200,7 +202,7 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
         if leave_behind and not single:
             moving = 0.0
         elif shape == 0 and leave_behind:
-            # The run goes on only until the front has met the end.
+            # The run continues only until the front has reached the end.
             steps *= max(0.0, min(1.0, (granules / _FASTEST_FRONT - start) / (end - start)))
             moving = 1.0
         evaluations += steps * stages * moving
@@ -208,18 +210,17 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
 
 
 def can_leave_behind(scene: Scene) -> bool:
-    """Whether it can be told that a granule will not matter any more: after one push alone.
+    """Return whether granules behind the wave may be dropped: only after a single push.
 
-    After a second push a broad packet can break up into waves stronger than anything in it was.
-    A push is a pulse, or a striker, whatever its size. Between unlike granules, at gaps and at
-    walls waves are reflected.
+    After a second push a broad packet can break up into waves stronger than any before. A push is a
+    pulse, or a striker of any size. Different granules, gaps and walls reflect waves.
     """
     single = isinstance(scene.shock, Pulse) and scene.is_plain
     return single or scene.terms == ("striker",)
 
 
 def terms_of(scene: Scene) -> Terms:
-    """The terms of a scene as the kernels take them: natural units, None for what is not there."""
+    """Return the terms of a scene for the kernels, in natural units; None for absent ones."""
     from hertzchain.engines.native import kernels
 
     if scene.is_plain:
@@ -242,7 +243,7 @@ def terms_of(scene: Scene) -> Terms:
 
 
 def _softest(scene: Scene) -> float:
-    """The stiffness over the mass of the first contact over the largest of all contacts."""
+    """Return stiffness over mass of the first contact, divided by the largest of all contacts."""
     ratio = scene.granules.stiffness / scene.granules.contact_mass
     return float(ratio[0] / np.max(ratio))
 
@@ -257,10 +258,10 @@ def start_of(scene: Scene) -> FloatArray:
 
 
 def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:
-    """Do long compiled work in a thread, so that an interrupt or the deadline stops it.
+    """Run long compiled work in a thread, so that an interrupt or the deadline stops it.
 
-    ``run`` releases the interpreter meanwhile; -1 as the first entry of ``control`` ends it. Raises
-    TooExpensive if it was not done by the deadline.
+    ``run`` releases the interpreter lock; -1 as the first entry of ``control`` ends it. Raises
+    TooExpensive if the work is not done by the deadline.
     """
     found: list[Any] = []
     failed: list[BaseException] = []
@@ -277,7 +278,7 @@ def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -
         _wait(thread, deadline)
     except BaseException:
         control[0] = -1
-        if thread.is_alive():  # or it is about to start: then it ends as soon as it has
+        if thread.is_alive():  # a thread that is about to start ends right after its start
             thread.join()
         raise
     if failed:
@@ -301,14 +302,14 @@ _CODES = {"linear": 1, "cosine": 2, "quarter-sine": 2, "quarter-cosine": 2}
 
 
 def code_of(shape: str) -> int:
-    """The number by which the kernels know a shape of ramps; RunFailed if they do not know it."""
+    """Return the kernels' number of a shape of ramps; RunFailed for an unknown shape."""
     if shape not in _CODES:
         raise RunFailed(f"the kernels have no formula for a ramp of shape {shape}")
     return _CODES[shape]
 
 
 def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
-    """Legs [s, N] as the kernels take them: natural units, shape (legs, 8).
+    """Return legs [s, N] for the kernels, in natural units, shape (legs, 8).
 
     A quarter of a sine is half of a cosine ramp, whose other half no leg reaches.
     """
@@ -341,7 +342,7 @@ def _nothing_recorded() -> Record:
 
 @functools.cache
 def table(stepper: Stepper) -> Table:
-    """The coefficients of a method as the kernels take them."""
+    """Return the coefficients of a method for the kernels."""
     from hertzchain.engines.native import kernels
 
     none = np.zeros(0)
