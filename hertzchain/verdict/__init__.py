@@ -1,1 +1,1 @@
-"""Whether an answer is right, and if not, why."""
+"""Verdicts: checks of results, comparisons of codes, and causes of wrong peaks."""

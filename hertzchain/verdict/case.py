@@ -1,4 +1,4 @@
-"""Peaks that are wrong, and what is known of the scene: the case that causes have to explain."""
+"""A case: wrong peaks of a scene, which causes have to explain."""
 
 from __future__ import annotations
 
@@ -16,25 +16,26 @@ from hertzchain.limits import Deadline
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 
-_TOLERANCE = 1e-8  # of a step of damped contacts: peaks are right to 2e-8 (measured)
-_NOISE = 1.2  # jumps over what is left, squares: 2 of noise, 0.3 off for 59 contacts; 0.1 of waves,
-# and 1 where the last contact alone is off, as in chains of another length (derived)
-_LOWEST = 1e-9  # of the truth: lower peaks are as good as none
+_TOLERANCE = 1e-8  # tolerance of a step, damped contacts: peaks are right to 2e-8 (measured)
+# Mean square jump over mean square residual: 2 for noise, 0.3 off for 59 contacts; 0.1 for waves,
+# and 1 where the last contact alone is off, as in chains of another length (derived).
+_NOISE = 1.2
+_LOWEST = 1e-9  # peaks below this fraction of the reference count as zero
 
 
 @dataclass(frozen=True)
 class Cause:
-    """A mistake, in words, and what it leaves of the differences (``Case.residual``)."""
+    """A mistake, in words, and the part of the differences that it leaves (``Case.residual``)."""
 
     sentence: str
     residual: float
-    rest: FloatArray | None = None  # what it leaves of each judged contact, if that is kept
+    rest: FloatArray | None = None  # residual of each judged contact, if kept
 
     @property
     def leaves_noise(self) -> bool:
-        """Whether what it leaves is known to jump from contact to contact.
+        """Whether the residuals are known and jump from contact to contact like noise.
 
-        Squares of jumps are twice those of what is left, if that is noise (von Neumann).
+        For noise the mean square of jumps is twice that of the residuals (von Neumann).
         """
         if self.rest is None:
             return False
@@ -52,34 +53,34 @@ class Case:
     """Peaks to be explained."""
 
     scene: Scene
-    reference: Result  # the truth of the scene
+    reference: Result  # reference peaks of the scene
     given: FloatArray  # peak forces in question [N], shape (N - 1,), NaN where there is none
-    judged: NDArray[np.bool_]  # the contacts to look at, shape (N - 1,)
-    dt: float | None  # the step they were computed with [s], if it is known
+    judged: NDArray[np.bool_]  # the judged contacts, shape (N - 1,)
+    dt: float | None  # their step [s], if known
     tolerance: float  # largest relative difference that passes
-    deadline: Deadline  # when to stop looking
+    deadline: Deadline  # time limit of the search
 
     @property
     def differences(self) -> FloatArray:
-        """Relative differences from the truth, of the judged contacts."""
+        """Relative differences of the judged contacts from the reference."""
         return self.given[self.judged] / self.reference.peak_force[self.judged] - 1.0
 
     @property
     def size(self) -> float:
-        """How large the differences are: what the truth leaves of them."""
+        """Size of the differences: the residual of the reference itself."""
         return self.residual(self.reference.peak_force) if self.judged.any() else 0.0
 
     def residual(self, peak_force: FloatArray) -> float:
-        """What other peaks [N], shape (N - 1,), leave of the differences, as logarithms."""
+        """Part of the differences that other peaks [N], (N - 1,), leave, in logarithms."""
         found = float(np.sqrt(np.mean(self.left(peak_force) ** 2)))
         return found if math.isfinite(found) else math.inf
 
     def cause(self, sentence: str, peak_force: FloatArray) -> Cause:
-        """A mistake and the peaks [N] that it makes, shape (N - 1,)."""
+        """Return the cause for a mistake and its peaks [N], shape (N - 1,)."""
         return Cause(sentence, self.residual(peak_force), self.left(peak_force))
 
     def left(self, peak_force: FloatArray) -> FloatArray:
-        """The same for each judged contact."""
+        """Return the residual of each judged contact."""
         lowest = _LOWEST * self.reference.peak_force[self.judged]
         ratio = np.maximum(self.given[self.judged], lowest) / np.maximum(
             peak_force[self.judged], lowest
@@ -87,7 +88,7 @@ class Case:
         return np.asarray(np.log(ratio))
 
     def of(self, scene: Scene) -> FloatArray:
-        """True peaks of another scene [N]; NaN where there are none."""
+        """Return true peaks of another scene [N]; NaN where there are none."""
         try:
             if scene.contact is not None:
                 return self._damped(scene)
@@ -99,7 +100,7 @@ class Case:
             return np.full_like(self.given, np.nan)
 
     def _damped(self, scene: Scene) -> FloatArray:
-        """Peaks of a scene with damped contacts, right to about 1e-8, by one run."""
+        """Return peaks of a scene with damped contacts, right to about 1e-8, by one run."""
         from hertzchain.engines.native import damped_runs
 
         longest = damped_runs.longest_step(scene) / scene.units.time
@@ -110,9 +111,10 @@ class Case:
     def fit(
         self, family: Callable[[float], FloatArray], trials: Sequence[float]
     ) -> tuple[float, float]:
-        """The parameter with which a family of peaks [N] leaves the least, and what it leaves.
+        """Fit the parameter of a family of peaks [N]; return it and the residual.
 
-        Trials increase; every valley is searched, as the best trial need not lie in the deepest.
+        Trials increase; every valley is searched, because the best trial may not lie in the deepest
+        one.
         """
         from scipy.optimize import minimize_scalar
 
@@ -138,7 +140,7 @@ class Case:
 
 
 def _valleys(values: Sequence[float]) -> list[int]:
-    """Where values are finite and no higher than their neighbours."""
+    """Return the indices of finite values no higher than their neighbours."""
     walled = [math.inf, *values, math.inf]
     return [
         k

@@ -1,7 +1,7 @@
 """Likely causes: which common mistake would have given these peaks.
 
-Each mistake is simulated, and its one parameter fitted to the peaks in question. What peaks cannot
-tell apart is named together: a stiffer chain, a lighter one and a longer pulse are similar.
+Each mistake is simulated, and its one parameter is fitted to the peaks in question. Mistakes with
+the same peaks are named together: a stiffer chain, a lighter one and a longer pulse are similar.
 """
 
 from __future__ import annotations
@@ -31,42 +31,41 @@ from hertzchain.verdict.slips import (
 )
 from hertzchain.verdict.step_causes import known_step, long_steps, round_steps
 
-EXPLAINED = 0.1  # of the differences, root mean square: most that a named mistake may leave
-FEWEST = 6  # contacts: fewer are on a curve with one parameter too easily
-_CERTAIN = 1e-4  # of the differences: a mistake that leaves no more is not looked past
-_FLOOR = 1e-7  # differences below are beside what the trial runs are known to, 1e-8
-_KNOWN_TO = 1e-4  # of the differences: what fits are known to
-_ALIKE = 3.0  # times what the best mistake leaves: others that leave no more are named beside it
-_FAR = 3.0  # logarithm of the shortest and longest pulse tried, over that of the scene
-_SINGLE = 1e-4  # of the differences: where one mistake leaves no more, two are not sought
-_TELLS = 2.0  # times that two mistakes leave less then; of noise they leave more than half
-PAIR_EXPLAINED = 3e-3  # of the differences: most that two mistakes may leave
-_BETTER_THAN_ONE = 10.0  # times that two have to leave less than one
-_APART = 10.0  # times what the best pair leaves, that others have to leave which are not named
-_SEEN = 1e-5  # of the differences, to which trial runs and given peaks are taken to be right
-_WORTH_TWO = 1e-4  # differences below are not looked at for two mistakes: 1e3 times _FLOOR
-_MOST_NAMES = 4  # pairs that are named together
-_HELPS = (
-    0.07  # of the differences: most that a hint may leave. In 60 random mixtures of three mistakes
-)
-# the nearest named one of them in 17 of 18 that left less, in 4 of 10 that left more (measured)
-_ALONE = 100.0  # times as far off as any other contact; chosen: what mistakes make stays below
+EXPLAINED = 0.1  # largest part of the differences that a named mistake may leave, root mean square
+FEWEST = 6  # least number of contacts: fewer fit a curve with one parameter too easily
+_CERTAIN = 1e-4  # part of the differences: the search ends with a mistake that leaves no more
+_FLOOR = 1e-7  # differences below this are comparable to the error of the trial runs, 1e-8
+_KNOWN_TO = 1e-4  # accuracy of fits, as a part of the differences
+_ALIKE = 3.0  # mistakes that leave at most this many times the least are named too
+_FAR = 3.0  # logarithms of the shortest and longest pulse tried over the scene's
+_SINGLE = 1e-4  # part of the differences: if one mistake leaves no more, pairs are not searched
+_TELLS = 2.0  # factor by which a pair must leave less then; of noise pairs leave more than half
+PAIR_EXPLAINED = 3e-3  # largest part of the differences that a pair may leave
+_BETTER_THAN_ONE = 10.0  # factor by which a pair has to leave less than one mistake
+_APART = 10.0  # factor by which pairs that are not named have to leave more than the best
+_SEEN = 1e-5  # accuracy assumed for trial runs and given peaks, as a part of the differences
+_WORTH_TWO = 1e-4  # differences below are not searched for pairs: 1e3 times _FLOOR
+_MOST_NAMES = 4  # most pairs that are named together
+# Largest part of the differences that a hint may leave. In 60 random mixtures of three mistakes the
+# nearest named one of them in 17 of 18 that left less, in 4 of 10 that left more (measured).
+_HELPS = 0.07
+_ALONE = 100.0  # ratio to the next largest difference (chosen): mistakes stay below it
 
 Finder = Callable[[Case], Iterator[Cause]]
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """What is said of the cause of wrong peaks, as sentences; None where there is nothing to say.
+    """Sentences on the cause of wrong peaks; None where there is no such sentence.
 
     Parameters
     ----------
     cause
         The mistakes that explain the differences.
     hint
-        The nearest that is known where none does.
+        The nearest known mistake, where none explains them.
     remark
-        What was not tried.
+        Causes that were not tried.
     """
 
     cause: str | None = None
@@ -75,7 +74,7 @@ class Explanation:
 
 
 def likely_cause(case: Case, progress: Callable[[str], object] | None = None) -> Explanation:
-    """The mistakes that explain the differences best: one, or two where one does not.
+    """Return the mistake that explains the differences best, or a pair where no single one does.
 
     ``progress`` is called with a line before each part.
     """
@@ -97,14 +96,14 @@ def likely_cause(case: Case, progress: Callable[[str], object] | None = None) ->
 
     for name, find in finders_for(case.scene).items():
         if name in DEAR and any(one.residual <= _CERTAIN * size for one in found):
-            continue  # nothing else could leave as little
+            continue  # no other mistake could leave as little
         say(name)
         try:
             found += find(case)
         except TooExpensive:
             remark = _late(name)
             break
-        except RunFailed:  # this mistake cannot be made in this scene
+        except RunFailed:  # this mistake is impossible in this scene
             continue
     one_is_enough = any(one.residual <= _SINGLE * size for one in found)
     if remark is None and not one_is_enough and size > _WORTH_TWO and can_be_paired(case):
@@ -136,13 +135,13 @@ def _allowed(case: Case) -> float:
 
 
 def _joined(sentences: Iterable[str], left: float) -> str:
-    """Causes that peaks cannot tell apart, with what they leave of the differences."""
+    """Return causes with the same peaks as one sentence, with the part of the differences left."""
     named = "; or ".join(dict.fromkeys(sentences))
     return f"{named}; leaves {max(left, 1e-6):.1g} of the differences"
 
 
 def _of_pairs(case: Case, two: list[Pair], single: float) -> str | None:
-    """The pairs that explain the differences, where all others leave much more; None for none."""
+    """Pairs that explain the differences if all others leave much more; None for none."""
     best, size = two[0].left, case.size
     if best > min(PAIR_EXPLAINED * size, _allowed(case)):
         return None
@@ -158,7 +157,7 @@ def _of_pairs(case: Case, two: list[Pair], single: float) -> str | None:
 
 
 def _hint(case: Case, found: list[Cause], two: list[Pair], all_tried: bool) -> str:
-    """What comes nearest to the peaks, and what it leaves."""
+    """Return a sentence on the mistake nearest to the peaks, and on what it leaves."""
     size = case.size
     several = "no single known mistake explains these peaks"
     if not all_tried or not case.scene.is_plain:
@@ -175,7 +174,7 @@ def _hint(case: Case, found: list[Cause], two: list[Pair], all_tried: bool) -> s
 
 
 def _one_contact(case: Case) -> str | None:
-    """The contact that alone is off; mistakes do that at the free end only."""
+    """Return a sentence if one contact alone is wrong; mistakes do that only at the free end."""
     off = np.abs(case.differences)
     *_, next_to, most = np.sort(off)
     if most < _ALONE * next_to:
@@ -188,7 +187,7 @@ def _one_contact(case: Case) -> str | None:
 
 
 def other_stiffness(case: Case) -> Iterator[Cause]:
-    """Stiffness, mass or duration off by a factor: all of them are another LM_ratio."""
+    """Yield stiffness, mass or duration wrong by a factor: each gives another LM_ratio."""
     scene = with_rise_time(case.scene)
 
     def stretched(x: float) -> FloatArray:
@@ -196,7 +195,7 @@ def other_stiffness(case: Case) -> Iterator[Cause]:
 
     log, _ = case.fit(stretched, list(np.linspace(-_FAR, _FAR, 31)))
     yield case.cause(stretch_in_words(scene, math.exp(log)), stretched(log))
-    # Further away than any fit goes: the contact force as the paper prints it, sqrt(2 R E).
+    # Beyond the range of fits: the contact force as the paper prints it, sqrt(2 R E).
     printed = scene.chain.young_modulus**-0.5
     left = case.residual(case.of(stiffer(scene, printed)))
     yield Cause("contact stiffness of Eq. 1 as printed, with E under the root", left)
@@ -206,9 +205,9 @@ def other_stiffness(case: Case) -> Iterator[Cause]:
 
 
 def _far_off(case: Case, name: str, stretch: float) -> Iterator[Cause]:
-    """A slip by orders of magnitude; the run may end long before the wave is through."""
+    """Yield slips by orders of magnitude; the run may end long before the wave has passed."""
     scene = with_rise_time(case.scene)
-    # As of another mass: so soft a chain would be pressed into itself.
+    # Computed with another mass: granules of such a soft chain would pass each other.
     density = scene.chain.density * stretch**-2
     scene = replace(scene, chain=replace(scene.chain, density=density))
     text = f"{name}, which makes the pulse {stretch:.3g} times as long in natural units"
@@ -216,12 +215,12 @@ def _far_off(case: Case, name: str, stretch: float) -> Iterator[Cause]:
     yield Cause(text, whole)
     ended = replace(scene, run=replace(scene.run, end_time=case.scene.end_time))
     cut_off = case.residual(case.of(ended))
-    if cut_off < whole / 2:  # else the wave is through by then
+    if cut_off < whole / 2:  # otherwise the wave has passed by then
         yield Cause(f"{text}, in a run that ends with that of the scene", cut_off)
 
 
 def other_force(case: Case) -> Iterator[Cause]:
-    """The applied force, or the unit of the peaks, off by a factor."""
+    """Yield the applied force, or the unit of the peaks, wrong by a factor."""
     scene = with_rise_time(case.scene)
 
     def harder(x: float) -> FloatArray:
@@ -231,7 +230,7 @@ def other_force(case: Case) -> Iterator[Cause]:
     yield case.cause(force_in_words(math.exp(log)), harder(log))
     expected, given = case.reference.peak_force, case.given[case.judged]
     ratio = expected[case.judged] / expected.max()
-    weight = 1 / ratio**2  # as residuals are relative
+    weight = 1 / ratio**2  # residuals are relative
     factor = float(np.sum(weight * given * ratio) / np.sum(weight * ratio**2)) / expected.max()
     if not factor > 0:
         yield Cause("no contact was pressed, or none was read", case.residual(0 * expected))
@@ -240,7 +239,7 @@ def other_force(case: Case) -> Iterator[Cause]:
 
 
 def other_numbers(case: Case) -> Iterator[Cause]:
-    """Contacts numbered otherwise, or another number of granules."""
+    """Yield other numbers of the contacts, or another number of granules."""
     expected, unknown = case.reference.peak_force, [np.nan]
     for text, peak_force in (
         ("contact i has the peak of contact i + 1", np.append(expected[1:], unknown)),
@@ -258,7 +257,7 @@ def other_numbers(case: Case) -> Iterator[Cause]:
 
 
 def _of_known(case: Case, peak_force: FloatArray) -> float:
-    """What peaks leave of the differences where they are known: everywhere but at one end."""
+    """Return the residual of peaks that are unknown at one end."""
     known = case.judged & np.isfinite(peak_force)
     if np.count_nonzero(known) < FEWEST:
         return math.inf
@@ -266,7 +265,7 @@ def _of_known(case: Case, peak_force: FloatArray) -> float:
 
 
 def other_contacts(case: Case) -> Iterator[Cause]:
-    """Another exponent, or contacts that pull; the stiffness may be any."""
+    """Yield another exponent, or contacts that pull; with any stiffness."""
     logs = np.linspace(-2.0, 2.0, 17)
     one = np.zeros(1)
     for text, law in (
@@ -292,7 +291,7 @@ def other_contacts(case: Case) -> Iterator[Cause]:
 
 
 def _against(case: Case, found: FloatArray, beside: FloatArray) -> FloatArray:
-    """Peaks [N], without what RK4 makes of Eq. 1: shape (..., contacts)."""
+    """Return peaks [N] corrected by RK4's error for Eq. 1, shape (..., contacts)."""
     pressed = beside > 0
     ratio = found / np.where(pressed, beside, 1.0)
     return np.asarray(np.where(pressed, ratio, 0.0) * case.reference.peak_force)
@@ -300,20 +299,21 @@ def _against(case: Case, found: FloatArray, beside: FloatArray) -> FloatArray:
 
 _ROOTS = np.linspace(0.0, 1.25, 14)
 _FORWARD = _ROOTS**2
-_BACKWARD = -(np.linspace(0.6, 0.0, 10)[:-1] ** 2)  # of damping, natural units: dense near 0
+# trial coefficients of damping, natural units: dense near 0
+_BACKWARD = -(np.linspace(0.6, 0.0, 10)[:-1] ** 2)
 
-_OF_DRAG = 0.2  # share of these coefficients for a drag, which acts on a granule for long
+_OF_DRAG = 0.2  # fraction of these coefficients for a drag, which acts on a granule for long
 
 
 def late_forces(case: Case) -> Iterator[Cause]:
-    """Forces that are late or early, which acts like damping; and a drag."""
+    """Yield late or early forces, which act like damping, and a drag."""
     units = case.scene.units
     drag = Law(damped_by="drag")
     x, left = _fit_damping(case, drag, _OF_DRAG * _FORWARD, whole=True)
     coefficient = x * units.force * units.time / units.length
     text = f"damping on, a drag on each granule, coefficient {coefficient:.3g} N s/m"
     yield Cause(text, left)
-    # F(t - dt) = F - 3/2 dt overlap^(1/2) overlap': damping that gives energy.
+    # F(t - dt) = F - 3/2 dt overlap^(1/2) overlap': negative damping.
     law = Law(damped_by="contact", damping_exponent=0.5)
     x, left = _fit_damping(case, law, np.concatenate([_BACKWARD, _FORWARD]), whole=False)
     late = -x / 1.5 * units.time
@@ -328,7 +328,7 @@ def late_forces(case: Case) -> Iterator[Cause]:
 
 
 def _fit_damping(case: Case, law: Law, trials: FloatArray, whole: bool) -> tuple[float, float]:
-    """The coefficient that leaves the least, and what; ``whole``: of the force, damping and all."""
+    """Fit the coefficient; return it and the residual; ``whole``: of the force with damping."""
 
     def peaks_at(damping: FloatArray) -> FloatArray:
         tried = np.append(damping, 0.0)
@@ -342,7 +342,7 @@ def _fit_damping(case: Case, law: Law, trials: FloatArray, whole: bool) -> tuple
 def _fit_many(
     case: Case, trials: FloatArray, peaks_at: Callable[[FloatArray], FloatArray]
 ) -> tuple[float, float]:
-    """``Case.fit`` where many parameters cost little more than one; and once more, close to it."""
+    """Fit as ``Case.fit`` with many parameters at once, then again close to the best."""
     from scipy.interpolate import Akima1DInterpolator
 
     best, least = 0.0, math.inf
@@ -351,7 +351,8 @@ def _fit_many(
         there = np.all(np.isfinite(found) & (found > 0), axis=1)
         if np.count_nonzero(there) < 4:
             break
-        # Local: where waves die out, or arrive after the end, must not matter elsewhere.
+        # Contact by contact: waves that die out, or arrive after the end, must not affect the
+        # others.
         curve = Akima1DInterpolator(trials[there], np.log(found[there]), method="makima")
         x, left = case.fit(lambda x, curve=curve: np.exp(curve(x)), trials[there].tolist())  # type: ignore[misc]
         if left < least:
@@ -376,7 +377,7 @@ FINDERS: dict[str, Finder] = {
     "drag and late forces": late_forces,
     "the contact law": other_contacts,
 }
-"""In the order in which they are tried."""
+"""Finders of causes, in the order in which they are tried."""
 
 DEAR = (
     "steps in round numbers",
@@ -384,14 +385,14 @@ DEAR = (
     "damping",
     "drag and late forces",
     "the contact law",
-)  # those that take seconds
+)  # finders that take seconds
 
 _OF_DAMPED = ("stiffness, mass or duration", "applied force, units", "numbers of the contacts")
-_OF_ALL = ("damping",)  # what is tried whatever the terms of the scene
+_OF_ALL = ("damping",)  # finders for scenes with any terms
 
 
 def finders_for(scene: Scene) -> dict[str, Finder]:
-    """Causes that can be tried in a scene: all in a plain one, with terms those of damping."""
+    """Return the finders for a scene: all for a plain one, those of damping with terms."""
     if scene.is_plain:
         return FINDERS
     names = (*_OF_DAMPED, *_OF_ALL) if scene.terms == ("damping",) else _OF_ALL

@@ -1,4 +1,4 @@
-"""A check: one number against what it should be, and what to do where it is not."""
+"""A check: one number against its expected value, and advice where it fails."""
 
 from __future__ import annotations
 
@@ -13,41 +13,41 @@ from hertzchain.arrays import Array
 
 @dataclass(frozen=True)
 class Kind:
-    """What a check compares.
+    """The quantity that a check compares.
 
     Parameters
     ----------
     name
-        With its unit, if it has one.
+        Name of the quantity, with its unit, if any.
     advice
-        What to do where such a check fails.
+        What to do if such a check fails.
     """
 
     name: str
     advice: str = "do not use this result"
 
 
-NOT_RUN, FAILED = Kind("not run"), Kind("failed")  # of an engine; the reason says why
+NOT_RUN, FAILED = Kind("not run"), Kind("failed")  # an engine that did not run; the reason says why
 
 
 @dataclass(frozen=True)
 class Check:
-    """One comparison of a number with what it should be.
+    """One comparison of a number with its expected value.
 
     Parameters
     ----------
     kind
         What is compared.
     engine
-        Whose number it is, by the name of the engine.
+        Name of the engine that computed the number.
     measured, expected, tolerance
         The numbers; None where nothing could be measured.
     passed
         Whether abs(measured - expected) <= tolerance; False where nothing could be measured.
     reason
-        Why this tolerance, or why there is no number and what to do.
+        Reason of the tolerance, or why there is no number and what to do.
     remark
-        A sentence on what the check cannot show, if there is one; reports print it.
+        A sentence on the limits of the check, if any; reports print it.
     """
 
     kind: Kind
@@ -61,11 +61,11 @@ class Check:
 
     @property
     def name(self) -> str:
-        """Engine and what is compared, as tables show them."""
+        """Engine and quantity, as tables show them."""
         return f"{self.engine}: {self.kind.name}"
 
     def to_dict(self) -> dict[str, Any]:
-        """The check as JSON knows it."""
+        """Return the check as a JSON object."""
         return {
             "name": self.name,
             "measured": self.measured,
@@ -77,20 +77,20 @@ class Check:
 
 
 def unmeasured(kind: Kind, engine: str, reason: str) -> Check:
-    """A check that could not be made, with the reason."""
+    """Return a check that could not be made, with the reason."""
     return Check(kind, engine, None, None, None, passed=False, reason=reason)
 
 
 def within(
     kind: Kind, engine: str, measured: float, expected: float, tolerance: float, reason: str
 ) -> Check:
-    """A check that passes where the difference is at most the tolerance."""
+    """Return a check that passes if the difference is at most the tolerance."""
     passed = bool(abs(measured - expected) <= tolerance)
-    # JSON has no word for what is not a number.
+    # JSON has no NaN.
     known = measured if math.isfinite(measured) else None
     return Check(kind, engine, known, expected, tolerance, passed, reason)
 
 
 def farthest(measured: Array, expected: Array | float) -> int:
-    """Where the difference is largest, or there is no number."""
+    """Return the index of the largest difference, or of a missing number."""
     return int(np.argmax(np.abs(measured - expected)))

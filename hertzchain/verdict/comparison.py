@@ -1,6 +1,6 @@
-"""The comparison: numbers of every oracle in, rows, checks and a verdict out.
+"""The comparison of all oracles on a scene: rows, checks and a verdict.
 
-Three disagreements are kept apart: LAMMPS's numbers from the scene, by round-off; codes from native
+It separates three differences: LAMMPS's numbers from the scene, by round-off; codes from native
 velocity Verlet at the same steps, by round-off; each simulation from the reference, by its steps.
 The formulas never decide.
 """
@@ -42,17 +42,16 @@ class Comparison(ShownVerdict):
     scene
         The scene.
     results
-        What each simulation found, by the names of the backends: the reference method as native,
-        and the others that ran.
+        Results by names of backends: the reference method as native, and the others that ran.
     wanted
         Names of the backends that have a column in the rows: native, LAMMPS and the others that
         were asked for.
     formulas
         The paper's formulas with p and F_SW of the reference.
     checks
-        What the verdict rests on.
+        All checks; they decide the verdict.
     missing
-        Whether a backend that was asked for is not there.
+        Whether a backend that was asked for is missing.
     """
 
     scene: Scene
@@ -69,19 +68,19 @@ class Comparison(ShownVerdict):
 
     @property
     def lammps(self) -> Result | None:
-        """LAMMPS, or None where it was not asked for or did not run."""
+        """Result of LAMMPS; None where it was not asked for or did not run."""
         return self.results.get("lammps")
 
     @property
     def verdict(self) -> str:
-        """``pass`` where every check passed, else ``fail``."""
+        """``pass`` if every check passed, otherwise ``fail``."""
         return "pass" if all(check.passed for check in self.checks) else "fail"
 
     @property
     def rows(self) -> list[dict[str, float | int | None]]:
-        """One row per contact; None where undefined.
+        """Return one row per contact; None where undefined.
 
-        contact, native_N, lammps_N, those of other backends asked for, eq6_N, eq9_N.
+        The keys are contact, native_N, lammps_N, those of other backends, eq6_N and eq9_N.
         """
         nothing = [None] * self.native.contact.size
         peaks = {name: result.peak_force.tolist() for name, result in self.results.items()}
@@ -94,13 +93,13 @@ class Comparison(ShownVerdict):
         return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
     def to_frame(self) -> pandas.DataFrame:
-        """The rows as a table."""
+        """Return the rows as a table."""
         import pandas
 
         return pandas.DataFrame(self.rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """The comparison as JSON knows it."""
+        """Return the comparison as a JSON object."""
         return {
             "verdict": self.verdict,
             "rows": self.rows,
@@ -121,32 +120,32 @@ def compare(
     record: ArrayLike | None = None,
     engines: Mapping[str, Simulator] | None = None,
 ) -> Comparison:
-    """Run every oracle on a scene and judge.
+    """Run every oracle on a scene, and judge the results.
 
     Parameters
     ----------
     scene
         What to simulate, or the path of its file.
     backends
-        Which simulations to compare: native, lammps, liggghts, yade; by default native and lammps.
-        The native reference always runs.
+        Simulations to compare: native, lammps, liggghts, yade; by default native and lammps. The
+        native reference always runs.
     lammps, liggghts, yade
-        How these run; the same as ``engines`` with that name.
+        Backends with their parameters; the same as ``engines`` with that name.
     progress
         True for a line in the terminal or notebook on what is being done, or a function that is
-        called with it.
+        called with each such line.
     record
-        When each of them keeps displacement, velocity and contact force: increasing times [s]
-        within the run, or a whole number of frames, equally spaced from 0 to the end; nothing is
-        kept by default.
+        Times at which each backend keeps displacement, velocity and contact force: increasing times
+        [s] within the run, or a whole number of frames, equally spaced from 0 to the end; by
+        default none.
     engines
-        How engines run, by name; by default with steps small enough for 1e-6 and the time limit of
-        LAMMPS, which is that of the reference, too.
+        Backends by name; by default with steps for an error of 1e-6 and the time limit of LAMMPS,
+        which also holds for the reference.
 
     Raises
     ------
     SceneError
-        For what is no scene, a backend that does not exist, or times that cannot be.
+        For anything but a scene, a backend that does not exist, or impossible times.
     """
     scene = to_scene(scene)
     backends = compared_by_default() if backends is None else backends

@@ -1,4 +1,4 @@
-"""The contenders of a trade-off: every method that finds peaks, each a function of a setting."""
+"""The contenders of a trade-off: all methods that find peaks, each a function of a setting."""
 
 from __future__ import annotations
 
@@ -35,37 +35,38 @@ from hertzchain.theory.prediction import transition_peaks
 
 FORMULAS, MAP, COMPILED, NUMPY, SCIPY = "formulas", "map", "compiled", "NumPy", "SciPy"
 LAMMPS = label_of("lammps")
-WAYS = (FORMULAS, MAP, COMPILED, NUMPY, SCIPY, LAMMPS)  # what computes
+WAYS = (FORMULAS, MAP, COMPILED, NUMPY, SCIPY, LAMMPS)  # names of the ways to compute
 PLAIN_ONLY = (FORMULAS, MAP, NUMPY, SCIPY)
-"""What computes uniform free chains under a pulse alone; scenes with terms are left to the rest."""
+"""Ways that compute only uniform free chains under a pulse."""
 
-_SCIPY_INTERVAL = 0.1  # natural time units between samples of SciPy's dense output: 1e-12 of a peak
+# natural time units between samples of SciPy's dense output: error 1e-12 of a peak
+_SCIPY_INTERVAL = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What one run of a contender found."""
+    """Result of one run of a contender."""
 
-    peak_force: FloatArray  # of all contacts, a wall's the last [N], NaN where it says nothing
-    force_evaluations: int  # of Eq. 1 for the whole chain; 0 for a formula
+    peak_force: FloatArray  # peaks of all contacts, a wall's the last [N]; NaN where it gives none
+    force_evaluations: int  # evaluations of Eq. 1 for the whole chain; 0 for a formula
 
 
 @dataclass(frozen=True)
 class Contender:
-    """One way to the peaks, under a name of its own."""
+    """One method to find peaks, with its name."""
 
     name: str
     engine: str  # one of WAYS
-    run: Callable[[Scene, float], Outcome]  # with a step [s] or rtol; NaN where it has neither
-    steps: tuple[float, ...] = ()  # largest ones, natural time units, from cheap to expensive
+    run: Callable[[Scene, float], Outcome]  # runs with a step [s] or rtol; NaN for neither
+    steps: tuple[float, ...] = ()  # largest steps, natural time units, from cheap to expensive
     rtols: tuple[float, ...] = ()  # relative accuracies, from cheap to expensive
-    self_contained: bool = True  # gives the peaks of all contacts from the scene alone
+    self_contained: bool = True  # needs only the scene for the peaks of all contacts
 
 
 def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
-    """Everything that is measured, in the order in which it is shown.
+    """Return all contenders of a scene, in the order of the report.
 
-    A further contender is an entry here, a further way a name in ``WAYS`` and ``report.style``.
+    A further contender is an entry here, a further way is a name in ``WAYS`` and ``report.style``.
     """
     finer = {name: _halvings(*ends) for name, ends in _STEPS.items()}
     finer["reference"] = finer["reference"][::2]
@@ -73,7 +74,7 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
         return (*_damped_ones(finer["velocity-verlet"]), *_lammps_ones())
     if not scene.is_plain:
         return (*_compiled_ones(finer), *_with_accuracy(), *_lammps_ones())
-    single = partial(_compiled, "srkn-6b", dtype=np.float32)  # cheapest where that is enough
+    single = partial(_compiled, "srkn-6b", dtype=np.float32)  # cheapest for low accuracy
     return (
         *_formulas(scene, truth),
         *_map(scene),
@@ -85,7 +86,7 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
             for name, steps in finer.items()
             if name != "reference"
         ),
-        # Its halved steps cost NumPy a second, whatever the step it starts from.
+        # Its halved steps cost NumPy a second for any step at the start.
         Contender(
             "reference, NumPy", NUMPY, partial(_numpy, "reference"), (METHODS["reference"].step,)
         ),
@@ -95,7 +96,7 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
 
 
 def _compiled_ones(steps: Mapping[str, tuple[float, ...]]) -> tuple[Contender, ...]:
-    """Each native method with its steps."""
+    """Return each native method with its steps."""
     return tuple(
         Contender(f"{name}, compiled", COMPILED, partial(_compiled, name), own)
         for name, own in steps.items()
@@ -103,7 +104,7 @@ def _compiled_ones(steps: Mapping[str, tuple[float, ...]]) -> tuple[Contender, .
 
 
 def _with_accuracy() -> tuple[Contender, ...]:
-    """Native as users run it, who name an accuracy."""
+    """Return native as users run it, with a wanted accuracy."""
     return (
         Contender("rtol, with estimate", COMPILED, _with_estimate, rtols=_decades(2, 10)),
         Contender("rtol, without estimate", COMPILED, _without_estimate, rtols=_decades(2, 10)),
@@ -111,7 +112,7 @@ def _with_accuracy() -> tuple[Contender, ...]:
 
 
 def _damped_ones(steps: tuple[float, ...]) -> tuple[Contender, ...]:
-    """Native's two methods for damped contacts, of which one takes steps as asked."""
+    """Return native's two methods for damped contacts, one of them with given steps."""
     once = Contender("rtol, without estimate", COMPILED, _damped_once, rtols=_decades(2, 10))
     return (
         Contender("velocity-verlet, compiled", COMPILED, _damped_verlet, steps),
@@ -133,7 +134,7 @@ def _lammps_ones() -> tuple[Contender, ...]:
 
 
 def _halvings(first: float, last: float) -> tuple[float, ...]:
-    """From one step to another, each shorter by the square root of 2."""
+    """Return steps from one to another, each shorter by the square root of 2."""
     count = round(2 * math.log2(first / last))
     return tuple(first * 2 ** (-k / 2) for k in range(count + 1))
 
@@ -150,13 +151,13 @@ _STEPS = {
     "srkn-11b": (1.2, 1.2 / 2**4.5),
     "reference": (0.8, 0.8 / 2**5),
 }
-"""First and last step of each native method, natural time units: errors from some per cent to
-1e-12, or to what a tenth of a second buys. Of the reference method only the start of its halvings.
+"""First and last step of each native method, natural time units: errors from a few per cent to
+1e-12, or to that of a run of 0.1 s. For the reference method the steps before they are halved.
 """
 
 
 def _formulas(scene: Scene, truth: Result) -> tuple[Contender, ...]:
-    """Eqs. 6 and 9 at the contacts that they speak of, given p and F_SW of the truth."""
+    """Return Eqs. 6 and 9 at their contacts, with p and F_SW of the truth."""
     p, wave_force = truth.transition_granules, truth.solitary_wave.peak_force
     if p is None or wave_force is None or not isinstance(scene.shock, Pulse):
         return ()
@@ -171,7 +172,7 @@ def _formulas(scene: Scene, truth: Result) -> tuple[Contender, ...]:
 
 
 def _map(scene: Scene) -> tuple[Contender, ...]:
-    """The map of peaks, where it knows the scene."""
+    """Return the map of peaks, if it has the scene."""
     known = theory.predict(scene).peak_force
     if not np.any(np.isfinite(known)):
         return ()
@@ -184,7 +185,7 @@ def _by_map(scene: Scene, _: float) -> Outcome:
 
 
 def _said(scene: Scene, peak_force: FloatArray) -> Outcome:
-    """What a formula says of the first contacts; it says nothing of the others."""
+    """Return the outcome of a formula for the first contacts; NaN for the others."""
     unsaid = np.full(scene.chain.granules - 1 - peak_force.size, np.nan)
     return Outcome(np.append(peak_force, unsaid), 0)
 
@@ -192,20 +193,20 @@ def _said(scene: Scene, peak_force: FloatArray) -> Outcome:
 def _compiled(
     method: str, scene: Scene, step: float, dtype: type[np.floating[Any]] = np.float64
 ) -> Outcome:
-    """A native method with steps as asked, without what tells its error."""
+    """Run a native method with given steps, without an error estimate."""
     walker = METHODS[method].walker
     run = simulate(scene, scene.schedule(step), walker, dtype=dtype, leave_behind=True)
     return Outcome(run.peaks.force * scene.units.force, run.evaluations)
 
 
 def _with_estimate(scene: Scene, rtol: float) -> Outcome:
-    """What a user gets who asks for an accuracy: method and step chosen, the error estimated."""
+    """Run with a wanted accuracy as users do: method and step chosen, the error estimated."""
     result = Native(rtol=rtol, peaks_only=True).run(scene)
     return Outcome(result.all_peaks, result.force_evaluations)
 
 
 def _without_estimate(scene: Scene, rtol: float) -> Outcome:
-    """The first run of that: what is left where nobody asks how sure the peaks are."""
+    """Run only the first run for a wanted accuracy, without the error estimate."""
     chosen = plans.cheapest(rtol)
     legs = scene.schedule(chosen.step * scene.contact_time)
     run = simulate(scene, legs, chosen.walker, leave_behind=True)
@@ -213,13 +214,13 @@ def _without_estimate(scene: Scene, rtol: float) -> Outcome:
 
 
 def _damped_verlet(scene: Scene, step: float) -> Outcome:
-    """LAMMPS's scheme, without what tells its error."""
+    """Run LAMMPS's scheme, without an error estimate."""
     run = simulate_damped_verlet(scene, scene.schedule(step))
     return Outcome(run.peaks.force * scene.units.force, run.evaluations)
 
 
 def _damped_once(scene: Scene, rtol: float) -> Outcome:
-    """The first run of a wanted accuracy, without the one that tells its error."""
+    """Run the first run for a wanted accuracy, without the one for its error."""
     tolerance = first_tolerance(rtol, granules_collide(scene))
     longest = longest_step(scene) / scene.units.time
     run = simulate_damped(scene, tolerance, longest, Deadline(TIME_LIMIT))
@@ -227,13 +228,13 @@ def _damped_once(scene: Scene, rtol: float) -> Outcome:
 
 
 def _numpy(method: str, scene: Scene, step: float) -> Outcome:
-    """A native method as its equations are written."""
+    """Run a native method in plain NumPy."""
     run = simulate_in_numpy(scene, scene.schedule(step), METHODS[method].walker)
     return Outcome(run.peaks.force * scene.units.force, run.evaluations)
 
 
 def _scipy(scene: Scene, rtol: float) -> Outcome:
-    """SciPy's DOP853 from corner to corner of the pulse, peaks from its dense output."""
+    """Run SciPy's DOP853 from corner to corner of the pulse; peaks come from its dense output."""
     from scipy.integrate import solve_ivp
 
     units, granules = scene.units, scene.chain.granules
@@ -248,7 +249,7 @@ def _scipy(scene: Scene, rtol: float) -> Outcome:
                 [state[granules:], equations.acceleration(state[:granules], pushed)]
             )
 
-        # Overlaps ahead of the front are small: an absolute tolerance as large would leave noise.
+        # Overlaps ahead of the front are small: an equal absolute tolerance would leave noise.
         found = solve_ivp(
             rates, (leg.start, leg.end), state,
             method="DOP853", rtol=rtol, atol=1e-3 * rtol, dense_output=True,
@@ -263,7 +264,7 @@ def _scipy(scene: Scene, rtol: float) -> Outcome:
 
 
 def _show(watch: PeakWatch, time: FloatArray, states: FloatArray, leg: Leg) -> None:
-    """Let the peaks be found between states, shape (samples, 2 granules), as everywhere else."""
+    """Find the peaks between states, shape (samples, 2 granules), as for all backends."""
     displacement, velocity = np.split(states, 2, axis=1)
     pressed = equations.overlap(displacement)
     force = equations.contact_force(pressed)
@@ -273,12 +274,12 @@ def _show(watch: PeakWatch, time: FloatArray, states: FloatArray, leg: Leg) -> N
         pressed, equations.overlap(velocity), 0.0 if leg.ramp is None else leg.ramp.force_rate(time)
     )
     samples = Samples(time, displacement, velocity, pushed, pressed, force, third)
-    # Of a contact that does no more than touch a peak below 0 may be found, which is none.
+    # A contact that only touches may get a negative peak, which counts as none.
     with np.errstate(invalid="ignore"):
         watch.update(samples)
 
 
 def _lammps(scene: Scene, step: float, extrapolated: bool = False) -> Outcome:
-    """The deck from the creation of its instance on; extrapolated, ``step`` is the finer run's."""
+    """Run LAMMPS, including its start; if extrapolated, ``step`` is the finer run's."""
     peaks, steps = Lammps(dt=step, extrapolated=extrapolated).peaks_alone(scene)
     return Outcome(peaks, steps)

@@ -1,4 +1,4 @@
-"""Damping as a cause of wrong peaks: there, missing, of another law or with another coefficient."""
+"""Damping as a cause of wrong peaks: added, missing, of another law or with another coefficient."""
 
 from __future__ import annotations
 
@@ -19,27 +19,29 @@ from hertzchain.theory.restitution import damping_ratio, of_ratio, ratio_for
 from hertzchain.verdict.case import Case, Cause
 
 _TRIALS = np.log(np.geomspace(1e-6, 2.2, 14))
-"""Logarithms of coefficients in natural units; sqrt(5) is a restitution of 0."""
+"""Logarithms of trial coefficients in natural units; sqrt(5) is a restitution of 0."""
 
 _BETTER = 3.0
-"""Times that a coefficient, or contacts that pull, have to leave less to be named (chosen)."""
+"""Factor by which a coefficient, or contacts that pull, must leave less to be named (chosen)."""
 
 _HELPS = 0.9
-"""Of the differences of an elastic scene: if the best trial leaves more, a law is given up. If it
-is the cause, a trial within a factor of 1.8 of the coefficient leaves 0.6 or so."""
+"""Part of the differences of an elastic scene: a law whose best trial leaves more is dropped. If
+the law is the cause, a trial within a factor of 1.8 of the coefficient leaves about 0.6.
+"""
 
 _NEAR = 0.003
-"""Relative; how near a fitted coefficient has to be to a known one for that to be named."""
+"""Largest relative distance of a fitted coefficient from a known one that is named."""
 
 _SAME = 3e-4
-"""Relative; coefficients that are nearer to the scene's than this are the scene's."""
+"""Largest relative distance from the scene's coefficient that counts as equal."""
 
 _KNOWN_TO = 1e-4
-"""Least relative uncertainty of a coefficient: the trial runs and the search leave less."""
+"""Least relative uncertainty of a coefficient; that of trial runs and search is smaller."""
 
 _HIDDEN = 4.0
-"""Times that a coefficient can be further off than what is left says, as errors of steps change it,
-too (4 measured, of velocity Verlet)."""
+"""Ratio of a coefficient's true error to the one derived from the residual, because errors of steps
+change it too (measured 4, for velocity Verlet).
+"""
 
 
 _NAMES = {
@@ -51,15 +53,15 @@ _NAMES = {
 
 @dataclass(frozen=True)
 class _Fitted:
-    """A law whose coefficient leaves the least of the differences."""
+    """A law of damping with its fitted coefficient."""
 
     contact: Contact
-    log: float  # of the coefficient, natural units
+    log: float  # logarithm of the coefficient, natural units
     left: float
 
 
 def damping(case: Case) -> Iterator[Cause]:
-    """No damping, another law, another coefficient, contacts that pull or not."""
+    """Yield no damping, another law, another coefficient, and contacts that pull or not."""
     scene, own = case.scene, case.scene.contact
     without = case.size
     base = False
@@ -86,7 +88,7 @@ def damping(case: Case) -> Iterator[Cause]:
 
 
 def _fit(case: Case, law: str, attraction: bool, logs: FloatArray) -> _Fitted | None:
-    """The coefficient of a law that leaves the least; None where none can be tried, or helps."""
+    """Fit the coefficient of a law; None where none can be tried, or none helps."""
 
     @functools.cache
     def peaks_at(log: float) -> FloatArray:
@@ -105,9 +107,9 @@ def _fit(case: Case, law: str, attraction: bool, logs: FloatArray) -> _Fitted | 
 
 
 def contact_of(scene: Scene, law: str, strength: float, attraction: bool) -> Contact:
-    """A law of damping whose coefficient in natural units is ``strength``.
+    """Return a law of damping with the coefficient ``strength`` in natural units.
 
-    That is c in F = d^(3/2) + c d^q d', and alpha of the law of restitution.
+    It is c in F = d^(3/2) + c d^q d', and alpha in the law of restitution.
     """
     units = scene.units
     if law == "restitution":
@@ -121,7 +123,7 @@ def contact_of(scene: Scene, law: str, strength: float, attraction: bool) -> Con
 
 
 def strength_of(scene: Scene, contact: Contact) -> float:
-    """What ``contact_of`` takes for a law of damping."""
+    """Return the ``strength`` of ``contact_of`` for a law of damping."""
     units = scene.units
     if contact.restitution is not None:
         return math.sqrt(5) * damping_ratio(contact.restitution)
@@ -132,7 +134,7 @@ def strength_of(scene: Scene, contact: Contact) -> float:
 
 
 def _is_own(scene: Scene, found: _Fitted) -> bool:
-    """Whether what was found is the scene's own law and coefficient."""
+    """Return whether the fit is the scene's own law and coefficient."""
     own = scene.contact
     if own is None or own.damping != found.contact.damping:
         return False
@@ -159,9 +161,9 @@ def _in_words(case: Case, found: _Fitted, base: bool) -> str:
 
 
 def described(contact: Contact, uncertainty: float) -> str:
-    """A law with its coefficient, in as many digits as are known of it.
+    """Return the words for a law and its coefficient, with its known digits.
 
-    ``uncertainty`` is that of the coefficient, relative.
+    ``uncertainty`` is the relative uncertainty of the coefficient.
     """
     return f"{_NAMES[contact.damping]} {_value(contact, uncertainty)}"
 
@@ -170,7 +172,7 @@ def _value(contact: Contact, uncertainty: float) -> str:
     digits = max(2, math.floor(-math.log10(uncertainty)))
     if contact.restitution is not None:
         e = contact.restitution
-        # Of ln e = -pi z / sqrt(1 - z^2).
+        # Derivative of ln e = -pi z / sqrt(1 - z^2).
         off = uncertainty * e * -math.log(e) / (1 - damping_ratio(e) ** 2)
         return f"{round(e, max(2, math.floor(-math.log10(off)))):.10g}"
     if contact.relaxation_time is not None:
@@ -180,7 +182,7 @@ def _value(contact: Contact, uncertainty: float) -> str:
 
 
 def _uncertainty(case: Case, found: _Fitted) -> float:
-    """Of the coefficient, relative, from what is left and how fast peaks change with it."""
+    """Relative uncertainty of a coefficient, from the residual and the change of peaks with it."""
     step = 0.01
     law, attraction = found.contact.damping, found.contact.attraction
     here, there = (
@@ -194,7 +196,7 @@ def _uncertainty(case: Case, found: _Fitted) -> float:
 
 
 def known_factors(scene: Scene) -> dict[str, float]:
-    """What mistakes make of the coefficient of a law, by their names."""
+    """Return factors of the coefficient of a law by known mistakes, by name."""
     contact = scene.contact
     assert contact is not None
     if contact.relaxation_time is not None:
@@ -209,7 +211,7 @@ def known_factors(scene: Scene) -> dict[str, float]:
     }
     try:
         limited = ratio_for(e, pulls=False)
-    except SceneError:  # no contact that cannot pull has so small a restitution
+    except SceneError:  # contacts that cannot pull never have such a small restitution
         limited = math.nan
     known |= {
         f"the coefficient with which contacts that cannot pull have {e:g}": limited / ratio,

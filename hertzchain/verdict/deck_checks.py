@@ -1,4 +1,4 @@
-"""What LAMMPS makes of a generated deck, number by number, against the scene."""
+"""Checks of LAMMPS's numbers for a generated deck, one by one, against the scene."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.sine import Sine
 from hertzchain.verdict.check import Check, Kind, farthest, unmeasured, within
 
-EXAMINED = 1e-12  # relative, of each number of LAMMPS; 3e-15 measured, R 1e-8 to 1e3 m, N to 1e4
+# relative tolerance of LAMMPS's numbers; measured 3e-15, R 1e-8 to 1e3 m, N to 1e4
+EXAMINED = 1e-12
 
 _ENGINE = "lammps"
 
@@ -46,7 +47,7 @@ NOT_EXAMINED = Kind("not examined", _MEND)
 
 
 def examined(scene: Scene, lammps: Lammps) -> list[Check]:
-    """What LAMMPS makes of the deck of a scene, each number by itself."""
+    """Examine the deck of a scene in LAMMPS, each number by itself."""
     try:
         return examination_checks(scene, lammps.examine(scene))
     except RunFailed as problem:
@@ -54,7 +55,7 @@ def examined(scene: Scene, lammps: Lammps) -> list[Check]:
 
 
 def examination_checks(scene: Scene, found: Examination) -> list[Check]:
-    """What LAMMPS makes of the deck against the scene: only round-off may differ."""
+    """Return checks of LAMMPS's numbers against the scene: only round-off may differ."""
     numbers = found.mass.size, scene.chain.granules, 0.0
     count = _check(GRANULES, numbers, "one more or less is another chain")
     if not count.passed:
@@ -92,19 +93,19 @@ def _granule_checks(scene: Scene, found: Examination) -> list[Check]:
 
 
 def _checks_with_terms(scene: Scene, found: Examination, held: Held) -> list[Check]:
-    """The numbers of a scene with terms, granule by granule and contact by contact."""
+    """Return the checks of a scene with terms, granule by granule and contact by contact."""
     granules, expected = scene.granules, _start(scene)
     mass = granules.mass
-    if scene.piston is not None:  # its mass and the forces on it do not matter
+    if scene.piston is not None:  # the mass of a piston and the forces on it have no effect
         mass = mass[[1, *range(1, mass.size)]]
         found.mass[0] = mass[0]
         expected.constant_force[0] = held.constant_force[0]
         held.force[0] = 0.0
     length = float(np.sum(2 * granules.radius) + np.sum(granules.gap))
-    # Coordinates are rounded, two of them and their difference: so much of an overlap.
+    # Error of an overlap: two coordinates and their difference are rounded.
     reach = granules.radius[:-1] + granules.radius[1:]
     if scene.wall is not None:
-        reach = np.append(reach, length)  # of the wall's place, too
+        reach = np.append(reach, length)  # also for the wall's place
     rounded = 4 * np.finfo(np.float64).eps * reach / found.overlap[0]
     room = np.maximum(EXAMINED, 1.5 * rounded)
     checks = [
@@ -153,7 +154,7 @@ def _checks_with_terms(scene: Scene, found: Examination, held: Held) -> list[Che
 
 @dataclass(frozen=True, eq=False)
 class _Start:
-    """A scene with terms before anything moves, in SI units, typed independently of its granules.
+    """A scene with terms at its start, in SI units, computed independently of ``Scene.granules``.
 
     ``beyond`` is the distance from the last centre to the wall.
     """
@@ -166,7 +167,7 @@ class _Start:
 
 
 def _start(scene: Scene) -> _Start:
-    """The start from the parts of a scene: contact after contact, each in equilibrium."""
+    """Compute the start from the parts of a scene: contact after contact, each in equilibrium."""
     chain, pressed, each = scene.chain, scene.precompression, scene.granules
     force, gravity = (0.0, 0.0) if pressed is None else (pressed.force, pressed.gravity)
     gaps = np.broadcast_to(chain.gap, chain.granules)
@@ -192,7 +193,7 @@ def _start(scene: Scene) -> _Start:
     if scene.contact is not None:
         deep, rate = float(each.static_overlap[0]), np.zeros(each.stiffness.size)
         rate[0] = velocity[0]
-        # A contact that only touches is not damped yet.
+        # A contact that only touches has no damping yet.
         lost = DampedLaw.of(scene).damper(each.static_overlap, rate)[0] if deep > 0 else 0.0
         net[0], net[1] = -lost, lost
     return _Start(np.array(places), beyond, np.array(constant), velocity, net)
@@ -201,9 +202,9 @@ def _start(scene: Scene) -> _Start:
 def _each(
     kind: Kind, measured: FloatArray, expected: FloatArray, room: FloatArray | float, reason: str
 ) -> Check:
-    """A check of a number of each granule, at the one that is farthest from its tolerance."""
+    """Return a check of each granule's number, at the granule farthest from its tolerance."""
     allowed = np.broadcast_to(room, expected.shape)
-    # Some are allowed no difference at all: then any is too much.
+    # Some tolerances are 0: then any difference fails.
     at = farthest((measured - expected) / np.maximum(allowed, np.finfo(np.float64).tiny), 0.0)
     numbers = measured[at], expected[at], allowed[at]
     return _check(kind, numbers, f"{reason}; largest at granule {at + 1}")
@@ -216,18 +217,18 @@ def _contact_checks(
     has_wall: bool = False,
     law: DampedLaw | None = None,
 ) -> list[Check]:
-    """The law of each contact; ``room`` is the relative tolerance of its forces, (contacts,).
+    """Return checks of each contact's law; ``room`` has relative tolerances of forces, (contacts,).
 
-    ``law`` is that of damped contacts, if they are.
+    ``law`` is the law of damped contacts, None for elastic ones.
     """
     force = found.contact_force
     allowed, wall = np.broadcast_to(room * stiffness, force.shape), stiffness.size * has_wall
     expected = np.broadcast_to(stiffness, force.shape).ravel()
     measured = (force / found.overlap**1.5).ravel()
-    # Of unlike contacts the one that is farthest from its own tolerance.
+    # The contact farthest from its own tolerance.
     share = (allowed / np.max(allowed)).ravel()
     stiff = farthest((measured - expected) / share, 0.0)
-    # Contacts that are missing are named by their stiffness, 0, and have no exponent.
+    # Missing contacts have stiffness 0 and no exponent.
     there = np.all(np.abs(force) > 1e-6 * stiffness * found.overlap**1.5, axis=0)
     growth = np.where(there, np.abs(force[1] / np.where(there, force[0], 1.0)), np.nan)
     exponent = np.log(growth) / np.log(found.overlap[1] / found.overlap[0])
@@ -235,7 +236,7 @@ def _contact_checks(
     bent = farthest((np.where(there, exponent, 1.5) - 1.5) / worth, 0.0)
     unit = stiffness * found.overlap[1] ** 1.5
     spun = farthest(found.tangential_force, 0.0)
-    # Forces of two overlaps that differ by a factor of 2: one more rounding of each.
+    # Forces at two overlaps that differ by a factor of 2: one more rounding of each.
     bending = room[bent] if room[bent] == EXAMINED else 3 * room[bent]
     missing = _missing(there, wall)
 
@@ -268,7 +269,7 @@ def _contact_checks(
 def _damping_check(
     found: Examination, stiffness: FloatArray, room: FloatArray, law: DampedLaw | None, wall: int
 ) -> Check:
-    """What contact forces change by when granules approach or part."""
+    """Return a check of the change of contact forces when granules approach or part."""
     if law is None or found.closing is None:
         unit = stiffness * found.overlap[1] ** 1.5
         change = (found.damped_force - found.contact_force[1]) / unit
@@ -298,18 +299,18 @@ def _damping_check(
 
 
 def _named(contact: int, wall: int) -> str:
-    """A contact, counted from 0, by the paper's number; ``wall`` is how many, if one is a wall."""
+    """Name a contact, counted from 0, by the paper's number; contact ``wall`` - 1 is a wall's."""
     return "the wall" if contact + 1 == wall else f"contact {contact + 2}"
 
 
 def _check(kind: Kind, numbers: tuple[float, float, float], reason: str) -> Check:
-    """A check of LAMMPS, from what was measured and expected, and the tolerance."""
+    """Return a check of LAMMPS from measured and expected number and the tolerance."""
     measured, expected, tolerance = map(float, numbers)
     return within(kind, _ENGINE, measured, expected, tolerance, reason)
 
 
 def _missing(there: Array, wall: int = 0) -> str:
-    """The contacts without a force, by the paper's numbers; empty where there are none."""
+    """Return words on contacts without a force, by the paper's numbers; empty if there are none."""
     contacts = np.flatnonzero(np.logical_not(there)).tolist()
     if wall and contacts == [wall - 1]:
         return "no force in the contact with the wall"
@@ -321,10 +322,10 @@ def _missing(there: Array, wall: int = 0) -> str:
 
 
 def _applied_force_check(scene: Scene, found: Examination) -> Check:
-    """The force that LAMMPS applies against F(t) of the scene, at the corners from both sides."""
+    """Return a check of LAMMPS's applied force against F(t), at the corners from both sides."""
     expected = _applied_force(scene, found.time)
     leg, step = divmod(farthest(found.applied_force, expected), expected.shape[1])
-    # LAMMPS adds up the time leg by leg; a steep ramp makes more of what that loses.
+    # LAMMPS adds up the time leg by leg; a steep ramp amplifies the rounding errors.
     late = len(expected) * math.ulp(scene.pulse_end)
     steepest = max(
         (
@@ -345,7 +346,7 @@ def _applied_force_check(scene: Scene, found: Examination) -> Check:
 def _piston_check(
     scene: Scene, piston: Piston, time: FloatArray, moved: FloatArray, length: float
 ) -> Check:
-    """The displacement of granule 1 against the piston's, at the corners from both sides."""
+    """Check of granule 1's displacement against the piston's, at corners from both sides."""
     if piston.velocity is not None:
         expected = piston.velocity * time
     else:
@@ -353,7 +354,7 @@ def _piston_check(
         assert piston.displacement is not None
         expected = np.interp(time, piston.time, piston.displacement)
     leg, step = divmod(farthest(moved, expected), expected.shape[1])
-    # Places are rounded, and times add up.
+    # Places are rounded, and times are sums.
     room = EXAMINED * (length + piston.distance(scene.end_time))
     return _check(
         PISTON,
@@ -364,7 +365,7 @@ def _piston_check(
 
 
 def _applied_force(scene: Scene, time: FloatArray) -> FloatArray:
-    """F(t) [N] by Table 1 or the pulse table, not the schedule's ramps: shape (legs, readings)."""
+    """F(t) [N] by Table 1 or the pulse table, not by the schedule's ramps: (legs, readings)."""
     if isinstance(scene.shock, Pulse):
         assert scene.rise_time is not None
         return theory.applied_force(time, scene.shock, scene.rise_time)
@@ -377,7 +378,7 @@ def _applied_force(scene: Scene, time: FloatArray) -> FloatArray:
     table = scene.shock
     assert isinstance(table, PulseTable)
     force = np.interp(time, table.time, table.force, left=0.0, right=0.0)
-    # It may jump at its first and last row: legs end before a jump and start after it.
+    # The force may jump at a table's first and last row: legs end before a jump and start after it.
     force[:, 1:][time[:, 1:] <= table.time[0]] = 0.0
     force[:, 0][time[:, 0] >= table.time[-1]] = 0.0
     return force

@@ -17,18 +17,18 @@ from hertzchain.theory.prediction import transition_peaks
 
 @dataclass(frozen=True)
 class Formulas:
-    """What the paper's formulas say, given p and F_SW from a simulation.
+    """Values of the paper's formulas, given p and F_SW from a simulation.
 
     Parameters
     ----------
     applicable
-        Why they do not apply, or None where they do.
+        Reason why they do not apply; None where they do.
     note
-        Where the scene lies outside what the paper covers; None inside.
+        Why the scene lies outside the range of the paper; None inside it.
     transition_granules
         p of Eq. 3, not rounded.
     eq6, eq9
-        Peak force of contacts 2 ... N [N], NaN where the formula says nothing, shape (N - 1,).
+        Peak force of contacts 2 ... N [N], NaN where the formula gives none, shape (N - 1,).
     speed, exact_speed
         V_SW of the paper and of the exact solitary wave, both at F_SW [m/s].
     """
@@ -42,7 +42,7 @@ class Formulas:
     exact_speed: float | None
 
     def to_dict(self) -> dict[str, Any]:
-        """The formulas as JSON knows them; their peak forces are in the rows."""
+        """Return the formulas as a JSON object; their peak forces are in the rows."""
         return {
             "not_applicable": self.applicable,
             "outside_range": self.note,
@@ -53,7 +53,7 @@ class Formulas:
 
 
 def formulas(reference: Result) -> Formulas:
-    """The paper's formulas with p and F_SW of a simulation, and the exact solitary wave."""
+    """Evaluate the formulas with p and F_SW of a simulation, and the exact solitary wave."""
     scene, p, wave = reference.scene, reference.transition_granules, reference.solitary_wave
     nothing = np.full(reference.contact.size, np.nan)
     if not scene.is_plain:

@@ -1,4 +1,4 @@
-"""The judgement: peaks from any code against the reference, contact by contact, with a cause."""
+"""The judgement of peaks from any code by the reference, contact by contact, with a cause."""
 
 from __future__ import annotations
 
@@ -31,23 +31,24 @@ from hertzchain.verdict.twin import velocity_verlet
 if TYPE_CHECKING:
     import pandas
 
-TOLERANCE = 1e-3  # where nothing else is asked for: a tenth of the one per cent that p hangs on
-PATIENCE = 60.0  # how long to look for the cause [s]; 60 granules take about 1 s
-_MOST_BYTES = 5_000_000  # of a table of peaks: some 100,000 contacts
-_TRIAL_STEP = 0.05  # natural time units; the error of velocity Verlet there tells it at other steps
+TOLERANCE = 1e-3  # default tolerance: a tenth of the one per cent on which p depends
+PATIENCE = 60.0  # time limit of the search for the cause [s]; 60 granules take about 1 s
+_MOST_BYTES = 5_000_000  # largest table of peaks [bytes], chosen: about 100,000 contacts
+# natural time units; the error of velocity Verlet at other steps is scaled from here
+_TRIAL_STEP = 0.05
 
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How far off velocity Verlet is at a step.
+    """Error of velocity Verlet at a step.
 
     Parameters
     ----------
     dt
         The step [s].
     interpolated, sampled
-        Largest relative difference of its peaks from the reference: of maxima found between the
-        steps, and of the highest samples.
+        Largest relative difference of its peaks from the reference, for maxima found between the
+        steps and for the highest samples.
     """
 
     dt: float
@@ -62,28 +63,28 @@ class Judgement(ShownVerdict):
     Parameters
     ----------
     reference
-        The truth, by the native reference method.
+        Result of the native reference method.
     given
-        The peaks in question [N], shape (N - 1,), NaN where none was given.
+        The given peaks [N], shape (N - 1,); NaN where none was given.
     tolerance
         Largest relative difference that passes.
     cause
-        What has probably gone wrong where contacts failed, as a sentence; None where none did, or
-        no known mistake, or pair of them, explains the differences.
+        Likely cause of failed contacts, a sentence; None where none failed, or no known mistake or
+        pair of mistakes explains the differences.
     hint
-        What comes nearest, and what it leaves, where contacts failed and no cause is known, as a
-        sentence; None where nothing was sought.
+        Nearest known mistake, and what it leaves, if contacts failed without a known cause, a
+        sentence; None without a search.
     remarks
-        Sentences on what could not be done; none, as a rule.
+        Sentences on parts that could not be done; usually empty.
     expected
-        What velocity Verlet has at the step that was named; None where none was.
+        Error of velocity Verlet at the given step; None without a step.
     like_steps
-        Steps [s] with which velocity Verlet would be as far off, with interpolated maxima and with
-        the highest samples; None where the step was named, nothing is off, or no step is.
+        Steps [s] at which velocity Verlet would have this error, with interpolated maxima and with
+        the highest samples; None if a step was given, nothing is wrong, or no step fits.
     sampling
-        How far off the given peaks may be by the distance of samples they come from, as a fraction,
-        shape (N - 1,): it adds to the tolerance, and contacts where it is larger are not judged.
-        None for peaks that are given as such.
+        Relative error of the given peaks by the distance of the samples that they come from, shape
+        (N - 1,): it adds to the tolerance, and contacts where it is larger are not judged. None for
+        peaks that are not from samples.
     """
 
     reference: Result
@@ -98,7 +99,7 @@ class Judgement(ShownVerdict):
 
     @property
     def difference(self) -> FloatArray:
-        """Relative difference from the reference, shape (N - 1,); NaN where there is none."""
+        """Relative differences from the reference, shape (N - 1,); NaN where there is none."""
         expected = self.reference.peak_force
         pressed = expected > 0
         ratio = self.given / np.where(pressed, expected, 1.0)
@@ -123,7 +124,7 @@ class Judgement(ShownVerdict):
 
     @property
     def largest_difference(self) -> float | None:
-        """Of the judged contacts; None where there are none."""
+        """Largest difference of the judged contacts; None where there are none."""
         judged = self.judged
         return float(np.max(np.abs(self.difference[judged]))) if judged.any() else None
 
@@ -136,13 +137,13 @@ class Judgement(ShownVerdict):
 
     @property
     def verdict(self) -> str:
-        """``pass`` where every judged contact passed and there are any, else ``fail``."""
+        """``pass`` if there are judged contacts and all passed, otherwise ``fail``."""
         judged = self.judged
         return "pass" if judged.any() and bool(np.all(self.passed[judged])) else "fail"
 
     @property
     def summary(self) -> str:
-        """How many contacts failed, and by how much, in one line."""
+        """One line on the number of failed contacts and the largest difference."""
         judged, largest = int(np.count_nonzero(self.judged)), self.largest_difference
         if largest is None:
             rare = "" if self.sampling is None else " and sampled often enough"
@@ -155,9 +156,9 @@ class Judgement(ShownVerdict):
 
     @property
     def rows(self) -> list[dict[str, float | int | bool | None]]:
-        """One row per contact, with contact, given_N, reference_N, difference and passed.
+        """Return one row per contact, with contact, given_N, reference_N, difference and passed.
 
-        None where nothing was given, or where a contact is not judged.
+        Values are None where nothing was given, or where a contact is not judged.
         """
         given, difference = or_none(self.given), or_none(self.difference)
         judged, passed = self.judged, self.passed
@@ -173,13 +174,13 @@ class Judgement(ShownVerdict):
         ]
 
     def to_frame(self) -> pandas.DataFrame:
-        """The rows as a table."""
+        """Return the rows as a table."""
         import pandas
 
         return pandas.DataFrame(self.rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """The judgement as JSON knows it; null stands for what is not there."""
+        """Return the judgement as a JSON object; null stands for a missing value."""
         expected, like = self.expected, self.like_steps
         return {
             "verdict": self.verdict,
@@ -215,33 +216,33 @@ def judge(
     time_limit: float = TIME_LIMIT,
     progress: ShowProgress = None,
 ) -> Judgement:
-    """Judge peaks from any code against the reference, and look for what has gone wrong.
+    """Judge peaks from any code by the reference, and search for the cause of differences.
 
     Parameters
     ----------
     scene
-        What was computed, or the path of its file.
+        The scene that was computed, or the path of its file.
     peak_force
         Peak forces [N] of contacts by the paper's numbers, 2 ... N: a CSV file (``read_peaks``), a
-        mapping from contacts, or an array of shape (N - 1,) with NaN where there is none.
+        mapping from contacts to forces, or an array of shape (N - 1,) with NaN for missing peaks.
     tolerance
         Largest relative difference that passes; between 0 and 1.
     dt
-        The step they were computed with [s], if it is known; of no use for damped contacts.
+        Step of the code [s], if known; not used for damped contacts.
     sampling
-        How far off each may be by the distance of the samples it comes from, as a fraction, shape
-        (N - 1,): see ``Judgement``.
+        Relative error of each peak by the distance of the samples that it comes from, shape (N -
+        1,): see ``Judgement``.
     time_limit
-        How long the reference may take [s].
+        Time limit of the reference [s].
     progress
         True for a line in the terminal or notebook on what is being done, or a function that is
-        called with it.
+        called with each such line.
 
     Raises
     ------
     SceneError
-        For a scene, peaks, a tolerance or a step that cannot be, and a tolerance within the error
-        of the reference.
+        For anything but a scene, for impossible peaks, tolerances or steps, and for a tolerance
+        within the error of the reference.
     RunFailed
         If the reference cannot be computed, or velocity Verlet is unstable with such a step.
     """
@@ -299,12 +300,12 @@ def _judged(
 
 
 def judged_peaks(reference: Result, given: FloatArray) -> NDArray[np.bool_]:
-    """Contacts that have a peak and are pressed enough to be judged, shape (N - 1,)."""
+    """Return contacts that have a peak and are pressed enough to be judged, shape (N - 1,)."""
     return np.logical_and(np.isfinite(given), judged_contacts(reference.peak_force))
 
 
 def read_peaks(path: Path | str, granules: int) -> FloatArray:
-    """Peak forces [N], shape (N - 1,), of a CSV file with the columns contact and peak_force_N.
+    """Read peak forces [N], (N - 1,), from a CSV file with the columns contact and peak_force_N.
 
     Missing contacts are NaN; other columns and the order of rows do not matter. A SceneError names
     the row that is wrong or gives a contact for the second time.
@@ -335,20 +336,20 @@ def read_peaks(path: Path | str, granules: int) -> FloatArray:
 
 
 def _put(peak_force: FloatArray, contact: Any, force: Any) -> None:
-    """Enter the peak of one contact, by the paper's number."""
+    """Store the peak of one contact, by the paper's number."""
     last = peak_force.size + 1
     whole = is_finite(contact) and 2 <= contact <= last and contact == int(contact)
     allowed = f"must be a whole number from 2 to {last}: contact 2 lies between granules 1 and 2"
     require(whole, "contact", contact, allowed)
     k = int(contact) - 2
     require(bool(np.isnan(peak_force[k])), "contact", contact, "is given twice")
-    allowed = "must be a finite number of at least 0 [N]; leave out what there is none for"
+    allowed = "must be a finite number of at least 0 [N]; leave out contacts without a peak"
     require(is_finite(force) and force >= 0, "peak_force_N", force, allowed)
     peak_force[k] = force
 
 
 def _given(scene: Scene, given: Path | str | Mapping[int, float] | ArrayLike) -> FloatArray:
-    """Peaks of all contacts [N], checked, NaN where there is none."""
+    """Return checked peaks of all contacts [N], NaN for missing ones."""
     granules = scene.chain.granules
     if isinstance(given, str | os.PathLike):
         return read_peaks(Path(given), granules)
@@ -370,7 +371,7 @@ def _given(scene: Scene, given: Path | str | Mapping[int, float] | ArrayLike) ->
 
 
 def _accuracy(reference: Result, dt: float, time_limit: float) -> Accuracy:
-    """How far off velocity Verlet is at a step, which ends at the corners of the pulse."""
+    """Measure the error of velocity Verlet at a step; steps end at the corners of the pulse."""
     scene = reference.scene
     legs = scene.schedule(dt)
     refuse_unstable(scene, legs, METHODS["velocity-verlet"].interval, "velocity-verlet")
@@ -385,13 +386,13 @@ def _accuracy(reference: Result, dt: float, time_limit: float) -> Accuracy:
 def _like_steps(
     reference: Result, difference: float, time_limit: float
 ) -> tuple[float, float] | None:
-    """Steps [s] with which velocity Verlet would be as far off: its error goes as their square."""
+    """Steps [s] at which velocity Verlet would have this error, which goes as their square."""
     scene = reference.scene
     longest = stable_step(scene, METHODS["velocity-verlet"].interval)
     trial = min(_TRIAL_STEP * scene.units.time, longest / 2)
     try:
         of_trial = _accuracy(reference, trial, time_limit)
-    except RunFailed:  # a hint is no reason to give up
+    except RunFailed:  # without a hint the judgement still stands
         return None
     errors = of_trial.interpolated, of_trial.sampled
     if min(errors) <= 0 or difference < 10 * reference.error_estimate:

@@ -1,4 +1,4 @@
-"""Runs with mistakes made on purpose, any two of them together: what a code had that made them."""
+"""Runs with deliberate mistakes, one or two at once, as a code with these mistakes would give."""
 
 from __future__ import annotations
 
@@ -19,37 +19,37 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg, lay_steps
 from hertzchain.verdict.damping_causes import contact_of
 
-_RTOL = 1e-7  # of a run; smaller differences have no cause
-_DAMPED_TOLERANCE = 1e-7  # of a step of damped contacts: peaks are right to 2e-7
+_RTOL = 1e-7  # wanted accuracy of a run; smaller differences get no cause
+_DAMPED_TOLERANCE = 1e-7  # tolerance of a step, damped contacts: peaks are right to 2e-7
 
 _SAMPLED = 0.1  # natural time units between samples of damped velocity Verlet
-_WEAK = 1e-12  # a coefficient of damping that changes no digit, natural units
+_WEAK = 1e-12  # coefficient of damping without effect, natural units
 
 HALF_SINE, RECTANGLE = "half sine", "rectangle"
 OTHER_PROFILES = (*PROFILES, HALF_SINE, RECTANGLE)
 
 AREAS = {HALF_SINE: 2 / np.pi, RECTANGLE: 1.0}
-"""Impulses of pulses over F0 and their duration; 0.5 for those of the paper."""
+"""Impulses of pulses over F0 times duration; 0.5 for those of the paper."""
 
 
 @dataclass(frozen=True)
 class Mistakes:
-    """Mistakes in a computation; by default there is none.
+    """Mistakes in a computation; the defaults mean none.
 
     Parameters
     ----------
     stretch
-        The pulse lasts so many times as long in natural units, as of another stiffness.
+        Factor of the duration of the pulse in natural units, as from another stiffness.
     force
-        The applied force is so many times as large, at the same rise time.
+        Factor of the applied force, at the same rise time.
     profile
-        The profile of the pulse, if it is another.
+        A wrong profile of the pulse.
     duration
-        What the duration ratio less 1 is multiplied by, at the same rise time.
+        Factor of the duration ratio less 1, at the same rise time.
     held
-        In how many equal steps the force is held constant, each as at its start; 0 for none.
+        Number of equal intervals in which the force is held at its value at the start; 0 for none.
     granules
-        How many there are too many.
+        Number of additional granules.
     law, strength, pulls
         Damping of contacts with its coefficient in natural units, and whether contacts pull.
     dt
@@ -69,7 +69,7 @@ class Mistakes:
 
 
 def with_rise_time(scene: Scene) -> Scene:
-    """The same scene, its pulse measured in seconds, which stay if the chain becomes another."""
+    """Return the same scene with the rise time in seconds, which stays in another chain."""
     pulse = scene.shock
     if not isinstance(pulse, Pulse):
         return scene
@@ -77,14 +77,14 @@ def with_rise_time(scene: Scene) -> Scene:
 
 
 def stiffer(scene: Scene, factor: float) -> Scene:
-    """The same scene with so many times the stiffness."""
+    """Return the same scene with a multiple of the stiffness."""
     return replace(
         scene, chain=replace(scene.chain, young_modulus=factor * scene.chain.young_modulus)
     )
 
 
 def pushed(scene: Scene, factor: float) -> Scene:
-    """The same scene with so many times the applied force."""
+    """Return the same scene with a multiple of the applied force."""
     shock = scene.shock
     if isinstance(shock, Pulse):
         return replace(scene, shock=replace(shock, peak_force=factor * shock.peak_force))
@@ -94,7 +94,7 @@ def pushed(scene: Scene, factor: float) -> Scene:
 
 
 def mistaken_scene(scene: Scene, mistakes: Mistakes) -> Scene:
-    """The scene with what is wrong in it; steps, and pulses no scene has, are left out."""
+    """Scene with its mistakes, except for steps and for pulses that no scene can have."""
     scene = with_rise_time(scene)
     shock = scene.shock
     if isinstance(shock, Pulse):
@@ -117,7 +117,7 @@ def mistaken_scene(scene: Scene, mistakes: Mistakes) -> Scene:
 
 
 def _ramps(scene: Scene, mistakes: Mistakes) -> Sequence[Ramp]:
-    """The applied force [s, N] of a scene with its mistakes, pulses that no scene has included."""
+    """Return the applied force [s, N] of a scene with its mistakes, also for impossible pulses."""
     ramps = scene.ramps
     top, end = scene.peak_force, ramps[-1].end
     if mistakes.profile == HALF_SINE:
@@ -141,11 +141,11 @@ def _ramps(scene: Scene, mistakes: Mistakes) -> Sequence[Ramp]:
 
 
 def damped_verlet_peaks(scene: Scene, legs: Sequence[Leg]) -> FloatArray:
-    """Highest forces of damped contacts by velocity Verlet, natural units, shape (N - 1,).
+    """Return highest forces of damped contacts by velocity Verlet, natural units, shape (N - 1,).
 
-    They are tops of parabolas through samples a tenth of the unit of time apart, right to 2e-4 of
-    themselves, and less of that is left in ratios at the same steps. ``simulate_damped_verlet``
-    takes ten times as long, as it measures work and bounds, too.
+    They are tops of parabolas through samples 0.1 natural time units apart, with relative errors of
+    2e-4, which mostly cancel in ratios at the same steps. ``simulate_damped_verlet`` takes ten
+    times as long, because it also measures work and bounds.
     """
     from hertzchain.engines.native.damped_verlet import verlet_contacts
     from hertzchain.engines.native.damped_verlet_kernel import take_steps
@@ -168,7 +168,7 @@ def damped_verlet_peaks(scene: Scene, legs: Sequence[Leg]) -> FloatArray:
 
 
 def _tops(time: FloatArray, force: FloatArray) -> FloatArray:
-    """Tops of the parabolas through the highest samples and those next to them: (contacts,)."""
+    """Return tops of parabolas through the highest samples and their neighbours, (contacts,)."""
     k = np.clip(np.argmax(force, axis=0), 1, time.size - 2)
     here = np.arange(force.shape[1])
     before, top, after = force[k - 1, here], force[k, here], force[k + 1, here]
@@ -183,16 +183,16 @@ def _tops(time: FloatArray, force: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """Peaks of a scene with mistakes, each kept, as they are asked for again and again."""
+    """A cache of peaks of a scene with mistakes."""
 
     scene: Scene
     deadline: Deadline
     kept: dict[Mistakes, FloatArray] = field(default_factory=dict)
 
     def peaks(self, mistakes: Mistakes) -> FloatArray:
-        """Peak forces [N], shape (N - 1,); NaN where a contact is not there, or nothing runs.
+        """Return peak forces [N], shape (N - 1,); NaN for a missing contact or an impossible run.
 
-        Raises TooExpensive if that was not done by the deadline.
+        Raises TooExpensive if the run is not done by the deadline.
         """
         if mistakes not in self.kept:
             contacts = self.scene.chain.granules - 1
@@ -228,7 +228,7 @@ class Runs:
             return np.asarray(damped.peak_force * unit.force)
         chosen = plan.cheapest(_RTOL, checked=False)
         legs = chosen.walker.cut(lay_steps(ramps, scene.end_time, chosen.step * unit.time))
-        # What can be left behind is known of single pushes.
+        # Granules may be dropped behind the wave only after single pushes.
         single = not mistakes.held
         run = simulate(scene, legs, chosen.walker, leave_behind=single, deadline=self.deadline)
         return np.asarray(run.peaks.force * unit.force)

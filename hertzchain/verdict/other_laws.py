@@ -1,4 +1,4 @@
-"""Chains under other laws than Eq. 1, as codes compute them by mistake; natural units."""
+"""Chains with wrong contact laws instead of Eq. 1, in natural units."""
 
 from __future__ import annotations
 
@@ -11,32 +11,34 @@ from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.watching import watched_time
 
-_STEP = 0.1  # natural time units: 1e-5 of the peaks, most of it shared by the chain of Eq. 1
+_STEP = 0.1  # natural time units: error 1e-5 of the peaks, mostly the same as with Eq. 1
 
 
 @dataclass(frozen=True)
 class Law:
-    """A force between granules, overlap^exponent, and what hinders their motion."""
+    """A force between granules, overlap^exponent, with damping or drag."""
 
     exponent: float = 1.5  # 3/2 for Hertz; a multiple of 1/4
     pulls: bool = False  # whether contacts pull as hard as they push
-    damped_by: str = "nothing"  # contact: overlap^damping_exponent times the rate; drag: velocity
+    # damping of contacts: overlap^damping_exponent times the rate; drag: velocity
+    damped_by: str = "nothing"
     damping_exponent: float = 0.0  # 0: dashpot, 1/4: Tsuji, 1/2: viscoelastic spheres
 
 
 HERTZ = Law()
 
-_LOOK = 1_000_000  # granules times steps between two looks at the clock: some 20 ms
+_LOOK = 1_000_000  # granules times steps between two checks of the deadline: about 20 ms
 
 
 def peaks(
     scene: Scene, law: Law, damping: FloatArray, stretched: FloatArray, deadline: Deadline
 ) -> tuple[FloatArray, FloatArray]:
-    """Peaks of many chains under one law, elastic ones and those of the whole force, over F0.
+    """Peaks of many chains under one law over F0: of the elastic force and of the whole force.
 
-    Two of shape (chains, contacts), not finite where a motion diverged. Each chain has its damping
-    coefficient, in natural units with stiffness 1, and its pulse is ``stretched`` so many times:
-    shape (chains,). Raises TooExpensive if that was not done by the deadline.
+    Both have the shape (chains, contacts), not finite where a motion diverged. ``damping`` and
+    ``stretched`` have a coefficient, in natural units with stiffness 1, and a factor of the pulse's
+    duration for each chain, shape (chains,). Raises TooExpensive if they are not done by the
+    deadline.
     """
     from hertzchain.verdict import law_kernel
 
@@ -62,6 +64,6 @@ def peaks(
                 state[chain], force[2 * k : 2 * min(k + piece, steps) + 1], h,
                 round(4 * law.exponent), law.pulls, damped_by, damping_quarters, damping[chain],
             )  # fmt: skip
-    # The whole force is the elastic one where contacts are not damped.
+    # Without damping the whole force is the elastic one.
     whole = law_kernel.WHOLE if law.damped_by == "contact" else law_kernel.ELASTIC
     return state[:, law_kernel.ELASTIC, :-1], state[:, whole, :-1]

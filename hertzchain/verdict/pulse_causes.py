@@ -1,4 +1,4 @@
-"""Another pulse as a cause of wrong peaks: its profile, its duration ratio, a force in steps."""
+"""Another pulse as a cause of wrong peaks: its profile, its duration ratio, a stepwise force."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hertzchain.verdict.mistaken import Mistakes, Runs
 
 
 def other_pulse(case: Case) -> Iterator[Cause]:
-    """Another profile, another duration ratio, a force that is held constant in steps."""
+    """Yield another profile, another duration ratio, and a force held constant in steps."""
     pulse = case.scene.shock
     if not isinstance(pulse, Pulse):
         return

@@ -1,4 +1,4 @@
-"""What a run found: against native at the same steps, against the reference, and its balances."""
+"""Checks of a run: against native at the same steps, against the reference, and balances."""
 
 from __future__ import annotations
 
@@ -22,21 +22,26 @@ from hertzchain.verdict.check import Check, Kind, farthest, unmeasured, within
 
 VELOCITY_VERLET = METHODS["velocity-verlet"].walker
 
-SAME_STEPS_STATE = 10.0  # of the state, times what coordinates cost peaks at most; 1.7 measured
-SAME_STEPS_PEAKS = 7e-9  # of the peaks at steps of 0.01 natural units, for reading; goes as 1 / dt
-LONG_STEPS_PEAKS = 0.1  # of the peaks, times dt^4 [natural units]: velocities are no slopes
-READINGS_WITH_TERMS = 0.02  # of the peaks, times dt^2 [natural units]: as readings are laid
-LEAST_WITH_TERMS = 1e-7  # of the peaks, by readings at the shortest steps; 1.1e-7 measured at 0.01
-DAMPER_ERROR = 1.0  # of the energy that dampers take, times steps over their time; 0.5 measured
-IMPULSE_ERROR = 0.1  # the same for impulses of walls and pistons; 0.005 measured, of work 0.03
-_ONE_OF_MANY = 3.0  # times the growth of one small difference at the start: another grows more
-_NUDGES = 3  # differences at the start that are tried: one alone may grow little by chance (chosen)
-MUCH_GROWN = 0.01  # a wider tolerance shows gross errors only: right decks differ by up to 0.35
-_ROUND_OFF = 1e-12  # of the states: what is left where coordinates cost nothing
-_HALVINGS = 20  # of the steps of extrapolated runs, at most that are looked for (chosen)
-MOMENTUM_ERROR = 1e-12  # relative; steps end at the corners, so every method has the whole impulse
-MOMENTUM_OF_A_STEP = 2e-17  # relative, times steps: codes add up the time; 5e-18 to 1e-17 measured
-YARDSTICK = 1e-6  # of the reference's estimate; 1e-11 to 6e-10 measured, LM_ratio 1e-4 to 100
+SAME_STEPS_STATE = 10.0  # error of the state over the bound of coordinates for peaks; measured 1.7
+# error of the peaks by readings at steps of 0.01 natural units; goes as 1 / dt
+SAME_STEPS_PEAKS = 7e-9
+LONG_STEPS_PEAKS = 0.1  # error of the peaks over dt^4 [natural units]: velocities are not slopes
+READINGS_WITH_TERMS = 0.02  # error of the peaks over dt^2 [natural units], by the place of readings
+# error of the peaks by readings at the shortest steps; measured 1.1e-7 at 0.01
+LEAST_WITH_TERMS = 1e-7
+DAMPER_ERROR = 1.0  # error over dampers' energy times step over their time; measured 0.5
+IMPULSE_ERROR = 0.1  # the same for impulses of walls and pistons; measured 0.005, for work 0.03
+# factor on the growth of one small difference at the start: another may grow more
+_ONE_OF_MANY = 3.0
+_NUDGES = 3  # number of differences tried at the start (chosen): one may grow little by chance
+MUCH_GROWN = 0.01  # a wider tolerance shows only gross errors: right decks differ by up to 0.35
+_ROUND_OFF = 1e-12  # error of the states without any by coordinates
+_HALVINGS = 20  # most halvings of the steps of extrapolated runs (chosen)
+# relative tolerance; steps end at the corners, so every method has the whole impulse
+MOMENTUM_ERROR = 1e-12
+MOMENTUM_OF_A_STEP = 2e-17  # relative, per step: codes add up the time; measured 5e-18 to 1e-17
+# largest error estimate of the reference; measured 1e-11 to 6e-10, LM_ratio 1e-4 to 100
+YARDSTICK = 1e-6
 
 _OTHER_CHAIN = (
     "do not use this result; at the same steps it is another chain: look at what differs first in"
@@ -64,9 +69,9 @@ ENERGY = Kind(
 
 
 def code_checks(result: Result, reference: Result, time_limit: float) -> list[Check]:
-    """What another code found: against native at the same steps, the reference and itself."""
+    """Return checks of another code: against native at the same steps, the reference and itself."""
     same_steps = []
-    if result.scheme == "velocity-verlet":  # native steps by it, too; other schemes have no twin
+    if result.scheme == "velocity-verlet":  # native has this scheme too; other schemes have no twin
         try:
             same_steps = same_steps_checks(result, time_limit)
         except RunFailed as problem:
@@ -75,7 +80,7 @@ def code_checks(result: Result, reference: Result, time_limit: float) -> list[Ch
 
 
 def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Check]:
-    """Another code against native velocity Verlet at the same steps, within a time limit [s]."""
+    """Check a code against native velocity Verlet at the same steps, within a time limit [s]."""
     scene, units = result.scene, result.scene.units
     legs = _legs(result)
     deadline = Deadline(time_limit)
@@ -85,16 +90,16 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
     lost = result.lost_digits.bound if result.lost_digits is not None else 0.0
     between = SAME_STEPS_PEAKS * max(1.0, 0.01 / step) + LONG_STEPS_PEAKS * step**4
     if scene.contact is not None:
-        # Contacts that begin or end bend overlaps: as much as readings cost there. Extrapolation
-        # multiplies what they cost both runs, and native reads at other times: the bound of the
-        # run itself counts that. States are the stricter test.
+        # Overlaps bend where contacts close or open; readings there have errors of this size.
+        # Extrapolation multiplies the errors of both runs, and native reads at other times: the
+        # bound of the run itself includes that. States are the stricter test.
         readings = math.inf if _is_extrapolated(result) else DAMPED_READINGS * step**2
         between += min(readings, result.error_estimate)
     elif not scene.is_plain:
-        # A contact that opens next to one that is pressed most: readings see that less well.
+        # A contact that opens next to one at its peak increases the error by readings.
         readings = max(LEAST_WITH_TERMS, READINGS_WITH_TERMS * step**2)
         between += min(readings, result.error_estimate)
-    # What has come to rest by damping still has the rounding errors of its coordinates.
+    # Granules that damping has stopped still have the rounding errors of their coordinates.
     least = 0.0 if scene.contact is None else 1.0
     state, peaks = _ROUND_OFF + SAME_STEPS_STATE * lost, between + lost
     measured = (
@@ -132,9 +137,9 @@ def _is_extrapolated(result: Result) -> bool:
 
 
 def _legs(result: Result) -> Sequence[Leg]:
-    """The legs of a run, of the finer one where its peaks are extrapolated from two.
+    """Return the legs of a run, those of the finer run if its peaks are extrapolated.
 
-    Their steps are those of a coarse run times a power of 2, and both runs are counted.
+    The finer run has the steps of a coarse run times a power of 2; the result counts both runs.
     """
     scene = result.scene
     for halvings in range(1, _HALVINGS + 1) if _is_extrapolated(result) else ():
@@ -150,7 +155,7 @@ def _legs(result: Result) -> Sequence[Leg]:
 def _twin_peaks(
     result: Result, legs: Sequence[Leg], twin: Simulation, deadline: Deadline
 ) -> FloatArray:
-    """Peaks of native [natural units], extrapolated where those of the code are."""
+    """Return peaks of native [natural units], extrapolated if those of the code are."""
     if not _is_extrapolated(result):
         return np.asarray(twin.peaks.force)
     coarse = [replace(leg, steps=leg.steps // 2) for leg in legs]
@@ -162,7 +167,7 @@ def _twin_peaks(
 def _verlet(
     scene: Scene, legs: Sequence[Leg], deadline: Deadline, start: FloatArray | None = None
 ) -> Simulation:
-    """Native velocity Verlet; a start other than rest moves all granules."""
+    """Run native velocity Verlet; a start other than rest moves all granules."""
     if scene.contact is not None:
         return simulate_damped_verlet(scene, legs, deadline, start=start)
     return simulate(
@@ -171,7 +176,7 @@ def _verlet(
 
 
 def _farthest_peak(peak_force: FloatArray, expected: FloatArray) -> int:
-    """The contact, by the paper's number, whose peak differs most of those that are judged."""
+    """Return the number of the judged contact whose peak differs most."""
     judged = judged_contacts(expected)
     return farthest(peak_force / np.where(judged, expected, np.inf), 1.0 * judged) + 2
 
@@ -184,9 +189,10 @@ def _grown(
     deadline: Deadline,
     least: float,
 ) -> tuple[float, float, float]:
-    """Differences of displacement, velocity and peaks that collisions make of one at the start.
+    """Return differences of displacement, velocity and peaks after a small one at the start.
 
-    ``lost`` is that, relative to the largest overlap. The largest differences of a few are given.
+    ``lost`` is the difference at the start, relative to the largest overlap. The result is the
+    largest of a few trials.
     """
     nudge = lost * float(np.max(twin.peaks.force)) ** (2 / 3)
     rng, found = np.random.default_rng(0), np.zeros(3)
@@ -204,14 +210,14 @@ def _grown(
 
 
 def _largest(measured: Array, expected: Array, least: float = 0.0) -> float:
-    """Largest difference as a fraction of the largest value expected, or of ``least``."""
+    """Return the largest difference over the largest expected value, or over ``least``."""
     largest = max(float(np.max(np.abs(expected))), least)
     difference = float(np.max(np.abs(measured - expected)))
     return difference / largest if largest > 0 else difference
 
 
 def reference_check(result: Result, reference: Result) -> Check:
-    """Peaks of a simulation against the reference: within what both say of their own error."""
+    """Check peaks of a simulation against the reference, within the sum of both error estimates."""
     return within(
         PEAKS,
         result.backend,
@@ -224,7 +230,7 @@ def reference_check(result: Result, reference: Result) -> Check:
 
 
 def yardstick_check(reference: Result) -> Check:
-    """Whether the reference is good enough to judge by: a wide error would let anything pass."""
+    """Check that the reference is accurate enough: with a large error anything would pass."""
     return within(
         REFERENCE_ERROR,
         reference.backend,
@@ -237,11 +243,11 @@ def yardstick_check(reference: Result) -> Check:
 
 
 def balance_checks(result: Result) -> list[Check]:
-    """Momentum against the impulse, energy against the work done by the shock."""
+    """Check momentum against the impulse, and energy against the work done by the shock."""
     balance, scene = result.balance, result.scene
     units, given = scene.units, scene.largest_impulse
     energy = (2 * result.error_estimate + 1e-12) * balance.work
-    energy += _ROUND_OFF**2 * units.energy  # where nothing has been pushed yet, states are rounded
+    energy += _ROUND_OFF**2 * units.energy  # before the shock states have rounding errors
     if result.scheme == "velocity-verlet":
         energy += _work_error(result)
         if scene.contact is not None:
@@ -266,7 +272,7 @@ def balance_checks(result: Result) -> list[Check]:
         and result.scheme == "velocity-verlet"
         and scene.contact is not None
     ):
-        # Peaks can be much better than the motion: that of a dashpot as it begins, or at the end.
+        # Peaks can be more accurate than the motion: with dashpots at first touch, or at the end.
         reason += ", and dampers by velocities of half a step before"
         missed = IMPULSE_ERROR * highest_rate(scene) * result.dt
         momentum += missed
@@ -294,10 +300,10 @@ def balance_checks(result: Result) -> list[Check]:
 
 
 def _work_error(result: Result) -> float:
-    """Error of the work that velocity Verlet does on the ramps, at most [J].
+    """Upper bound of the error of velocity Verlet's work on the ramps [J].
 
-    Its displacement over a step misses F' dt^3 / 6m, so the work over a ramp misses the change of
-    F^2 dt^2 / 12m; twice that. It matters where the pulse is short and its work small.
+    The displacement of a step lacks F' dt^3 / 6m, so the work of a ramp lacks the change of F^2
+    dt^2 / 12m; the bound is twice that. It matters for short pulses, which do little work.
     """
     legs, mass = result.scene.schedule(result.dt), result.scene.first_mass
     return math.fsum(

@@ -1,4 +1,4 @@
-"""Causes that lie in what was kept of a right run: peaks of samples."""
+"""Sampling as a cause of wrong peaks: the run is right, but its peaks come from samples."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, Native, simulate
 from hertzchain.verdict.case import Case, Cause
 
-_MOST_TRIALS = 1_000_000  # of intervals, some 0.2 s; shorter ones change 1e-7 of the peaks
-FEWEST_SAMPLED = 12  # contacts; random numbers then pass a million trial steps once in 1e5 cases
+# number of trial intervals, about 0.2 s; shorter ones change 1e-7 of the peaks
+_MOST_TRIALS = 1_000_000
+# least number of contacts; random numbers pass a million trial steps once in 1e5 cases
+FEWEST_SAMPLED = 12
 
 
 def samples(case: Case) -> Iterator[Cause]:
-    """The highest of samples at equal intervals, of a length to be found.
+    """Yield peaks from the highest samples at equal intervals, whose length is fitted.
 
-    Near its peak at t a contact force falls off as the square; the nearest of the times k h is (t -
-    k h) away. So every h lowers each contact in a pattern of its own.
+    Near its peak at t a contact force falls as the square of the time from t; the nearest sample is
+    at the distance t - k h. So every h lowers the contacts in its own pattern.
     """
     from hertzchain.verdict import sampling_kernel
 
@@ -57,7 +59,7 @@ def samples(case: Case) -> Iterator[Cause]:
 
 
 def _ways(case: Case, h: float) -> Iterator[tuple[str, FloatArray, FloatArray]]:
-    """Who samples: what its steps do to times and peaks, over the square of the step."""
+    """Yield the sampled runs: changes of times and peaks by their steps, over the step squared."""
     time, scene = case.reference.peak_time[case.judged], case.scene
     yield "of an accurate run", np.zeros_like(time), np.zeros_like(time)
     if h > 0.4:
@@ -71,9 +73,10 @@ def _ways(case: Case, h: float) -> Iterator[tuple[str, FloatArray, FloatArray]]:
 
 
 def _shape(case: Case, offsets: FloatArray, degree: int) -> FloatArray:
-    """Contact forces around their peaks, relative, as polynomials of the time from there.
+    """Return relative contact forces around their peaks as polynomials of the time from the peak.
 
-    Coefficients of the powers ``degree`` to 1, natural time units: shape (degree, judged contacts).
+    They have the coefficients of the powers ``degree`` to 1, natural time units: shape (degree,
+    judged contacts).
     """
     scene, unit = case.scene, case.scene.units.time
     peak_time = case.reference.peak_time[case.judged]

@@ -1,17 +1,17 @@
-"""Well-known slips: what each makes of the pulse in natural units, or of the force, by name."""
+"""Well-known slips by name, with their factors on the pulse in natural units or on the force."""
 
 from __future__ import annotations
 
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 
-NEAR = 0.003  # relative; how near a fitted factor has to be to a known one for that to be named
+NEAR = 0.003  # largest relative distance of a fitted factor from a known one that is named
 
 KILOGRAM_FORCE, POUND_FORCE = 9.80665, 4.4482216  # N
 
 
 def stretch_in_words(scene: Scene, stretch: float) -> str:
-    """What makes the pulse so many times as long in natural units."""
+    """Return words for mistakes that stretch the pulse by a factor in natural units."""
     names = near(slips_of_stretch(scene), stretch)
     text = (
         f"contact stiffness {stretch**3:.6g} times that of the scene, or mass {stretch**-2:.6g}"
@@ -21,15 +21,15 @@ def stretch_in_words(scene: Scene, stretch: float) -> str:
 
 
 def near(known: dict[str, float], factor: float) -> list[str]:
-    """Names of the known factors that a fitted one is near to."""
-    # 1 - nu^2 is 1 where nu is 0; then there is nothing to mistake.
+    """Return the names of the known factors near a fitted one."""
+    # 1 - nu^2 is 1 where nu is 0; then this is no mistake.
     return [name for name, q in known.items() if abs(factor / q - 1) < min(NEAR, 0.1 * abs(q - 1))]
 
 
 def slips_of_stretch(scene: Scene) -> dict[str, float]:
-    """What slips in chain and pulse make of the length of the pulse in natural units.
+    """Return factors of slips in chain and pulse on the length of the pulse in natural units.
 
-    That goes as the cube root of the stiffness, and as the root of the mass downwards.
+    The length goes as the cube root of the stiffness, and inversely as the root of the mass.
     """
     nu, radius = scene.chain.poisson_ratio, scene.chain.radius
     known = {
@@ -73,24 +73,24 @@ SLIPS_OF_FORCE = {
     "half of F0": 0.5,
     "twice F0": 2.0,
 }
-"""What they make of the applied force."""
+"""Slips in the applied force, with their factors."""
 
 UNITS_OF_PEAKS = {
     "kN": 1e-3, "MN": 1e-6, "mN": 1e3, "uN": 1e6, "dyn": 1e5, "kgf": 1 / KILOGRAM_FORCE,
     "lbf": 1 / POUND_FORCE,
 }  # fmt: skip
-"""Peaks in them over those in N."""
+"""Units of force, with the factor of peaks in them over peaks in N."""
 
 
 def force_in_words(factor: float) -> str:
-    """What an applied force so many times as large is called."""
+    """Return words for an applied force that is wrong by a factor."""
     names = near(SLIPS_OF_FORCE, factor)
     text = f"applied force {factor:.6g} times that of the scene"
     return f"{text}: {' or '.join(names)}" if names else text
 
 
 def scale_in_words(scene: Scene, factor: float) -> str:
-    """What makes every peak so many times the true one."""
+    """Return words for peaks that are all wrong by the same factor."""
     units = UNITS_OF_PEAKS | {"F0": 1 / scene.units.force}
     names = [f"in units of {unit}" for unit in near(units, factor)]
     why = " or ".join(names) or "another unit, or another applied force at the same LM_ratio"

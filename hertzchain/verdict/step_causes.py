@@ -17,20 +17,20 @@ from hertzchain.verdict.case import Case, Cause
 from hertzchain.verdict.twin import MOST_LEGS, steps_with_force, velocity_verlet
 
 _ROUND = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5, 8.0)
-"""Steps that people choose, over a power of ten of seconds."""
+"""Usual steps, over a power of ten of seconds (chosen)."""
 
 _SHORTEST = 0.01
-"""Of the longest step: shorter ones leave 1e-5 of the peaks or less."""
+"""Fraction of the longest step: shorter ones change the peaks by 1e-5 or less."""
 
 
 def known_step(case: Case) -> Iterator[Cause]:
-    """Effects of steps of the length given: samples in place of maxima, corners passed over."""
+    """Yield effects of the given step: samples in place of maxima, steps across corners."""
     if case.dt is not None:
         yield from _with_step(case, case.dt)
 
 
 def round_steps(case: Case) -> Iterator[Cause]:
-    """The same for steps that people choose, where none is given."""
+    """Yield the same effects for usual steps, if none is given."""
     if case.dt is not None:
         return
     longest = stable_step(case.scene, METHODS["velocity-verlet"].interval)
@@ -43,7 +43,7 @@ def round_steps(case: Case) -> Iterator[Cause]:
 
 
 def _with_step(case: Case, dt: float) -> Iterator[Cause]:
-    """Effects of steps of a length."""
+    """Yield the effects of one step."""
     scene = case.scene
     found = velocity_verlet(scene, scene.schedule(dt), case.deadline)
     step = f"velocity Verlet with steps of {dt:.3g} s"
@@ -62,7 +62,7 @@ def _with_step(case: Case, dt: float) -> Iterator[Cause]:
 
 
 def long_steps(case: Case) -> Iterator[Cause]:
-    """Velocity Verlet with steps too long, of a length to be found."""
+    """Yield velocity Verlet with too long steps, whose length is fitted."""
     scene = case.scene
     longest = 0.8 * stable_step(scene, METHODS["velocity-verlet"].interval)
 

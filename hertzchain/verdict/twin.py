@@ -1,4 +1,4 @@
-"""Velocity Verlet on a scene, and what a known force at each step makes of it."""
+"""Velocity Verlet on a scene, also with a given force at each step."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class Verlet:
 
 
 def velocity_verlet(scene: Scene, legs: Sequence[Leg], deadline: Deadline) -> Verlet:
-    """What velocity Verlet finds on some steps, with and without interpolation."""
+    """Return peaks by velocity Verlet on given steps, with and without interpolation."""
     unit, walker = scene.units, METHODS["velocity-verlet"].walker
     run = simulate(scene, legs, walker, deadline=deadline)
     starts = np.concatenate([leg.start + leg.dt * np.arange(leg.steps) for leg in legs])
     nodes = np.append(starts, legs[-1].end) / unit.time
-    # The highest sample is next to the peak: only there is the same run looked at once more.
+    # The highest sample is next to the peak: a second, equal run is sampled only there.
     after = np.searchsorted(nodes, run.peaks.time[np.isfinite(run.peaks.time)])
     beside = np.clip(np.concatenate([after - 1, after, after + 1]), 0, nodes.size - 1)
     granules = scene.chain.granules
@@ -41,11 +41,11 @@ def velocity_verlet(scene: Scene, legs: Sequence[Leg], deadline: Deadline) -> Ve
     return Verlet(run.peaks.force[between] * unit.force, sampled[between] * unit.force)
 
 
-MOST_LEGS = 100_000  # legs of one step each that are made: half a second
+MOST_LEGS = 100_000  # most legs of one step (chosen): half a second
 
 
 def steps_with_force(nodes: FloatArray, force: FloatArray, steps_after: int) -> list[Leg]:
-    """Legs of one step each, with these forces [N] at these times [s]; then steps without force."""
+    """Legs of one step with given forces [N] at given times [s], then steps without force."""
     legs = [
         Leg(t0, t1, 1, Ramp(t0, t1, f0, f1, "linear"))
         for t0, t1, f0, f1 in zip(nodes, nodes[1:], force, force[1:], strict=False)
