@@ -1,6 +1,6 @@
 """How hard each contact of a shocked chain of spheres is pressed, and how sure that is.
 
-PYTEST_DONT_REWRITE, as pytest else warns where this was imported before it started.
+PYTEST_DONT_REWRITE, because otherwise pytest warns if this was imported before pytest started.
 """
 
 from __future__ import annotations

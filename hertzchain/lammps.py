@@ -1,4 +1,4 @@
-"""The public names of the LAMMPS engine, where scripts import them from."""
+"""The public names of the LAMMPS engine, for imports by scripts."""
 
 from hertzchain.engines.lammps import Examination, Lammps, examine, run_many
 

@@ -1,7 +1,7 @@
 """A fixture for the tests of other projects: their peaks, judged by the native reference.
 
 pytest loads this module in every project that has hertzchain installed, so nothing is imported here
-that pytest has not loaded anyway.
+that pytest has not already loaded.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ def judge_peaks(request: pytest.FixtureRequest) -> Callable[..., Judgement]:
         A scene, or the path of its file. Paths are relative to the folder of the test's file.
     peak_force
         Peak forces [N] of contacts 2 ... N: the path of a CSV file with the columns contact and
-        peak_force_N, a mapping from contacts, or an array of shape (N - 1,) with NaN where there is
-        none.
+        peak_force_N, a mapping from contacts, or an array of shape (N - 1,) with NaN for missing
+        peaks.
     tolerance
         Largest relative difference that passes.
     dt
-        The step they were computed with [s], if it is known.
+        Step of the code [s], if known.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def judge_peaks(request: pytest.FixtureRequest) -> Callable[..., Judgement]:
 
 
 def _printed(judgement: Judgement) -> str:
-    """What the command line prints of a judgement, without colours."""
+    """Return the text that the command line prints for a judgement, without colours."""
     from hertzchain.report.console import plain_text, print_document
     from hertzchain.report.judgement import of_judgement
 

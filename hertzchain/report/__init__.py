@@ -1,1 +1,1 @@
-"""What was found, for people and programs: console, plots, pages, tables, JUnit, trajectories."""
+"""Reports for people and programs: console, plots, pages, tables, JUnit, trajectories."""

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 
 def of_comparison(comparison: Comparison) -> Document:
-    """All that reports show of a comparison."""
+    """Return the document of a comparison."""
     formulas = comparison.formulas
     others = {name: found for name, found in comparison.results.items() if name != "native"}
-    is_plain = comparison.scene.is_plain  # the formulas are about nothing else
+    is_plain = comparison.scene.is_plain  # the formulas hold for plain scenes only
     equations = {name: getattr(formulas, name) for name in FORMULAS if is_plain}
     drawn = {name: result.peak_force for name, result in others.items()}
     answers, efforts = _answers(comparison)
@@ -63,7 +63,7 @@ def of_comparison(comparison: Comparison) -> Document:
 def _peaks(
     comparison: Comparison, found: Mapping[str, FloatArray], equations: Mapping[str, FloatArray]
 ) -> Peaks:
-    """Nine digits of simulations, six of formulas; then how far off, of formulas in per cent."""
+    """Return peaks with nine digits for simulations, six for formulas, and their differences."""
     native = comparison.native
     nothing = np.full(native.contact.size, np.nan)
     codes = {name: found.get(name, nothing) for name in comparison.wanted if name != "native"}
@@ -94,7 +94,7 @@ def _peaks(
 
 
 def _answers(comparison: Comparison) -> tuple[Table, list[list[str]]]:
-    """What each oracle says besides the peaks, and what that took."""
+    """Return the other results of each oracle, and their cost."""
     scene = comparison.scene
     simulated = [comparison.results.get(name) for name in comparison.wanted]
 
@@ -115,7 +115,7 @@ def _answers(comparison: Comparison) -> tuple[Table, list[list[str]]]:
 
 
 def _answers_with_terms(comparison: Comparison, row: Callable[..., list[str]]) -> Table:
-    """What each simulation says of wall and velocities."""
+    """Return each simulation's results on wall and velocities."""
     rows = [
         row("velocity of granule 1 at the end [m/s]", lambda run: number(run.velocity[0], 7)),
         row("velocity of the last granule [m/s]", lambda run: number(run.velocity[-1], 7)),
@@ -130,7 +130,7 @@ def _answers_with_terms(comparison: Comparison, row: Callable[..., list[str]]) -
 
 
 def _answers_of_wave(comparison: Comparison, row: Callable[..., list[str]]) -> Table:
-    """What each oracle says of the transition and the wave that leaves it."""
+    """Return each oracle's results on the transition and the wave after it."""
     formulas = comparison.formulas
     eq3 = formulas.transition_granules
     paper, exact = formulas.speed, formulas.exact_speed
@@ -153,7 +153,7 @@ def _answers_of_wave(comparison: Comparison, row: Callable[..., list[str]]) -> T
 
 
 def _cost(comparison: Comparison) -> Table:
-    """What each answer of a comparison cost, and its error."""
+    """Return cost and error of each answer of a comparison."""
     header = ["", "method", "largest step [s]", "steps", "force evaluations", "wall time"]
     rows = [
         [

@@ -29,13 +29,14 @@ from hertzchain.theory.prediction import constants
 if TYPE_CHECKING:
     from rich.console import Console
 
-_STYLES = {"pass": "green", "FAIL": "red", "not judged": "dim", "not given": "dim"}  # of cells
+# characters between cells
+_STYLES = {"pass": "green", "FAIL": "red", "not judged": "dim", "not given": "dim"}
 
 
 def table(
     header: Iterable[str], rows: Iterable[Sequence[str | Text]], left: Sequence[str] = ()
 ) -> Table:
-    """A table of numbers, but for the columns named in ``left``."""
+    """Return a table of numbers, with text in the columns named in ``left``."""
     drawn = Table(box=None, header_style="bold")
     for column in header:
         drawn.add_column(column, justify="left" if column in left else "right")
@@ -45,7 +46,7 @@ def table(
 
 
 def plain_text(show: Callable[[Console], object], width: int = 120) -> str:
-    """What a function prints on a console, without colours."""
+    """Return the text that a function prints on a console, without colours."""
     from rich.console import Console
 
     text = io.StringIO()
@@ -54,7 +55,7 @@ def plain_text(show: Callable[[Console], object], width: int = 120) -> str:
 
 
 def print_run(console: Console, result: Result, others: str = "in --json") -> None:
-    """Print what a person wants of a run: peaks of the transition, p, F_SW, speed, error, cost.
+    """Print the main results of a run: peaks of the transition, p, F_SW, speed, error, cost.
 
     ``others`` says where the peaks of all other contacts are.
     """
@@ -89,7 +90,7 @@ def print_run(console: Console, result: Result, others: str = "in --json") -> No
 
 
 def wave_facts(result: Result) -> list[tuple[str, str]]:
-    """What a plain scene has: the transition and the wave that leaves it."""
+    """Return the facts of a plain scene: the transition and the wave after it."""
     wave, p, known = result.solitary_wave, result.transition_granules, result.error_estimate
     return [
         ("transition, p", "none ends here" if p is None else f"{p} granules"),
@@ -100,7 +101,7 @@ def wave_facts(result: Result) -> list[tuple[str, str]]:
 
 
 def _settled(value: float | None, unit: str, error: float | None, known: float) -> str:
-    """A number of the wave, known to an error, and how far it may be from the settled one."""
+    """Return words for a number of the wave, and its largest difference from the settled wave."""
     if error is None:
         return with_unit(value, unit, known)
     if value is None:
@@ -109,7 +110,7 @@ def _settled(value: float | None, unit: str, error: float | None, known: float) 
 
 
 def print_prediction(console: Console, prediction: Prediction) -> None:
-    """Print what can be said of a scene without a simulation, and how sure it is."""
+    """Print a prediction without a simulation, with its errors."""
     console.print(describe(prediction.scene), style="bold")
     known = [row for row in prediction.rows if row["map_N"] is not None]
     if known:
@@ -143,7 +144,7 @@ def print_prediction(console: Console, prediction: Prediction) -> None:
 
 
 def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
-    """Label and value of each thing predicted but the peaks."""
+    """Return label and value of each predicted quantity except the peaks."""
     error = peak_map.PEAK_ERROR, peak_map.FAR_FIELD_ERROR
     p = prediction.transition_granules
     known = [str(candidate) for candidate in prediction.candidates if candidate is not None]
@@ -174,7 +175,7 @@ def _predicted_facts(prediction: Prediction) -> list[tuple[str, str]]:
 
 
 def print_document(console: Console, document: Document, others: str = "in --json") -> None:
-    """Print the peaks of the transition, what decides, the verdict, and where others are."""
+    """Print the peaks of the transition, the checks, the verdict, and where to find the rest."""
     native, peaks = document.native, document.peaks
     console.print(describe(native.scene), style="bold", end="\n\n")
     console.print(peaks.heading)
@@ -206,7 +207,7 @@ def print_document(console: Console, document: Document, others: str = "in --jso
 
 
 def _print_findings(console: Console, document: Document) -> None:
-    """What differs in somebody's deck, in the order in which to mend it."""
+    """Print the differences in a user's deck, in the order in which to mend them."""
     number = 0
     for one in document.findings:
         number += not one.passed

@@ -1,4 +1,4 @@
-"""A verdict as people read it: made once, then shown on a terminal, a page, a plot and in JUnit."""
+"""The document of a verdict, made once, then shown on a terminal, a page, a plot and in JUnit."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Failure:
-    """What failed, what was found (empty where nothing was), and what to do."""
+    """A failed check: its name, the number found (empty for none), and advice."""
 
     name: str
     found: str
@@ -28,7 +28,7 @@ class Failure:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The head of a page; ``passed`` is None where nothing could be said."""
+    """The head of a page; ``passed`` is None where nothing could be decided."""
 
     passed: bool | None
     sentence: str
@@ -53,19 +53,19 @@ class Table:
 
 @dataclass(frozen=True)
 class Peaks:
-    """The peak forces of all contacts, of which a terminal shows some."""
+    """The peak forces of all contacts; a terminal shows some of them."""
 
     heading: str
     columns: Sequence[tuple[str, str]]  # label and unit
-    row: Callable[[int], list[str]]  # makes the cells of a contact, by its index
+    row: Callable[[int], list[str]]  # function from the index of a contact to its cells
     shown: Sequence[int]
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What differs in somebody's deck: what it costs, which line makes it, how it would be right.
+    """A difference in a user's deck: its effect, its line, and the right command.
 
-    ``passed`` where the difference is too small to matter.
+    ``passed`` if the difference is too small to matter.
     """
 
     sentence: str
@@ -78,9 +78,9 @@ class Finding:
 
 @dataclass(frozen=True)
 class Listing:
-    """A file of a deck: number and text of each line, with what is said of it.
+    """A file of a deck: number and text of each line, with sentences on it.
 
-    Each of these sentences comes with whether it is a remark only.
+    Each sentence has a flag that is true for a mere remark.
     """
 
     name: str
@@ -89,14 +89,14 @@ class Listing:
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """All that reports show of a comparison, a judgement of given peaks or an examined deck."""
+    """The content of all reports on a comparison, a judgement of peaks or an examined deck."""
 
-    kind: str  # of page
-    name: str  # of the JSON document
-    numbers: Callable[[], dict[str, Any]]  # makes the JSON document
-    command: str  # compare or judge: part of the name of the JUnit suite
+    kind: str  # title of the page
+    name: str  # version of the JSON document
+    numbers: Callable[[], dict[str, Any]]  # function that returns the JSON document
+    command: str  # compare or judge, in the name of the JUnit suite
     cases: tuple[Case, ...]  # of the JUnit suite
-    results: Mapping[str, Result]  # by the names of the engines
+    results: Mapping[str, Result]  # results by the names of the engines
     verdict: Verdict
     peaks: Peaks
     drawn: Mapping[str, FloatArray]  # peak forces [N] next to native's, by the names of styles
@@ -108,12 +108,13 @@ class Document:
     checks: Sequence[Check] = ()  # on which the verdict of a comparison rests
     formulas: Sequence[str] = ()  # remarks on the formulas
     similar: Sequence[str] = ()  # remarks on engines that computed a similar chain
-    facts: Sequence[tuple[str, str]] = ()  # label and value of what is said of all given peaks
-    cause: str | None = None  # likely one, of what failed
-    hint: str | None = None  # what comes nearest where no cause is known
-    remarks: Sequence[str] = ()  # what could not be done
-    findings: Sequence[Finding] = ()  # what differs in somebody's deck, first what to mend first
-    listings: Sequence[Listing] = ()  # the files of that deck
+    facts: Sequence[tuple[str, str]] = ()  # label and value of facts on all given peaks
+    cause: str | None = None  # likely cause of failures
+    hint: str | None = None  # nearest mistake where no cause is known
+    remarks: Sequence[str] = ()  # sentences on parts that could not be done
+    # differences in a user's deck, in the order in which to mend them
+    findings: Sequence[Finding] = ()
+    listings: Sequence[Listing] = ()  # the files of the deck
 
     @property
     def native(self) -> Result:
@@ -127,12 +128,12 @@ class Document:
 
     @property
     def differences(self) -> dict[str, FloatArray]:
-        """Relative differences of what is drawn from native, no signs, NaN where there is none."""
+        """Absolute relative differences from native of all drawn peaks; NaN for missing ones."""
         peaks = self.native.peak_force
         pressed = np.where(peaks > 0, peaks, np.nan)
         return {name: np.abs(values / pressed - 1) for name, values in self.drawn.items()}
 
     def suite(self, scene: str, begun: datetime, seconds: float) -> Suite:
-        """The JUnit suite: no dots in a scene's name, which CI systems take for folders."""
+        """Name of the JUnit suite, without dots, which CI systems take for folders."""
         name = f"hertzchain.{self.command}.{scene.replace('.', '_')}"
         return Suite(name, self.cases, begun, seconds)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def describe(scene: Scene) -> str:
-    """One line that says what a scene is."""
+    """Return one line that describes a scene."""
     shock, count = scene.shock, scene.chain.granules
     if isinstance(shock, Striker):
         kind = f"striker at {shock.velocity:.6g} m/s on {count - 1} granules"
@@ -48,7 +48,7 @@ def describe(scene: Scene) -> str:
 
 
 def facts_of_terms(result: Result) -> list[tuple[str, str]]:
-    """What a scene with terms has instead of a transition: force on the wall, velocities, end."""
+    """Return facts of a scene with terms: force on the wall, velocities, end of the run."""
     facts = []
     if result.wall_peak_force is not None:
         at = "" if np.isnan(result.wall_peak_time or 0.0) else f" at {result.wall_peak_time:.6g} s"
@@ -66,14 +66,14 @@ def facts_of_terms(result: Result) -> list[tuple[str, str]]:
 
 
 def shown_contacts(result: Result) -> list[int]:
-    """The transition up to contact p + 1; without p the first few contacts."""
+    """Return the contacts up to p + 1; without p the first few contacts."""
     p = result.transition_granules
     last = 11 if p is None else p + 1
     return [int(contact) for contact in result.contact if contact <= last]
 
 
 def cost(result: Result) -> str:
-    """Wall time and steps of a run."""
+    """Return words for wall time and steps of a run."""
     return (
         f"{duration(result.wall_time)}, {result.steps:,} steps of at most {result.dt:.3g} s"
         f" ({result.backend}, {result.method})"
@@ -81,12 +81,12 @@ def cost(result: Result) -> str:
 
 
 def duration(seconds: float) -> str:
-    """A time with three digits, in ms below a second."""
+    """Return a time with three digits, in ms below a second."""
     return f"{seconds:.3g} s" if seconds >= 1 else f"{1e3 * seconds:.3g} ms"
 
 
 def time_unit(end: float) -> tuple[str, float]:
-    """The unit in which times up to an end [s] are read with ease, and what it is in seconds."""
+    """Return a unit for times up to an end [s] that gives readable numbers, and its seconds."""
     for name, unit in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)):
         if end >= 2 * unit:
             return name, unit
@@ -94,7 +94,7 @@ def time_unit(end: float) -> tuple[str, float]:
 
 
 def similar_scene(result: Result) -> str | None:
-    """What a code was given instead of the scene, so that coordinates cost few digits."""
+    """Return words for the similar scene that a code was given; None for the scene itself."""
     lost = result.lost_digits
     if lost is None or lost.young_modulus == result.scene.chain.first_modulus:
         return None
@@ -105,12 +105,12 @@ def similar_scene(result: Result) -> str | None:
 
 
 def number(value: float | None, digits: int) -> str:
-    """A number with so many significant digits; empty where there is none."""
+    """Return a number with the given significant digits; empty for a missing number."""
     return "" if value is None or np.isnan(value) else f"{value:#.{digits}g}"
 
 
 def known_digits(value: float | None, error: float, most: int = 9) -> str:
-    """A number with the digits that its relative error leaves, the last one uncertain."""
+    """Return a number with the digits that its relative error leaves, the last one uncertain."""
     if value is None or np.isnan(value) or value == 0:
         return number(value, most)
     digits = int(np.clip(1 - np.ceil(np.log10(max(error, 1e-16))), 1, most))
@@ -121,14 +121,14 @@ def known_digits(value: float | None, error: float, most: int = 9) -> str:
 
 
 def with_unit(value: float | None, unit: str, error: float = 1e-6) -> str:
-    """A number of a relative error with its unit, or why there is none."""
+    """Return a number with its unit, to its relative error, or the reason why it is missing."""
     if value is None:
         return "unknown: the chain or the run is too short"
     return f"{known_digits(value, error)} {unit}"
 
 
 def difference(check: Check) -> tuple[str, str]:
-    """How far off a check is, and its tolerance; empty where nothing was measured."""
+    """Return difference and tolerance of a check; empty where nothing was measured."""
     if check.measured is None or check.expected is None or check.tolerance is None:
         return "", ""
     return f"{abs(check.measured - check.expected):.1e}", f"{check.tolerance:.1e}"

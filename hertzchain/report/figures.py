@@ -93,7 +93,7 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
         time = [point.row.wall_time for point in own]
         error = [max(point.row.error, known) for point in own]
         if line == "none":  # a single point
-            # Above and below by turns: they may lie close to one another.
+            # Labels alternate above and below, because points may lie close together.
             offset, side = next(sides)
             place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": side}
             axes.annotate(method, (time[0], error[0]), (0, offset), **place)
@@ -108,7 +108,7 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
             linewidth=1.2,
             label=name,
         )
-        # Methods in NumPy have the range that they have compiled.
+        # Methods in NumPy have the same range of errors as compiled ones.
         if len(tradeoffs) > 1 and engine != NUMPY:
             lowest = [max(point.lowest, known) for point in own]
             highest = [max(point.highest, known) for point in own]
@@ -130,7 +130,7 @@ def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:
 
 
 def _draw_frontier(axes: Axes, rows: Sequence[Row], known: float) -> None:
-    """The least error that a time buys: a staircase."""
+    """Draw the least error for each time, a staircase."""
     axes.plot(
         [row.wall_time for row in rows],
         [max(row.error, known) for row in rows],

@@ -16,11 +16,11 @@ from hertzchain.verdict.judgement import judged_peaks
 if TYPE_CHECKING:
     from hertzchain.verdict.judgement import Judgement
 
-_MOST_FAILED = 10  # contacts outside the transition that a terminal shows because they failed
+_MOST_FAILED = 10  # most failed contacts outside the transition on a terminal
 
 
 def of_judgement(judgement: Judgement) -> Document:
-    """All that reports show of a judgement of given peaks."""
+    """Return the document of a judgement of given peaks."""
     native, tolerance = judgement.reference, judgement.tolerance
     failed = np.flatnonzero(judgement.judged & ~judgement.passed)
     judged = int(np.count_nonzero(judgement.judged))
@@ -82,7 +82,7 @@ def _peaks(judgement: Judgement, failed: NDArray[np.intp]) -> Peaks:
 
 
 def _cases(judgement: Judgement) -> tuple[Case, ...]:
-    """The verdict, then each contact; those that have no part in it are skipped."""
+    """Return the verdict and each contact as test cases; contacts not judged are skipped."""
     cases = [Case("verdict")]
     if judgement.verdict != "pass":
         why = [judgement.summary]
@@ -110,7 +110,7 @@ def _cases(judgement: Judgement) -> tuple[Case, ...]:
 
 
 def _facts(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, str]]:
-    """Label and value of what a judgement says of all contacts together."""
+    """Return label and value of facts on all contacts together."""
     reference, missing = judgement.reference, judgement.missing
     pressed = judged_peaks(reference, judgement.given)
     rare = int(np.count_nonzero(pressed)) - judged

@@ -10,12 +10,13 @@ from datetime import datetime
 from itertools import count
 from xml.etree import ElementTree
 
-FAILURE, ERROR, SKIPPED = "failure", "error", "skipped"  # off; without a number; not asked for
+# too different; without a number; not asked for
+FAILURE, ERROR, SKIPPED = "failure", "error", "skipped"
 
-Value = float | None  # of a check; None where nothing could be measured
+Value = float | None  # numbers of a check; None where nothing could be measured
 
 _NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""What XML 1.0 has no way to write, not even as a reference."""
+"""Characters that XML 1.0 cannot contain, not even as references."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Suite:
-    """Checks that were made together, when they began and how many seconds they took."""
+    """Checks made together, with their start and their time [s]."""
 
     name: str
     cases: tuple[Case, ...]
@@ -47,16 +48,16 @@ def case(
     reason: str,
     subject: str = "",
 ) -> Case:
-    """A check as a case: what has no number is an error, as it has not passed.
+    """Return a check as a test case; a check without a number is an error.
 
-    The message says what is wrong, with the ``subject``, by default the name, and with where it is
-    largest, if the reason ends so.
+    The message has the ``subject``, by default the name, the difference, and its place if the
+    reason ends with one.
     """
     if passed:
         return Case(name)
     if measured is None or expected is None or not math.isfinite(measured):
         return Case(name, ERROR, f"{name}: {reason}", reason)
-    # As few digits as tell a number from every other: differences may be of 1e-13.
+    # The shortest text of each number that keeps all digits: differences may be 1e-13.
     numbers = {"measured": measured, "expected": expected, "tolerance": tolerance}
     lines = [f"{key} {'none' if x is None else repr(float(x))}" for key, x in numbers.items()]
     text = [*lines, f"difference {float(measured - expected)!r}", f"why this tolerance: {reason}"]
@@ -71,15 +72,15 @@ def case(
 
 
 def to_xml(suites: Sequence[Suite]) -> str:
-    """Suites as JUnit XML; what XML cannot hold becomes U+FFFD.
+    """Return suites as JUnit XML; characters that XML cannot contain become U+FFFD.
 
-    The time is that of a suite: its simulations serve all its cases. A name that comes twice in a
-    suite gets a number, as CI systems drop the second.
+    Only a suite has a time, because its simulations serve all its cases. A name that occurs twice
+    in a suite gets a number, because CI systems drop the second.
     """
     cases = [one for suite in suites for one in suite.cases]
     seconds = sum(suite.seconds for suite in suites)
     root = ElementTree.Element("testsuites", _counts("hertzchain", cases, seconds))
-    root.attrib.pop("skipped")  # the schema has it for a suite only
+    root.attrib.pop("skipped")  # the schema allows it for a suite only
     for suite in suites:
         about = _counts(suite.name, suite.cases, suite.seconds)
         about["timestamp"] = suite.begun.isoformat(timespec="seconds")

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 TEMPLATES = Path(__file__).parent / "templates"
 
-_ROWS = 10_000  # of a table, a megabyte; all further numbers are in the page's JSON
-_UNDIVIDED = 30  # contacts of which one table shows all
+_ROWS = 10_000  # most rows of a table, a megabyte; all further numbers are in the page's JSON
+_UNDIVIDED = 30  # most contacts in a single table
 
 
 @dataclass(frozen=True)
@@ -35,14 +35,14 @@ class CheckRow:
 
 
 def _check_row(check: Check) -> CheckRow:
-    """Measured, expected, difference and tolerance."""
+    """Return a check's measured and expected number, difference and tolerance."""
     numbers = ["" if x is None else f"{x:.9g}" for x in (check.measured, check.expected)]
     off = ["0" if text == "0.0e+00" else text for text in difference(check)]
     return CheckRow(check.passed, check.name, check.reason, [*numbers, *off])
 
 
 def _peak_tables(document: Document) -> list[Table]:
-    """The transition, then the rest; one table where the chain is short."""
+    """Return tables of the transition and of the rest; a single table for a short chain."""
     native, row = document.native, document.peaks.row
     header = [f"{label} {unit}".strip() for label, unit in document.peaks.columns]
     size, first = native.contact.size, len(shown_contacts(native))
@@ -63,7 +63,7 @@ def _peak_tables(document: Document) -> list[Table]:
 
 
 def page_of(document: Document, file: str = "scene.toml", given: str = "") -> str:
-    """A document as a page of HTML, with the names of the scene file and that of given peaks."""
+    """Return a document as an HTML page, with the names of the files of scene and given peaks."""
     native, results = document.native, document.results
     plotted = plotted_contacts(document)
     waves = waterfall(results)
@@ -97,7 +97,7 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
 
 
 def render(template: str, content: Mapping[str, Any], templates: Sequence[Path] = ()) -> str:
-    """Fill a template, from here or from other folders, with content, which is escaped."""
+    """Fill a template, from here or another folder, with content, which is escaped."""
     from importlib.metadata import version
 
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -121,7 +121,7 @@ def render(template: str, content: Mapping[str, Any], templates: Sequence[Path] 
 
 
 def check_page_format(path: Path | str) -> None:
-    """Raise an OutputError, before any work is done, for a name that is no page's."""
+    """Raise an OutputError, before any work is done, for a name without the suffix of a page."""
     if Path(path).suffix.lower() not in (".html", ".htm"):
         raise OutputError(f"{path}: a report is a page, the name must end in .html or .htm")
 
@@ -129,6 +129,6 @@ def check_page_format(path: Path | str) -> None:
 def write_page(
     document: Document, path: Path | str, file: str = "scene.toml", given: str = ""
 ) -> None:
-    """Write ``page_of`` a document to a file, whole or not at all; else raise an OutputError."""
+    """Write ``page_of`` a document to a file, completely or not at all; OutputError on failure."""
     check_page_format(path)
     write_text(path, page_of(document, file, given))

@@ -1,4 +1,4 @@
-"""Plots along the chain, as Plotly takes them."""
+"""Plots along the chain, in Plotly's format."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from hertzchain.report.document import Document
 from hertzchain.report.plotly import Plot, Trace, axis, layout
 from hertzchain.report.style import COLOURS, DASHES, LABELS, MARKERS
 
-_POINTS = 150  # contacts of long chains in plots along the chain: more cannot be told apart
+_POINTS = 150  # most contacts in plots along the chain: more cannot be told apart
 LONG = 200  # contacts from which on plots have a logarithmic axis and the table is folded
 
 
 def plotted_contacts(document: Document) -> NDArray[np.intp]:
-    """Indices of the contacts that are plotted: all, or the first, then fewer, and the worst."""
+    """Return the indices of plotted contacts: all, or the first, some others, and the worst."""
     size = document.native.contact.size
     if size <= LONG:
         return np.arange(size)
@@ -32,14 +32,15 @@ def plotted_contacts(document: Document) -> NDArray[np.intp]:
 
 
 def _layout(native: Result, y: dict[str, Any]) -> dict[str, Any]:
-    """Contacts along the first axis, and a line where the transition ends."""
+    """Layout with contacts along the first axis, and a line at the end of the transition."""
     p, long = native.transition_granules, native.contact.size > LONG
     along = {"type": "log", "dtick": "D2"} if long else {"rangemode": "tozero"}
     drawn = layout(axis("contact", **along), y, 400)
     if p is None:
         return drawn
     line = {"color": "#777", "width": 1, "dash": "dash"}
-    place = float(np.log10(p)) if long else p  # Plotly places notes, not lines, by the logarithm
+    # on a logarithmic axis Plotly places notes by the logarithm, lines by the value
+    place = float(np.log10(p)) if long else p
     drawn["shapes"] = [
         {"type": "line", "x0": p, "x1": p, "y0": 0, "y1": 1, "yref": "paper", "line": line}
     ]
@@ -50,7 +51,7 @@ def _layout(native: Result, y: dict[str, Any]) -> dict[str, Any]:
 
 
 def _points(name: str, contact: list[int], values: FloatArray, hover: str) -> Trace:
-    """Markers in the style of who has a name."""
+    """Return markers in the style of a named engine."""
     marker = {"symbol": SYMBOLS[MARKERS[name]], "size": 8, "color": COLOURS[name]}
     return {
         "type": "scatter",
@@ -64,7 +65,7 @@ def _points(name: str, contact: list[int], values: FloatArray, hover: str) -> Tr
 
 
 def peak_plot(document: Document, plotted: NDArray[np.intp]) -> Plot:
-    """Peak force along the chain: native as a line, the others as markers."""
+    """Return a plot of peak forces along the chain: native as a line, the others as markers."""
     native, absent = document.native, document.absent
     contact = native.contact[plotted].tolist()
     hover = "%{y:.9g} N"
@@ -103,7 +104,7 @@ def _thin_note(native: Result, plotted: NDArray[np.intp]) -> str:
 
 
 def difference_plot(document: Document, plotted: NDArray[np.intp]) -> Plot:
-    """Differences from native on a logarithmic axis, and a line for each limit."""
+    """Plot of differences from native on a logarithmic axis, with a line for each limit."""
     native = document.native
     contact = native.contact[plotted].tolist()
     ends = [int(native.contact[0]), int(native.contact[-1])]

@@ -1,16 +1,16 @@
-"""What every plot of a page has, as Plotly takes it."""
+"""Common parts of the plots of a page, in Plotly's format."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
 
-Trace = dict[str, Any]  # a curve as Plotly takes it
+Trace = dict[str, Any]  # a curve in Plotly's format
 
 
 @dataclass(frozen=True)
 class Plot:
-    """A plot of a page: its id there, what can be seen (for who cannot), and what stands below."""
+    """A plot of a page: its id, its description for screen readers, and its caption."""
 
     name: str
     label: str
@@ -20,19 +20,19 @@ class Plot:
 
     @property
     def figure(self) -> dict[str, Any]:
-        """What the script draws."""
+        """Return the figure for the page's script."""
         return {"data": self.traces, "layout": self.layout}
 
 
 def axis(title: str, **more: Any) -> dict[str, Any]:
-    """An axis as all plots of a page have it."""
+    """Return an axis in the style of all plots of a page."""
     style = {"showline": True, "linecolor": "#888", "ticks": "outside", "tickcolor": "#888"}
     grid = {"gridcolor": "#e4e4e4", "zeroline": False, "automargin": True}
     return {"title": {"text": title, "standoff": 8}, **style, **grid, **more}
 
 
 def layout(x: dict[str, Any], y: dict[str, Any], height: int, **more: Any) -> dict[str, Any]:
-    """The layout of a plot, with its legend below."""
+    """Return the layout of a plot, with its legend below."""
     return {
         "xaxis": x,
         "yaxis": y,

@@ -16,11 +16,11 @@ from hertzchain.report.console import print_facts, table
 if TYPE_CHECKING:
     from rich.console import Console
 
-_SHOWN = 10  # contacts
+_SHOWN = 10  # contacts in the table
 
 
 def print_pulse(console: Console, pulse: MeasuredPulse) -> None:
-    """Print how a recording was read, what was changed, and the numbers of the pulse."""
+    """Print the layout of a recording, the changes made to it, and the numbers of the pulse."""
     signal = pulse.signal
     before, after = (impulse / pulse.impulse.value for impulse in signal.left_out)
     start = signal.start + 0.0  # no negative zero
@@ -58,14 +58,14 @@ def print_pulse(console: Console, pulse: MeasuredPulse) -> None:
 
 
 def _how_judged(pulse: MeasuredPulse) -> str:
-    """How much fewer rows change the peaks, or may."""
+    """Return words for the change of the peaks by fewer rows, measured or allowed."""
     if pulse.in_scene is None:
         return f"chosen to change peaks by less than {pulse.wanted:.2g}; --scene measures it"
     return f"they change the peaks by {pulse.in_scene.change:.1e}, allowed {pulse.wanted:.1e}"
 
 
 def _with_deviation(value: Value, unit: str = "") -> str:
-    """A value with its standard deviation, both to the second digit of that; alone without one."""
+    """Return a value with its standard deviation, both to the second digit of the deviation."""
     end = f" {unit}" if unit else ""
     if value.deviation == 0:
         return f"{value.value:.6g}{end}"
@@ -101,7 +101,7 @@ def plot_pulse(pulse: MeasuredPulse, path: Path | str) -> None:
     below.plot(signal.time * clock, off, color="0.45", linewidth=0.6, label="samples less rows")
     for factor in (-1, 1):
         level = factor * signal.noise.deviation
-        name = "noise, standard deviation" if factor > 0 else "_"  # which no legend shows
+        name = "noise, standard deviation" if factor > 0 else "_"  # not in the legend
         below.axhline(level, color="#D55E00", linewidth=0.9, linestyle=":", label=name)
     duration = corners[-1]
     above.set_xlim(max(time[0], -0.3 * duration), min(time[-1], 1.3 * duration))
@@ -120,6 +120,6 @@ def plot_pulse(pulse: MeasuredPulse, path: Path | str) -> None:
 
 
 def _scale_of_time(duration: float) -> tuple[float, str]:
-    """How many of which unit a second is, so that a duration is at least 1."""
+    """Return the units of time in a second, and the unit, so that a duration is at least 1."""
     units = ((1.0, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns"))
     return next(((scale, unit) for scale, unit in units if duration * scale >= 1), units[-1])

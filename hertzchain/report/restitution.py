@@ -15,7 +15,7 @@ _LEFT = ("code", "versions", "option", "pulls")
 
 
 def print_restitution(console: Console, wanted: float, answers: Sequence[Answer]) -> None:
-    """Print what a wanted restitution gives, and what to write for it, then coefficients."""
+    """Print restitution and number to write of each option, then coefficients."""
     asked = [answer for answer in answers if not answer.option.needs_spheres]
     rows = [_row(answer, wanted) for answer in asked]
     console.print(table((*_LEFT, f"{wanted:g} gives", "write"), rows, _LEFT))
@@ -41,7 +41,7 @@ def _row(answer: Answer, wanted: float) -> tuple[str, ...]:
 
 
 def _number(answer: Answer, wanted: float) -> str:
-    """The number to write with its unit, or which restitutions the option does not give."""
+    """Return the number to write with its unit, or the restitutions that the option cannot give."""
     option = answer.option
     if answer.write is None:
         lowest, highest = option.range

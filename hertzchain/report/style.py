@@ -1,4 +1,4 @@
-"""How everything that is drawn looks: colours that the colour-blind tell apart, and markers."""
+"""Styles of all plots: colours distinct for colour-blind readers, and markers."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from hertzchain.engines.registry import ENGINES
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap
 
-FORMULAS = ("eq6", "eq9")  # formulas that have peaks: fields of ``verdict.formulas.Formulas``
-GIVEN = "given"  # peaks from elsewhere, which are those of no engine
+FORMULAS = ("eq6", "eq9")  # formulas with peaks: fields of ``verdict.formulas.Formulas``
+GIVEN = "given"  # given peaks, which belong to no engine
 
 # Label, colour, marker as Matplotlib names it, dash as Plotly names it. Okabe and Ito's colours;
 # Tol's wine for what is given.
@@ -38,7 +38,7 @@ def force_colours() -> Colormap:
     return LinearSegmentedColormap.from_list("forces", ["white", *darker])
 
 
-# Of a trade-off: markers and lines say who computes, colours the method.
+# Plots of a trade-off: markers and lines stand for engines, colours for methods.
 
 WAYS = {
     "formulas": ("*", "none", "full"),
@@ -48,7 +48,7 @@ WAYS = {
     "SciPy": ("D", ":", "none"),
     LABELS["lammps"]: ("^", "-.", "none"),
 }
-"""Marker, line and filling, as Matplotlib names them."""
+"""Marker, line and filling, by Matplotlib's names."""
 
 METHOD_COLOURS = {
     "velocity-verlet": "#E69F00",
@@ -66,4 +66,4 @@ CONTENDER_COLOURS = {
     "rtol, without estimate": "#999999",
     "LAMMPS, extrapolated": "#7A4B00",
 }
-"""Of those that share engine and method with another."""
+"""Colours of contenders that share engine and method with another."""

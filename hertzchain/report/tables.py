@@ -1,4 +1,4 @@
-"""Results as files: CSV, JSON or Parquet, as the name says."""
+"""Results as files: CSV, JSON or Parquet, chosen by the suffix."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ _WRITERS: dict[str, Callable[[Result, Path], None]] = {
 
 
 def write_result(result: Result, path: Path | str) -> None:
-    """Write a result, whole or not at all; else raise an OutputError.
+    """Write a result, completely or not at all; OutputError on failure.
 
-    ``.csv`` and ``.parquet`` have a row for each contact, as ``Result.to_frame``; ``.json`` has all
-    of it, as ``Result.to_dict``.
+    ``.csv`` and ``.parquet`` have a row for each contact, as ``Result.to_frame``; ``.json`` has the
+    whole result, as ``Result.to_dict``.
     """
     check_result_format(path)
     _WRITERS[Path(path).suffix.lower()](result, Path(path))

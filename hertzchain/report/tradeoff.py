@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from hertzchain.verdict.tradeoff import Row, Tradeoff
 
 
-_ACCURACIES = tuple(float(f"1e-{k}") for k in range(2, 11))  # that a person may want of peaks
+_ACCURACIES = tuple(float(f"1e-{k}") for k in range(2, 11))  # accuracies of the table
 
 
 def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
-    """Print who is the cheapest for each accuracy; of several scenes, medians and worst errors."""
+    """Print the cheapest contender for each accuracy; several scenes: medians, worst errors."""
     from hertzchain.verdict.tradeoff import cheapest, typical
 
     title = f"{len(tradeoffs)} scenes: median times, and the errors of the worst"

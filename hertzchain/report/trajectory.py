@@ -23,37 +23,37 @@ _SUFFIXES = (".xyz", ".extxyz")
 
 
 def write_trajectory(result: Result, path: Path | str) -> None:
-    """Write what a run has recorded as extended XYZ, whole or not at all.
+    """Write the history of a run as extended XYZ, completely or not at all.
 
     One frame for each recorded time, one line for each granule, in these columns:
 
     ``species``
-        X for each granule: it is no element.
+        X for each granule, which is no chemical element.
     ``pos``, ``displacement``
-        Where its centre is, and how far that is from where it was at rest.
+        Position of its centre, and displacement from the position at rest.
     ``radius``
-        As viewers draw it.
+        Radius in which viewers draw it.
     ``velocity``
-        Of its centre.
+        Velocity of its centre.
     ``contact_force``
-        Granule i has the force in contact i, between granules i - 1 and i; the first one the
-        applied force, which the paper calls F_1.
+        Force in contact i, between granules i - 1 and i, for granule i; for the first granule the
+        applied force, F_1 in the paper.
     ``id``
         The paper's number of the granule, from 1.
     ``mass``, ``velo``, ``force``
-        Mass, velocity once more, and the sum of the forces on the granule, by the names that the
-        format and OVITO have for them.
+        Mass, velocity again, and the sum of the forces on the granule, by the names in the format
+        and in OVITO.
     ``masses``, ``momenta``
-        As ASE knows them (``get_masses``, ``get_velocities``, ``get_kinetic_energy``).
+        Masses and momenta for ASE (``get_masses``, ``get_velocities``, ``get_kinetic_energy``).
 
-    ASE writes numbers with eight digits after the point. In metres that would leave two digits of
-    a displacement of 1e-6 m, so lengths are in a unit that is a power of 1000 times the metre, at
+    ASE writes numbers with eight digits after the point. In metres that would leave two digits of a
+    displacement of 1e-6 m, so lengths are in a unit that is a power of 1000 times the metre, at
     most as long as the natural unit of length, which is the overlap under F0; likewise velocities,
-    forces and masses. So all are kept to 5e-9 of their natural units. Each frame says what its
-    units are worth: ``length_unit_m``, ``velocity_unit_m_s``, ``force_unit_N`` and
-    ``mass_unit_kg``; momenta are in the unit of mass times that of velocity. They are not the
-    units of ASE (angstrom, eV, amu): what ASE computes is in these units, too. Each frame has its
-    time, ``time_s``.
+    forces and masses. So rounding is at most 5e-9 of the natural units. Each frame has the values
+    of its units: ``length_unit_m``, ``velocity_unit_m_s``, ``force_unit_N`` and ``mass_unit_kg``;
+    momenta are in the unit of mass times that of velocity. They are not the units of ASE (angstrom,
+    eV, amu): quantities that ASE computes are in these units, too. Each frame has its time,
+    ``time_s``.
 
     The cell, ``Lattice`` with its corner at ``Origin``, just holds the chain at rest. It is not
     periodic, and granules may leave it.
@@ -61,9 +61,9 @@ def write_trajectory(result: Result, path: Path | str) -> None:
     Parameters
     ----------
     result
-        Of a run with ``record``.
+        Result of a run with ``record``.
     path
-        Where to; its name must end in .xyz or .extxyz.
+        File to write; its name must end in .xyz or .extxyz.
 
     Raises
     ------
@@ -79,8 +79,8 @@ def write_trajectory(result: Result, path: Path | str) -> None:
         raise SceneError(
             "history", None, "there is none: run with record = a number of frames, or times"
         )
-    # Without results, of which frames have none, ASE does not copy each frame: its copies set the
-    # shape of an array, of which NumPy warns from 2.5 on.
+    # Frames have no results, and without these ASE does not copy each frame: its copies set the
+    # shape of an array, for which NumPy warns from 2.5 on.
     write_with(path, lambda part: write_xyz(part, frames(result), write_results=False))
 
 
@@ -91,12 +91,12 @@ def check_trajectory_format(path: Path | str) -> None:
 
 
 def frame_times(scene: Scene, count: int) -> FloatArray:
-    """So many equally spaced times from 0 to the end of a run [s], shape (count,)."""
+    """Return equally spaced times from 0 to the end of a run [s], shape (count,)."""
     return np.linspace(0.0, scene.end_time, count)
 
 
 def frames(result: Result) -> Iterator[Atoms]:
-    """What a run has recorded as ASE knows it, in the units of ``write_trajectory``."""
+    """Yield the history of a run as frames of ASE, in the units of ``write_trajectory``."""
     from ase import Atoms
 
     scene, history = result.scene, result.history
@@ -106,7 +106,7 @@ def frames(result: Result) -> Iterator[Atoms]:
         power_of_1000(unit)
         for unit in (scene.units.length, scene.units.velocity, scene.units.force)
     )
-    # Viewers draw a piston as the granule that it is.
+    # Viewers draw a piston as a granule of its own mass.
     masses = np.asarray(granule_mass(granules.radius, granules.density))
     mass = power_of_1000(float(masses[0]))
     radius, widest = granules.radius / length, 2 * float(np.max(granules.radius)) / length
@@ -139,8 +139,9 @@ def frames(result: Result) -> Iterator[Atoms]:
         frame.set_array("id", np.arange(1, count + 1))
         frame.set_array("mass", masses)
         frame.set_array("velo", moving)
-        # Not ``forces``: of these ASE makes a calculator as it reads, and copies the frame for it.
-        # Contact i pushes granule i on and granule i - 1 back; only a wall is behind the last one.
+        # Not ``forces``: on reading, ASE makes a calculator from these, and copies the frame.
+        # Contact i pushes granule i forwards and granule i - 1 back; only a wall is behind the last
+        # granule.
         ahead = np.append(known[1:], on_wall[k] / force)
         frame.set_array("force", _along_x(known - ahead + granules.constant_force / force))
         frame.set_masses(masses)
@@ -149,7 +150,7 @@ def frames(result: Result) -> Iterator[Atoms]:
 
 
 def power_of_1000(value: float) -> float:
-    """The largest power of 1000 that is at most a value."""
+    """Return the largest power of 1000 that is at most a value."""
     return float(f"1e{3 * math.floor(math.log10(value) / 3)}")
 
 

@@ -1,4 +1,4 @@
-"""The document of an examination of somebody's deck."""
+"""The document of an examination of a user's deck."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from hertzchain.engines.lammps.user_deck import Executed
     from hertzchain.verdict.user_deck import DeckCheck, DeckExamination
 
-_NO_CHANGE = 1e-9  # of the peaks: round-off (chosen)
-_MOST_FAILED = 10  # contacts outside the transition that a terminal shows because they failed
+_NO_CHANGE = 1e-9  # relative change of peaks that is round-off (chosen)
+_MOST_FAILED = 10  # most failed contacts outside the transition on a terminal
 
 
 def of_examination(examination: DeckExamination) -> Document:
-    """All that reports show of an examination of somebody's deck."""
+    """Return the document of an examination of a user's deck."""
     native, tolerance, found = examination.reference, examination.tolerance, examination.found
     to_mend, small = examination.to_mend, examination.small
     compared = len(examination.checks)
@@ -74,21 +74,21 @@ def of_examination(examination: DeckExamination) -> Document:
 
 
 def _about(examination: DeckExamination) -> str:
-    """Units and axis of a deck."""
+    """Return words for units and axis of a deck."""
     found = examination.found
     end = ", shocked at its upper end" if found.reversed else ""
     return f"{examination.deck}: units {found.units}, the chain lies along {found.axis}{end}"
 
 
 def _share(effect: float | None) -> str:
-    """A relative change of peaks in words."""
+    """Return words for a relative change of peaks."""
     if effect is None:
         return "not known"
     return f"{effect:.1e}" if math.isfinite(effect) else "infinitely much"
 
 
 def _advice(check: DeckCheck) -> str:
-    """What to do about a check that failed."""
+    """Return advice on a check that failed."""
     if check.place is None:
         return "mend what is above it"
     return f"{check.place}, instead of “{check.place.written}”: {check.command}"
@@ -151,7 +151,7 @@ def _peaks(examination: DeckExamination) -> Peaks:
 
 
 def _case(check: DeckCheck) -> Case:
-    """A check as a test case, whose message says what failed."""
+    """Return a check as a test case, whose message has the difference."""
     if check.passed:
         return Case(check.name)
     problem = ERROR if check.measured is None else FAILURE
@@ -165,7 +165,7 @@ def _case(check: DeckCheck) -> Case:
 
 
 def _remarks(examination: DeckExamination) -> list[str]:
-    """What was not looked at, and commands that were left out."""
+    """Return sentences on parts not examined, and on commands left out."""
     left = [
         f"{one.file}:{one.line}: “{one.written.strip()}” was left out: {one.why_not}"
         for one in _once(examination.left_out)
@@ -174,12 +174,12 @@ def _remarks(examination: DeckExamination) -> list[str]:
 
 
 def _once(commands: Sequence[Executed]) -> list[Executed]:
-    """Commands without the repetitions of a loop."""
+    """Return commands without the repetitions of a loop."""
     return list({(one.file, one.line): one for one in commands}.values())
 
 
 def _listings(examination: DeckExamination) -> list[Listing]:
-    """The text of the deck's files, with what is wrong beside the lines."""
+    """Return the text of the deck's files, with sentences on wrong lines."""
     marks: dict[tuple[str, int], list[tuple[bool, str]]] = {}
     for check in (*examination.to_mend, *examination.small):
         if check.place is not None:

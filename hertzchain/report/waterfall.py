@@ -1,4 +1,4 @@
-"""Contact force over time along the chain, as Plotly takes it, and the times to record for it."""
+"""Contact force over time along the chain, in Plotly's format, and the times to record for it."""
 
 from __future__ import annotations
 
@@ -17,23 +17,25 @@ from hertzchain.report.style import COLOURS, DASHES, LABELS
 from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.scene import Scene
 
-_TIMES = 500  # of a history
+_TIMES = 500  # recorded times of a history
 READINGS = 4_000_000  # times and granules recorded at once: 100 MB for each simulation
 
 _EVEN, _DENSE, _BURST = 0.4, 0.25, 0.5
-"""Between recorded times [durations of a contact's unit of time]: at most, where they are even;
-where the wave forms in a long chain, and in the bursts after that."""
+"""Intervals between recorded times [units of time of a contact]: the longest even one; the one
+where the wave forms in a long chain; the one in later bursts.
+"""
 
-_OF_A_BURST = 20  # recorded times; the wave passes a contact in six units of time, of these ten
+# recorded times of a burst; the wave passes a contact in six units of time, of these ten
+_OF_A_BURST = 20
 _OWN, _AROUND = 2.5, 8.0  # contacts' units of time around a peak: recorded closely at least; drawn
 _CURVES = 20  # contacts in the plot of contact force over time
 
 
 def record_times(scene: Scene) -> FloatArray:
-    """Times at which to record a scene so that its wave can be drawn [s], increasing.
+    """Return increasing times at which to record a scene for a plot of its wave [s].
 
-    Even where some 500 follow the wave all the way; else close while it forms, then in bursts,
-    geometrically apart, in each of which it passes a few contacts.
+    They are even if about 500 follow the wave all the way. Otherwise they are close while the wave
+    forms, and then in bursts, geometrically apart, in each of which it passes a few contacts.
     """
     count = int(np.clip(READINGS // scene.chain.granules, 2, _TIMES))
     unit = wave_time(scene)
@@ -54,7 +56,7 @@ def wave_time(scene: Scene) -> float:
 
 
 def _followed(result: Result) -> NDArray[np.int_]:
-    """Contacts whose peak lies well within what was recorded at close times."""
+    """Return contacts whose peak lies well within closely recorded times."""
     assert result.history is not None
     time = result.history.time
     of_segment = np.concatenate([[0], np.cumsum(_gaps(time))])
@@ -71,13 +73,13 @@ def _followed(result: Result) -> NDArray[np.int_]:
 
 
 def _gaps(time: FloatArray) -> NDArray[np.bool_]:
-    """Where recorded times are so far apart that nothing is known between them."""
+    """Return the places where recorded times are too far apart to connect them."""
     steps = np.diff(time)
     return np.asarray(steps > 3 * np.min(steps))
 
 
 def drawn_contacts(result: Result) -> list[int]:
-    """The contacts, by the paper's numbers, whose force over time is drawn; close at the shock."""
+    """Paper's numbers of the drawn contacts, which are closer together near the shock."""
     if result.history is None or result.history.time.size < 2:
         return []
     followed = _followed(result)
@@ -90,21 +92,21 @@ def drawn_contacts(result: Result) -> list[int]:
 
 @dataclass(frozen=True)
 class _Scale:
-    """How forces are drawn over time."""
+    """Scales of the plot of forces over time."""
 
-    around: float  # of a peak is drawn [s]; if infinite, all from time 0
-    unit: float  # of time [s]
+    around: float  # time drawn around a peak [s]; if infinite, all from time 0
+    unit: float  # unit of time [s]
     unit_name: str
-    height: float  # of a newton, in lines
+    height: float  # height of a newton, in lines
 
     def trace(
         self, place: int, what: str, name: str, curve: tuple[FloatArray, FloatArray], peak: float
     ) -> Trace:
-        """Line ``place`` from below: whose force, by whom, times [s] and forces [N], peak time."""
+        """Line ``place`` from below, from labels, times [s], forces [N] and the peak time."""
         time, force = curve
         inside = np.abs(time - peak) <= self.around
         time, force = time[inside], force[inside]
-        still = np.zeros(force.size, bool)  # points that only say that a line is straight
+        still = np.zeros(force.size, bool)  # points within a straight line are dropped
         still[1:-1] = (force[:-2] == 0) & (force[1:-1] == 0) & (force[2:] == 0)
         time, force = time[~still], force[~still]
         zero = peak if np.isfinite(self.around) else 0.0
@@ -122,7 +124,7 @@ class _Scale:
 
 
 def waterfall(results: Mapping[str, Result]) -> Plot | None:
-    """Contact force over time, contacts above one another; None where nothing was recorded."""
+    """Return a plot of contact forces over time, stacked by contact; None without a history."""
     native = results["native"]
     drawn, history = drawn_contacts(native), native.history
     if not drawn or history is None:
@@ -177,7 +179,7 @@ def waterfall(results: Mapping[str, Result]) -> Plot | None:
 
 
 def _shock_times(scene: Scene) -> FloatArray:
-    """Times at which the applied force is drawn [s]: its corners, between them, and the end."""
+    """Times at which the applied force is drawn [s]: corners, times between them, end."""
     corners = [ramp.start for ramp in scene.ramps] + [scene.ramps[-1].end]
     even = np.linspace(corners[0], corners[-1], 200)
     if len(corners) > even.size:  # a table may have thousands of rows
@@ -198,5 +200,5 @@ def with_peak(result: Result, contact: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _rounded(value: float, digits: int = 7) -> float:
-    """As many digits as a plot or its hover text shows, so that the page stays small."""
+    """Round values to the digits of a plot and its hover text, so that the page stays small."""
     return float(f"{value:.{digits}g}")
