@@ -1,9 +1,9 @@
-"""Few corners instead of many samples: straight lines that keep the impulse.
+"""Reduces many samples to few corners of straight lines that keep the impulse.
 
-Samples are cut where they bend most until each piece follows a straight line: until the integral of
-their difference stays within what is allowed. The lines then are those of least squares among all
-that meet at the corners. Their difference from the force has no impulse, and no first moment about
-any corner, so that a chain feels it the less, the shorter the lines are.
+Samples are cut where they bend most until each piece follows a straight line, that is until the
+integral of their difference is within the limit. The result is the polyline of least squares with
+these corners. Its difference from the force has no impulse, and no first moment about any corner,
+so that its effect on a chain falls with the length of the lines.
 """
 
 from __future__ import annotations
@@ -24,12 +24,13 @@ BOW = 0.1
 least squares, which is the Legendre polynomial of degree 2, reaches 1 / sqrt(27) / 2 = 0.096."""
 
 BRIDGE = 0.8
-"""What the integral of noise about its straight line exceeds in one of 10 lines, over density and
-root of the length. Measured: 0.72 to 0.81 for white noise of 20 to 1000 samples."""
+"""Level that the integral of noise about its straight line exceeds in one of 10 lines, over density
+and root of the length. Measured: 0.72 to 0.81 for white noise of 20 to 1000 samples.
+"""
 
-_TIP = 3.0  # how far a tip, which has little impulse, may leave a line, over what a bow may; chosen
-_OUTLIER = 6.0  # standard deviations of noise that no sample in millions is beyond
-_SWEEPS = 2  # in which corners are moved to where they fit best; chosen: a third changes few
+_TIP = 3.0  # limit of a tip, which has little impulse, over that of a bow; chosen
+_OUTLIER = 6.0  # standard deviations of noise that no sample in millions exceeds
+_SWEEPS = 2  # rounds in which corners are moved to their best places; chosen: a third changes few
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +40,11 @@ class Corners:
     Parameters
     ----------
     time
-        Of its corners, the first 0 [s], shape (corners,).
+        Times of its corners, the first 0 [s], shape (corners,).
     force
-        At the corners, at least 0 [N], shape (corners,).
+        Forces at the corners, at least 0 [N], shape (corners,).
     places
-        Which samples they are, from 0.
+        Indices of the corners among the samples.
     """
 
     time: FloatArray
@@ -52,16 +53,16 @@ class Corners:
 
 
 def reduce(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -> Corners:
-    """The corners of straight lines that follow samples of a force.
+    """Return the corners of straight lines that follow samples of a force.
 
     Parameters
     ----------
     time, force
-        Of the samples, shape (samples,) [s], [N].
+        Times [s] and forces [N] of the samples, shape (samples,).
     bend
-        How far the force may bow away from a line [N].
+        Largest distance of the force from a line [N].
     noise
-        Of the force: what it explains is not followed.
+        Noise of the force: bends within it are not followed.
     """
     weight = weights(time)
     sums = _sums(time, force, weight)
@@ -94,14 +95,14 @@ def reduce(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -> Co
 
 
 def weights(time: FloatArray) -> FloatArray:
-    """Half the time between the neighbours of each sample: sums are integrals of straight lines."""
+    """Weights of samples for the integral of straight lines: half the time between neighbours."""
     half = np.diff(time) / 2
     found: FloatArray = np.append(half, 0.0) + np.append(0.0, half)
     return found
 
 
 def impulse_of(time: FloatArray, force: FloatArray) -> float:
-    """The integral of a force that is straight between samples [N s]."""
+    """Return the integral of a force that is linear between samples [N s]."""
     return float(np.dot(weights(time), force))
 
 
@@ -112,7 +113,7 @@ def fit(
     places: _Places,
     free: NDArray[np.bool_] | None = None,
 ) -> FloatArray:
-    """Forces at the corners of the straight lines of least squares, shape (..., corners).
+    """Return forces at the corners of the polyline of least squares, shape (..., corners).
 
     Several forces, shape (..., samples), may be fitted at once. Corners that are not ``free`` are
     0; all are by default.
@@ -139,7 +140,7 @@ def fit(
 
 
 def _is_straight(time: FloatArray, force: FloatArray, bend: float, noise: Noise) -> bool:
-    """Whether samples follow their straight line of least squares as closely as they have to."""
+    """Return whether samples follow their straight line of least squares closely enough."""
     if time.size < 3:
         return True
     length = float(time[-1] - time[0])
@@ -154,10 +155,10 @@ def _is_straight(time: FloatArray, force: FloatArray, bend: float, noise: Noise)
 
 
 def _sums(time: FloatArray, force: FloatArray, weight: FloatArray) -> FloatArray:
-    """Sums over all samples before each, of what squared differences from lines need: (6, n + 1).
+    """Return cumulative sums for squared differences from lines, shape (6, n + 1).
 
-    Times are parts of the whole and forces those of the largest, so that sums of squares keep
-    their digits.
+    Times are fractions of the duration and forces of the largest force, so that sums of squares
+    keep their digits.
     """
     part, height = time / time[-1], force / max(float(force.max()), np.finfo(float).tiny)
     terms = np.stack([np.ones_like(part), part, part**2, height, part * height, height**2])
@@ -165,7 +166,7 @@ def _sums(time: FloatArray, force: FloatArray, weight: FloatArray) -> FloatArray
 
 
 def _best_cut(sums: FloatArray, first: int, last: int) -> int:
-    """Where a line is cut into two that are nearest to the samples, each by itself."""
+    """Return the place where a cut gives the two lines nearest to the samples."""
     middle = np.arange(first + 1, last)
     left = sums[:, middle + 1] - sums[:, [first]]
     right = sums[:, [last + 1]] - sums[:, middle]
@@ -173,7 +174,7 @@ def _best_cut(sums: FloatArray, first: int, last: int) -> int:
 
 
 def _squares(sums: FloatArray) -> FloatArray:
-    """Least sums of squared differences from straight lines, (lines,), from sums, (6, lines)."""
+    """Return least sums of squared differences from lines, (lines,), from sums, (6, lines)."""
     one, x, xx, y, xy, yy = sums
     slope, spread = xy - x * y / one, xx - x * x / one
     found: FloatArray = yy - y * y / one - slope**2 / spread
@@ -183,9 +184,9 @@ def _squares(sums: FloatArray) -> FloatArray:
 def _not_negative(
     time: FloatArray, force: FloatArray, weight: FloatArray, places: _Places
 ) -> FloatArray:
-    """Forces at the corners: those of least squares, at least 0, with the impulse of the samples.
+    """Return forces at the corners by least squares, at least 0, with the impulse of the samples.
 
-    Where the best would be below 0 it is 0, and the others are the best with that.
+    Forces that would be negative are 0, and the others are fitted again.
     """
     free = np.ones(places.size, np.bool_)
     values = fit(time, force, weight, places)

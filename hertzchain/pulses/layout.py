@@ -1,4 +1,4 @@
-"""How a file of numbers in columns is laid out: separator, decimal sign, text lines, header."""
+"""Layout of a file with columns of numbers: separator, decimal sign, text lines, header."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from hertzchain.errors import HertzchainError, did_you_mean
 from hertzchain.files import read_bytes
 
 _MOST_BYTES = 100_000_000
-"""Of a file; about three million samples."""
+"""Largest size of a file [bytes] (chosen): about three million samples."""
 
 _LOOKED_AT = 2000
-"""Lines from which the layout is told, at the beginning and at the end of a file each."""
+"""Number of lines at the beginning and at the end of a file from which the layout is found."""
 
 _LAYOUTS = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (" ", "."), (" ", ","))
-"""Separator of columns (a blank stands for any number of them) and decimal sign."""
+"""Layouts that are tried: separator of columns (a blank stands for any number) and decimal sign."""
 
 _NUMBERS = {
     sign: re.compile(
@@ -31,7 +31,7 @@ _NUMBERS = {
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
 
 _UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|[_/]\s*([A-Za-zµμ]+)$")
-"""At the end of the name of a column: "force [kN]", "Time (us)", "time_s", "F/N"."""
+"""Unit at the end of the name of a column: "force [kN]", "Time (us)", "time_s", "F/N"."""
 
 UNITS_OF_TIME = {
     **dict.fromkeys(("s", "sec", "second", "seconds"), "s"),
@@ -42,23 +42,23 @@ UNITS_OF_FORCE = {
     **{name: name for name in ("kN", "mN", "MN")},
 }
 VOLTAGES = ("V", "mV", "volt", "volts", "kV", "uV", "µV", "pC", "mA", "ampere")
-"""What a signal is before it is a force, in headers."""
+"""Units of signals other than forces, in headers."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How the numbers of a file are to be read.
+    """Layout of the numbers of a file.
 
     Parameters
     ----------
     separator, decimal
-        Between columns (a blank stands for any number of them), and in numbers.
+        Separator of columns (a blank stands for any number of blanks), and decimal sign.
     columns
-        How many there are.
+        Number of columns.
     names, units
-        Of the columns, from the header; empty texts where it says none.
+        Names and units of the columns, from the header; empty texts for missing ones.
     numeric
-        Columns that hold numbers, from 0.
+        Indices of the columns with numbers.
     """
 
     separator: str
@@ -69,23 +69,23 @@ class Layout:
     numeric: tuple[int, ...]
 
     def split(self, line: str) -> list[str]:
-        """The cells of a line."""
+        """Return the cells of a line."""
         return _split(line, self.separator)
 
     def is_number(self, cell: str) -> bool:
-        """Whether a cell holds a number."""
+        """Return whether a cell holds a number."""
         return _NUMBERS[self.decimal].fullmatch(cell) is not None
 
     def to_float(self, cell: str) -> float:
-        """The number in a cell; a ValueError where there is none."""
+        """Return the number in a cell; ValueError without a number."""
         return float(cell.replace(",", ".") if self.decimal == "," else cell)
 
     def name(self, column: int) -> str:
-        """A column as messages call it, by number and name."""
+        """Return number and name of a column, for messages."""
         return f"{column + 1} ({self.names[column]})" if self.names[column] else f"{column + 1}"
 
     def find(self, option: str, wanted: str) -> int:
-        """The column that an option names or numbers; a HertzchainError lists the columns."""
+        """Column with the name or number of an option; HertzchainError lists the columns."""
         if wanted.isdecimal() and 1 <= int(wanted) <= self.columns:
             return int(wanted) - 1
         bare = [_bare(name) for name in self.names]
@@ -98,13 +98,13 @@ class Layout:
         raise HertzchainError(f"{option} {wanted}: no such column, there are {listed}{hint}")
 
     def describe(self) -> str:
-        """Separator and decimal sign in words."""
+        """Return separator and decimal sign in words."""
         sign = ", decimal commas" if self.decimal == "," else ""
         return f"{_SEPARATORS[self.separator]} between columns{sign}"
 
 
 def read_lines(path: Path) -> list[str]:
-    """The lines of a text file in any usual encoding; a HertzchainError says why there are none."""
+    """Lines of a text file in any usual encoding; HertzchainError if it is unreadable."""
     try:
         content = read_bytes(path, _MOST_BYTES)
     except (OSError, ValueError) as problem:  # ValueError: no name of a file
@@ -129,7 +129,7 @@ def text_in(content: bytes) -> str | None:
 
 
 def is_comment(line: str) -> bool:
-    """Whether a line is empty or a comment, whatever the layout."""
+    """Return whether a line is empty or a comment in any layout."""
     return line.lstrip()[:1] in ("", "#", "%")
 
 
@@ -150,9 +150,9 @@ def _looked_at(lines: Sequence[str]) -> list[str]:
 
 
 def layout_of(path: Path, lines: Sequence[str]) -> Layout:
-    """The layout in which most lines are numbers in at least two columns.
+    """Return the layout in which most lines have numbers in at least two columns.
 
-    A HertzchainError says that there is none.
+    HertzchainError if there is none.
     """
     signs = signs_of(lines)
     if signs is None:
@@ -183,7 +183,7 @@ def _split(line: str, separator: str) -> list[str]:
 
 
 def _fitting(lines: Sequence[str], separator: str, decimal: str) -> tuple[int, int]:
-    """How many lines are numbers alone, and how many have two: at least two columns of them."""
+    """Return how many lines have only numbers, and how many have at least two numbers."""
     alone = two = 0
     number = _NUMBERS[decimal]
     for line in lines:
@@ -198,7 +198,7 @@ def _fitting(lines: Sequence[str], separator: str, decimal: str) -> tuple[int, i
 def _header(
     lines: Sequence[str], separator: str, number: re.Pattern[str], columns: int
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names and units of the columns, from the last text lines before the numbers."""
+    """Return names and units of the columns, from the last text lines before the numbers."""
     texts: list[list[str]] = []
     for line in lines:
         cells = _split(line.lstrip().lstrip("#%").lstrip(), separator)
@@ -216,18 +216,18 @@ def _header(
 
 
 def _as_unit(cell: str) -> str:
-    """The unit that a cell is, in brackets or not; empty where it is none that is known here."""
+    """Return the known unit in a cell, with or without brackets; empty if there is none."""
     bare = cell.strip("[]() ")
     known = {**UNITS_OF_TIME, **UNITS_OF_FORCE, **{name: name for name in VOLTAGES}}
     return known.get(bare, known.get(bare.lower(), "") if len(bare) > 3 else "")
 
 
 def _unit_of(name: str) -> str:
-    """The unit at the end of the name of a column; empty where there is none that is known."""
+    """Return the known unit at the end of a column's name; empty if there is none."""
     found = _UNIT.search(name)
     return _as_unit(found[1] or found[2]) if found else ""
 
 
 def _bare(name: str) -> str:
-    """The name of a column without its unit."""
+    """Return the name of a column without its unit."""
     return _UNIT.sub("", name).strip() if _unit_of(name) else name

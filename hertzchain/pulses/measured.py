@@ -1,4 +1,4 @@
-"""A measured pulse as a pulse table: few rows, and what noise and fewer rows do to its numbers."""
+"""A measured pulse as a pulse table with few rows, and the effect of noise and of fewer rows."""
 
 from __future__ import annotations
 
@@ -19,27 +19,32 @@ from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.scene import Scene
 
 RTOL = 1e-3
-"""What fewer rows may change in the peaks by default, or as much as noise does; chosen."""
+"""Default of the largest change of the peaks by fewer rows (chosen); larger where noise changes
+them more.
+"""
 
 TIGHTEST, LOOSEST = 1e-6, 0.1
-"""What can be asked for: below, all samples are corners; above, the pulse is another."""
+"""Range of that change: below it all samples are corners; above it the pulse becomes a different
+one.
+"""
 
 _BEND = 1 / 3
-"""Bow of a line over F0 and the wanted accuracy of the peaks. Measured: peaks of 40 granules of
+"""Bow of a line over F0 times the wanted accuracy of the peaks. Measured: peaks of 40 granules of
 LM_ratio 0.1 to 10 under the three pulses changed by up to 2.9 bows, mostly by less than 1."""
 
 _FINER = (4.0, 1.0, 0.25, 0.0625)
-"""Bows over F0 and the wanted accuracy that are tried in a scene, until its peaks are right."""
+"""Bows over F0 times the wanted accuracy that are tried in a scene, until its peaks are right."""
 
-_REPEATS = 32  # recordings with other noise: a standard deviation is known to 13 % then
-_SAMPLES, _SAMPLES_OF_PULSE = 2000, 200  # that these keep, about; chosen: 20 ms for each
+_REPEATS = 32  # number of recordings with other noise: gives a standard deviation to 13 %
+# approximate number of samples in each (chosen): 20 ms a recording
+_SAMPLES, _SAMPLES_OF_PULSE = 2000, 200
 _SEED = 0
-_RUNS = 0.1  # error of a run over what is to be seen
+_RUNS = 0.1  # error of a run over the change to be measured
 
 
 @dataclass(frozen=True)
 class Value:
-    """A number, and how far off noise, baseline and few rows leave it: a standard deviation."""
+    """A number with its standard deviation from noise, baseline and few rows."""
 
     value: float
     deviation: float
@@ -47,20 +52,20 @@ class Value:
 
 @dataclass(frozen=True, eq=False)
 class InScene:
-    """What a scene makes of a measured pulse.
+    """Results of a scene under a measured pulse.
 
     Parameters
     ----------
     scene
-        With the reduced pulse.
+        The scene with the reduced pulse.
     momentum_ratio
         LM_ratio.
     peak_force
-        Of each contact [N], shape (N - 1,).
+        Peak of each contact [N], shape (N - 1,).
     deviation
-        Standard deviation of each, from noise and the baseline [N], shape (N - 1,).
+        Standard deviation of each peak, from noise and the baseline [N], shape (N - 1,).
     change
-        The largest relative difference of a peak from that under all samples.
+        Largest relative difference of a peak from the one under all samples.
     """
 
     scene: Scene
@@ -71,7 +76,7 @@ class InScene:
 
     @property
     def uncertainty(self) -> float:
-        """The largest standard deviation of a peak that is judged, over the peak."""
+        """Largest ratio of standard deviation to peak of the judged peaks."""
         judged = judged_contacts(self.peak_force)
         return float(np.max(self.deviation[judged] / self.peak_force[judged]))
 
@@ -83,16 +88,16 @@ class MeasuredPulse:
     Parameters
     ----------
     recording, signal
-        Where it comes from.
+        The recording, and the pulse found in it.
     table
-        Its few rows.
+        The pulse table with few rows.
     peak_force, impulse, rise_time
         F0 [N], the integral of the force [N s], and the time in which it grows from 10 % to 90 %
         of F0 [s].
     wanted
-        How much fewer rows may change the peaks.
+        Largest relative change of the peaks by fewer rows.
     in_scene
-        What a scene makes of it; None where none is given.
+        Results in a scene; None without a scene.
     """
 
     recording: Recording
@@ -105,12 +110,12 @@ class MeasuredPulse:
     in_scene: InScene | None
 
     def to_text(self) -> str:
-        """The table as CSV, with the header of pulse tables."""
+        """Return the table as CSV, with the header of pulse tables."""
         rows = zip(self.table.time, self.table.force, strict=True)
         return "time_s,force_N\n" + "".join(f"{time!r},{force!r}\n" for time, force in rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything but the samples, for JSON."""
+        """Return everything except the samples, for JSON."""
 
         def both(value: Value) -> dict[str, float]:
             return {"value": value.value, "standard_deviation": value.deviation}
@@ -145,7 +150,7 @@ class MeasuredPulse:
 
 
 def check_accuracy(rtol: float | None) -> None:
-    """Raise a SceneError for an accuracy that cannot be asked for; None stands for the default."""
+    """Raise a SceneError for an impossible accuracy; None stands for the default."""
     right = rtol is None or (is_finite(rtol) and TIGHTEST <= rtol <= LOOSEST)
     require(right, "--rtol", rtol, f"must be a number from {TIGHTEST:g} to {LOOSEST:g}")
 
@@ -153,18 +158,18 @@ def check_accuracy(rtol: float | None) -> None:
 def measured_pulse(
     recording: Recording, signal: Signal, rtol: float | None = None, scene: Scene | None = None
 ) -> MeasuredPulse:
-    """A measured pulse, reduced to as few rows as the accuracy of the peaks allows.
+    """Reduce a measured pulse to as few rows as the accuracy of the peaks allows.
 
     Parameters
     ----------
     recording, signal
-        What was read, and the pulse in it.
+        The recording, and the pulse found in it.
     rtol
-        How much fewer rows may change the peaks; by default 1e-3 or, in a scene, as much as noise
-        does if that is more.
+        Largest relative change of the peaks by fewer rows; by default 1e-3 or, in a scene, the
+        change by noise if it is larger.
     scene
-        What the pulse is for, whatever its shock: its peaks judge the rows. By default a bound on
-        the force does.
+        Scene for the pulse, which replaces its shock: its peaks decide on the rows. By default a
+        bound on the force decides.
     """
     wanted = RTOL if rtol is None else rtol
     bend = wanted * float(signal.force.max())
@@ -190,7 +195,7 @@ def measured_pulse(
 
 
 def table_of(signal: Signal) -> PulseTable:
-    """All samples of a pulse as a pulse table."""
+    """Return all samples of a pulse as a pulse table."""
     return PulseTable(tuple(signal.time.tolist()), tuple(signal.force.tolist()))
 
 
@@ -201,10 +206,10 @@ def _table(corners: Corners) -> PulseTable:
 def _with_other_noise(
     recording: Recording, signal: Signal, corners: Corners, bend: float
 ) -> list[Corners]:
-    """The pulses found in recordings of this one with other noise.
+    """Return the pulses found in copies of this recording with other noise.
 
-    Everything is done again: baseline, start, end and corners. Where there are many samples these
-    recordings have fewer, which are means.
+    Baseline, start, end and corners are found again in each. Copies of long recordings have fewer
+    samples, which are means.
     """
     if signal.noise.deviation == 0:
         return [corners]
@@ -233,19 +238,19 @@ def _with_other_noise(
 
 
 def _deviation(others: Any, value: Any) -> Any:
-    """Root of the mean square of the differences from a value, shape of the value."""
+    """Return the root mean square of the differences from a value, with the value's shape."""
     return np.sqrt(np.mean((np.asarray(others) - value) ** 2, axis=0))
 
 
 def _rise_time(time: FloatArray, force: FloatArray) -> float:
-    """Time in which a force first grows from 10 % to 90 % of its largest [s]."""
+    """Return the time in which a force first grows from 10 % to 90 % of its largest value [s]."""
     largest = float(force.max())
     begin, end = (_first_above(time, force, part * largest) for part in (0.1, 0.9))
     return end - begin
 
 
 def _first_above(time: FloatArray, force: FloatArray, limit: float) -> float:
-    """When straight lines first reach a limit below their largest value [s]."""
+    """Return the time at which straight lines first reach a limit below their largest value [s]."""
     k = int(np.argmax(force >= limit))
     if k == 0:
         return float(time[0])
@@ -263,7 +268,7 @@ _FIGURES = (_largest, impulse_of, _rise_time)  # of a pulse, in the order of the
 def _noise_in_scene(
     scene: Scene, corners: Corners, others: Sequence[Corners], wanted: float
 ) -> InScene:
-    """Peaks in a scene, and how far those under pulses with other noise are from them."""
+    """Return peaks in a scene, and their deviations under pulses with other noise."""
     scenes = [replace(scene, shock=_table(one)) for one in (corners, *others)]
     peaks = _peaks(scenes, _RUNS * wanted)
     ratio, *ratios = (one.momentum_ratio for one in scenes)
@@ -272,7 +277,7 @@ def _noise_in_scene(
 
 
 def _fewest(signal: Signal, spread: InScene, wanted: float) -> tuple[Corners, InScene]:
-    """The fewest corners that change no peak by more than is wanted, and what they give."""
+    """Return the fewest corners that change no peak by more than is wanted, and their peaks."""
     everything = np.arange(signal.time.size)
     full = Corners(signal.time, signal.force, everything)
     full_scene = replace(spread.scene, shock=table_of(signal))
@@ -294,5 +299,5 @@ def _fewest(signal: Signal, spread: InScene, wanted: float) -> tuple[Corners, In
 
 
 def _peaks(scenes: Sequence[Scene], rtol: float) -> FloatArray:
-    """Peak forces [N], shape (scenes, contacts), of runs that are as accurate as is sensible."""
+    """Return peak forces [N], shape (scenes, contacts), of runs with a sufficient accuracy."""
     return peak_forces(scenes, float(np.clip(rtol, 1e-8, 1e-3))).peak_force

@@ -1,4 +1,4 @@
-"""Noise of a recording: how strong it is, and more of the same kind."""
+"""Noise of a recording: its strength, and further noise of the same kind."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 
 LEAST = 16
-"""Samples without a pulse from which noise is known; chosen."""
+"""Least number of samples without a pulse that measure the noise (chosen)."""
 
-_TO_DEVIATION = 1.4826  # of Gaussian noise: its standard deviation over its median size
+_TO_DEVIATION = 1.4826  # standard deviation over median size of Gaussian noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class Noise:
     density
         Standard deviation of its integral over a time, over the root of that time [N s^(1/2)].
     samples
-        Measured without a pulse, of mean 0 [N]; empty where the recording has too few.
+        Samples without a pulse, of mean 0 [N]; empty if the recording has too few.
     """
 
     deviation: float
@@ -34,10 +34,10 @@ class Noise:
     samples: FloatArray
 
     def again(self, count: int, length: int, generator: np.random.Generator) -> FloatArray:
-        """Noise of the same kind, shape (count, length).
+        """Return noise of the same kind, shape (count, length).
 
-        It is pieced together from blocks of what was measured, which keeps how neighbouring
-        samples hang together (Kunsch 1989), or Gaussian where too little was.
+        It consists of blocks of the measured noise, which keeps the correlation of neighbours
+        (Kunsch 1989); it is Gaussian if there are too few samples.
         """
         measured = self.samples.size
         if measured < LEAST or not np.any(self.samples):
@@ -49,12 +49,13 @@ class Noise:
 
 
 def noise_before(force: FloatArray, step: float, resolution: float) -> Noise:
-    """Noise of samples without a pulse, shape (samples,), at least ``LEAST`` [N].
+    """Measure the noise of samples without a pulse, shape (samples,), at least ``LEAST`` [N].
 
     ``step`` is the time between samples [s], ``resolution`` the last digit [N].
     """
     samples = force - force.mean()
-    of_digits = resolution / math.sqrt(12.0)  # of an error anywhere within a digit
+    # standard deviation of an error anywhere within a digit
+    of_digits = resolution / math.sqrt(12.0)
     deviation = max(float(samples.std(ddof=1)), of_digits)
     block = math.isqrt(samples.size)
     blocks = samples[: samples.size // block * block].reshape(-1, block)
@@ -63,7 +64,7 @@ def noise_before(force: FloatArray, step: float, resolution: float) -> Noise:
 
 
 def noise_within(force: FloatArray, step: float, resolution: float) -> Noise:
-    """Noise of samples of a pulse [N], from how they scatter about their neighbours.
+    """Return the noise of samples of a pulse [N], from their scatter about their neighbours.
 
     Second differences of white noise have sqrt(6) times its deviation; those of a smooth pulse are
     smaller.
@@ -75,14 +76,14 @@ def noise_within(force: FloatArray, step: float, resolution: float) -> Noise:
 
 
 def resolution_of(force: FloatArray) -> float:
-    """The digit in which forces are recorded [N]; 0 where it is finer than the samples show.
+    """Return the last digit of recorded forces [N]; 0 if the samples do not show it.
 
-    Where a quarter of the samples, or fewer, have values of their own, it is the least difference
-    of two values. Two values alone are a rectangle, whose height is no digit.
+    If at most a quarter of the samples have distinct values, it is the least difference of two
+    values. Only two values mean a rectangle, whose height is not a digit.
     """
     values = np.unique(force)
     if values.size < 3 or values.size > force.size / 4:
         return 0.0
     gaps = np.diff(values)
-    gaps = gaps[gaps > 1e-9 * np.abs(values).max()]  # products of equal numbers, rounded
+    gaps = gaps[gaps > 1e-9 * np.abs(values).max()]  # equal products may differ by rounding
     return float(gaps.min()) if gaps.size else 0.0

@@ -1,4 +1,4 @@
-"""A recording: time and force of a measured pulse, as its file has them, in SI units."""
+"""A recording: time and force of a measured pulse from its file, in SI units."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from hertzchain.pulses.layout import (
 )
 from hertzchain.scene.quantities import to_si
 
-LEAST_SAMPLES = 8  # fewer are no recording; chosen
-_MOST = 1e60  # s or N: squares of it, and their sums, can be represented
-_LONGEST = 25  # characters of a number that are shown; more than float64 has
-_SHOWN = 3  # complaints about lines that are shown
+LEAST_SAMPLES = 8  # least number of samples of a recording; chosen
+_MOST = 1e60  # largest s or N: its square, and sums of squares, can be represented
+_LONGEST = 25  # most characters of a number that are shown; more than float64 has
+_SHOWN = 3  # most complaints about lines that are shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +37,11 @@ class Recording:
     time
         Increasing times as in the file [s], shape (samples,).
     force
-        Before anything is taken off [N], shape (samples,).
+        Forces with the baseline [N], shape (samples,).
     newtons
         N for each unit of the column of forces.
     facts
-        How the file was read, as labels and texts.
+        Layout and units of the file, as labels and texts.
     """
 
     time: FloatArray
@@ -58,7 +58,7 @@ def read_recording(
     force_unit: str | None = None,
     scale: float | None = None,
 ) -> Recording:
-    """Read a text file with columns of time and force, whatever its layout.
+    """Read a text file with columns of time and force in any layout.
 
     Parameters
     ----------
@@ -67,15 +67,14 @@ def read_recording(
     time, force
         Names or numbers, from 1, of the columns; by default the first two that hold numbers.
     time_unit, force_unit
-        Of the columns; by default what the header says, or s and N.
+        Units of the columns; by default those of the header, or s and N.
     scale
-        What to multiply forces with, as N for each volt.
+        Factor of the forces, such as N for each volt.
 
     Raises
     ------
     HertzchainError
-        With all that is wrong with the lines of the file, or for a column or a unit that cannot
-        be.
+        With all wrong lines of the file, or for an impossible column or unit.
     """
     lines = read_lines(path)
     layout = layout_of(path, lines)
@@ -114,7 +113,7 @@ def read_recording(
 def _unit(
     option: str, given: str | None, of_header: str, known: dict[str, str], unit: str
 ) -> tuple[float, str]:
-    """What a unit is worth in SI units, and what to say of it."""
+    """Return the value of a unit in SI units, and words for it."""
     if given is not None:
         worth = to_si(option, f"1 {given}", unit)
         require(is_finite(worth) and worth > 0, option, given, f"must be a unit such as {unit}")
@@ -144,7 +143,7 @@ def _unit_of_force(
 def _read(
     path: Path, lines: list[str], layout: Layout, columns: tuple[int, int]
 ) -> tuple[int, FloatArray]:
-    """The line from 0 where numbers begin, and times and forces, shape (samples, 2)."""
+    """Return the index of the first line of numbers, and times and forces, shape (samples, 2)."""
     cells: list[tuple[int, list[str]]] = []
     begin = None
     for number, line in enumerate(lines):
@@ -180,7 +179,7 @@ def _holds(row: list[str], columns: Iterable[int]) -> bool:
 def _complaints(
     cells: list[tuple[int, list[str]]], layout: Layout, columns: tuple[int, int]
 ) -> list[str]:
-    """What is wrong with lines, in their order."""
+    """Return the faults of lines, in order."""
     wrong: list[tuple[int, str]] = []
     times: list[tuple[int, float, str]] = []
     for number, row in cells:

@@ -1,4 +1,4 @@
-"""The pulse in a recording: without its baseline, from its start to its end, never negative."""
+"""Finds the pulse in a recording: without baseline, from start to end, never negative."""
 
 from __future__ import annotations
 
@@ -14,34 +14,35 @@ from hertzchain.pulses.noise import LEAST, Noise, noise_before, noise_within, re
 from hertzchain.pulses.recording import LEAST_SAMPLES, Recording
 
 _LEAVES_NOISE = 5.0
-"""Standard deviations of averages: Gaussian noise exceeds them in 3 of 10 million; chosen."""
+"""Threshold in standard deviations of averages (chosen): Gaussian noise exceeds it in 3 of 10
+million.
+"""
 
-_LEAST_BASELINE = 10  # widths of a pulse at half its height over what is before it; chosen
+_LEAST_BASELINE = 10  # widths of a pulse at half its height over the time before it; chosen
 
 _WINDOWS = 20  # averages over a width of the pulse at half its height; chosen
-_UNEVEN = 0.01  # steps of the time may differ by so much where samples are smoothed; chosen
-_OTHER_PULSE = (
-    0.05  # height of another pulse over that of the largest, from which it counts; chosen
-)
+_UNEVEN = 0.01  # largest difference of time steps for smoothing, relative; chosen
+_OTHER_PULSE = 0.05  # least height of another pulse that counts, over the largest; chosen
 _OVER_SCATTER = 20.0
-"""Least height of another pulse over what a quarter of the averages before the largest are within;
-chosen: 6.4 standard deviations of Gaussian noise, and more than a drift has."""
+"""Least height of another pulse over the lowest quartile of the absolute averages before the
+largest; chosen: 6.4 standard deviations of Gaussian noise, and more than a drift has."""
 _FLAT = 0.2
 """Part of the width at half the height in which all samples are the largest, from which a pulse may
-be cut off; chosen: of a squared sine in 256 digits it is 0.08."""
-_SMOOTHING_ORDER = 3  # of Savitzky and Golay's polynomials: crests and slopes keep their height
-_MOST_SAMPLES = 20_000  # more in a pulse are averaged, 2 and more at a time; chosen
+be cut off; chosen: for a squared sine in 256 digits the part is 0.08."""
+# degree of Savitzky and Golay's polynomials: crests and slopes keep their height
+_SMOOTHING_ORDER = 3
+_MOST_SAMPLES = 20_000  # most samples of a pulse; more are averaged, 2 or more at a time; chosen
 
 
 @dataclass(frozen=True)
 class Given:
-    """What is known of a pulse beforehand.
+    """Options of a pulse given by the user.
 
     Parameters
     ----------
     baseline
-        What the file has where no force acts, in the unit of its column; by default the mean of
-        what is before the pulse.
+        Value of the file without a force, in the unit of its column; by default the mean before the
+        pulse.
     start, end
         Times in the recording [s]; by default where averages of the force leave the noise, and
         where they are last above it.
@@ -63,23 +64,23 @@ class Signal:
     Parameters
     ----------
     time
-        Of its samples from its start, which is 0 [s], shape (samples,).
+        Times of its samples from its start, which is 0 [s], shape (samples,).
     force
         Without the baseline, at least 0 [N], shape (samples,).
     start
         Its start in the recording [s].
     baseline
-        What was taken off [N].
+        Baseline that was subtracted [N].
     baseline_samples
-        From how many samples it is the mean; 0 where it is given or nothing was taken off.
+        Number of samples of which it is the mean; 0 if it was given or nothing was subtracted.
     noise
-        Of the force.
+        Noise of the force.
     given
-        What was known of the pulse beforehand.
+        Options given by the user.
     left_out
         Impulse of the recording before the start and after the end [N s].
     remarks
-        What was changed and what to look at, as labels and texts.
+        Changes, and remarks to check, as labels and texts.
     """
 
     time: FloatArray
@@ -94,12 +95,12 @@ class Signal:
 
 
 def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
-    """The pulse in a recording.
+    """Find the pulse in a recording.
 
     Raises
     ------
     HertzchainError
-        Where there is no pulse, or one that pulls, or for an option that cannot be.
+        If there is no pulse, or one that pulls, or for an impossible option.
     """
     time, force = recording.time, recording.force
     step = float(time[-1] - time[0]) / (time.size - 1)
@@ -159,7 +160,7 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
 def _no_pulse(
     time: FloatArray, first: int, last: int, crest: int, noise: Noise, given: Given
 ) -> HertzchainError:
-    """The error for samples between which there is no pulse."""
+    """Return the error for samples without a pulse."""
     largest = f"the largest force, at {time[crest]:.6g} s,"
     if given.start is not None and given.end is not None and last <= first:
         return HertzchainError(f"--start {given.start:g} s must be before --end {given.end:g} s")
@@ -180,7 +181,7 @@ def _no_pulse(
 
 
 def averaged(values: FloatArray, window: int) -> FloatArray:
-    """Means over an odd number of samples, of fewer at the ends; shape as the values."""
+    """Return means over an odd number of samples, fewer at the ends; shape of the values."""
     half = window // 2
     total = np.concatenate([[0.0], np.cumsum(values)])
     at = np.arange(values.size)
@@ -190,9 +191,9 @@ def averaged(values: FloatArray, window: int) -> FloatArray:
 
 
 def without_negative(force: FloatArray, window: int, limit: float) -> FloatArray:
-    """The force with nothing below 0: what averages less than ``limit`` is averaged first.
+    """Force without negative values; parts with a mean below ``limit`` are averaged first.
 
-    Noise about 0 whose negative half alone is set to 0 would add to the impulse.
+    Setting only the negative half of noise to 0 would add to the impulse.
     """
     averages = averaged(force, window)
     return np.maximum(np.where(averages < limit, averages, force), 0.0)
@@ -216,7 +217,7 @@ def _smoothed(
 
 
 def _rough_level(force: FloatArray, given: float | None) -> float:
-    """About what is measured without a force [N]: the median of the first samples."""
+    """Return the approximate baseline [N]: the median of the first samples."""
     crest = int(np.argmax(np.abs(force - np.median(force[:LEAST_SAMPLES]))))
     return float(np.median(force[: max(LEAST_SAMPLES, crest // 8)])) if given is None else given
 
@@ -246,7 +247,7 @@ def _refuse_two(time: FloatArray, before: FloatArray, height: float, crest: int)
 
 
 def _half_heights(force: FloatArray, level: float, crest: int) -> tuple[int, int]:
-    """Where the force rises above half its height before the crest, and falls below it after."""
+    """Return the indices at which the force crosses half its height, before and after the crest."""
     below = force < level + 0.5 * (force[crest] - level)
     before, after = np.flatnonzero(below[:crest]), np.flatnonzero(below[crest:])
     rising = int(before[-1]) if before.size else 0
@@ -254,10 +255,10 @@ def _half_heights(force: FloatArray, level: float, crest: int) -> tuple[int, int
 
 
 def _foot(averages: FloatArray, level: float, crest: int) -> int:
-    """How many samples are certainly before the pulse: far before it is at half its height.
+    """Return the number of samples that are certainly before the pulse.
 
-    As far as it takes from a quarter to three quarters, twice: a cosine pulse needs 1.5 times, a
-    straight rise once.
+    They end before half height by twice the time from a quarter to three quarters of the height: a
+    cosine pulse needs 1.5 times, a straight rise once.
     """
     height = averages[crest] - level
     quarter, half, most = (
@@ -277,7 +278,7 @@ def _noise(
     step: float,
     resolution: float,
 ) -> tuple[float, Noise]:
-    """The baseline [N] and the noise, from so many samples before the pulse if they suffice."""
+    """Return the baseline [N] and the noise, from the samples before the pulse if they suffice."""
     if before < least:
         return known or 0.0, noise_within(force, step, resolution)
     quiet = force[:before]
@@ -285,9 +286,9 @@ def _noise(
 
 
 def _threshold(noise: Noise, window: int, step: float, height: float) -> float:
-    """What averages over a window have to exceed [N]; where there is no noise, round-off.
+    """Return the threshold of averages over a window [N]; round-off without noise.
 
-    The density, from few blocks, counts only where it says that noise hangs together.
+    The density, from few blocks, is used only where it shows correlated noise.
     """
     white, slow = noise.deviation / np.sqrt(window), noise.density / np.sqrt(window * step)
     of_averages = min(noise.deviation, max(white, slow))
@@ -295,7 +296,7 @@ def _threshold(noise: Noise, window: int, step: float, height: float) -> float:
 
 
 def _place(time: FloatArray, option: str, wanted: float) -> int:
-    """The first sample at or after a time, which an option names."""
+    """Return the first sample at or after the time of an option."""
     inside = is_finite(wanted) and time[0] <= wanted <= time[-1]
     allowed = f"must be a time of the file, {time[0]:.6g} to {time[-1]:.6g} s"
     require(inside, option, wanted, allowed)
@@ -303,7 +304,7 @@ def _place(time: FloatArray, option: str, wanted: float) -> int:
 
 
 def binned(values: FloatArray, many: int) -> FloatArray:
-    """Means of so many values at a time; what is left over at the end is one of its own."""
+    """Return means of groups of values; the rest at the end is a group of its own."""
     starts: NDArray[np.intp] = np.arange(0, values.size, many)
     found: FloatArray = np.add.reduceat(values, starts) / np.diff(np.append(starts, values.size))
     return found
