@@ -1,4 +1,4 @@
-"""What accuracy costs, as ratios measured in one run: `make bench`, on an idle machine.
+"""The cost of accuracy, as ratios measured in one run: `make bench`, on an idle machine.
 
 Each figure compares two ways of getting the same digits, warm, one after the other. Nothing here
 fails because a machine is slow; what has to hold on every machine is in tests/.
@@ -59,17 +59,17 @@ def demo() -> hc.Scene:
 
 @pytest.fixture(scope="module")
 def truth(demo: hc.Scene) -> FloatArray:
-    """Its peaks [N]."""
+    """The peaks of the demo scene [N]."""
     return hc.Native("reference").run(demo).peak_force
 
 
 def native(scene: hc.Scene) -> hc.Result:
-    """Peaks to 1e-6, with the second run that says so."""
+    """Compute peaks to 1e-6, with the second run for their error."""
     return hc.Native(rtol=1e-6, peaks_only=True).run(scene)
 
 
 def best(work: Callable[[], object], repeats: int) -> float:
-    """The shortest of several times, after a first that does not count [s]."""
+    """Return the shortest of several times, after a first run that does not count [s]."""
     work()
     times = []
     for _ in range(repeats):
@@ -85,7 +85,7 @@ def seconds(benchmark: Any) -> float:
 
 
 def plain_deck(scene: hc.Scene, dt: float) -> None:
-    """One run of the lean deck from start to end, unwatched."""
+    """Run the lean deck from start to end, without watching peaks."""
     with engine() as lammps:
         command(lammps, deck.set_up(scene))
         before = None
@@ -201,7 +201,7 @@ def test_e_granule_and_stage_over_square_root(benchmark: Any, demo: hc.Scene) ->
         march_all(rows, walker, 60, leaves, Deadline(TIME_LIMIT), 1)
 
     spent = best(batch, 3)
-    # The front moves through the chain: granules that wait ahead of it cost nothing.
+    # The front moves through the chain: granules ahead of it cost nothing.
     moving = spent / (granule_evaluations(rows[::50], 60) * 50) / square_root()
     FIGURES.append(("E", "granule and stage over sqrt, 1,000 scenes of 60", f"{moving:.2f}", "2"))
 
@@ -212,7 +212,7 @@ def granule_evaluations(rows: FloatArray, granules: int) -> int:
 
 
 def march(module: dict[str, Any], legs: FloatArray, granules: int, moving: int) -> Any:
-    """What the kernels of a module, as they are or cut, tell of a plain scene at fixed steps."""
+    """Run the kernels of a module, whole or cut, on a plain scene at fixed steps."""
     nothing, contacts = np.zeros((0, 0)), granules - 1
     coefficients = module["Table"](*table(SRKN_11B))
     record = module["Record"](np.zeros(0), nothing, nothing, nothing)
@@ -241,7 +241,7 @@ def test_f_choice_over_best_in_hindsight(benchmark: Any, demo: hc.Scene, rtol: f
 
 
 def hc_run(scene: hc.Scene, rtol: float) -> Callable[[], hc.Result]:
-    """A run with its error estimated, ready to be called."""
+    """Return a function that makes a run with an error estimate."""
     backend = hc.Native(rtol=rtol, peaks_only=True)
     return lambda: backend.run(scene)
 
@@ -291,7 +291,7 @@ FEATURES = {
     ],
     "table pulse": [("    if leg[SHAPE] == 2:", "    if True:")],
 }
-"""How to take a feature out of the kernels' source; float32 is a compilation of its own."""
+"""Edits that remove a feature from the kernels' source; float32 is compiled separately."""
 
 
 def sources(feature: str) -> tuple[str, str]:
@@ -318,7 +318,7 @@ def test_i_unused_feature(benchmark: Any, demo: hc.Scene, feature: str) -> None:
 
     run(whole)
     run(without)
-    # One after the other, so that both see the same machine.
+    # Alternately, so that both run under the same load.
     ratios = [best(lambda: run(whole), 30) / best(lambda: run(without), 30) for _ in range(15)]
     benchmark.pedantic(run, (whole,), rounds=20)
     FIGURES.append(("I", f"cost with unused {feature}", f"{np.median(ratios):.3f}", "1.03"))

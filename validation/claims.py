@@ -1,4 +1,4 @@
-"""Claims of the paper's text, each with the number that bears it out or does not.
+"""Claims of the paper's text, each with the number that confirms or contradicts it.
 
 Forces are in units of F0 and momenta in units of L_Applied(t0_hat) unless something else is said.
 """
@@ -44,7 +44,7 @@ Entry = dict[str, Any]
 """A row of the table."""
 
 Numbers = dict[str, dict[str, float]]
-"""By backends and by what they are."""
+"""Tables by backend and content."""
 
 AT_ONCE = "LM_ratio 1: far field / F0"
 FIRST = "LM_ratio 1: first contact within 1 % of the far field"
@@ -75,7 +75,7 @@ EARLY = 6
 
 
 def thrown_back(velocity: FloatArray) -> float:
-    """Momentum of the granules that fly backwards, positive; what the others have gained."""
+    """Return the momentum of the granules that fly backwards, positive: the gain of the others."""
     return float(-np.sum(np.minimum(velocity, 0.0)))
 
 
@@ -105,7 +105,7 @@ def wave_share(far: float, momentum_ratio: float) -> float:
 
 
 def handed_on(velocity: FloatArray) -> FloatArray:
-    """Momentum of all granules ahead of each contact 2 ... N: the integral of its force so far."""
+    """Momentum of all granules ahead of each contact 2 ... N: its force integrated so far."""
     return np.asarray(np.cumsum(velocity[::-1])[::-1][1:])
 
 
@@ -125,7 +125,7 @@ def until_first_minimum(time: FloatArray, force: FloatArray) -> float:
 
 
 def half_width(time: FloatArray, force: FloatArray) -> float:
-    """How long a force is above half of its maximum, in the time unit of a wave that high."""
+    """Time of a force above half of its maximum, in the time unit of a wave of this height."""
     return float(width(time, force, 0.5) * force.max() ** (1 / 6))
 
 
@@ -138,7 +138,7 @@ def _exact_half_width() -> float:
 
 
 def _at_once(quick: bool, with_lammps: bool) -> list[Entry]:
-    """LM_ratio = 1: what leaves the transition, and how soon."""
+    """Measure at LM_ratio = 1 the wave after the transition, and the length of the transition."""
     cases = [(profile, n) for profile in PROFILES for n in (2, 4, 10, 50)]
     if quick:  # the highest and the lowest wave, and the one that is there first
         cases = [("cosine", 2), ("cosine", 10), ("triangular", 50)]
@@ -175,7 +175,7 @@ def _at_once(quick: bool, with_lammps: bool) -> list[Entry]:
 
 
 def _by_backend(case: Entry, numbers: Numbers, *wanted: str) -> list[Entry]:
-    """An entry for each that is wanted, with the numbers of all backends."""
+    """Yield an entry for each wanted number, with the values of all backends."""
     return [
         case | {"claim": CLAIMS[what], "what": what} | {by: of[what] for by, of in numbers.items()}
         for what in wanted
@@ -221,11 +221,11 @@ def _table_scenes(scenes: Mapping[str, hc.Scene], found: Found) -> list[Entry]:
 
 
 _SPACING = 0.05
-"""Between the times at which the force of a contact is looked at, natural units."""
+"""Time between samples of the force of a contact, natural units."""
 
 
 def _eq5(case: Entry, native: hc.Result, lammps: object) -> list[Entry]:
-    """Eqs. 4a and 5 at contacts 2 ... p: what each hands on, over the momentum of the wave."""
+    """Evaluate Eqs. 4a and 5 at contacts 2 ... p: momentum passed on, over that of the wave."""
     scene, p = native.scene, native.transition_granules
     if p is None:
         return [case | {"claim": "h", "problem": "native: the transition does not end"}]
@@ -263,7 +263,7 @@ def _eq5(case: Entry, native: hc.Result, lammps: object) -> list[Entry]:
 QUICK = ("cosine_LM0.5_n6", "cosine_LM0.7_n8", "cosine_LM0.3_n2", "cosine-triangular_LM0.8_n8",
          "cosine_LM1.4_n2", "cosine-triangular_LM1.4_n6", "cosine-triangular_LM2.0_n2",
          "cosine_LM2.5_n8")  # fmt: skip
-"""Scenes with the smallest and the largest of what is found."""
+"""Scenes with the smallest and the largest results."""
 
 LONG = ", N 200"
 """Ends the names of the long chains, which native alone runs."""
@@ -392,7 +392,7 @@ to 4, tolerance, reason."""
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """Each claim beside what was found."""
+    """Return each claim with the result."""
     failed = table[table["problem"].notna()]
     rows = [did_not_run(e["scene"], "", e["problem"]) for e in failed.to_dict("records")]
     backends = [name for name in ("native", "lammps") if table[name].notna().any()]
@@ -473,7 +473,7 @@ def _claim_d(table: pandas.DataFrame, backend: str) -> list[Row]:
     """Under an impulse a wave forms at 7 to 10 granules."""
     own = table[table["what"] == DISTANCE]
     peaks = 1 + own[backend].to_numpy(np.float64)
-    known = bool(np.all(np.isfinite(peaks)))  # what is not known has no first
+    known = bool(np.all(np.isfinite(peaks)))  # without numbers there is no first one
     return [
         row(f"d. impulse: {what} (paper: 7 to 10)", backend, measured if known else np.nan,
             expected, 0.0, _WHOLE)

@@ -1,4 +1,4 @@
-"""How much faster a Dask cluster of two workers sweeps than one of one: `make cluster`.
+"""Speed of a Dask cluster with two workers over one with a single worker: `make cluster`.
 
 Scheduler and workers are started here, on this machine, as processes of their own with one thread
 each. LAMMPS scenes are measured, by one worker and by two in turn, so that what else the machine
@@ -32,13 +32,13 @@ from validation.shipped import load
 TITLE = "Two workers of a Dask cluster beside one"
 
 WANTED = 1.8
-"""Times as fast: 2 less what is lost at the end, where one worker has no part left."""
+"""Least ratio of speeds: 2, less the loss at the end, where one worker has no part left."""
 
 _MOMENT = 0.05
-"""Between two looks at what is being started [s]."""
+"""Time between two checks of starting processes [s]."""
 
 _PATIENCE = 60.0
-"""With what is being started [s]."""
+"""Waiting time for starting processes [s]."""
 
 
 @contextmanager
@@ -76,7 +76,7 @@ def scheduler(folder: Path, port: int = 0) -> Iterator[tuple[str, subprocess.Pop
             try:
                 address: str = json.loads(described.read_text(encoding="utf-8"))["address"]
                 break
-            except (FileNotFoundError, ValueError):  # not there yet, or half there
+            except (FileNotFoundError, ValueError):  # not started yet, or not complete
                 if process.poll() is not None or time.monotonic() > until:
                     raise RuntimeError(log.read_text(encoding="utf-8")) from None
                 time.sleep(_MOMENT)
@@ -103,7 +103,7 @@ def await_workers(address: str, count: int) -> None:
 
 
 def seconds(workers: int, scenes: int) -> float:
-    """What a sweep by LAMMPS takes on a cluster of so many workers that are warm [s]."""
+    """Measure the time of a LAMMPS sweep on a cluster of warm workers [s]."""
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         address, _ = stack.enter_context(scheduler(folder))
@@ -116,12 +116,12 @@ def seconds(workers: int, scenes: int) -> float:
             hc.sweep(load("demo"), vary, backends=[hc.Lammps(rtol=rtol)], scheduler=address)
             return time.perf_counter() - begin
 
-        sweep(4 * workers, 1e-2)  # what is imported is imported
+        sweep(4 * workers, 1e-2)  # modules are imported by now
         return sweep(scenes, 1e-4)
 
 
 def measure(pairs: int, scenes: int) -> list[tuple[int, int, float, float]]:
-    """Workers, scenes, seconds, and how many times the one worker's, of pairs of sweeps in turn."""
+    """Return workers, scenes, seconds and ratio of speeds for pairs of sweeps, alternately."""
     measured = []
     for number in range(pairs):
         order = (1, 2) if number % 2 == 0 else (2, 1)
@@ -131,7 +131,7 @@ def measure(pairs: int, scenes: int) -> list[tuple[int, int, float, float]]:
 
 
 def run() -> bool:
-    """Print what sweeps took; whether two workers are fast enough."""
+    """Print the times of sweeps; return whether two workers are fast enough."""
     parser = argparse.ArgumentParser(description=TITLE)
     parser.add_argument("--pairs", type=int, default=3, help="of sweeps, by one worker and by two")
     parser.add_argument("--scenes", type=int, default=128, help="of each sweep")

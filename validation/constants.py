@@ -1,4 +1,4 @@
-"""The solitary wave by the paper's constants, by Nesterenko's, as it is, and simulated.
+"""The solitary wave by the paper's constants, by Nesterenko's, exact, and simulated.
 
 Everything is in natural units, for a wave of height 1 unless something else is said. Nesterenko's
 long-wave equation, with the strain xi = -du/dx for the overlap, x in granules, is
@@ -40,7 +40,7 @@ WAVE = exact.solitary_wave()
 
 SPEED_UNIT = exact.speed_coefficient() / WAVE.speed
 MOMENTUM_UNIT = exact.momentum_coefficient() / WAVE.momentum
-"""Granules per time unit, and natural units of momentum, in what V_SW and L_SW are written with."""
+"""Units of the coefficients of V_SW and L_SW: granules per time unit, natural units of momentum."""
 
 _STEP = 0.003
 """Of LAMMPS where the force over time is wanted, which is not extrapolated: natural units."""
@@ -105,7 +105,7 @@ class Wave:
 
 
 def wave_times(scene: hc.Scene) -> FloatArray:
-    """When to look at the contact two thirds down the chain: X around its peak, by native [s]."""
+    """Times X around the peak of the contact at two thirds of the chain, by native [s]."""
     middle, result = _middle(scene), hc.Native("reference").run(scene)
     unit_of_wave = scene.units.time * (result.peak_force[middle] / scene.units.force) ** (-1 / 6)
     return np.asarray(result.peak_time[middle] + X * WAVE.shift * unit_of_wave)
@@ -162,7 +162,7 @@ def _sum(force: FloatArray) -> float:
 
 
 def _constants(waves: dict[str, Wave]) -> list[dict[str, object]]:
-    """Each constant, by everyone who has one."""
+    """Yield each constant from each source."""
     of_s, of_nesterenko = theory.wave_profile(X) ** 1.5, nesterenko_overlap(X) ** 1.5
     truth = WAVE.overlap[_NEAR] ** 1.5
     nesterenko_integral = nesterenko_force_integral() / NESTERENKO_SPEED
@@ -274,7 +274,7 @@ COLUMNS = ("kind", "what", "x", "paper", "nesterenko", "exact", "native", "lammp
 
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
-    """Constants, the force over time, and the times between peaks.
+    """Measure constants, the force over time, and the times between peaks.
 
     In the quick form the chain is shorter, and 4 of the scenes of Tables 2 to 4 are taken. Columns
     kind (constant, si, force, shift), what, x (time from the peak, or contact), then the number by
@@ -352,7 +352,7 @@ def promises(table: pandas.DataFrame) -> list[Row]:
 
 
 def _simulated(table: pandas.DataFrame) -> list[tuple[str, float, str]]:
-    """Backends that ran, with what they may be off by and why."""
+    """Yield backends that ran, with tolerances and their reasons."""
     known = table[table["kind"] == "constant"]
     allowed = [("native", 1e-11, _EXACT), ("lammps", 0.75 * _STEP**2, _VERLET)]
     return [entry for entry in allowed if known[entry[0]].notna().any()]
@@ -455,7 +455,7 @@ _STYLES: dict[str, dict[str, Any]] = {
 
 
 def draw(table: pandas.DataFrame) -> Figure:
-    """The force over time and what each is off by; constants; Eq. 4b."""
+    """Draw the force over time with differences, constants, and Eq. 4b."""
     figure = new_figure(12, 8.5, TITLE)
     (top, constants), (bottom, eq4b) = figure.subplots(2, 2)
     force = table[table["kind"] == "force"]
@@ -506,7 +506,7 @@ def _draw_constants(axes: Axes, constants: pandas.DataFrame) -> None:
 
 
 def show(console: Console, table: pandas.DataFrame) -> None:
-    """Print each constant by everyone who has one, and how far off it is."""
+    """Print each constant from each source, with its difference from the exact one."""
     own = table[table["kind"] == "constant"]
     printed = Table(title=TITLE, title_justify="left", box=None)
     printed.add_column("", no_wrap=True)

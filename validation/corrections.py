@@ -1,4 +1,4 @@
-"""What the paper prints wrongly or leaves open, and how it is read here: each reading and others.
+"""Errors and gaps in the paper, and the readings used here, scored against other readings.
 
 A reading has a score, and so have the others that one could think of: by how much the paper's own
 tables are missed, or how many of their numbers come out. That which hertzchain uses has to be the
@@ -47,8 +47,8 @@ from validation.shipped import (
 
 TITLE = "Corrections: how the paper is read, and how else it could be"
 
-# What is scored. Tables 3 and 4 have 92 entries [percentage points]; p has to come out in the 6
-# rows of Table 2 and as the number of columns in the 18 rows of Tables 3 and 4.
+# Scores. Tables 3 and 4 have 92 entries [percentage points]; p has to come out in the 6 rows of
+# Table 2 and as the number of columns in the 18 rows of Tables 3 and 4.
 MEAN = "mean deviation [points]"
 LARGEST = "largest deviation [points]"
 EQUAL = "equal after rounding, of 92"
@@ -66,7 +66,7 @@ PASSED_ON = "identity of Eqs. 4b, 5 and 6, change along a chain"
 EXACT_SPEED = "V_SW at F_{p+1}, exact 0.6887 for 7/10"
 
 HIGH = (EQUAL, CRITERION, EQ3)
-"""Scores that are better when they are higher."""
+"""Scores of which higher ones are better."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class Simulated:
 
     scene: hc.Scene
     peak_force: FloatArray  # of contacts 2 ... N, shape (N - 1,)
-    p: int  # as hertzchain reads it
+    p: int  # by hertzchain's criterion
 
     @property
     def pulse(self) -> hc.Pulse:
@@ -98,7 +98,7 @@ class Simulated:
 
 
 def simulated(result: hc.Result) -> Simulated:
-    """What is needed of a result; RunFailed if its transition does not end."""
+    """Return the needed part of a result; RunFailed if its transition does not end."""
     p = result.transition_granules
     if p is None:
         raise RunFailed(f"{result.backend}: no transition ends in a scene of Tables 2 to 4")
@@ -108,7 +108,7 @@ def simulated(result: hc.Result) -> Simulated:
 # Criteria for p (not defined in the paper)
 
 Criterion = Callable[[FloatArray], int]
-"""Takes F_2 ... F_N, gives p."""
+"""A criterion: from F_2 ... F_N to p."""
 
 
 def by_changes(
@@ -177,7 +177,7 @@ def _eq6(divisor: Callable[[FloatArray, float], FloatArray | float]) -> PeakForc
 def corrected_peak_force(
     contact: FloatArray, p: float, wave: float, n: float, ratio: float
 ) -> FloatArray:
-    """Eq. 6 as it is read; p need not be whole, for those who would take that of Eq. 3."""
+    """Return Eq. 6 as used here; p need not be whole, so that p of Eq. 3 can be tried."""
     return _eq6(lambda i, p: i * p)(contact, p, wave, n, ratio)
 
 
@@ -283,7 +283,7 @@ def errors(
 
 
 def deviations(cases: Cases, printed: list[Entry], *args: PeakForce, **readings: Any) -> FloatArray:
-    """How far ``errors`` are from those that are printed [percentage points]."""
+    """Return the differences of ``errors`` from the printed ones [percentage points]."""
     known = np.array([entry.percent for entry in printed])
     return np.asarray(np.abs(errors(cases, printed, *args, **readings) - known))
 
@@ -421,7 +421,7 @@ COLUMNS = (
 
 
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
-    """Scores of all readings, and how far each entry of Tables 3 and 4 is missed.
+    """Compute scores of all readings, and the difference from each entry of Tables 3 and 4.
 
     In the quick form LAMMPS is asked for its contact stiffness alone, not for the peaks of the 24
     scenes. Columns kind (score, entry), number (of the correction), what, reading, backend, score
@@ -496,7 +496,7 @@ ABSOLUTE = {
     (6, CRITERION): (24.0, 0.0, "all of them"),
     (9, EQ3): (6.0, 0.0, "all of them"),
 }
-"""What the score of the reading that is used has to be: number, tolerance, reason."""
+"""Expected scores of the readings used here: number, tolerance, reason."""
 
 
 _EQ3_MEANS = {
@@ -513,7 +513,7 @@ _CANNOT_TELL = (
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """The reading that is used against the best of the others, and against what it should reach."""
+    """Compare the score of each reading used here with the best other one, and with its limit."""
     failed = table[table["problem"].notna()].to_dict("records")
     rows = [did_not_run(e["what"], e["backend"], e["problem"]) for e in failed]
     known = table[table["kind"] == "score"].fillna({"backend": ""})
@@ -572,7 +572,7 @@ def _draw_entries(axes: Axes, entries: pandas.DataFrame) -> None:
 
 
 def _draw_scores(axes: Axes, scores: pandas.DataFrame, label: str, logarithmic: bool) -> None:
-    """A bar for each reading, that which is used dark."""
+    """Draw a bar for each reading; that of the reading used here is dark."""
     used = ~scores.duplicated(["number", "what"])
     place = np.arange(len(scores))[::-1]
     axes.barh(place, scores["score"], color=np.where(used, "#0072B2", "#E69F00"))

@@ -1,4 +1,4 @@
-"""How backends and profiles look in every figure: colours that the colour-blind tell apart."""
+"""Styles of backends and profiles in all figures: colours distinct for colour-blind readers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ BACKENDS: dict[str, dict[str, Any]] = {
     "native": {"label": "native", "color": "#000000", "marker": "o", "markersize": 5} | _OPEN,
     "lammps": {"label": "LAMMPS", "color": "#0072B2", "marker": "s", "markersize": 9} | _OPEN,
 }
-"""Open markers of two sizes: where both agree, one is seen inside the other."""
+"""Open markers of two sizes: where both agree, one lies inside the other."""
 
 PROFILES: dict[str, dict[str, Any]] = {
     "cosine": {"label": "1-cosine", "color": "#0072B2", "marker": "o"},
@@ -23,7 +23,7 @@ PROFILES: dict[str, dict[str, Any]] = {
         "marker": "^",
     },
 }
-"""The three of Table 1."""
+"""Colours of the three profiles of Table 1."""
 
 RATIO_COLOURS: dict[float, str] = {
     0.3: "#440154",
@@ -34,11 +34,11 @@ RATIO_COLOURS: dict[float, str] = {
     2.0: "#6ba81f",
     2.5: "#b08a00",
 }
-"""Of the LM_ratio of Figures 3 to 5: from dark to light, as viridis, whose end is darkened."""
+"""Colours of the LM_ratio in Figures 3 to 5: viridis, from dark to light, with a darkened end."""
 
 
 def new_figure(width: float, height: float, title: str | None = None) -> Figure:
-    """An empty figure [inches]."""
+    """Return an empty figure of a size [inches]."""
     figure = Figure(figsize=(width, height), layout="constrained", dpi=100)
     if title is not None:
         figure.suptitle(title, fontsize="medium")

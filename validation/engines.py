@@ -1,4 +1,4 @@
-"""LAMMPS, LIGGGHTS and Yade beside native velocity Verlet, at the same steps, on every table scene.
+"""LAMMPS, LIGGGHTS and Yade against native velocity Verlet at the same steps, on every table scene.
 
 One more scene has damped contacts, unlike granules, a striker and a wall.
 
@@ -28,7 +28,7 @@ from validation.shipped import HERE, STEEL, load, table_scenes
 TITLE = "Every engine at the same steps, largest difference of a peak"
 
 STEP = 0.02
-"""Natural time units."""
+"""Steps of the runs [natural time units]."""
 
 DAMPED = "damped-dimer-striker-wall"
 """The scene with damped contacts."""
@@ -116,7 +116,7 @@ def recorded(path: Path = RECORDED) -> dict[str, tuple[float, dict[str, FloatArr
 
 
 def run() -> bool:
-    """Print the largest differences; whether none is too large."""
+    """Print the largest differences; return whether none is too large."""
     parser = argparse.ArgumentParser(description=TITLE)
     parser.add_argument("--quick", action="store_true", help="four scenes")
     parser.add_argument("-o", "--output", type=Path, help="write the peaks as CSV")

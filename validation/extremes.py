@@ -1,4 +1,4 @@
-"""Every scene that can be typed is answered rightly or refused with a reason.
+"""Test that every scene gets a right answer or is refused with a reason.
 
 Scenes are drawn at random over ranges that reach far beyond what is physical (see RANGES), and run
 with both backends; every method is run with steps from a thousandth of the stable one to three
@@ -65,7 +65,7 @@ RANGES = {
     "duration_ratio": (1e-3, 1e4),  # of n - 1
     "granules": (2, 1e5),
 }
-"""Drawn with equal chance in each decade [Pa, m, kg/m^3, N, -, -, -]."""
+"""Ranges drawn with equal chance in each decade [Pa, m, kg/m^3, N, -, -, -]."""
 
 REASONS: dict[type[HertzchainError], str] = {
     OverlapTooLarge: "overlap too large",
@@ -74,33 +74,33 @@ REASONS: dict[type[HertzchainError], str] = {
     SceneError: "impossible value",
     Unpredictable: "no digit is sure",
 }
-"""Why a run may be refused."""
+"""Reasons for refusing a run."""
 
 RIGHT = "right"
 
 NATIVE_LIMIT, LAMMPS_LIMIT = 0.5, 3.0
-"""What a run may cost here [s]; the default is an hour."""
+"""Time limit of a run here [s]; the default elsewhere is an hour."""
 
 JUDGE_LIMIT = 300.0
-"""What the converged run may cost that judges the others [s]."""
+"""Time limit of the converged run that judges the others [s]."""
 
 LAMMPS_SHARE = 10
-"""Every so many scenes are run with LAMMPS, too."""
+"""Interval of scenes that are run with LAMMPS, too."""
 
 SCENES, ANSWERED = 10_000, 5_000
-"""So many scenes at least, and so many of them answered by the native backend."""
+"""Least number of scenes, and of those answered by the native backend."""
 
 BOUNDS = 5_000
-"""Scenes of each kind that error bounds are held against another solver on."""
+"""Scenes of each kind on which error bounds are compared with another solver."""
 
 ORACLE_ERROR = 1e-13
-"""By how much that solver may understate its own error, by chance."""
+"""Factor by which that solver may understate its own error by chance."""
 
 CHUNK = 25
 """Scenes that a thread takes at a time; those with LAMMPS share a process of its own."""
 
 STEPS = (1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 0.95, 1.05, 1.5, 3.0)
-"""Of the longest stable step."""
+"""Steps as fractions of the longest stable step."""
 
 
 @dataclass(frozen=True)
@@ -114,11 +114,11 @@ class Outcome:
     granules: int
     overlap_ratio: float  # its scale under F0, over R
     run: str  # which backend or method
-    step: float  # asked for, over the longest stable one; NaN where an accuracy was asked for
+    step: float  # given step over the longest stable one; NaN where an accuracy was given
     outcome: str  # ``right``, a reason, or what went wrong
-    stated: float = math.nan  # what the run says of its error; NaN where refused, as the next two
+    stated: float = math.nan  # error estimate of the run; NaN where refused, as the next two
     measured: float = math.nan  # difference to the converged run
-    bound: float = math.nan  # largest difference allowed: what both runs say of their errors
+    bound: float = math.nan  # largest difference allowed: sum of both error estimates
     seconds: float = math.nan  # wall time
 
 
@@ -134,7 +134,7 @@ def random_scene(rng: np.random.Generator) -> hc.Scene:
 
 
 class Judge:
-    """Runs a scene in several ways and says what became of each.
+    """Runs a scene in several ways and judges each run.
 
     ``rtol`` is how close the converged run is to be; None for the other solver. LAMMPS runs in the
     process ``child``.
@@ -154,7 +154,7 @@ class Judge:
 
     @functools.cached_property
     def converged(self) -> tuple[FloatArray, float]:
-        """Peaks that are much closer than the others [N], and their own error."""
+        """Return much more accurate peaks [N], and their own error."""
         if self.rtol is None:
             truth = eighth_order.solve(self.scene)
             return truth.force, truth.error + ORACLE_ERROR
@@ -297,7 +297,7 @@ def _with_own_step(judge: Judge, kind: str, rng: np.random.Generator) -> Outcome
 def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
     """Run everything: one row per run, with the fields of Outcome."""
     found: list[Outcome] = []
-    # What is timed does not hold the loading, or compiling, of kernels.
+    # Measured times exclude the loading and compiling of kernels.
     small = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 1.0, 2.0, momentum_ratio=1.0))
     hc.Native().run(small)
     console = Console(stderr=True)
@@ -330,7 +330,7 @@ def _answered(found: list[Outcome]) -> int:
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """What has to hold of every run."""
+    """Return the conditions on every run."""
     allowed = {RIGHT, *REASONS.values()}
     rows = []
     for run, group in table.groupby("run", sort=False):

@@ -101,7 +101,7 @@ def _by_lammps(scene: hc.Scene, child: Child) -> pandas.DataFrame:
         names = {"profile": pulse_of(scene)[0].profile, "source": "lammps"}
         return pandas.DataFrame([names | {"problem": str(problem)}])
     ramp = np.repeat(np.arange(len(seen.time)), seen.time.shape[1])
-    # After the pulse every reading says the same; those close to it are shown.
+    # After the pulse all readings are equal; those close to it are shown.
     time = np.where(seen.time <= 1.5 * scene.ramps[-1].end, seen.time, np.nan).ravel()
     known = np.isfinite(time)
     force = seen.applied_force.ravel()[known]

@@ -40,11 +40,12 @@ TITLE = "Figure 2: velocity of the granules in space"
 
 GRANULES = 100
 CONTACT = 70
-"""Where the wave is looked at: 30 contacts from the free end, and from the shock so far that the
-wave has left everything else behind."""
+"""Place where the wave is sampled: 30 contacts from the free end, and from the shock so far that
+the wave has left everything else behind.
+"""
 
 PHASES = 20
-"""Times at which it is looked at on its way from one contact to the next."""
+"""Number of sample times on its way from one contact to the next."""
 
 HALF_WIDTH = 6.0
 """Granules on either side of the crest."""
@@ -70,8 +71,8 @@ _LAMMPS = hc.Lammps(rtol=1e-5)
 class Profile:
     """Velocity over position at the crest of a wave whose largest force is 1, natural units."""
 
-    label: str  # who says so
-    velocity: Any  # takes positions [granules from the crest], of any shape
+    label: str  # source
+    velocity: Any  # function of positions [granules from the crest], of any shape
 
     def width(self, fraction: float) -> float:
         """Granules between the points where the velocity is a fraction of its peak."""
@@ -161,7 +162,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
 
 
 def _seen(name: str, result: hc.Result) -> pandas.DataFrame:
-    """A wave as one backend has it, by its own peaks."""
+    """Return a wave of one backend, from its own peaks."""
     history = history_of(result)
     force = float(result.peak_force[CONTACT - 2])
     begin, end = result.peak_time[CONTACT - 2 : CONTACT]
@@ -211,7 +212,7 @@ FOUND = "found: both are formulas, the last digit is rounding"
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """Profile, speed and widths of each wave; one width for all; the paper's profile."""
+    """Checks of profile, speed and widths of each wave; one width for all; the paper's profile."""
     rows = []
     widths: dict[str, list[list[float]]] = {}
     exact = exact_profile()
@@ -253,7 +254,7 @@ def promises(table: pandas.DataFrame) -> list[Row]:
 
 
 def _of_the_paper(expected: dict[float, float]) -> Iterator[Row]:
-    """The paper's profile beside the exact one."""
+    """Compare the paper's profile with the exact one."""
     x = np.linspace(-4, 4, 1601)
     paper, exact = paper_profile().velocity(x), exact_profile().velocity(x)
     off = np.max(np.abs(paper - exact)) / np.max(exact)
@@ -274,7 +275,7 @@ def draw(table: pandas.DataFrame) -> Figure:
     for axes, wave in zip(top.subplots(1, len(waves)), waves, strict=True):
         own = table[table["wave"] == wave]
         for backend, style in BACKENDS.items():
-            # One look in five: as the others, but not all in one another.
+            # One sample in five, so that markers do not overlap.
             seen = own[(own["backend"] == backend) & (own["at_once"] % 5 == 0)]
             smaller = style | {"markersize": 0.7 * style["markersize"]}
             axes.plot(seen["x"], 1e3 * seen["velocity_m_s"], **smaller)

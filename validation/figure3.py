@@ -88,7 +88,7 @@ def promises(table: pandas.DataFrame) -> list[Row]:
 
 
 def _over_ratios(native: pandas.DataFrame) -> Iterator[Row]:
-    """How p and F_SW go with LM_ratio."""
+    """Return checks of p and F_SW over LM_ratio."""
     for profile in PROFILES:
         own = native[native["profile"] == profile].sort_values("momentum_ratio")
         reached, flat = own["momentum_ratio"].to_numpy()[1:], np.diff(own["p"]) <= 0
@@ -111,7 +111,7 @@ def _over_ratios(native: pandas.DataFrame) -> Iterator[Row]:
 
 
 def _far(native: pandas.DataFrame) -> list[Row]:
-    """How constant the peaks are after the transition."""
+    """Return checks that the peaks are constant after the transition."""
     if native.empty:
         return []
     last = native[native["contact"] == native["contact"].max()]

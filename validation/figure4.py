@@ -1,4 +1,4 @@
-"""Figure 4: normalized peaks over the normalized contact (Eqs. 7a, 7b), beside Eq. 8 and a refit.
+"""Figure 4: normalized peaks over the normalized contact (Eqs. 7a, 7b), with Eq. 8 and a refit.
 
 (a) LM_ratio < 1, (b) LM_ratio > 1, with n = 4 and F0 = 100 N. The LM_ratio are chosen: those of the
 paper's figure are not in the text that we have. Eq. 8 is refitted by least squares in the paper's
@@ -118,7 +118,7 @@ SAME = (
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """Refit beside Eq. 8, what both leave, and LAMMPS's points against native's."""
+    """Compare the refit with Eq. 8, both residuals, and LAMMPS's points with native's."""
     table, rows = separated(table)
     found = fits(table[table["backend"] == "native"])
     for (side, backend), (cubic, left) in found.items():

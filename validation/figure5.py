@@ -36,7 +36,7 @@ from validation.transition_scenes import (
 TITLE = "Figure 5: peaks by Eqs. 6 and 9"
 
 FORMULAS = {"eq6_N": "Eq. 6", "eq9_N": "Eq. 9", "eq9_simulated_N": "Eq. 9 with F_2 simulated"}
-"""Columns, and what they are."""
+"""Columns and their labels."""
 
 RATIOS = tuple(ratio for ratio in MOMENTUM_RATIOS if ratio != 1)
 

@@ -1,4 +1,4 @@
-"""Where the paper's formulas hold: maps of their errors over LM_ratio and n.
+"""Maps of the errors of the paper's formulas over LM_ratio and n.
 
 Eq. 3 says p, Eqs. 6 and 9 say the peak forces of the transition, all three from the F_SW of a
 simulation. By similarity an error depends on the profile, LM_ratio and n alone, so a map of these
@@ -41,8 +41,9 @@ from validation.shipped import STEEL, load, pulse_of, simulate
 TITLE = "Where Eqs. 3, 6 and 9 hold"
 
 WITHIN = 5.0
-"""What counts as holding [%]: of p for Eq. 3, a quarter of a granule to two; of each peak force of
-the transition for Eqs. 6 and 9."""
+"""Largest errors that count as holding [%]: of p for Eq. 3, a quarter of a granule to two; of each
+peak force of the transition for Eqs. 6 and 9.
+"""
 
 EQUATIONS = {"eq3": "Eq. 3", "eq6": "Eq. 6", "eq9": "Eq. 9"}
 
@@ -69,7 +70,7 @@ LONGER = 160
 
 
 def errors(profile: str, ratio: float, n: float, peak_force: FloatArray) -> dict[str, float]:
-    """What the formulas miss, given the peaks over F0 of a simulation, contacts 2 ... N.
+    """Return errors of the formulas, from the peaks over F0 of a simulation, contacts 2 ... N.
 
     p; F_SW over F0 as wave_force; p of Eq. 3 as eq3; eq3_error [% of p], and eq6_error and
     eq9_error, the largest over contacts 2 ... p [%]: all NaN where there is no p.
@@ -211,7 +212,7 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
 
 
 def _with_doubt(table: pandas.DataFrame) -> pandas.DataFrame:
-    """With p for limits of 1 % plus and minus what two peaks can be off."""
+    """Add p for limits of 1 % plus and minus the possible error of two peaks."""
     for column, threshold in (("least_p", 0.01 + 2 * RTOL), ("most_p", 0.01 - 2 * RTOL)):
         table[column] = [
             transition_granules(peaks, np.ones(peaks.size, np.bool_), threshold)
@@ -268,12 +269,12 @@ LARGEST = {
 
 
 HOLD = (15, 23, 23)
-"""In so many of the paper's 24 scenes Eqs. 3, 6 and 9 are within 5 %."""
+"""Number of the paper's 24 scenes in which Eqs. 3, 6 and 9 are within 5 %."""
 
 
 @dataclass(frozen=True)
 class Rule:
-    """Where equations are within 5 %, whatever the profile: a rule of thumb."""
+    """A rule of thumb: a region in which equations are within 5 % for all profiles."""
 
     equations: tuple[str, ...]  # their columns
     ratios: tuple[float, float]  # of LM_ratio, from and to
@@ -281,7 +282,7 @@ class Rule:
 
     @property
     def name(self) -> str:
-        """As people would say it."""
+        """Name of the rule in words."""
         names = " and ".join(EQUATIONS[name] for name in self.equations)
         (low, high), (short, long) = self.ratios, self.durations
         return f"{names}, LM_ratio {low:g} to {high:g}, n {short:g} to {long:g}"
@@ -325,7 +326,7 @@ _BATCH = "1e-5 of the batch, 1e-5 of LAMMPS: what both are asked for"
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """What was found on the maps, and that their numbers are those of tables and LAMMPS."""
+    """Return checks of results on the maps, and of their agreement with tables and LAMMPS."""
     table = table.astype({"problem": object}).fillna({"problem": ""})
     rows: list[Row] = []
     for profile in RAMPS:

@@ -71,7 +71,7 @@ _FIRST, _LAST, _LOOKED_AT = 60, 100, 90
 """Contacts between which the speed of the wave is taken, and the one whose force is looked at."""
 
 
-# What is known
+# Known answers
 
 
 def hertz_force(material: Mapping[str, float], overlap: FloatArray) -> FloatArray:
@@ -166,7 +166,7 @@ def force_at_rest(backend: str, _: bool) -> list[Sample]:
             units = scene.units
             overlap = _OVERLAPS * material["radius"]
             force = contact_force(overlap / units.length) * units.force
-            # Of what native has: the mass is only in its unit of time.
+            # Native has the mass only in its unit of time.
             mass = np.array([units.force * units.time**2 / units.length])
         else:
             seen = examine(scene)
@@ -296,7 +296,7 @@ def solitary_wave_far_down(backend: str, _: bool) -> list[Sample]:
     pulse = hc.Pulse("cosine", 100.0, 6.0, momentum_ratio=0.5)
     scene = hc.Scene(hc.Chain(120, **STEEL), pulse)
     units, wave, place = scene.units, solitary_wave(), _LOOKED_AT - 2
-    before = hc.Native().run(scene)  # only to know when to look
+    before = hc.Native().run(scene)  # only to choose the sample times
     height = before.peak_force[place] / units.force
     pace = wave.speed * height ** (1 / 6) / units.time
     times = before.peak_time[place] + np.linspace(-5, 5, 81) / pace
@@ -341,7 +341,7 @@ def whole_scene(backend: str, quick: bool) -> list[Sample]:
 
 @dataclass(frozen=True)
 class Promise:
-    """What has to hold of some samples."""
+    """A condition on some samples."""
 
     what: str
     # Of each backend, as a fraction of the largest value expected; or its own number where nothing
@@ -556,7 +556,7 @@ def draw(table: pandas.DataFrame) -> Figure:
 
 
 def _draw_curve(axes: Axes, own: pandas.DataFrame, truth: str, every: int = 1) -> None:
-    """What is known as a line, what is found as markers."""
+    """Draw known values as a line, results as markers."""
     known = own.drop_duplicates("x").sort_values("x")
     axes.plot(known["x"], known["expected"], "-", color="0.7", linewidth=3, label=truth)
     for backend, style in BACKENDS.items():

@@ -59,10 +59,10 @@ class Engine:
     """A LAMMPS and how it is started."""
 
     command: Path
-    on_two: tuple[str, ...]  # what stands before it for two processors
+    on_two: tuple[str, ...]  # command in front of it for two processors
 
     def run(self, deck: Path, folder: Path, ranks: int, *arguments: str) -> tuple[int, str]:
-        """Run a deck in a folder: its status, and what it says."""
+        """Run a deck in a folder; return its status and output."""
         start = [] if ranks == 1 else [*self.on_two, "-n", str(ranks)]
         run = [*start, str(self.command), "-in", str(deck), "-log", "none", *arguments]
         done = _said(run, folder)
@@ -92,7 +92,7 @@ class Outcome:
 
     @property
     def passed(self) -> bool:
-        """Whether it is as it has to be."""
+        """True if the outcome is right."""
         return self.verdict == "PASS" and self.from_native < ROUND_OFF
 
 
@@ -213,7 +213,7 @@ run {steps - pushed} post no
 
 
 def cost(engine: Engine) -> pd.DataFrame:
-    """What a step costs after the pulse [us]: the lean deck, the one that watches, a naive one."""
+    """Measure the time of a step after the pulse [us]: lean deck, watching deck, naive deck."""
     scene = GALLERY[0].load()
     lean = lay_out(scene, watch_every=0)
     texts = {
@@ -252,7 +252,7 @@ def table(outcomes: Sequence[Outcome]) -> str:
 
 
 def run() -> bool:
-    """Print the matrix; whether no deck fails on any LAMMPS."""
+    """Print the matrix; return whether no deck fails on any LAMMPS."""
     parser = argparse.ArgumentParser(description=TITLE)
     parser.add_argument("--folder", type=Path, help="where wheels are kept; by default nowhere")
     parser.add_argument("--lmp", type=Path, action="append", default=[], help="another LAMMPS")

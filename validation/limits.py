@@ -49,7 +49,7 @@ _TIMES = np.linspace(0.5, 3.75, 14)
 """When F(t) of two granules is looked at, natural time units; they part at 4.27."""
 
 
-# What lies in the limits
+# The limits themselves
 
 Piece = tuple[Callable[[float], float], float, float]
 """A smooth piece of a force on the first granule, its start and its end."""
@@ -200,7 +200,7 @@ def table_scene(granules: int, pieces: Sequence[Piece]) -> hc.Scene:
     return hc.Scene(like.chain, table, Run(pieces[-1][2] * units.time))
 
 
-# What happens in the limits
+# Pushes in the limits
 
 CONSTANT: tuple[Piece, ...] = ((constant, 0.0, 30.0),)
 RELEASE: tuple[Piece, ...] = ((_rise, 0.0, _DURATION), (_none, _DURATION, _DURATION + 20))
@@ -387,7 +387,7 @@ def rate(table: pandas.DataFrame, limit: Limit, backend: str) -> float:
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """What has to hold: rates, distances that agree, and limits that are scenes themselves."""
+    """Return checks of rates, of distances that agree, and of limits that are scenes themselves."""
     backends = [name for name in ("native", "lammps") if table[name].notna().any()]
     rows = []
     for limit in LIMITS:

@@ -1,4 +1,4 @@
-"""One solitary wave down 90,000 granules, a million steps: what drifts, by how much, and why.
+"""Drift of one solitary wave over 90,000 granules and a million steps, and its causes.
 
 Every native method at the same step, 0.1 natural time units. To measure again what is kept in
 ``validation/results``::
@@ -53,7 +53,7 @@ _START = 100
 
 @dataclass(frozen=True)
 class Contender:
-    """Who carries a wave, and how far."""
+    """A method that carries a wave, and its marks."""
 
     name: str
     method: str  # one of METHODS; LAMMPS otherwise
@@ -69,7 +69,7 @@ BESIDE_LAMMPS = "velocity-verlet, as long as LAMMPS"
 
 
 def contenders(quick: bool) -> list[Contender]:
-    """Everyone at the same step, the reference at half of it too, the lossy at twice."""
+    """All contenders at the same step, the reference also at half, the lossy ones at twice."""
     far = (1_000, 1_500, 2_000, 2_900) if quick else _FAR
     lossy = (1_000, 1_250, 1_500) if quick else _LOSSY
     beside = (400,) if quick else _BESIDE
@@ -148,7 +148,7 @@ def wave_at(contender: Contender, force: FloatArray, time: FloatArray) -> pandas
 
 
 def measure(quick: bool = False, with_lammps: bool = True) -> pandas.DataFrame:
-    """Everyone's wave at each mark; the quick form takes 3,000 granules instead of 90,000.
+    """Measure each contender's wave at each mark; the quick form has 3,000 granules, not 90,000.
 
     Columns contender, step, granule, amplitude (the highest peak of the last 900 contacts), speed
     (since the mark before), relation (speed over that of an exact wave of the same peaks, less 1),
@@ -165,13 +165,13 @@ def measure(quick: bool = False, with_lammps: bool = True) -> pandas.DataFrame:
 
 
 def drift(table: pandas.DataFrame, contender: str, quantity: str) -> FloatArray:
-    """How far a quantity is from what it was at the first mark, as a fraction, at each mark."""
+    """Return the relative change of a quantity since the first mark, at each mark."""
     own = table.loc[table["contender"] == contender, quantity].to_numpy(np.float64)
     return np.asarray(own / own[0] - 1)
 
 
 def lost_by(table: pandas.DataFrame, contender: str, granule: FloatArray) -> FloatArray:
-    """How far the amplitude has drifted at granules farther on, if what is lost goes on so.
+    """Extrapolate the drift of the amplitude to further granules.
 
     A granule costs a wave the fraction loss (F/F0)^(q/6), q the exponent of the step: the wave is
     slower when it is lower, and a step shorter beside it. That is summed up here.
@@ -188,7 +188,7 @@ def last(table: pandas.DataFrame, contender: str, quantity: str) -> float:
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """What has to hold of every wave."""
+    """Return checks of every wave."""
     rows = []
     for name in dict.fromkeys(table["contender"]):
         backend = "lammps" if name == "LAMMPS" else "native"
@@ -266,7 +266,7 @@ _BETWEEN = "both find a peak between two steps in their own way: they differ by 
 
 
 def show(console: Console, table: pandas.DataFrame) -> None:
-    """Print what has become of each wave at its last mark."""
+    """Print the state of each wave at its last mark."""
     printed = Table(title=f"{TITLE}, steps of {STEP}", title_justify="left", box=None)
     printed.add_column("", no_wrap=True)
     for column in ("granules", "momentum", "energy", "amplitude", "its speed", "loss a granule"):
@@ -293,7 +293,7 @@ _STYLES = {
 
 
 def draw(table: pandas.DataFrame) -> Figure:
-    """Draw what drifts over the granule number, a panel for each quantity."""
+    """Draw drifts over the granule number, a panel for each quantity."""
     figure = new_figure(12, 8)
     panels = figure.subplots(2, 3, sharex=True)
     titles = {

@@ -22,7 +22,7 @@ GRANULES = 120
 and n 2, the slowest of all, its peak is 4e-6 below those farther on."""
 
 CHAIN = hc.Chain(GRANULES, radius=5e-3, young_modulus=2e11, poisson_ratio=0.3, density=7800.0)
-"""Any: similarity makes the peaks the same."""
+"""An arbitrary chain: by similarity the peaks are the same for all."""
 
 
 def node(profile: str, momentum_ratio: float, duration_ratio: float) -> FloatArray:
@@ -37,7 +37,7 @@ def node(profile: str, momentum_ratio: float, duration_ratio: float) -> FloatArr
 
 
 def encode(values: FloatArray) -> NDArray[np.int32]:
-    """What the file holds of a grid: see hertzchain.theory.peak_map.
+    """Return the numbers of the file for a grid: see hertzchain.theory.peak_map.
 
     The values are ln(F / F0), shape (LM_ratio, n, columns). What is within a step of the prediction
     counts as 0, so that smooth regions cost nothing; the next prediction starts from what the

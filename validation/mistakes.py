@@ -1,4 +1,4 @@
-"""Mistakes planted on purpose: whether the comparison fails, and names them.
+"""Deliberate mistakes: tests that the comparison fails and names each.
 
 Each is planted where it would be made: in the text that LAMMPS gets, or in the code that both
 backends share. Nothing on disk is changed.
@@ -234,7 +234,7 @@ MISTAKES = (
     Mistake("A of Eq. 1 times 1.001, native", of_the_chain("contact_stiffness", 1.001), STIFFNESS),
     Mistake("m of Eq. 1 times 1.001, native", of_the_chain("granule_mass", 1.001), GRANULE_MASS),
 )  # fmt: skip
-"""Where each is planted, and the check that names it."""
+"""The mistakes: place of each, and the check that names it."""
 
 
 def small_scene() -> hc.Scene:
@@ -244,7 +244,7 @@ def small_scene() -> hc.Scene:
 
 
 def compared(mistake: Mistake) -> hc.Comparison:
-    """What the comparison says under a mistake, with steps of 0.01 natural time units.
+    """Return the comparison under a mistake, with steps of 0.01 natural time units.
 
     The scene is made under the mistake: it keeps what it has worked out.
     """

@@ -1,4 +1,4 @@
-"""Mistakes planted in damped contacts, and who sees them: closed forms, and judgements of peaks."""
+"""Deliberate mistakes in damped contacts, found by closed forms and by judgements of peaks."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ NAMED = "that of the judgement, which has to be exceeded, with the cause named"
 
 @dataclass(frozen=True)
 class DampingMistake:
-    """Something to get wrong in the damping of contacts."""
+    """A mistake in the damping of contacts."""
 
     what: str
     plant: Plant
-    law: hc.Contact  # what is asked for
+    law: hc.Contact  # damping of the scene
     at_wall: bool = False  # whether a granule meets a wall, else two granules meet
     cause: str | None = None  # words that a judgement names; None where it does not see it
 
@@ -127,7 +127,7 @@ MISTAKES_IN_DAMPING = (
         another(damping=without_the_last), RESTITUTION_LAW, at_wall=True),
     DampingMistake("no damping", coefficients_times(1e-12), RESTITUTION_LAW, cause="no damping"),
 )  # fmt: skip
-"""Where each is planted, and what a judgement of the peaks names."""
+"""The mistakes: place of each, and the words of a judgement that names it."""
 
 
 def plant_in_damping(quick: bool) -> Iterator[Row]:
@@ -189,7 +189,7 @@ def at_wall(law: hc.Contact) -> float:
 
 
 def restitution_of(law: hc.Contact) -> float:
-    """What a striker of 1 m/s and a granule part with, if contacts cannot pull."""
+    """Return the restitution of a striker of 1 m/s and a granule, if contacts cannot pull."""
     if law.restitution is not None:
         return of_ratio(damping_ratio(law.restitution), pulls=False)
     collision = collision_of(hc.Scene(steel(2), hc.Striker(1.0)))

@@ -1,4 +1,4 @@
-"""Mistakes planted in scenes with terms: walls, unlike granules, gaps, strikers, static loads."""
+"""Deliberate mistakes in scenes with terms: walls, different granules, gaps, strikers, loads."""
 
 from __future__ import annotations
 
@@ -116,4 +116,4 @@ MISTAKES_WITH_TERMS = (
     Mistake("velocity of the striker on the last granule",
         in_set_up(("velocity first set", "velocity last set")), START_VELOCITY, made_in=column),
 )  # fmt: skip
-"""Where each is planted, and the check of the examination that fails first."""
+"""The mistakes: place of each, and the check of the examination that fails first."""

@@ -1,4 +1,4 @@
-"""One chain on several MPI ranks: what a step costs, beside one rank, and whether peaks agree.
+"""One chain on several MPI ranks: cost of a step compared with one rank, and equal peaks.
 
 It needs a LAMMPS binary with the ``mpiexec`` of its MPI beside it or on the search path, and a
 machine that does nothing else: ranks wait for one another at each step. All of it, in some ten
@@ -46,7 +46,7 @@ STEP = 0.01
 """Natural time units: what 1e-4 of the peaks takes, which is what a long chain is run with."""
 
 WATCH = 2
-"""Steps between two looks of a deck at its overlaps, as in the long chain of the gallery."""
+"""Steps between two samples of the overlaps, as in the long chain of the gallery."""
 
 STEPS: dict[int, int] = {60: 9_000, 1_000: 6_000, 10_000: 900, 100_000: 120, 1_000_000: 30}
 """Steps after the pulse that are timed, by the number of granules; a full run takes about 150 for
@@ -95,7 +95,7 @@ def timed(go: Callable[[], FloatArray | None]) -> Timing:
 
 
 def by_run(scene: hc.Scene, program: Program) -> Timing:
-    """As ``hertzchain run --backend lammps --lmp --ranks`` runs a scene, once."""
+    """Run a scene once, as ``hertzchain run --backend lammps --lmp --ranks`` does."""
     lmp = program.command[-1]
     lammps = hc.Lammps(STEP * scene.units.time, lmp=lmp, ranks=program.ranks, time_limit=LONGEST)
     return timed(lambda: lammps.peaks_alone(scene)[0])
@@ -108,7 +108,7 @@ def _deck(scene: hc.Scene, watch: int) -> str:
 
 
 def by_deck(watch: int) -> Way:
-    """As a deck of ``hertzchain deck`` runs by itself; one that watches must pass."""
+    """Run a deck of ``hertzchain deck`` by itself; one that watches must pass."""
 
     def run(scene: hc.Scene, program: Program) -> Timing:
         text = _deck(scene, watch)
@@ -180,7 +180,7 @@ def compared(
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """What has to hold, whatever the machine: that peaks are the same, not times."""
+    """Return checks that hold on every machine: equal peaks, not times."""
     on_ranks = table[(table["ranks"] > 1) & (table["way"] != NOT_WATCHING)]
     rows = []
     for entry in on_ranks.to_dict("records"):
@@ -201,12 +201,12 @@ def machine() -> str:
 
 
 def default_lmp() -> str:
-    """What HERTZCHAIN_LMP names, or the binary beside this Python."""
+    """Return the binary that HERTZCHAIN_LMP names, or the one in the folder of this Python."""
     return os.environ.get("HERTZCHAIN_LMP") or str(Path(sys.executable).parent / "lmp")
 
 
 def run() -> bool:
-    """Print the table; whether peaks are the same."""
+    """Print the table; return whether peaks are equal."""
     parser = argparse.ArgumentParser(description=TITLE)
     parser.add_argument("--lmp", default=default_lmp(), help="the binary")
     parser.add_argument("--ranks", type=int, nargs="+", default=[2], help="beside one rank")

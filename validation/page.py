@@ -1,4 +1,4 @@
-"""The report of every validation script: a page, and beside it a table and a figure of each."""
+"""The report of all validation scripts: a page, with a table and a figure file for each."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 HERE = Path(__file__).parent
 
 _LEAST, _MOST = 1e-6, 1e3
-"""What differences are drawn at that are smaller, or larger or none at all [tolerances]."""
+"""Limits at which smaller, and larger or missing, differences are drawn [tolerances]."""
 
 _FEW = 12
 """Rows that are shown unfolded."""
@@ -194,5 +194,5 @@ def _drawn_at(entry: Row) -> float:
 
 
 def _broken(text: str, width: int = 70) -> str:
-    """Text for a hover box, on lines; its own marks are none of HTML."""
+    """Return text for a hover box, in lines, with escaped HTML."""
     return "<br>".join(html.escape(line, quote=False) for line in textwrap.wrap(text, width))

@@ -1,4 +1,4 @@
-"""How a mistake is planted: in the text that LAMMPS gets, or in the code that backends share."""
+"""Tools that plant a mistake in the text for LAMMPS, or in the code that backends share."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ STIFFNESS = "lammps: contact stiffness [N m^(-3/2)]"
 DAMPING = "lammps: damping"
 
 Plant = Callable[[], AbstractContextManager[Any]]
-"""Makes a mistake, for as long as the context lasts."""
+"""A context with a mistake in it."""
 
 
 @dataclass(frozen=True)
 class Mistake:
-    """Something to get wrong."""
+    """A mistake to plant."""
 
     what: str
     plant: Plant
     check: str  # the check of the comparison that has to name it
-    pair_style: str = "granular"  # what it is made in
+    pair_style: str = "granular"  # context that makes it
     read_every: int | None = None  # steps between two readings of LAMMPS; None for its own choice
     made_in: Callable[[], hc.Scene] | None = None  # the scene; None for that of ``small_scene``
 
 
 def in_set_up(*changes: tuple[str, str]) -> Plant:
-    """Other text for some of what makes the chain."""
+    """Replace text in the commands that create the chain."""
 
     def planted() -> AbstractContextManager[Any]:
         original = deck.set_up

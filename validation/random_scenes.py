@@ -20,12 +20,12 @@ Draw = Callable[[np.random.Generator, int], hc.Scene]
 
 
 def spread(rng: np.random.Generator, low: float, high: float) -> float:
-    """Drawn with equal chance in each decade."""
+    """Draw a number with equal chance in each decade."""
     return float(math.exp(rng.uniform(math.log(low), math.log(high))))
 
 
 def _material(rng: np.random.Generator) -> tuple[dict[str, Any], float]:
-    """What a chain is of, and F0 [N]: the paper's half of the time."""
+    """Draw a material and F0 [N]; half of them are the paper's."""
     if rng.random() < 0.5:
         return STEEL, 100.0
     of_chain = {
@@ -51,7 +51,7 @@ def any_pulse(rng: np.random.Generator, longest: int) -> hc.Scene:
 
 
 def two_maxima(rng: np.random.Generator, longest: int) -> hc.Scene:
-    """Where two maxima of one contact change places: LM_ratio 1.5 to 7, short decays."""
+    """Draw scenes with two nearly equal maxima of a contact: LM_ratio 1.5 to 7, short decays."""
     n, ratio = float(rng.uniform(1.02, 4.0)), float(rng.uniform(1.5, 7.0))
     return _pulse(rng, int(rng.integers(4, min(40, longest))), n, ratio)
 
@@ -107,7 +107,7 @@ KINDS: dict[str, Draw] = {
     kind.__name__.replace("_", " "): kind
     for kind in (any_pulse, two_maxima, sharp_decay, ends_early, first_instants, pulse_table)
 }
-"""Of uniform chains with free ends."""
+"""Kinds of scenes with uniform chains and free ends."""
 
 
 def random_scene_with_terms(
@@ -191,7 +191,7 @@ def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
 
 
 def _unlike(rng: np.random.Generator, granules: int) -> dict[str, Any]:
-    """Alike, repeated in cells, tapered or at random; at most four materials."""
+    """Draw granules: equal, in cells, tapered or at random; at most four materials."""
     base = _material(rng)[0]
     kind = int(rng.integers(4))
     if kind == 0:
@@ -215,7 +215,7 @@ def _unlike(rng: np.random.Generator, granules: int) -> dict[str, Any]:
 
 
 def _around(rng: np.random.Generator, widest: float) -> float:
-    """Between 1 / widest and widest."""
+    """Draw a factor between 1 / widest and widest."""
     return spread(rng, 1 / widest, widest)
 
 

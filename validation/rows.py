@@ -1,4 +1,4 @@
-"""What every validation script hands back and prints: rows of measured and expected."""
+"""Rows of measured and expected numbers, the result of every validation script."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ _Any = TypeVar("_Any")
 
 @dataclass(frozen=True)
 class Row:
-    """One number beside the one it should be."""
+    """A number and its expected value."""
 
-    what: str  # what was measured, on which scene
-    backend: str  # who simulated
+    what: str  # quantity and scene
+    backend: str  # backend
     measured: float
     expected: float
     tolerance: float
     passed: bool  # whether they agree
-    reason: str  # why this tolerance
+    reason: str  # reason of the tolerance
 
 
 def row(
     what: str, backend: str, measured: float, expected: float, tolerance: float, reason: str
 ) -> Row:
-    """A row that passes where the difference is within the tolerance."""
+    """Return a row that passes if the difference is within the tolerance."""
     passed = bool(abs(measured - expected) <= tolerance)
     return Row(what, backend, float(measured), float(expected), float(tolerance), passed, reason)
 
@@ -77,7 +77,7 @@ def progress(work: Iterable[_Any], label: str) -> Iterable[_Any]:
 
 
 def output(width: int = 120) -> Console:
-    """Standard output; a pipe, which has no width to fit a table into, has at least this one."""
+    """Return a console on standard output, with at least this width on a pipe."""
     console = Console(highlight=False, markup=False)
     if not console.is_terminal:
         console.width = max(console.width, width)
@@ -85,7 +85,7 @@ def output(width: int = 120) -> Console:
 
 
 def print_rows(title: str, rows: Sequence[Row]) -> None:
-    """Print a table that a person can read, and how many rows passed.
+    """Print a readable table, and how many rows passed.
 
     Its column "times" has the differences in units of the tolerance.
     """

@@ -43,19 +43,19 @@ TITLE = "Every script: rows that pass"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one script."""
+    """The outcome of one script."""
 
-    name: str  # of its module
+    name: str  # name of its module
     script: Script
-    table: pandas.DataFrame | None  # what it measured; None where it could not
-    rows: tuple[Row, ...]  # what had to hold
+    table: pandas.DataFrame | None  # its table; None if it could not measure
+    rows: tuple[Row, ...]  # its checks
     # begun, seconds: when it began, and how long it took.
     begun: datetime
     seconds: float
 
     @property
     def failed(self) -> int:
-        """Number of rows that are off."""
+        """Number of rows that fail."""
         return sum(not entry.passed for entry in self.rows)
 
 
@@ -106,7 +106,7 @@ def print_summary(outcomes: Sequence[Outcome]) -> None:
 
 
 def to_dict(outcomes: Sequence[Outcome]) -> dict[str, object]:
-    """All outcomes as JSON knows them."""
+    """Return all outcomes as a JSON object."""
     scripts = []
     for outcome in outcomes:
         own = outcome.script
@@ -120,7 +120,7 @@ def to_dict(outcomes: Sequence[Outcome]) -> dict[str, object]:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """The command line; hands back the exit status.
+    """Run the command line; return the exit status.
 
     It is 1 when a row fails, 2 where LAMMPS is missing (the rest is measured) or something cannot
     be written.

@@ -1,4 +1,4 @@
-"""What every validation script is: a table that it measures, judges and draws; its command line."""
+"""The form of a validation script: measures, judges and draws a table; has a command line."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from validation.rows import Row, output, print_rows
 
 
 def why_no_lammps() -> str | None:
-    """What is wrong with LAMMPS here, as a sentence; None where it runs."""
+    """Return a sentence on why LAMMPS does not run here; None where it runs."""
     try:
         with engine():
             return None
@@ -43,11 +43,11 @@ class Script:
     """A script that measures a table, judges it and draws it."""
 
     title: str
-    question: str  # what it asks, as a sentence
-    oracles: str  # who answers, and what the answers are held against
-    # Takes whether to be quick, and whether LAMMPS is there; hands back the table.
+    question: str  # its question, a sentence
+    oracles: str  # source of the answers, and of the expected ones
+    # Function from two flags (quick form, LAMMPS available) to the table.
     measure: Callable[[bool, bool], pandas.DataFrame]
-    # What has to hold of such a table, be it measured now or read from its file.
+    # Checks of such a table, measured now or read from its file.
     promises: Callable[[pandas.DataFrame], list[Row]]
     draw: Callable[[pandas.DataFrame], Figure]
     # Prints it; by default only the rows are printed.
@@ -112,7 +112,7 @@ class Script:
 
 
 def say(problem: hc.HertzchainError) -> int:
-    """Say in one line why nothing can be done; the exit status 2."""
+    """Print in one line why nothing can be done; return the exit status 2."""
     print(f"{Path(sys.argv[0]).name}: {problem}", file=sys.stderr)
     return 2
 
@@ -127,7 +127,7 @@ def leave_with(measure: Callable[[], bool]) -> NoReturn:
 
 
 def as_json(rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """Rows as JSON knows them; null stands for what could not be measured."""
+    """Return rows as a JSON object; null stands for a missing number."""
 
     def known(value: Any) -> Any:
         return None if isinstance(value, float) and not np.isfinite(value) else value
@@ -146,7 +146,7 @@ def junit_suite(name: str, rows: Sequence[Row], begun: datetime, seconds: float)
 
 
 def missing_suites(missing: str | None, begun: datetime) -> list[Suite]:
-    """What stands for all the rows that are not there because LAMMPS is not: an error."""
+    """Return an error in place of all rows that need the missing LAMMPS."""
     if missing is None:
         return []
     return [Suite("validation.lammps", (Case("LAMMPS runs", ERROR, missing, missing),), begun, 0.0)]
@@ -166,7 +166,7 @@ def facts_of(versions: Mapping[str, str]) -> str:
 
 
 def dated(facts: str, csv: str) -> str:
-    """A CSV below a line of its date and of facts."""
+    """Return a CSV below a line with its date and facts."""
     return f"# {datetime.now(UTC):%Y-%m-%d}; {facts}\n{csv}"
 
 
@@ -177,7 +177,7 @@ def write_figure(path: Path, figure: Figure) -> None:
         write_with(path, lambda name: figure.savefig(name, **undated))
 
 
-# Scripts that have nothing to tell but rows
+# Scripts with rows alone
 
 
 def rows_only(compare: Callable[[bool, bool], list[Row]]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The scenes and tables that are shipped, what both backends find of scenes, and Eqs. 3 and 6."""
+"""Shipped scenes and tables, results of both backends for scenes, and Eqs. 3 and 6."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def eq3(scene: hc.Scene, wave_force: float) -> float:
 
 
 def effective_ratio(scene: hc.Scene) -> float:
-    """What Eq. 6 raises to a power: LM_ratio, with Delta L where it is below 1."""
+    """Return the base of the power in Eq. 6: LM_ratio, with Delta L added below 1."""
     return theory.effective_momentum_ratio(scene.chain, *pulse_of(scene))
 
 

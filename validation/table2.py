@@ -54,7 +54,7 @@ _READ = itemgetter("scene", "backend", "eq3", "paper_eq3")
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """Both p against those that are printed."""
+    """Compare both p with the printed ones."""
     rows = []
     for entry in problems_as_text(table).to_dict("records"):
         name, backend, found, printed = _READ(entry)
@@ -68,7 +68,7 @@ def promises(table: pandas.DataFrame) -> list[Row]:
 
 
 def draw(table: pandas.DataFrame) -> Figure:
-    """Each p as it is printed and as it is found."""
+    """Draw each p as printed and as found."""
     figure = new_figure(8, 4.2)
     axes = figure.subplots()
     names = list(dict.fromkeys(table["scene"]))

@@ -1,4 +1,4 @@
-"""Error against cost of every way to the peaks, on all 24 scenes of the paper's tables.
+"""Error against cost of every method for peaks, on all 24 scenes of the paper's tables.
 
 To measure again what is kept in ``validation/results``, on a machine that does nothing else::
 
@@ -42,7 +42,7 @@ LONGEST = 3600.0
 
 
 def measure(quick: bool = False) -> dict[str, Tradeoff | hc.HertzchainError]:
-    """Every contender on every scene, in another process, which LAMMPS may crash; or what failed.
+    """Measure every contender on every scene, in a process that LAMMPS may crash, or its failure.
 
     The quick form has one scene, and no run repeated for the sake of its time. BackendMissing if
     LAMMPS is not there.
@@ -65,7 +65,7 @@ def measure(quick: bool = False) -> dict[str, Tradeoff | hc.HertzchainError]:
 
 
 def table_of(tradeoffs: dict[str, Tradeoff]) -> pandas.DataFrame:
-    """All rows of all scenes, the scene first and what is known of its truth last."""
+    """Return all rows of all scenes, with the scene first and the error of its truth last."""
     frames = {
         name: one.to_frame().assign(truth_error=one.truth_error) for name, one in tradeoffs.items()
     }
@@ -73,7 +73,7 @@ def table_of(tradeoffs: dict[str, Tradeoff]) -> pandas.DataFrame:
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
-    """What has to hold of a measurement, whatever the machine: errors, not times."""
+    """Return checks that hold on every machine: errors, not times."""
     rows = []
     asked = table[table["contender"] == "rtol, with estimate"]
     for rtol in sorted(asked["rtol"].unique(), reverse=True):
@@ -93,7 +93,7 @@ def promises(table: pandas.DataFrame) -> list[Row]:
 
 
 def write(folder: Path, tradeoffs: dict[str, Tradeoff]) -> None:
-    """Write ``tradeoff.csv``, whose first line says when, with what and on what, and the plot.
+    """Write ``tradeoff.csv``, whose first line has date, versions and machine, and the plot.
 
     Read it with ``pandas.read_csv(path, comment="#")``.
     """
@@ -103,7 +103,7 @@ def write(folder: Path, tradeoffs: dict[str, Tradeoff]) -> None:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Measure, print, write if asked; the exit status, 1 when a promise is not kept."""
+    """Measure, print, write if asked; return the exit status, 1 if a check fails."""
     parser = argparse.ArgumentParser(description=TITLE)
     parser.add_argument("--quick", action="store_true", help="one scene, each run once or twice")
     parser.add_argument(

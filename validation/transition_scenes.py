@@ -22,7 +22,7 @@ MOMENTUM_RATIOS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 2.5)
 """Chosen."""
 
 CHOSEN = "n = 4, F0 = 100 N; the LM_ratio are chosen"
-"""What every figure says of them."""
+"""Text in every figure on these scenes."""
 
 FORCE = 100.0
 """F0 [N]."""
@@ -42,7 +42,7 @@ _NAMES = {
     "transition_granules": "p",
     "solitary_wave_force_N": "wave_force_N",
 }
-"""Of columns of a sweep, in the table."""
+"""Names of the sweep's columns in the table."""
 
 _COLUMNS = (
     *("profile", "momentum_ratio", "backend", "contact", "peak_force_N", "error_estimate"),
@@ -92,7 +92,7 @@ def in_transition(
 
 @functools.cache
 def _swept(backend: hc.Native | hc.Lammps, ratios: tuple[float, ...]) -> pandas.DataFrame:
-    """What a backend finds of all profiles with some LM_ratio; once for all figures."""
+    """Return a backend's results for all profiles with some LM_ratio, once for all figures."""
     vary: dict[str, Iterable[str | float]] = {
         "shock.profile": list(PROFILES),
         "shock.momentum_ratio": ratios,
@@ -107,7 +107,7 @@ def _swept(backend: hc.Native | hc.Lammps, ratios: tuple[float, ...]) -> pandas.
 
 
 def separated(table: pandas.DataFrame) -> tuple[pandas.DataFrame, list[Row]]:
-    """What has run, and a row that fails for each scene that has not."""
+    """Return the scenes that have run, and a failing row for each other scene."""
     table = problems_as_text(table)
     failed = table["problem"] != ""
     rows = [
@@ -118,7 +118,7 @@ def separated(table: pandas.DataFrame) -> tuple[pandas.DataFrame, list[Row]]:
 
 
 def by_scene(table: pandas.DataFrame, backend: str) -> dict[str, pandas.DataFrame]:
-    """What a backend has found of each scene, by the name that rows give it."""
+    """Return a backend's results for each scene, by the scene's name in rows."""
     own = table[table["backend"] == backend]
     names = [name(*key) for key in zip(own["profile"], own["momentum_ratio"], strict=True)]
     return {str(scene): some for scene, some in own.groupby(np.array(names, object), sort=False)}
@@ -127,7 +127,7 @@ def by_scene(table: pandas.DataFrame, backend: str) -> dict[str, pandas.DataFram
 def found_by_both(
     table: pandas.DataFrame,
 ) -> Iterator[tuple[str, pandas.DataFrame, pandas.DataFrame]]:
-    """Name of each scene that both backends have run, what native has found, what LAMMPS has."""
+    """Yield the name of each scene run by both backends, with native's and LAMMPS's results."""
     native = by_scene(table, "native")
     for scene, own in by_scene(table, "lammps").items():
         if scene in native:
@@ -135,5 +135,5 @@ def found_by_both(
 
 
 def name(profile: str, momentum_ratio: float) -> str:
-    """How rows call a scene."""
+    """Return the name of a scene in rows."""
     return f"{profile}, LM_ratio {momentum_ratio:g}"

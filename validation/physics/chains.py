@@ -1,4 +1,4 @@
-"""What the scripts of this folder share: steel chains, who simulates them, and natural units."""
+"""Shared parts of the scripts in this folder: steel chains, their simulation, natural units."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def answers(
 
 
 def steel(granules: int, **different: Any) -> hc.Chain:
-    """A chain of the paper's granules, or of some that differ."""
+    """Return a chain of the paper's granules, or of different ones."""
     return hc.Chain(granules, **STEEL | different)
 
 

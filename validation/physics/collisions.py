@@ -1,4 +1,4 @@
-"""Two spheres that meet in a damped contact, as decks of LAMMPS and LIGGGHTS and a script for Yade.
+"""Decks of LAMMPS and LIGGGHTS, and a script for Yade, with two spheres in a damped contact.
 
 Each prints the speed at which they part.
 """
@@ -162,7 +162,7 @@ def by_program(program: str, *arguments: str) -> Parted:
             file = "in.py" if "yade" in program else "in.deck"
             (folder / file).write_text(deck, encoding="utf-8")
             found = find_program(program, "install it")
-            # Modules for this Python are not for that within Yade.
+            # Yade's own Python cannot use the modules of this one.
             said = run_program(
                 [found, *arguments, file], Path(folder), deadline, program, PYTHONPATH=""
             )

@@ -1,4 +1,4 @@
-"""Damped chains under forces from 1e-6 to 100 N, and which laws make them similar.
+"""Damped chains under forces from 1e-6 to 100 N, and the laws under which they are similar.
 
 In natural units a law c d^q d' has the coefficient c F0^(2q/3 - 1/6): that of restitution is the
 same at all forces, those of dashpots and of viscoelastic spheres are not::
@@ -83,7 +83,7 @@ def rescaled(contact: hc.Contact, factor: float) -> hc.Contact:
 
 
 def lost(force: float, contact: hc.Contact) -> float:
-    """How much lower the peak of contact 26 is than without damping, as a logarithm."""
+    """Return the logarithm of the ratio by which damping lowers the peak of contact 26."""
     return float(np.log(run(force, None).peak_force[24] / run(force, contact).peak_force[24]))
 
 

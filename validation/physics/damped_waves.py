@@ -1,4 +1,4 @@
-"""What damping takes of a solitary wave in each contact, against the energy of the exact wave.
+"""Loss of a solitary wave by damping in each contact, compared with the energy of the exact wave.
 
 A wave of height F, in units in which the stiffness and the mass of a granule are 1, loses
 d ln F / dN = -G x, x = c F^(2q/3 - 1/6), if contacts are damped by a little c d^q d'. Damping takes

@@ -1,4 +1,4 @@
-"""Chains of heavy and light granules in turn, with equal contacts: where waves do not decay.
+"""Chains of alternating heavy and light granules with equal contacts: ratios without decay.
 
 At mass ratios 0.3428 and 0.1548 a wave keeps its height, and near 0.240 it decays fastest
 (Jayaprakash, Starosvetsky and Vakakis, Phys. Rev. E 83 (2011) 036606)::
@@ -44,7 +44,7 @@ def scene(ratio: float) -> hc.Scene:
 
 
 def decay(peak_force: np.ndarray) -> float:
-    """What a wave loses of its height from contact 101 to 121."""
+    """Return the relative loss of a wave's height from contact 101 to 121."""
     return float(1 - peak_force[_TO] / peak_force[_FROM])
 
 

@@ -1,4 +1,4 @@
-"""A taper with gaps is a row of collisions of two granules, whatever the force between them.
+"""A taper with gaps: a row of collisions of two granules, independent of the force law.
 
 ::
 

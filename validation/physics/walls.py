@@ -1,4 +1,4 @@
-"""A solitary wave on a wall: how hard it presses the wall, and what comes back.
+"""A solitary wave at a wall: its force on the wall, and the reflected wave.
 
 Expected numbers are those of a native simulation at 1e-9, the same for 200, 400 and 800 granules;
 SciPy finds those of 90 granules to 1e-9::
