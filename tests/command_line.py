@@ -16,7 +16,7 @@ import pytest
 from hertzchain.cli import main
 
 MAIN = (
-    # Where the tests run in the background, Ctrl-C is ignored, and children inherit that.
+    # Tests in the background ignore Ctrl-C, and their children inherit that.
     "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"
     "from hertzchain.cli import main; main()"
 )
@@ -25,7 +25,7 @@ MAIN = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a command ended: status, standard output, standard error."""
+    """The end of a command: status, standard output, standard error."""
 
     status: int
     out: str
@@ -41,7 +41,7 @@ class Outcome:
 
 
 Command = Callable[..., Outcome]
-"""What the fixture ``hertzchain`` is."""
+"""Type of the fixture ``hertzchain``."""
 
 PATIENCE = 300.0
 """Seconds after which a command counts as hanging; no test waits so long."""

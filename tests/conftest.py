@@ -1,4 +1,4 @@
-"""What the tests share: scenes, and what happens where LAMMPS is missing."""
+"""Shared parts of the tests: scenes, and the handling of a missing LAMMPS."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def _lammps_where_it_is_needed(request: pytest.FixtureRequest) -> None:
 
 @pytest.fixture(autouse=True)
 def _no_binary_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Tests of the command line are about what it does where the environment says nothing."""
+    """Tests of the command line run without its environment variables."""
     monkeypatch.delenv("HERTZCHAIN_LMP", raising=False)
 
 
@@ -137,7 +137,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 def chromium() -> str | None:
-    """Where a Chromium is, if there is one."""
+    """Return the path of a Chromium, if there is one."""
     names = ("chromium", "chromium-browser", "google-chrome")
     return next(filter(None, map(shutil.which, names)), None)
 

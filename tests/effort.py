@@ -1,4 +1,4 @@
-"""What work costs the processor, in a unit that is the same on any machine, busy or not."""
+"""Processor time in a unit that is the same on every machine, busy or idle."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
 
 
 def wait_for(what: Callable[[], Any], seconds: float = 150.0) -> Any:
-    """What a function returns, as soon as that is something."""
+    """Return a function's first result that is not empty."""
     end = time.monotonic() + seconds
     while not (found := what()):
         assert time.monotonic() < end, "waited in vain"
@@ -41,7 +41,7 @@ def children(parent: int) -> list[int]:
 
 
 def runs(pid: int) -> bool:
-    """Whether a process runs or is stopped."""
+    """Return whether a process runs or is stopped."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
@@ -49,7 +49,7 @@ def runs(pid: int) -> bool:
 
 
 def is_server(pid: int) -> bool:
-    """Whether a process was started to run LAMMPS for another."""
+    """Return whether a process was started to run LAMMPS for another."""
     try:
         return b"hertzchain.engines.lammps.child" in Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:
@@ -57,7 +57,7 @@ def is_server(pid: int) -> bool:
 
 
 def has_lammps(pid: int) -> bool:
-    """Whether a process has loaded LAMMPS, so that it is about to run it."""
+    """Return whether a process has loaded LAMMPS and is about to run it."""
     try:
         return "liblammps" in Path(f"/proc/{pid}/maps").read_text()
     except OSError:
@@ -65,7 +65,7 @@ def has_lammps(pid: int) -> bool:
 
 
 STARTED: list[subprocess.Popen[str]] = []
-"""By ``start``, in this test."""
+"""Processes started by ``start`` in this test."""
 
 
 def start(
@@ -91,5 +91,5 @@ def ended(running: subprocess.Popen[str]) -> tuple[int, str, str]:
 
 
 def names(folder: Path = Path()) -> list[str]:
-    """What is in a folder, by default the current one; hidden files too."""
+    """Return the names of all files in a folder, by default the current one, also hidden ones."""
     return sorted(path.name for path in folder.iterdir())

@@ -22,7 +22,7 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="needs files that onl
 
 
 def names(folder: Path) -> list[str]:
-    """What is in a folder, hidden files too."""
+    """Return the names of all files in a folder, including hidden ones."""
     return sorted(path.name for path in folder.iterdir())
 
 
@@ -299,7 +299,7 @@ def test_of_two_that_write_to_one_place_one_is_whole(tmp_path: Path) -> None:
 
 
 class _Stopped(BaseException):
-    """What a handler of SIGTERM raises here."""
+    """Exception of the handler of SIGTERM here."""
 
 
 def _wait_for(rung: list[int]) -> None:
@@ -308,7 +308,7 @@ def _wait_for(rung: list[int]) -> None:
         time.sleep(1e-4)
 
 
-# Python closes a file late whose opening it has interrupted, and says so.
+# Python closes a file late if its opening was interrupted, and warns.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.skipif(os.name != "posix", reason="needs signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

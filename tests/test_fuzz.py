@@ -162,7 +162,7 @@ Generator = Callable[[random.Random, str], bytes]
 
 
 def outcome(read: Callable[[], object]) -> str:
-    """What came of reading: "" for a scene, else what was said; anything else fails."""
+    """Return "" for a scene that was read, otherwise the error message; anything else fails."""
     refusals = []
 
     def tried() -> None:
@@ -184,7 +184,7 @@ def outcome(read: Callable[[], object]) -> str:
 
 
 def fuzzed(count: int, seed: int) -> Iterator[tuple[str, Generator, int]]:
-    """What to read, what to write for it, and a seed, so often in all."""
+    """Yield reader, text and seed of each fuzzed case."""
     scenes: list[Generator] = [random_bytes, mutated, written_scene, written_scene]
     tables: list[Generator] = [random_bytes, mutated, written_table]
     for k in range(count):
@@ -250,7 +250,7 @@ def test_much_nonsense_is_refused_in_a_sentence(tmp_path: Path) -> None:
     assert refused > 50_000
 
 
-# What made a reader fail, and files that are none
+# Texts that made a reader fail, and paths that are no files
 
 
 @pytest.mark.parametrize(

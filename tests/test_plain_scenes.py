@@ -1,4 +1,4 @@
-"""What was calibrated on plain scenes asks ``Scene.is_plain``, and holds for them alone."""
+"""Code calibrated on plain scenes checks ``Scene.is_plain``, and is used for them alone."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def scene(monkeypatch: pytest.MonkeyPatch) -> hc.Scene:
 
 
 def copied(scene: hc.Scene) -> hc.Scene:
-    """By way of bytes, as a sweep sends it."""
+    """Return a copy through pickled bytes, as a sweep sends it."""
     found = pickle.loads(pickle.dumps(scene))  # noqa: S301 - what stands here
     assert isinstance(found, hc.Scene)
     return found

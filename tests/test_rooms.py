@@ -1,4 +1,4 @@
-"""The rooms of the package: who may import whom."""
+"""The rooms of the package and their import order."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ LEVELS = (
     ("cli", "pytest_plugin"),
     ("__main__",),
 )
-"""From the ground up. A room imports none of its own level or above; those of the ground may."""
+"""Levels of rooms, lowest first. A room imports none of its own level or above; rooms of the lowest
+level may.
+"""
 
 ENGINES = LEVELS[4]
 """They never import one another: their independence is what a comparison is worth."""
@@ -70,7 +72,7 @@ def imported_by(path: Path) -> set[str]:
 
 @functools.cache
 def imports() -> dict[str, set[str]]:
-    """What each module imports, by its name; reading all sources takes half a second."""
+    """Return the imports of each module, by name; reading all sources takes half a second."""
     found = {
         name: (imported_by(path) & FILES.keys()) - {name}
         for name, path in FILES.items()

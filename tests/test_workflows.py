@@ -1,4 +1,4 @@
-"""The workflow files name what is there: targets of the Makefile, Pythons that are supported."""
+"""The workflow files name existing targets of the Makefile and supported Pythons."""
 
 from __future__ import annotations
 

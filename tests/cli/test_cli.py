@@ -31,7 +31,7 @@ from tests.places import ROOT
 from tests.processes import names, posix
 
 Changes = Mapping[str, str | None]
-"""What is different about a scene: keys and TOML values, None for no such key."""
+"""Changes of a scene: keys and TOML values, None for no such key."""
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="needs files that only Linux has")
 
@@ -85,7 +85,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 NO_LAMMPS = f"import sys; sys.path.insert(0, {str(ROOT / 'tests' / 'no_lammps')!r}); {MAIN}"
-"""As if there were none: `import lammps` then raises an ImportError, in its own process too."""
+"""Hide LAMMPS: `import lammps` then raises an ImportError, also in its own process."""
 
 
 # Bad input
@@ -520,7 +520,7 @@ def test_a_run_with_lammps_vs_one_with_native(hertzchain: Command, native: Outco
 
 @pytest.mark.lammps
 def test_a_run_that_misses_the_wanted_accuracy_says_so(hertzchain: Command) -> None:
-    # Granules knock against one another for so long that rounding errors show.
+    # Repeated collisions amplify rounding errors until they show.
     shock = {"shock.momentum_ratio": "1000", "shock.duration_ratio": "1.7"}
     scene_file({**shock, "shock.profile": '"triangular"', "chain.granules": "9"})
     outcome = hertzchain("run", "scene.toml", "--rtol", "1e-8")
@@ -614,7 +614,7 @@ def test_lammps_with_rk4_is_refused(hertzchain: Command) -> None:
 
 
 def is_json_or_refused(outcome: Outcome) -> None:
-    """Either strict JSON or one sentence; what cannot be said in JSON is no reason to crash."""
+    """Assert strict JSON or one sentence; values that JSON cannot hold cause no crash."""
     if outcome.status != 2:
         outcome.json()
         said = outcome.err.splitlines()

@@ -1,4 +1,4 @@
-"""hertzchain compare --deck: status, what is printed and written, what is refused."""
+"""hertzchain compare --deck: status, output, files and refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``hertzchain init``, and what helps somebody who has just begun."""
+"""``hertzchain init``, and help for new users."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def test_scenes_that_fail_are_said_and_make_the_status_1(hertzchain: Command) ->
 def test_accuracy_that_is_missed_is_said_and_makes_the_status_1(
     hertzchain: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Scenes that can be had to 1e-10 are said to be had to 1e-9 only."""
+    """Error estimates of accurate scenes are replaced by larger ones."""
     monkeypatch.setattr("hertzchain.engines.native.plan.round_off", lambda _: 1e-9)
     done = hertzchain("sweep", "scene.toml", *GRID, "--rtol", "1e-10", "-o", "out")
     assert (done.status, done.out[:6]) == (1, "8 rows")

@@ -1,4 +1,4 @@
-"""Lint: every planted trap is found, nothing is said of a clean deck, and no text breaks it."""
+"""Lint: every planted trap is found, a clean deck gets no finding, and no text breaks it."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ KN = "1.4139e11"
 
 @dataclass(frozen=True)
 class Trap:
-    """A mistake, and what it does.
+    """A mistake, and its effect.
 
     Parameters
     ----------
@@ -528,7 +528,7 @@ MEANT = {
     "in.precompressed": ["not-touching"],
     "in.sine": ["not-touching"],
 }
-"""What is said of shipped decks whose granules are apart, pressed or damped on purpose."""
+"""Findings in shipped decks whose granules are apart, pressed or damped on purpose."""
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.name)
@@ -537,7 +537,7 @@ def test_nothing_else_is_said_of_shipped_decks(path: Path) -> None:
 
 
 def generated(scene: hc.Scene, watch_every: int, pair_style: str = "granular") -> str:
-    """A deck of a scene; what it has to find does not matter here."""
+    """Return a deck of a scene; its expected peaks do not matter here."""
     layout = Layout(0.05, watch_every, pair_style, dump_every=20 * watch_every)
     ones = np.ones(scene.chain.granules - 1)
     known = KnownAnswer(ones, 1e-3 * ones) if watch_every else None

@@ -1,4 +1,4 @@
-"""Lint with a scene: what the text of a deck says, held against the scene it is meant to be."""
+"""Lint with a scene: the text of a deck against the scene that it should be."""
 
 from __future__ import annotations
 
@@ -203,7 +203,7 @@ PUSH = "*sin(PI/2*time/5e-05)^2"
 
 @dataclass(frozen=True)
 class Planted:
-    """A mistake: what stands in the deck and in its place, and what has to be said of it.
+    """A mistake: text of the deck, its replacement, and the expected message.
 
     Parameters
     ----------

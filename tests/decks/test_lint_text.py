@@ -1,4 +1,4 @@
-"""What lint knows of a deck's text: loops, conditions, granules, contacts, the longest step."""
+"""Lint's reading of a deck's text: loops, conditions, granules, contacts, the longest step."""
 
 from __future__ import annotations
 

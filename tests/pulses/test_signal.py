@@ -1,4 +1,4 @@
-"""The pulse in a recording: baseline, noise, start, end, and what is below zero."""
+"""The pulse in a recording: baseline, noise, start, end, and negative samples."""
 
 from __future__ import annotations
 

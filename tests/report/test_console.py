@@ -1,4 +1,4 @@
-"""What people see: every number with its digits, and no number where there is none."""
+"""Text on the terminal: every number with its digits, and none for a missing number."""
 
 from __future__ import annotations
 
@@ -297,7 +297,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
 
 
 def lines_of(axes: Axes) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """What is drawn under each label, x and y; a gap is NaN."""
+    """Return x and y of each labelled line; a gap is NaN."""
     return {
         str(line.get_label()): (
             np.asarray(line.get_xdata(), np.float64),
@@ -426,7 +426,7 @@ def test_a_tradeoff_says_who_is_cheapest_and_how_much_dearer_the_others_are(
     assert "1e-2 rk4, compiled step 0.2 s 5.0e-03 1,234 1" in lines
     assert "1e-3 rk4, compiled step 0.1 s 3.0e-04 1,234 2" in lines
     assert "1e-6 DOP853, SciPy rtol 1e-6 8.0e-07 1,234 150" in lines
-    # Of what nobody reaches there is neither a line nor a column.
+    # An accuracy that no contender reaches has neither line nor column.
     assert "right to 1e-2 1e-3 1e-4 1e-5 1e-6" in lines
     assert line_of(text, "rk4, compiled  ").split() == ["1.0", "1.0"]
     assert line_of(text, "velocity-verlet, NumPy").split() == ["25"]

@@ -42,7 +42,7 @@ CHILDREN = {
     "testsuite": {"testcase"},
     "testcase": {"failure", "error", "skipped"},
 }
-"""What there is of junit-10.xsd in these files: all of it is allowed there."""
+"""The part of junit-10.xsd in these files."""
 
 
 def checked(text: str) -> ElementTree.Element:
@@ -151,7 +151,7 @@ def command(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
 
 
 def of_checks(checks: Sequence[dict[str, object]]) -> dict[object, str | None]:
-    """What each check of the JSON has to be in JUnit."""
+    """Return the expected JUnit case of each check in the JSON."""
     return {
         check["name"]: None
         if check["passed"]
@@ -161,7 +161,7 @@ def of_checks(checks: Sequence[dict[str, object]]) -> dict[object, str | None]:
 
 
 def problems(suite: ElementTree.Element) -> dict[object, str | None]:
-    """What each case is, by its name."""
+    """Return the kind of each case, by its name."""
     return {one.attrib["name"]: one[0].tag if len(one) else None for one in suite}
 
 

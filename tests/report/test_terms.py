@@ -1,4 +1,4 @@
-"""What people read of scenes with terms: terminal, page, plot, trajectory, table."""
+"""Reports of scenes with terms: terminal, page, plot, trajectory, table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trajectories and tables read back, each by readers that share no line with who wrote it.
+"""Trajectories and tables read back by readers that share no line with the writer.
 
 Extended XYZ is written by ASE and read by ASE and by a reader of its grammar in plain Python;
 tables are written by pandas and read by DuckDB and the standard library, too.
@@ -30,7 +30,7 @@ from tests.conftest import paper_scene
 
 BACKENDS = ["native", pytest.param("lammps", marks=pytest.mark.lammps)]
 HALF_A_DIGIT = 5.001e-9
-"""Of a unit: ASE writes eight digits after the point."""
+"""Rounding as a fraction of a unit: ASE writes eight digits after the point."""
 
 
 def recorded(backend: str, scene: hc.Scene, frames: int) -> hc.Result:

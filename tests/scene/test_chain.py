@@ -1,4 +1,4 @@
-"""The chain: what it accepts, and its mass and stiffness against Newton's and Hertz's own words."""
+"""The chain: accepted values, and mass and stiffness against Newton's and Hertz's own formulas."""
 
 from __future__ import annotations
 

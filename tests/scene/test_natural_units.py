@@ -92,7 +92,7 @@ def test_unit_ratio_momentum_vs_the_papers_formula(
 def test_a_short_pulse_presses_as_hard_as_its_momentum_does(momentum_ratio: float) -> None:
     """Two granules: no other takes momentum away from the one that is pushed."""
     peak = hc.Native("reference").run(paper_scene("cosine", momentum_ratio, 2.0, granules=2))
-    # What the contact takes during the pulse is of the order of LM_ratio squared.
+    # The momentum that the contact takes during the pulse is of the order of LM_ratio squared.
     scale = force_scale(momentum_ratio)
     assert peak.peak_force[0] / 100 == pytest.approx(scale, rel=3 * momentum_ratio, abs=0)
 
@@ -105,7 +105,7 @@ def test_a_long_pulse_presses_with_about_its_force() -> None:
 
 @pytest.mark.lammps
 def test_two_materials_have_the_same_peaks_in_natural_units() -> None:
-    """By LAMMPS, which gets E, nu, R and rho and knows no natural units."""
+    """Checked with LAMMPS, which gets E, nu, R and rho and has no natural units."""
     steel = paper_scene("cosine-triangular", 1.3, 3.0, granules=8)
     rubber = hc.Scene(
         hc.Chain(8, radius=0.03, young_modulus=4e6, poisson_ratio=0.49, density=1100.0),

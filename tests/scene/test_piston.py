@@ -1,4 +1,4 @@
-"""Pistons in scene files and in Python: what can be said, what is refused, how they move."""
+"""Pistons in scene files and in Python: allowed and refused values, and their motion."""
 
 from __future__ import annotations
 

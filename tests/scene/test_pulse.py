@@ -1,4 +1,4 @@
-"""The shock against Table 1 typed anew, SciPy's integrals and difference quotients."""
+"""The shock against a second copy of Table 1, SciPy's integrals and difference quotients."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ def test_an_unknown_shape_is_an_error() -> None:
 
 
 def test_a_further_shape_is_one_entry(monkeypatch: pytest.MonkeyPatch) -> None:
-    """But for the kernels and Yade's script, which have formulas of their own and refuse it."""
+    """Kernels and Yade's script have their own formulas, and refuse an unknown shape."""
     third = Shape(
         lambda s: s**3, lambda s: 3 * s**2, lambda s: s**4 / 4, 0.25, "({})^3", is_curved=True
     )

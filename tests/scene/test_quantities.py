@@ -1,4 +1,4 @@
-"""Numbers with units: what is understood, and that nothing else does any harm."""
+"""Numbers with units: understood ones, and harmless refusals of all other text."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ HOSTILE = [
     ),
     *("1 " + "m*" * 5_000 + "m", "-" * 10_000 + "1 m", "+1e+" * 2_500, "1 " + "_" * 10_000),
 ]
-"""Strings that a careless evaluation would run for ever on, or worse."""
+"""Strings on which a careless evaluation would run without end, or worse."""
 
 TRY_ALL = """
 import json, math, sys
@@ -175,9 +175,9 @@ def test_hostile_strings_end_quickly_with_an_error() -> None:
     ends = [json.loads(line) for line in output.splitlines()]
     assert len(ends) == len(HOSTILE)
     for text, (took, end) in zip(HOSTILE, ends, strict=True):
-        # An infinite number is refused by who asked.
+        # The caller refuses an infinite number.
         assert end in ("error", "infinite"), text[:60]
-        # 14 at most measured, for 5,000 factors; a careless evaluation runs for ever.
+        # Measured: at most 14, for 5,000 factors; a careless evaluation would run without end.
         assert took < 200, text[:60]
 
 

@@ -50,7 +50,7 @@ def scene_of(folder: Path, text: str) -> hc.Scene:
 
 
 def refusal(folder: Path, text: str) -> str:
-    """What is said about a text that is not a scene."""
+    """Return the error for a text that is not a scene."""
     with pytest.raises(SceneError) as caught:
         scene_of(folder, text)
     return str(caught.value)
@@ -399,7 +399,7 @@ def test_a_scene_that_cannot_be_written_is_an_error(tmp_path: Path, demo: hc.Sce
 
 
 def test_a_scene_of_numpy_numbers_vs_one_of_plain_numbers(tmp_path: Path) -> None:
-    """Arrays go in: what is written, for TOML, CSV and LAMMPS, must not know it."""
+    """Arrays are accepted, and texts for TOML, CSV and LAMMPS do not depend on them."""
     from hertzchain.engines.lammps.deck import leg_commands, set_up
 
     steel = {key: np.float64(value) for key, value in STEEL.items()}
@@ -424,7 +424,7 @@ def test_a_scene_of_numpy_numbers_vs_one_of_plain_numbers(tmp_path: Path) -> Non
         assert leg_commands(legs[0], None) == leg_commands(expected[0], None)
 
 
-# What follows from a scene
+# Derived quantities of a scene
 
 
 @pytest.mark.parametrize("profile", ["cosine", "triangular", "cosine-triangular"])
@@ -464,7 +464,7 @@ def test_nothing_pushes_before_and_after_a_table() -> None:
     scene = hc.Scene(hc.Chain(5, **STEEL), table)
     # Its first and its last force are not 0: the force jumps there, and does not stay.
     time = np.array([0.0, 0.9e-5, 1e-5, 3e-5, 4e-5, 4.1e-5, 1.0])
-    # But for the rounding of the interpolation.
+    # Up to the rounding of the interpolation.
     expected = [0.0, 0.0, 40.0, 80.0, 60.0, 0.0, 0.0]
     assert scene.applied_force(time) == pytest.approx(expected, rel=1e-15, abs=0)
 

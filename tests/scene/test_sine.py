@@ -1,4 +1,4 @@
-"""Sines in scene files and in Python: what can be said, what is refused, and their force."""
+"""Sines in scene files and in Python: allowed and refused values, and their force."""
 
 from __future__ import annotations
 
@@ -93,12 +93,12 @@ def test_waves_of_short_cycles_are_as_fast_as_those_of_long_ones() -> None:
     chain, load = hc.Chain(20, **STEEL), hc.Precompression(10.0)
 
     def watched(frequency: float, wall: hc.Wall | None) -> float:
-        """How long the chain is watched after the sine, by default."""
+        """Return the default time between the ends of sine and run."""
         sine = hc.Sine(5.0, frequency, 4)
         scene = hc.Scene(chain, sine, wall=wall, precompression=load)
         return scene.end_time - 4 / frequency
 
     for wall in (None, hc.Wall("rigid")):
-        # At 7.9 kHz LM_ratio is 1.
+        # LM_ratio is 1 at 7.9 kHz.
         assert watched(1e12, wall) == pytest.approx(watched(8e3, wall), rel=0.02)
         assert watched(1e30, wall) == pytest.approx(watched(1e12, wall), rel=1e-9)

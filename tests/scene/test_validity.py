@@ -1,4 +1,4 @@
-"""Where the model ends: overlaps over R are reported, warned of and refused."""
+"""Limits of the model: overlaps over R are reported, warned of and refused."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def test_a_rough_run_warns() -> None:
 
 @pytest.mark.parametrize(("error", "warned"), [(0.01, 0), (0.011, 1), (0.05, 1)])
 def test_peaks_known_less_well_than_p_needs_warn(error: float, warned: int) -> None:
-    """Where p is hangs on changes of one per cent."""
+    """The value of p depends on changes of one per cent."""
     result = hc.Native("reference").run(scene_of_depth(1e-3))
     warnings = replace(result, error_estimate=error).warnings
     assert len(warnings) == warned

@@ -1,4 +1,4 @@
-"""Sweeps: which scenes they have, what is found of each, and what is kept."""
+"""Sweeps: their scenes, results and stored tables."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def all_scenes(found: Design) -> list[hc.Scene]:
     return [found.scene(parameters, k) for k in numbers.tolist()]
 
 
-# Which scenes
+# Scenes
 
 
 def test_a_grid_is_every_combination_the_last_axis_first() -> None:
@@ -299,7 +299,7 @@ def test_a_design_of_many_scenes_costs_nothing_until_they_are_measured() -> None
     assert last[0] == pytest.approx(10.0 * (1 - np.log(100) / MOST_SCENES), rel=1e-12, abs=0)
 
 
-# How it is cut
+# Parts
 
 
 @pytest.mark.parametrize("granules", [2, 60, 4000, 1_000_000])
@@ -323,7 +323,7 @@ def test_the_longest_chain_limits_what_a_part_has() -> None:
     assert part_size(found, Formulas()) == MOST_PEAKS // 1000
 
 
-# What is found
+# Results
 
 
 @pytest.mark.parametrize("room", [0.99, 1.01])
@@ -566,7 +566,7 @@ def test_a_binary_of_lammps_gives_the_same_rows() -> None:
 
 
 def test_accuracy_that_is_missed_is_counted() -> None:
-    """A long pulse knocks a short chain about until rounding errors are what is seen."""
+    """Under a long pulse repeated collisions of a short chain amplify rounding errors."""
     knocked: dict[str, Any] = {"shock.momentum_ratio": [1.0, 300.0], "chain.granules": [4]}
     sweep = hc.sweep(SHORT, knocked, rtol=1e-9)
     counts, table = sweep.count(), sweep.to_frame()
@@ -597,7 +597,7 @@ def test_backends_that_cannot_be_are_refused(backends: Iterable[Any], words: str
     assert words in str(problem.value)
 
 
-# What is kept
+# Stored sweeps
 
 
 def test_a_folder_has_what_memory_has_and_opens_in_pandas_polars_and_duckdb(tmp_path: Path) -> None:

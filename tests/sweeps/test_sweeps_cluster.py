@@ -117,7 +117,7 @@ def started(folder: Path, address: str, rtol: float = 1e-2) -> Iterator[subproce
 
 
 def run(folder: Path, address: str, rtol: float = 1e-2) -> tuple[int, str]:
-    """Status of such a command, and what it says on standard error."""
+    """Run such a command; return its status and standard error."""
     with started(folder, address, rtol) as process:
         _, said = process.communicate(timeout=PATIENCE)
     return process.returncode, said
@@ -152,7 +152,7 @@ def lammps_processes(workers: Sequence[subprocess.Popen[bytes]]) -> list[psutil.
     return found
 
 
-# What it finds
+# Results
 
 
 @pytest.mark.lammps
@@ -245,7 +245,7 @@ def test_a_worker_with_a_nanny_killed_changes_nothing(
 def test_a_worker_that_is_told_to_end_gives_its_part_to_another(
     tmp_path: Path, here: hc.Sweep
 ) -> None:
-    """As batch systems do before they kill: no row says that LAMMPS was killed."""
+    """Batch systems ask before they kill: no row has the error that LAMMPS was killed."""
     with scheduler(tmp_path) as (address, _), ExitStack() as stack:
         first, _second = (
             stack.enter_context(worker(address, tmp_path, "--no-nanny", name=name))
@@ -262,7 +262,7 @@ def test_a_worker_that_is_told_to_end_gives_its_part_to_another(
         assert_same(sweep(address, progress=tell_it), here)
 
 
-# What goes wrong
+# Failures
 
 
 class Silent(http.server.BaseHTTPRequestHandler):
@@ -274,7 +274,7 @@ class Silent(http.server.BaseHTTPRequestHandler):
 
 @contextmanager
 def web_server() -> Iterator[str]:
-    """What listens, and is no scheduler."""
+    """A server that is not a scheduler."""
     with http.server.HTTPServer(("127.0.0.1", 0), Silent) as server:
         thread = threading.Thread(target=server.serve_forever)
         thread.start()
@@ -579,7 +579,7 @@ def test_the_script_of_the_page_runs_on_what_stands_for_slurm(tmp_path: Path, sl
     assert_frame_equal(found, alone.to_frame(), check_exact=True)
 
 
-# What it costs
+# Cost
 
 
 class Seen(Exception):
@@ -587,7 +587,7 @@ class Seen(Exception):
 
 
 def test_parts_are_taken_as_they_are_needed(two: tuple[str, Workers]) -> None:
-    """However many there are: what is in flight depends on the workers."""
+    """The number of parts in flight depends on the workers, not on all parts."""
     from hertzchain.sweeps.design import design
 
     backend = hc.Native(rtol=1e-2)

@@ -1,4 +1,4 @@
-"""Pictures of sweeps: what is drawn is what the tables have, and what is not shown is said."""
+"""Pictures of sweeps: they show the values of the tables, and report what they omit."""
 
 from __future__ import annotations
 
@@ -285,7 +285,7 @@ def test_edges_are_half_way(values: list[float], log: bool, edges: list[float]) 
     np.testing.assert_allclose(cell_edges(np.array(values, float), log), edges, rtol=1e-14)
 
 
-# What is not there
+# Missing values
 
 
 def test_rows_without_a_number_are_left_out_and_counted(failing: hc.Sweep) -> None:
@@ -397,7 +397,7 @@ Command = Callable[..., tuple[int, str, str]]
 
 @pytest.fixture
 def plot(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Command:
-    """The command: its status, what it prints, and what it says beside that."""
+    """Run the command; return status, output and messages."""
 
     def call(*arguments: object) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["hertzchain", "plot", *map(str, arguments)])

@@ -54,19 +54,19 @@ start = partial(processes.start, start_new_session=True)
 
 
 def are_gone(pids: list[int]) -> bool:
-    """Whether no process of these numbers is there."""
+    """Return whether no process has these ids."""
     return not any(Path(f"/proc/{pid}").exists() for pid in pids)
 
 
 def equal(one: Path, other: Path) -> None:
-    """Whether two sweeps have the same tables, value for value."""
+    """Return whether two sweeps have the same tables, value for value."""
     for table in ("to_frame", "peaks_to_frame"):
         here, there = (getattr(Sweep.load(folder), table)() for folder in (one, other))
         pd.testing.assert_frame_equal(here, there, check_exact=True)
 
 
 def parts(folder: Path) -> int:
-    """How many parts are done."""
+    """Return the number of parts that are done."""
     return len(list((folder / "scenes").glob("*.parquet")))
 
 
@@ -85,7 +85,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def is_at(running: subprocess.Popen[str], folder: Path, wanted: int) -> bool:
-    """Whether so many parts are done, or all that there are."""
+    """Return whether a number of parts, or all, are done."""
     return parts(folder) >= wanted or running.poll() is not None
 
 
@@ -103,7 +103,7 @@ def killed_again_and_again(samples: int, times: int, seed: int) -> None:
         wait_for(partial(is_at, running, killed, before + int(more)))
         time.sleep(moments.uniform(0.0, 0.3))  # a part takes tenths of a second
         process = running.poll()
-        if process is not None:  # it was done before: begin anew
+        if process is not None:  # it was done before: begin again
             assert process == 1, ended(running)
             equal(Path("whole"), killed)
             for path in sorted(killed.rglob("*.parquet")):
@@ -142,7 +142,7 @@ def begun(folder: Path) -> subprocess.Popen[str]:
 
 
 def goes_on_to_the_same(folder: Path, whole: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Give the command again: what is done is not measured twice, and nothing is missing."""
+    """Give the command again: done parts are not measured twice, and nothing is missing."""
     done = parts(folder / "out")
     # A part is done when it is in scenes; the one that was stopped may have left its peaks alone.
     finished = {path.name for path in (folder / "out" / "scenes").glob("*.parquet")}

@@ -85,7 +85,7 @@ def chain_of(
 
 
 def expected_row(scene: hc.Scene, result: hc.Result) -> dict[str, float]:
-    """What a table says of a run, from its result alone."""
+    """Return the row of a run, from its result alone."""
     largest = int(np.argmax(result.peak_force))
     found = {
         "chain.granules": scene.chain.granules,
@@ -132,7 +132,7 @@ def swept(scene: hc.Scene, vary: dict[str, Any], **more: Any) -> hc.Sweep:
     return hc.sweep(scene, vary, rtol=1e-4, peaks=True, **more)
 
 
-# What is measured
+# Measured columns
 
 
 def test_a_striker_and_a_wall() -> None:
@@ -368,7 +368,7 @@ def test_runs_that_end_before_all_peaks_are_told(
     assert hc.sweep(PLAIN, {"end_time": [5e-5]}).count().cut_off == 0
 
 
-# What the table has
+# Columns of the table
 
 
 def test_columns() -> None:
@@ -407,7 +407,7 @@ def test_every_parameter_has_a_label_and_a_unit() -> None:
     assert column_named("chain.segments.2.granules").label == "granules, segment 2"
 
 
-# What cannot vary
+# Parameters that cannot vary
 
 REFUSED: list[tuple[hc.Scene, dict[str, Any], str]] = [
     (PLAIN, {"striker.velocity": "1,2"}, "the scene has no [striker]; add the section to its file"),
@@ -485,7 +485,7 @@ def test_a_ratio_whose_radii_leave_floating_point_is_refused(tmp_path: Path) -> 
 
 
 def test_a_chain_with_other_values_has_no_segments(segmented: hc.Scene) -> None:
-    """What the file said of the segments would not be true of it."""
+    """The segments of the file would not describe it."""
     assert segmented.chain.section is not None
     assert pickle.loads(pickle.dumps(segmented)).chain.section == segmented.chain.section  # noqa: S301
     assert replace(segmented, shock=hc.Striker(1.0)).chain.section is not None
@@ -526,7 +526,7 @@ def test_the_command_refuses_in_one_sentence_and_makes_nothing(
     assert names() == ["scene.toml"]
 
 
-# What is kept
+# Stored sweeps
 
 
 def test_the_command_resumes_what_was_stopped(
@@ -571,7 +571,7 @@ def test_csv_has_what_parquet_has(tmp_path: Path) -> None:
         swept(other, vary, output=tmp_path / "csv", file_format="csv")
 
 
-# What is drawn
+# Pictures
 
 
 def test_a_result_over_a_term_with_walls_told_apart(tmp_path: Path, hertzchain: Command) -> None:
@@ -736,7 +736,7 @@ VALUES: dict[str, list[Any]] = {
 @given(st.data())
 @settings(max_examples=20)
 def test_a_parameter_is_a_key_of_the_file(data: st.DataObject) -> None:
-    """Each scene of a sweep is what the file says in which the keys have been typed by hand."""
+    """Each scene of a sweep equals a file with the keys changed by hand."""
     document = data.draw(files())
     with TemporaryDirectory() as folder:
         path = Path(folder) / "scene.toml"

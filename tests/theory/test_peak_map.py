@@ -29,14 +29,14 @@ to (chains of 2000, LM_ratio 10)."""
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """What the map and a simulation say of one point."""
+    """Results of the map and of a simulation at one point."""
 
     mapped: peak_map.Peaks
     simulated: hc.Result
 
     @property
     def peak_force(self) -> FloatArray:
-        """Of contacts 2 to 80 in units of F0, simulated."""
+        """Simulated peaks of contacts 2 to 80 in units of F0."""
         return self.simulated.peak_force[:79] / 100.0
 
 
@@ -64,12 +64,12 @@ def points() -> list[Point]:
 
 
 def changes(peak_force: FloatArray) -> FloatArray:
-    """What p is about: abs(F_{k+1} - F_k) / F_{k+1}."""
+    """Return the changes that define p: abs(F_{k+1} - F_k) / F_{k+1}."""
     return np.asarray(np.abs(np.diff(peak_force)) / peak_force[1:])
 
 
 def the_map_holds(points: Sequence[Point]) -> None:
-    """Far field, peaks and changes are as right as the map says."""
+    """Assert that far field, peaks and changes are within the map's errors."""
     far, peak, change = [], [], []
     for point in points:
         simulated_far = point.simulated.solitary_wave.far_field_force
@@ -170,7 +170,7 @@ def test_what_is_smooth_costs_nothing() -> None:
 def test_the_script_writes_what_the_reader_reads(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The whole script, with what the file has in place of 112,000 simulations."""
+    """The whole script runs with the numbers of the file in place of 112,000 simulations."""
     output = tmp_path / "map.npz"
     monkeypatch.setattr(
         make_map, "simulated", lambda profile: peak_map.table(profile).astype(np.float64)
@@ -211,7 +211,7 @@ assert theory.peak_map.table.cache_info().currsize == 1
 
 @pytest.mark.parametrize("profile", PROFILES)
 def test_no_transition_is_cut_off(profile: str) -> None:
-    """That there are no changes of 1 % beyond contact 80 follows from how small they are before."""
+    """Small changes before contact 80 imply that there is none of 1 % beyond."""
     force = np.exp(peak_map.table(profile)[..., :79].astype(np.float64))
     change = np.abs(np.diff(force, axis=2)) / force[..., 1:]
     assert change[..., 45:].max() < 0.01  # contacts 47 and 48; p is 47 at most
@@ -241,7 +241,7 @@ def test_cubics_are_interpolated_exactly(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_a_kink_widens_the_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A growth that sets in between two nodes is off by less than what the map says."""
+    """A growth that begins between two nodes has an error within the map's estimate."""
     ratios, durations = peak_map.grid()
     x = np.log(ratios)[:, None, None] + 0 * durations[None, :, None]
     spacing = float(x[1, 0, 0] - x[0, 0, 0])

@@ -1,4 +1,4 @@
-"""Predictions against runs of the same scenes, and what they refuse to say."""
+"""Predictions against runs of the same scenes, and refused predictions."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_the_papers_scenes_vs_runs(name: str) -> None:
     assert predicted.peak_force.size == result.peak_force.size == scene.chain.granules - 1
     expected = result.peak_force[:-1]
     assert predicted.peak_force[:-1] == pytest.approx(expected, rel=NODE, abs=0)
-    # What the free end leaves of the last peak is known to half of a per cent.
+    # The factor of the free end on the last peak is known to half of a per cent.
     assert predicted.peak_force[-1] == pytest.approx(result.peak_force[-1], rel=5e-3, abs=0)
 
 
@@ -155,7 +155,7 @@ def test_short_chains_vs_runs(seed: int) -> None:
 
 @pytest.mark.parametrize("profile", PROFILES)
 def test_shorter_chains_are_not_like_long_ones(profile: str) -> None:
-    """What is refused is really different: F_2 under a long rise is lowered by the free end."""
+    """Refused chains really differ: the free end lowers F_2 under a long rise."""
     scene = paper_scene(profile, 10.0, 2.0, granules=20)
     predicted = theory.predict(scene)
     assert predicted.missing is not None
@@ -190,7 +190,7 @@ def switch_of_p(granules: int) -> tuple[hc.Scene, int]:
 
 
 def test_the_last_peak_tends_to_that_of_a_formed_wave_at_a_free_end() -> None:
-    """From Eq. 1 alone: contact 100 of a chain of 100 against that of a longer one."""
+    """Checked by Eq. 1 alone: contact 100 of a chain of 100 against that of a longer one."""
     ends = [run(paper_scene("cosine", 1.0, 4.0, granules)) for granules in (100, 120)]
     ratio = ends[0].peak_force[98] / ends[1].peak_force[98]
     assert ratio == pytest.approx(prediction.FREE_END, rel=0, abs=1e-5)  # five digits are given

@@ -49,7 +49,7 @@ def table_1(profile: str, n: float) -> Callable[[float], float]:
 
 
 def integral(function: Callable[[float], float], start: float, end: float) -> float:
-    """To round-off; the corner at t = 1 is an end of a piece."""
+    """Integrate to round-off; the corner at t = 1 is an end of a piece."""
     corners = [start, *(x for x in (1.0,) if start < x < end), end]
     return sum(
         quad(function, a, b, epsabs=1e-14, epsrel=1e-13)[0] for a, b in itertools.pairwise(corners)
@@ -160,7 +160,7 @@ def test_momentum_ratio_is_rise_time_over_unit_rise_time(profile: str, n: float)
 
 @given(length=st.floats(1e-6, 1e3), mass=st.floats(1e-9, 1e6), time=st.floats(1e-9, 1e3))
 def test_formulas_have_their_dimensions(length: float, mass: float, time: float) -> None:
-    """In other units of length, mass and time the numbers change as their dimensions say."""
+    """In other units of length, mass and time the numbers change by their dimensions."""
     force = mass * length / time**2
     chain = hc.Chain(
         60,
@@ -440,7 +440,7 @@ def test_granule_velocity_is_widest_between_two_contacts_and_in_proportion_to_th
     assert theory.granule_velocity(x, 2.5) == pytest.approx(2.5 * velocity, rel=ROUND_OFF, abs=0)
 
 
-# What the paper covers
+# Range of the paper
 
 
 @pytest.mark.parametrize("ratio", [0.3, 1.0, 2.5])

@@ -1,4 +1,4 @@
-"""What the scripts on constants, claims and corrections compute, and that their rows can fail."""
+"""The scripts on constants, claims and corrections: their numbers, and rows that can fail."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def test_delta_l_read_as_the_theory_reads_it() -> None:
 
 @pytest.fixture(scope="module")
 def measured() -> dict[ModuleType, pd.DataFrame]:
-    """What each script measures in its quick form, without LAMMPS."""
+    """Return the tables of each script in its quick form, without LAMMPS."""
     return {
         script: script.SCRIPT.measure(True, False) for script in (constants, claims, corrections)
     }
@@ -257,7 +257,7 @@ def test_a_number_that_is_missing_fails(
 
 
 def test_what_lammps_did_not_find_fails(measured: dict[ModuleType, pd.DataFrame]) -> None:
-    """Where LAMMPS is one scene short it is so in each row of LAMMPS."""
+    """If a scene of LAMMPS is missing, each row of LAMMPS shows it."""
     for script, what in ((claims, claims.HEIGHT), (constants, "cosine_LM0.3_n2")):
         table = measured[script].assign(lammps=measured[script]["native"])
         table.loc[table.index[table["what"] == what][0], "lammps"] = math.nan

@@ -22,7 +22,7 @@ FIGURES = {"1": figure1, "2": figure2, "3": figure3, "4": figure4, "5": figure5}
 
 @functools.cache
 def measured(figure: str) -> pd.DataFrame:
-    """What native says; LAMMPS says the same, to the last digit, of all there is."""
+    """Return native's tables, with identical rows for LAMMPS."""
     table: pd.DataFrame = FIGURES[figure].SCRIPT.measure(True, False)
     who = "source" if figure == "1" else "backend"
     same = table[table[who] == "native"].assign(**{who: "lammps"})
@@ -195,7 +195,7 @@ def test_a_refit_finds_the_coefficients_of_a_cubic() -> None:
     np.testing.assert_allclose(cubic.coefficients, figure4.PAPER, rtol=1e-12)
     np.testing.assert_allclose(cubic(j), exact, rtol=0, atol=1e-13)
     assert cubic.rms < 1e-14
-    # With noise the coefficients are off by what their standard errors say.
+    # With noise the errors of the coefficients are their standard errors.
     off = []
     for _ in range(200):
         noisy = figure4.fit_cubic(j, exact + rng.normal(0, 0.01, j.size))

@@ -60,7 +60,7 @@ def test_a_number_that_is_off_fails_its_row(
     backend: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """By three times the tolerance, in one number; an order by a fifth."""
+    """One number is wrong by three times the tolerance; an order by a fifth."""
     own = (table["rung"] == rung.number) & (table["backend"] == backend)
     own &= table["what"] == promise.what
     of = table.loc[own, "of"].iloc[-1]
@@ -127,7 +127,7 @@ def test_without_lammps_native_climbs_alone() -> None:
     assert {entry.what[0] for entry in rows} == set("123456")
 
 
-# What is known
+# Known answers
 
 
 def test_hertz_by_the_closed_form_of_the_chain() -> None:

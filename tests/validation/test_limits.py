@@ -1,4 +1,4 @@
-"""Limits as scenes: what lies in them, and that both backends get there as theory says."""
+"""Limits as scenes: the limits themselves, and both backends approach them as in theory."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from validation.limits import LIMITS, THEMSELVES
 
 
 def law(limit: limits.Limit) -> pd.DataFrame:
-    """A table in which everything goes as theory says."""
+    """Return a table that follows theory exactly."""
     distances = [(value, 0.1 * value**limit.rate) for value in limit.sequence]
     if limit.name in THEMSELVES:
         distances.append((0.0, 1e-13))
@@ -83,7 +83,7 @@ def test_what_cannot_be_written_is_refused(
     assert "does not exist" in capsys.readouterr().err
 
 
-# What lies in the limits
+# The limits themselves
 
 
 def test_the_far_field_of_an_impulse() -> None:

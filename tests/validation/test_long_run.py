@@ -18,7 +18,7 @@ KEPT = Path(long_run.__file__).parent / "results" / "long_run.csv"
 
 @pytest.fixture
 def kept() -> pd.DataFrame:
-    """What was measured and is kept in the repository."""
+    """Return the measured table kept in the repository."""
     return pd.read_csv(KEPT, comment="#")
 
 

@@ -76,7 +76,7 @@ def name_of(module: ModuleType) -> str:
 def in_this_process(
     _: Child, function: Callable[..., object], *given: object, **__: object
 ) -> object:
-    """What ``Child.call`` finds; another process changes no number, see ``test_faults.py``."""
+    """What ``Child.call`` would; another process changes no number, see ``test_faults.py``."""
     return function(*given)
 
 
@@ -238,7 +238,7 @@ KEPT = Path(tradeoff.__file__).parent / "results" / "tradeoff.csv"
 
 @pytest.fixture(scope="module")
 def kept() -> pd.DataFrame:
-    """What was measured and is kept in the repository."""
+    """Return the measured tables kept in the repository."""
     return pd.read_csv(KEPT, comment="#")
 
 
@@ -289,7 +289,7 @@ def test_the_tradeoff_in_its_quick_form(
 
 
 def without_lammps(scene: hc.Scene, enough: float) -> Tradeoff:  # noqa: ARG001
-    """What a tradeoff says where LAMMPS is missing."""
+    """Return a tradeoff without LAMMPS."""
     return Tradeoff(scene, (), 1e-12, True, ("LAMMPS is not available",))
 
 

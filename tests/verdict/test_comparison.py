@@ -41,7 +41,7 @@ def native_only() -> hc.Comparison:
 
 @pytest.fixture(scope="module")
 def verlet() -> hc.Result:
-    """What LAMMPS would find at 0.01 natural time units, but for round-off."""
+    """Return LAMMPS's result at 0.01 natural time units, up to round-off."""
     result = hc.Native("velocity-verlet", dt=0.01 * SCENE.units.time).run(SCENE)
     return replace(result, backend="lammps")
 
@@ -196,7 +196,7 @@ def test_a_balance_that_is_no_number_fails(native_only: hc.Comparison, field: st
 
 @pytest.mark.parametrize("end", [0.3, 0.9, 1.0, 1.5])
 def test_balance_of_a_run_that_ends_within_the_pulse(end: float) -> None:
-    """At whatever part of the pulse, the momentum so far is the impulse so far."""
+    """At any time within the pulse momentum equals the impulse so far."""
     scene = paper_scene("cosine-triangular", 1.0, 2.0, granules=6)
     short = replace(scene, run=hc.Run(end * scene.ramps[-1].end))
     assert failed(balance_checks(hc.Native("reference").run(short))) == set()
@@ -366,7 +366,7 @@ def test_scenes_hard_for_lammps_pass(peak_force: float, momentum_ratio: float, n
 
 @pytest.mark.lammps
 def test_a_run_that_ends_before_the_push_passes() -> None:
-    """Nothing moves: what is left are rounding errors of nothing."""
+    """Nothing moves: only rounding errors of 0 remain."""
     table = hc.PulseTable((1e-5, 2e-5, 3e-5), (0.0, 100.0, 0.0))
     scene = hc.Scene(hc.Chain(5, **STEEL), table, hc.Run(1e-6))
     assert hc.compare(scene).verdict == "pass"

@@ -28,7 +28,7 @@ def test_a_comparison_passes() -> None:
 
 @pytest.mark.parametrize("contact", [None, LAWS["viscoelastic"]])
 def test_extrapolated_peaks_are_held_against_extrapolated_ones(contact: hc.Contact | None) -> None:
-    """And the finer of their runs takes the steps of native, on legs of all lengths."""
+    """The finer of their runs takes the steps of native, on legs of all lengths."""
     scene = hc.Scene(UNLIKE, PULSE, contact=contact)
     result = hc.Lammps(rtol=1e-4, extrapolated=True).run(scene)
     # Peaks of the finer run alone differ by ten to thirty times the tolerance.

@@ -156,7 +156,7 @@ def test_right_peaks_and_noise_have_no_cause(law: str) -> None:
 @pytest.mark.parametrize("law", ASKED)
 @pytest.mark.parametrize("size", [1e-4, 1e-3, 3e-3])
 def test_uncertain_digits_are_left_out(law: str, size: float) -> None:
-    """Of peaks with noise; the last digit shown may be off by one."""
+    """Coefficients from peaks with noise have few digits; the last one may be off by one."""
     damped = replace(ELASTIC, contact=ASKED[law])
     noise = np.random.default_rng(2).standard_normal(15)
     found = hc.judge(ELASTIC, peaks_of(damped) * (1 + size * noise)).cause or ""

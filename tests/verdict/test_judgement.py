@@ -123,7 +123,7 @@ def test_the_verdict_is_over_what_was_given(demo_reference: hc.Result) -> None:
 
 
 def test_weak_contacts_are_not_judged() -> None:
-    # In so short a run the wave has not got far.
+    # In such a short run the wave covers only a few contacts.
     scene = replace(paper_scene("cosine", 2.0, 2.0), run=hc.Run(end_time=1e-4))
     truth = hc.Native("reference").run(scene)
     wrong = np.where(truth.peak_force < 1e-3 * truth.peak_force.max(), 1.0, truth.peak_force)
@@ -144,7 +144,7 @@ def test_the_accuracy_that_a_step_should_have(demo_reference: hc.Result) -> None
     assert force is not None
     off = np.max(np.abs(force.contact_force.max(axis=0) / demo_reference.peak_force - 1))
     assert found.expected.sampled == pytest.approx(float(off), rel=1e-6, abs=0)
-    # Without the step, one that is as far off is told: the error is not quite of second order.
+    # Without the step, a step with this error is reported: the error is not quite of second order.
     like = hc.judge(scene, run.peak_force).like_steps
     assert like is not None
     assert like[0] == pytest.approx(dt, rel=0.05, abs=0)
@@ -509,7 +509,7 @@ def shared(truth: hc.Result, size: float) -> Case:
 def found_by(
     monkeypatch: pytest.MonkeyPatch, case: Case, **left: float
 ) -> tuple[str | None, str | None, list[str]]:
-    """Cause and remark where mistakes leave these parts of the differences, and what was tried."""
+    """Return cause and remark for given residuals of mistakes, and the list of those tried."""
     tried: list[str] = []
 
     def finder(name: str, part: float) -> causes.Finder:
@@ -537,7 +537,7 @@ def test_mistakes_are_named_together_up_to_three_times_what_the_best_one_leaves(
     demo_reference: hc.Result, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     case = shared(demo_reference, 0.01)
-    # Of one that leaves nothing, a ten-thousandth counts: fits are known to so much.
+    # A residual of 0 counts as 1e-4, the accuracy of fits.
     for best, others in ((0.01, 0.03), (0.0, 0.0003)):
         cause, *_ = found_by(monkeypatch, case, this=best, that=0.98 * others)
         assert cause is not None

@@ -24,7 +24,7 @@ NONE = [
     DampingMistake("none", nullcontext, VISCOELASTIC_LAW),
     DampingMistake("none", nullcontext, RESTITUTION_LAW, at_wall=True),
 ]
-"""As if there were no mistake."""
+"""A context without a mistake."""
 
 
 @pytest.mark.parametrize("mistake", MISTAKES_IN_DAMPING, ids=lambda mistake: mistake.what)
@@ -48,7 +48,7 @@ def test_a_judgement_names_it(mistake: DampingMistake) -> None:
 def test_right_contacts_are_not_seen(right: DampingMistake) -> None:
     found = by_collision(right)
     assert not found.passed
-    # A thousandth of what is allowed.
+    # A thousandth of the tolerance.
     assert abs(found.measured - found.expected) < 1e-3 * TOLERANCE
     assert not by_judgement(right, "").passed
 

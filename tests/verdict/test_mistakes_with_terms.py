@@ -23,7 +23,7 @@ from validation.mistakes_with_terms import (
 from validation.planting import STIFFNESS, Mistake, in_set_up
 
 HELD = {RADIUS, WALL, CONSTANT, START_FORCE, START_VELOCITY}
-"""The checks that name what is wrong with a term."""
+"""The checks that name a wrong term."""
 
 UNBALANCED = (
     "static overlaps of half the load",
@@ -41,7 +41,7 @@ def test_a_mistake_is_caught_and_named_first(mistake: Mistake) -> None:
     wrong = [check for check in comparison.checks if not check.passed]
     first = next(check for check in wrong if check.name in EXAMINATION | HELD)
     assert first.name == mistake.check
-    # A run that fails as a whole says so before its deck is examined.
+    # A run that fails is reported before its deck is examined.
     assert {check.name for check in wrong[: wrong.index(first)]} <= {"lammps: failed"}
     if mistake.what in AT_THE_WALL:
         assert first.reason.endswith("largest at the wall")
@@ -68,7 +68,7 @@ def test_motions_alone_do_not_show_static_overlaps_that_all_simulations_share() 
 
 @pytest.mark.lammps
 def test_one_granule_more_is_named() -> None:
-    """Of such a chain nothing else can be asked."""
+    """The number of granules is the only check that is possible then."""
     plant = in_set_up(
         ("pair_style granular", "create_atoms 1 single -0.009 0 0 units box\npair_style granular")
     )

@@ -1,4 +1,4 @@
-"""What codes compute by mistake: chains under other contact laws, against SciPy's DOP853."""
+"""Chains under wrong contact laws, against SciPy's DOP853."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two mistakes at once, single ones that are new, peaks that have no cause, and what that takes."""
+"""Two mistakes at once, new single ones, peaks without a cause, and the time of the search."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ STEP = 2e-6
 
 @dataclass(frozen=True)
 class Planted:
-    """A mistake: the scene it makes of another, what it does to peaks, its step, and its name."""
+    """A mistake: its change of a scene, its effect on peaks, its step, and its name."""
 
     words: str
     scene: Callable[[hc.Scene], hc.Scene] = lambda scene: scene
@@ -323,7 +323,7 @@ def found_with(
     tolerance: float = 1e-3,
     is_noise: bool = False,
 ) -> causes.Explanation:
-    """What is said where one mistake leaves so much of the differences, and pairs do."""
+    """Return the explanation for given residuals of one mistake and of pairs."""
     signs = np.where(np.arange(59) % 2, 1.0, -1.0)
     case = case_of(truth() * np.exp(size * signs), tolerance=tolerance)
     made = [Named((), Mistakes(), 1.0, f"pair {k}", left * size) for k, left in enumerate(pairs)]
@@ -376,7 +376,7 @@ def test_pairs_are_not_sought_where_one_is_enough_or_little_is_off(
 
 
 def test_a_mistake_that_leaves_more_than_noise_is_a_hint(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two that leave half of what one does say that there is more than the one."""
+    """If two mistakes leave half of what one leaves, more than one mistake is present."""
     for pair, named in ((0.026, True), (0.024, False)):
         found = found_with(monkeypatch, 0.05, pair, tolerance=1e-6, is_noise=True)
         assert (found.cause is not None) is named
@@ -469,7 +469,7 @@ def test_pairs_need_a_dozen_contacts_of_a_plain_scene() -> None:
     assert not can_be_paired(case_of(np.ones(59), damped))
 
 
-# What is made on purpose
+# Deliberate mistakes
 
 
 @pytest.mark.parametrize("profile", [name for name in OTHER_PROFILES if name in PROFILES])

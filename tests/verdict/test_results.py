@@ -33,7 +33,7 @@ DT = 1e-7
 EVERY = 20  # steps between two samples: 0.14 natural time units
 
 OF_VELOCITIES = 0.02 * (DT / SCENE.units.time) ** 2
-"""What velocity Verlet's own velocities, which are no derivatives, cost peaks between samples at
+"""Error of peaks between samples by velocity Verlet's own velocities, which are no derivatives, at
 most: 0.006 (dt / unit)^2 measured, 3 % of the error of its steps."""
 
 
@@ -119,7 +119,7 @@ def test_peaks_are_off_by_no_more_than_is_said(name: str, apart: float) -> None:
     ],
 )
 def test_what_is_said_is_not_far_from_what_it_is(way: str, least: float, run: Sampled) -> None:
-    """At a tenth of a natural time unit; the interpolation of engines is 1e-8 there."""
+    """Compare error and bound at 0.1 natural time units, where the interpolation of engines has 1e-8."""
     found = peaks_of(SCENE, WAYS[way](run), "file")
     assert np.max(found.error) < 100 * least
     assert np.median(found.error) > 0
@@ -534,7 +534,7 @@ def test_trajectories_of_others(
     assert np.all(off(found.peak_force, truth) <= found.sampling + 1e-9)
 
 
-# What cannot be used
+# Unusable files
 
 GRANULES = "ITEM: ATOMS id x vx fx"
 HEAD = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS f f f\n0 1\n0 1\n0 1\n"

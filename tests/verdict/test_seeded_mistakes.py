@@ -42,7 +42,7 @@ EXAMINATION = {
     "lammps: tangential force",
     "lammps: applied force [N]",
 }
-"""The checks that name what is wrong in a deck."""
+"""The checks that name a mistake in a deck."""
 
 NONE = Mistake("nothing", contextlib.nullcontext, STIFFNESS)
 
@@ -79,7 +79,7 @@ def test_a_mistake_is_caught_and_named(mistake: Mistake) -> None:
     assert comparison.verdict == "fail"
     wrong = failed(comparison.checks)
     assert mistake.check in wrong
-    # What is right in a deck is not accused; another law has another stiffness, too.
+    # Right numbers of a deck pass; another law has another stiffness, too.
     innocent = EXAMINATION - {mistake.check}
     if mistake.what == "contact law linear":
         innocent -= {STIFFNESS}
@@ -218,7 +218,7 @@ def test_friction_that_does_nothing_is_no_mistake() -> None:
     """
     check = seen(mistakes.with_friction("linear_nohistory 1.0 0.5"), TANGENTIAL)
     assert check.measured == 0.0
-    # With a damping to take it from it is seen at once.
+    # With damping in the base deck the mistake is seen at once.
     damped = in_set_up(
         ("${young_modulus} 0.0 ", "${young_modulus} 1e-3 "),
         ("linear_nohistory 0.0 0.0", "linear_nohistory 1.0 0.5"),
@@ -226,7 +226,7 @@ def test_friction_that_does_nothing_is_no_mistake() -> None:
     assert not seen(damped, TANGENTIAL).passed
 
 
-# What is not in a deck
+# Mistakes outside of decks
 
 
 @pytest.mark.lammps
@@ -247,7 +247,7 @@ def test_native_alone_sees_wrong_corners(profile: str, change: object) -> None:
 
 @pytest.mark.parametrize("script", [table3, table4], ids=lambda script: script.__name__)
 def test_eq6_as_printed_fails_the_tables(script: ModuleType) -> None:
-    """By 20 percentage points and more somewhere in every scene, where 0.2 are allowed."""
+    """It is wrong by 20 percentage points and more somewhere in every scene, where 0.2 are allowed."""
 
     def rows() -> list[Row]:
         of_table: Script = script.SCRIPT
@@ -294,7 +294,7 @@ def test_one_granule_more_is_refused_and_named() -> None:
     assert failed(comparison.checks) == {"lammps: failed", "lammps: granules"}
 
 
-# What is examined
+# Examined numbers
 
 
 @pytest.mark.lammps

@@ -24,7 +24,7 @@ HELD = {
     "lammps: net force at the start [N]",
     "lammps: velocity at the start [m/s]",
 }
-"""What is asked of scenes with terms alone."""
+"""Checks that only scenes with terms have."""
 
 
 def failed(comparison: hc.Comparison) -> dict[str, str]:

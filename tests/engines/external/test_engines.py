@@ -89,7 +89,7 @@ def failed(checks: list[Check]) -> set[str]:
     ],
 )
 def test_at_the_same_steps_only_round_off_differs(engine: Engine, name: str) -> None:
-    """In the same tolerances as LAMMPS, momentum and energy too."""
+    """The tolerances, also of momentum and energy, are those of LAMMPS."""
     scene = SCENES[name]
     result = engine(dt=0.02 * scene.units.time).run(scene)
     assert failed([*same_steps_checks(result), *balance_checks(result)]) == set()
@@ -281,7 +281,7 @@ def run_deck(engine: str, path: Path) -> subprocess.CompletedProcess[str]:
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
-        errors="replace",  # LIGGGHTS ends what it says of a wrong command with any bytes
+        errors="replace",  # LIGGGHTS's message on a wrong command ends with arbitrary bytes
         timeout=120,
         check=False,
     )
@@ -349,7 +349,7 @@ def test_a_full_disk_is_one_sentence(
     assert "\n" not in str(problem.value)
 
 
-# What was recorded
+# Histories
 
 
 @pytest.mark.slow

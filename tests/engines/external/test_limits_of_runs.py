@@ -1,4 +1,4 @@
-"""What is refused or stopped: unstable steps, runs above a time limit, motion without digits."""
+"""Refused and stopped runs: unstable steps, time limits, motion without right digits."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _ready() -> None:
 
 
 def growth(name: str, z: float) -> float:
-    """How much a step of a method makes u'' = -u grow, with the step z; from its own ``step``."""
+    """Return the growth of u'' = -u in a step z of a method, from its own ``step``."""
     stepper = METHODS[name].walker.stepper
     columns = []
     for displacement, velocity in ((1.0, 0.0), (0.0, 1.0)):
@@ -133,7 +133,7 @@ def test_a_run_above_the_limit_is_refused_before_it_starts() -> None:
 
 @pytest.fixture
 def controls(monkeypatch: pytest.MonkeyPatch) -> list[FloatArray]:
-    """What the compiled work of each long run tells: at [1] the time reached, natural units."""
+    """Control arrays of the long runs: entry [1] is the time reached, natural units."""
     seen: list[FloatArray] = []
     stoppable = simulation.stoppable
 
@@ -247,7 +247,7 @@ def test_a_deadline() -> None:
 
 
 def test_motion_that_multiplies_rounding_errors_says_how_far() -> None:
-    """Granules knock against one another so long that 1e-6 is out of reach, but not all digits."""
+    """Repeated collisions put 1e-6 out of reach, but leave some digits."""
     scene = paper_scene("triangular", 5000.0, 1.2, granules=5)
     result = hc.Native(peaks_only=True).run(scene)
     finer = hc.Native("reference", 0.02 * scene.units.time, peaks_only=True).run(scene)
@@ -316,7 +316,7 @@ def test_limits_of_any_size() -> None:
 
 
 def test_many_short_steps_obey_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three granules: what a step costs is not its granules, so a stop is seen in time."""
+    """With three granules a step costs more than its granules, and a stop is still seen in time."""
     reached: list[float] = []
 
     def late(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:

@@ -161,7 +161,7 @@ def test_nothing_moves_before_a_table_starts() -> None:
     assert result.lost_digits.bound == 0.0
 
 
-# What it is worth
+# Accuracy
 
 
 @pytest.mark.lammps
@@ -232,7 +232,7 @@ def test_everything_comes_back_in_the_units_of_the_true_scene(depth: float) -> N
 def test_as_a_similar_scene_to_the_last_digit(
     shock: hc.Pulse | hc.PulseTable, extrapolated: bool
 ) -> None:
-    """The one who softens and the one who is given a soft scene get the same numbers."""
+    """A softened scene and a scene that is soft from the start give the same numbers."""
     scene = hc.Scene(hc.Chain(6, **STEEL), shock, hc.Run(3e-3))
     dt, times = 0.05 * scene.units.time, np.array([5e-4, 1e-3])
     result = hc.Lammps(dt, extrapolated=extrapolated).run(scene, record=times)
@@ -471,7 +471,7 @@ def test_random_scenes_run_and_are_as_good_as_they_say(
         try:
             result = hc.Lammps(own_step(scene) * scene.units.time).run(scene)
         except (OverlapTooLarge, Unpredictable) as problem:
-            # Where nobody knows a digit of the peaks, this is what it has to say.
+            # The expected message for peaks without a right digit.
             if native is not None and native.error_estimate < 0.1:
                 wrong.append((seed, str(problem)))
             continue

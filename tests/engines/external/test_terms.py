@@ -22,7 +22,7 @@ from tests.conftest import STEEL
 from tests.engines.native.test_terms import PULSE, SCENES, UNIFORM
 
 STEP = 0.02
-"""Of the runs [natural time units of the fastest contact]."""
+"""Step of the runs [natural time units of the fastest contact]."""
 
 QUICK = ("all at once",)
 """Of Yade, which takes seconds to start."""

@@ -26,7 +26,7 @@ DRAWN = set(ALL_TERMS) - {"piston"}
 """Terms of random scenes; pistons have tests of their own."""
 
 STEP = 0.01
-"""Of all runs [natural time units of the fastest contact]: tolerances are stated for it."""
+"""Step of all runs [natural time units of the fastest contact]; tolerances are for this step."""
 
 QUICK, SLOW = range(91, 97), range(100, 160)
 """Numbers of random scenes."""

@@ -1,4 +1,4 @@
-"""What breaks around hertzchain, really broken: LAMMPS killed, hanging or wrong, kernels damaged.
+"""Real faults around hertzchain: LAMMPS killed, hanging or wrong, kernels damaged.
 
 What is asked of each fault: one clear error, everything else unharmed, nothing left behind.
 """
@@ -140,7 +140,7 @@ def test_a_process_that_hangs_is_killed_at_the_time_limit() -> None:
     with Child() as child:
         pid = child.call(os.getpid, time_limit=LIMIT)
         os.kill(pid, signal.SIGSTOP)
-        # More than a pipe holds: even asking would take for ever.
+        # More than a pipe holds: even the request would block.
         with pytest.raises(TooExpensive, match=r"time limit of 0\.5 s: shorten"):
             child.call(len, bytes(10**6), time_limit=0.5)
         assert not runs(pid)
@@ -390,7 +390,7 @@ passed, clock = [], time.monotonic
 time.monotonic = lambda: clock() + sum(passed)
 signal.signal(signal.SIGUSR1, lambda *_: passed.append(3600.0))
 """
-"""At the signal an hour is over that nobody has to wait for."""
+"""A clock that is an hour ahead after the signal."""
 
 
 @linux

@@ -1,4 +1,4 @@
-"""The LAMMPS oracle against the native one, and against what is known."""
+"""The LAMMPS oracle against the native one, and against known answers."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def test_contact_forces_from_net_forces() -> None:
 
 
 def test_a_reading_is_what_lammps_holds_now() -> None:
-    # The chain flies apart and the box with it: LAMMPS looks for neighbours anew many times.
+    # The chain flies apart and the box with it: LAMMPS searches neighbours again many times.
     scene = hc.Scene(
         hc.Chain(5, **STEEL), hc.Pulse("cosine", 1e5, 2.0, momentum_ratio=0.5), hc.Run(1.0)
     )
@@ -255,7 +255,7 @@ def test_a_pulse_table_with_jumps_against_native() -> None:
     state, peak_force = twin_of(scene, scene.schedule(dt))
     result = hc.Lammps(dt).run(scene)
     assert largest_difference(result.peak_force, peak_force) < 2e-9
-    # So short a chain is computed as it stands, at a predicted loss below 1e-9: 2.8e-11 measured.
+    # Such a short chain is computed unchanged, at a predicted loss below 1e-9; measured 2.8e-11.
     assert largest(result.velocity / scene.units.velocity, state.velocity) < 5e-11
     assert result.balance.momentum == pytest.approx(scene.impulse, rel=1e-12, abs=0)
 
@@ -382,7 +382,7 @@ def test_all_but_the_peaks_is_that_of_the_finer_run() -> None:
     result = hc.Lammps(0.02 * scene.units.time, extrapolated=True).run(scene, record=times)
     finer = hc.Lammps(result.dt).run(scene, record=times)
     assert result.steps == finer.steps * 3 // 2
-    # Where LAMMPS stops to be read decides how it adds up the time.
+    # LAMMPS's sum of time depends on its stops for readings.
     assert largest(result.displacement, finer.displacement) < 1e-10
     assert largest(result.velocity, finer.velocity) < 1e-10
     assert result.balance.energy == pytest.approx(finer.balance.energy, rel=1e-10, abs=0)
@@ -406,7 +406,7 @@ def test_an_extrapolation_makes_more_of_what_coordinates_cost() -> None:
     assert result.lost_digits.bound == pytest.approx(bound, rel=1e-4, abs=0)
 
 
-# What watching costs
+# Cost of watching
 
 
 def test_a_long_run_is_seldom_stopped_to_be_watched(

@@ -232,7 +232,7 @@ def test_what_the_binaries_are_tried_with() -> None:
     assert peaks == pytest.approx(TRIAL_PEAKS, rel=1e-4, abs=0)
 
 
-# What goes wrong
+# Failures
 
 BANNER = "Large-scale Atomic/Molecular Massively Parallel Simulator - 29 Aug 2024 - Update 3"
 
@@ -247,7 +247,7 @@ def program(path: Path, *lines: str) -> str:
 
 
 def fake(folder: Path, *lines: str) -> str:
-    """What says that it is LAMMPS, and then does something else."""
+    """Return a program that claims to be LAMMPS, and then does something else."""
     return program(folder / "lmp", HELP, "echo 'LAMMPS (29 Aug 2024)'", *lines)
 
 
@@ -611,7 +611,7 @@ def test_the_doctor_tries_every_binary(
     assert good.startswith("ok    ")
     assert look_at_module()[0] in good
     assert "runs, alone and on ranks by " in good
-    # What is named must work.
+    # A named binary must work.
     monkeypatch.setenv("HERTZCHAIN_LMP", "lmp_broken")
     status, out, _ = hertzchain(capsys, "doctor")
     assert status == 2

@@ -1,4 +1,4 @@
-"""The commands of the backend: what they say, and that each of them is needed."""
+"""The commands of the backend: their text, and the need for each of them."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def outcome(lines: Sequence[str]) -> tuple[FloatArray, bool] | None:
 def test_every_line_of_the_deck_is_needed(
     pair_style: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Without any one of them: an error, a warning, another motion or none written."""
+    """Removing any line gives an error, a warning, another motion or no output."""
     monkeypatch.chdir(tmp_path)
     # Few granules: those of 1 m, which come of a missing line, all touch and take half a minute.
     demo = scenes.load("demo")

@@ -19,7 +19,7 @@ from validation.random_scenes import random_scene_with_terms
 pytestmark = pytest.mark.lammps
 
 STEP = 0.01
-"""Of all runs [natural time units of the fastest contact]: tolerances are stated for it."""
+"""Step of all runs [natural time units of the fastest contact]; tolerances are for this step."""
 
 READ_EVERY = 3
 """Steps: where granules collide after a flight, peaks interpolated between readings further apart
@@ -28,7 +28,7 @@ are off by up to 8e-7, more than round-off."""
 QUICK, SLOW = range(21, 27), range(100, 160)
 
 UNRESOLVED = (130,)
-"""Scenes whose overlaps are too small beside the coordinates, so that LAMMPS refuses them."""
+"""Scenes whose overlaps are lost in the coordinates, so that LAMMPS refuses them."""
 """Numbers of random scenes."""
 
 

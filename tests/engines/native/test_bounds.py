@@ -1,4 +1,4 @@
-"""No answer is worse than it says: error bounds against a solver that shares no line with ours."""
+"""Errors are within their bounds: bounds against a solver that shares no line with ours."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.oracles import eighth_order
 from validation.random_scenes import KINDS
 
 ORACLE = 1e-13
-"""What the oracle's own estimate may miss by chance."""
+"""Factor by which the oracle's own estimate may be too small by chance."""
 
 
 def early(scene: hc.Scene, end_time: float) -> hc.Scene:

@@ -100,7 +100,7 @@ def test_the_coefficients_are_those_of_scipy() -> None:
 
 @pytest.mark.parametrize("asked", [0.9, 0.8, 0.7, 0.5, 0.3])
 def test_restitution_of_two_spheres(asked: float) -> None:
-    """In closed form: in units of its contact time the collision is a damped oscillation."""
+    """The closed form: in units of its contact time the collision is a damped oscillation."""
     alpha = alpha_of(asked)
     with_attraction = two_spheres(RESTITUTION, alpha, True, 1e-12)
     # 1e-11 was found: the end of the contact is singular.
@@ -136,7 +136,7 @@ def test_momentum_and_energy(exponent: float, attraction: bool) -> None:
     assert run.status == damped_kernel.DONE
     # Round-off, but for the impulse of the pulse: the method integrates a cosine to 1e-14.
     assert run.momentum == pytest.approx(impulse, rel=1e-13)
-    # A tenth of what was found at this tolerance.
+    # A tenth of the error found at this tolerance.
     assert run.energy + run.dissipated == pytest.approx(run.work, rel=1e-9)
     assert run.dissipated > 0.1 * run.work
 
@@ -146,7 +146,7 @@ def test_impulse_on_a_wall() -> None:
     one = np.ones(8)
     chain = replace(free, stiffness=one, gap=0 * one, damping=0.1 * one, wall=True)
     run = integrate_damped(chain, pulse(1.5, 2.5, 35.0), AT_REST, 1e-10, 0.8)
-    # What the chain got and has not any more; errors as those of the energy.
+    # The energy lost by the chain; errors as those of the energy.
     assert run.wall_impulse == pytest.approx(2.0 - run.momentum, rel=1e-9)
     assert run.momentum < 0
 
@@ -238,7 +238,7 @@ def random_chain(seed: int, most: int) -> tuple[Damped, Floats, Floats]:
 
 
 def true_peaks(chain: Damped, rows: Floats, start: Floats) -> oracle.Found:
-    """By SciPy."""
+    """Compute the peaks by SciPy."""
 
     def push(time: float) -> float:
         for begin, end, _, shape, _, _, first, last in rows:
@@ -268,14 +268,14 @@ def test_random_chains_vs_scipy(seed: int) -> None:
     true = true_peaks(chain, rows, start)
     run = integrate_damped(chain, rows, start, 1e-11, longest_of(chain))
     assert run.status == damped_kernel.DONE
-    # What SciPy leaves where contacts begin and end, of which it knows nothing.
+    # The error of SciPy where contacts close and open, where it does not stop.
     assert error_of(run.peak_force, true.peak_force) < 2e-7
     assert run.velocity == pytest.approx(true.velocity, rel=0, abs=2e-7)
     assert run.energy + run.dissipated == pytest.approx(run.work, rel=1e-9)
 
 
 def test_history() -> None:
-    """At any time it is what a run that ends there finds."""
+    """The history at any time equals the end of a run that stops there."""
     chain = replace(
         uniform(6, RESTITUTION, 0.3), gap=np.array([0.0, 0.2, 0.0, 0.1, 0.0]), attraction=True
     )

@@ -1,4 +1,4 @@
-"""Random damped scenes: no answer of the native backend is worse than it says, by SciPy."""
+"""Random damped scenes: native's errors, judged by SciPy, are within their bounds."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SCENES = 300
 
 
 def judge(number: int) -> None:
-    """Whether each answer of a random scene is within its own bound, or refused."""
+    """Return whether each answer of a random scene is within its own bound, or refused."""
     scene = random_damped_scene(np.random.default_rng([13, number]), LONGEST, LONGEST_TIME)
     coarse, true = (oracle.peaks_of_scene(scene, rtol) for rtol in (1e-11, 1e-13))
     check_answers(scene, [(hc.Native(rtol=rtol), rtol) for rtol in TOLERANCES], coarse, true)

@@ -1,4 +1,4 @@
-"""Scenes with damped contacts: closed forms, series, similarity, and what has no damping yet."""
+"""Scenes with damped contacts: closed forms, series, similarity, and commands without damping."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TWO = hc.Chain(2, **STEEL)
 PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
 
 RESTITUTION = {0.9: 0.9020261, 0.8: 0.8080993, 0.7: 0.7182014, 0.5: 0.5502832, 0.3: 0.3971405}
-"""Without attraction, by the coefficient that is asked for; from the closed form."""
+"""Restitution without attraction by the nominal one; from the closed form."""
 
 
 def restitution(scene: hc.Scene) -> float:
@@ -46,7 +46,7 @@ def test_two_spheres_part_as_the_closed_form_says(asked: float, found: float) ->
     [(0.01, 0.98288329, 0.98287613), (0.1, 0.84514381, 0.84333941)],
 )
 def test_spheres_of_kuwabara_and_kono(relaxation: float, limited: float, pulling: float) -> None:
-    """In units in which m*, A and the velocity are 1; from independent simulations."""
+    """Compare with independent simulations, in units in which m*, A and the velocity are 1."""
     granules = hc.Scene(TWO, hc.Striker(1.0)).granules
     mass, stiffness = float(granules.contact_mass[0]), float(granules.stiffness[0])
     time = (mass / stiffness) ** 0.4  # at the velocity 1 m/s

@@ -1,4 +1,4 @@
-"""Random scenes with pistons and sines: no answer is worse than it says, by SciPy."""
+"""Random scenes with pistons and sines: errors, judged by SciPy, are within their bounds."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LONGEST, LONGEST_TIME = 12, 250.0
 """Granules and natural time units of a scene: SciPy takes about a second for one."""
 
 MOST_STEPS = 6000
-"""Of SciPy: granules that collide over and over take more (chosen)."""
+"""Most steps of SciPy (chosen); granules that collide repeatedly take more."""
 
 BLOCK, SCENES = 10, 200
 """Scenes of one slow test, and of all of a kind."""
@@ -39,7 +39,7 @@ LAWS = (
 
 
 def judge(kind: str, number: int) -> bool:
-    """Whether SciPy can judge a random elastic scene; if so, answers are within their bounds."""
+    """Assert that answers are within their bounds; return False if SciPy cannot judge the scene."""
     scene = DRAWN[kind](np.random.default_rng([19, number]), LONGEST, LONGEST_TIME)
     try:
         coarse, true = (
@@ -52,7 +52,7 @@ def judge(kind: str, number: int) -> bool:
 
 
 def true_peaks(scene: hc.Scene, rtol: float) -> Floats:
-    """Of damped contacts, by SciPy [N]: the equations in natural units, the drive as it is."""
+    """Compute peaks of damped contacts by SciPy [N], in natural units; the drive is in SI."""
     units, shock = scene.units, scene.shock
     chain, end = damped_contacts(scene), scene.end_time / scene.units.time
     start = np.zeros((2, scene.chain.granules))

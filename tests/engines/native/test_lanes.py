@@ -65,7 +65,7 @@ def march(
 
 
 def equal(one: many.Found, other: many.Found, of_other: Any = slice(None)) -> bool:
-    """Whether all that was found is equal bit by bit."""
+    """Return whether all results are equal bit by bit."""
     return all(
         np.array_equal(a, b[of_other], equal_nan=True) for a, b in zip(one, other, strict=True)
     )
@@ -140,7 +140,7 @@ def test_lanes_that_diverge_leave_the_others_alone() -> None:
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_peaks_are_those_of_the_full_chain(dtype: Any) -> None:
-    """What is left behind, and the time after which no peak can change, cost no bit."""
+    """Dropped granules, and the early end after the last possible peak, change no bit."""
     ratios = [0.05, 0.1, 0.5, 0.5, 0.9, 1.0, 3.0, 10.0]
     rows = rows_of([paper_scene("cosine", ratio, 3.0, 250) for ratio in ratios], 0.4)
     left, full = (march(rows, FIXED, 250, dtype, leaves) for leaves in (True, False))
@@ -161,14 +161,14 @@ def test_what_may_be_left_behind_is_left() -> None:
 
 @njit
 def looks(x: Any, clock: Any, highest: Any, rows: int, hi: int, cuts: Any) -> Any:
-    """Looks at lanes in the first half of a state; returns who is settled and who has diverged."""
+    """Examine lanes in the first half of a state; return which are settled and which diverged."""
     store(cuts, 0, lanes_looks.left_behind(x, clock, highest, 0, rows, 0, hi))
     settled = lanes_looks.is_settled(x, clock, highest, 0, rows, 0, hi)
     return settled, lanes_looks.gains_energy(x, clock, 0, rows, 0, hi)
 
 
 def look_at(u: FloatArray, v: FloatArray, peaks: FloatArray, **clocks: Any) -> Any:
-    """Cuts, who is settled and who has diverged, of eight lanes: shape (granules, 8)."""
+    """Cuts, settled flags and diverged flags of eight lanes; states of shape (granules, 8)."""
     rows = len(u) + 1
     x, clock, cuts = np.zeros((6 * rows, 8)), np.zeros((lanes_motion.ROWS, 8)), np.zeros((1, 8))
     x[: rows - 1], x[rows - 1], x[rows : 2 * rows - 1] = u, 1e30, v
@@ -344,7 +344,7 @@ def test_a_thousand_scenes_in_batches_vs_single_runs(rtol: float) -> None:
 
 
 def batches_agree_with_single_runs(number: int, rtol: float, seed: int) -> None:
-    """Peaks agree with single runs ten times as accurate within what both say; all as wanted."""
+    """Assert that peaks agree with ten times more accurate single runs within both estimates."""
     rng = np.random.default_rng(seed)
     for granules in (4, 25, 120):
         ratio, n = spread(rng, 0.05, 10.0, number // 3 + 1), spread(rng, 1.1, 60.0, number // 3 + 1)

@@ -211,7 +211,7 @@ def test_scaled_scenes_against_equation_1_in_si(
 
 
 def constant_force(granules: int = 2) -> hc.Scene:
-    """100 N for ever, as a pulse table."""
+    """Return a constant force of 100 N as a pulse table."""
     chain = hc.Chain(granules, **STEEL)
     table = hc.PulseTable((0.0, 1e-3), (100.0, 100.0))
     return hc.Scene(chain, table, hc.Run(end_time=2e-4))

@@ -189,7 +189,7 @@ def test_a_long_train_of_waves_in_a_window(dtype: Any) -> None:
     full = simulate(scene, legs, walker, dtype=dtype)
     window = simulate(scene, legs, walker, dtype=dtype, leave_behind=True)
     assert np.array_equal(window.peaks.force, full.peaks.force)
-    # What was left behind is counted: nothing is lost. Rounding of the float32 run.
+    # Dropped granules are counted: nothing is lost. Rounding of the float32 run.
     error = 1e-11 if dtype is np.float64 else 2e-4
     assert window.momentum == pytest.approx(full.momentum, rel=error, abs=0)
     # In steps of 0.4 the contacts that open behind the train cost the full chain 1e-5 later on.
@@ -197,7 +197,7 @@ def test_a_long_train_of_waves_in_a_window(dtype: Any) -> None:
 
 
 def outcome(scene: hc.Scene, leave_behind: bool, step: float = 0.4) -> Any:
-    """What the kernels tell of a run besides its peaks; ``step`` in natural time units."""
+    """Return the kernels' results of a run besides its peaks; ``step`` in natural time units."""
     walker, contacts = Fixed(SRKN_11B), scene.chain.granules - 1
     nothing = np.zeros((0, 0))
     found, _, _ = kernels.march(
@@ -231,7 +231,7 @@ def test_the_window_of_long_steps_and_of_trains(ratio: float, width: float) -> N
 
 
 def test_later_waves_press_the_free_end_harder() -> None:
-    """At LM_ratio 20 the second wave is 0.89 of the first, and followed alone."""
+    """LM_ratio 20: the second wave is 0.89 of the first, and followed in its own window."""
     scene = paper_scene("triangular", 20.0, 2.0, 4000)
     legs, walker = scene.schedule(0.4 * scene.units.time), Fixed(SRKN_11B)
     full = simulate(scene, legs, walker).peaks
@@ -284,7 +284,7 @@ def test_a_fixed_width_would_be_wrong() -> None:
 
 @pytest.mark.parametrize("moment", ["start", "join"])
 def test_an_interrupt_stops_a_run(moment: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """While its thread starts, which takes a moment, or while it is waited for."""
+    """The interrupt comes while the thread starts, or while the main thread waits for it."""
     control = np.zeros(3)
     stopped = threading.Event()
 
@@ -359,7 +359,7 @@ def test_after_two_pulses_nothing_is_left_behind() -> None:
 def left_behind(
     u: Any, v: Any, peaks: Any, hi: int, stiffness: Any = None, inertia: Any = None
 ) -> Any:
-    """Where ``_left_behind`` cuts, and the ends of waves that are to be followed alone."""
+    """Return the cut of ``_left_behind``, and the ends of waves to follow in their own windows."""
     parts = np.zeros(kernels._LATE + 1 + 2 * kernels._MOST_LATE, np.int64)
     most = kernels._MOST_LATE
     cut = kernels._left_behind.py_func(u, v, peaks, 0, 0, hi, parts, most, stiffness, inertia)
@@ -420,7 +420,7 @@ def test_what_may_be_left_behind(
 def test_which_granules_are_at_rest(
     leading: float, overlap: float, velocity: float, cuts: bool
 ) -> None:
-    """Up to a thousandth of what the leading wave has: F^(2/3) and F^(5/6)."""
+    """Granules count as quiet up to a thousandth of the leading wave's F^(2/3) and F^(5/6)."""
     noise = 1e-3
     u, v, peaks, granules = quiet_chain(12, 0.5, overlap * noise)
     v[1:14] = velocity * noise

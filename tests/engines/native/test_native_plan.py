@@ -1,4 +1,4 @@
-"""The choice of method and step: what is asked for is had, at little more than it costs."""
+"""The choice of method and step: the wanted accuracy is reached, at nearly the least cost."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_wanted_accuracy_is_had_in_a_thousand_random_scenes(rtol: float) -> None
 
 
 def wanted_accuracy_is_had(scenes: list[tuple[hc.Scene, Any]], rtol: float) -> None:
-    """The true error of every scene is below what was wanted, and below what the run says."""
+    """Assert that the true error of every scene is below the wanted one, and below the estimate."""
     for scene, peaks in scenes:
         result = hc.Native(rtol=rtol, peaks_only=True).run(scene)
         error = largest_difference(result.peak_force, peaks)

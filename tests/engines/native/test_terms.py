@@ -76,7 +76,7 @@ QUICK = ("all at once",)
 def test_peaks_vs_scipy(name: str) -> None:
     scene = SCENES[name]
     coarse, true = (terms_in_si.peaks(scene, rtol) for rtol in (1e-11, 1e-12))
-    # What SciPy's own tolerance leaves: contacts that open and close make more of it.
+    # The error by SciPy's own tolerance, which contacts amplify as they open and close.
     unsure = error_of(coarse.peak_force, true.peak_force)
     assert unsure < 1e-7
     for rtol in (1e-3, 1e-6, 1e-9):
@@ -199,7 +199,7 @@ def test_a_rigid_wall_is_a_mirror() -> None:
 
 
 def test_a_gapped_taper_is_a_row_of_collisions() -> None:
-    """Each collision of two granules gives v' = 2 m1 / (m1 + m2) v, whatever the law."""
+    """Each collision of two granules gives v' = 2 m1 / (m1 + m2) v under any force law."""
     radius = [5e-3 * 0.95**k for k in range(12)]
     chain = hc.Chain(12, radius, 193e9, 0.3, 7958.0, gap=1e-3)
     result = hc.Native(rtol=1e-10).run(hc.Scene(chain, hc.Striker(1.0)))

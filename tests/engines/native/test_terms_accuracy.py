@@ -1,4 +1,4 @@
-"""Random scenes with terms: no answer of the native backend is worse than it says, by SciPy."""
+"""Random scenes with terms: native's errors, judged by SciPy, are within their bounds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LONGEST, LONGEST_TIME = 15, 600.0
 """Granules and natural time units of a scene: SciPy takes about two seconds for one."""
 
 MOST_STEPS = 8000
-"""Of SciPy: granules that collide over and over take more (chosen)."""
+"""Most steps of SciPy (chosen); granules that collide repeatedly take more."""
 
 BLOCK = 10
 """Scenes of one slow test."""
@@ -26,7 +26,7 @@ SCENES = 300
 
 
 def judge(number: int, methods: tuple[str, ...]) -> bool:
-    """Whether SciPy can judge a random scene; if so, each answer is within its own bound."""
+    """Assert that each answer is within its bound; return False if SciPy cannot judge the scene."""
     rng = np.random.default_rng([8, number])
     scene = random_scene_with_terms(rng, LONGEST, LONGEST_TIME)
     try:

@@ -1,4 +1,4 @@
-"""Decks as people write them, and what is expected of each; scenes are in the same folder."""
+"""Decks as users write them, and their expected results; scenes are in the same folder."""
 
 from __future__ import annotations
 

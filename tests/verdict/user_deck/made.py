@@ -1,4 +1,4 @@
-"""What LAMMPS would find in a deck that is a scene: tests put mistakes into it."""
+"""The numbers of LAMMPS for a right deck of a scene, into which tests put mistakes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ STEP, STEPS = 2e-7, 2500
 
 
 def found(scene: hc.Scene) -> FoundDeck:
-    """What LAMMPS would find for ``COMMANDS``, with the motion of native velocity Verlet."""
+    """Return the numbers of LAMMPS for ``COMMANDS``, with the motion of native velocity Verlet."""
     result = hc.Native("velocity-verlet", dt=STEP).run(scene)
     count = scene.chain.granules
     contacts, mass = count - 1, 4 / 3 * np.pi * 4.75e-3**3 * 7958.0

@@ -1,4 +1,4 @@
-"""Mistakes planted in decks of the corpus: what is changed, what must be said, of which line."""
+"""Mistakes planted in decks of the corpus: change, expected message and its line."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ LOOP = "set             type 1 density 7958\n"
 
 @dataclass(frozen=True)
 class Mistake:
-    """Texts of a file of a deck and what they become; the start of the check's name that must fail.
+    """Texts of a deck's file and their replacements; start of the name of the check that must fail.
 
     ``line`` is part of the line that must be named, ``right`` part of the command that is shown.
     """
@@ -132,7 +132,7 @@ PLAIN = {
                                   "without"),
     "random": after_density("random forces", "fix l all langevin 1e16 1e16 1e-3 4711", "without"),
 }  # fmt: skip
-"""In the plain deck, by name: they can be planted together."""
+"""Mistakes in the plain deck, by name: they can be planted together."""
 
 ELSEWHERE = {
     "order": Mistake("mass of all", (("set group all diameter 0.95\n", ""),
@@ -184,7 +184,7 @@ ELSEWHERE = {
     "corner": one("", "run 400\n", "run 500\n", "run 500", "run 400", deck="in.glass_ramps",
         scene="glass"),
 }  # fmt: skip
-"""In other decks, by name."""
+"""Mistakes in other decks, by name."""
 
 PAIRS = (
     ("mass", "peak"), ("mass", "rise"), ("mass", "step"), ("peak", "modulus"), ("rise", "step"),

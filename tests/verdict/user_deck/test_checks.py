@@ -56,7 +56,7 @@ def plus(name: str, index: Any, value: float) -> Any:
 
 
 def stiffer(factor: float) -> Any:
-    """Makes contacts so many times as stiff, whatever their granules do."""
+    """Multiply the stiffness of contacts, without a change of their granules."""
     still, moving = times("contact_force", factor), times("damped_force", factor)
     return lambda deck: moving(still(deck))
 
@@ -80,7 +80,7 @@ ALLOWED = {
     "integrators": (None, plus("integrated", 3, 1)),
     "neighbours": (plus("missed_overlap", 3, 1e-8), plus("missed_overlap", 3, 1e-6)),
 }  # fmt: skip
-"""By the start of a check's name: a difference that passes and one that does not."""
+"""By the start of a check's name: a difference that passes and one that fails."""
 
 
 @pytest.mark.parametrize("name", ALLOWED)
@@ -107,7 +107,7 @@ def test_a_small_difference_is_not_one_times(
 
 
 def test_effects_are_those_of_other_scenes(scene: hc.Scene, right: FoundDeck) -> None:
-    """What a wrong mass does to the peaks, against native with that mass."""
+    """Compare the effect of a wrong mass on the peaks with native runs with this mass."""
     heavier = replace(scene, chain=replace(scene.chain, density=1.05 * 7958.0))
     one, other = (hc.Native("reference").run(each).peak_force for each in (scene, heavier))
     check = by_name(examined(scene, times("mass", 1.05)(right)), "mass")

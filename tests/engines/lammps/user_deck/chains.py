@@ -1,4 +1,4 @@
-"""A short chain as a deck in any units, along any axis, for tests of what is found in it."""
+"""A short chain as a deck in any units, along any axis, for tests of reading."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ STEP = 1e-7
 
 @dataclass(frozen=True)
 class Deck:
-    """How the deck is written; what it is stays the same."""
+    """The form of the deck; the chain stays the same."""
 
     units: str = "si"
     axis: str = "x"

@@ -1,4 +1,4 @@
-"""A deck that is read here does what it does when LAMMPS reads it."""
+"""A deck read by the interpreter acts as in LAMMPS."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.lammps
 
 
 class Player:
-    """Gives LAMMPS what it gets."""
+    """Passes its commands to LAMMPS."""
 
     def __init__(self, lammps: Any) -> None:
         self.lammps = lammps

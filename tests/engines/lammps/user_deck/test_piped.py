@@ -1,4 +1,4 @@
-"""A deck that a LAMMPS binary reads is what it is for the Python module."""
+"""A LAMMPS binary finds the same in a deck as the Python module."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ velocity last set 0 0 0.1
 
 
 def numbers(found: FoundDeck, name: str) -> np.ndarray:
-    """A number or an array of what was found."""
+    """Return the numbers and arrays that were found."""
     return np.asarray(getattr(found, name), np.float64)
 
 

@@ -1,4 +1,4 @@
-"""What LAMMPS makes of a deck: every number, in SI units and from the end where the shock acts."""
+"""LAMMPS's numbers of a deck: in SI units, counted from the end where the shock acts."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_every_number_is_found(deck: Deck, tmp_path: Path) -> None:
 
 
 def whole_deck(scene: hc.Scene, dt: float) -> str:
-    """What the backend gives LAMMPS, as a deck."""
+    """Return the commands of the backend as a deck."""
     lines, before = [set_up(scene)], None
     for leg in scene.schedule(dt):
         lines += [*leg_commands(leg, before), f"run {leg.steps}"]

@@ -1,4 +1,4 @@
-"""A deck writes nothing, runs nothing else, and is over in time, whatever it says."""
+"""No deck writes files, runs other programs, or exceeds its time."""
 
 from __future__ import annotations
 
