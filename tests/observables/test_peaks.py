@@ -93,7 +93,10 @@ def test_error_falls_with_the_order_of_the_interpolation(jerk: bool, order: int)
 
 @pytest.mark.parametrize(("jerk", "constant"), [(False, 1.5 / 46080), (True, 1.5 / 10321920)])
 def test_error_vs_the_remainder_of_hermite_interpolation(jerk: bool, constant: float) -> None:
-    """The remainder in the middle is (h/2)^q / q! for a q-th derivative of 1, q 6 or 8; 3/2 for the force."""
+    """In the middle the remainder is (h/2)^q / q! times the q-th derivative, q 6 or 8.
+
+    The force has 3/2 of that.
+    """
     h, order = 0.3, 8 if jerk else 6
     # A maximum in the very middle has the largest error; the q-th derivative is 1 within h^2 / 8.
     assert cosine_error(h, jerk) == pytest.approx(constant * h**order, rel=0.02, abs=0)

@@ -119,7 +119,7 @@ def test_peaks_are_off_by_no_more_than_is_said(name: str, apart: float) -> None:
     ],
 )
 def test_what_is_said_is_not_far_from_what_it_is(way: str, least: float, run: Sampled) -> None:
-    """Compare error and bound at 0.1 natural time units, where the interpolation of engines has 1e-8."""
+    """Compare error and bound at 0.1 natural time units; engines' interpolation has 1e-8 there."""
     found = peaks_of(SCENE, WAYS[way](run), "file")
     assert np.max(found.error) < 100 * least
     assert np.median(found.error) > 0

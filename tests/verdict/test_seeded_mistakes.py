@@ -247,7 +247,7 @@ def test_native_alone_sees_wrong_corners(profile: str, change: object) -> None:
 
 @pytest.mark.parametrize("script", [table3, table4], ids=lambda script: script.__name__)
 def test_eq6_as_printed_fails_the_tables(script: ModuleType) -> None:
-    """It is wrong by 20 percentage points and more somewhere in every scene, where 0.2 are allowed."""
+    """It is wrong by 20 percentage points or more in every scene, where 0.2 are allowed."""
 
     def rows() -> list[Row]:
         of_table: Script = script.SCRIPT
