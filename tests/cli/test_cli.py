@@ -461,7 +461,19 @@ RUN_KEYS: dict[str, type] = {
 }
 
 
+CONTEXT_KEYS = {"scene": dict, "contacts": list, "definitions": int, "hertzchain": str}
+"""Of a document on one scene, which stands alone."""
+
+
 def has_the_keys_of_a_run(document: dict[str, Any]) -> None:
+    context = {key: document[key] for key in CONTEXT_KEYS}
+    assert {key: type(value) for key, value in context.items()} == CONTEXT_KEYS
+    assert document["contacts"] == list(range(2, 2 + CONTACTS))
+    numbers = {key: value for key, value in document.items() if key not in CONTEXT_KEYS}
+    has_the_numbers_of_a_run(numbers)
+
+
+def has_the_numbers_of_a_run(document: dict[str, Any]) -> None:
     of_lammps = document["backend"] == "lammps"
     told = {
         "watching_share": float if of_lammps else type(None),
@@ -805,7 +817,8 @@ CHECK_KEYS = ["name", "measured", "expected", "tolerance", "passed", "reason"]
 
 def has_the_keys_of_a_comparison(document: dict[str, Any], backends: set[str]) -> None:
     # The contract's own, then what scripts may like to have besides.
-    assert document.keys() == {"verdict", "rows", "checks"} | {"formulas", "results"}
+    own = {"verdict", "rows", "checks", "formulas", "results"}
+    assert document.keys() == own | CONTEXT_KEYS.keys()
     assert document["verdict"] in ("pass", "fail")
     assert [row["contact"] for row in document["rows"]] == list(range(2, 2 + CONTACTS))
     for row in document["rows"]:
@@ -824,7 +837,7 @@ def has_the_keys_of_a_comparison(document: dict[str, Any], backends: set[str]) -
             assert type(check[key]) is (type(None) if "not run" in check["name"] else float)
     assert document["results"].keys() == backends
     for result in document["results"].values():
-        has_the_keys_of_a_run(result)
+        has_the_numbers_of_a_run(result)
 
 
 def test_compare_with_native_alone(hertzchain: Command, native: Outcome) -> None:
