@@ -96,7 +96,7 @@ def _draw_peaks(axes: Axes, result: Result) -> None:
     from matplotlib.ticker import MaxNLocator
 
     marker = style.MARKERS["native"] if result.contact.size <= _MARKED else ""
-    peaks, colour = result.all_peaks, style.COLOURS[result.backend]
+    peaks, colour = result.all_peaks, style.COLOURS.get(result.backend, style.COLOURS["native"])
     contact = np.arange(2, peaks.size + 2)
     axes.plot(contact, peaks, marker=marker, color=colour, markersize=3.5, linewidth=1.0)
     static = result.static_force
