@@ -32,6 +32,7 @@ from validation.transition_scenes import (
 )
 
 TITLE = "Figure 3: peaks and p over LM_ratio"
+_APART = 0.03  # LM_ratio by which the marks of the profiles are drawn apart
 
 ESTIMATES = "as fractions: both error estimates together"
 WHOLE = "p is a whole number"
@@ -163,7 +164,7 @@ def _draw_peaks(axes: Any, table: pandas.DataFrame) -> None:
 
 
 def _draw_p(axes: Any, table: pandas.DataFrame) -> None:
-    for shift, (profile, style) in zip((-0.03, 0, 0.03), PROFILE_STYLES.items(), strict=True):
+    for shift, (profile, style) in zip((-_APART, 0, _APART), PROFILE_STYLES.items(), strict=True):
         own = table[table["profile"] == profile]
         native, lammps = (own[own["backend"] == backend] for backend in BACKENDS)
         look = {"color": style["color"], "linestyle": "none", "marker": style["marker"]}
@@ -176,6 +177,8 @@ def _draw_p(axes: Any, table: pandas.DataFrame) -> None:
     axes.plot([], [], "s", color="0.3", markersize=11, fillstyle="none", label="open: LAMMPS")
     axes.plot([], [], "--", color="0.3", label="Eq. 3, F_SW simulated")
     axes.set(xlabel="LM_ratio", ylabel="p, granules", title="(b) granules in the transition")
+    note = f"profiles are drawn {_APART} apart"
+    axes.annotate(note, (0.99, 0.01), xycoords="axes fraction", ha="right", fontsize="small")
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")
 

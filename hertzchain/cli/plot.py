@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -9,6 +10,9 @@ import typer
 
 from hertzchain.cli.options import by_name
 from hertzchain.cli.output import progress, write_file
+from hertzchain.errors import HertzchainError
+
+_LARGEST = 50  # inches; chosen: a poster, and 7,500 dots at 150 an inch
 
 
 def plot(
@@ -53,6 +57,18 @@ def plot(
             "-o", "--output", metavar="FILE", help="Picture (png, pdf, svg). Default: OUT/plot.png."
         ),
     ] = None,
+    size: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WxH", help="Width and height in inches, such as 3.4x2.6. Default: 8x5."
+        ),
+    ] = None,
+    style: Annotated[
+        str | None,
+        typer.Option(
+            metavar="STYLE", help="A style sheet of Matplotlib: its name, or a file (.mplstyle)."
+        ),
+    ] = None,
 ) -> None:
     """Draw a sweep: a result over a parameter, a line for each value of the others, or a map.
 
@@ -62,16 +78,49 @@ def plot(
     from hertzchain.files import check_outputs
     from hertzchain.report.figures import check_plot_format
     from hertzchain.sweeps import Sweep
-    from hertzchain.sweeps.drawing import draw
+    from hertzchain.sweeps.drawing import SIZE, draw
 
     swept = Sweep.load(folder)
     target = folder / "plot.png" if output is None else output
     check_plot_format(target)
     check_outputs([folder / "sweep.json"], [target])
     fixed = by_name("--where", where or [], "shock.profile=cosine")
-    with progress() as report_progress:
-        report_progress(f"drawing {folder}")
-        drawn = draw(swept, x, y, colour, fixed)
-    for remark in drawn.remarks:
-        typer.echo(f"hertzchain: {remark}", err=True)
-    write_file("Plot", target, drawn.figure.savefig)
+    inches = SIZE if size is None else _inches(size)
+    with _styled(style):
+        with progress() as report_progress:
+            report_progress(f"drawing {folder}")
+            drawn = draw(swept, x, y, colour, fixed, inches)
+        for remark in drawn.remarks:
+            typer.echo(f"hertzchain: {remark}", err=True)
+        write_file("Plot", target, drawn.figure.savefig)
+
+
+def _inches(size: str) -> tuple[float, float]:
+    """The width and height that an option says."""
+    try:
+        width, height = (float(number) for number in size.lower().split("x"))
+        fits = 1 <= width <= _LARGEST and 1 <= height <= _LARGEST
+    except ValueError:
+        fits = False
+    if not fits:
+        raise HertzchainError(
+            f"--size {size}: must be width and height from 1 to {_LARGEST} inches, such as 3.4x2.6"
+        )
+    return width, height
+
+
+def _styled(style: str | None) -> AbstractContextManager[None]:
+    """A context in which Matplotlib has a style."""
+    if style is None:
+        return nullcontext()
+    from matplotlib import style as styles
+
+    try:
+        with styles.context(style):
+            pass
+    except OSError:
+        raise HertzchainError(
+            f"--style {style}: Matplotlib has no such style and there is no such file; it has"
+            f" {', '.join(name for name in styles.available if not name.startswith('_'))}"
+        ) from None
+    return styles.context(style)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from hertzchain.cli.options import AsJson, remark_on_units
-from hertzchain.cli.output import console, print_json, progress, write_file
+from hertzchain.cli.output import compiling, console, print_json, progress, write_file
 
 
 def pulse(
@@ -123,7 +123,7 @@ def pulse(
 
         loaded = Scene.from_toml(scene, shock=table_of(signal))
         remark_on_units(loaded)
-    with progress() as report_progress:
+    with progress() as report_progress, compiling(report_progress, loaded is not None):
         report_progress("looking for few rows that keep the pulse")
         found = measured_pulse(read, signal, rtol, loaded)
     if output is not None:
@@ -132,6 +132,8 @@ def pulse(
         print_json(found.to_dict())
     else:
         print_pulse(console(), found)
+    for warning in signal.warnings:
+        typer.echo(f"hertzchain: {warning}", err=True)
     if output is not None:
         typer.echo(
             f"Pulse table written to {output}; a scene next to it takes it under [shock] as"

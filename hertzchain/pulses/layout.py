@@ -33,6 +33,9 @@ _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
 _UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|[_/]\s*([A-Za-zµμ]+)$")
 """Unit at the end of the name of a column: "force [kN]", "Time (us)", "time_s", "F/N"."""
 
+_TITLE = re.compile(r"(?:units?|columns?|fields?|channels?)\s*:", re.IGNORECASE)
+"""What a comment that names columns or their units may begin with."""
+
 UNITS_OF_TIME = {
     **dict.fromkeys(("s", "sec", "second", "seconds"), "s"),
     **{name: name for name in ("ms", "us", "µs", "μs", "ns")},
@@ -201,7 +204,7 @@ def _header(
     """Return names and units of the columns, from the last text lines before the numbers."""
     texts: list[list[str]] = []
     for line in lines:
-        cells = _split(line.lstrip().lstrip("#%").lstrip(), separator)
+        cells = _cells_of_header(line, separator, columns)
         if len(cells) == columns:
             if sum(number.fullmatch(cell) is not None for cell in cells) >= 2:
                 break
@@ -213,6 +216,21 @@ def _header(
     if len(texts) > 1 and all(map(_as_unit, names)):  # a line of units below the names
         return tuple(texts[-2]), tuple(map(_as_unit, names))
     return tuple(names), tuple(_unit_of(name) for name in names)
+
+
+def _cells_of_header(line: str, separator: str, columns: int) -> list[str]:
+    """The cells of a line above the numbers; a comment may have another separator than they.
+
+    A comment may begin with a word and a colon, as "units: us, kN".
+    """
+    text = line.lstrip().lstrip("#%").strip()
+    cells = _split(text, separator)
+    if not is_comment(line) or (len(cells) == columns and ":" not in cells[0]):
+        return cells
+    text = text.partition(":")[2].strip() if _TITLE.match(text) else text
+    text = re.sub(r"\s+([\[(])", r"\1", text)  # "time (us)" is one cell
+    others = (_split(text, other) for other in (separator, ";", "\t", ",", " "))
+    return next((found for found in others if len(found) == columns and all(found)), cells)
 
 
 def _as_unit(cell: str) -> str:

@@ -124,6 +124,7 @@ class MeasuredPulse:
         return {
             "read": dict(self.recording.facts),
             "changed": dict(signal.remarks),
+            "warnings": list(signal.warnings),
             "baseline_N": signal.baseline,
             "baseline_samples": signal.baseline_samples,
             "noise_N": signal.noise.deviation,

@@ -12,6 +12,7 @@ from hertzchain.errors import HertzchainError, is_finite, require
 from hertzchain.pulses.corners import impulse_of
 from hertzchain.pulses.noise import LEAST, Noise, noise_before, noise_within, resolution_of
 from hertzchain.pulses.recording import LEAST_SAMPLES, Recording
+from hertzchain.pulses.suspicions import cut_off, drift, no_return
 
 _LEAVES_NOISE = 5.0
 """Threshold in standard deviations of averages (chosen): Gaussian noise exceeds it in 3 of 10
@@ -20,15 +21,14 @@ million.
 
 _LEAST_BASELINE = 10  # widths of a pulse at half its height over the time before it; chosen
 
+_CUT = 0.5  # part of the height, from which an end of the window cuts a pulse through; chosen
+_LITTLE = 0.1  # part of the largest force: less is no pulse next to a spike; chosen
 _WINDOWS = 20  # averages over a width of the pulse at half its height; chosen
 _UNEVEN = 0.01  # largest difference of time steps for smoothing, relative; chosen
 _OTHER_PULSE = 0.05  # least height of another pulse that counts, over the largest; chosen
 _OVER_SCATTER = 20.0
 """Least height of another pulse over the lowest quartile of the absolute averages before the
 largest; chosen: 6.4 standard deviations of Gaussian noise, and more than a drift has."""
-_FLAT = 0.2
-"""Part of the width at half the height in which all samples are the largest, from which a pulse may
-be cut off; chosen: for a squared sine in 256 digits the part is 0.08."""
 # degree of Savitzky and Golay's polynomials: crests and slopes keep their height
 _SMOOTHING_ORDER = 3
 _MOST_SAMPLES = 20_000  # most samples of a pulse; more are averaged, 2 or more at a time; chosen
@@ -81,6 +81,8 @@ class Signal:
         Impulse of the recording before the start and after the end [N s].
     remarks
         Changes, and remarks to check, as labels and texts.
+    warnings
+        Sentences on what makes the numbers of the pulse wrong; usually empty.
     """
 
     time: FloatArray
@@ -92,6 +94,7 @@ class Signal:
     given: Given
     left_out: tuple[float, float]
     remarks: tuple[tuple[str, str], ...]
+    warnings: tuple[str, ...] = ()
 
 
 def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
@@ -113,8 +116,10 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
     possible = given.baseline is None or is_finite(given.baseline)
     require(possible, "--baseline", given.baseline, "must be a finite number")
     known = None if given.baseline is None else given.baseline * recording.newtons
-    level, crest = _rough_level(force, known), int(np.argmax(force))
-    _refuse_pull(force, level)
+    level = _rough_level(force, known)
+    inside = _looked_at(time, force, level, start, end)
+    crest = inside.start + int(np.argmax(force[inside]))
+    _refuse_pull(force[inside], level)
     rising, falling = _half_heights(force, level, crest)
     window = max(1, (falling - rising) // _WINDOWS) // 2 * 2 + 1
     averages = averaged(force, window)
@@ -136,25 +141,49 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
     if not first <= crest <= last or last - first + 1 < LEAST_SAMPLES:
         raise _no_pulse(time, first, last, crest, noise, given)
     samples = before if known is None and before >= least else 0
-    inside = force[first : last + 1] - level
-    clean = without_negative(inside, window, limit)
+    height = float(force[crest]) - level
+    found = (
+        drift(force, step, before, crest, height, resolution),
+        no_return(force, level, height, step, noise) if end is None else None,
+        cut_off(recording.force[inside], resolution_of(recording.force)),
+    )
+    samples_inside = force[first : last + 1] - level
+    clean = without_negative(samples_inside, window, limit)
     clock = time[first : last + 1] - time[first]
     left = (
         impulse_of(time[: first + 1], force[: first + 1] - level),
         impulse_of(time[last:], force[last:] - level),
     )
-    remarks += _remarks(recording, inside, known, level, noise, samples)
-    if (flat := int(np.sum(recording.force == recording.force.max()))) > _FLAT * (falling - rising):
-        saturated = "if the sensor or the oscilloscope saturates there, F0 is larger"
-        remarks.append(("flat top", f"{flat:,} samples are exactly the largest: {saturated}"))
+    remarks += _remarks(recording, samples_inside, known, level, noise, samples)
     many = -(-clean.size // _MOST_SAMPLES)
     if many > 1:
         clock, clean = binned(clock, many), binned(clean, many)
         clock -= clock[0]
         remarks.append(("averaged", f"{many} samples at a time, to {clean.size:,}"))
     return Signal(
-        clock, clean, float(time[first]), level, samples, noise, given, left, tuple(remarks)
+        clock, clean, float(time[first]), level, samples, noise, given, left, tuple(remarks),
+        tuple(warning for warning in found if warning is not None),
+    )  # fmt: skip
+
+
+def _looked_at(
+    time: FloatArray, force: FloatArray, level: float, start: float | None, end: float | None
+) -> slice:
+    """The samples in which the pulse is, as far as that is said: a spike elsewhere is not used.
+
+    All samples where a time that is given would cut a pulse through, or leave little of the force.
+    """
+    first = 0 if start is None else _place(time, "--start", start)
+    last = time.size - 1 if end is None else _place(time, "--end", end)
+    if last - first < LEAST_SAMPLES:
+        return slice(0, time.size)
+    inside = force[first : last + 1] - level
+    edges = (
+        np.median(inside[:LEAST_SAMPLES]) if start is not None else 0.0,
+        np.median(inside[-LEAST_SAMPLES:]) if end is not None else 0.0,
     )
+    cuts = max(edges) > _CUT * inside.max() or inside.max() < _LITTLE * (force.max() - level)
+    return slice(0, time.size) if cuts else slice(first, last + 1)
 
 
 def _no_pulse(

@@ -44,9 +44,11 @@ def _layout(native: Result, y: dict[str, Any]) -> dict[str, Any]:
     drawn["shapes"] = [
         {"type": "line", "x0": p, "x1": p, "y0": 0, "y1": 1, "yref": "paper", "line": line}
     ]
-    note = {"text": f"p = {p}", "x": place, "y": 0, "yref": "paper", "showarrow": False}
-    note |= {"xanchor": "left", "yanchor": "bottom", "xshift": 4, "bgcolor": "#fff"}
+    # Above the frame, as points and lines may be anywhere in it; the legend is above that.
+    note = {"text": f"p = {p}", "x": place, "y": 1, "yref": "paper", "showarrow": False}
+    note |= {"xanchor": "center", "yanchor": "bottom"}
     drawn["annotations"] = [note | {"font": {"color": "#555"}}]
+    drawn["legend"] |= {"y": 1.08}
     return drawn
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
-from hertzchain.sweeps.columns import TEXT, column_named
+from hertzchain.sweeps.columns import TEXT, column_named, is_whole
 from hertzchain.sweeps.looks import colour_bar, is_log, legend, looks_of, set_scale
 from hertzchain.sweeps.selection import (
     Drawable,
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+SIZE = (8.0, 5.0)  # width and height by default [inches]
+_LETTERS, _LETTERS_OF_TITLE = 15, 11  # letters in an inch of width: remarks, title
 _MOST_LINES = 1000  # most lines, chosen: more cannot be told apart, and each costs a millisecond
 _MOST_MARKED = 60  # most points of a line with markers; more would overlap
 _MOST_VECTORS = 5000  # number of points from which PDF and SVG contain a bitmap of them
@@ -46,12 +48,14 @@ def draw(
     y: str,
     colour: str | None = None,
     where: Mapping[str, Any] | None = None,
+    size: tuple[float, float] = SIZE,
 ) -> Drawn:
     """Draw a column of a sweep over another, as lines or points; or a map, over two parameters.
 
     It is a map where ``y`` is a parameter that varies. ``colour`` is a column; the default is the
     backend where there are several. ``where`` selects rows by values of parameters or ``backend``;
-    a number selects the nearest value of the sweep, if both agree to three digits.
+    a number selects the nearest value of the sweep, if both agree to three digits. ``size`` is
+    width and height [inches].
     """
     from hertzchain.report.picture import Picture
 
@@ -64,7 +68,7 @@ def draw(
     require(colour != "failure", "failure", None, "is a sentence and cannot be a colour")
     require(len({x, y, colour}) == 3, x if x in (y, colour) else y, None, "given twice")
     rows = selected_rows(sweep, (x, y), colour, where or {})
-    figure = Picture(figsize=(8, 5), layout="constrained", dpi=150)
+    figure = Picture(figsize=size, layout="constrained", dpi=150)
     axes = figure.subplots()
     if y in rows.left:
         drawn = _draw_map(axes, rows, x, y, colour)
@@ -73,10 +77,13 @@ def draw(
     axes.set(xlabel=column_named(x).label, ylabel=column_named(y).label)
     set_scale(rows, x, axes.set_xscale, axes.xaxis)
     set_scale(rows, y, axes.set_yscale, axes.yaxis)
-    axes.set_title(_title(rows, {x, y, colour}), fontsize="medium")
+    title = textwrap.fill(_title(rows, {x, y, colour}), int(_LETTERS_OF_TITLE * size[0]))
+    axes.set_title(title, fontsize="medium")
     remarks = (*rows.remarks, *drawn)
     if remarks:
-        figure.supxlabel(textwrap.fill("; ".join(remarks), 120), fontsize=7, color="0.35")
+        figure.supxlabel(
+            textwrap.fill("; ".join(remarks), int(_LETTERS * size[0])), fontsize=7, color="0.35"
+        )
     return Drawn(figure, remarks)
 
 
@@ -155,6 +162,8 @@ def _draw_each(
             labelled.add(value)
         if count > _MOST_MARKED or bar is not None:  # a point between two gaps has no line
             look |= {"marker": "." if np.isnan(to).any() else "", "markersize": 2}
+        if is_whole(y):  # there is no p between 9 and 10
+            look["drawstyle"] = "steps-mid"
         axes.plot(at[order], to[order], **({"linewidth": 1.2} | look))
     if looks and colour is not None:
         legend(axes, colour)

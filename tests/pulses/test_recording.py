@@ -85,6 +85,11 @@ def test_ends_of_lines(end: str, tmp_path: Path) -> None:
         ("Time,Load\nms,N", 1e-3, 1.0),
         ("Time,Load\n[ms],[kN]", 1e-3, 1e3),
         ("Time,Load\nSecond,Newton", 1.0, 1.0),
+        ("# Time [ms], Force [kN]", 1e-3, 1e3),
+        ("# t (us)  F (mN)", 1e-6, 1e-3),
+        ("# Time;Force\n# us;kN", 1e-6, 1e3),
+        ("Time,Load\n# units: us, kN", 1e-6, 1e3),
+        ("% columns: time [us], force [kN]", 1e-6, 1e3),
     ],
 )
 def test_units_of_the_header(header: str, time: float, force: float, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from hertzchain.errors import HertzchainError
 from hertzchain.pulses.noise import noise_before, noise_within, resolution_of
 from hertzchain.pulses.recording import Recording
 from hertzchain.pulses.signal import Given, averaged, pulse_of, without_negative
+from hertzchain.pulses.suspicions import cut_off
 from tests.recordings import DURATION, FORCE, GAIN, OFFSET, START, sine_squared, times, volts
 
 IMPULSE = FORCE * DURATION / 2  # [N s]
@@ -132,17 +133,6 @@ def test_what_is_no_pulse(force: FloatArray, words: str) -> None:
         pulse_of(recording(force))
 
 
-@pytest.mark.parametrize(("limit", "is_flat"), [(0.5, True), (0.96, True), (0.98, False)])
-def test_a_flat_top_may_be_cut_off(limit: float, is_flat: bool) -> None:
-    # Of the width at half the height, 0.26 and 0.18 are above 0.96 and 0.98 of it.
-    signal = sine_squared(times(2000))
-    noise = np.random.default_rng(1).normal(0, 0.05, 2000)
-    found = pulse_of(recording(np.minimum(signal + noise, limit * FORCE)))
-    assert ("flat top" in dict(found.remarks)) is is_flat
-    if is_flat:
-        assert "F0 is larger" in dict(found.remarks)["flat top"]
-
-
 def two_pulses(height: float, distance: float = 90e-6, noise: float = 0.5) -> Recording:
     """A pulse of a height and, later, one of F0, under noise of a standard deviation [N]."""
     clock = np.linspace(-20e-6, 200e-6, 2000)
@@ -215,3 +205,68 @@ def test_noise_that_hangs_together_counts_for_more() -> None:
     sums = again.sum(axis=1).std() / np.sqrt(20_000)
     assert sums == pytest.approx(np.sqrt(11), rel=0.5)  # a deviation of 20 is known to 16 %
     assert noise_within(white, 1e-6, 0.0).deviation == pytest.approx(1, rel=0.02)
+
+
+@pytest.mark.parametrize(("part", "is_said"), [(0.8e-3, False), (1.2e-3, True)])
+def test_a_drift_that_changes_f0_by_a_thousandth_is_said(part: float, is_said: bool) -> None:
+    """The samples before the pulse, about 200, end where it starts, half of them 9 us before."""
+    time, crest = times(2000), START + 35e-6
+    middle = (time[0] + START) / 2
+    slope = part * FORCE / (crest - middle)
+    found = pulse_of(recording(sine_squared(time) + slope * time)).warnings
+    assert [warning.startswith("the baseline drifts") for warning in found] == [True] * is_said
+
+
+@pytest.mark.parametrize(("off", "is_said"), [(0.9, False), (1.1, True), (-1.1, True)])
+def test_a_recording_that_does_not_return_is_said(off: float, is_said: bool) -> None:
+    time = times(2000)
+    away = np.interp(time, [100e-6, 160e-6], [0, off])  # 1 N is a hundredth of F0
+    found = pulse_of(recording(sine_squared(time) + away)).warnings
+    assert [f"ends {off:+.2g} N from it" in warning for warning in found] == [True] * is_said
+    known = Given(end=START + DURATION)
+    assert pulse_of(recording(sine_squared(time) + away), known).warnings == ()
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.001, 0.01, 0.05])
+@pytest.mark.parametrize("digit", [0.0, 1.0])
+def test_noise_and_digits_alone_are_no_drift_and_no_cut_off_top(noise: float, digit: float) -> None:
+    for seed in range(10):
+        force = noisy(noise=noise, seed=seed).force
+        if digit:
+            force = np.round(force / digit) * digit
+        assert pulse_of(recording(force)).warnings == ()
+
+
+@pytest.mark.parametrize("noise", [0.001, 0.01])
+def test_a_drift_above_the_noise_is_said(noise: float) -> None:
+    for seed in range(10):
+        read = noisy(noise=noise, seed=seed)
+        assert pulse_of(recording(read.force + np.linspace(0, 5, 2000))).warnings != ()
+
+
+@pytest.mark.parametrize(("equal", "is_said"), [(4, False), (5, True), (200, True)])
+def test_a_cut_off_top_is_said(equal: int, is_said: bool) -> None:
+    force = noisy().force
+    found = pulse_of(recording(np.minimum(force, np.sort(force)[-equal]))).warnings
+    assert [f"{equal} samples have the largest force" in one for one in found] == [True] * is_said
+
+
+@pytest.mark.parametrize(("equal", "is_said"), [(16, False), (17, True)])
+def test_a_top_of_digits_is_cut_off_where_few_samples_are_a_digit_below(
+    equal: int, is_said: bool
+) -> None:
+    digits = np.repeat(np.arange(11.0), [50, *[1] * 8, 2, equal])
+    assert (cut_off(digits, 1.0) is not None) == is_said
+
+
+def test_a_spike_outside_of_the_times_that_are_given_is_not_used() -> None:
+    read, spike = noisy(), 3 * FORCE
+    at = np.array([1200, 1500])  # after the pulse
+    force = read.force.copy()
+    force[at] = spike, -spike
+    given = Given(start=START - 1e-6, end=START + DURATION)
+    with pytest.raises(HertzchainError, match="pulls"):
+        pulse_of(recording(force), Given(start=START - 1e-6))
+    found, clean = pulse_of(recording(force), given), pulse_of(recording(read.force), given)
+    assert found.force.tolist() == clean.force.tolist()
+    assert found.baseline == clean.baseline

@@ -220,7 +220,7 @@ def test_a_check_that_fails_says_by_how_much_and_why(native: hc.Comparison) -> N
     assert line_of(text, "native: all is well").split() == ["0.0e+00", "1.0e-09", "pass"]
     assert "5.0e-01" in text
     assert "2.5e-01" in text
-    assert "native: one thing is odd: it should be 1\n" in text
+    assert "native: one thing is odd: out of tolerance (it should be 1)\n" in text
     assert "why not" not in text
     assert text.endswith("Verdict: fail\n")
 

@@ -1,0 +1,78 @@
+"""What makes the numbers of a measured pulse wrong: a drifting baseline, a cut-off top."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.pulses.noise import LEAST, Noise, noise_before
+
+_SURE = 5.0  # standard deviations, as for the start of a pulse; chosen
+_DRIFT = 1e-3  # of F0, over the time to the crest: what peaks may change by default
+_RETURN = 0.01  # of F0: the slope of a pulse that ends with its recording is off by less, measured
+_TAIL = 50  # samples of a recording over those in its tail; chosen
+_FLAT = 5  # samples of the largest force that make a top look cut off; chosen
+_PILED = 8  # times as many as are within a digit below it; chosen, above what a crest has
+
+
+def drift(
+    force: FloatArray, step: float, before: int, crest: int, height: float, resolution: float
+) -> str | None:
+    """A sentence where the samples before the pulse have a slope [N], else None.
+
+    The slope has to be surer than chance, as slow as the noise may be, and matter for the pulse.
+    """
+    if before < LEAST:
+        return None
+    clock = step * (np.arange(before) - (before - 1) / 2)
+    slope = float(clock @ force[:before] / (clock @ clock))
+    noise = noise_before(force[:before] - slope * clock, step, resolution)
+    length = before * step
+    deviation = max(noise.density, noise.deviation * np.sqrt(step)) * np.sqrt(12 / length**3)
+    change = slope * step * (crest - (before - 1) / 2)
+    if abs(slope) <= _SURE * deviation or abs(change) <= _DRIFT * height:
+        return None
+    return (
+        f"the baseline drifts: by {change:.2g} N until the crest, if it goes on as before the"
+        " pulse, and F0 is wrong by as much: take the drift out of the recording first"
+    )
+
+
+def no_return(
+    force: FloatArray, level: float, height: float, step: float, noise: Noise
+) -> str | None:
+    """A sentence where a recording ends elsewhere than at its baseline [N], else None.
+
+    The end is that of a straight line through the last samples: a pulse may end with its recording.
+    """
+    tail = max(LEAST, force.size // _TAIL)
+    if force.size < 2 * tail:
+        return None
+    at = np.arange(tail) - (tail - 1)
+    slope, end = np.polyfit(at, force[-tail:], 1)
+    del slope
+    deviation = 2 * max(noise.deviation / np.sqrt(tail), noise.density / np.sqrt(tail * step))
+    off = float(end) - level
+    if abs(off) <= max(_SURE * deviation, _RETURN * height):
+        return None
+    return (
+        f"the recording begins at its baseline and ends {off:+.2g} N from it: either the baseline"
+        " drifts, or the recording stops before the pulse does; say with --end where the pulse ends"
+    )
+
+
+def cut_off(force: FloatArray, resolution: float) -> str | None:
+    """A sentence where the top of a pulse looks cut off [N], else None.
+
+    Several samples have the largest force, many more than are within a digit below it: a crest
+    that is a parabola has at most 2.4 times as many, one of fourth order 5.3 times.
+    """
+    top = float(force.max())
+    equal = int(np.count_nonzero(force == top))
+    below = int(np.count_nonzero((force < top) & (force > top - 1.5 * resolution)))
+    if equal < _FLAT or equal <= _PILED * below:
+        return None
+    return (
+        f"{equal} samples have the largest force, {top:.4g} N: if the range of the instrument cut"
+        " the top off, F0 and impulse are too small"
+    )
