@@ -12,7 +12,7 @@ from hertzchain.cli.options import by_name
 from hertzchain.cli.output import progress, write_file
 from hertzchain.errors import HertzchainError
 
-_LARGEST = 50  # inches; chosen: a poster, and 7,500 dots at 150 an inch
+_LEAST, _LARGEST = 2, 50  # inches; chosen: room for the axes, and a poster
 
 
 def plot(
@@ -99,12 +99,13 @@ def _inches(size: str) -> tuple[float, float]:
     """The width and height that an option says."""
     try:
         width, height = (float(number) for number in size.lower().split("x"))
-        fits = 1 <= width <= _LARGEST and 1 <= height <= _LARGEST
+        fits = all(_LEAST <= one <= _LARGEST for one in (width, height))
     except ValueError:
         fits = False
     if not fits:
         raise HertzchainError(
-            f"--size {size}: must be width and height from 1 to {_LARGEST} inches, such as 3.4x2.6"
+            f"--size {size}: must be width and height from {_LEAST} to {_LARGEST} inches, such as"
+            " 3.4x2.6"
         )
     return width, height
 

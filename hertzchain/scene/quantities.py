@@ -36,11 +36,24 @@ def to_si(key: str, value: object, unit: str) -> float:
     short = isinstance(value, str) and len(value) <= _LONGEST
     match = _QUANTITY.fullmatch(value) if short and isinstance(value, str) else None
     if match is None:
-        raise SceneError(key, value, f"must be {example}")
+        meant = _meant(value) if short and isinstance(value, str) else None
+        hint = "" if meant is None else f'; did you mean "{meant}"?'
+        raise SceneError(key, value, f"must be {example}{hint}")
     number = float(match["number"])
     if match["unit"] is None:
         return number
     return _convert(key, value, number, match["unit"], unit, example)
+
+
+def _meant(value: str) -> str | None:
+    """Return the quantity meant by a text with a decimal comma, or with powers without their sign.
+
+    None for any other text.
+    """
+    with_point = re.sub(r"^(\s*[-+]?\d+),(\d+)", r"\1.\2", value)
+    with_powers = re.sub(r"(?<=[^\W\d])(?<![eE])(\d)(?!\w)", r"^\1", with_point)
+    right = with_powers != value and _QUANTITY.fullmatch(with_powers)
+    return with_powers.strip() if right else None
 
 
 # Pint knows these units too, but loading it takes half a second, a thousand times as long as a run.

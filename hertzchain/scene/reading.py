@@ -154,7 +154,13 @@ def _load(path: Path) -> dict[str, Any]:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as problem:  # not UTF-8, not TOML, or nested too deeply
         hint = '; a value with a unit stands in quotes, "103 GPa"'
+        if any(word in str(problem) for word in _GIVEN_TWICE):
+            hint = "; a key or a section is given twice: delete one of them"
         raise SceneError("", None, f"is not TOML: {problem!s:.200}{hint}", path) from None
+
+
+_GIVEN_TWICE = ("overwrite a value", "Duplicate", "twice")
+"""In what tomllib says of a key or a section that is given twice; its errors have no code."""
 
 
 def _parts(document: Mapping[str, Any], folder: Path, instead: Shock | None) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
+from hertzchain.errors import OutputError
 from hertzchain.files import check_outputs, write_texts
 
 _CHAIN = """\
@@ -171,7 +172,12 @@ def write_starter(name: str, path: Path) -> list[Path]:
     texts = {path: starter.toml(table.name)}
     if starter.table is not None:
         texts[table] = starter.table
-        check_outputs([], [path, table])  # a scene called x.csv would overwrite its own table
+        if table == path:
+            raise OutputError(
+                f"{path}: is the name of the pulse table, which is named as the scene: name the"
+                f" scene {path.with_suffix('.toml')}"
+            )
+        check_outputs([], [path, table])
     write_texts(texts)
     return list(texts)
 

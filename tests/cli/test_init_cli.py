@@ -48,7 +48,7 @@ def test_a_file_is_replaced_only_with_force(hertzchain: Command, tmp_path: Path)
 def test_where_nothing_can_be_written(hertzchain: Command, tmp_path: Path) -> None:
     is_refused(hertzchain("init", tmp_path / "no" / "scene.toml"), "does not exist")
     same = hertzchain("init", tmp_path / "mine.csv", "--from", "pulse-table")
-    is_refused(same, "mine.csv: is given for two outputs")
+    is_refused(same, "mine.csv: is the name of the pulse table", "mine.toml")
     assert list(tmp_path.iterdir()) == []
     is_refused(hertzchain("init", tmp_path), "is a directory, must be the name of a file")
 

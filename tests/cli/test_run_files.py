@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pandas as pd
 import pytest
 
 from hertzchain.cli.options import to_contacts
+from hertzchain.cli.output import say
 from hertzchain.errors import HertzchainError
 from hertzchain.scene.scene import Scene
 from tests.command_line import Command, is_refused
@@ -43,6 +45,15 @@ def test_all_files_of_one_run(hertzchain: Command) -> None:
     assert Path("motion.xyz").read_text().count("time_s=") == 3
     # 20 times are too few for a picture.
     assert "--record" in outcome.err
+
+
+def test_lines_to_stderr_go_where_a_progress_bar_catches_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Rich puts something in the place of stderr, and prints what it gets above the bar."""
+    monkeypatch.setattr("sys.stderr", caught := StringIO())
+    say("compiled")
+    assert caught.getvalue() == "hertzchain: compiled\n"
 
 
 def test_where_the_other_contacts_are(hertzchain: Command) -> None:

@@ -281,6 +281,16 @@ def test_a_scene_can_be_copied_and_run(compared: hc.Comparison, tmp_path: Path) 
         assert "waterfall" in read.data
 
 
+def test_p_stands_above_the_frame_and_below_the_legend(compared: hc.Comparison) -> None:
+    read = Reader(comparison_page(compared))
+    for name in ("peaks", "differences"):
+        layout = read.data[name]["layout"]
+        (note,) = layout["annotations"]
+        assert note["text"] == "p = 5"
+        assert (note["yref"], note["y"], note["yanchor"]) == ("paper", 1, "bottom")
+        assert layout["legend"]["y"] > 1.05
+
+
 def test_contacts_that_are_never_pressed(compared: hc.Comparison) -> None:
     scene = replace(compared.scene, run=hc.Run(2e-5))
     found = hc.compare(scene, ["native"], record=record_times(scene))

@@ -210,6 +210,26 @@ def test_a_unit_that_looks_like_a_usual_one(text: str, unit: str, meant: str) ->
         to_si("key", text, unit)
 
 
+@pytest.mark.parametrize(
+    ("text", "unit", "meant"),
+    [
+        ("4,75 mm", "m", "4.75 mm"),
+        ("7.9 g/cm3", "kg/m^3", "7.9 g/cm^3"),
+        ("7,9 g/cm3", "kg/m^3", "7.9 g/cm^3"),
+        (" -3 N/m2", "Pa", "-3 N/m^2"),
+    ],
+)
+def test_a_decimal_comma_and_a_power_without_its_sign(text: str, unit: str, meant: str) -> None:
+    with pytest.raises(SceneError, match=rf'; did you mean "{re.escape(meant)}"\?$'):
+        to_si("key", text, unit)
+
+
+@pytest.mark.parametrize("text", ["1,234,567 m", "four mm", "1 m2x", "2 kg m-3"])
+def test_what_could_mean_anything_has_no_hint(text: str) -> None:
+    with pytest.raises(SceneError, match=r"or a string such as '1 m'$"):
+        to_si("key", text, "m")
+
+
 def test_a_unit_that_looks_like_no_other() -> None:
     with pytest.raises(SceneError, match=r"must be a number \[m\] or a string such as '1 m'$"):
         to_si("key", "5 N", "m")

@@ -195,6 +195,16 @@ def test_what_is_not_toml_is_refused(tmp_path: Path, content: bytes) -> None:
         hc.Scene.from_toml(path)
 
 
+@pytest.mark.parametrize(
+    "content", ["[chain]\na = 1\na = 2", "[chain]\n[shock]\n[chain]", "a = {b = 1, b = 2}"]
+)
+def test_what_is_given_twice_is_said(tmp_path: Path, content: str) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(content)
+    with pytest.raises(SceneError, match="a key or a section is given twice: delete one of them"):
+        hc.Scene.from_toml(path)
+
+
 @pytest.mark.parametrize("name", [".", "missing.toml", "x" * 5000, "with\0nul.toml"])
 def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(SceneError, match="TOML"):

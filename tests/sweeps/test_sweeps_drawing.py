@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.colors import BoundaryNorm, LogNorm
+from PIL import Image
 
 import hertzchain as hc
 from hertzchain.cli import main
@@ -141,6 +142,48 @@ def test_axes_are_logarithmic_where_values_span_decades(failing: hc.Sweep) -> No
     swept = hc.sweep(BASE, {"shock.peak_force": "1,10,1000"})
     (axes,) = swept.plot("shock.peak_force", "largest_peak_force_N").axes
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+
+
+@pytest.mark.parametrize(("y", "style"), [(P, "steps-mid"), (F_SW, "default")])
+def test_p_is_drawn_as_steps(both: hc.Sweep, y: str, style: str) -> None:
+    figure = draw(both, RATIO, y, where={"shock.profile": "cosine", "backend": "native"}).figure
+    assert [line.get_drawstyle() for line in figure.axes[0].lines] == [style]
+
+
+def test_the_size_is_as_wanted_and_the_title_fits(both: hc.Sweep) -> None:
+    figure = draw(both, RATIO, F_SW, size=(3.4, 2.6)).figure
+    assert tuple(figure.get_size_inches()) == (3.4, 2.6)
+    figure.draw_without_rendering()
+    title = figure.axes[0].title.get_window_extent()
+    assert figure.bbox.x0 <= title.x0
+    assert title.x1 <= figure.bbox.x1
+
+
+def test_size_and_style_of_the_command(
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def plotted(*options: str) -> None:
+        given = ["plot", str(folder), "--x", RATIO, "--y", F_SW, "-o", str(tmp_path / "a.png")]
+        monkeypatch.setattr(sys, "argv", ["hertzchain", *given, *options])
+        with pytest.raises(SystemExit) as end:
+            main()
+        assert (end.value.code == 0) == (tmp_path / "a.png").exists()
+
+    for wrong in ("3", "1.9x3", "3x51", "3x3x3", "axb", "nanx3"):
+        plotted("--size", wrong)
+        assert f"--size {wrong}: must be width and height" in capsys.readouterr().err
+    plotted("--style", "nonsense")
+    assert "--style nonsense: Matplotlib has no such style" in capsys.readouterr().err
+    (tmp_path / "blue.mplstyle").write_text("axes.facecolor: 0000ff\nsavefig.dpi: 50")
+    plotted("--size", "2x10", "--style", str(tmp_path / "blue.mplstyle"))
+    with Image.open(tmp_path / "a.png") as picture:
+        assert picture.size == (100, 500)
+        colours = picture.convert("RGB").getcolors(1_000_000)
+    assert colours is not None
+    assert (0, 0, 255) in {colour for _, colour in colours}
 
 
 def test_counts_have_ticks_at_whole_numbers(both: hc.Sweep) -> None:

@@ -35,6 +35,16 @@ def _ready() -> None:
     hc.peak_forces([scene])
 
 
+def test_a_refusal_names_what_is_cheaper_where_that_fits() -> None:
+    """Peaks alone of 100,000 granules take a second, all of their motion a minute or more."""
+    long = paper_scene("cosine", 1.0, 2.0, granules=100_000)
+    with pytest.raises(TooExpensive, match=r"takes at least .*peaks_only=True"):
+        hc.Native(time_limit=20).run(long)
+    with pytest.raises(TooExpensive, match="takes at least") as refusal:
+        hc.Native(time_limit=20).run(long, [0.0])  # what is recorded is no peak
+    assert "peaks_only" not in str(refusal.value)
+
+
 def growth(name: str, z: float) -> float:
     """Return the growth of u'' = -u in a step z of a method, from its own ``step``."""
     stepper = METHODS[name].walker.stepper
