@@ -1,0 +1,37 @@
+"""Scripts of validation/ run from a clone whatever way hertzchain is installed."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.command_line import PATIENCE
+from tests.places import ROOT
+
+_AS_A_SCRIPT = """
+import runpy, sys
+script, root, site = sys.argv[1:]
+own = [path for path in sys.path if path not in ("", root)]  # an editable install adds the clone
+sys.path[:] = [script.rpartition("/")[0], site, *own]
+sys.argv = [script, "--help"]
+runpy.run_path(script, run_name="__main__")
+"""
+"""What ``python SCRIPT --help`` does where hertzchain alone is installed, in a folder."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("script", ["table2.py", "physics/dimers.py", "run_all.py"])
+def test_a_script_needs_the_package_alone(script: str, tmp_path: Path) -> None:
+    (tmp_path / "hertzchain").symlink_to(ROOT / "hertzchain")
+    path = ROOT / "validation" / script
+    # -P and -E: neither this folder nor what the tests have set leads to the clone.
+    given = [sys.executable, "-P", "-E", "-c", _AS_A_SCRIPT, path, ROOT, tmp_path]
+    done = subprocess.run(
+        list(map(str, given)), cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("usage: ")
