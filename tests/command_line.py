@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import runpy
 import subprocess
 import sys
@@ -40,6 +41,13 @@ class Outcome:
         return json.loads(self.out, parse_constant=refuse)
 
 
+def without_compiling(err: str) -> str:
+    """Standard error without the line that the first test of all has: kernels are kept then."""
+    return re.sub(
+        r"^hertzchain: compiling kernels \(first run only\): \S+ s\n", "", err, flags=re.M
+    )
+
+
 Command = Callable[..., Outcome]
 """Type of the fixture ``hertzchain``."""
 
@@ -67,7 +75,7 @@ def process(*arguments: object, code: str = MAIN, **options: Any) -> Outcome:
         timeout=PATIENCE,
         check=False,
     )
-    return Outcome(done.returncode, done.stdout or "", done.stderr)
+    return Outcome(done.returncode, done.stdout or "", without_compiling(done.stderr))
 
 
 def is_refused(outcome: Outcome, *words: str) -> None:
@@ -109,7 +117,7 @@ def run_here(capfd: pytest.CaptureFixture[str], program: str, *arguments: object
         finally:
             sys.path[:] = path
     out, err = capfd.readouterr()
-    return Outcome(status, out, err)
+    return Outcome(status, out, without_compiling(err))
 
 
 def run_program(program: str, *arguments: object, folder: Path | None = None) -> Outcome:
@@ -122,4 +130,4 @@ def run_program(program: str, *arguments: object, folder: Path | None = None) ->
         timeout=PATIENCE,
         check=False,
     )
-    return Outcome(done.returncode, done.stdout, done.stderr)
+    return Outcome(done.returncode, done.stdout, without_compiling(done.stderr))
