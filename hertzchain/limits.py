@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import sys
 import time
+from pathlib import Path
 
 from hertzchain.errors import POSITIVE, TooExpensive, is_positive, require
 
@@ -49,15 +51,36 @@ def refuse_memory(needed: float) -> None:
     """Refuse a run that takes at least ``needed`` bytes if this machine is known to have fewer."""
     if needed < 1e8:
         return  # reading the size of the memory takes longer than most runs below this size
-    try:
-        there_is = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):  # Windows has no sysconf
-        return
-    if needed > there_is > 0:
+    if needed > (there_is := _memory()) > 0:
         raise TooExpensive(
             f"this scene takes at least {needed / 1e9:.3g} GB of memory, this machine has"
             f" {there_is / 1e9:.3g} GB: shorten the chain"
         )
+
+
+def bound_memory() -> None:
+    """Let this process take no more than half of the memory there is besides what it has.
+
+    On Linux alone; elsewhere nothing is bounded.
+    """
+    if sys.platform != "linux":
+        return
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[0]
+    taken = int(pages) * os.sysconf("SC_PAGE_SIZE")
+    most = taken + _memory() // 2
+    if most > taken and (soft == resource.RLIM_INFINITY or soft > most):
+        resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+
+
+def _memory() -> int:
+    """Return the bytes of memory of this machine; 0 if they are not known."""
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):  # Windows has no sysconf
+        return 0
 
 
 def usable_cores() -> int:

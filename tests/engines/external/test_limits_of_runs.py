@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from typing import Any
@@ -341,3 +343,19 @@ def test_many_short_steps_obey_the_limit(monkeypatch: pytest.MonkeyPatch) -> Non
         hc.Native("velocity-verlet", 2e-3 * scene.units.time).run(scene)
     # A look is taken every 38 natural units; without the cost of a step itself, every 667.
     assert 0.0 < reached[0] < 1000.0, reached
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is bounded on Linux alone")
+def test_bounded_memory_is_half_of_what_there_is() -> None:
+    """Maps are not filled, so that nothing is taken."""
+    code = (
+        "import mmap, os\n"
+        "from hertzchain.limits import bound_memory\n"
+        "memory = os.sysconf('SC_PHYS_PAGES') * os.sysconf('SC_PAGE_SIZE')\n"
+        "bound_memory(); bound_memory()\n"
+        "kept = mmap.mmap(-1, int(0.45 * memory))\n"
+        "try: mmap.mmap(-1, int(0.1 * memory))\n"
+        "except OSError as problem: print(problem)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "Cannot allocate memory" in done.stdout

@@ -23,7 +23,7 @@ from hertzchain.engines.lammps.user_deck.probing import Probes, probe
 from hertzchain.engines.lammps.user_deck.session import Session, module
 from hertzchain.engines.lammps.user_deck.watching import Given, Watcher
 from hertzchain.errors import RunFailed, TooExpensive
-from hertzchain.limits import TIME_LIMIT, Deadline, check_time_limit, in_words
+from hertzchain.limits import TIME_LIMIT, Deadline, bound_memory, check_time_limit, in_words
 from hertzchain.scene.scene import Scene
 
 _READINGS = 2000
@@ -128,6 +128,7 @@ class _Start:
     def session(self) -> AbstractContextManager[Session]:
         """A LAMMPS without a box."""
         os.chdir(self.folder)
+        bound_memory()  # a lattice a hundred times too fine makes a million times the granules
         if self.program is None:
             return module()
         return piped(self.program.command[0], self.program.build.version, self.folder)
