@@ -106,6 +106,37 @@ def test_a_small_difference_is_not_one_times(
     assert words in by_name(examined(scene, stiffer(factor)(right)), "stiffness").sentence
 
 
+@pytest.mark.parametrize(
+    ("granules", "name", "target"),
+    [
+        ([3], "mass of granule 4", "atom 4 "),
+        ([3, 4, 5], "mass of granules 4 to 6", "atom 4*6 "),
+        ([3, 7], "mass of granules 4, 8", "atom 4 (and 1 more) "),
+        (list(range(20)), "mass of all granules", "group all "),
+    ],
+)
+def test_which_granules_are_wrong(
+    granules: list[int], name: str, target: str, scene: hc.Scene, right: FoundDeck
+) -> None:
+    mass = np.array(right.mass)
+    mass[granules] *= 1.1
+    check = by_name(examined(scene, changed(right, mass=mass)), "mass")
+    assert check.name == name
+    assert target in str(check.command)
+
+
+@pytest.mark.parametrize("longer", [0.5, 1.25])
+def test_a_pulse_that_lasts_longer(longer: float, scene: hc.Scene, right: FoundDeck) -> None:
+    applied = np.zeros_like(right.applied_force)
+    part = right.applied_time / (longer * 60e-6)
+    applied[:, 0] = np.where(part < 1, 100 * np.sin(np.pi * part) ** 2, 0.0)
+    check = by_name(examined(scene, changed(right, applied_force=applied)), "duration")
+    assert not check.passed
+    # Trials end 2e-6 from one another, and readings are 2e-7 s apart.
+    assert check.measured == pytest.approx(longer * 60e-6, rel=1e-4)
+    assert check.expected == pytest.approx(60e-6, rel=1e-12)
+
+
 def test_effects_are_those_of_other_scenes(scene: hc.Scene, right: FoundDeck) -> None:
     """Compare the effect of a wrong mass on the peaks with native runs with this mass."""
     heavier = replace(scene, chain=replace(scene.chain, density=1.05 * 7958.0))
