@@ -125,6 +125,29 @@ def test_which_granules_are_wrong(
     assert target in str(check.command)
 
 
+def test_a_force_on_a_second_granule_is_that_of_its_group(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    applied = right.applied_force.copy()
+    applied[:, 2] = applied[:, 0]
+    wrong = [
+        check
+        for check in examined(scene, changed(right, applied_force=applied)).to_mend
+        if check.place is not None and check.place.written == "group first id 1"
+    ]
+    assert [check.command.partition(",")[0] for check in wrong] == ["group shock id 1"]
+    assert "granule 3" in wrong[0].sentence
+
+
+def test_a_force_that_is_limited_is_no_other_stiffness(scene: hc.Scene, right: FoundDeck) -> None:
+    force = right.contact_force.copy()
+    force[0, 4] *= 0.9  # at the smallest of three overlaps
+    done = examined(scene, changed(right, contact_force=force))
+    check = by_name(done, "force of contact 6 at other overlaps")
+    assert not check.passed
+    assert check.measured == pytest.approx(0.9, rel=1e-6)
+
+
 @pytest.mark.parametrize("longer", [0.5, 1.25])
 def test_a_pulse_that_lasts_longer(longer: float, scene: hc.Scene, right: FoundDeck) -> None:
     applied = np.zeros_like(right.applied_force)
