@@ -71,13 +71,12 @@ class DeckCheck:
 
     def to_dict(self) -> dict[str, Any]:
         """The check as JSON knows it."""
-        known = self.effect is not None and math.isfinite(self.effect)
         return {
             "name": self.name,
             "unit": self.unit,
             "measured": _finite(self.measured),
             "expected": _finite(self.expected),
-            "effect_on_peaks": self.effect if known else None,
+            "effect_on_peaks": _finite(self.effect),
             "passed": bool(self.passed),
             "differs": bool(self.differs),
             "sentence": self.sentence,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from typing import Any
 
@@ -353,6 +354,14 @@ def test_units_of_lj(scene: hc.Scene, right: FoundDeck) -> None:
     assert any("one length is 0.002 m" in remark for remark in done.remarks)
     weaker = times("applied_force", 0.9)(scaled)
     assert not by_name(examined(scene, weaker), "peak of the applied").passed
+
+
+def test_an_effect_without_bounds_is_null_in_json(scene: hc.Scene, right: FoundDeck) -> None:
+    done = examined(scene, plus("missed_overlap", 3, 1e-6)(right))
+    assert by_name(done, "neighbours").effect == np.inf
+    json.dumps(done.to_dict(), allow_nan=False)
+    (check,) = (one for one in done.to_dict()["checks"] if one["name"] == "neighbours")
+    assert check["effect_on_peaks"] is None
 
 
 def test_the_document(scene: hc.Scene, right: FoundDeck) -> None:
