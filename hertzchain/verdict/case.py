@@ -42,11 +42,6 @@ class Cause:
         jumps = np.sum(np.diff(self.rest) ** 2)
         return bool(jumps >= _NOISE * np.sum(self.rest**2))
 
-    @property
-    def most(self) -> float:
-        """The largest difference that it leaves, as far as that is known; else the mean one."""
-        return self.residual if self.rest is None else float(np.max(np.abs(self.rest), initial=0.0))
-
 
 @dataclass(frozen=True, eq=False)
 class Case:

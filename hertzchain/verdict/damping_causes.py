@@ -58,6 +58,7 @@ class _Fitted:
     contact: Contact
     log: float  # logarithm of the coefficient, natural units
     left: float
+    rest: FloatArray  # what it leaves of each judged contact
 
 
 def damping(case: Case) -> Iterator[Cause]:
@@ -67,13 +68,14 @@ def damping(case: Case) -> Iterator[Cause]:
     base = False
     if own is not None:
         base = own.attraction
-        without = case.residual(case.of(replace(scene, contact=None)))
-        yield Cause("no damping", without)
+        elastic = case.cause("no damping", case.of(replace(scene, contact=None)))
+        without = elastic.residual
+        yield elastic
         other = replace(own, attraction=not base)
         text = (
             "contacts that pull as they open" if not base else "contacts that are kept from pulling"
         )
-        yield Cause(text, case.residual(case.of(replace(scene, contact=other))))
+        yield case.cause(text, case.of(replace(scene, contact=other)))
     for law in DAMPING:
         found = _fit(case, law, base, _TRIALS)
         if found is None or found.left > case.size / 2:
@@ -84,7 +86,7 @@ def damping(case: Case) -> Iterator[Cause]:
             found = other_way
         if found.left > without / _BETTER or _is_own(scene, found):
             continue
-        yield Cause(_in_words(case, found, base), found.left)
+        yield Cause(_in_words(case, found, base), found.left, found.rest)
 
 
 def _fit(case: Case, law: str, attraction: bool, logs: FloatArray) -> _Fitted | None:
@@ -103,7 +105,8 @@ def _fit(case: Case, law: str, attraction: bool, logs: FloatArray) -> _Fitted | 
     log, left = case.fit(peaks_at, allowed)
     if not math.isfinite(left):
         return None
-    return _Fitted(contact_of(case.scene, law, math.exp(log), attraction), log, left)
+    contact = contact_of(case.scene, law, math.exp(log), attraction)
+    return _Fitted(contact, log, left, case.left(peaks_at(log)))
 
 
 def contact_of(scene: Scene, law: str, strength: float, attraction: bool) -> Contact:

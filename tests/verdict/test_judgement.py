@@ -497,7 +497,7 @@ def test_the_best_factor_is_found_in_a_valley_that_is_not_the_deepest_trial() ->
 
 def case_of(truth: hc.Result, given: FloatArray) -> Case:
     judged = judgement.judged_peaks(truth, given)
-    return Case(truth.scene, truth, given, judged, None, 1e-6, Deadline(60.0))
+    return Case(truth.scene, truth, given, judged, None, 1e-3, Deadline(60.0))
 
 
 def shared(truth: hc.Result, size: float) -> Case:

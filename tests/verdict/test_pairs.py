@@ -403,12 +403,6 @@ def test_a_cause_leaves_no_more_than_is_allowed(
         assert (found.cause is not None) is named
 
 
-def test_the_largest_difference_that_is_left_counts() -> None:
-    rest = np.array([1.0, -3.0, 2.0])
-    assert Cause("", 2.16, rest).most == 3.0
-    assert Cause("", 2.16).most == 2.16
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_of_three_mistakes_no_single_one_is_the_cause(seed: int) -> None:
