@@ -130,7 +130,7 @@ def _late(name: str) -> str:
 
 
 def _allowed(case: Case) -> float:
-    """Most that a cause may leave, root mean square: what leaves more is a part of what is wrong."""
+    """Most that a cause may leave, root mean square: what leaves more is a part of the mistake."""
     return max(case.tolerance, _KNOWN_TO * case.size)
 
 
