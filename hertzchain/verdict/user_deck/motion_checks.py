@@ -26,6 +26,7 @@ _EXPLAINS = (
     "contacts", "force of", "constant force across", "applied force across", "neighbours",
     "granules that are led", "number of granules", "integrators", "contacts across",
     "distance from", "random", "spin", "velocity across", "wall at",
+    "wall in motion",
 )  # fmt: skip
 """Checks of what no chain of velocity Verlet along a line can have: these explain its motion."""
 

@@ -13,6 +13,7 @@ from hertzchain.engines.native import METHODS
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.verdict.user_deck.deck_check import Case, DeckCheck, names, placed, same, values
+from hertzchain.verdict.user_deck.measured import far_wall
 from hertzchain.verdict.user_deck.places import ROLES, place_at
 from hertzchain.verdict.user_deck.twin import change_of_peaks
 
@@ -128,6 +129,16 @@ def _neighbours(case: Case) -> list[DeckCheck]:
     near = float(case.near[min(k, case.near.size - 1)])
     if missed.size == 0 or missed[k] <= _MISSED * near:
         return [same("neighbours", "m", 0.0, 0.0, "overlaps without a force while the deck ran")]
+    wall = far_wall(case.found)
+    if wall is not None and k == case.found.position.size - 1:
+        check = DeckCheck(
+            "wall in motion", "m", float(missed[k]), 0.0, case.whole_effect, False, True,
+            f"the last granule is up to {missed[k]:.3g} m beyond the place of the wall without a"
+            " force: the wall moves, or ends, while the deck runs",
+            f"chosen: {_MISSED:g} of the overlap expected",
+        )  # fmt: skip
+        text = re.sub(r"\s(?:wiggle|shear)\s.*", "", case.found.commands[wall.command].text)
+        return [replace(check, place=place_at(case.found, wall.command), command=text)]
     check = DeckCheck(
         "neighbours", "m", float(missed[k]), 0.0, math.inf, False, True,
         f"contact {k + 2} overlapped by up to {missed[k]:.3g} m without a force: neighbours are"

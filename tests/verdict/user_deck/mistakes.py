@@ -152,6 +152,8 @@ ELSEWHERE = {
         deck="in.striker_wall", scene="striker_wall"),
     "wall place": one("place of the wall", "NULL 0.095\n", "NULL 0.09501\n", "fix w last", "xplane",
         deck="in.striker_wall", scene="striker_wall"),
+    "moving wall": one("wall in motion", "NULL 0.095\n", "NULL 0.095 wiggle x 1e-6 1e-4\n",
+        "fix w last", "xplane NULL 0.095", deck="in.striker_wall", scene="striker_wall"),
     "striker": one("velocity of granule 1", "set 1.0 0 0", "set 0.95 0 0", "set 0.95 0 0",
         "set 1 0 0", deck="in.striker_velocity", scene="striker"),
     "gap": one("distance of granules", "0.010005", "0.010007", "v_i*0.010007", "0.010005",

@@ -331,6 +331,16 @@ def test_a_fix_that_has_ended_before_the_shock(scene: hc.Scene, right: FoundDeck
         assert told == names
 
 
+def test_a_wall_that_moves_away(scene: hc.Scene, right: FoundDeck) -> None:
+    depth = np.array([1e-6, 5e-6])
+    force, beyond = 2e10 * depth**1.5, float(right.position[-1]) + 4.75e-3 + 1e-2
+    wall = FoundWall("last", beyond, depth, force, depth, depth, force, 0.0, 4)
+    for missed, told in ((1e-8, False), (1e-6, True)):
+        overlaps = np.append(right.missed_overlap, missed)
+        done = examined(scene, changed(right, walls=(wall,), missed_overlap=overlaps))
+        assert [check.name for check in done.to_mend] == (["wall in motion"] if told else [])
+
+
 def test_units_of_lj(scene: hc.Scene, right: FoundDeck) -> None:
     """The same chain in arbitrary units: lengths of 2 mm, masses of 3 g, times of 5 us."""
     length, mass, time = 2e-3, 3e-3, 5e-6
