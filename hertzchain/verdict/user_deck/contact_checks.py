@@ -26,6 +26,7 @@ from hertzchain.verdict.user_deck.places import place, place_at
 
 _EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
 _BENT = 0.01  # of the force at other overlaps than the largest expected (chosen)
+_ELSEWHERE = " at other overlaps"
 _NO_FORCE = 1e-6  # of Hertz's: a contact with less pushes not at all (chosen)
 
 
@@ -39,7 +40,10 @@ def contact_checks(case: Case) -> list[DeckCheck]:
             "the contacts of the deck could not be asked", "its granules do not lie in one row",
         )  # fmt: skip
         return [placed(check, case.found, "place", (), "put all granules in one row")]
-    return [*_laws(case), *damping_check(case), friction_check(case), *_image(case), *_walls(case)]
+    checks = _laws(case)
+    if not any(check.name.endswith(_ELSEWHERE) for check in checks):
+        checks += damping_check(case)  # which is what is added to a law of one power
+    return [*checks, friction_check(case), *_image(case), *_walls(case)]
 
 
 def _laws(case: Case) -> list[DeckCheck]:
@@ -214,7 +218,7 @@ def _limited(case: Case) -> list[DeckCheck]:
         if abs(off[at]) > _BENT:
             who, ratio = contact_name(np.array([k]), case), float(law.ratios[tried][at])
             check = DeckCheck(
-                f"force of {who} at other overlaps", "", ratio, 1.0, case.whole_effect, False, True,
+                f"force of {who}{_ELSEWHERE}", "", ratio, 1.0, case.whole_effect, False, True,
                 f"the force of {who} is {ratio:.3g} times Hertz's at one of the overlaps that were"
                 " tried, and Hertz's at another: there is a cutoff or a limit",
                 f"chosen: {_BENT:g} of the force",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -339,6 +340,16 @@ def test_a_wall_that_moves_away(scene: hc.Scene, right: FoundDeck) -> None:
         overlaps = np.append(right.missed_overlap, missed)
         done = examined(scene, changed(right, walls=(wall,), missed_overlap=overlaps))
         assert [check.name for check in done.to_mend] == (["wall in motion"] if told else [])
+
+
+def test_a_law_of_no_power_is_no_damping(scene: hc.Scene, right: FoundDeck) -> None:
+    """Another force besides Hertz's, which counts where that is small."""
+    least = (slice(0, 1), slice(None))
+    more = plus("damped_force", least, 0.02 * right.damped_force[0])(right)
+    more = plus("contact_force", least, 0.02 * right.contact_force[0])(more)
+    names = [check.name for check in examined(scene, more).to_mend]
+    assert len(names) == 1
+    assert re.fullmatch("force of contact .* at other overlaps", names[0])
 
 
 def test_units_of_lj(scene: hc.Scene, right: FoundDeck) -> None:
