@@ -11,6 +11,7 @@ from hertzchain.engines.native.damped_contacts import (
     first_change,
     highest,
     law,
+    law_rate,
     overlap_curve,
     power_of,
 )
@@ -29,13 +30,18 @@ IDLE = 1e-3
 
 @compiled
 def in_wrong_mode(u: Any, v: Any, f: Any, on: Any, i: int, idle: float, c: Any) -> bool:
-    """Whether contact i is in a mode that it ought not to have."""
-    d = u[i] - u[i + 1] - c.gap[i]
+    """Whether contact i is in a mode that it ought not to have.
+
+    A strong damper lets its contact open for ever, with a force of almost 0 that would keep steps
+    short: such a force is left out.
+    """
+    d, w = u[i] - u[i + 1] - c.gap[i], v[i] - v[i + 1]
     if on[i] > 0.0:
-        return d < -idle or (f[i + 1] < -idle and not c.attraction)
+        if c.attraction or c.damping[i] == 0.0:
+            return d < -idle
+        return d < -idle or f[i + 1] < (idle if w < 0.0 < d else -idle)
     if d <= 0.0 or (c.stiffness[i] == 0.0):
         return False
-    w = v[i] - v[i + 1]
     if c.attraction:
         return d > idle or w > 0.0
     return law(d, w, i, c) > idle
@@ -48,6 +54,8 @@ def cost(d: float, w: float, at_change: Any, late: float, ending: bool, i: int, 
     ``at_change`` is overlap and closing speed when it should have changed; d and w are those now.
     """
     if not ending:
+        if at_change[0] > 0.0 and at_change[1] < 0.0:  # it opens, slowly enough to press again
+            return c.lightest[i] * late * abs(law(d, w, i, c))
         reached = max(d, abs(w) * late)
         return c.lightest[i] * late * abs(law(reached, abs(w), i, c))
     far, speed = max(at_change[0], 0.0), abs(at_change[1])
@@ -62,6 +70,18 @@ def cost(d: float, w: float, at_change: Any, late: float, ending: bool, i: int, 
 
 
 @compiled
+def lateness(d: float, w: float, bend: float, i: int, c: Any) -> float:
+    """How far in time contact i is from the change of its mode, before or after.
+
+    The mode changes where the overlap is 0, or the force if a damper can make it 0 before that.
+    """
+    if w < 0.0 < d and not c.attraction and c.damping[i] > 0.0:
+        force, rate = law(d, w, i, c), law_rate(d, w, bend, i, c)
+        return abs(force / rate) if rate != 0.0 else 0.0
+    return abs(d / w) if w != 0.0 else 0.0
+
+
+@compiled
 def begins(d: float, w: float, i: int, h: float, allowed: float, c: Any) -> bool:
     """Whether the force of a contact that begins now matters before a step h is over."""
     reached = w * h
@@ -71,14 +91,19 @@ def begins(d: float, w: float, i: int, h: float, allowed: float, c: Any) -> bool
 
 
 @compiled
-def _dips(start: Any, end: Any, h: float) -> bool:
-    """Whether what falls at the start of a step and rises at the end may be below 0 between.
+def _dips(start: Any, end: Any, h: float, i: int, allowed: float, c: Any) -> bool:
+    """Whether contact i may end and begin again within a step, so that it matters.
 
-    Start and end are value and rate; the lowest that it can be, if it is convex, is where the
-    tangents meet.
+    Start and end are value and rate of its force, with attraction of its overlap. The lowest that
+    it can be, if it is convex, is where the tangents meet.
     """
     fall, rise = start[1], end[1]
-    return bool(start[0] + fall * (end[0] - start[0] - rise * h) / (fall - rise) < 0.0)
+    if not fall < 0.0 < rise:
+        return False
+    lowest = start[0] + fall * (end[0] - start[0] - rise * h) / (fall - rise)
+    if c.attraction:
+        return bool(lowest < 0.0)
+    return bool(-c.lightest[i] * h * lowest > EVENT * allowed)
 
 
 @compiled
@@ -100,7 +125,7 @@ def earliest(
                 end = d1, v1[i] - v1[i + 1]
             else:
                 start, end = (f0[i + 1], r0[i + 1]), (f1[i + 1], r1[i + 1])
-            if start[1] < 0.0 and end[1] > 0.0 and _dips(start, end, h):
+            if _dips(start, end, h, i, allowed, c):
                 curve = overlap_curve(u0, v0, a0, u1, v1, a1, c.gap, i, h)
                 s = first_change(curve, h, i, pressing, c)
                 if s < first:

@@ -33,12 +33,14 @@ from hertzchain.engines.native.damped_events import (
     in_wrong_mode,
     keep_ends,
     keep_maxima,
+    lateness,
     start_modes,
 )
 from hertzchain.engines.native.damped_step import (
     error_ratio,
     errors,
     evaluate,
+    rate_of_dampers,
     take_step,
 )
 from hertzchain.engines.native.kernels import (
@@ -72,6 +74,18 @@ _RELOCATED = 8
 _OF_STROKE = 0.25
 """The first step of a stroke of the piston over the longest step and the stroke: a short stroke is
 not one step in both of two runs that are to tell errors from one another (chosen)."""
+
+_STABLE = 5.0
+"""Longest step times the rate at which dampers stop motions: there the method leaves 0.06 of such a
+motion, and above 6.4 it makes it grow (derived from its coefficients). With longer steps errors
+grow to what is allowed, and modes change to and fro with them."""
+
+_STRONG = 4.0
+"""The rate, natural units, above which errors of forces are larger than those of velocities: that
+of a damper of 1 between granules of mass 1."""
+
+_FINEST = 1e-13
+"""Error of a step over the largest speed, at least: less is rounding (chosen)."""
 
 _SHORTEST = 1e-14
 """Shortest step over the time."""
@@ -214,7 +228,10 @@ def march(
         if c.inertia[0] == 0.0:
             following = min(following, _OF_STROKE * longest * (end - time))
         while status == DONE and time < end:
-            h, tried, target, smooth = min(following, longest), 0, -1, following
+            rate = max(rate_of_dampers(u0, on, hi, c), _STABLE / longest)
+            following = min(following, _STABLE / rate)
+            strength = max(1.0, min(rate / _STRONG, tolerance / _FINEST))
+            h, tried, target, smooth = following, 0, -1, following
             if time + 1.01 * h >= end:
                 h = end - time
             shortest = _SHORTEST * (1.0 + abs(time))
@@ -235,7 +252,8 @@ def march(
                     power, lost,
                 )  # fmt: skip
                 allowed = tolerance * max(fastest, _SLOW)
-                error = error_ratio(e5, e3, allowed * (_STRICTER if fresh else 1.0))
+                judged = allowed * (_STRICTER if fresh else 1.0) / strength
+                error = error_ratio(e5, e3, judged)
                 if error > 1.0 and h > shortest:
                     h *= max(0.1, 0.9 * error ** (-1 / 8)) ** m
                     smooth = h
@@ -286,9 +304,7 @@ def march(
                 d, w = u1[i] - u1[i + 1] - c.gap[i], v1[i] - v1[i + 1]
                 if i == target and not wrong:
                     ending = on[i] > 0.0
-                    late = abs(d / w) if w != 0.0 else 0.0
-                    if ending and not c.attraction and c.damping[i] > 0.0:
-                        late = abs(f1[i + 1] / r1[i + 1]) if r1[i + 1] != 0.0 else 0.0
+                    late = lateness(d, w, a1[i] - a1[i + 1], i, c)
                     wrong = cost(d, w, (d, w), late, ending, i, c) <= EVENT * allowed
                 if wrong:
                     changed = True

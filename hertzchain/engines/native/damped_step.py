@@ -13,6 +13,7 @@ from hertzchain.engines.native.damped_contacts import (
     applied_rate,
     force_rates,
     forces,
+    power_of,
 )
 from hertzchain.engines.native.kernels import (
     ONE,
@@ -26,6 +27,23 @@ _AHEAD = 8
 
 _LEAST = 1e-60
 """A force below which a granule ahead of the front stays at rest."""
+
+
+@compiled
+def rate_of_dampers(u: Any, on: Any, hi: int, c: Any) -> float:
+    """Bound of the rates at which the dampers that act now stop motions.
+
+    No rate is larger than the largest sum of a row of the matrix of dampers over masses
+    (Gershgorin).
+    """
+    fastest, before = 0.0, 0.0
+    for i in range(hi):
+        damping = on[i] * c.damping[i]
+        if c.quarters > 0:
+            damping *= power_of(max(u[i] - u[i + 1] - c.gap[i], 0.0), c.quarters)
+        fastest = max(fastest, (before + damping) * c.inertia[i])
+        before = damping
+    return 2.0 * fastest
 
 
 @compiled
