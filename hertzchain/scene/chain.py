@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from numbers import Integral, Real
@@ -29,7 +30,7 @@ MATERIAL = ("radius", "young_modulus", "poisson_ratio", "density")
 """Names of the properties of a granule."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Chain:
     """A row of spheres, in SI units.
 
@@ -78,6 +79,9 @@ class Chain:
             else:
                 _check(key, value)
         to_plain_numbers(self)
+
+    def __repr__(self) -> str:
+        return short_repr(self)
 
     @property
     def section(self) -> Mapping[str, Any] | None:
@@ -171,3 +175,9 @@ def to_plain_numbers(part: Any) -> None:
         if isinstance(value, Real) and not isinstance(value, bool):
             plain = int(value) if isinstance(value, Integral) else float(value)
             object.__setattr__(part, field.name, plain)
+
+
+def short_repr(part: Any) -> str:
+    """The repr of a frozen object, in which of long tuples only the first six values stand."""
+    values = (f"{one.name}={reprlib.repr(getattr(part, one.name))}" for one in fields(part))
+    return f"{type(part).__name__}({', '.join(values)})"

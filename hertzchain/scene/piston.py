@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import cast
 
 from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
-from hertzchain.scene.chain import to_plain_numbers
+from hertzchain.scene.chain import short_repr, to_plain_numbers
 from hertzchain.scene.pulse import check_times, read_table
 
 
@@ -35,7 +35,7 @@ class Stroke:
         return self.displacement + self.velocity * (time - self.start)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Piston:
     """A piston: granule 1 moves at a constant velocity or along a measured displacement.
 
@@ -64,6 +64,9 @@ class Piston:
     time: tuple[float, ...] | None = None
     displacement: tuple[float, ...] | None = None
     file: str | None = field(default=None, compare=False)
+
+    def __repr__(self) -> str:
+        return short_repr(self)
 
     def __post_init__(self) -> None:
         has_table = self.time is not None or self.displacement is not None

@@ -18,7 +18,7 @@ import numpy as np
 
 from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
 from hertzchain.files import read_rows
-from hertzchain.scene.chain import to_plain_numbers
+from hertzchain.scene.chain import short_repr, to_plain_numbers
 
 
 @dataclass(frozen=True)
@@ -215,7 +215,7 @@ class Pulse:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PulseTable:
     """A measured pulse: force linear between rows, zero before the first and after the last.
 
@@ -251,6 +251,9 @@ class PulseTable:
         require(any(self.force), "force_N", None, "must be positive in at least one row")
         for name in ("time", "force"):
             object.__setattr__(self, name, tuple(float(value) for value in getattr(self, name)))
+
+    def __repr__(self) -> str:
+        return short_repr(self)
 
     @property
     def peak_force(self) -> float:

@@ -121,6 +121,22 @@ def test_a_scene_of_thousands_of_unlike_granules_prints_their_range() -> None:
     assert len(repr(scene)) < 1500
 
 
+def test_a_chain_prints_as_it_is_made() -> None:
+    assert eval(repr(SCENE.chain), {"Chain": hc.Chain}) == SCENE.chain  # noqa: S307 - our own
+
+
+@pytest.mark.parametrize("rows", [6, 7, 5000])
+def test_long_tables_print_their_first_six_values(rows: int) -> None:
+    values = tuple(float(k) for k in range(rows))
+    more = ", ..." if rows > 6 else ""
+    shown = f"(0.0, 1.0, 2.0, 3.0, 4.0, 5.0{more})"
+    table, piston = hc.PulseTable(values, values), hc.Piston(time=values, displacement=values)
+    chain = hc.Chain(rows, [k + 1.0 for k in values], 1.0, 0.3, 1.0)
+    assert repr(table) == f"PulseTable(time={shown}, force={shown}, file=None)"
+    assert f"time={shown}, displacement={shown}" in repr(piston)
+    assert f"radius=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0{more}), young_modulus=1.0" in repr(chain)
+
+
 def test_a_result_prints_its_numbers(result: hc.Result) -> None:
     largest, contact = re.fullmatch(  # type: ignore[union-attr]
         r"([\d.]+) N in contact (\d+)", fact(result, "largest peak")
