@@ -34,6 +34,7 @@ from numba.core.runtime.nrt import rtsys
 from numba.extending import intrinsic
 
 from hertzchain.arrays import Array, FloatArray
+from hertzchain.engines.native.parts import compiled_as_part
 
 START, END, STEPS, SHAPE, RAMP_START, RAMP_END, FORCE_START, FORCE_END = range(8)
 """Columns of legs: times of leg and ramp, forces at the ends of the ramp, natural units.
@@ -245,8 +246,16 @@ def compiled(function: Any) -> Any:
     return njit(**_HOW, **_UNCOUNTED)(function)
 
 
-def _compiled_with_arrays(function: Any) -> Any:
-    return njit(**_HOW)(function)
+def _part(function: Any) -> Any:
+    """The same, compiled with the kernels alone: see ``parts``.
+
+    Not for the loops of a step: LLVM made them slower, by a tenth with velocity Verlet.
+    """
+    return compiled_as_part(function, **_HOW, **_UNCOUNTED)
+
+
+def _part_with_arrays(function: Any) -> Any:
+    return compiled_as_part(function, **_HOW)
 
 
 class _Kept(FunctionCache):
@@ -293,7 +302,7 @@ def _compiled_without_nan(function: Any) -> Any:
     return njit(**{**_HOW, "fastmath": {"contract", "nnan", "nsz"}}, **_UNCOUNTED)(function)
 
 
-@compiled
+@_part
 def _applied_force(leg: Any, time: float) -> float:
     if leg[SHAPE] == 0:
         return 0.0
@@ -303,7 +312,7 @@ def _applied_force(leg: Any, time: float) -> float:
     return leg[FORCE_START] + (leg[FORCE_END] - leg[FORCE_START]) * growth
 
 
-@compiled
+@_part
 def _applied_force_rate(leg: Any, time: float) -> float:
     if leg[SHAPE] == 0:
         return 0.0
@@ -401,7 +410,7 @@ def _accelerations(
     return left
 
 
-@compiled
+@_part
 def _accelerate_first(
     u: Any, g: Any, constants: Any, lo: int, stiffness: Any, inertia: Any, gap: Any, pull: Any
 ) -> None:
@@ -531,7 +540,7 @@ def _nystrom_step(
     )
 
 
-@_compiled_with_arrays
+@_part_with_arrays
 def _like(table: Any, precision: Any) -> Table:
     """An empty table of the same shapes in a precision."""
     kind = precision.dtype
@@ -545,7 +554,7 @@ def _like(table: Any, precision: Any) -> Table:
     )
 
 
-@compiled
+@_part
 def _scale(
     table: Any, h: float, kicks: Any, drifts: Any, nodes: Any, position: Any,
     velocity_weights: Any, position_weights: Any,
@@ -653,17 +662,17 @@ def _turns_of_verlet(
     return turns
 
 
-@compiled
+@_part
 def _force(r: float) -> float:
     return r * math.sqrt(r) if r > 0 else 0.0
 
 
-@compiled
+@_part
 def _force_rate(r: float, rate: float) -> float:
     return 1.5 * math.sqrt(r) * rate if r > 0 else 0.0
 
 
-@compiled
+@_part
 def _overlap(u: Any, i: int, gap: Any) -> float:
     r = float(u[i] - u[i + 1])
     if gap is not None:
@@ -671,7 +680,7 @@ def _overlap(u: Any, i: int, gap: Any) -> float:
     return r
 
 
-@compiled
+@_part
 def _of_contact(force: float, i: int, stiffness: Any) -> float:
     """A force, or its rate, of the contact ahead of a granule, from that at stiffness 1."""
     if stiffness is not None:
@@ -679,12 +688,12 @@ def _of_contact(force: float, i: int, stiffness: Any) -> float:
     return force
 
 
-@compiled
+@_part
 def _has_piston(inertia: Any) -> bool:
     return False if inertia is None else inertia[0] == 0
 
 
-@compiled
+@_part
 def _mass(i: int, inertia: Any) -> float:
     """Mass of a granule; 0 for a piston, whose momentum and energy are not the chain's."""
     if inertia is None:
@@ -692,7 +701,7 @@ def _mass(i: int, inertia: Any) -> float:
     return 1.0 / inertia[i] if inertia[i] > 0 else 0.0
 
 
-@compiled
+@_part
 def _net(
     u: Any, v: Any, i: int, leg: Any, time: float, stiffness: Any, inertia: Any, gap: Any, pull: Any
 ) -> Any:
@@ -715,7 +724,7 @@ def _net(
     return net, rate
 
 
-@compiled
+@_part
 def _granule(
     u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float,
     stiffness: Any, inertia: Any, gap: Any, pull: Any,
@@ -739,7 +748,7 @@ def _granule(
     return float(u[i]), float(v[i]) - off * jerk, pushed - passed_on, jerk
 
 
-@compiled
+@_part
 def _contact(
     u: Any, v: Any, i: int, lo: int, leg: Any, time: float, off: float,
     stiffness: Any, inertia: Any, gap: Any, pull: Any,
@@ -765,7 +774,7 @@ def _contact(
     return overlap, rate - off * jerk, acceleration, jerk
 
 
-@compiled
+@_part
 def _hermite(start: Any, end: Any, h: float) -> Any:
     """Coefficients in s = (t - t_start) / h of the polynomial of degree 7 that meets both ends."""
     x, p, q, c = np.float64(start[0]), start[1] * h, start[2] * h * h / 2, start[3] * h**3 / 6
@@ -783,28 +792,28 @@ def _hermite(start: Any, end: Any, h: float) -> Any:
     )  # fmt: skip
 
 
-@compiled
+@_part
 def _value(c: Any, s: float) -> float:
     return c[0] + s * (
         c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * (c[5] + s * (c[6] + s * c[7])))))
     )
 
 
-@compiled
+@_part
 def _slope(c: Any, s: float) -> float:
     return c[1] + s * (
         2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * (5 * c[5] + s * (6 * c[6] + s * 7 * c[7]))))
     )
 
 
-@compiled
+@_part
 def _curvature(c: Any, s: float) -> float:
     return 2 * c[2] + s * (
         6 * c[3] + s * (12 * c[4] + s * (20 * c[5] + s * (30 * c[6] + s * 42 * c[7])))
     )
 
 
-@compiled
+@_part
 def _maximum(c: Any, low: float, high: float) -> float:
     """Where between low and high a polynomial that rises at low and falls at high is highest."""
     at_low, at_high = _slope(c, low), _slope(c, high)
@@ -826,7 +835,7 @@ def _maximum(c: Any, low: float, high: float) -> float:
     return s
 
 
-@compiled
+@_part
 def _bernstein(c: Any, low: float, width: float, b: Any) -> None:
     """Bernstein coefficients of the slope from low to low + width, times width."""
     for k in range(7):
@@ -842,7 +851,7 @@ def _bernstein(c: Any, low: float, width: float, b: Any) -> None:
             b[j] += b[j - 1]
 
 
-@compiled
+@_part
 def _highest(c: Any, known: float, b: Any) -> float:
     """Where in [0, 1] a polynomial of degree 7 is highest between its ends; -1 where nowhere.
 
@@ -884,7 +893,7 @@ def _highest(c: Any, known: float, b: Any) -> float:
         place += 1
 
 
-@compiled
+@_part
 def _keep_peaks(
     peak_force: Any, peak_time: Any, base: int, u0: Any, v0: Any, a: Any, u: Any, v: Any, g: Any,
     lo: int, hi: int, leg: Any, begin: float, time: float, h: float, off: float, dips: bool,
@@ -929,7 +938,7 @@ def _keep_peaks(
             peak_time[base + i] = begin + s * h
 
 
-@compiled
+@_part
 def _work(
     u0: Any, v0: Any, u: Any, v: Any, lo: int, leg: Any, begin: float, h: float, off: float,
     stiffness: Any, inertia: Any, gap: Any, pull: Any,
@@ -946,7 +955,7 @@ def _work(
     return total
 
 
-@compiled
+@_part
 def _impulse(
     contact: int, u0: Any, v0: Any, u: Any, v: Any, leg: Any, begin: float, h: float, off: float,
     stiffness: Any, inertia: Any, gap: Any, pull: Any,
@@ -964,7 +973,7 @@ def _impulse(
     return total * h
 
 
-@compiled
+@_part
 def _keep_history(
     record: Any, kept: int, u0: Any, v0: Any, u: Any, v: Any, lo: int, hi: int,
     leg: Any, begin: float, end: float, off: float, stiffness: Any, inertia: Any, gap: Any,
@@ -989,7 +998,7 @@ def _keep_history(
     return kept
 
 
-@compiled
+@_part
 def _strength(force: float, velocity: float, stiffness: Any, inertia: Any) -> float:
     """How hard contacts can come to be pressed, after one pulse, by what has these largest values.
 
@@ -1004,7 +1013,7 @@ def _strength(force: float, velocity: float, stiffness: Any, inertia: Any) -> fl
     return max(force, impact)
 
 
-@compiled
+@_part
 def _fastest(v: Any, i: Any, stiffness: Any) -> float:
     """The velocity with which a granule may run into others, for ``_strength``.
 
@@ -1016,7 +1025,7 @@ def _fastest(v: Any, i: Any, stiffness: Any) -> float:
     return max(velocity, float(v[i] - v[i + ONE]))
 
 
-@compiled
+@_part
 def _height(
     momentum: float, energy: float, hardest: float, stiffness: Any, inertia: Any
 ) -> float:  # fmt: skip
@@ -1039,7 +1048,7 @@ def _height(
     return float(height)
 
 
-@compiled
+@_part
 def _quiet(u: Any, leading: float, stiffness: Any, inertia: Any) -> Any:
     """Largest overlap and velocity of a quiet granule, behind a wave of this height."""
     noise = max(_QUIET, _QUIET_ROUNDING * (_SINGLE[_EPS] if u.itemsize == 4 else _DOUBLE[_EPS]))
@@ -1051,7 +1060,7 @@ def _quiet(u: Any, leading: float, stiffness: Any, inertia: Any) -> Any:
     return overlap, velocity
 
 
-@compiled
+@_part
 def _left_behind(
     u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, parts: Any, most: int,
     stiffness: Any, inertia: Any,
@@ -1152,7 +1161,7 @@ def _left_behind(
     return cut
 
 
-@compiled
+@_part
 def _put_to_rest(
     u: Any, v: Any, g: Any, u0: Any, v0: Any, parts: Any, lo: int, cut: int
 ) -> None:  # fmt: skip
@@ -1168,7 +1177,7 @@ def _put_to_rest(
             break
 
 
-@compiled
+@_part
 def _follow(
     u: Any, v: Any, g: Any, u0: Any, v0: Any, parts: Any, lo: int, leading: float,
     stiffness: Any, inertia: Any,
@@ -1207,7 +1216,7 @@ def _follow(
     return lo
 
 
-@compiled
+@_part
 def _settled(
     u: Any, v: Any, peak_force: Any, base: int, lo: int, hi: int, stiffness: Any, inertia: Any
 ) -> bool:
@@ -1232,7 +1241,7 @@ def _settled(
     return True
 
 
-@compiled
+@_part
 def _momentum(v: Any, lo: int, hi: int, inertia: Any) -> float:
     total = 0.0
     for i in range(np.uint64(lo), np.uint64(hi)):
@@ -1243,7 +1252,7 @@ def _momentum(v: Any, lo: int, hi: int, inertia: Any) -> float:
     return total
 
 
-@compiled
+@_part
 def _energy(
     u: Any, v: Any, lo: int, hi: int, stiffness: Any, inertia: Any, gap: Any, pull: Any
 ) -> float:
@@ -1261,14 +1270,14 @@ def _energy(
     return total
 
 
-@compiled
+@_part
 def _end_chain(u: Any, base: int, granules: int, peak_force: Any) -> None:
     """Put the free end, or the wall, behind the last granule, where the window reaches it."""
     if granules - base < u.size:
         u[granules - base] = 0.0 if peak_force.size == granules else _FREE_END
 
 
-@compiled
+@_part
 def _is_stopped(control: Any) -> bool:
     return control[0] < 0 or 0 < control[0] <= control[2]
 
@@ -1290,7 +1299,7 @@ _LEG_DONE, _NO_ROOM, _SETTLED, _DIVERGED, _STOPPED = range(5)
 """Why _advance returns."""
 
 
-@compiled
+@_part
 def _is_diverged(energy: float, total: Any, inertia: Any) -> bool:
     """Whether the chain has far more energy than it was given.
 
@@ -1301,7 +1310,7 @@ def _is_diverged(energy: float, total: Any, inertia: Any) -> bool:
     return not energy <= _DIVERGED_ENERGY * (total[_WORK] + total[_GIVEN])
 
 
-@compiled
+@_part
 def _advance(
     u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, constants: Any, bernstein: Any,
     table: Any, kicks: Any, drifts: Any, nodes: Any, position: Any, velocity_weights: Any,
@@ -1493,7 +1502,7 @@ def _advance(
     return reason
 
 
-@compiled
+@_part
 def _begin(
     u: Any, v: Any, g: Any, granules: int, peak_force: Any, peak_time: Any, total: Any,
     stiffness: Any, inertia: Any, gap: Any, pull: Any,
@@ -1515,7 +1524,7 @@ def _begin(
             peak_force[i], peak_time[i] = force, total[_TIME]
 
 
-@compiled
+@_part
 def _pushed(legs: Any) -> int:
     """How many legs there are up to the last with a force."""
     found = 0
@@ -1523,6 +1532,24 @@ def _pushed(legs: Any) -> int:
         if legs[k, SHAPE] != 0:
             found = k + 1
     return found
+
+
+@_part
+def _start_at(start: Any, u: Any, v: Any) -> None:
+    for i in range(start.shape[1]):
+        u[i], v[i] = start[0, i], start[1, i]
+
+
+@_part_with_arrays
+def _moved(what: Any, lo: int, hi: int, size: int) -> Any:
+    """Entries lo ... hi - 1 at the beginning of an array of a new size, zeros behind them.
+
+    In loops: to assign slices Numba compiles messages on shapes that differ, a sixth of all time.
+    """
+    to = np.zeros(size, what.dtype)
+    for i in range(lo, hi):
+        to[i - lo] = what[i]
+    return to
 
 
 @compiled_and_kept
@@ -1603,7 +1630,7 @@ def march(
     count[_HI] = min(moving, granules)
     total[_TIME], total[_NEXT_CHECK] = legs[0, START], _CHECK
     if start.size > 0:
-        u[:granules], v[:granules] = start[0], start[1]
+        _start_at(start, u, v)
     if start.size > 0 or stiffness is not None:
         _begin(u, v, g, granules, peak_force, peak_time, total, stiffness, inertia, gap, pull)
     reason = _LEG_DONE
@@ -1635,11 +1662,9 @@ def march(
             if hi - first + margin > size // 2:
                 size *= 2
             size = min(size, granules + 1 - base - first)
-            moved = np.zeros((3, size), kind)
-            moved[0, : hi - first], moved[1, : hi - first] = u[first:hi], v[first:hi]
-            moved[2, : hi - first] = g[first:hi]
-            u, v, g = moved[0], moved[1], moved[2]
-            u0, v0 = u.copy(), np.zeros(size, kind)
+            u, v = _moved(u, first, hi, size), _moved(v, first, hi, size)
+            g = _moved(g, first, hi, size)
+            u0, v0 = _moved(u, 0, hi - first, size), np.zeros(size, kind)
             a = np.zeros((max(table.nodes.size, 1), size), kind)
             base += first
             count[_LO] -= first
