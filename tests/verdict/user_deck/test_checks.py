@@ -12,6 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.user_deck import FoundDeck, FoundWall
+from hertzchain.verdict.user_deck.measured import law_of
 from tests.verdict.user_deck.corpus import scene_of
 from tests.verdict.user_deck.made import STEP, by_name, changed, examined, found
 
@@ -375,6 +376,21 @@ def test_units_of_lj(scene: hc.Scene, right: FoundDeck) -> None:
     assert any("one length is 0.002 m" in remark for remark in done.remarks)
     weaker = times("applied_force", 0.9)(scaled)
     assert not by_name(examined(scene, weaker), "peak of the applied").passed
+
+
+@pytest.mark.parametrize(
+    ("force", "stiffness", "exponent"),
+    [
+        ([0.0, 0.0, 0.0], 0.0, 1.5),  # nothing pushes
+        ([0.0, 0.0, 5.0 * 4**1.5], 5.0, 1.5),  # one overlap alone: Hertz's exponent is taken
+        ([3.0, 6.0, 12.0], 3.0, 1.0),
+        ([7.0, np.nan, 7.0 * 4**2], 7.0, 2.0),
+    ],
+)
+def test_the_law_of_a_contact(force: list[float], stiffness: float, exponent: float) -> None:
+    for order in (slice(None), slice(None, None, -1)):
+        law = law_of(np.array([1.0, 2.0, 4.0])[order], np.array(force)[order], 2.0, 3.9)
+        assert (law.stiffness, law.exponent) == pytest.approx((stiffness, exponent), rel=1e-14)
 
 
 def test_an_effect_without_bounds_is_null_in_json(scene: hc.Scene, right: FoundDeck) -> None:
