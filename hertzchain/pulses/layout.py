@@ -22,7 +22,7 @@ _LAYOUTS = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (" ", 
 
 _NUMBERS = {
     sign: re.compile(
-        rf"[-+]?(?:\d+{re.escape(sign)}?\d*|{re.escape(sign)}\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)",
+        rf"[-+]?(?:\d+(?:{re.escape(sign)}\d*)?|{re.escape(sign)}\d+)(?:[eE][-+]?\d+)?|[-+]?(?:nan|inf)",
         re.IGNORECASE,
     )
     for sign in ".,"

@@ -175,6 +175,13 @@ def test_times_with_too_few_digits(tmp_path: Path) -> None:
         read_recording(path)
 
 
+def test_a_line_of_digits_alone_is_refused_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("1" * 300_000 + "x\n", encoding="utf-8")  # for minutes, if tried in all ways
+    with pytest.raises(HertzchainError, match="no line has numbers in two columns"):
+        read_recording(path)
+
+
 def test_numbers_without_end_are_cut_in_messages(tmp_path: Path) -> None:
     path = written(tmp_path / "a.csv", "{t},{f}")
     path.write_text(path.read_text("utf-8").replace("1.0,", "9" * 5000 + ","), encoding="utf-8")
