@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from hertzchain.engines.lammps.user_deck import Executed, FoundDeck
 
-NUMBER = re.compile(r"(?<![\w.$])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
+NUMBER = re.compile(r"(?<![\w.$])[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
 
 _SAME = 2e-3  # relative: a number that stands in a line is the one that was measured (chosen)
 
