@@ -58,7 +58,7 @@ KEPT_ROWS = {
     "drives": 19,
     "cut_offs": 6,
     "restitution": 37,
-    "damped_waves": 11,
+    "damped_waves": 14,
     "damped_similarity": 27,
     "damped_pulses": 10,
 }
