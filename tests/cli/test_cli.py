@@ -538,7 +538,7 @@ def test_a_run_that_misses_the_wanted_accuracy_says_so(hertzchain: Command) -> N
     outcome = hertzchain("run", "scene.toml", "--rtol", "1e-8")
     assert outcome.status == 1
     assert outcome.err.startswith("hertzchain: wanted 1e-08, reached ")
-    assert "multiplies rounding errors" in outcome.err
+    assert "amplify rounding errors" in outcome.err
 
 
 @pytest.mark.parametrize(("wanted", "status"), [("0.0001", 0), ("9.9e-05", 1)])
