@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hertzchain.errors import OutputError
-from hertzchain.files import check_outputs, write_texts
+from hertzchain.files import write_texts
 
 _CHAIN = """\
 # Bare numbers are SI units; a string carries its unit.
@@ -168,20 +168,20 @@ def write_starter(name: str, path: Path) -> list[Path]:
     The table is named as the scene file, with the suffix .csv. An OutputError says what cannot be
     written; then no file is.
     """
-    starter, table = STARTERS[name], path.with_suffix(".csv")
-    texts = {path: starter.toml(table.name)}
-    if starter.table is not None:
-        texts[table] = starter.table
-        if table == path:
-            raise OutputError(
-                f"{path}: is the name of the pulse table, which is named as the scene: name the"
-                f" scene {path.with_suffix('.toml')}"
-            )
-        check_outputs([], [path, table])
-    write_texts(texts)
-    return list(texts)
+    starter, files = STARTERS[name], files_of(name, path)
+    texts = [starter.toml(files[-1].name), *filter(None, [starter.table])]
+    write_texts(dict(zip(files, texts, strict=True)))
+    return files
 
 
 def files_of(name: str, path: Path) -> list[Path]:
-    """Return the files that ``write_starter`` writes."""
-    return [path] if STARTERS[name].table is None else [path, path.with_suffix(".csv")]
+    """Return the files that ``write_starter`` writes; an OutputError if two have the same name."""
+    if STARTERS[name].table is None:
+        return [path]
+    table = path.with_suffix(".csv")
+    if table == path:
+        raise OutputError(
+            f"{path}: is the name of the pulse table, which is named as the scene: name the scene"
+            f" {path.with_suffix('.toml')}"
+        )
+    return [path, table]

@@ -34,8 +34,7 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-3  # default tolerance: a tenth of the one per cent on which p depends
 PATIENCE = 60.0  # time limit of the search for the cause [s]; 60 granules take about 1 s
 _MOST_BYTES = 5_000_000  # largest table of peaks [bytes], chosen: about 100,000 contacts
-# natural time units; the error of velocity Verlet at other steps is scaled from here
-_TRIAL_STEP = 0.05
+_TRIAL_STEP = 0.05  # natural time units; errors of other steps are scaled from this one's
 
 
 @dataclass(frozen=True)
@@ -230,8 +229,8 @@ def judge(
     dt
         Step of the code [s], if known; not used for damped contacts.
     sampling
-        Relative error of each peak by the distance of the samples that it comes from, shape (N -
-        1,): see ``Judgement``.
+        Relative error of each peak by the distance of its samples, shape (N - 1,): see
+        ``Judgement``.
     time_limit
         Time limit of the reference [s].
     progress
