@@ -1,4 +1,4 @@
-"""The commands. Results go to standard output, talk and progress to standard error."""
+"""The commands. Results go to stdout, progress and warnings to stderr."""
 
 from hertzchain.cli.program import main
 

@@ -1,4 +1,4 @@
-"""Which commands there are, in the order of --help."""
+"""All commands, in the order of --help."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""hertzchain compare: a verdict on the backends, on somebody's peaks or on somebody's deck."""
+"""hertzchain compare: a verdict on the backends, on given peaks or on a user's deck."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def compare(  # noqa: PLR0915 - three kinds of documents, one after the other
     backend: Annotated[
         list[options.Backend] | None,
         typer.Option(
-            help="What to compare with the native reference; repeatable. Default: native, lammps.",
+            help="Backend to compare with the reference; repeatable. Default: native, lammps.",
         ),
     ] = None,
     isolate: options.Isolate = False,
@@ -43,7 +43,7 @@ def compare(  # noqa: PLR0915 - three kinds of documents, one after the other
         typer.Option(
             "--report",
             metavar="FILE",
-            help="Write a page to read and to send (html): verdict, plots, tables, all numbers.",
+            help="Write a page (html): verdict, plots, tables, all numbers.",
         ),
     ] = None,
     results: Annotated[
@@ -188,7 +188,7 @@ def _refuse_together(
     ranks: int | None,
     rtol: float | None,
 ) -> None:
-    """Refuse options that do not go with peaks or a deck that somebody brings."""
+    """Refuse options that cannot be combined with given peaks or a user's deck."""
     if results is not None and deck is not None:
         raise HertzchainError("--deck does not go with --results: leave one of them out")
     given = {"--backend": backend, "--isolate": isolate, "--rtol": rtol}

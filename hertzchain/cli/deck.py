@@ -1,4 +1,4 @@
-"""hertzchain deck, lint and unit-test: input of LAMMPS and its like, written or read."""
+"""hertzchain deck, lint and unit-test: writing and checking input of LAMMPS and similar codes."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from hertzchain.engines.registry import others
 from hertzchain.errors import HertzchainError
 
 Engine = StrEnum("Engine", {name.upper(): name for name in others()})  # type: ignore[misc]
-Atoms = StrEnum("Atoms", ("CREATE", "DATA"))  # where the granules of a deck come from
+Atoms = StrEnum("Atoms", ("CREATE", "DATA"))  # source of the granules of a deck
 PairStyle = StrEnum("PairStyle", {style: style for style in PAIR_STYLES})  # type: ignore[misc]
 LAMMPS, GRANULAR = Engine("lammps"), PairStyle("granular")
 
 OutputFile = Annotated[
-    Path | None, typer.Option("-o", "--output", help="Where to; standard output by default.")
+    Path | None, typer.Option("-o", "--output", help="File to write; stdout by default.")
 ]
 
 

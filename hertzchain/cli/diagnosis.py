@@ -1,4 +1,4 @@
-"""What is installed and what works."""
+"""Diagnosis: installed software, and tests that it works."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
 
-_LONGEST = 60.0  # seconds until LAMMPS counts as hanging where it has little more to do than start
+_LONGEST = 60.0  # seconds until LAMMPS counts as hanging in a run that does little more than start
 
 PACKAGES = (
     *("hertzchain", "numpy", "scipy", "pandas", "matplotlib", "ase", "filelock"),
     *("jinja2", "numba", "pint", "plotly", "rich", "tomli-w", "typer"),
 )
 
-TRIAL_PEAKS = (1.0373, 1.0088)  # peaks of the trial chain, over F0, to 1e-3
+TRIAL_PEAKS = (1.0373, 1.0088)  # tolerance of the trial chain's peaks over F0
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at."""
+    """The result of one examination."""
 
     name: str
     works: bool
-    text: str  # what was found, or what to do
-    needed: bool = True  # by what hertzchain does by default
+    text: str  # result, or what to do
+    needed: bool = True  # needed by hertzchain's defaults
 
 
 def diagnose() -> list[Finding]:
-    """Look at Python, the libraries, the LAMMPS module and every LAMMPS binary, really started."""
+    """Examine Python, the libraries, the LAMMPS module and every LAMMPS binary by a start."""
     findings = [Finding("Python", True, f"{platform.python_version()}, {platform.platform()}")]
     for package in PACKAGES:
         try:
@@ -51,7 +51,7 @@ def diagnose() -> list[Finding]:
 
 
 def _other_codes() -> list[Finding]:
-    """Programs of other engines, which nothing needs but what asks for them."""
+    """Yield programs of other engines, which are needed only on request."""
     findings = []
     for engine in ENGINES.values():
         if engine.program is None:
@@ -64,7 +64,7 @@ def _other_codes() -> list[Finding]:
 
 
 def _every_lammps() -> list[Finding]:
-    """The module and the binaries; needed is the one that HERTZCHAIN_LMP names, or the module."""
+    """Yield module and binaries; the one that HERTZCHAIN_LMP names, or the module, is needed."""
     named = os.environ.get(LMP)
     module = replace(_lammps(), needed=not named)
     binaries = [replace(_binary(lmp), needed=lmp == named) for lmp in _binaries(named)]
@@ -76,7 +76,7 @@ def _every_lammps() -> list[Finding]:
 
 
 def _kernels() -> Finding:
-    """Where compiled code is kept from one run to the next."""
+    """Return the finding on the folder in which compiled code is kept."""
     try:
         from hertzchain.engines.native import kernels
     except ImportError as problem:
@@ -92,17 +92,17 @@ def _kernels() -> Finding:
 
 
 def compile_kernels() -> None:
-    """Compile what runs and batches of uniform chains need, unless it is kept already."""
+    """Compile the kernels for runs and batches of uniform chains, unless they are cached."""
     from hertzchain.engines.native import Native, similar_peak_forces
 
     Native().run(trial_scene())
-    # A batch is a kernel of its own; to 1e-3 it has single precision.
+    # A batch has its own kernel; to 1e-3 in single precision.
     for rtol in (1e-6, 1e-3):
         similar_peak_forces("cosine", 1.0, 2.0, 60, rtol=rtol)
 
 
 def _lammps() -> Finding:
-    """LAMMPS, in a process of its own: a wrong library can crash it."""
+    """Examine LAMMPS in another process, which a wrong library can crash."""
     from hertzchain.engines.lammps.dialect import INSTALL, PACKAGE
     from hertzchain.engines.lammps.engine import look
     from hertzchain.engines.lammps.isolation import Child
@@ -119,7 +119,7 @@ def _lammps() -> Finding:
 
 
 def _binaries(named: str | None) -> Iterator[str]:
-    """The one that is named, those beside this Python and on the search path, each once."""
+    """Return the named binary, those in Python's folder and on the search path, each once."""
     seen = set()
     if named:
         seen.add(Path(shutil.which(named) or named).resolve())
@@ -136,7 +136,7 @@ def _binaries(named: str | None) -> Iterator[str]:
 
 
 def _binary(lmp: str) -> Finding:
-    """A LAMMPS binary: what it says of itself, and whether a small chain runs on it."""
+    """Examine a LAMMPS binary: its version, and whether a small chain runs on it."""
     from hertzchain.engines.lammps.binary import Program
     from hertzchain.engines.lammps.build import find_mpiexec
     from hertzchain.engines.lammps.dialect import PACKAGE
@@ -177,7 +177,7 @@ def _try(lmp: str, ranks: int) -> None:
 
 
 def trial_scene() -> Scene:
-    """Three granules of steel, which every binary is tried with."""
+    """Return the scene with which every binary is tried: three granules of steel."""
     from hertzchain.scene.chain import Chain
     from hertzchain.scene.pulse import Pulse
     from hertzchain.scene.scene import Scene

@@ -1,4 +1,4 @@
-"""hertzchain doctor: what works on this machine."""
+"""hertzchain doctor: a diagnosis of this machine."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def doctor(
         ),
     ] = False,
 ) -> None:
-    """Say what is installed, what works, and what to do about the rest."""
+    """Report what is installed, what works, and what to do about the rest."""
     from hertzchain.cli.diagnosis import compile_kernels, diagnose
 
     if compiling:

@@ -42,7 +42,7 @@ def init(
 
 
 def _quoted(path: Path) -> str:
-    """A file's name as a shell takes it."""
+    """Return a file name quoted for a shell."""
     import shlex
 
     return shlex.quote(str(path))

@@ -1,4 +1,4 @@
-"""The options that several commands have, and what becomes of their values."""
+"""Options of several commands, and checks of their values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
 
-_ODD_RATIO = 1e4  # LM_ratio that looks like a missing unit; chosen: a pulse of 33,000 natural units
+_ODD_RATIO = 1e4  # LM_ratio that suggests a missing unit; chosen: a pulse of 33,000 natural units
 LMP = "HERTZCHAIN_LMP"  # environment variable that names a binary to run instead of the module
 
 Backend = StrEnum("Backend", {name.upper(): name for name in ENGINES})  # type: ignore[misc]
@@ -52,7 +52,7 @@ LargestStep = Annotated[
 ]
 
 Units = StrEnum("Units", {name: name for name in ("si", "cgs", "micro", "nano", "lj")})  # type: ignore[misc]
-"""LAMMPS's styles of units that results can be in."""
+"""LAMMPS's styles of units for results."""
 
 UnitsOfResults = Annotated[
     Units | None,
@@ -73,7 +73,7 @@ Columns = Annotated[
 
 
 def load_scene(path: Path) -> Scene:
-    """Read a scene; say so where it looks as if a unit had been forgotten."""
+    """Read a scene; warn if a unit may be missing."""
     from hertzchain.scene.scene import Scene
 
     scene = Scene.from_toml(path)
@@ -88,7 +88,7 @@ def load_scene(path: Path) -> Scene:
 
 
 def remark_on_units(scene: Scene) -> None:
-    """Say on stderr which values of a scene look as if they had a wrong unit, in one line."""
+    """Print one line on stderr on values of a scene that may have a wrong unit."""
     from hertzchain.scene.usual import unusual_values
 
     if unusual := unusual_values(scene):
@@ -97,7 +97,7 @@ def remark_on_units(scene: Scene) -> None:
 
 
 def to_step(dt: str | None) -> float | None:
-    """The step [s] where one is given."""
+    """Return the step [s], if one is given."""
     from hertzchain.scene.quantities import to_si
 
     return None if dt is None else to_si("--dt", dt, "s")
@@ -131,7 +131,7 @@ def to_contacts(given: str, scene: Scene) -> list[int]:
 
 
 def to_time_limit(given: str) -> float:
-    """The time limit [s]."""
+    """Return the time limit [s]."""
     from hertzchain.errors import POSITIVE, is_positive, require
     from hertzchain.scene.quantities import to_si
 
@@ -141,7 +141,7 @@ def to_time_limit(given: str) -> float:
 
 
 def with_variables(given: Sequence[str]) -> list[str]:
-    """A command line in which ``--var NAME VALUE``, as LAMMPS has it, is ``--var NAME=VALUE``."""
+    """Return a command line with ``--var NAME=VALUE`` in place of LAMMPS's ``--var NAME VALUE``."""
     words = list(given)
     for at, word in enumerate(words):
         follows = words[at + 1 : at + 3]
@@ -151,12 +151,12 @@ def with_variables(given: Sequence[str]) -> list[str]:
 
 
 def named_binary(lmp: str | None) -> str | None:
-    """The LAMMPS binary that an option or the environment names, if any."""
+    """Return the LAMMPS binary that an option or the environment names, if any."""
     return lmp or os.environ.get(LMP) or None
 
 
 def by_name(option: str, given: list[str], example: str) -> dict[str, str]:
-    """What a repeatable option of the form NAME=VALUE says, by name."""
+    """Return the values of a repeatable option of the form NAME=VALUE, by name."""
     found: dict[str, str] = {}
     for one in given:
         name, sign, value = (piece.strip() for piece in one.partition("="))
@@ -179,11 +179,11 @@ NEEDS = {
     "contacts": "goes with --plot FILE or --record N",
     "coefficient": "goes with --scene FILE",
 }
-"""What options need that go with others only."""
+"""Options that need another one, with that option."""
 
 
 def refuse_without_need(is_met: bool, **given: object) -> None:
-    """Refuse options that are given, in their order, where what they need is not."""
+    """Refuse given options, in their order, if the option that they need is missing."""
     for option, is_given in given.items():
         if is_given and not is_met:
             name = option.replace("_", "-")
@@ -197,7 +197,7 @@ def refuse_step_and_accuracy(rtol: float | None, dt: object) -> None:
 
 
 def lammps_options(isolate: bool, lmp: str | None, ranks: int | None) -> dict[str, Any]:
-    """Keywords of ``hertzchain.Lammps``: the module or, where one is named, a binary."""
+    """Return keywords of ``hertzchain.Lammps``, for the module or a named binary."""
     from hertzchain.errors import require
 
     named = named_binary(lmp)

@@ -1,4 +1,4 @@
-"""What the commands print and write, and with which status they end."""
+"""Output of the commands: printing, files and exit status."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ DONE, OUT_OF_TOLERANCE, UNUSABLE = 0, 1, 2
 
 
 def print_json(document: object) -> None:
-    """Print one JSON object; NaN and infinity are no JSON."""
+    """Print one JSON object, without NaN and infinity."""
     typer.echo(json.dumps(document, indent=2, allow_nan=False))
 
 
 def console() -> Console:
-    """Where tables are printed: standard output, at least 120 columns wide if it is a pipe."""
+    """Return the console for tables: stdout, at least 120 columns wide if it is a pipe."""
     from rich.console import Console
 
     out = Console(highlight=False, markup=False)
@@ -39,7 +39,7 @@ def say(text: str) -> None:
 
 
 def progress() -> AbstractContextManager[Callable[[str], None]]:
-    """Show what is being done on standard error, with the time it takes; gone when it is done."""
+    """Show the present work and its time on stderr until it is done."""
     from hertzchain.report.progress import shown_progress
 
     return shown_progress()
@@ -61,7 +61,7 @@ def compiling(report_progress: Callable[[str], object], is_native: bool = True) 
 
 
 def write_file(what: str, path: Path | None, write: Callable[[Path], object]) -> None:
-    """Write a file where one is wanted, after the results are printed: the disk may be full."""
+    """Write a file, if wanted, after the results are printed: the disk may be full."""
     if path is None:
         return
     with progress() as report_progress:

@@ -1,4 +1,4 @@
-"""hertzchain plot: a sweep as a picture."""
+"""hertzchain plot: pictures of a sweep."""
 
 from __future__ import annotations
 
@@ -72,8 +72,9 @@ def plot(
 ) -> None:
     """Draw a sweep: a result over a parameter, a line for each value of the others, or a map.
 
-    What is not shown, as it has no numbers or varies, too, is said beneath the picture. Axes are
-    logarithmic where the sweep is, and where values span more than two decades.
+    Text below the picture names values that are not shown, without numbers or with further
+    variations. Axes are logarithmic where the sweep is, and where values span more than two
+    decades.
     """
     from hertzchain.files import check_outputs
     from hertzchain.report.figures import check_plot_format

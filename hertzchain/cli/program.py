@@ -1,4 +1,4 @@
-"""The command line as a program: errors, and stops, which are answered before much is loaded."""
+"""The command line as a program: errors and signals, handled before much is loaded."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from hertzchain.errors import HertzchainError
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
 
-_MOMENT = 0.02  # seconds until a stop that got lost is tried again
+_MOMENT = 0.02  # seconds until a lost stop is tried again
 
 
 class _Stopped(BaseException):
-    """By Ctrl-C or SIGTERM; no Exception, as KeyboardInterrupt is none, which Typer keeps."""
+    """Raised by Ctrl-C or SIGTERM; not an Exception, because Typer would catch that."""
 
 
 @contextmanager
 def _stoppable() -> Iterator[None]:
-    """Let both raise, so that what is begun is cleaned up: at SIGTERM Python would end at once."""
+    """Let both signals raise, so that cleaning up happens: at SIGTERM Python would end at once."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -34,7 +34,7 @@ def _stoppable() -> Iterator[None]:
         raise _Stopped(number)
 
     def unraisable(lost: UnraisableHookArgs) -> None:
-        """What a callback of C raises gets lost: LLVM calls back each time that it has compiled."""
+        """Repeat a stop lost in a callback of C: LLVM calls back after each compilation."""
         if not isinstance(lost.exc_value, _Stopped):
             hook(lost)
             return
@@ -58,7 +58,7 @@ def _stoppable() -> Iterator[None]:
 
 
 def _ignore(numbers: tuple[int, ...]) -> None:
-    """From now on they are too late: Python ends, and the status is that of what was done."""
+    """Ignore both signals: Python ends with the status of the finished work."""
     for number in numbers:
         signal.signal(number, signal.SIG_IGN)
 
@@ -74,13 +74,13 @@ def main() -> None:
     except _Stopped as stop:
         number = stop.args[0]
         _say("interrupted" if number == signal.SIGINT else "terminated")
-        sys.exit(128 + number)  # as shells have it
+        sys.exit(128 + number)  # as in shells
     except HertzchainError as problem:
         _refuse(problem)
     except MemoryError:
         _refuse("there is not enough memory for this scene")
     except OSError as problem:  # standard output is full or gone
-        # What is left in its buffer must not fail again when Python ends.
+        # The rest of its buffer must not fail again when Python ends.
         with suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         _refuse(problem)

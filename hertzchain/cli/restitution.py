@@ -1,4 +1,4 @@
-"""hertzchain restitution: what restitution damping options of other codes give."""
+"""hertzchain restitution: the restitution that damping options of other codes give."""
 
 from __future__ import annotations
 

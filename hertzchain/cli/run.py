@@ -160,7 +160,7 @@ def _parameters(
     rtol: float | None,
     extrapolated: bool,
 ) -> dict[str, Any]:
-    """The numerical parameters of an engine."""
+    """Return the numerical parameters of an engine."""
     if backend == "native":
         if extrapolated:
             raise HertzchainError("--extrapolated is not for --backend native; leave it out")

@@ -20,14 +20,14 @@ from hertzchain.limits import RTOL
 if TYPE_CHECKING:
     from hertzchain.sweeps import Counts
 
-_LINES = 30.0  # between two lines on how far it is, where there is no terminal to draw a bar in [s]
+_LINES = 30.0  # time between two lines of progress without a terminal [s]
 
 _SOURCES = (*(name for name, engine in ENGINES.items() if engine.swept), "formulas")
 Source = StrEnum("Source", {name.upper(): name for name in _SOURCES})  # type: ignore[misc]
-"""Who measures the scenes of a sweep."""
+"""Backends that measure the scenes of a sweep."""
 
 
-FileFormat = StrEnum("FileFormat", {"PARQUET": "parquet", "CSV": "csv"})  # of the tables
+FileFormat = StrEnum("FileFormat", {"PARQUET": "parquet", "CSV": "csv"})  # formats of the tables
 
 
 def sweep(
@@ -152,7 +152,7 @@ def sweep(
 
 @contextmanager
 def _going_on(output: Path) -> Iterator[None]:
-    """Where a sweep is stopped, say that the same command resumes it."""
+    """Report, when a sweep is stopped, that the same command resumes it."""
     from hertzchain.sweeps import Sweep
 
     try:
@@ -160,17 +160,17 @@ def _going_on(output: Path) -> Iterator[None]:
     except HertzchainError:
         raise
     except BaseException:
-        with suppress(HertzchainError):  # it was stopped before there was a sweep
+        with suppress(HertzchainError):  # stopped before the sweep began
             typer.echo(
                 f"hertzchain: what is done is in {output}, {Sweep.load(output).count().done:,}"
-                " rows; the same command goes on from there",
+                " rows; the same command resumes the sweep",
                 err=True,
             )
         raise
 
 
 def _warn(counts: Counts, rtol: float) -> None:
-    """Say which rows have no numbers, and which are less accurate than was asked for."""
+    """Report rows without numbers, and rows less accurate than was asked for."""
     if counts.failed:
         typer.echo(
             f"hertzchain: {counts.failed:,} of {counts.done:,} rows have no numbers, the column"
@@ -199,7 +199,7 @@ def _how_to_open(output: Path, file_format: FileFormat) -> str:
 
 @contextmanager
 def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
-    """Show how far a sweep is on standard error, how fast it goes, and how long it will take."""
+    """Show progress, speed and remaining time of a sweep on stderr."""
     from rich.console import Console
 
     err = Console(stderr=True)
@@ -211,7 +211,7 @@ def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
     from rich.text import Text
 
     class Rate(progress.ProgressColumn):
-        """Rows per second, of late."""
+        """Recent rate, rows per second."""
 
         def render(self, task: progress.Task) -> Text:
             return Text(f"{task.speed:,.3g}/s" if task.speed else "")
@@ -223,7 +223,7 @@ def _counting(is_native: bool) -> Iterator[Callable[[int, int], None]]:
         task = bar.add_task("", total=None)
 
         def report_progress(done: int, total: int) -> None:
-            if bar.tasks[0].total is None:  # what was there before counts for no rate
+            if bar.tasks[0].total is None:  # rows done before do not count for the rate
                 _say_what_is_there(done, total)
                 bar.reset(task, completed=done, total=total)
             else:
@@ -239,7 +239,7 @@ def _say_what_is_there(done: int, total: int) -> None:
 
 
 class _Lines:
-    """Writes a line on how far a sweep is from time to time, with the rate since the one before."""
+    """Writes a line on the progress of a sweep from time to time, with the recent rate."""
 
     def __init__(self) -> None:
         self._since: tuple[float, int] | None = None

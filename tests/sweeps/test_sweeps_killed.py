@@ -184,7 +184,7 @@ def test_a_sweep_that_is_killed_and_then_stopped_goes_on_and_ends_as_if_it_had_n
     goes_on, *said = err.splitlines()
     assert re.fullmatch(r"hertzchain: \d+ of 60 rows are there, resuming", goes_on)
     assert re.search(
-        r"what is done is in out, \d+ rows; the same command goes on from there", said[0]
+        r"what is done is in out, \d+ rows; the same command resumes the sweep", said[0]
     )
     assert len(said) == 2
     assert are_gone(inside)
