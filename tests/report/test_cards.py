@@ -346,7 +346,7 @@ def test_a_run_that_recorded_nothing_has_no_forces_over_time(result: hc.Result) 
 
 def test_a_run_of_a_backend_of_ones_own_is_drawn(result: hc.Result) -> None:
     (peaks,) = replace(result, backend="mine", history=None).plot().axes
-    assert "\nmine, " in str(peaks.figure.get_suptitle())  # type: ignore[union-attr]
+    assert "\nmine, " in str(peaks.figure.get_suptitle())
 
 
 def test_a_static_load_is_drawn_under_the_peaks() -> None:

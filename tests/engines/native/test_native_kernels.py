@@ -362,7 +362,7 @@ def left_behind(
     """Return the cut of ``_left_behind``, and the ends of waves to follow in their own windows."""
     parts = np.zeros(kernels._LATE + 1 + 2 * kernels._MOST_LATE, np.int64)
     most = kernels._MOST_LATE
-    cut = kernels._left_behind.py_func(u, v, peaks, 0, 0, hi, parts, most, stiffness, inertia)
+    cut = kernels._left_behind(u, v, peaks, 0, 0, hi, parts, most, stiffness, inertia)
     known = kernels._LATE + 1
     return cut, parts[known : known + 2 * parts[kernels._LATE]].tolist()
 
@@ -483,7 +483,7 @@ def test_what_becomes_of_a_wave_behind_another(
 
 
 def test_one_wave_is_told_from_others(wave: Any) -> None:
-    height = kernels._height.py_func
+    height = kernels._height
     u, v = wave
     overlap = np.append(np.maximum(u[:-1] - u[1:], 0), 0)
     momentum, energy = float(np.sum(v)), float(np.sum(v**2) / 2 + 0.4 * np.sum(overlap**2.5))
@@ -525,7 +525,7 @@ def test_an_impact_is_taken_to_press_harder_than_waves_and_walls_do() -> None:
     velocity = simpson(wave.overlap[middle] ** 1.5, x=wave.x[middle]) / wave.speed
     # Into a wall: v^2 / 2 = 2/5 r^(5/2).
     for force, fastest in ((1.0, float(velocity)), (1.25**0.6, 1.0)):
-        assert kernels._strength.py_func(0.0, fastest, None, None) > 1.1 * force
+        assert kernels._strength(0.0, fastest, None, None) > 1.1 * force
     # The wave and its fastest granule as they are in a chain, in whose far field it is right to
     # 1e-5; recorded times miss the fastest by as much.
     scene = paper_scene("cosine", 0.5, 6.0, 40)
@@ -537,12 +537,12 @@ def test_an_impact_is_taken_to_press_harder_than_waves_and_walls_do() -> None:
 
 
 def test_how_hard_contacts_can_come_to_be_pressed() -> None:
-    assert kernels._strength.py_func(1.31, 1.0, None, None) == 1.31
-    assert kernels._strength.py_func(1.29, 1.0, None, None) == pytest.approx(1.3, rel=1e-15, abs=0)
-    assert kernels._strength.py_func(0.0, -1.0, None, None) == 0
+    assert kernels._strength(1.31, 1.0, None, None) == 1.31
+    assert kernels._strength(1.29, 1.0, None, None) == pytest.approx(1.3, rel=1e-15, abs=0)
+    assert kernels._strength(0.0, -1.0, None, None) == 0
     # By similarity F / (k^(2/5) m^(3/5) v^(6/5)) is a number, here of the granules ahead.
     stiffness, inertia = np.array([1.0, 2.0, 1.0]), np.array([1.0, 0.2, 0.2])
-    pressed = kernels._strength.py_func(0.0, 1.0, stiffness, inertia)
+    pressed = kernels._strength(0.0, 1.0, stiffness, inertia)
     assert pressed == pytest.approx(1.3 * 2**0.4 * 5**0.6, rel=1e-14, abs=0)
 
 
@@ -591,7 +591,7 @@ def test_when_no_peak_can_change(velocity: float, peak: float, settled: bool) ->
     peaks = np.ones(9)
     peaks[5] = peak
     u = np.append(u, 1e30)
-    assert kernels._settled.py_func(u, v, peaks, 0, 0, 10, None, None) == settled
+    assert kernels._settled(u, v, peaks, 0, 0, 10, None, None) == settled
 
 
 @pytest.mark.parametrize(
