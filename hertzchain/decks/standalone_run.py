@@ -34,6 +34,30 @@ def comment(text: str) -> list[str]:
     return textwrap.wrap(text, 98, initial_indent="# ", subsequent_indent="# ")
 
 
+def by_granule(name: str, values: Mapping[int, str]) -> list[str]:
+    """Return a variable with a value in each granule, counted from 0, and 0 in all others.
+
+    A ``set`` for each would print three lines for each, which bury the verdict.
+    """
+    runs: list[tuple[int, int, str]] = []  # of neighbours with the same value
+    for i, value in values.items():
+        if runs and runs[-1][1:] == (i, value):
+            runs[-1] = (runs[-1][0], i + 1, value)
+        else:
+            runs.append((i + 1, i + 1, value))
+    lines = textwrap.wrap(
+        " ".join(
+            f"+(id=={first})*{value}" if first == last else f"+(id>={first})*(id<={last})*{value}"
+            for first, last, value in runs
+        ),
+        96,
+        initial_indent="    ",
+        subsequent_indent="    ",
+        break_on_hyphens=False,
+    )
+    return [f'variable {name} atom "0 &', *(f"{line} &" for line in lines[:-1]), f'{lines[-1]}"']
+
+
 def aligned(line: str) -> str:
     """Return a command with its comment in a fixed column."""
     command, mark, comment = line.partition("#")
@@ -229,12 +253,12 @@ def answers(known: KnownAnswer, remark: str) -> list[str]:
             f" Those below {SIGNIFICANT:g} of the largest, and those that the interval misses as"
             " the run ends, are left out and not judged."
         )
+    which = np.flatnonzero(judged)
     return [
         *comment(remark),
-        *(
-            f"set atom {i + 1} d_true {ratio[i]:.12g} d_cost {known.error[i]:.3g}"
-            for i in np.flatnonzero(judged)
-        ),
+        *by_granule("true", {int(i): f"{ratio[i]:.12g}" for i in which}),
+        *by_granule("cost", {int(i): f"{known.error[i]:.3g}" for i in which}),
+        "set group all d_true v_true d_cost v_cost",
     ]
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.decks.standalone_run import comment
+from hertzchain.decks.standalone_run import by_granule, comment
 from hertzchain.engines.external.terms import wall_position, weighty_density
 from hertzchain.engines.lammps.dialect import NO_STEP
 from hertzchain.observables.damped_law import DampedLaw
@@ -148,12 +148,11 @@ class KnownNumbers:
         ]
 
     def _setting_commands(self) -> list[str]:
-        """Return the commands that store the known numbers in each granule."""
+        """Return the commands that store the known numbers of each granule."""
         scene = self._scene
         what = "its radius and the next one's [m]"
         if scene.wall is not None:
             what += " (the last: its radius less the wall's place)"
-        names = " ".join(f"d_{name}" for name in self._columns)
         places = "two places where all contacts are pressed, every other one more [m], and the net"
         if scene.contact is not None:
             places = (
@@ -166,22 +165,22 @@ class KnownNumbers:
                 ", at three velocities [m/s]; damping c in A overlap^(3/2) + c"
                 f" overlap^{q:g} rate [N s m^-{1 + q:g}]"
             )
-        lines = [
+        each = {f"known_{name}": values.tolist() for name, values in self._columns.items()}
+        return [
             "# ---- What is known of each granule and of its contact with the next",
             *comment(
                 f"reach: {what}; stiffness A in F = A overlap^(3/2) [N/m^1.5]; mass [kg]; place at"
                 f" the start [m]; {places} forces there [N]{speeds}. None of these is from this"
                 " LAMMPS, which makes its own."
             ),
-            f"fix numbers all property/atom {names}",
+            *(
+                line
+                for name, values in each.items()
+                for line in by_granule(name, {i: repr(value) for i, value in enumerate(values)})
+            ),
+            f"fix known all store/state 0 {' '.join(f'v_{name}' for name in each)}",
+            NO_STEP,
         ]
-        rows = zip(*self._columns.values(), strict=True)
-        for number, row in enumerate(rows, start=1):
-            values = (
-                f"d_{name} {float(value)!r}" for name, value in zip(self._columns, row, strict=True)
-            )
-            lines.append(f"set atom {number} {' '.join(values)}")
-        return [*lines, f"fix known all store/state 0 {names}", NO_STEP]
 
 
 FORCES = ("pressed", "pressed_less", "pulled")

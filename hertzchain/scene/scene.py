@@ -136,7 +136,7 @@ class Scene(Shown):
 
     @functools.cached_property
     def terms(self) -> tuple[str, ...]:
-        """Names of the scene's terms: all beyond a uniform chain with free ends under one pulse."""
+        """Names of all that the scene has beyond a uniform chain with free ends under one pulse."""
         chain, pressed = self.chain, self.precompression
         has_gap = isinstance(chain.gap, tuple) or chain.gap > 0
         present = (

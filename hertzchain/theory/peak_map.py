@@ -39,13 +39,16 @@ contact 60 are below 0.25 %, so that contacts beyond the map cannot make p large
 """
 
 PEAK_ERROR = 1e-2
-"""Upper bound of the relative error of a peak (chosen): 4.6e-3 is the largest of 20,000 random
-points, at a kink of an early contact under a long pulse; 1 peak of 1000 is off by more than 3e-4.
+"""Upper bound of the relative error of a peak (chosen).
+
+The largest error at 20,000 random points is 4.6e-3, at a kink of an early contact under a long
+pulse; 1 peak of 1000 is off by more than 3e-4.
 """
 
 FAR_FIELD_ERROR = 1e-5
-"""Upper bound of the relative error of the far-field force (chosen): 4e-6 was measured, at LM_ratio
-10 and n 2.
+"""Upper bound of the relative error of the far-field force (chosen).
+
+The largest that was measured is 4e-6, at LM_ratio 10 and n 2.
 """
 
 STEP = 2e-6  # unit of the numbers in the file; its ln F differ from the simulated ones by less

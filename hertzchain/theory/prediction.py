@@ -25,8 +25,10 @@ from hertzchain.theory import solitary_wave as exact
 FREE_END = 0.97597  # peak of contact N over its peak in a longer chain, once the wave has formed
 
 LAST_PEAK_ERROR = 0.02
-"""Upper bound of the relative error of the peak of contact N (chosen). Measured: 0.016 in chains of
-6 granules, where the wave has not formed yet, and below 0.01 from 10 granules on.
+"""Upper bound of the relative error of the peak of contact N (chosen).
+
+Measured were 0.016 in chains of 6 granules, where the wave has not formed yet, and below 0.01 from
+10 granules on.
 """
 
 
@@ -182,7 +184,7 @@ class Prediction:
 
     @property
     def rows(self) -> list[dict[str, float | int | None]]:
-        """Return one row per contact: contact, map_N, eq6_N and eq9_N; None where undefined."""
+        """One row per contact, with contact, map_N, eq6_N and eq9_N; None where undefined."""
         size = self.peak_force.size
         columns = (
             range(2, size + 2),

@@ -94,7 +94,7 @@ MISTAKES = {
     "a wall without damping": ("viscoelastic", r"(granular hertz \S+) \S+ (tan)", r"\1 0.0 \2"),
     "step": ("restitution", r"(variable longest equal )", r"\g<1>4*"),
     "wrong neighbour's velocity": ("restitution", r"(speed_ahead all global/atom v_)next", r"\1id"),
-    "no true peak": ("restitution", r"(set atom 3 d_true 0\.\d)", r"\g<1>9"),
+    "no true peak": ("restitution", r"(variable true atom \"[^\"]*\(id==3\)\*0\.\d)", r"\g<1>9"),
     "velocity of the piston": ("piston", r"(move linear 0\.1)", r"\g<1>01"),
     "stroke": ("piston by a table", r"(fix piston first move linear )-", r"\1"),
     "amplitude": ("damped sine", r"(force equal 0\.0\+5)\.0", r"\1.05"),

@@ -170,6 +170,43 @@ def test_velocities_that_are_put_back_are_known(
         assert velocities == ([] if found is None else [found])
 
 
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        (r"(known_start atom \"[^\"]*\(id==5\)\*0\.0)", r"\g<1>1", "put granule 5 there"),
+        (
+            r"(known_start atom \"[^\"]*\(id==5\)\*\S+)",
+            r"\g<1>*2",
+            "not known from the text: places",
+        ),
+        (
+            r"(known_start atom \"[^\"]*\(id)==5(\)\*\S+)",
+            r"\g<1>==999\2",
+            "not known from the text: places",
+        ),
+        (r"(known_start atom \"[^\"]*\(id)==20\)", r"\g<1>>=20)*(id<=30)", ""),
+    ],
+    ids=["another place", "another formula", "no place", "more granules than there are"],
+)
+def test_places_that_a_formula_gives_granules_are_known(right: str, wrong: str, said: str) -> None:
+    entry = next(one for one in GALLERY if one.name == "in.upright_column")
+    text, count = re.subn(right, wrong, (FOLDER / entry.name).read_text(encoding="utf-8"))
+    assert count == 1
+    findings = lint(text, entry.load())
+    assert said in "".join(finding.text for finding in findings)
+    assert said or not findings
+
+
+def test_a_piston_that_the_deck_does_not_have_is_found() -> None:
+    entry = next(one for one in GALLERY if one.name == "in.piston")
+    text, scene = (FOLDER / entry.name).read_text(encoding="utf-8"), entry.load()
+    assert "scene-piston" not in {finding.rule for finding in lint(text, scene)}
+    text, count = re.subn(r"^fix piston .*$", "", text, flags=re.MULTILINE)
+    assert count == 1
+    (finding,) = (one for one in lint(text, scene) if one.rule == "scene-piston")
+    assert finding.text.startswith("nothing moves granule 1 as the scene's piston does")
+
+
 def test_damping_is_noted_where_the_scene_has_none() -> None:
     entry = next(one for one in GALLERY if one.name == "in.damped_striker_on_a_wall")
     text, scene = (FOLDER / entry.name).read_text(encoding="utf-8"), entry.load()

@@ -34,7 +34,14 @@ _STABLE, _ACCURATE = math.sqrt(2 / 3), 0.2  # natural time units, as in the rule
 def _forces(made: Against) -> None:
     """The force on each granule over time, against that of the scene."""
     chain, scene, row = made.chain, made.scene, made.row
-    if row is None or scene.piston is not None or chain.fixes("setforce", "move"):
+    moved = chain.fixes("setforce", "move", "nve/noforce")
+    if scene.piston is not None and row is not None and not moved:
+        text = (
+            f"nothing moves granule {row.ids[0]} as the scene's piston does: write fix move for it"
+        )
+        made.say("piston", None, text)
+        return
+    if row is None or scene.piston is not None or moved:
         made.not_known("applied force" if scene.piston is None else "motion of the piston")
         return
     runs = moving_runs(chain)

@@ -17,6 +17,9 @@ from hertzchain.decks.lint.script import Command
 _MOST_CHANGES = 500_000  # of attributes, all granules together (chosen: a second)
 _ACROSS = 1e-6  # diameters by which the places of a row may differ across it (chosen)
 
+# A term of a formula that gives granules numbers of their own, as decks of this package have them.
+_BY_GRANULE = re.compile(r"\+\(id(?:==(\d{1,9})|>=(\d{1,9})\)\*\(id<=(\d{1,9}))\)\*(\S+)")
+
 _PLACES, _SPEEDS = ("x", "y", "z"), ("vx", "vy", "vz")  # keywords of ``set``
 
 Number = float | None
@@ -98,7 +101,6 @@ class _Maker:
         self.velocities: list[list[Number]] = []
         self.by: dict[str, list[Command | None]] = {}
         self.groups: dict[str, frozenset[int] | None] = {}
-        self.own: dict[str, dict[int, Number]] = {}  # d_name of fix property/atom
         self.stored: dict[str, list[dict[int, Number]]] = {}  # columns of fixes store/state
         self.formulas: dict[str, str] = {}  # of variables of style atom
         self.left = _MOST_CHANGES
@@ -218,11 +220,7 @@ class _Maker:
         unsure = found is None or command.conditional
         chosen = self.members("all") if found is None else found
         for keyword, word in pairwise(words[3:]):
-            if keyword.startswith(("d_", "i_")):
-                value = number(word)
-                for k in chosen or ():
-                    self.own.setdefault(keyword, {})[k] = None if unsure else value
-            elif keyword in ("diameter", "density", "mass", "type", *_PLACES, *_SPEEDS):
+            if keyword in ("diameter", "density", "mass", "type", *_PLACES, *_SPEEDS):
                 for k in chosen or ():
                     value = None if unsure else self.value(word, command, k)
                     self.change(keyword, k, value, command)
@@ -343,7 +341,22 @@ class _Maker:
         if name in _SPEEDS:
             axis = _SPEEDS.index(name)
             return {k: velocity[axis] for k, velocity in enumerate(self.velocities, start=1)}
-        return dict(self.own.get(name, {}))
+        return self.by_granule(self.formulas.get(name.removeprefix("v_"), ""))
+
+    def by_granule(self, formula: str) -> dict[int, Number]:
+        """The numbers that a formula gives granules one by one; empty for any other formula."""
+        found: dict[int, Number] = {}
+        for term in formula.split()[1:] if formula.startswith("0 ") else ():
+            match = _BY_GRANULE.fullmatch(term)
+            if match is None:
+                return {}
+            only, first, last, value = match.groups()
+            granules = range(int(only or first), min(int(only or last), len(self.places)) + 1)
+            self.left -= len(granules)
+            if self.left < 0:
+                raise _Unknown
+            found.update(dict.fromkeys(granules, number(value)))
+        return found
 
     def variable(self, command: Command) -> None:
         """``variable`` of style atom."""
