@@ -34,15 +34,8 @@ _STABLE, _ACCURATE = math.sqrt(2 / 3), 0.2  # natural time units, as in the rule
 def _forces(made: Against) -> None:
     """The force on each granule over time, against that of the scene."""
     chain, scene, row = made.chain, made.scene, made.row
-    moved = chain.fixes("setforce", "move", "nve/noforce")
-    if scene.piston is not None and row is not None and not moved:
-        text = (
-            f"nothing moves granule {row.ids[0]} as the scene's piston does: write fix move for it"
-        )
-        made.say("piston", None, text)
-        return
-    if row is None or scene.piston is not None or moved:
-        made.not_known("applied force" if scene.piston is None else "motion of the piston")
+    if row is None or scene.piston is not None or chain.fixes("setforce", "move"):
+        _not_pushed(made)
         return
     runs = moving_runs(chain)
     if not runs or any(run.end is None for run in runs):
@@ -86,6 +79,18 @@ def _forces(made: Against) -> None:
             )
             command = pushed[last][0].command if last in pushed else None  # type: ignore[assignment]
             made.say("force", command, text, -own[0], static / made.scale.force)
+
+
+def _not_pushed(made: Against) -> None:
+    """Say what is known of a shock that is no force, or that a fix replaces."""
+    row, piston = made.row, made.scene.piston
+    if piston is None:
+        made.not_known("applied force")
+    elif row is None or made.chain.fixes("setforce", "move", "nve/noforce"):
+        made.not_known("motion of the piston")
+    else:
+        text = f"nothing moves granule {row.ids[0]} as the scene's piston does: write a fix move"
+        made.say("piston", None, text)
 
 
 def _times(made: Against, runs: list[Run]) -> list[tuple[Run, float]] | None:
