@@ -84,7 +84,7 @@ def _kernels() -> Finding:
     folder = kernels.march.stats.cache_path
     if folder is None:
         text = (
-            "compiled anew in every process, for about ten seconds, as no folder to keep them can be"
+            "compiled anew in every process, for ten seconds, as no folder to keep them can be"
             " written; name one in the environment variable NUMBA_CACHE_DIR"
         )
         return Finding("kernels", True, text)
