@@ -26,7 +26,7 @@ PACKAGES = (
     *("jinja2", "numba", "pint", "plotly", "rich", "tomli-w", "typer"),
 )
 
-TRIAL_PEAKS = (1.0373, 1.0088)  # tolerance of the trial chain's peaks over F0
+TRIAL_PEAKS = (1.0373, 1.0088)  # peaks of the trial chain over F0; binaries must have them to 1e-3
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def diagnose() -> list[Finding]:
 
 
 def _other_codes() -> list[Finding]:
-    """Yield programs of other engines, which are needed only on request."""
+    """Return the programs of other engines, which are needed only on request."""
     findings = []
     for engine in ENGINES.values():
         if engine.program is None:
@@ -64,7 +64,7 @@ def _other_codes() -> list[Finding]:
 
 
 def _every_lammps() -> list[Finding]:
-    """Yield module and binaries; the one that HERTZCHAIN_LMP names, or the module, is needed."""
+    """Return module and binaries; the one that HERTZCHAIN_LMP names, or the module, is needed."""
     named = os.environ.get(LMP)
     module = replace(_lammps(), needed=not named)
     binaries = [replace(_binary(lmp), needed=lmp == named) for lmp in _binaries(named)]
@@ -84,7 +84,7 @@ def _kernels() -> Finding:
     folder = kernels.march.stats.cache_path
     if folder is None:
         text = (
-            "compiled anew in every process, for ten seconds, as no folder to keep them can be"
+            "compiled again in every process, for ten seconds, as no folder to keep them can be"
             " written; name one in the environment variable NUMBA_CACHE_DIR"
         )
         return Finding("kernels", True, text)
@@ -119,7 +119,7 @@ def _lammps() -> Finding:
 
 
 def _binaries(named: str | None) -> Iterator[str]:
-    """Return the named binary, those in Python's folder and on the search path, each once."""
+    """Yield the named binary, those in Python's folder and on the search path, each once."""
     seen = set()
     if named:
         seen.add(Path(shutil.which(named) or named).resolve())

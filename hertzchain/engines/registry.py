@@ -52,7 +52,7 @@ class Engine:
     colour: str
     marker: str  # Matplotlib's marker, one of ``MARKERS``
     dash: str  # Plotly's dash style
-    compared: bool = False  # default options
+    compared: bool = False  # compared by default
     swept: bool = False  # can measure the scenes of sweeps
     program: str | None = None  # program that a user has to install, if any
 

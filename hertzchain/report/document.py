@@ -92,7 +92,7 @@ class Document:
     """The content of all reports on a comparison, a judgement of peaks or an examined deck."""
 
     kind: str  # title of the page
-    name: str  # version of the JSON document
+    name: str  # name of the JSON document
     numbers: Callable[[], dict[str, Any]]  # function that returns the JSON document
     command: str  # compare or judge, in the name of the JUnit suite
     cases: tuple[Case, ...]  # of the JUnit suite

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class BatchFound:
     """Similar scenes that were measured together, in SI; arrays of shape (scenes,)."""
 
-    batch: Batch  # largest peak in natural units
+    batch: Batch  # results in natural units
     near: FloatArray  # F_SW [N]
     far: FloatArray  # far-field force [N]
     far_off: FloatArray  # error of the far-field force, relative

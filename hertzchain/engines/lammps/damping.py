@@ -6,10 +6,11 @@ at an overlap d:
 ===================== ================================= =============================
 option                eta                               g
 ===================== ================================= =============================
-``velocity``          g                                 [kg/s] ``mass_velocity``     g m*
-[1/s] ``viscoelastic``      g m* sqrt(R* d)                   [1/(m s)] ``tsuji``
-alpha(g) sqrt(m* F_el / d)        nominal restitution ``coeff_restitution`` sqrt(5) beta(g) sqrt(m*
-F_el / d) nominal restitution
+``velocity``          g                                 [kg/s]
+``mass_velocity``     g m*                              [1/s]
+``viscoelastic``      g m* sqrt(R* d)                   [1/(m s)]
+``tsuji``             alpha(g) sqrt(m* F_el / d)        nominal restitution
+``coeff_restitution`` sqrt(5) beta(g) sqrt(m* F_el / d) nominal restitution
 ===================== ================================= =============================
 
 ``limit_damping`` forbids contacts to pull, F = max(F, 0).
