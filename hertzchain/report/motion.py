@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -103,14 +104,19 @@ def write_motion(result: Result, path: Path | str, numbers: Sequence[int] | None
     check_motion_format(path)
     suffix = Path(path).suffix.lower()
     if suffix == ".npz":
-        arrays = motion_arrays(result, numbers)
-        write_with(path, lambda part: np.savez_compressed(part, allow_pickle=False, **arrays))
+        write_with(path, partial(_write_arrays, motion_arrays(result, numbers)))
         return
     frame = motion_frame(result, numbers)
     if suffix == ".csv":
         write_text(path, frame.to_csv(index=False))
     else:
         write_with(path, lambda part: frame.to_parquet(part, engine="pyarrow", index=False))
+
+
+def _write_arrays(arrays: dict[str, NDArray[Any]], path: Path) -> None:
+    # To a name that does not end in .npz, as .NPZ, NumPy would add that.
+    with path.open("wb") as stream:
+        np.savez_compressed(stream, **arrays)  # type: ignore[arg-type] # no array is allow_pickle
 
 
 def check_motion_format(path: Path | str) -> None:

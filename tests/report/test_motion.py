@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -75,6 +76,21 @@ def test_files_read_back(tmp_path: Path, on_a_wall: hc.Result, suffix: str) -> N
     pd.testing.assert_frame_equal(frame, motion_frame(on_a_wall, [2, 21]), check_exact=True)
     assert [frame.loc[k, "contact_force_N"] for k in (0, 1)] == [0, 0]
     assert frame["granule"].tolist()[:4] == [2, 21, 2, 21]
+
+
+def test_an_archive_has_the_arrays_alone_under_its_own_name(
+    tmp_path: Path, on_a_wall: hc.Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before NumPy 2.2 all that is given by name is an array."""
+
+    def as_before(file: Any, *, keep: Any = np.savez_compressed, **arrays: Any) -> None:
+        keep(file, **{name: np.asarray(values) for name, values in arrays.items()})
+
+    monkeypatch.setattr(np, "savez_compressed", as_before)
+    write_motion(on_a_wall, tmp_path / "MOTION.NPZ")
+    assert [path.name for path in tmp_path.iterdir()] == ["MOTION.NPZ"]
+    with np.load(tmp_path / "MOTION.NPZ") as archive:
+        assert archive.files == list(motion_arrays(on_a_wall))
 
 
 def test_what_is_not_motion_is_refused(tmp_path: Path, demo_reference: hc.Result) -> None:
