@@ -28,7 +28,8 @@ def shown_progress() -> Iterator[Callable[[str], None]]:
 def _in_terminal(err: Console) -> Iterator[Callable[[str], None]]:
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    text = TextColumn("{task.description}", markup=False)  # names of files may have brackets
+    columns = (SpinnerColumn(), text, TimeElapsedColumn())
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
         task = bar.add_task("")
         yield lambda text: bar.update(task, description=text)

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import hertzchain as hc
+from hertzchain.report.progress import shown_progress
 from tests.conftest import paper_scene
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=8)
@@ -90,6 +91,15 @@ def test_a_terminal_shows_a_line_on_stderr(
     assert {"judge_peaks": "native: velocity Verlet"}.get(name, said) in err
     assert err.endswith("\x1b[1A\x1b[2K")  # up a line, and erase it
     assert out == ""
+
+
+def test_brackets_in_the_name_of_a_file_are_shown(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    with shown_progress() as report_progress:
+        report_progress("writing runs[/new].png")
+    assert "writing runs[/new].png" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("how", [True, False, None])
