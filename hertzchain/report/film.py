@@ -82,7 +82,7 @@ def film(result: Result) -> tuple[Figure, Callable[[int], None]]:
     count = scene.chain.granules
     sites = 2 * scene.chain.radius * np.arange(count) if scene.is_plain else scene.granules.position
     enlarged = _enlargement(result, sites)
-    largest = float(max(np.max(result.all_peaks), np.max(force)))
+    largest = float(max(np.max(result.all_peaks), np.max(force))) or 1.0  # N, if nothing is pressed
 
     figure = Figure(figsize=(9, 3.6), layout="constrained", dpi=_DOTS)
     chain, along = figure.subplots(2, 1, sharex=True, height_ratios=(1, 2.6))
@@ -94,7 +94,8 @@ def film(result: Result) -> tuple[Figure, Callable[[int], None]]:
     chain.set_xlim(float(np.min(moved)) - 1.5 * widest, float(np.max(moved)) + 1.5 * widest)
     chain.set_axis_off()
     clock = chain.set_title("", fontsize=9, loc="left")
-    chain.set_title(f"displacements enlarged {enlarged:,.0f} times", fontsize=8, loc="right")
+    factor = f"{enlarged:,.0f}" if enlarged < 1e7 else f"{enlarged:.0e}"
+    chain.set_title(f"displacements enlarged {factor} times", fontsize=8, loc="right")
 
     place = (sites + radius)[: force.shape[1] - 1]  # of contacts at rest, above one another
     along.plot(place, result.all_peaks, color="0.6", linewidth=0.9, label="peak of the run")
@@ -138,6 +139,8 @@ def _enlargement(result: Result, sites: FloatArray) -> float:
     """
     overlap = _LARGEST / max(result.overlap_ratio, np.finfo(float).tiny)
     farthest = float(np.max(np.abs(recorded(result).displacement)))
+    if farthest == 0:  # nothing has moved yet
+        return 1.0
     most = min(overlap, _FARTHEST * float(sites[-1] - sites[0]) / max(farthest, 1e-300))
     if most <= 1:
         return 1.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -194,6 +195,29 @@ def test_a_frame_shows_the_forces_and_the_granules_of_its_time(on_a_wall: hc.Res
         enlarged = float(chain.get_title("right").split()[2])
         displaced = WITH_A_WALL.granules.position + enlarged * history.displacement[frame]
         assert centres == pytest.approx(displaced, abs=1e-9)
+
+
+def test_enlarged_overlaps_are_seen_and_granules_stay_in_their_chain(
+    result: hc.Result, on_a_wall: hc.Result
+) -> None:
+    """The largest overlap, or displacement, is drawn as it was chosen, rounded down to 1, 2, 5."""
+    for run in (result, on_a_wall):
+        assert run.history is not None
+        enlarged = float(film(run)[0].axes[0].get_title("right").split()[2].replace(",", ""))
+        overlap = enlarged * run.overlap_ratio / 0.25
+        length = float(np.ptp(run.scene.granules.position))
+        farthest = enlarged * np.max(np.abs(run.history.displacement)) / (0.06 * length)
+        assert 0.4 <= max(overlap, farthest) <= 1
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_film_before_anything_moves_shows_the_chain(demo: hc.Scene) -> None:
+    late = hc.PulseTable((0.0, 1e-3, 1.1e-3), (0.0, 0.0, 50.0))
+    scene = replace(demo, shock=late, run=hc.Run(0.9e-3))
+    still = hc.Native().run(scene, record=3)
+    figure, _ = film(still)
+    assert figure.axes[0].get_title("right") == "displacements enlarged 1 times"
+    assert figure.axes[1].get_window_extent().width > 600  # of 900
 
 
 def test_a_film_that_cannot_be_written_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
