@@ -128,11 +128,8 @@ def _draw_forces(axes: Axes, result: Result, contacts: Sequence[int], unit: floa
     shades = ListedColormap(colormaps["viridis"](np.linspace(0, _LIGHTEST, 256)))
     spread = Normalize(0, max(len(contacts) - 1, 1))
     for k, contact in enumerate(contacts):
-        if contact == result.contact[-1] + 1:
-            assert history.wall_force is not None
-            time, force, label = history.time, history.wall_force, "wall"
-        else:
-            (time, force), label = with_peak(result, contact), f"contact {contact}"
+        time, force = with_peak(result, contact)
+        label = f"contact {contact}" if contact <= result.contact[-1] else "wall"
         shade = shades(spread(k))
         axes.plot(time / unit, force, color=shade, linewidth=1.2, label=label)
     axes.set_ylabel("contact force [N]")
