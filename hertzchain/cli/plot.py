@@ -120,6 +120,8 @@ def _styled(style: str | None) -> AbstractContextManager[None]:
     try:
         with styles.context(style):
             pass
+    except UnicodeDecodeError:
+        raise HertzchainError(f"--style {style}: is not a text file") from None
     except OSError:
         raise HertzchainError(
             f"--style {style}: Matplotlib has no such style and there is no such file; it has"

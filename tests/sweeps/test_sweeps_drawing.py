@@ -177,6 +177,9 @@ def test_size_and_style_of_the_command(
         assert f"--size {wrong}: must be width and height" in capsys.readouterr().err
     plotted("--style", "nonsense")
     assert "--style nonsense: Matplotlib has no such style" in capsys.readouterr().err
+    (tmp_path / "bytes.mplstyle").write_bytes(b"\x8f\xff")
+    plotted("--style", str(tmp_path / "bytes.mplstyle"))
+    assert "bytes.mplstyle: is not a text file" in capsys.readouterr().err
     (tmp_path / "blue.mplstyle").write_text("axes.facecolor: 0000ff\nsavefig.dpi: 50")
     plotted("--size", "2x10", "--style", str(tmp_path / "blue.mplstyle"))
     with Image.open(tmp_path / "a.png") as picture:
