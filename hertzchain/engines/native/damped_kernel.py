@@ -9,8 +9,6 @@ then the overlap, w tau^m and less, has all its digits in every stage.
 
 from __future__ import annotations
 
-from contextlib import suppress
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -52,7 +50,7 @@ from hertzchain.engines.native.kernels import (
     _copy,
     _is_stopped,
     compiled,
-    compiled_and_kept,
+    compiled_and_kept_with,
 )
 
 DONE, DIVERGED, STOPPED, TOO_MANY = range(4)
@@ -123,20 +121,6 @@ class Found(NamedTuple):
     piston_impulse: float
 
 
-def _kept_with_its_parts(function: Any) -> Any:
-    """A kernel, compiled once and kept on disk until this file or one that it calls changes."""
-    kernel = compiled_and_kept(function)
-    parts = (damped_contacts, damped_events, damped_step, kernels)
-    with suppress(AttributeError, OSError):  # no folder can be written, so nothing is kept
-        kept = kernel._cache._cache_file
-        files = [Path(str(part.__file__)).stat() for part in parts]
-        kept._source_stamp = (
-            kept._source_stamp,
-            *((file.st_mtime, file.st_size) for file in files),
-        )
-    return kernel
-
-
 @compiled
 def _is_diverged(left: float, given: float, total: Any, c: Any) -> bool:
     """Whether the chain has far more energy than it was given; see ``kernels._is_diverged``."""
@@ -145,7 +129,7 @@ def _is_diverged(left: float, given: float, total: Any, c: Any) -> bool:
     return not left <= _DIVERGED_ENERGY * (given + total[0])
 
 
-@_kept_with_its_parts
+@compiled_and_kept_with(damped_contacts, damped_events, damped_step, kernels)
 def march(
     legs: FloatArray,
     method: Method,

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.native import kernels
 from hertzchain.engines.native.kernels import (
     END,
     ONE,
@@ -18,7 +19,7 @@ from hertzchain.engines.native.kernels import (
     STEPS,
     _applied_force,
     compiled,
-    compiled_and_kept,
+    compiled_and_kept_with,
 )
 
 
@@ -61,7 +62,7 @@ def _evaluate(
         a[i] = (f[i] - f[i + ONE]) * inertia[i] + pull[i]
 
 
-@compiled_and_kept
+@compiled_and_kept_with(kernels)
 def take_steps(
     leg: FloatArray,
     done: int,

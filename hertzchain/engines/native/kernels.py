@@ -22,7 +22,10 @@ Scenes with terms have no such window: base is 0.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -295,6 +298,27 @@ def compiled_and_kept(function: Any) -> Any:
     with suppress(RuntimeError, OSError):  # no folder can be written
         kernel._cache = _Kept(function)
     return kernel
+
+
+def compiled_and_kept_with(*parts: ModuleType) -> Callable[[Any], Any]:
+    """As ``compiled_and_kept``, until the kernel's file or one of these modules changes.
+
+    Numba sees changes in the kernel's own file alone: ``parts`` are all others with code that it
+    calls.
+    """
+
+    def keep(function: Any) -> Any:
+        kernel = compiled_and_kept(function)
+        with suppress(AttributeError, OSError):  # no folder can be written, so nothing is kept
+            kept = kernel._cache._cache_file
+            files = [Path(str(part.__file__)).stat() for part in parts]
+            kept._source_stamp = (
+                kept._source_stamp,
+                *((file.st_mtime, file.st_size) for file in files),
+            )
+        return kernel
+
+    return keep
 
 
 def _compiled_without_nan(function: Any) -> Any:

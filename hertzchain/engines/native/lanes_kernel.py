@@ -16,8 +16,6 @@ differ, so that no lane depends on the others:
 from __future__ import annotations
 
 import math
-from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -38,7 +36,7 @@ from hertzchain.engines.native.kernels import (
     START,
     STEPS,
     _pushed,
-    compiled_and_kept,
+    compiled_and_kept_with,
 )
 from hertzchain.engines.native.lanes import bits, load, number_of, store, zero_lanes
 from hertzchain.engines.native.lanes_looks import (
@@ -241,23 +239,7 @@ def _march(
     store(ends, 0, load(clock, BEGIN, zero))
 
 
-def _kept_with_its_parts(function: Any) -> Any:
-    """A kernel, compiled once and kept on disk until this file or one that it calls changes."""
-    kernel = compiled_and_kept(function)
-    with suppress(AttributeError, OSError):  # no folder can be written, so nothing is kept
-        kept = kernel._cache._cache_file
-        files = [
-            Path(str(part.__file__)).stat()
-            for part in (kernels, lanes, lanes_looks, lanes_maxima, lanes_motion)
-        ]
-        kept._source_stamp = (
-            kept._source_stamp,
-            *((file.st_mtime, file.st_size) for file in files),
-        )
-    return kernel
-
-
-@_kept_with_its_parts
+@compiled_and_kept_with(kernels, lanes, lanes_looks, lanes_maxima, lanes_motion)
 def march_lanes(
     legs: FloatArray,
     leaves: Any,

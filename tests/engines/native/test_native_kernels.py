@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import sys
 import threading
 import time
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,14 @@ from scipy.integrate import simpson
 from scipy.interpolate import CubicSpline
 
 import hertzchain as hc
-from hertzchain.engines.native import kernels, simulate, simulate_in_numpy
+from hertzchain.engines.native import (
+    damped_kernel,
+    damped_verlet_kernel,
+    kernels,
+    lanes_kernel,
+    simulate,
+    simulate_in_numpy,
+)
 from hertzchain.engines.native.methods import (
     DPRKN_6,
     RUNGE_KUTTA_4,
@@ -643,3 +652,22 @@ def test_a_maximum_in_a_step_whose_rate_is_no_parabola(
     assert len(turns) == 2
     assert found[0] == pytest.approx(curve(highest) ** 1.5, rel=1e-12, abs=0)
     assert at[0] == pytest.approx(highest, rel=1e-9, abs=0)
+
+
+@pytest.mark.parametrize(
+    "kernel",
+    [damped_kernel.march, damped_verlet_kernel.take_steps, lanes_kernel.march_lanes],
+    ids=lambda kernel: kernel.py_func.__name__,
+)
+def test_a_kept_kernel_is_forgotten_when_a_module_changes_that_it_calls(kernel: Any) -> None:
+    """Numba itself sees changes in the kernel's own file alone."""
+    home, used = kernel.py_func.__module__, set[str]()
+    for value in vars(sys.modules[home]).values():
+        if callable(function := getattr(value, "py_func", value)):
+            used.add(str(getattr(function, "__module__", "")))
+    used = {name for name in used - {home} if name.startswith("hertzchain.engines.native.")}
+    assert "hertzchain.engines.native.kernels" in used
+    stamp = kernel._cache._cache_file._source_stamp
+    for name in used:
+        file = Path(str(sys.modules[name].__file__)).stat()
+        assert (file.st_mtime, file.st_size) in stamp[1:], name
