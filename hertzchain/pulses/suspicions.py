@@ -65,9 +65,13 @@ def cut_off(force: FloatArray, resolution: float) -> str | None:
     """A sentence where the top of a pulse looks cut off [N], else None.
 
     Several samples have the largest force, many more than are within a digit below it: a crest
-    that is a parabola has at most 2.4 times as many, one of fourth order 5.3 times.
+    that is a parabola has at most 2.4 times as many, one of fourth order 5.3 times. Where values
+    repeat, but too few for a known digit, it is the step from the largest force to the next.
     """
     top = float(force.max())
+    lower = force[force < top]
+    if resolution == 0 and 0 < np.unique(lower).size < lower.size:
+        resolution = top - float(lower.max())
     equal = int(np.count_nonzero(force == top))
     below = int(np.count_nonzero((force < top) & (force > top - 1.5 * resolution)))
     if equal < _FLAT or equal <= _PILED * below:

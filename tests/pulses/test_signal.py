@@ -259,6 +259,19 @@ def test_a_top_of_digits_is_cut_off_where_few_samples_are_a_digit_below(
     assert (cut_off(digits, 1.0) is not None) == is_said
 
 
+@pytest.mark.parametrize("samples", [300, 1000, 3000])
+@pytest.mark.parametrize("bits", [9, 10, 11, 12])
+def test_a_crest_of_more_digits_than_samples_is_not_cut_off(samples: int, bits: int) -> None:
+    """Too few samples for the digit: 1 in 70 such crests was taken for a top that is cut off."""
+    digit = 2 * FORCE / 2**bits
+    for seed in range(50):
+        noise = np.random.default_rng(seed).normal(0, 2e-4 * FORCE, samples)
+        crest = np.round((sine_squared(times(samples)) + noise) / digit) * digit
+        assert not [one for one in pulse_of(recording(crest)).warnings if "largest force" in one]
+        cut = np.minimum(crest, np.round(0.95 * FORCE / digit) * digit)
+        assert any("largest force" in one for one in pulse_of(recording(cut)).warnings)
+
+
 def test_a_spike_outside_of_the_times_that_are_given_is_not_used() -> None:
     read, spike = noisy(), 3 * FORCE
     at = np.array([1200, 1500])  # after the pulse
