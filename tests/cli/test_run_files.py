@@ -8,10 +8,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from PIL import Image, ImageSequence
 
 from hertzchain.cli.options import to_contacts
 from hertzchain.cli.output import say
+from hertzchain.cli.run_files import RunFiles
 from hertzchain.errors import HertzchainError
+from hertzchain.report import run_figure
 from hertzchain.scene.scene import Scene
 from tests.command_line import Command, is_refused
 from tests.places import ROOT
@@ -43,8 +46,27 @@ def test_all_files_of_one_run(hertzchain: Command) -> None:
     times = np.linspace(0, Scene.from_toml(SCENE).end_time, 20)
     assert frame["time_s"].unique().tolist() == times.tolist()
     assert Path("motion.xyz").read_text().count("time_s=") == 3
+    with Image.open("wave.gif") as film:
+        assert len(list(ImageSequence.Iterator(film))) == 3
     # 20 times are too few for a picture.
     assert "--record" in outcome.err
+
+
+def test_contacts_are_those_of_the_plot(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[object] = []
+    monkeypatch.setattr(run_figure, "_draw_forces", lambda *given: drawn.append(given[2]))
+    assert hertzchain("run", SCENE, "--plot", "run.png", "--contacts", "5,9").status == 0
+    assert drawn == [[5, 9]]
+
+
+def test_a_film_has_six_seconds_unless_frames_are_given() -> None:
+    scene = Scene.from_toml(SCENE)
+    files = RunFiles(None, None, Path("wave.gif"), None, None, None, None)
+    times = files.times(scene)
+    assert times is not None
+    assert times.tolist() == np.linspace(0, scene.end_time, 150).tolist()  # 25 a second
 
 
 def test_lines_to_stderr_go_where_a_progress_bar_catches_them(

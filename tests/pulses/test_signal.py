@@ -7,10 +7,10 @@ import pytest
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError
-from hertzchain.pulses.noise import noise_before, noise_within, resolution_of
+from hertzchain.pulses.noise import Noise, noise_before, noise_within, resolution_of
 from hertzchain.pulses.recording import Recording
 from hertzchain.pulses.signal import Given, averaged, pulse_of, without_negative
-from hertzchain.pulses.suspicions import cut_off
+from hertzchain.pulses.suspicions import cut_off, drift, no_return
 from tests.recordings import DURATION, FORCE, GAIN, OFFSET, START, sine_squared, times, volts
 
 IMPULSE = FORCE * DURATION / 2  # [N s]
@@ -207,7 +207,7 @@ def test_noise_that_hangs_together_counts_for_more() -> None:
     assert noise_within(white, 1e-6, 0.0).deviation == pytest.approx(1, rel=0.02)
 
 
-@pytest.mark.parametrize(("part", "is_said"), [(0.8e-3, False), (1.2e-3, True)])
+@pytest.mark.parametrize(("part", "is_said"), [(0.9e-3, False), (1.05e-3, True)])
 def test_a_drift_that_changes_f0_by_a_thousandth_is_said(part: float, is_said: bool) -> None:
     """The samples before the pulse, about 200, end where it starts, half of them 9 us before."""
     time, crest = times(2000), START + 35e-6
@@ -215,6 +215,31 @@ def test_a_drift_that_changes_f0_by_a_thousandth_is_said(part: float, is_said: b
     slope = part * FORCE / (crest - middle)
     found = pulse_of(recording(sine_squared(time) + slope * time)).warnings
     assert [warning.startswith("the baseline drifts") for warning in found] == [True] * is_said
+
+
+def without_line(samples: int) -> FloatArray:
+    """Noise of deviation 1 in which no straight line is."""
+    noise, at = np.random.default_rng(4).normal(0, 1, samples), np.arange(samples)
+    left = noise - np.polyval(np.polyfit(at, noise, 1), at)
+    return np.asarray(left / left.std(ddof=1))
+
+
+@pytest.mark.parametrize(("deviations", "is_said"), [(4, False), (6, True)])
+def test_a_drift_is_five_deviations_of_a_slope_by_chance(deviations: int, is_said: bool) -> None:
+    """That of n samples of deviation 1 is sqrt(12 / n^3) a sample."""
+    slope = deviations * np.sqrt(12 / 400**3)
+    force = without_line(400) + slope * np.arange(400)
+    assert (drift(force, 1.0, 400, 2000, 1.0, 0.0) is not None) == is_said
+
+
+@pytest.mark.parametrize(("deviations", "is_said"), [(4, False), (6, True)])
+def test_a_return_is_within_five_deviations_of_the_end_of_a_line(
+    deviations: int, is_said: bool
+) -> None:
+    """The end of a line through n samples of deviation 1 has a deviation of 2 / sqrt(n)."""
+    force = np.concatenate([np.zeros(980), without_line(20) + deviations * 2 / np.sqrt(20)])
+    noise = Noise(1.0, 1.0, np.zeros(0))
+    assert (no_return(force, 0.0, 100.0, 1.0, noise) is not None) == is_said
 
 
 @pytest.mark.parametrize(("off", "is_said"), [(0.9, False), (1.1, True), (-1.1, True)])
