@@ -126,15 +126,17 @@ def _draw_forces(axes: Axes, result: Result, contacts: Sequence[int], unit: floa
         applied = result.scene.applied_force(history.time)
         axes.plot(history.time / unit, applied, "--", color="0.6", label="applied force")
     shades = ListedColormap(colormaps["viridis"](np.linspace(0, _LIGHTEST, 256)))
-    spread = Normalize(0, max(len(contacts) - 1, 1))
+    few = len(contacts) <= _NAMED
+    ends = (0, max(len(contacts) - 1, 1)) if few else (min(contacts), max(contacts))
+    spread = Normalize(*ends)
     for k, contact in enumerate(contacts):
         time, force = with_peak(result, contact)
         label = f"contact {contact}" if contact <= result.contact[-1] else "wall"
-        shade = shades(spread(k))
+        shade = shades(spread(k if few else contact))
         axes.plot(time / unit, force, color=shade, linewidth=1.2, label=label)
     axes.set_ylabel("contact force [N]")
     axes.grid(alpha=0.25)
-    if len(contacts) <= _NAMED:
+    if few:
         axes.legend(
             fontsize=8,
             ncols=7,
@@ -147,7 +149,7 @@ def _draw_forces(axes: Axes, result: Result, contacts: Sequence[int], unit: floa
     else:
         if result.scene.ramps:
             axes.legend(axes.lines[:1], ["applied force"], fontsize=8)
-        shown = ScalarMappable(Normalize(contacts[0], contacts[-1]), shades)
+        shown = ScalarMappable(spread, shades)
         axes.figure.colorbar(shown, ax=axes, label="contact", location="top", aspect=60)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.colors import to_rgba
 from PIL import Image, ImageSequence
 
 import hertzchain as hc
@@ -144,6 +145,15 @@ def test_many_contacts_have_a_colour_bar_and_the_wall_a_curve(on_a_wall: hc.Resu
     # The wall's curve has its exact peak, too.
     assert np.max(forces.lines[-1].get_ydata()) == on_a_wall.wall_peak_force
     assert np.all(np.isin(on_a_wall.history.wall_force, forces.lines[-1].get_ydata()))
+
+
+def test_a_colour_bar_has_the_colours_of_contacts_that_are_not_even(on_a_wall: hc.Result) -> None:
+    contacts = [*range(2, 14), 21]
+    _, forces, _, *bars = run_figure(on_a_wall, contacts).axes
+    (bar,) = (bar for bar in bars if bar.get_xlabel() == "contact")
+    colours = bar._colorbar.mappable  # type: ignore[attr-defined]
+    for line, contact in zip(forces.lines, contacts, strict=True):
+        assert to_rgba(line.get_color()) == to_rgba(colours.to_rgba(contact))
 
 
 def test_recorded_times_keep_the_height_of_the_wave_or_it_is_said(result: hc.Result) -> None:
