@@ -207,6 +207,16 @@ def test_a_piston_that_the_deck_does_not_have_is_found() -> None:
     assert finding.text.startswith("nothing moves granule 1 as the scene's piston does")
 
 
+def test_velocities_that_may_not_be_stored_are_not_known() -> None:
+    start = "velocity first set 1.0 0.0 0.0 units box\nvariable wanted index 0\n"
+    start += 'if "${wanted} > $(random(0,1,5))" then "fix kept all store/state 0 vx"\n'
+    start += "velocity all set 2.0 0.0 0.0 units box\nvariable back atom f_kept\n"
+    start += "velocity all set v_back NULL NULL units box\n"
+    text = deck().replace("timestep", f"{start}timestep").replace(PUSH, "*0")
+    findings = lint(text, replace(SCENE, shock=hc.Striker(1.0)))
+    assert "velocities at the start" in findings[0].text
+
+
 def test_damping_is_noted_where_the_scene_has_none() -> None:
     entry = next(one for one in GALLERY if one.name == "in.damped_striker_on_a_wall")
     text, scene = (FOLDER / entry.name).read_text(encoding="utf-8"), entry.load()

@@ -314,6 +314,8 @@ def test_a_long_chain_shows_the_transition_first(long: hc.Comparison) -> None:
     assert len(page.encode()) < 5.5e6
     read = Reader(page)
     p = long.native.transition_granules
+    (note,) = Reader(page).data["peaks"]["layout"]["annotations"]
+    assert 10 ** note["x"] == pytest.approx(p)  # Plotly places notes by the logarithm
     assert p is not None
     assert len(read.table("Peak force of each contact")) == 1 + p
     rest = read.table(f"{999 - p} further contacts")
