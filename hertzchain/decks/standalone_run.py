@@ -41,20 +41,15 @@ def by_granule(name: str, values: Mapping[int, str]) -> list[str]:
     """
     runs: list[tuple[int, int, str]] = []  # of neighbours with the same value
     for i, value in values.items():
-        if runs and runs[-1][1:] == (i, value):
-            runs[-1] = (runs[-1][0], i + 1, value)
-        else:
+        if not runs or runs[-1][1:] != (i, value):
             runs.append((i + 1, i + 1, value))
-    lines = textwrap.wrap(
-        " ".join(
-            f"+(id=={first})*{value}" if first == last else f"+(id>={first})*(id<={last})*{value}"
-            for first, last, value in runs
-        ),
-        96,
-        initial_indent="    ",
-        subsequent_indent="    ",
-        break_on_hyphens=False,
+        runs[-1] = (runs[-1][0], i + 1, value)
+    terms = (
+        f"+(id=={first})*{value}" if first == last else f"+(id>={first})*(id<={last})*{value}"
+        for first, last, value in runs
     )
+    lines = textwrap.wrap(" ".join(terms), 92, break_on_hyphens=False)
+    lines = textwrap.indent("\n".join(lines), "    ").splitlines()
     return [f'variable {name} atom "0 &', *(f"{line} &" for line in lines[:-1]), f'{lines[-1]}"']
 
 

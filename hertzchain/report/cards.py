@@ -35,7 +35,8 @@ _MOST_ROWS = 12  # of peaks in a notebook (chosen); the rest is in the table of 
 
 def card_of(shown: object) -> Card:
     """The card of a scene, result, batch, comparison, judgement or examination of a deck."""
-    return _CARDS[type(shown).__name__](shown)
+    known = (_CARDS[each.__name__] for each in type(shown).__mro__ if each.__name__ in _CARDS)
+    return next(known)(shown)
 
 
 def document_of(verdict: Any) -> Document:

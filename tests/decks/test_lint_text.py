@@ -378,3 +378,8 @@ def test_messages_have_the_numbers_of_the_deck() -> None:
     assert "3 steps, 14, 85, 14" in sentence("a force in runs", "force-in-steps")
     assert "gravity of 9.81 pulls across" in sentence("gravity across", "gravity")
     assert "1.5 times" in sentence("no 2/3 in Kn", "stiffness-of-material")
+
+
+def test_an_empty_variable_of_the_caller_is_read() -> None:
+    """A command line refuses one."""
+    assert {finding.rule for finding in lint("print ${a}\n", None, {"a": ""})} == {"no-deck"}

@@ -137,6 +137,14 @@ def test_long_tables_print_their_first_six_values(rows: int) -> None:
     assert f"radius=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0{more}), young_modulus=1.0" in repr(chain)
 
 
+class Mine(hc.Scene):
+    """A scene of somebody's own."""
+
+
+def test_a_subclass_prints_as_its_base_does() -> None:
+    assert repr(Mine(SCENE.chain, SCENE.shock)) == repr(hc.Scene(SCENE.chain, SCENE.shock))
+
+
 def test_a_result_prints_its_numbers(result: hc.Result) -> None:
     largest, contact = re.fullmatch(  # type: ignore[union-attr]
         r"([\d.]+) N in contact (\d+)", fact(result, "largest peak")

@@ -124,7 +124,7 @@ class _Reader:
     def given(self, variable: str, value: str) -> None:
         """Note a variable of the command line, which has the words of its value one by one."""
         self._given.add(variable)
-        values = value.split()
+        values = value.split() or [""]
         self._define(variable, "text", values[0])
         self._values[variable] = values
 

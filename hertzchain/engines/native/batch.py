@@ -6,7 +6,7 @@ In natural units a scene is given by its profile, LM_ratio, n and N; a batch has
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from numbers import Integral
@@ -113,7 +113,7 @@ def peak_forces(
     TooExpensive
         If they have taken longer than the time limit.
     """
-    listed = not isinstance(scenes, str | os.PathLike | Scene)
+    listed = isinstance(scenes, Iterable) and not isinstance(scenes, str | os.PathLike)
     require(listed, "scenes", None, "must be a list of scenes, or of paths of their files")
     return _peaks_of([to_scene(scene) for scene in scenes], rtol, time_limit)
 
