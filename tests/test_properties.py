@@ -367,7 +367,7 @@ def is_out_of_reach(scene: hc.Scene, rtol: float) -> bool:
     """Return whether rounding errors may exceed the wanted accuracy, by the runs' own estimates.
 
     Under pulses much longer than the chain granules collide repeatedly: docs/trust has LM_ratio
-    above some 100 on chains shorter than that. Elsewhere the oracle, which knows nothing of the
+    above about 100 on chains shorter than that. Elsewhere the oracle, which knows nothing of the
     package, tells by how much two runs of its own differ. A hundredth of what is wanted is too
     much: estimates are six times the difference of two runs, and where small errors grow one
     difference may be ten times another.

@@ -360,15 +360,15 @@ _WHOLE = "a number of granules is whole"
 _PEAKS = (5e-6, "peaks of LAMMPS are extrapolated to 1e-6, and these have a few of them in them")
 _MOTION = (
     2e-4,
-    "velocities and the force over time are not extrapolated: velocity Verlet is off by some 1e-4",
+    "velocities and the force over time are not extrapolated: velocity Verlet is off by about 1e-4",
 )
 _AREA = "quadrature is right to 1e-12; the areas are (n - 1) t0 / 2 and t0 / 2 for every profile"
 _WAVE_ALONE = {
     "native": (1e-12, "below LM_ratio 1 no second wave follows, and native promises 1e-12"),
-    "lammps": (1e-4, "the velocities of LAMMPS are those of velocity Verlet, off by some 2e-5"),
+    "lammps": (1e-4, "the velocities of LAMMPS are those of velocity Verlet, off by about 2e-5"),
 }
 _WHOLE_PERCENT = (
-    "whole per cents, as found; Eq. 5 needs 0. What has yet to pass when a run ends is some 0.3 %"
+    "whole per cents, as found; Eq. 5 needs 0. What has yet to pass when a run ends is about 0.3 %"
 )
 _TENTHS = "a tenth of a per cent, as found; Eq. 4a needs 0"
 

@@ -113,7 +113,7 @@ RMS = {
 _RMS = {"LM_ratio < 1": (0.0557, 0.0209), "LM_ratio > 1": (0.0098, 0.0080)}
 SAME = (
     "peaks agree to 1e-6 and less of their height, of which Eq. 7b divides differences by 4.6 to"
-    " 49 N: some 1e-5"
+    " 49 N: about 1e-5"
 )
 
 

@@ -41,7 +41,7 @@ LammpsBinary = Annotated[
     ),
 ]
 Ranks = Annotated[
-    int | None, typer.Option(help="MPI ranks of the binary, by the mpiexec beside it or on PATH.")
+    int | None, typer.Option(help="MPI ranks of the binary, by the mpiexec next to it or on PATH.")
 ]
 TimeLimit = Annotated[
     str, typer.Option(help='How long each simulation may take, seconds or with a unit ("10 min").')

@@ -108,7 +108,7 @@ def watch_commands(overlap: str, force: str | None = None) -> list[str]:
         *damped,
         f"variable larger atom f_largest*(f_largest>v_{kept})+v_{kept}*(f_largest<=v_{kept})",
         "# fix store/state keeps what it stored last, f_largest, but does not make LAMMPS compute",
-        "# positions anew at each look; the fix before it, an average of nothing, does.",
+        "# positions again at each look; the fix before it, an average of nothing, does.",
         "variable nothing equal 0",
         'if "${watch} > 0" then &',
         '    "fix look all ave/time ${watch} 1 ${watch} v_nothing" &',
@@ -218,7 +218,7 @@ def verdict_commands(
     each, flight = loss_of_coordinates(scene, steps)
     cost = (
         f"{ROOM} is room for shorter steps and intervals. Coordinates cost the more digits the"
-        " larger granules are beside their overlaps."
+        " larger granules are compared with their overlaps."
     )
     return [
         *peak_commands("$(v_stiffness:%.17g)*f_largest^1.5"),

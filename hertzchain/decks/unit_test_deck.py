@@ -95,7 +95,7 @@ def unit_test(motion: KnownMotion, title: str, date: str) -> str:
         f"# {title}.",
         "# Neither forces nor motion are LAMMPS's own: F = A overlap^(3/2) where spheres touch,",
         "# A = sqrt(2R) E / (3 (1 - nu^2)), nothing where they are apart, by velocity Verlet in",
-        "# displacements. To record them anew with -u would take that away.",
+        "# displacements. To record them again with -u would take that away.",
         *damped,
         "# epsilon: at least thirty times what rounding makes of these steps in coordinates.",
         "# init_forces (run 0) and run_forces (the end) are read but not compared by test_dem_NN.",

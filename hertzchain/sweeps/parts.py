@@ -17,7 +17,7 @@ from hertzchain.scene.pulse import PulseTable
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.natural import natural
 
-MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen: some 30 MB
+MOST_ROWS, MOST_PEAKS = 10_000, 500_000  # scenes and contacts of a part, chosen: about 30 MB
 _WORK = 10.0  # time of a part on one core [s]; chosen: this is lost where a sweep is killed
 _LEAST_PARTS = 16  # least number of parts; chosen, so that few scenes keep all cores busy
 _START = 0.4  # estimated time below which no process is started [s]; chosen: two take 2 s to start

@@ -128,7 +128,7 @@ def _steps(scene: Scene, dt: float | None) -> Family:
 
 def steps_in_words(dt: float) -> str:
     """What velocity Verlet with such a step is called."""
-    return f"velocity Verlet with steps of some {dt:.3g} s"
+    return f"velocity Verlet with steps of about {dt:.3g} s"
 
 
 def granules_in_words(scene: Scene, extra: int) -> str:

@@ -79,4 +79,4 @@ def long_steps(case: Case) -> Iterator[Cause]:
         return np.asarray(run.peaks.force * scene.units.force)
 
     dt, _ = case.fit(family, list(longest * np.geomspace(0.02, 1.0, 14)))
-    yield case.cause(f"what velocity Verlet with steps of some {dt:.3g} s has", family(dt))
+    yield case.cause(f"what velocity Verlet with steps of about {dt:.3g} s has", family(dt))

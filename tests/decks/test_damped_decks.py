@@ -117,7 +117,7 @@ def test_a_mistake_in_a_deck_fails(mistake: str, tmp_path: Path) -> None:
 
 @pytest.mark.lammps
 def test_damping_is_checked_much_more_closely_than_peaks(tmp_path: Path) -> None:
-    # A millionth of the coefficient moves no peak by as much as the tolerance, some 1e-3.
+    # A millionth of the coefficient moves no peak by as much as the tolerance, about 1e-3.
     path = written(SCENES["dashpot"], tmp_path, RTOL)
     text = path.read_text()
     path.write_text(text.replace("hertz ${k1_1} 5.0", "hertz ${k1_1} 5.000005"))

@@ -155,7 +155,7 @@ def test_peaks_are_the_sampled_maxima_of_native_velocity_verlet(name: str, tmp_p
     assert run(path, tmp_path)[0] == 0
     step = lay_out(scene, rtol=1e-5).step
     expected = sampled_maxima(scene, step, 1) * scene.units.force
-    # Round-off of absolute coordinates over some 20,000 steps.
+    # Round-off of absolute coordinates over about 20,000 steps.
     assert largest_difference(peaks(tmp_path), expected) < 1e-8
 
 
@@ -171,7 +171,7 @@ def test_shipped_decks_watched_every_step_find_the_same_maxima(
     (step,) = re.findall(r"^variable step index (\S+)", path.read_text("utf-8"), re.MULTILINE)
     scene = entry.load()
     expected = sampled_maxima(scene, float(step), 1) * scene.units.force
-    # Round-off over some 70,000 steps; 1.5e-9 measured, 7.3e-9 in the chain of 400.
+    # Round-off over about 70,000 steps; 1.5e-9 measured, 7.3e-9 in the chain of 400.
     found = np.append(peaks(tmp_path), on_wall(screen))
     assert largest_difference(found, expected) < 1e-8
 
@@ -331,7 +331,7 @@ def test_a_mistake_in_a_deck_fails(mistake: str, tmp_path: Path) -> None:
 
 @pytest.mark.lammps
 def test_the_law_is_checked_much_more_closely_than_peaks(tmp_path: Path) -> None:
-    # 1e-7 of the stiffness moves no peak by as much as the tolerance, some 1e-5.
+    # 1e-7 of the stiffness moves no peak by as much as the tolerance, about 1e-5.
     path = written(small(), tmp_path)
     right, _ = MISTAKES["stiffness"]
     text = path.read_text().replace(right, "hertz/material $((1+1e-7)*v_young_modulus:%.17g)")

@@ -73,7 +73,7 @@ def test_every_term_passes(name: str, tmp_path: Path) -> None:
     assert found.size == scene.chain.granules - 1
     if scene.wall is not None:
         found = np.append(found, on_wall(screen))
-    # Round-off of absolute coordinates over some 3,000 steps; 2e-9 measured.
+    # Round-off of absolute coordinates over about 3,000 steps; 2e-9 measured.
     assert largest_difference(found, expected) < 1e-8
 
 
@@ -135,7 +135,7 @@ def test_a_mistake_in_a_deck_fails(mistake: str, tmp_path: Path) -> None:
 
 @pytest.mark.lammps
 def test_the_law_is_checked_much_more_closely_than_peaks(tmp_path: Path) -> None:
-    # 1e-8 of one stiffness moves no peak by as much as the tolerance, some 1e-4.
+    # 1e-8 of one stiffness moves no peak by as much as the tolerance, about 1e-4.
     path = written(ALL, tmp_path, RTOL)
     text = path.read_text()
     assert text.count("variable k1_2 equal ") == 1

@@ -382,7 +382,7 @@ def test_rows_of_the_compiled_batch_are_those_of_single_runs() -> None:
         ):
             expected = np.nan if value is None else value
             assert row[name] == pytest.approx(expected, rel=bound, abs=0, nan_ok=True)
-        # Peaks are flat: a force within 1e-6 is within some 1e-3 natural time units, and where two
+        # Peaks are flat: a force within 1e-6 is within about 1e-3 natural time units, and where two
         # maxima are as high as one another the later may be taken for the earlier.
         late = np.abs(own["peak_time_s"].to_numpy() - result.peak_time) / scene.units.time
         assert np.median(late) < 1e-3

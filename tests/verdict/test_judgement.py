@@ -297,7 +297,7 @@ def test_samples_in_place_of_maxima_are_named(truth: hc.Result, h: float) -> Non
 def test_steps_too_long_are_named(truth: hc.Result) -> None:
     dt = 0.1 * truth.scene.units.time
     peaks = hc.Native("velocity-verlet", dt).run(truth.scene).peak_force
-    assert "velocity Verlet with steps of some 1.4" in named(truth, peaks)
+    assert "velocity Verlet with steps of about 1.4" in named(truth, peaks)
     assert f"velocity Verlet with steps of {dt:.3g} s has" in named(truth, peaks, dt=dt)
 
 

@@ -123,7 +123,7 @@ def test_one_mistake_is_named_alone(name: str) -> None:
 
 def test_a_step_that_is_not_given_is_found() -> None:
     cause = judged(peaks_of(PLANTED["step"])).cause or ""
-    assert f"velocity Verlet with steps of some {STEP:g} s" in cause
+    assert f"velocity Verlet with steps of about {STEP:g} s" in cause
 
 
 @pytest.mark.parametrize("sampled", [slow(False), True])

@@ -287,7 +287,7 @@ def _steps(made: Against) -> None:
             text = (
                 f"the step {longest.dt:.3g} is {step / unit:.2g} natural time units of the scene"
                 f" ({unit / made.time:.3g}): above {_STABLE:.2f} granules fly apart, 0.02 gives"
-                " peaks right to some 1e-4"
+                " peaks right to about 1e-4"
             )
             where = steps[-1] if steps else longest.command
             severity = "error" if step > _STABLE * unit else "warning"

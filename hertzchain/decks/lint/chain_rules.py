@@ -44,7 +44,7 @@ def _step_length(chain: Chain) -> Found:
         pressed, advice = "contacts of this deck, whatever presses them", ""
     else:
         pressed = f"contacts pressed by {pressing.force:.4g}, {pressing.origin}"
-        advice = f"; {0.02 * unit:.1g} gives peaks right to some 1e-4"
+        advice = f"; {0.02 * unit:.1g} gives peaks right to about 1e-4"
     if longest.dt > limit:
         text = (
             f"the step {longest.dt:.3g} is above the limit of stability, {limit:.3g} for"
@@ -56,7 +56,7 @@ def _step_length(chain: Chain) -> Found:
     elif step > 0.2 and pressing is not None:
         text = (
             f"the step {longest.dt:.3g} is {step:.2g} of the natural time of {pressed}: peaks are"
-            f" off by some {0.22 * step**2:.1%}, which goes with the square of it{advice}"
+            f" off by about {0.22 * step**2:.1%}, which goes with the square of it{advice}"
         )
         yield where, "warning", text
 

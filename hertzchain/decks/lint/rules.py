@@ -358,7 +358,7 @@ def _force_clock(deck: Deck) -> Found:
             elif found is None and "elapsed" in names and run is not deck.runs[0]:
                 text = (
                     "the force follows elapsed, which counts from the start of this run, not of"
-                    " the simulation; time does not start anew"
+                    " the simulation; time does not start again"
                 )
                 found = run.command, "note", text
             elif found is None and {"step", "dt"} <= names:
@@ -383,7 +383,7 @@ def _has_new_step(deck: Deck, run: Run) -> bool:
 
 
 def _made_anew(deck: Deck, push: Push, before: Run, run: Run) -> bool:
-    """Whether the formula was given anew between two runs."""
+    """Whether the formula was given again between two runs."""
     return any(
         before.command.place < c.place < run.command.place
         for c in deck.named("variable")
@@ -570,7 +570,7 @@ def _not_hertz(deck: Deck) -> Found:
             if law.normal == "jkr" or number(cohesion) != 0:
                 text = (
                     f"{law.normal} adds cohesion to Hertz's law ({cohesion}; 0.1 J/m^2 moved peaks"
-                    " of some 150 N by 0.1 %): hertz/material has none"
+                    " of about 150 N by 0.1 %): hertz/material has none"
                 )
                 yield law.command, "warning", text
         elif law.normal == "mdr":
@@ -687,7 +687,7 @@ def _dump_every_step(deck: Deck) -> Found:
     for command in deck.named("dump"):
         if number(" ".join(command.words[4:5])) == 1:
             text = (
-                "a dump of every step costs some 50 us a step for 30 granules, which themselves"
+                "a dump of every step costs about 50 us a step for 30 granules, which themselves"
                 " take 4 to 8: write every 10 steps and interpolate, a contact lasts hundreds"
             )
             yield command, "note", text

@@ -102,7 +102,7 @@ def parse(text: str, variables: Mapping[str, str] | None = None) -> Script:
     return Script(tuple(reader.commands), reader.made, _comments(text))
 
 
-_MOST_WRITTEN_OUT = 10_000  # commands of all loops together: chains have some 100 granules
+_MOST_WRITTEN_OUT = 10_000  # commands of all loops together: chains have about 100 granules
 
 
 class _Reader:

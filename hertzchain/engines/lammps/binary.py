@@ -107,7 +107,7 @@ class Program:
         if apart:
             return (
                 f"{mpiexec} and {lmp} are of different MPI, so that each of {self.ranks} ranks runs"
-                " alone: put the mpiexec of that LAMMPS beside it or first on PATH, or leave ranks"
+                " alone: put the mpiexec of that LAMMPS next to it or first on PATH, or leave ranks"
                 " out"
             )
         if dialect.STARTED not in said:
@@ -115,7 +115,7 @@ class Program:
             first = next((line for line in lines if line.strip("-")), "it says nothing")
             return (
                 f"{mpiexec} cannot start {lmp} ({first}): it must be allowed to run here, and of"
-                " the same MPI, beside that LAMMPS or first on PATH; or leave ranks out"
+                " the same MPI, next to that LAMMPS or first on PATH; or leave ranks out"
             )
         return ""
 

@@ -30,7 +30,7 @@ PARTS = 8
 """Parts of a step in which a beginning, an end, or a maximum is looked for."""
 
 _SUMMIT = 1e-12
-"""How fast a force grows where it is highest, over how fast it does beside; and how near in a step
+"""How fast a force grows where it is highest, over how fast it does nearby; and how near in a step
 the place is."""
 
 

@@ -32,7 +32,7 @@ IDLE = 1e-3
 def in_wrong_mode(u: Any, v: Any, f: Any, on: Any, i: int, idle: float, c: Any) -> bool:
     """Whether contact i is in a mode that it ought not to have.
 
-    A strong damper lets its contact open for ever, with a force of almost 0 that would keep steps
+    A strong damper lets its contact open endlessly, with a force of almost 0 that would keep steps
     short: such a force is left out.
     """
     d, w = u[i] - u[i + 1] - c.gap[i], v[i] - v[i + 1]

@@ -87,7 +87,7 @@ def take_steps(
         The chain.
     u, v, f, a
         Displacement, velocity, force of contacts after the applied one, and acceleration now, shape
-        (granules + 1,); changed. Forces are formed anew at the start of a leg.
+        (granules + 1,); changed. Forces are computed again at the start of a leg.
     into
         Filled with displacements, velocities, accelerations and forces of contacts: before the
         first step, after every ``stride``, and after the last; shape (states, 4, granules).

@@ -57,7 +57,7 @@ _CHECK = 4.0
 """Natural time units between two looks at whether to go on and what to leave behind."""
 
 _LOOK = 1_000_000
-"""Granules times steps between two looks at whether the run is to be stopped: some 10 ms."""
+"""Granules times steps between two looks at whether the run is to be stopped: about 10 ms."""
 
 _STEP_IN_GRANULES = 50
 """What a step costs besides its granules, in granules."""
@@ -262,7 +262,7 @@ def _part_with_arrays(function: Any) -> Any:
 
 
 class _Kept(FunctionCache):
-    """Compiled code on disk; whatever is wrong with that, it is compiled anew.
+    """Compiled code on disk; whatever is wrong with that, it is compiled again.
 
     Numba itself lets every problem through: a disk that is full, an index that was cut off. And
     of two processes that keep different versions at the same moment, one can get the other's.
@@ -1344,7 +1344,7 @@ def _advance(
 ) -> int:  # fmt: skip
     """Take the steps of a leg as far as the arrays reach.
 
-    Arrays are never bound to a name anew in here: Numba would count references at every step.
+    Arrays are bound to a name only once in here: else Numba counts references at every step.
     """
     zero = constants[_ZERO]
     nystrom = nodes.size > 0
@@ -1611,7 +1611,7 @@ def march(
     granules
         N.
     start
-        Displacement and velocity at the start, shape (2, N), with ``leave_behind`` only beside
+        Displacement and velocity at the start, shape (2, N), with ``leave_behind`` only next to
         terms; shape (0, 0) for a chain at rest.
     terms
         What the scene has beyond a plain chain, float64: the compiler makes a kernel for each type

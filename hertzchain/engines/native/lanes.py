@@ -1,7 +1,7 @@
 """Numbers side by side: what compiled code computes with the vectors of the processor.
 
 ``Lanes`` is as many numbers as fill one vector of 512 bits, 16 of float32 or 8 of float64, and as
-many of any other type beside them. Operators act on all lanes at once; a plain number with lanes
+many of any other type next to them. Operators act on all lanes at once; a plain number with lanes
 takes their precision. A comparison gives a mask, by which ``where``
 chooses. Where the processor has shorter vectors, the compiler takes several for one.
 

@@ -257,7 +257,7 @@ Run it with: yade -n -x THIS_FILE (whose name has to end in .py, or Yade takes i
 It finds the peak force of each contact, writes peaks.csv, and prints PASS, or FAIL and ends with
 status 1, by comparing them with the true ones, which hertzchain has from Eq. 1 by a method of
 high order. They may differ by {allowed:.1e}: steps {tolerance:.0e}, and ten times what absolute
-coordinates cost, some {lost:.0e}.
+coordinates cost, about {lost:.0e}.
 """
 
 {motion(scene, legs, strides)}

@@ -139,7 +139,7 @@ def _numbers(
     scene, unit, checks = case.scene, case.units, []
     top = int(np.argmax(np.abs(force)))
     measured, expected = float(force[top]), scene.peak_force
-    # The highest reading may lie beside the crest.
+    # The highest reading may lie next to the crest.
     spaced = np.max(np.abs(scene.applied_force(time)), initial=0.0) / expected - 1
     off = measured / (expected * (1 + spaced)) - 1 if spaced > -1 else 0.0
     longer = None

@@ -143,7 +143,7 @@ def test_histories_and_extrapolated_peaks(engine: Engine) -> None:
     assert result.error_estimate < 1e-4
     assert result.history is not None
     assert reference.history is not None
-    # The history is that of the finer run, with the error of its steps, some 0.1 dt^2.
+    # The history is that of the finer run, with the error of its steps, about 0.1 dt^2.
     largest = float(np.max(np.abs(reference.history.velocity)))
     assert result.history.velocity == pytest.approx(
         reference.history.velocity, rel=0, abs=2e-4 * largest
@@ -384,7 +384,7 @@ def test_the_record_agrees_with_velocity_verlet_of_today(name: str) -> None:
     assert peaks["native"] == pytest.approx(native, rel=1e-11, abs=0)
     for engine in engines.ENGINES:
         assert largest_difference(peaks[engine], native) <= engines.AGREED
-        # And with one another as far as round-off goes, some 1e-12 at 24 scenes.
+        # And with one another as far as round-off goes, about 1e-12 at 24 scenes.
         assert largest_difference(peaks[engine], peaks["lammps"]) <= 1e-10
 
 

@@ -125,7 +125,7 @@ def test_overlaps_become_as_deep_as_they_may(
     made = softening(scene, steps)
     length = depth * made.length
     if momentum_ratio <= 1:
-        # Highest of some 1.2 F0, or 0.76 (1.65 LM_ratio)^1.2 F0, and less than 2 radii for two.
+        # Highest of about 1.2 F0, or 0.76 (1.65 LM_ratio)^1.2 F0, and less than 2 radii for two.
         highest = min(1.0, 0.76 * (1.65 * momentum_ratio) ** 1.2)
         assert length * highest ** (2 / 3) < 0.8
     assert length < 0.51 * max(1.0, (1.65 * momentum_ratio) ** -0.8 / 0.64 ** (2 / 3))

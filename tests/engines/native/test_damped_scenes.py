@@ -117,7 +117,7 @@ def test_weak_damping_is_none(law: str) -> None:
     scene = hc.Scene(hc.Chain(15, **STEEL), PULSE)
     damped = hc.Native(rtol=1e-8).run(replace(scene, contact=replace(given, **same)))
     elastic = hc.Native(rtol=1e-8).run(scene)
-    # Damping itself takes some 1e-8 of the peaks.
+    # Damping itself takes about 1e-8 of the peaks.
     assert np.max(np.abs(damped.peak_force / elastic.peak_force - 1)) < 1e-7
 
 

@@ -82,7 +82,7 @@ def agree(scene: hc.Scene, walker: Walker, dtype: Any) -> None:
     ours = simulate(scene, legs, walker, recorders[0], dtype)
     plain = simulate_in_numpy(scene, legs, walker, recorders[1], dtype)
     assert ours.steps == plain.steps
-    # Rounding errors of some 5,000 force evaluations; displacements of granules that flew off are
+    # Rounding errors of about 5,000 force evaluations; displacements of granules that flew off are
     # up to 60 units, velocities of histories are divided by steps of 0.1 and less.
     eps = float(np.finfo(dtype).eps)
     pairs = [

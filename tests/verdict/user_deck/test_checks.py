@@ -65,7 +65,7 @@ def stiffer(factor: float) -> Any:
 
 
 # Peaks of a short pulse go as force^1.2 mass^-0.6 stiffness^0.4, those of a long one as the force:
-# by tolerances of 1e-3 some 1.0e-3 of the force, 2.1e-3 of the mass, 4.3e-3 of the stiffness.
+# by tolerances of 1e-3 about 1.0e-3 of the force, 2.1e-3 of the mass, 4.3e-3 of the stiffness.
 ALLOWED = {
     "mass": (times("mass", 1 + 1e-3), times("mass", 1 + 8e-3)),
     "peak of the applied": (times("applied_force", 1 + 5e-4), times("applied_force", 1 + 3e-3)),
