@@ -495,6 +495,18 @@ def test_the_command(tmp_path: Path, hertzchain: Command) -> None:
     assert missing.status == 2
 
 
+def test_a_loop_that_defines_its_variable_after_its_label() -> None:
+    """As it is often written; a density too high on every granule is found, and a second loop."""
+    first = "variable i loop 30\nlabel granule\n"
+    assert first in deck()
+    swapped = deck().replace(first, "label granule\nvariable i loop 30\n")
+    assert lint(swapped, SCENE) == []
+    assert rules(swapped.replace("density 7958", "density 8958")) == {"scene-mass"}
+    again = "label more\nvariable i loop 7 9\nset atom $i density 9000\nnext i\njump SELF more\n"
+    (found,) = bad(lint(swapped.replace("neighbor", f"{again}neighbor", 1), SCENE))
+    assert "granule 7 and 2 more" in found.text
+
+
 def test_variables_of_the_command_line(tmp_path: Path, hertzchain: Command) -> None:
     """As LAMMPS takes them: in place of the values of style index, and in loops."""
     values = "variable n index 10 20\nvariable F0 index 50\n"

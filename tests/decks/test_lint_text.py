@@ -115,19 +115,36 @@ print "after"
 """
 
 
-def test_loops_are_written_out_as_lammps_runs_them() -> None:
-    said = [command.words[1] for command in parse(LOOPED).named("print")]
+DEFINED_WITHIN = """\
+label outer
+variable i loop 3 5
+label inner
+variable j index a b
+print "$i $j $(v_i*2)"
+next j
+jump SELF inner
+next i
+jump SELF outer
+print "after"
+"""
+"""The same: a loop ignores the definition of what it counts with in all rounds but the first."""
+
+
+@pytest.mark.parametrize("text", [LOOPED, DEFINED_WITHIN], ids=["before", "within"])
+def test_loops_are_written_out_as_lammps_runs_them(text: str) -> None:
+    said = [command.words[1] for command in parse(text).named("print")]
     assert said == [f"{i} {j} {2.0 * i}" for i in (3, 4, 5) for j in "ab"] + ["after"]
 
 
 @pytest.mark.lammps
-def test_lammps_runs_these_loops_so(tmp_path: Path) -> None:
+@pytest.mark.parametrize("loops", [LOOPED, DEFINED_WITHIN], ids=["before", "within"])
+def test_lammps_runs_these_loops_so(loops: str, tmp_path: Path) -> None:
     file = tmp_path / "in.loop"
-    text = LOOPED.replace("$(v_i*2)", "$(v_i*2:%.1f)")
+    text = loops.replace("$(v_i*2)", "$(v_i*2:%.1f)")
     file.write_text(re.sub(r'^print (".*")$', rf"print \1 append {tmp_path}/out", text, flags=re.M))
     with engine() as lammps:
         lammps.file(str(file))
-    said = [command.words[1] for command in parse(LOOPED).named("print")]
+    said = [command.words[1] for command in parse(loops).named("print")]
     assert (tmp_path / "out").read_text().splitlines() == said
 
 

@@ -113,17 +113,18 @@ class _Reader:
         self.commands: list[Command] = []
         self.made: dict[str, list[Definition]] = {}
         self._values: dict[str, list[str]] = {}  # of variables that loops count with
-        self._given = set[str]()  # variables of the command line
         self._left = _MOST_WRITTEN_OUT
         self._jumps: dict[str, list[int]] = {}  # lines that jump to a label
+        self._written: dict[str, list[int]] = {}  # lines that define a variable to count with
         for at, (_, written) in enumerate(lines):
             words = written.split(None, 3)[:3]
+            if len(words) == 3 and words[0] == "variable" and words[2] in ("index", "loop"):
+                self._written.setdefault(words[1], []).append(at)
             if len(words) == 3 and words[:2] == ["jump", "SELF"]:
                 self._jumps.setdefault(words[2], []).append(at)
 
     def given(self, variable: str, value: str) -> None:
         """Note a variable of the command line, which has the words of its value one by one."""
-        self._given.add(variable)
         values = value.split() or [""]
         self._define(variable, "text", values[0])
         self._values[variable] = values
@@ -142,7 +143,7 @@ class _Reader:
                 looping = looping and head[:1] != ["jump"]
                 continue
             variable = self._lines[end][1].split()[1]
-            values = self._values[variable]
+            values = self._values.pop(variable)
             self._left -= len(values) * (end - at)
             for value in values:
                 self._define(variable, "text", value)
@@ -161,13 +162,27 @@ class _Reader:
             return None
         end = jumps[k] - 1
         words = self._lines[end][1].split()
-        if len(words) != 2 or words[0] != "next" or words[1] not in self._values:
+        if len(words) != 2 or words[0] != "next":
+            return None
+        if words[1] not in self._values and not self._is_defined_within(words[1], at, end):
             return None
         if max(1, len(self._values[words[1]])) * (end - at) > self._left:
             return None
         body = self._lines[at:end]
         leaves = any("jump" in written and "if" in written.split()[:1] for _, written in body)
         return None if leaves else end
+
+    def _is_defined_within(self, variable: str, at: int, end: int) -> bool:
+        """Whether a loop defines what it counts with in its first round; later ones ignore that."""
+        lines = self._written.get(variable, [])
+        k = bisect_left(lines, at)
+        if k == len(lines) or lines[k] >= end:
+            return False
+        raw, place = _words(self._lines[lines[k]][1]), len(self.commands)
+        values = _values_of([_filled(word, self._look_up, place) for word in raw])
+        if values is not None:
+            self._values[variable] = values
+        return values is not None
 
     def _define(self, variable: str, style: str, text: str) -> None:
         self.made.setdefault(variable, []).append(Definition(len(self.commands) - 1, style, text))
@@ -185,7 +200,7 @@ class _Reader:
         words = tuple(_filled(word, self._look_up, place) for word in raw)
         command = Command(place, line, words, raw, conditional, never)
         self.commands.append(command)
-        if not never:
+        if not never and not self._exists(command):
             _define(command, self.made)
             self._note_values(command)
         if depth >= 3:
@@ -199,23 +214,23 @@ class _Reader:
                 if inner != "NULL":
                     self._add(line, inner, True, depth + 1, never)
 
+    def _exists(self, command: Command) -> bool:
+        """Whether a command defines a variable that stays as it is, as it exists."""
+        words = command.words
+        if command.name != "variable" or len(words) < 4 or words[2] not in ("index", "loop"):
+            return False
+        before = self.made.get(words[1], [])
+        return bool(before) and before[-1].style != "deleted"
+
     def _note_values(self, command: Command) -> None:
         """Note the values that a variable of style ``loop`` or ``index`` goes through."""
         words = command.words
         if command.name != "variable" or len(words) < 4:
             return
-        if words[2] == "index" and words[1] in self._given:
-            return
         self._values.pop(words[1], None)
-        if words[2] == "index":
-            self._values[words[1]] = list(words[3:])
-        elif words[2] == "loop" and not command.conditional:
-            ends = [number(word) for word in words[3:] if word != "pad"]
-            known = [int(end) for end in ends if end is not None]
-            if len(known) == len(ends) and len(known) in (1, 2):
-                low, high = (1, known[0]) if len(known) == 1 else known
-                if high - low < _MOST_WRITTEN_OUT:
-                    self._values[words[1]] = [str(k) for k in range(low, high + 1)]
+        values = _values_of(words)
+        if values is not None and not (words[2] == "loop" and command.conditional):
+            self._values[words[1]] = values
 
     def _branches(self, command: Command) -> Iterator[tuple[bool | None, str]]:
         """The commands in an ``if``, each with whether it is carried out, if that is known."""
@@ -235,6 +250,21 @@ class _Reader:
                     taken = None if decided is None else not decided
             elif word not in ("if", "then"):
                 yield taken, raw
+
+
+def _values_of(words: Sequence[str]) -> list[str] | None:
+    """What a variable goes through, by the words of its definition; None where it is not known."""
+    style = words[2] if len(words) > 3 else ""
+    if style == "index":
+        return list(words[3:])
+    if style != "loop":
+        return None
+    ends = [number(word) for word in words[3:] if word != "pad"]
+    known = [int(end) for end in ends if end is not None]
+    if len(known) != len(ends) or len(known) not in (1, 2):
+        return None
+    low, high = (1, known[0]) if len(known) == 1 else known
+    return [str(k) for k in range(low, high + 1)] if high - low < _MOST_WRITTEN_OUT else None
 
 
 def _logical_lines(text: str) -> Iterator[tuple[int, str]]:
@@ -316,8 +346,6 @@ def _define(command: Command, made: dict[str, list[Definition]]) -> None:
     variable, style = words[1], words[2]
     before = made.setdefault(variable, [])
     if style in ("index", "string", "equal", "internal") and len(words) > 3:
-        if style == "index" and before and before[-1].style != "deleted":
-            return  # the first one, or that of the command line, stays
         kind = "text" if style in ("index", "string") else "equal"
         text = words[3] if style != "equal" else " ".join(words[3:])
         before.append(Definition(command.place, "unknown" if command.conditional else kind, text))
