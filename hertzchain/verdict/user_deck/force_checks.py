@@ -19,9 +19,10 @@ from hertzchain.verdict.user_deck.deck_check import (
     same,
     values,
 )
+from hertzchain.verdict.user_deck.group_names import first_alone, on_granule
 from hertzchain.verdict.user_deck.measured import stretches_of
 from hertzchain.verdict.user_deck.moving_forces import drags, shows_in_motion
-from hertzchain.verdict.user_deck.places import Place, group_of, place_at
+from hertzchain.verdict.user_deck.places import Place, place_at
 from hertzchain.verdict.user_deck.pulse_checks import ACTS, effect_of_all, of_shock, pulse_checks
 
 
@@ -127,7 +128,8 @@ def _loads(case: Case) -> str:
         commands.append(f"fix gravity all gravity {number:.10g} vector {' '.join(vector)}")
     if pressed.force:
         vector["xyz".index(found.axis)] = f"{sign * pressed.force / unit.force:.10g}"
-        commands.append(f"fix load <granule 1> addforce {' '.join(vector)}")
+        load = f"fix load {{group}} addforce {' '.join(vector)}"
+        commands.append(on_granule(found, 0, "loaded", load))
     return "; ".join(commands)
 
 
@@ -186,8 +188,7 @@ def _shock(case: Case) -> list[DeckCheck]:
             f"the applied force acts on {who} and not on granule 1, which the scene pushes",
             "granule 1 is the first of the chain",
         )  # fmt: skip
-        check = of_shock(case, check, (), f"group shock id {int(found.ids[0])}")
-        return [*checks, _of_others(case, check, others)]
+        return [*checks, _of_others(case, of_shock(case, check, (), "without this fix"), others)]
     if largest.size == 0 or largest[0] <= ACTS * scale:
         check = DeckCheck(
             "applied force on granule 1", "N", float(largest[0]) if largest.size else 0.0,
@@ -204,9 +205,7 @@ def _shock(case: Case) -> list[DeckCheck]:
             f" {np.max(largest[others]):.4g} N; the scene pushes granule 1 alone",
             "counts must be equal",
         )  # fmt: skip
-        vector = f"group shock id {int(found.ids[0])}"
-        check = of_shock(case, check, (), f"{vector}, and the fix on this group alone")
-        checks.append(_of_others(case, check, others))
+        checks.append(_of_others(case, of_shock(case, check, (), "without this fix"), others))
     return [*checks, *pulse_checks(case)]
 
 
@@ -244,7 +243,8 @@ def _of_others(case: Case, check: DeckCheck, others: Indices) -> DeckCheck:
         where = place_at(found, pushing[-1].command)
         return replace(check, place=where, command="without this fix")
     assert check.place is not None
-    return replace(check, place=group_of(found, check.place))
+    where, right = first_alone(found, check.place)
+    return replace(check, place=where, command=right)
 
 
 def _effect_of(case: Case, granules: Indices) -> float | None:

@@ -19,6 +19,7 @@ from hertzchain.verdict.user_deck.deck_check import (
     same,
     values,
 )
+from hertzchain.verdict.user_deck.group_names import on_granule
 from hertzchain.verdict.user_deck.measured import far_wall, spacing
 from hertzchain.verdict.user_deck.places import is_same, numbers_in, place
 
@@ -267,11 +268,13 @@ def _velocity(case: Case) -> list[DeckCheck]:
         )  # fmt: skip
         sign = -1.0 if case.found.reversed else 1.0
         old, new = measured[k] / case.units.velocity, expected[k] / case.units.velocity
-        ids = int(case.found.ids[k])
         vector = ["0.0"] * 3
         vector["xyz".index(case.found.axis)] = f"{sign * new:.10g}"
-        who = "all" if not wanted and not alone else f"<group of atom {ids}>"
-        fallback = f"velocity {who} set {' '.join(vector)} units box"
+        right = f"velocity {{group}} set {' '.join(vector)} units box"
+        if not wanted and not alone:
+            fallback = right.format(group="all")
+        else:
+            fallback = on_granule(case.found, k, "moving", right)
         checks.append(placed(check, case.found, "velocity", [(abs(old), abs(new))], fallback))
     if side > ROUND_OFF * scale:
         radius = float(np.min(case.scene.granules.radius))

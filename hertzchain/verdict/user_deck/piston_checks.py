@@ -16,6 +16,7 @@ from hertzchain.verdict.user_deck.deck_check import (
     same,
     values,
 )
+from hertzchain.verdict.user_deck.group_names import on_granule
 from hertzchain.verdict.user_deck.measured import displacement, stretches_of
 from hertzchain.verdict.user_deck.places import Place, formula_of, place_at
 
@@ -75,9 +76,10 @@ def _right(case: Case) -> str:
     piston, unit, found = case.scene.piston, case.units, case.found
     assert piston is not None
     if piston.velocity is None:
-        return "fix piston <granule 1> move variable, with the displacement of the scene"
+        right = "fix piston {group} move variable, with the displacement of the scene"
+        return on_granule(found, 0, "piston", right)
     vector = ["0.0"] * 3
     sign = -1 if found.reversed else 1
     vector["xyz".index(found.axis)] = f"{sign * piston.velocity / unit.velocity:.10g}"
-    who = f"<group of atom {int(found.ids[0])}>"
-    return f"fix piston {who} move linear {' '.join(vector)}"
+    right = f"fix piston {{group}} move linear {' '.join(vector)}"
+    return on_granule(found, 0, "piston", right)

@@ -12,6 +12,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.scene.pulse import PROFILES, Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.user_deck.deck_check import Case, DeckCheck, Indices, placed, same, values
+from hertzchain.verdict.user_deck.group_names import fixes_of, on_granule, unused
 from hertzchain.verdict.user_deck.measured import stretches_of
 from hertzchain.verdict.user_deck.places import formula_of, numbers_in, place_at, with_number
 
@@ -72,11 +73,12 @@ def right_shock(case: Case) -> str:
     """The commands of the scene's shock, in units of the deck."""
     scene, unit, found = case.scene, case.units, case.found
     vector = ["0.0"] * 3
-    vector["xyz".index(found.axis)] = "v_F"
     sign = "-" if found.reversed else ""
-    fix = f"fix shock <group of atom {int(found.ids[0])}> addforce {' '.join(vector)}"
+    name, variable = _own_names(case)
+    vector["xyz".index(found.axis)] = f"v_{variable}"
+    fix = on_granule(found, 0, "shock", f"fix {name} {{group}} addforce {' '.join(vector)}")
     if not isinstance(scene.shock, Pulse):
-        return f"{fix}, with the scene's force as the variable F"
+        return f"{fix}, with the scene's force as the variable {variable}"
     assert scene.rise_time is not None
     rise, end = scene.rise_time / unit.time, scene.pulse_end / unit.time
     force = scene.peak_force / unit.force
@@ -89,9 +91,21 @@ def right_shock(case: Case) -> str:
     up = shape(of_rise, f"({begin}/{rise:.10g})")
     down = shape(of_decay, f"(({end:.10g}-{begin})/{end - rise:.10g})")
     return (
-        f'variable F equal "{sign}{force:.10g}*(({begin}<{rise:.10g})*{up}'
+        f'variable {variable} equal "{sign}{force:.10g}*(({begin}<{rise:.10g})*{up}'
         f'+({begin}>={rise:.10g})*({begin}<{end:.10g})*{down})"; {fix}'
     )
+
+
+def _own_names(case: Case) -> tuple[str, str]:
+    """The fix and the variable of a deck's shock; names that are free where it has none."""
+    found, along = case.found, 4 + "xyz".index(case.found.axis)
+    lines = [one.text.split() for one in found.commands if one.carried_out]
+    of_time = {words[1] for words in lines if words[:1] == ["variable"] and "equal" in words[2:3]}
+    for words in reversed(lines):
+        name = "".join(words[along : along + 1]).removeprefix("v_")
+        if words[:1] == ["fix"] and words[3:4] == ["addforce"] and name in of_time:
+            return words[1], name
+    return unused("shock", fixes_of(found)), "F"
 
 
 def pulse_checks(case: Case) -> list[DeckCheck]:

@@ -138,8 +138,61 @@ def test_a_force_on_a_second_granule_is_that_of_its_group(
         for check in examined(scene, changed(right, applied_force=applied)).to_mend
         if check.place is not None and check.place.written == "group first id 1"
     ]
-    assert [check.command.partition(",")[0] for check in wrong] == ["group shock id 1"]
+    assert [check.command for check in wrong] == ["group first id 1"]
     assert "granule 3" in wrong[0].sentence
+
+
+def with_group(deck: FoundDeck, made: str, fix: str = "fix 2 first addforce v_F 0 0") -> FoundDeck:
+    """A deck whose shock has another group, on granules 1 and 3."""
+    applied = deck.applied_force.copy()
+    applied[:, 2] = applied[:, 0]
+    commands = tuple(
+        replace(one, text=text, written=text)
+        for one in deck.commands
+        for text in (made if one.text == "group first id 1" else one.text,)
+        for text in (fix if text.startswith("fix 2") else text,)
+    )
+    both = np.isin(deck.ids, (1, 3))
+    fixes = (deck.fixes[0], replace(deck.fixes[1], granules=both))
+    return changed(deck, commands=commands, fixes=fixes, applied_force=applied)
+
+
+@pytest.mark.parametrize(
+    ("made", "fix", "line", "command"),
+    [
+        ("group push id 1 3", "fix 2 push addforce v_F 0 0", 9, "group push id 1"),
+        # Without a group of its own: a new one, whose name is free.
+        ("group shock id 4", "fix 2 all addforce v_F 0 0", 11,
+         "group shock2 id 1; fix 2 shock2 addforce v_F 0 0"),
+        ("group hit id 1", "fix 2 all addforce v_F 0 0", 11, "fix 2 hit addforce v_F 0 0"),
+    ],
+)  # fmt: skip
+def test_the_group_of_a_shock_keeps_its_name(
+    made: str, fix: str, line: int, command: str, scene: hc.Scene, right: FoundDeck
+) -> None:
+    done = examined(scene, with_group(right, made, fix))
+    check = by_name(done, "granules that are pushed")
+    assert check.place is not None
+    assert (check.place.line, check.command) == (line, command)
+
+
+def test_a_group_that_others_use_stays(scene: hc.Scene, right: FoundDeck) -> None:
+    """The fix moves to a group of its own: the group of two granules is fixed elsewhere, too."""
+    deck = with_group(right, "group push id 1 3", "fix 2 push addforce v_F 0 0")
+    first = replace(deck.commands[9], text="fix 1 push nve", written="fix 1 push nve")
+    deck = changed(deck, commands=(*deck.commands[:9], first, *deck.commands[10:]))
+    check = by_name(examined(scene, deck), "granules that are pushed")
+    assert check.command == "group shock id 1; fix 2 shock addforce v_F 0 0"
+
+
+def test_a_formula_keeps_the_names_of_the_deck(scene: hc.Scene, right: FoundDeck) -> None:
+    """Another profile: the deck's variable, fix and group."""
+    time = right.applied_time
+    applied = right.applied_force.copy()
+    applied[:, 0] = np.where(time < 60e-6, 100 * np.sin(np.pi * time / 60e-6), 0.0)
+    check = by_name(examined(scene, changed(right, applied_force=applied)), "applied force over")
+    assert check.command.startswith('variable F equal "100*')
+    assert check.command.endswith('"; fix 2 first addforce v_F 0.0 0.0')
 
 
 def test_a_force_that_is_limited_is_no_other_stiffness(scene: hc.Scene, right: FoundDeck) -> None:
