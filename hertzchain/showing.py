@@ -48,7 +48,18 @@ class ShownRun(Shown):
 
 
 class ShownVerdict(ShownRun):
-    """A verdict: it prints as ``hertzchain compare`` does, and can be drawn and written."""
+    """A verdict: it prints as ``hertzchain compare`` does, and can be drawn and written.
+
+    It is true if the verdict is ``pass``: ``assert hc.judge(scene, peaks)`` is a test.
+    """
+
+    @property
+    def verdict(self) -> str:
+        """``pass`` or ``fail``."""
+        raise NotImplementedError
+
+    def __bool__(self) -> bool:
+        return self.verdict == "pass"
 
     def plot(self) -> Figure:
         """Draw the peak force of each contact, and how far it is from the reference."""

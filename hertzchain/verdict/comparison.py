@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 class Comparison(ShownVerdict):
     """Every oracle on one scene, side by side.
 
+    It is true if the verdict is ``pass``.
+
     Parameters
     ----------
     scene

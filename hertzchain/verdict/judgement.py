@@ -57,7 +57,7 @@ class Accuracy:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Judgement(ShownVerdict):
-    """Peaks from any code against the reference.
+    """Peaks from any code against the reference; true if the verdict is ``pass``.
 
     Parameters
     ----------
@@ -342,7 +342,7 @@ def _put(peak_force: FloatArray, contact: Any, force: Any) -> None:
     require(whole, "contact", contact, allowed)
     k = int(contact) - 2
     require(bool(np.isnan(peak_force[k])), "contact", contact, "is given twice")
-    allowed = "must be a finite number of at least 0 [N]; leave out contacts without a peak"
+    allowed = "must be finite and at least 0 [N], which presses; leave out contacts without a peak"
     require(is_finite(force) and force >= 0, "peak_force_N", force, allowed)
     peak_force[k] = force
 
@@ -364,7 +364,7 @@ def _given(scene: Scene, given: Path | str | Mapping[int, float] | ArrayLike) ->
         raise SceneError("peak_force", given, allowed) from None
     require(values.shape == peak_force.shape, "peak_force", values.shape, allowed)
     possible = bool(np.all(np.isnan(values) | (np.isfinite(values) & (values >= 0))))
-    allowed = "must be finite and at least 0 [N], or NaN where there is none"
+    allowed = "must be finite and at least 0 [N], which presses, or NaN where there is none"
     require(possible, "peak_force", None, allowed)
     return values.copy()
 

@@ -190,6 +190,17 @@ def test_a_comparison_that_passes_prints_that(comparison: hc.Comparison) -> None
     assert fact(passed, "LAMMPS") == "did not run"
 
 
+def test_verdicts_are_true_if_they_pass(
+    comparison: hc.Comparison, judgement: hc.Judgement, examination: hc.DeckExamination
+) -> None:
+    assert not comparison
+    assert not judgement
+    assert not examination
+    assert replace(comparison, checks=())
+    assert replace(judgement, given=judgement.reference.peak_force)
+    assert replace(examination, checks=())
+
+
 def test_a_judgement_prints_its_cause(judgement: hc.Judgement) -> None:
     assert fact(judgement, "verdict").startswith("FAIL. 11 of 11 judged contacts are off")
     assert judgement.cause is not None

@@ -96,6 +96,12 @@ def test_true_peaks_pass_without_a_cause(truth: hc.Result) -> None:
     assert found.to_frame().columns.tolist() == columns
 
 
+def test_a_judgement_is_true_if_it_passes(truth: hc.Result) -> None:
+    """So that ``assert hc.judge(...)`` is a test."""
+    assert hc.judge(truth.scene, truth.peak_force)
+    assert not hc.judge(truth.scene, 1.01 * truth.peak_force)
+
+
 @in_turn("size", {"weak": (2e-3,), "strong": (0.05,)})
 def test_noise_has_no_cause(truth: hc.Result, size: float) -> None:
     noise = np.random.default_rng(0).standard_normal(truth.peak_force.size)
@@ -202,7 +208,8 @@ def test_an_impossible_tolerance_is_refused(demo: hc.Scene, tolerance: float) ->
         (np.ones(58), "array of 59"),
         ("no.csv", "no.csv: cannot be read"),
         ([[1.0], [2.0, 3.0]], "array of 59"),
-        (np.full(59, -1.0), "at least 0"),
+        (np.full(59, -1.0), "must be finite and at least 0 .N., which presses"),
+        ({2: -78.0}, "peak_force_N = -78.0: must be finite and at least 0 .N., which presses"),
         (np.full(59, np.inf), "must be finite"),
         ({1: 3.0}, "contact = 1: must be a whole number from 2 to 60"),
         ({61: 3.0}, "contact = 61"),

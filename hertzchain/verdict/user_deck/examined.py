@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 class DeckExamination(ShownVerdict):
     """What LAMMPS makes of somebody's deck, number by number against a scene.
 
+    It is true if the verdict is ``pass``.
+
     Parameters
     ----------
     scene
