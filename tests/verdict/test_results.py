@@ -658,9 +658,32 @@ def test_net_forces_before_a_wall_need_times() -> None:
         peaks_of(scene, motion, "file")
 
 
+def test_forces_that_press_and_are_negative_are_refused(run: Sampled, tmp_path: Path) -> None:
+    """In samples, with some of the other sign as noise leaves them, and in tables of peaks."""
+    turned = -run.contact_force
+    turned[:5] = 1e-9
+    file = tmp_path / "turned.csv"
+    file.write_text(table(run, "time", turned, "c{}"), encoding="utf-8")
+    words = rf"negative where granules press .the largest is {turned.min():.4g} N.: turn their sign"
+    with pytest.raises(SceneError, match=words):
+        read(SCENE, file, {"contact_force": "c*"}, "si", None)
+    peaks = pandas.DataFrame({"contact": [2, 3], "F": [-78.0, -70.0]})
+    with pytest.raises(SceneError, match=r"peak_force in row 1 = -78.0: must be .*: turn the sign"):
+        hc.judge_peaks(SCENE, peaks, columns={"peak_force": "F"})
+
+
+def test_contacts_that_pull_a_little_are_no_negative_forces(run: Sampled) -> None:
+    """As cohesion does: the largest force still presses."""
+    force = np.where(run.contact_force > 0, run.contact_force, -0.01 * run.contact_force.max())
+    peaks = peaks_of(SCENE, Motion(run.time, True, contact_force=force), "file").peak_force
+    assert np.all(peaks > 0)
+
+
 def test_what_is_no_table_is_refused() -> None:
-    with pytest.raises(SceneError, match="must be a file or a pandas DataFrame"):
-        hc.judge_peaks(SCENE, {2: 1.0})  # type: ignore[arg-type]
+    words = "must be a file or a pandas DataFrame; hertzchain.judge takes arrays"
+    for peaks in ({2: 1.0}, np.ones(N - 1)):
+        with pytest.raises(SceneError, match=re.escape(words)):
+            hc.judge_peaks(SCENE, peaks)  # type: ignore[arg-type]
     frame = pandas.DataFrame({"contact": [2, 3], "peak_force_N": [1.0, np.nan]})
     with pytest.raises(SceneError, match="finite numbers alone"):
         hc.judge_peaks(SCENE, frame)

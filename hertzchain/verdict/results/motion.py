@@ -27,6 +27,7 @@ _COARSE, _TELLS_LITTLE = 0.02, 10.0
 """Difference of curves of fourth and second degree from which samples are too far apart to tell,
 and what the error is then at most, in such differences (measured, up to 1.2 units apart)."""
 _RIVAL = 3.0  # times as much as a parabola rises above a sample: how high a maximum may be (chosen)
+_PULLS = 0.1  # times as many forces of the other sign as leave no doubt which is a push (chosen)
 _MOST_CRESTS = 8  # humps that are looked at for each contact (chosen)
 _DIGITS = 2.0  # last digits that rounded forces cost a peak at most: sums of a few (chosen)
 _HERMITE = 1 / 4
@@ -143,6 +144,7 @@ def _typical(force: FloatArray, error: FloatArray) -> float:
 def _contact_forces(scene: Scene, motion: Motion, file: object) -> FloatArray | None:
     """Force in each contact [N], (samples, contacts), as given or from net forces."""
     if motion.contact_force is not None:
+        _refuse_negative(motion.contact_force, file)
         return motion.contact_force
     if motion.net_force is None:
         return None
@@ -161,6 +163,18 @@ def _contact_forces(scene: Scene, motion: Motion, file: object) -> FloatArray | 
             raise SceneError("", None, "has steps and no times: give --dt", file=str(file))
         applied = scene.applied_force(motion.time)
     return applied[:, np.newaxis] - np.cumsum(own[:, :-1], axis=1)
+
+
+def _refuse_negative(force: FloatArray, file: object) -> None:
+    """Refuse contact forces that count pushes as negative: hardly any pulls, and none as much."""
+    lowest = float(np.min(force))
+    pushes, pulls = np.count_nonzero(force < 0), np.count_nonzero(force > 0)
+    if -lowest > np.max(force) and pulls <= _PULLS * pushes:
+        allowed = (
+            f"has contact forces that are negative where granules press (the largest is"
+            f" {lowest:.4g} N): turn their sign"
+        )
+        raise SceneError("", None, allowed, file=str(file))
 
 
 def _by_hertz(scene: Scene, position: FloatArray) -> FloatArray:

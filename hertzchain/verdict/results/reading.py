@@ -86,7 +86,7 @@ def _is_of_peaks(text: str) -> bool:
 def _of_frame(scene: Scene, frame: Any, asked: Asked, dt: float | None) -> Given:
     """The peaks of a pandas table."""
     if not hasattr(frame, "columns") or not hasattr(frame, "to_numpy"):
-        allowed = "must be a file or a pandas DataFrame"
+        allowed = "must be a file or a pandas DataFrame; hertzchain.judge takes arrays and mappings"
         raise SceneError("results", type(frame).__name__, allowed)
     numeric = frame.select_dtypes("number")
     names = tuple(str(name) for name in numeric.columns)
@@ -175,7 +175,7 @@ def _rows(table: tables.Table, found: Columns, granules: int, file: object) -> F
         if not 0 <= k < peaks.size or not math.isnan(peaks[k]):
             raise SceneError(f"contact in row {number}", float(contact), allowed, file=str(file))
         if force < 0:
-            allowed = "must be at least 0: a contact presses"
+            allowed = "must be at least 0: turn the sign where forces that press are negative"
             raise SceneError(f"peak_force in row {number}", float(force), allowed, file=str(file))
         peaks[k] = force
     return peaks
