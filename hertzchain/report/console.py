@@ -76,7 +76,7 @@ def print_run(console: Console, result: Result, others: str = "in --json") -> No
     if static is not None:
         header.insert(2, "static force [N]")
     console.print(table(header, rows))
-    _print_left_out(console, result.contact.size - len(shown), result.contact[-1], others)
+    print_left_out(console, result.contact.size - len(shown), result.contact[-1], others)
     facts = [
         *(wave_facts(result) if result.scene.is_plain else facts_of_terms(result)),
         ("error of the peaks, at most", f"{result.error_estimate:.1e}"),
@@ -130,7 +130,7 @@ def print_prediction(console: Console, prediction: Prediction) -> None:
                 )
             )
         console.print(table(("contact", "map", *("Eq. 6", "Eq. 9") * 2), rows))
-        _print_left_out(console, len(known) - len(shown), known[-1]["contact"])
+        print_left_out(console, len(known) - len(shown), known[-1]["contact"])
         print_facts(console, _predicted_facts(prediction))
     if isinstance(prediction.scene.shock, Pulse) and prediction.scene.is_plain:
         console.print()
@@ -185,7 +185,7 @@ def print_document(console: Console, document: Document, others: str = "in --jso
     ]
     console.print(table((label for label, _ in peaks.columns), rows))
     left = native.contact.size - len(peaks.shown)
-    _print_left_out(console, left, native.contact[-1], others)
+    print_left_out(console, left, native.contact[-1], others)
     console.print()
     answers = document.answers
     if answers is not None:
@@ -238,11 +238,13 @@ def _print_checks(console: Console, document: Document) -> None:
             console.print(f"{check.name}: {check.remark}.")
 
 
-def _print_left_out(
+def print_left_out(
     console: Console, left: int, last: float | None, others: str = "in --json"
 ) -> None:
+    """Print how many contacts are not shown, if any, and where they are."""
     if left:
-        console.print(f"({left} more contacts, to {last}, {others})", style="dim")
+        more = "1 more contact is" if left == 1 else f"{left} more contacts, up to {last}, are"
+        console.print(f"({more} {others})", style="dim")
 
 
 def print_facts(console: Console, facts: Iterable[tuple[str, str]]) -> None:
@@ -256,4 +258,10 @@ def print_facts(console: Console, facts: Iterable[tuple[str, str]]) -> None:
 def _print_remarks(console: Console, *remarks: str | None) -> None:
     for remark in remarks:
         if remark:
-            console.print(f"\n{remark[0].upper()}{remark[1:]}.")
+            console.print(f"\n{_capitalised(remark)}.")
+
+
+def _capitalised(remark: str) -> str:
+    """A sentence with a capital; the name of a file in front of it stays as it is."""
+    word = remark.split(maxsplit=1)[0].rstrip(",:;").replace("-", "")
+    return remark[0].upper() + remark[1:] if word.isalpha() else remark

@@ -11,7 +11,7 @@ import numpy as np
 from hertzchain.files import write_with
 from hertzchain.pulses.measured import MeasuredPulse, Value
 from hertzchain.report import style
-from hertzchain.report.console import print_facts, table
+from hertzchain.report.console import print_facts, print_left_out, table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -53,8 +53,8 @@ def print_pulse(console: Console, pulse: MeasuredPulse) -> None:
     console.print()
     header = ("contact", "peak force [N]", "± [N]")
     console.print(table(header, rows_of_peaks))
-    if left := found.peak_force.size - len(shown):
-        console.print(f"({left} more contacts, to {found.peak_force.size + 1}, in --json)")
+    size = found.peak_force.size
+    print_left_out(console, size - len(shown), size + 1)
 
 
 def _how_judged(pulse: MeasuredPulse) -> str:

@@ -22,7 +22,7 @@ from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError
 from hertzchain.report.comparison import of_comparison
-from hertzchain.report.console import print_document, print_prediction, print_run
+from hertzchain.report.console import print_document, print_left_out, print_prediction, print_run
 from hertzchain.report.facts import describe, known_digits
 from hertzchain.report.figures import check_plot_format, plot_document, plot_tradeoff
 from hertzchain.report.judgement import of_judgement
@@ -110,7 +110,39 @@ def test_a_run_shows_the_transition_and_one_contact_more(native: hc.Comparison) 
     # As many digits of forces as are known, at most 9, and 6 of times are printed.
     assert [float(row[1]) for row in rows] == pytest.approx(result.peak_force[:5], rel=5e-9)
     assert [float(row[2]) for row in rows] == pytest.approx(result.peak_time[:5], rel=5e-6)
-    assert "(6 more contacts, to 12, in --json)" in text
+    assert "(6 more contacts, up to 12, are in --json)" in text
+
+
+@pytest.mark.parametrize(
+    ("left", "line"),
+    [
+        (0, ""),
+        (1, "(1 more contact is in --json)"),
+        (2, "(2 more contacts, up to 12, are in --json)"),
+    ],
+)
+def test_how_many_contacts_are_not_shown(left: int, line: str) -> None:
+    screen = console()
+    print_left_out(screen, left, 12)
+    assert text_on(screen).strip() == line
+
+
+@pytest.mark.parametrize(
+    ("remark", "shown"),
+    [
+        ("peaks are from samples", "Peaks are from samples."),
+        ("contact-free granules", "Contact-free granules."),
+        ("in.chain:34: left out", "in.chain:34: left out."),
+        ("deck:3: left out", "deck:3: left out."),
+        ("a/chain.data:3: left out", "a/chain.data:3: left out."),
+    ],
+)
+def test_a_remark_begins_with_a_capital_but_for_names_of_files(
+    native: hc.Comparison, remark: str, shown: str
+) -> None:
+    screen = console()
+    print_document(screen, replace(of_comparison(native), remarks=(remark,)))
+    assert shown in text_on(screen).splitlines()
 
 
 def test_a_run_shows_p_the_wave_the_error_and_the_cost(native: hc.Comparison) -> None:
@@ -513,7 +545,7 @@ def test_a_prediction_shows_the_transition_and_both_equations(demo: hc.Scene) ->
     # Contact 10, after the transition, is none of Eq. 6.
     assert rows[-1] == ["10", "149.59", "149.59", "+0.0%"]
     assert rows[0][4:] == ["-0.7%", "-0.7%"]
-    assert "(50 more contacts, to 60, in --json)" in text
+    assert "(50 more contacts, up to 60, are in --json)" in text
     assert line_of(text, "transition, p") == "9 granules"
     assert line_of(text, "p of Eq. 3") == "8.25"
     assert line_of(text, "solitary wave, F_SW") == "149.59 N"
