@@ -12,20 +12,16 @@ from hertzchain.verdict.user_deck.deck_check import Case, DeckCheck, placed, sam
 from hertzchain.verdict.user_deck.measured import Damper, dampers
 from hertzchain.verdict.user_deck.places import place
 
+_CLEAR = 1e-3  # of a contact force: damping that is off by more is wrong (chosen)
 QUIET = 1e-7  # of a contact force: damping and friction below are round-off (chosen)
 
 
 def damping_check(case: Case) -> list[DeckCheck]:
     """Damping by approaching and parting granules."""
     found = dampers(case.found, case.scene, list(case.laws))
-    worst, at, most = 0, 0, 0.0
-    for k, one in enumerate(found):
-        if one.added.size == 0:
-            continue
-        off, scale = np.abs(one.added - one.expected), np.maximum(one.elastic, np.abs(one.expected))
-        off = np.divide(off, scale, out=np.where(off > 0, np.inf, 0.0), where=scale > 0)
-        if not np.max(off) <= most:
-            worst, at, most = k, int(np.argmax(off)), float(np.max(off))
+    worst, at, most = _worst(found, approaching=True)
+    if most <= _CLEAR:  # granules that part tell of limits, too
+        worst, at, most = _worst(found, approaching=False)
     wanted = case.scene.contact
     if most <= QUIET:
         return [same("damping", "N", 0.0, 0.0, "forces of approaching and parting granules")]
@@ -33,21 +29,46 @@ def damping_check(case: Case) -> list[DeckCheck]:
     added, expected = float(one.added[at]), float(one.expected[at])
     change = case.effect(**_damped(case, found))
     who = contact_name(np.array([worst]), case)
-    how = "approach" if one.closing[at] > 0 else "part"
     relative = (added - expected) / max(abs(expected), 1e-300)
     allowed = wanted is not None and case.allowed(change, relative)
     law = "none" if wanted is None else wanted.damping
     check = DeckCheck(
         f"damping of {who}", "N", added, expected, change, allowed, True,
-        f"damping of {who} {values(added, expected, 'N')}, where granules {how} with"
-        f" {abs(one.closing[at]):.3g} m/s at an overlap of {one.overlap[at]:.3g} m and the elastic"
-        f" force is {one.elastic[at]:.3g} N",
-        case.reason if wanted is not None else "the scene has no damping",
+        _sentence(one, at, who), case.reason if wanted is not None else "the scene has no damping",
     )  # fmt: skip
     where = place(case.found, role_of(np.array([worst]), case))
     text = "" if where is None else case.found.commands[where.index].text
     right = _right_damping(case, text, law, worst)
     return [placed(check, case.found, role_of(np.array([worst]), case), (), right)]
+
+
+def _worst(found: list[Damper], approaching: bool) -> tuple[int, int, float]:
+    """The contact and the try that is off the most, and by how much; of approaching granules."""
+    worst, at, most = 0, 0, 0.0
+    for k, one in enumerate(found):
+        if one.added.size == 0:
+            continue
+        off, scale = np.abs(one.added - one.expected), np.maximum(one.elastic, np.abs(one.expected))
+        off = np.divide(off, scale, out=np.where(off > 0, np.inf, 0.0), where=scale > 0)
+        if approaching:
+            off = np.where(one.closing > 0, off, 0.0)
+        if not np.max(off) <= most:
+            worst, at, most = k, int(np.argmax(off)), float(np.max(off))
+    return worst, at, most
+
+
+def _sentence(one: Damper, at: int, who: str) -> str:
+    """What damping does in one try, in words."""
+    added, expected, elastic = float(one.added[at]), float(one.expected[at]), one.elastic[at]
+    how = "approach" if one.closing[at] > 0 else "part"
+    when = f"granules {how} with {abs(one.closing[at]):.3g} m/s"
+    if added < -elastic and math.isclose(expected, -elastic, rel_tol=1e-6):
+        return (
+            f"{who} pulls: where {when}, damping is {added:.4g} N and the elastic force"
+            f" {elastic:.3g} N; contacts of the scene do not pull"
+        )
+    numbers = values(added, expected, "N")
+    return f"damping of {who} {numbers}, where {when} and the elastic force is {elastic:.3g} N"
 
 
 def damping_numbers(case: Case) -> dict[str, object]:

@@ -146,9 +146,8 @@ def _mass_placed(case: Case, check: DeckCheck, alike: Indices, k: int) -> DeckCh
     where = place(case.found, "mass", [early])
     if where is not None and "density" in where.written and _stands(case, early, where.index):
         why = f"{check.sentence}: the density was set while the diameter was still 1"
-        return replace(
-            check, place=where, sentence=why, command=f"set ... diameter before: {fallback}"
-        )
+        right = f"{fallback}, below the line that sets the diameter"
+        return replace(check, place=where, sentence=why, command=right)
     numbers = [(old * units.mass / volume / units.density, right), (old, new)]
     return placed(check, case.found, "mass", numbers, fallback)
 

@@ -137,7 +137,8 @@ PLAIN = {
 ELSEWHERE = {
     "order": Mistake("mass of all", (("set group all diameter 0.95\n", ""),
         ("density 7.958\n", "density 7.958\nset group all diameter 0.95\n")),
-        "set group all density 7.958", "diameter", "in.steel_cgs"),
+        "set group all density 7.958", "7.958, below the line that sets the diameter",
+        "in.steel_cgs"),
     "two thirds": one("stiffness", "1.413919414e11", "0.942612943e11", "hertz 0.942612943e11",
         "hertz 1.41391", deck="in.steel_hybrid"),
     "included": one("stiffness", "193e9", "203e9", "hertz/material 203e9", "1.93e+11",

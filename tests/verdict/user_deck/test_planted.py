@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -82,6 +83,26 @@ def test_one_mistake(mistake: Mistake, tmp_path: Path) -> None:
     assert examined.verdict == "fail"
     is_found(examined, mistake)
     is_reported(examined)
+
+
+SAID = {
+    "restitution": (
+        r"damping of contact \d+ is \S+ N, the scene has \S+ N, where granules approach with"
+        r" \S+ m/s and the elastic force is \S+ N"
+    ),
+    "attraction": (
+        r"contact \d+ pulls: where granules part with \S+ m/s, damping is -\S+ N and the elastic"
+        r" force \S+ N; contacts of the scene do not pull"
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "words"), SAID.items(), ids=SAID)
+def test_what_damping_does_is_said(name: str, words: str, tmp_path: Path) -> None:
+    mistake = ELSEWHERE[name]
+    done = hc.examine(scene_of(mistake.scene), planted(tmp_path, mistake))
+    assert re.fullmatch(words, done.to_mend[0].sentence)
 
 
 @pytest.mark.slow
