@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,6 +13,7 @@ from hertzchain.engines.native import peak_forces
 from hertzchain.errors import HertzchainError, is_finite, require
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.pulses.corners import Corners, impulse_of, reduce
+from hertzchain.pulses.crest import Crest, crest_of, with_crest
 from hertzchain.pulses.recording import Recording
 from hertzchain.pulses.signal import Signal, binned, pulse_of
 from hertzchain.scene.pulse import PulseTable
@@ -174,23 +175,15 @@ def measured_pulse(
     """
     wanted = RTOL if rtol is None else rtol
     bend = wanted * float(signal.force.max())
-    corners = reduce(signal.time, signal.force, _BEND * bend, signal.noise)
-    others = _with_other_noise(recording, signal, corners, _BEND * wanted)
-    values = [figure(corners.time, corners.force) for figure in _FIGURES]
-    deviations = [
-        _deviation([figure(other.time, other.force) for other in others], value)
-        for figure, value in zip(_FIGURES, values, strict=True)
-    ]
+    corners, crest = _reduced(signal, _BEND * bend)
+    others = _with_other_noise(recording, signal, corners, crest, _BEND * wanted)
     in_scene = None
     if scene is not None:
         in_scene = _noise_in_scene(scene, corners, others, wanted)
         if rtol is None:
             wanted = max(wanted, in_scene.uncertainty)
-        corners, in_scene = _fewest(signal, in_scene, wanted)
-        values = [figure(corners.time, corners.force) for figure in _FIGURES]
-    force, impulse, rise = (
-        Value(float(v), float(d)) for v, d in zip(values, deviations, strict=True)
-    )
+        corners, in_scene = _fewest(signal, crest, in_scene, wanted)
+    force, impulse, rise = (_value(figure, corners, others) for figure in _FIGURES)
     table = _table(corners)
     return MeasuredPulse(recording, signal, table, force, impulse, rise, wanted, in_scene)
 
@@ -200,12 +193,20 @@ def table_of(signal: Signal) -> PulseTable:
     return PulseTable(tuple(signal.time.tolist()), tuple(signal.force.tolist()))
 
 
+def _reduced(signal: Signal, bend: float) -> tuple[Corners, Crest | None]:
+    """Return few corners of a pulse, the largest of its crest where that was found."""
+    corners = reduce(signal.time, signal.force, bend, signal.noise)
+    finest = min(bend, _BEND * RTOL * float(signal.force.max()))
+    crest = crest_of(signal.time, signal.force, corners, finest, signal.noise)
+    return with_crest(corners, crest), crest
+
+
 def _table(corners: Corners) -> PulseTable:
     return PulseTable(tuple(corners.time.tolist()), tuple(corners.force.tolist()))
 
 
 def _with_other_noise(
-    recording: Recording, signal: Signal, corners: Corners, bend: float
+    recording: Recording, signal: Signal, corners: Corners, crest: Crest | None, bend: float
 ) -> list[Corners]:
     """Return the pulses found in copies of this recording with other noise.
 
@@ -218,7 +219,10 @@ def _with_other_noise(
     total = recording.time.size
     many = max(1, min(total // _SAMPLES, signal.time.size // _SAMPLES_OF_PULSE))
     time = binned(recording.time, many)
-    pulse = np.interp(time - signal.start, corners.time, corners.force, 0.0, 0.0)
+    clock = time - signal.start
+    pulse = np.interp(clock, corners.time, corners.force, 0.0, 0.0)
+    if crest is not None:
+        pulse = crest.smooth(clock, pulse)
     found, problems = [], []
     for _ in range(_REPEATS):
         other = binned(signal.noise.again(1, total, generator)[0], many)
@@ -228,14 +232,22 @@ def _with_other_noise(
         except HertzchainError as problem:  # by chance no pulse can be told from the noise
             problems.append(problem)
             continue
-        height = float(again.force.max())
-        found.append(reduce(again.time, again.force, bend * height, again.noise))
+        found.append(_reduced(again, bend * float(again.force.max()))[0])
     if len(found) < _REPEATS / 2:
         raise HertzchainError(
             f"noise of {signal.noise.deviation:.2g} N hides where the pulse of"
             f" {signal.force.max():.3g} N is; with other noise of this kind {problems[0]}"
         )
     return found
+
+
+def _value(
+    figure: Callable[[FloatArray, FloatArray], float], corners: Corners, others: Sequence[Corners]
+) -> Value:
+    """Return a number of a pulse, and its deviation from those of pulses with other noise."""
+    value = float(figure(corners.time, corners.force))
+    of_others = [figure(other.time, other.force) for other in others]
+    return Value(value, float(_deviation(of_others, value)))
 
 
 def _deviation(others: Any, value: Any) -> Any:
@@ -277,7 +289,9 @@ def _noise_in_scene(
     return InScene(scenes[0], Value(ratio, float(_deviation(ratios, ratio))), peaks[0], of_peaks, 0)
 
 
-def _fewest(signal: Signal, spread: InScene, wanted: float) -> tuple[Corners, InScene]:
+def _fewest(
+    signal: Signal, crest: Crest | None, spread: InScene, wanted: float
+) -> tuple[Corners, InScene]:
     """Return the fewest corners that change no peak by more than is wanted, and their peaks."""
     everything = np.arange(signal.time.size)
     full = Corners(signal.time, signal.force, everything)
@@ -286,6 +300,7 @@ def _fewest(signal: Signal, spread: InScene, wanted: float) -> tuple[Corners, In
     bend = wanted * float(signal.force.max())
     for factor in _FINER:
         corners = reduce(signal.time, signal.force, factor * bend, signal.noise)
+        corners = with_crest(corners, crest)
         scene = replace(spread.scene, shock=_table(corners))
         peaks = _peaks([scene], _RUNS * wanted)[0]
         change = largest_difference(peaks, truth)

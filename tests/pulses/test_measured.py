@@ -82,7 +82,9 @@ def test_an_accuracy_beyond_the_noise_keeps_all_samples() -> None:
 def test_by_default_rows_change_the_peaks_by_no_more_than_noise() -> None:
     found = found_in(500, 0.03, 1)
     assert found.in_scene is not None
-    assert found.wanted == found.in_scene.uncertainty > 1e-3
+    # It is relative to peaks that the last rows, fewer than the first, changed by no more than it.
+    assert found.wanted == pytest.approx(found.in_scene.uncertainty, rel=found.wanted)
+    assert found.wanted > 1e-3
     assert found.in_scene.change <= found.wanted
 
 
