@@ -45,13 +45,17 @@ def pulse(
         typer.Option(metavar="UNIT", help="Of the forces. Default: what the header says, or N."),
     ] = None,
     scale: Annotated[
-        float | None,
-        typer.Option(help="N for each unit of the column, such as N per volt; may be negative."),
+        str | None,
+        typer.Option(
+            metavar="FLOAT",
+            help="N for each unit of the column, such as N per volt; may be negative.",
+        ),
     ] = None,
     baseline: Annotated[
-        float | None,
+        str | None,
         typer.Option(
-            help="What the column has without a force. Default: its mean before the pulse."
+            metavar="FLOAT",
+            help="What the column has without a force. Default: its mean before the pulse.",
         ),
     ] = None,
     start: Annotated[
@@ -113,8 +117,12 @@ def pulse(
     if plot is not None:
         check_plot_format(plot)
     times = {"--start": start, "--end": end, "--smooth": smooth}
-    given = Given(baseline, *(_seconds(option, text) for option, text in times.items()))
-    read = read_recording(recording, time, force, time_unit, force_unit, scale)
+    given = Given(
+        _number("--baseline", baseline, "in the unit of the column"),
+        *(_seconds(option, text) for option, text in times.items()),
+    )
+    newtons = _number("--scale", scale, "N for each unit of the column, as 25 for 25 N per volt")
+    read = read_recording(recording, time, force, time_unit, force_unit, newtons)
     signal = pulse_of(read, given)
     loaded = None
     if scene is not None:
@@ -141,6 +149,16 @@ def pulse(
             err=True,
         )
     write_file("Plot", plot, lambda path: plot_pulse(found, path))
+
+
+def _number(option: str, given: str | None, unit: str) -> float | None:
+    """The number that an option says, in a unit that its words name."""
+    from hertzchain.errors import SceneError
+
+    try:
+        return None if given is None else float(given)
+    except ValueError:
+        raise SceneError(option, given, f"must be a number alone, {unit}") from None
 
 
 def _seconds(option: str, given: str | None) -> float | None:

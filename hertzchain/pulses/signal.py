@@ -144,7 +144,7 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
     height = float(force[crest]) - level
     found = (
         drift(force, step, before, crest, height, resolution),
-        no_return(force, level, height, step, noise) if end is None else None,
+        no_return(force, level, height, step, noise, known, samples) if end is None else None,
         cut_off(recording.force[inside], resolution_of(recording.force)),
     )
     samples_inside = force[first : last + 1] - level
@@ -253,6 +253,12 @@ def _rough_level(force: FloatArray, given: float | None) -> float:
 
 def _refuse_pull(force: FloatArray, level: float) -> None:
     up, down = float(force.max()) - level, level - float(force.min())
+    if down > up and level - float(np.median(force[-LEAST_SAMPLES:])) > _CUT * down:
+        raise HertzchainError(
+            f"the recording seems to begin in its pulse, as it ends {down:.3g} N below its first"
+            " samples: say with --baseline what the column has without a force, such as 0; a pulse"
+            " that goes down is turned with --scale"
+        )
     if down > up:
         raise HertzchainError(
             f"the largest signal, {-down:.3g} N, pulls; a pulse pushes: turn it with --scale (-1,"

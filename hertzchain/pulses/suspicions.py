@@ -39,11 +39,18 @@ def drift(
 
 
 def no_return(
-    force: FloatArray, level: float, height: float, step: float, noise: Noise
+    force: FloatArray,
+    level: float,
+    height: float,
+    step: float,
+    noise: Noise,
+    given: float | None,
+    samples: int,
 ) -> str | None:
     """A sentence where a recording ends elsewhere than at its baseline [N], else None.
 
     The end is that of a straight line through the last samples: a pulse may end with its recording.
+    The baseline is given, or the mean of samples before the pulse, or 0 where they are none.
     """
     tail = max(LEAST, force.size // _TAIL)
     if force.size < 2 * tail:
@@ -55,8 +62,15 @@ def no_return(
     off = float(end) - level
     if abs(off) <= max(_SURE * deviation, _RETURN * height):
         return None
+    if given is None and not samples:
+        return (
+            f"no baseline is taken off, as the recording begins with its pulse, and it ends"
+            f" {off:+.2g} N from 0: say with --baseline what the column has without a force or, if"
+            " the recording stops before the pulse does, with --end where the pulse ends"
+        )
+    begins = "begins at its baseline and ends" if given is None else "has a baseline given and ends"
     return (
-        f"the recording begins at its baseline and ends {off:+.2g} N from it: either the baseline"
+        f"the recording {begins} {off:+.2g} N from it: either the baseline"
         " drifts, or the recording stops before the pulse does; say with --end where the pulse ends"
     )
 

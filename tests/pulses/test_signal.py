@@ -308,3 +308,35 @@ def test_a_spike_outside_of_the_times_that_are_given_is_not_used() -> None:
     found, clean = pulse_of(recording(force), given), pulse_of(recording(read.force), given)
     assert found.force.tolist() == clean.force.tolist()
     assert found.baseline == clean.baseline
+
+
+def begun_late(after: float, offset: float = 4.5) -> Recording:
+    """A recording, with an offset [N], that begins at a part of its pulse."""
+    read = noisy()
+    inside = read.time > START + after * DURATION
+    force = read.force[inside] - GAIN * OFFSET + offset
+    return Recording(read.time[inside], force, 1.0, ())
+
+
+@pytest.mark.parametrize("after", [0.05, 0.15])
+def test_a_recording_that_begins_in_its_pulse_has_one_story(after: float) -> None:
+    found = pulse_of(begun_late(after))
+    assert "none taken off" in dict(found.remarks)["baseline"]
+    (warning,) = found.warnings
+    assert warning.startswith("no baseline is taken off, as the recording begins with its pulse")
+    assert "N from 0: say with --baseline" in warning
+    assert pulse_of(begun_late(after), Given(baseline=4.5)).warnings == ()
+
+
+@pytest.mark.parametrize("after", [0.26, 0.4, 0.5, 0.6])
+def test_a_recording_that_begins_near_its_crest_is_no_pull(after: float) -> None:
+    with pytest.raises(HertzchainError, match=r"seems to begin in its pulse.*with --baseline"):
+        pulse_of(begun_late(after))
+    found = pulse_of(begun_late(after), Given(baseline=4.5))
+    # Five standard deviations of a sample, of 1 N each.
+    assert found.force.max() == pytest.approx(FORCE * np.sin(np.pi * max(after, 0.5)) ** 2, abs=5)
+
+
+def test_a_recording_that_ends_away_from_a_given_baseline() -> None:
+    (warning,) = pulse_of(begun_late(0.15), Given(baseline=0.0)).warnings
+    assert warning.startswith("the recording has a baseline given and ends +4.")
