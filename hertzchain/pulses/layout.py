@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from hertzchain.errors import HertzchainError, did_you_mean
@@ -176,6 +177,46 @@ def layout_of(path: Path, lines: Sequence[str]) -> Layout:
     )
     names, units = _header(lines, separator, number, columns)
     return Layout(separator, decimal, columns, names, units, numeric)
+
+
+@dataclass(frozen=True)
+class Numbered:
+    """A column with numbers of samples for their times, as oscilloscopes of Rigol write it.
+
+    Parameters
+    ----------
+    column
+        Index of the column.
+    start, increment
+        Time of sample 0, and between samples [s].
+    units
+        Units of the columns; empty texts for missing ones.
+    """
+
+    column: int
+    start: float
+    increment: float
+    units: tuple[str, ...]
+
+
+def numbered(lines: Sequence[str], layout: Layout) -> Numbered | None:
+    """What says the times of samples that are numbered; None where they are not.
+
+    Below ``X,CH1,Start,Increment`` stands such as ``Sequence,Volt,-1e-4,2e-7``.
+    """
+    for above, below in pairwise(lines[:_LOOKED_AT]):
+        titles = [cell.lower() for cell in layout.split(above)]
+        cells = layout.split(below)
+        kinds = [cell.lower() for cell in cells]
+        if not {"start", "increment"} <= set(titles) or "sequence" not in kinds:
+            continue
+        places = [titles.index(title) for title in ("start", "increment")]
+        if all(place < len(cells) and layout.is_number(cells[place]) for place in places):
+            start, increment = (layout.to_float(cells[place]) for place in places)
+            units = [_as_unit(cell) for cell in cells[: layout.columns]]
+            units += [""] * (layout.columns - len(units))
+            return Numbered(kinds.index("sequence"), start, increment, tuple(units))
+    return None
 
 
 def _split(line: str, separator: str) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from hertzchain.pulses.layout import (
     Layout,
     is_comment,
     layout_of,
+    numbered,
     read_lines,
 )
 from hertzchain.scene.quantities import to_si
@@ -90,9 +91,20 @@ def read_recording(
             f"{path}: time and force must be two columns of numbers; name them with --time and"
             " --force"
         )
+    counted = numbered(lines, layout)
+    if counted is not None:
+        layout = replace(layout, units=counted.units)
     seconds, unit_of_time = _unit("--time-unit", time_unit, layout.units[first], UNITS_OF_TIME, "s")
     newtons, unit_of_force = _unit_of_force(layout, second, force_unit, scale)
     begin, values = _read(path, lines, layout, (first, second))
+    if counted is not None and counted.column == first and time_unit is None:
+        start, seconds = counted.start, counted.increment
+        unit_of_time = f"numbers of samples, {seconds:g} s each, from {start:g} s (header)"
+        allowed = "must be finite, the increment above 0: correct the line below their names"
+        possible = is_finite(start) and is_finite(seconds) and seconds > 0
+        require(possible, "Start, Increment", (start, seconds), allowed)
+    else:
+        start = 0.0
     texts = sum(bool(line.strip()) for line in lines[:begin])
     facts = (
         ("file", f"{path}: {len(values):,} samples, {layout.describe()}"),
@@ -101,7 +113,7 @@ def read_recording(
         ("force", f"column {layout.name(second)}, {unit_of_force}"),
     )
     with np.errstate(over="ignore", invalid="ignore"):  # refused below
-        clock, forces = values[:, 0] * seconds, values[:, 1] * newtons
+        clock, forces = start + values[:, 0] * seconds, values[:, 1] * newtons
         extents = {"times": np.ptp(clock), "forces": np.ptp(forces)}
     for name, extent in extents.items():
         possible = bool(extent == 0 or 1 / _MOST < extent < _MOST)

@@ -12,7 +12,7 @@ from hertzchain.errors import HertzchainError, is_finite, require
 from hertzchain.pulses.corners import impulse_of
 from hertzchain.pulses.noise import LEAST, Noise, noise_before, noise_within, resolution_of
 from hertzchain.pulses.recording import LEAST_SAMPLES, Recording
-from hertzchain.pulses.suspicions import cut_off, drift, no_return
+from hertzchain.pulses.suspicions import cut_off, drift, lasts_long, no_return
 
 _LEAVES_NOISE = 5.0
 """Threshold in standard deviations of averages (chosen): Gaussian noise exceeds it in 3 of 10
@@ -146,6 +146,7 @@ def pulse_of(recording: Recording, given: Given = Given()) -> Signal:
         drift(force, step, before, crest, height, resolution),
         no_return(force, level, height, step, noise, known, samples) if end is None else None,
         cut_off(recording.force[inside], resolution_of(recording.force)),
+        lasts_long(float(time[last] - time[first])),
     )
     samples_inside = force[first : last + 1] - level
     clean = without_negative(samples_inside, window, limit)

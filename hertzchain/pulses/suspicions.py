@@ -11,6 +11,7 @@ _SURE = 5.0  # standard deviations, as for the start of a pulse; chosen
 _DRIFT = 1e-3  # of F0, over the time to the crest: what peaks may change by default
 _RETURN = 0.01  # of F0: the slope of a pulse that ends with its recording is off by less, measured
 _TAIL = 50  # samples of a recording over those in its tail; chosen
+_LONG = 1.0  # s; chosen: a thousand times a blow on spheres, less than eight numbers of samples
 _FLAT = 5  # samples of the largest force that make a top look cut off; chosen
 _PILED = 8  # times as many as are within a digit below it; chosen, above what a crest has
 
@@ -72,6 +73,16 @@ def no_return(
     return (
         f"the recording {begins} {off:+.2g} N from it: either the baseline"
         " drifts, or the recording stops before the pulse does; say with --end where the pulse ends"
+    )
+
+
+def lasts_long(duration: float) -> str | None:
+    """A sentence where a pulse is so long [s] that its times may have another unit, else None."""
+    if duration <= _LONG:
+        return None
+    return (
+        f"the pulse lasts {duration:.3g} s, is that meant? Say with --time-unit what unit the times"
+        " have, or with --time which column has them"
     )
 
 

@@ -147,6 +147,34 @@ def test_settings_next_to_the_first_samples(tmp_path: Path) -> None:
     assert_read(read_recording(path))
 
 
+@pytest.mark.parametrize(
+    ("header", "line"),
+    [
+        ("X,CH1,Start,Increment\nSequence,Volt,-1e-4,2e-7\n", "{n},{f},,"),
+        ("X,CH1,Start,Increment,\nSequence,Volt,-1e-4,2e-7,\n", "{n},{f},"),
+        ("X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-1e-4,2e-7\n", "{n},{f},7.5,,"),
+    ],
+)
+def test_samples_that_are_numbered(header: str, line: str, tmp_path: Path) -> None:
+    """Rigol writes start and increment of the times above the numbers of the samples."""
+    path = tmp_path / "a.csv"
+    rows = [line.format(n=n, f=f) for n, f in enumerate(FORCE)]
+    path.write_text(header + "\n".join(rows) + "\n", encoding="utf-8")
+    with pytest.raises(HertzchainError, match=r"column 2 .*is in volt: say with --scale"):
+        read_recording(path)
+    found = read_recording(path, scale=2.0)
+    # A product and a sum are rounded.
+    np.testing.assert_allclose(found.time, -1e-4 + 2e-7 * np.arange(10), rtol=1e-14)
+    np.testing.assert_allclose(found.force, 2 * np.array(FORCE), rtol=1e-15)
+    said = dict(found.facts)["time"]
+    assert said.endswith("numbers of samples, 2e-07 s each, from -0.0001 s (header)")
+    other = read_recording(path, scale=2.0, time_unit="us")  # what is given is taken
+    np.testing.assert_allclose(other.time, 1e-6 * np.arange(10), rtol=1e-14)
+    path.write_text(path.read_text("utf-8").replace("2e-7", "-2e-7"), encoding="utf-8")
+    with pytest.raises(HertzchainError, match=r"Start, Increment = .* above 0"):
+        read_recording(path, scale=2.0)
+
+
 def test_the_file_of_an_oscilloscope(tmp_path: Path) -> None:
     found = read_recording(write_scope(tmp_path / "scope.csv", noise=0.0), scale=GAIN)
     # Four decimals of us and of V.

@@ -340,3 +340,12 @@ def test_a_recording_that_begins_near_its_crest_is_no_pull(after: float) -> None
 def test_a_recording_that_ends_away_from_a_given_baseline() -> None:
     (warning,) = pulse_of(begun_late(0.15), Given(baseline=0.0)).warnings
     assert warning.startswith("the recording has a baseline given and ends +4.")
+
+
+@pytest.mark.parametrize(("seconds", "is_said"), [(0.9, False), (1.1, True), (443.0, True)])
+def test_a_pulse_of_seconds_is_said(seconds: float, is_said: bool) -> None:
+    read = recording(sine_squared(times(2000)))
+    longer = Recording(read.time * seconds / DURATION, read.force, 1.0, ())
+    # The ends of the pulse, below a ten-millionth of F0, may be left out.
+    words = f"the pulse lasts {pulse_of(longer).time[-1]:.3g} s, is that meant?"
+    assert [one.startswith(words) for one in pulse_of(longer).warnings] == [True] * is_said
