@@ -13,7 +13,15 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.sweeps.columns import TEXT, column_named, is_whole
-from hertzchain.sweeps.looks import colour_bar, is_log, legend, looks_of, set_scale
+from hertzchain.sweeps.looks import (
+    SMALL,
+    colour_bar,
+    is_log,
+    legend,
+    looks_of,
+    set_scale,
+    with_small_letters,
+)
 from hertzchain.sweeps.selection import (
     Drawable,
     Rows,
@@ -29,6 +37,8 @@ if TYPE_CHECKING:
 
 SIZE = (8.0, 5.0)  # width and height by default [inches]
 _LETTERS, _LETTERS_OF_TITLE = 15, 11  # letters in an inch of width: remarks, title
+_LEAST_TITLE = 12  # letters of the narrowest title (chosen)
+_LEAST_HEIGHT = 0.4  # of the picture for the axes; with less the title is left out (chosen)
 _MOST_LINES = 1000  # most lines, chosen: more cannot be told apart, and each costs a millisecond
 _MOST_MARKED = 60  # most points of a line with markers; more would overlap
 _MOST_VECTORS = 5000  # number of points from which PDF and SVG contain a bitmap of them
@@ -77,14 +87,34 @@ def draw(
     axes.set(xlabel=column_named(x).label, ylabel=column_named(y).label)
     set_scale(rows, x, axes.set_xscale, axes.xaxis)
     set_scale(rows, y, axes.set_yscale, axes.yaxis)
-    title = textwrap.fill(_title(rows, {x, y, colour}), int(_LETTERS_OF_TITLE * size[0]))
-    axes.set_title(title, fontsize="medium")
+    if size[0] < SMALL:
+        with_small_letters(figure)
     remarks = (*rows.remarks, *drawn)
     if remarks:
         figure.supxlabel(
             textwrap.fill("; ".join(remarks), int(_LETTERS * size[0])), fontsize=7, color="0.35"
         )
+    title = _title(rows, {x, y, colour})
+    if not _set_title(figure, axes, title, size[0]):
+        remarks = (*remarks, f"the picture has no room for its title: {title}")
     return Drawn(figure, remarks)
+
+
+def _set_title(figure: Figure, axes: Axes, title: str, width: float) -> bool:
+    """Draw a title on lines that the picture [inches] has room for, or none; return whether."""
+    engine = figure.get_layout_engine()
+    assert engine is not None
+    size = "medium" if width >= SMALL else "small"
+    for letters in range(int(_LETTERS_OF_TITLE * width), _LEAST_TITLE, -3):
+        axes.set_title(textwrap.fill(title, letters), fontsize=size)
+        engine.execute(figure)
+        drawn = axes.title.get_window_extent()
+        if figure.bbox.x0 <= drawn.x0 and drawn.x1 <= figure.bbox.x1:
+            if axes.get_position().height >= _LEAST_HEIGHT:
+                return True
+            break
+    axes.set_title("")
+    return not title
 
 
 # Lines and points

@@ -18,7 +18,14 @@ from hertzchain.sweeps.selection import Rows
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
 
+
+SMALL = 6.0
+"""Width below which a picture has small letters, and its legend above the axes [inches]; chosen."""
+
+_OF_AN_ENTRY, _LETTERS = 0.5, 14.0
+"""Of an entry of a small legend: line and space [inches]; letters in an inch."""
 
 _NAMED: dict[str, dict[str, str]] = {
     "cosine": {"color": "#0072B2", "marker": "o"},
@@ -65,9 +72,33 @@ def looks_of(values: NDArray[Any], name: str) -> dict[Any, dict[str, Any]]:
 
 
 def legend(axes: Axes, colour: str) -> None:
-    """Draw a legend of the colours above the axes."""
+    """Draw a legend of the colours beside the axes, or above them in a small picture."""
     title = column_named(colour).label
-    axes.figure.legend(loc="outside right upper", title=title, fontsize="small")
+    figure: Any = axes.figure
+    if figure.get_figwidth() >= SMALL:
+        figure.legend(loc="outside right upper", title=title, fontsize="small")
+        return
+    labels = axes.get_legend_handles_labels()[1]
+    entry = _OF_AN_ENTRY + max(map(len, labels)) / _LETTERS  # its width [inches]
+    figure.legend(
+        loc="outside upper center",
+        title=title,
+        ncols=max(1, min(len(labels), int(figure.get_figwidth() / entry))),
+        fontsize="x-small",
+        title_fontsize="x-small",
+        handlelength=2.2,
+        columnspacing=1.0,
+        labelspacing=0.3,
+        frameon=False,
+    )
+
+
+def with_small_letters(figure: Figure) -> None:
+    """Make the letters at all axes of a picture smaller."""
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.label.set_fontsize("small")
+        axes.tick_params(which="both", labelsize="small")
 
 
 def colour_bar(axes: Axes, rows: Rows, name: str) -> Any:

@@ -159,6 +159,39 @@ def test_the_size_is_as_wanted_and_the_title_fits(both: hc.Sweep) -> None:
     assert title.x1 <= figure.bbox.x1
 
 
+@pytest.mark.parametrize("count", [3, 8, 12])
+@pytest.mark.parametrize("size", [(3.4, 2.6), (4.5, 3.0)])
+def test_a_small_picture_is_axes_most_of_all(count: int, size: tuple[float, float]) -> None:
+    swept = hc.sweep(BASE, {RATIO: "0.1:2:3:log", "chain.young_modulus": f"1e11:8e11:{count}"})
+    drawn = draw(swept, RATIO, F_SW, "young_modulus", size=size)
+    figure = drawn.figure
+    figure.draw_without_rendering()
+    axes = figure.axes[0]
+    box, title = axes.get_position(), axes.title.get_window_extent()
+    assert box.width > 0.5
+    assert box.height > 0.4
+    assert axes.get_title()
+    assert figure.bbox.x0 <= title.x0
+    assert title.x1 <= figure.bbox.x1
+    for found in figure.legends:
+        names = found.get_window_extent()
+        assert not names.overlaps(title)
+        assert not names.overlaps(axes.get_window_extent())
+        assert figure.bbox.x0 <= names.x0
+        assert names.x1 <= figure.bbox.x1
+    assert bool(figure.legends) == (count <= 8)  # more have a colour bar
+    assert drawn.remarks == ()
+
+
+def test_a_title_without_room_is_left_out_and_said() -> None:
+    swept = hc.sweep(BASE, {RATIO: "0.1:2:2:log", N: "2:9:8"})
+    drawn = draw(swept, RATIO, F_SW, N, size=(2.0, 2.0))
+    assert drawn.figure.axes[0].get_title() == ""
+    assert drawn.remarks == (
+        "the picture has no room for its title: cosine pulse, F0 = 100 N, 12 granules, native",
+    )
+
+
 def test_size_and_style_of_the_command(
     folder: Path,
     tmp_path: Path,
