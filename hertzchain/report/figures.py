@@ -40,12 +40,15 @@ def figure_of(document: Document) -> Picture:
     above.plot(
         contact, native.peak_force, "-", color=style.COLOURS["native"], label="native, reference"
     )
+    if native.static_force is not None:
+        above.plot(contact, native.static_force, color="0.5", linewidth=1.0, label="static force")
     for name, values in document.drawn.items():
         look: dict[str, Any] = {"color": style.COLOURS[name], "marker": style.MARKERS[name]}
         look |= {"markersize": 4.5, "linestyle": "none", "label": style.LABELS[name]}
         above.plot(contact, values, fillstyle="none", **look)
         off = differences[name]
         below.semilogy(contact, np.where(off > 0, off, np.nan), **look)
+    _draw_wall(above, below, document)
     for name, label, value in document.lines:
         line = ":" if name == "native" else "--"
         below.axhline(value, color=style.COLOURS[name], linewidth=0.8, linestyle=line, label=label)
@@ -57,7 +60,7 @@ def figure_of(document: Document) -> Picture:
             f"p = {p}", (p, 0.02), (4, 0), ("data", "axes fraction"), "offset points", color="0.35"
         )
     above.set_title(describe(native.scene), fontsize=10)
-    above.set(ylabel="peak force [N]", ylim=(0, None))
+    above.set(ylabel="peak force [N]", ylim=_limits(document))
     below.xaxis.set_major_locator(MaxNLocator(integer=True))
     below.set_xlabel("contact (i lies between granules i - 1 and i)")
     below.set_ylabel("relative difference from native")
@@ -65,6 +68,36 @@ def figure_of(document: Document) -> Picture:
         axes.legend(fontsize=8)
         axes.grid(alpha=0.25)
     return figure
+
+
+def _draw_wall(above: Axes, below: Axes, document: Document) -> None:
+    """Draw the largest force on a wall and its differences behind the last contact, if any."""
+    wall = document.native.wall_peak_force
+    if wall is None:
+        return
+    place = document.native.contact[-1] + 1
+    colour = style.COLOURS["native"]
+    above.plot(place, wall, "s", color=colour, fillstyle="none", markersize=9, label="wall")
+    for name in document.drawn:
+        found = document.results[name].wall_peak_force if name in document.results else None
+        if found is None:
+            continue
+        look: dict[str, Any] = {"color": style.COLOURS[name], "marker": style.MARKERS[name]}
+        look |= {"markersize": 4.5, "linestyle": "none"}
+        above.plot(place, found, fillstyle="none", **look)
+        if wall > 0 and found != wall:
+            below.semilogy(place, abs(found / wall - 1), **look)
+
+
+def _limits(document: Document) -> tuple[float, float]:
+    """Ends of the axis of peaks [N], with all that are drawn."""
+    low, high = style.peak_limits(document.native)
+    drawn = [values[np.isfinite(values)] for values in document.drawn.values()]
+    for values in drawn:
+        if values.size:
+            least, most = style.force_limits(float(np.min(values)), float(np.max(values)))
+            low, high = min(low, least), max(high, most)
+    return low, high
 
 
 def plot_tradeoff(tradeoffs: Sequence[Tradeoff], path: Path | str) -> None:

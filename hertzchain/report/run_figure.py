@@ -102,6 +102,9 @@ def _draw_peaks(axes: Axes, result: Result) -> None:
     static = result.static_force
     if static is not None:
         axes.plot(result.contact, static, color="0.5", linewidth=1.0, label="static force")
+    if result.wall_peak_force is not None:
+        axes.plot(contact[-1:], peaks[-1:], "s", color=colour, fillstyle="none", label="wall")
+    if len(axes.lines) > 1:
         axes.legend(fontsize=8)
     p = result.transition_granules
     if p is not None:
@@ -111,7 +114,7 @@ def _draw_peaks(axes: Axes, result: Result) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(xlabel="contact (i lies between granules i - 1 and i)", ylabel="peak force [N]")
     axes.set_xlim(1, contact[-1] + 1)
-    axes.set_ylim(0, None)
+    axes.set_ylim(*style.peak_limits(result))
     axes.grid(alpha=0.25)
 
 
@@ -123,8 +126,11 @@ def _draw_forces(axes: Axes, result: Result, contacts: Sequence[int], unit: floa
 
     history = recorded(result)
     if result.scene.ramps:
-        applied = result.scene.applied_force(history.time)
-        axes.plot(history.time / unit, applied, "--", color="0.6", label="applied force")
+        applied, label = result.scene.applied_force(history.time), "applied force"
+        load = result.scene.precompression
+        if load is not None and load.force:
+            applied, label = applied + load.force, "applied and static force"
+        axes.plot(history.time / unit, applied, "--", color="0.6", label=label)
     shades = ListedColormap(colormaps["viridis"](np.linspace(0, _LIGHTEST, 256)))
     few = len(contacts) <= _NAMED
     ends = (0, max(len(contacts) - 1, 1)) if few else (min(contacts), max(contacts))
@@ -134,6 +140,8 @@ def _draw_forces(axes: Axes, result: Result, contacts: Sequence[int], unit: floa
         label = f"contact {contact}" if contact <= result.contact[-1] else "wall"
         shade = shades(spread(k if few else contact))
         axes.plot(time / unit, force, color=shade, linewidth=1.2, label=label)
+    drawn = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
+    axes.set_ylim(*style.force_limits(float(np.min(drawn)), float(np.max(drawn))))
     axes.set_ylabel("contact force [N]")
     axes.grid(alpha=0.25)
     if few:
@@ -148,13 +156,15 @@ def _draw_forces(axes: Axes, result: Result, contacts: Sequence[int], unit: floa
         )
     else:
         if result.scene.ramps:
-            axes.legend(axes.lines[:1], ["applied force"], fontsize=8)
+            axes.legend(handles=axes.lines[:1], fontsize=8)
         shown = ScalarMappable(spread, shades)
         axes.figure.colorbar(shown, ax=axes, label="contact", location="top", aspect=60)
 
 
 def _draw_map(axes: Axes, result: Result, unit: float) -> None:
     """Contact force of all contacts over time."""
+    from matplotlib.ticker import MaxNLocator
+
     history = recorded(result)
     force = history.contact_force
     if history.wall_force is not None:
@@ -172,4 +182,5 @@ def _draw_map(axes: Axes, result: Result, unit: float) -> None:
         shown, ax=axes, label="contact force [N]", location="bottom", aspect=60, pad=0.02
     )
     axes.set_ylabel("contact")
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlim(0, result.scene.end_time / unit)

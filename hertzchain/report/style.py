@@ -11,6 +11,8 @@ from hertzchain.engines.registry import ENGINES
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap
 
+    from hertzchain.observables.result import Result
+
 FORMULAS = ("eq6", "eq9")  # formulas with peaks: fields of ``verdict.formulas.Formulas``
 GIVEN = "given"  # given peaks, which belong to no engine
 
@@ -27,6 +29,25 @@ LABELS = {name: label for name, (label, _, _, _) in _LOOKS.items()}
 COLOURS = {name: colour for name, (_, colour, _, _) in _LOOKS.items()}
 MARKERS = {name: marker for name, (_, _, marker, _) in _LOOKS.items()}
 DASHES = {name: dash for name, (_, _, _, dash) in _LOOKS.items() if dash}
+
+_NEAR, _ROOM = 0.5, 0.08
+"""From this share of the largest force on for the smallest, an axis need not start at 0; room above
+and below, of all that is drawn (both chosen).
+"""
+
+
+def force_limits(smallest: float, largest: float) -> tuple[float, float]:
+    """Ends of an axis of forces [N]: from 0, or around them where all are far from it."""
+    around = smallest > _NEAR * largest
+    room = _ROOM * (largest - smallest if around and largest > smallest else largest)
+    return (smallest - room, largest + room) if around else (0.0, largest + room or 1.0)
+
+
+def peak_limits(result: Result) -> tuple[float, float]:
+    """Ends of an axis of the peaks of a run [N], which are never below its static forces."""
+    static = result.static_force
+    smallest = 0.0 if static is None else float(np.min([*static, *result.all_peaks]))
+    return force_limits(smallest, float(np.max(result.all_peaks)))
 
 
 def force_colours() -> Colormap:

@@ -156,6 +156,32 @@ def test_a_colour_bar_has_the_colours_of_contacts_that_are_not_even(on_a_wall: h
         assert to_rgba(line.get_color()) == to_rgba(colours.to_rgba(contact))
 
 
+def test_the_wall_is_marked_among_the_peaks(on_a_wall: hc.Result) -> None:
+    (marked,) = (line for line in run_figure(on_a_wall).axes[0].lines if line.get_label() == "wall")
+    count = WITH_A_WALL.chain.granules
+    assert on_a_wall.wall_peak_force is not None
+    assert np.array_equal(marked.get_xydata(), [[count + 1, on_a_wall.wall_peak_force]])
+
+
+def test_a_small_wave_on_a_static_load_fills_the_panels() -> None:
+    chain = hc.Chain(12, radius=4.75e-3, young_modulus=193e9, poisson_ratio=0.3, density=7958.0)
+    pulse = hc.Pulse("cosine", 2.0, 2.0, momentum_ratio=1.0)
+    scene = hc.Scene(chain, pulse, precompression=hc.Precompression(force=20.0))
+    result = hc.Native(rtol=1e-4).run(scene, 200)
+    peaks, forces, *_ = run_figure(result).axes
+    for axes in (peaks, forces):
+        low, high = axes.get_ylim()
+        drawn = np.concatenate([np.asarray(line.get_ydata(), float) for line in axes.lines])
+        span = drawn.max() - drawn.min()
+        assert 10 < low < drawn.min() - 0.05 * span
+        assert high > drawn.max() + 0.05 * span
+    (applied,) = (one for one in forces.lines if one.get_label() == "applied and static force")
+    assert result.history is not None
+    assert np.array_equal(applied.get_ydata(), scene.applied_force(result.history.time) + 20)
+    without = run_figure(hc.Native(rtol=1e-4).run(hc.Scene(chain, pulse), 200))
+    assert [axes.get_ylim()[0] for axes in without.axes[:2]] == [0, 0]
+
+
 def test_recorded_times_keep_the_height_of_the_wave_or_it_is_said(result: hc.Result) -> None:
     """Times at which nothing is said keep 95 % of each peak."""
     history, scene = result.history, result.scene
