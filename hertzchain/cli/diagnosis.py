@@ -26,6 +26,12 @@ PACKAGES = (
     *("jinja2", "numba", "pint", "plotly", "rich", "tomli-w", "typer"),
 )
 
+OPTIONAL = (
+    ("pyarrow", "parquet", "for Parquet: the tables of a sweep (or --format csv), -o FILE.parquet"),
+    ("distributed", "cluster", "for sweep --scheduler: Dask"),
+)
+"""Packages that not all need: name, hertzchain's extra that brings it, and its purpose."""
+
 TRIAL_PEAKS = (1.0373, 1.0088)  # peaks of the trial chain over F0; binaries must have them to 1e-3
 
 
@@ -47,6 +53,13 @@ def diagnose() -> list[Finding]:
             findings.append(Finding(package, True, importlib.metadata.version(package)))
         except importlib.metadata.PackageNotFoundError:
             findings.append(Finding(package, False, f"missing; pip install {package}"))
+    for package, extra, purpose in OPTIONAL:
+        try:
+            found = Finding(package, True, importlib.metadata.version(package), needed=False)
+        except importlib.metadata.PackageNotFoundError:
+            how = f"only {purpose}; pip install 'hertzchain[{extra}]'"
+            found = Finding(package, False, how, needed=False)
+        findings.append(found)
     return [*findings, _kernels(), *_every_lammps(), *_other_codes()]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -91,9 +91,22 @@ def remark_on_units(scene: Scene) -> None:
     """Print one line on stderr on values of a scene that may have a wrong unit."""
     from hertzchain.scene.usual import unusual_values
 
-    if unusual := unusual_values(scene):
-        listed = ", ".join(unusual)
-        typer.echo(f"hertzchain: {listed}: is the unit what is meant?", err=True)
+    _ask_about_units(unusual_values(scene))
+
+
+def remark_on_units_of(varied: Mapping[str, str]) -> None:
+    """Print one line on stderr on ends of ranges, or listed values, that may have a wrong unit."""
+    from hertzchain.scene.usual import unusual
+    from hertzchain.sweeps.axes import axis_of
+
+    named = ((name, axis_of(name, values).ends) for name, values in varied.items())
+    found = (unusual(name, ends) for name, ends in named if not isinstance(ends[0], str))
+    _ask_about_units([remark for remark in found if remark is not None])
+
+
+def _ask_about_units(unusual: Sequence[str]) -> None:
+    if unusual:
+        typer.echo(f"hertzchain: {', '.join(unusual)}: is the unit what is meant?", err=True)
 
 
 def to_step(dt: str | None) -> float | None:

@@ -53,7 +53,7 @@ def compiling(report_progress: Callable[[str], object], is_native: bool = True) 
         return
     from hertzchain.engines.native.preparation import watched
 
-    what = "compiling kernels (first run only)"
+    what = "compiling kernels for this kind of scene, once"
     with watched(lambda: report_progress(what)) as preparation:
         yield
     if preparation.compile_time:

@@ -112,7 +112,7 @@ class RunFiles:
         if not times:
             return
         from hertzchain.report.film import write_film
-        from hertzchain.report.motion import at_times, write_motion
+        from hertzchain.report.motion import at_times, recorded_below, write_motion
         from hertzchain.report.run_figure import coarse_times, plot_run
         from hertzchain.report.trajectory import write_trajectory
 
@@ -123,6 +123,8 @@ class RunFiles:
                 self.output,
                 lambda path: write_motion(moving["motion"], path, self.contacts),
             )
+            if remark := recorded_below(moving["motion"]):
+                typer.echo(f"hertzchain: {remark}", err=True)
         write_file("Plot", self.plot, lambda path: plot_run(moving["plot"], path, self.contacts))
         if self.plot is not None and (remark := coarse_times(moving["plot"])):
             typer.echo(f"hertzchain: {remark}", err=True)

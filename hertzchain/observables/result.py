@@ -256,8 +256,9 @@ class Result(ShownRun):
     def force_at(self, contact: int) -> FloatArray:
         """Force over time in one contact [N], shape (times,), at the times ``history.time``.
 
-        That is F(t), as it was recorded; the largest force over the whole run is in
-        ``peak_force``.
+        That is F(t), as it was recorded, without an error bound. Its maximum is below
+        ``peak_force``, the largest force over the whole run, where the peak lies between two
+        recorded times: often by some per cent with ``record`` = 500, and less with more.
 
         Parameters
         ----------

@@ -14,6 +14,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import OutputError, SceneError
 from hertzchain.files import write_text, write_with
 from hertzchain.observables.history import History
+from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.result import Result
 from hertzchain.report.tables import check_parquet
 
@@ -29,6 +30,34 @@ def recorded(result: Result) -> History:
     if result.history is None:
         raise SceneError("history", None, "there is none: run with record = the times to keep")
     return result.history
+
+
+_REMARKED = 1e-3  # of a peak: less than that below it is no remark (chosen)
+
+
+def recorded_below(result: Result) -> str | None:
+    """A sentence where the largest recorded forces stay below the peaks, else None.
+
+    That is what lies between the recorded times; contacts that are hardly pressed do not count.
+    """
+    history, peaks = recorded(result), result.all_peaks
+    forces = history.contact_force
+    if history.wall_force is not None:
+        forces = np.column_stack([forces, history.wall_force])
+    counts = judged_contacts(peaks, ESTIMATED)
+    if not counts.any():
+        return None
+    below = np.where(counts, 1 - np.max(forces, axis=0) / np.where(counts, peaks, 1), 0)
+    worst = int(np.argmax(below))
+    if not below[worst] > _REMARKED:
+        return None
+    number = worst + 2
+    where = "the wall" if number > result.contact[-1] else f"contact {number}"
+    return (
+        f"the largest recorded force of {where} is {below[worst]:.2%} below its peak, which lies"
+        f" between two of the {history.time.size} times; that of others is less so: --record"
+        f" {4 * history.time.size} comes closer, and -o without --record writes the peaks"
+    )
 
 
 def at_times(result: Result, times: FloatArray) -> Result:

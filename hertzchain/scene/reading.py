@@ -259,6 +259,8 @@ def quantities(
     for key, value in section.items():
         full = f"{name}.{key}"
         allowed = f"unknown key, allowed are {', '.join(known)}{did_you_mean(key, known)}"
+        if key == "diameter" and "radius" in known:
+            allowed = "unknown key: write radius, half of it"
         require(key in known, full, value, allowed)
         values[key] = to_si(full, value, UNITS[key]) if key in UNITS else value
     return values

@@ -38,14 +38,27 @@ def unusual_values(scene: Scene) -> list[str]:
         "precompression": scene.precompression,
         "contact": scene.contact,
     }
-    found = []
-    for name, part in parts.items():
-        for key, (low, high) in USUAL.items():
-            given = np.atleast_1d(np.asarray(getattr(part, key, None), np.float64))
-            size = np.abs(given[given != 0])  # NaN, for None, is outside of no range
-            outside = size[(size < low) | (size > high)]
-            if outside.size:
-                unit = UNITS[key]
-                which = f"{name}.{key} = {outside[0]:g} {unit}"
-                found.append(f"{which} (usually {low:g} to {high:g} {unit})")
-    return found
+    found = (
+        unusual(f"{name}.{key}", getattr(part, key, None))
+        for name, part in parts.items()
+        for key in USUAL
+    )
+    return [remark for remark in found if remark is not None]
+
+
+def unusual(name: str, values: Any) -> str | None:
+    """Return the first value of a parameter that may have a wrong unit, with the usual range.
+
+    None where there is none: zero, None and keys without a usual range are never one.
+    """
+    key = name.rpartition(".")[2]
+    if key not in USUAL:
+        return None
+    low, high = USUAL[key]
+    given = np.atleast_1d(np.asarray(values, np.float64))
+    size = np.abs(given[given != 0])  # NaN, for None, is outside of no range
+    outside = size[(size < low) | (size > high)]
+    if not outside.size:
+        return None
+    unit = UNITS[key]
+    return f"{name} = {outside[0]:g} {unit} (usually {low:g} to {high:g} {unit})"

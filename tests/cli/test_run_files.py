@@ -49,7 +49,8 @@ def test_all_files_of_one_run(hertzchain: Command) -> None:
     with Image.open("wave.gif") as film:
         assert len(list(ImageSequence.Iterator(film))) == 3
     # 20 times are too few for a picture.
-    assert "--record" in outcome.err
+    assert "recorded times are" in outcome.err
+    assert "below its peak, which lies between two of the 20 times" in outcome.err
 
 
 def test_contacts_are_those_of_the_plot(

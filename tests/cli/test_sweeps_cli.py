@@ -113,6 +113,23 @@ def test_a_folder_of_another_sweep_stays_as_it_is(
     assert {path: path.read_bytes() for path in Path("out").rglob("*") if path.is_file()} == before
 
 
+@pytest.mark.parametrize(
+    ("varied", "said"),
+    [
+        ("chain.radius=1:10:3", "chain.radius = 1 m (usually 1e-06 to 0.5 m)"),
+        ("density=7.8,2.7", "density = 7.8 kg/m^3 (usually 10 to 30000 kg/m^3)"),
+        ("chain.density=1000,8000", None),
+    ],
+)
+def test_ends_that_look_like_a_wrong_unit_are_asked_about_once(
+    hertzchain: Command, varied: str, said: str | None
+) -> None:
+    outcome = hertzchain("sweep", "scene.toml", "--vary", varied, "--rtol", "1e-3", "-o", "out")
+    assert outcome.status == 0
+    question = "" if said is None else f"hertzchain: {said}: is the unit what is meant?\n"
+    assert outcome.err == question
+
+
 def test_an_output_that_is_no_folder_is_refused(hertzchain: Command) -> None:
     is_refused(hertzchain("sweep", "scene.toml", *GRID, "-o", "out.csv"), "say --format csv")
     is_refused(hertzchain("sweep", "scene.toml", *GRID, "-o", "scene.toml"), "is a file")

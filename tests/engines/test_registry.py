@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -109,6 +110,25 @@ def test_doctor_knows_it(monkeypatch: pytest.MonkeyPatch) -> None:
     )  # fmt: skip
     (found,) = [one for one in diagnosis._other_codes() if one.name == "Dummy"]
     assert found.text == "only for --backend dummy; apt install no-such-one"
+
+
+def test_doctor_says_what_optional_packages_are_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    own = metadata.version
+
+    def version(name: str) -> str:
+        if name in ("pyarrow", "distributed"):
+            raise metadata.PackageNotFoundError
+        return own(name)
+
+    monkeypatch.setattr(diagnosis, "_every_lammps", list)
+    found = {one.name: one for one in diagnosis.diagnose()}
+    assert (found["pyarrow"].text, found["pyarrow"].works) == (own("pyarrow"), True)
+    monkeypatch.setattr(metadata, "version", version)
+    found = {one.name: one for one in diagnosis.diagnose()}
+    for name, extra in (("pyarrow", "parquet"), ("distributed", "cluster")):
+        assert not found[name].works
+        assert not found[name].needed
+        assert found[name].text.endswith(f"; pip install 'hertzchain[{extra}]'")
 
 
 def test_same_steps_are_for_velocity_verlet_alone(folder: Path) -> None:

@@ -110,6 +110,11 @@ def test_a_table_may_lie_anywhere(tmp_path: Path) -> None:
         ("granules = 60", "granules = 1", "chain.granules = 1: must be an integer from 2"),
         ("granules = 60", "granules = 60.0", "chain.granules = 60.0: must be an integer"),
         ("granules = 60", 'granules = "60"', "chain.granules = '60': must be an integer"),
+        (
+            "[chain]",
+            '[chain]\ndiameter = "9.5 mm"',
+            "chain.diameter = '9.5 mm': unknown key: write radius, half of it",
+        ),
         ("granules = 60", "granule = 60", "chain.granule = 60: unknown key, allowed are granules,"),
         ("granules = 60\n", "", "chain.granules: missing"),
         ('"4.75 mm"', '"4.75 s"', "chain.radius = '4.75 s': has the wrong dimension"),
