@@ -83,10 +83,10 @@ def _outputs(source: str, names: dict[str, Any]) -> list[Cell]:
 
 def _command(line: str) -> str:
     """What a command of hertzchain prints on both streams."""
-    program, *arguments = shlex.split(line)
-    assert program == "hertzchain", f"{program} is not run here"
+    program = "{sys.executable} -m hertzchain "  # also where the command is not on PATH
+    assert line.startswith(program), f"{line} is not run here"
     done = subprocess.run(  # noqa: S603 - a command of this project
-        [sys.executable, "-m", program, *arguments],
+        [sys.executable, "-m", "hertzchain", *shlex.split(line.removeprefix(program))],
         capture_output=True,
         text=True,
         check=True,

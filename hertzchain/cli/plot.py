@@ -73,8 +73,8 @@ def plot(
     """Draw a sweep: a result over a parameter, a line for each value of the others, or a map.
 
     Text below the picture names values that are not shown, without numbers or with further
-    variations. Axes are logarithmic where the sweep is, and where values span more than two
-    decades.
+    variations. An axis is logarithmic where its parameter was swept by logarithms, and where what
+    is drawn spans more than two decades.
     """
     from hertzchain.files import check_outputs
     from hertzchain.report.figures import check_plot_format

@@ -20,6 +20,7 @@ from hertzchain.observables.definitions import DEFINITIONS
 from hertzchain.observables.result import LostDigits
 from hertzchain.scene.sections import scene_as_json
 from tests.conftest import paper_scene
+from tests.docs.test_docs import blocks
 from tests.oracles.json_schema import FOLDER, problems, read
 from tests.places import ROOT
 from tests.verdict.user_deck.corpus import scene_of
@@ -151,6 +152,21 @@ def test_a_keyword_that_is_not_known_is_an_error(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("tests.oracles.json_schema.read", lambda _: {**schema, "pattern": "x"})
     with pytest.raises(ValueError, match=r"run\.json: \['pattern'\] in document is not known here"):
         problems({}, "run.json")
+
+
+def test_the_page_says_how_to_check_a_document(
+    given: tuple[str, dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jsonschema = pytest.importorskip("jsonschema")
+    monkeypatch.chdir(ROOT)
+    page = (ROOT / "docs" / "json.md").read_text(encoding="utf-8")
+    (shown,) = (block.text for block in blocks(page) if "jsonschema" in block.text)
+    schema, document = given
+    assert '"run.json"' in shown
+    check = shown.replace("run.json", schema)
+    exec(check, {"json": json, "document": document})  # noqa: S102 - it is our own
+    with pytest.raises(jsonschema.ValidationError):
+        exec(check, {"json": json, "document": document | {"hertzchain": 1}})  # noqa: S102
 
 
 def test_each_schema_is_tried_and_says_which_it_is() -> None:
