@@ -13,7 +13,7 @@ from hertzchain.files import write_text
 from hertzchain.report.document import Document, Table
 from hertzchain.report.facts import describe, difference, shown_contacts
 from hertzchain.report.page_plots import LONG, difference_plot, peak_plot, plotted_contacts
-from hertzchain.report.waterfall import waterfall
+from hertzchain.report.waterfall import waterfall, why_no_waterfall
 
 if TYPE_CHECKING:
     from hertzchain.verdict.check import Check
@@ -83,6 +83,7 @@ def page_of(document: Document, file: str = "scene.toml", given: str = "") -> st
             "verdict": document.verdict,
             "it": document,
             "plots": {plot.name: plot for plot in plots},
+            "no_waterfall": why_no_waterfall(native),
             "peaks": _peak_tables(document),
             "long": LONG,
             "rows": [_check_row(check) for check in document.checks],

@@ -12,7 +12,7 @@ from hertzchain.engines.registry import MARKERS as SYMBOLS
 from hertzchain.observables.result import Result
 from hertzchain.report.document import Document
 from hertzchain.report.plotly import Plot, Trace, axis, layout
-from hertzchain.report.style import COLOURS, DASHES, LABELS, MARKERS
+from hertzchain.report.style import COLOURS, DASHES, LABELS, MARKERS, peak_limits
 
 _POINTS = 150  # most contacts in plots along the chain: more cannot be told apart
 LONG = 200  # contacts from which on plots have a logarithmic axis and the table is folded
@@ -87,6 +87,8 @@ def peak_plot(document: Document, plotted: NDArray[np.intp]) -> Plot:
     p = native.transition_granules
     marked = "" if p is None else f" p = {p} is the number of granules in the transition."
     missing = f" {' and '.join(absent)}: not run." if absent else ""
+    # all far above 0 under a static load: the plot is around them
+    start = "tozero" if peak_limits(native)[0] == 0 else "normal"
     return Plot(
         "peaks",
         f"Peak force of each contact along the chain by {names}; the numbers are in the table of"
@@ -94,7 +96,7 @@ def peak_plot(document: Document, plotted: NDArray[np.intp]) -> Plot:
         "Peak force of each contact along the chain; contact i lies between granules i \u2212 1 and"
         f" i.{marked}{missing}{_thin_note(native, plotted)}",
         [line, *points],
-        _layout(native, axis("peak force [N]", rangemode="tozero")),
+        _layout(native, axis("peak force [N]", rangemode=start)),
     )
 
 

@@ -123,6 +123,15 @@ class _Scale:
         }
 
 
+def why_no_waterfall(native: Result) -> str:
+    """Return why ``waterfall`` has nothing to draw, if so, without a full stop."""
+    if native.history is None:
+        return (
+            "no motion was recorded; hertzchain compare SCENE --report records what it runs itself"
+        )
+    return "no contact has its peak within closely recorded times"
+
+
 def waterfall(results: Mapping[str, Result]) -> Plot | None:
     """Return a plot of contact forces over time, stacked by contact; None without a history."""
     native = results["native"]

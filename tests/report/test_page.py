@@ -22,6 +22,7 @@ from hertzchain.errors import OutputError
 from hertzchain.report import style
 from hertzchain.report.comparison import of_comparison
 from hertzchain.report.judgement import of_judgement
+from hertzchain.report.motion import at_times
 from hertzchain.report.page import check_page_format, page_of, write_page
 from hertzchain.report.waterfall import drawn_contacts, record_times
 from hertzchain.verdict import deck_checks
@@ -210,7 +211,31 @@ def test_without_times_there_is_no_waterfall(compared: hc.Comparison) -> None:
     results = {name: replace(found, history=None) for name, found in compared.results.items()}
     read = Reader(comparison_page(replace(compared, results=results)))
     assert set(read.data) == {"numbers", "peaks", "differences"}
-    assert "Contact force over time" not in read.text
+    assert "Not drawn: no motion was recorded" in read.text
+
+
+def test_why_no_wave_is_drawn_is_said(compared: hc.Comparison) -> None:
+    """A single time is no curve."""
+    results = compared.results
+    few = {
+        name: replace(found, history=None)
+        if found.history is None
+        else at_times(found, found.history.time[:1])
+        for name, found in results.items()
+    }
+    read = Reader(comparison_page(replace(compared, results=few)))
+    assert "waterfall" not in read.data
+    assert "Not drawn: no contact has its peak within closely recorded times." in read.text
+
+
+def test_peaks_on_a_static_load_have_an_axis_around_them(compared: hc.Comparison) -> None:
+    scene = replace(
+        paper_scene("cosine", 1.0, 2.0, granules=8), precompression=hc.Precompression(force=1e4)
+    )
+    loaded = Reader(comparison_page(hc.compare(scene, ["native"])))
+    plain = Reader(comparison_page(compared))
+    starts = [one.data["peaks"]["layout"]["yaxis"]["rangemode"] for one in (loaded, plain)]
+    assert starts == ["normal", "tozero"]
 
 
 def test_hostile_names_are_shown_and_not_run(compared: hc.Comparison) -> None:
