@@ -540,3 +540,11 @@ def test_a_text_that_is_no_deck_is_one_finding() -> None:
 def test_numpy_is_loaded_for_a_scene_alone() -> None:
     code = "from hertzchain.decks.lint.rules import lint; lint('units si\\nrun 1\\n')"
     assert "numpy" not in modules_after(code)
+
+
+@pytest.mark.parametrize("size", ["0", "-0.019"])
+def test_a_granule_without_a_mass_has_no_longest_step(size: str) -> None:
+    text = deck().replace("timestep", f"set atom 5 diameter {size} density 7958\ntimestep")
+    assert f"atom 5 diameter {size} " in text
+    assert all(finding.line >= 1 for finding in lint(text, SCENE))
+    assert "step-length" not in {finding.rule for finding in lint(text)}

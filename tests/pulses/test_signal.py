@@ -239,7 +239,7 @@ def test_a_return_is_within_five_deviations_of_the_end_of_a_line(
     """The end of a line through n samples of deviation 1 has a deviation of 2 / sqrt(n)."""
     force = np.concatenate([np.zeros(980), without_line(20) + deviations * 2 / np.sqrt(20)])
     noise = Noise(1.0, 1.0, np.zeros(0))
-    assert (no_return(force, 0.0, 100.0, 1.0, noise) is not None) == is_said
+    assert (no_return(force, 0.0, 100.0, 1.0, noise, 0.0, 400) is not None) == is_said
 
 
 @pytest.mark.parametrize(("off", "is_said"), [(0.9, False), (1.1, True), (-1.1, True)])

@@ -147,13 +147,14 @@ class Chain(Deck):
 
     @cached_property
     def masses(self) -> list[float] | None:
-        """Of all granules along the chain, or those of a long chain of equal ones."""
+        """Of all granules along the chain, or those of a long chain of equal ones; all above 0."""
         if self.row is not None:
-            known = [mass for mass in self.row.mass if mass is not None]
+            known = [mass for mass in self.row.mass if mass is not None and mass > 0]
             return known if len(known) == len(self.row.mass) else None
         if self.diameter is None or self.density is None:
             return None
-        return [math.pi / 6 * self.diameter**3 * self.density] * _SIMILAR
+        mass = math.pi / 6 * self.diameter**3 * self.density
+        return [mass] * _SIMILAR if mass > 0 else None
 
     @cached_property
     def springs(self) -> tuple[list[float], Pressing | None] | None:
