@@ -81,7 +81,7 @@ def test_lines_to_stderr_go_where_a_progress_bar_catches_them(
 
 def test_where_the_other_contacts_are(hertzchain: Command) -> None:
     outcome = hertzchain("run", SCENE, "-o", "peaks.csv")
-    assert ", in peaks.csv)" in outcome.out
+    assert ", are in peaks.csv)" in outcome.out
     assert outcome.err == "Peaks written to peaks.csv\n"
 
 

@@ -273,7 +273,7 @@ def test_a_result_is_printed_as_run_does(result: hc.Result) -> None:
     screen = console()
     print_run(screen, result)
     assert str(result).splitlines() == text_on(screen)
-    assert "to 12, in to_frame())" in str(result)
+    assert "to 12, are in to_frame())" in str(result)
 
 
 def test_a_comparison_is_printed_as_compare_does(comparison: hc.Comparison) -> None:
