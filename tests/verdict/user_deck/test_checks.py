@@ -365,6 +365,19 @@ def test_a_fix_that_pushes_in_motion_alone(
     assert str(done.to_mend[0].place) == "in.made:11"
 
 
+def test_a_chain_that_stays_at_rest_has_one_thing_to_mend(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    """Its force is missing; that rounded places move it by 1e-20 m is nothing to mend."""
+    deck = changed(
+        right, applied_force=0 * right.applied_force, fixes=right.fixes[:1],
+        peak_force=0 * right.peak_force, final_velocity=0 * right.final_velocity,
+        final_position=right.position,
+    )  # fmt: skip
+    done = examined(scene, deck)
+    assert [check.name for check in done.to_mend] == ["applied force on granule 1"]
+
+
 def test_a_fix_that_has_ended_before_the_shock(scene: hc.Scene, right: FoundDeck) -> None:
     """A chain that settles may be held until then; a shock that begins later has runs before."""
     wait, command = 500 * STEP, right.fixes[1].command
