@@ -16,7 +16,7 @@ import hertzchain as hc
 from hertzchain.decks.layout import KnownAnswer, Layout
 from hertzchain.decks.lint.against import CLOSE
 from hertzchain.decks.lint.finding import Finding
-from hertzchain.decks.lint.rules import lint
+from hertzchain.decks.lint.rules import lint, lint_file
 from hertzchain.decks.standalone import standalone
 from tests import scenes
 from tests.command_line import Command
@@ -505,6 +505,24 @@ def test_a_loop_that_defines_its_variable_after_its_label() -> None:
     again = "label more\nvariable i loop 7 9\nset atom $i density 9000\nnext i\njump SELF more\n"
     (found,) = bad(lint(swapped.replace("neighbor", f"{again}neighbor", 1), SCENE))
     assert "granule 7 and 2 more" in found.text
+
+
+def test_included_files_are_looked_at(tmp_path: Path) -> None:
+    """As parts of the deck, and named where something is wrong in them; none without end."""
+    text = deck().replace("density 7958", "density 8958")
+    setup = text.partition("neighbor")[0]
+    at = setup.partition("set group all density")[0].count("\n")
+    (tmp_path / "setup.in").write_text(setup, encoding="utf-8")
+    (tmp_path / "more.in").write_text("include setup.in\n", encoding="utf-8")
+    file = tmp_path / "in.chain"
+    file.write_text(f"# a chain\ninclude more.in  # made there\n{text[len(setup) :]}")
+    (found,) = bad(lint_file(file, SCENE))
+    assert (found.line, found.rule) == (2, "scene-mass")
+    assert found.text.startswith(f"setup.in:{at + 1}: the mass of granule 1 and 29 more is")
+    (tmp_path / "setup.in").write_text(deck().partition("neighbor")[0], encoding="utf-8")
+    assert lint_file(file, SCENE) == []
+    file.write_text("include none.in\ninclude in.chain\nrun 1\n")
+    assert {one.rule for one in lint_file(file)} >= {"elsewhere"}
 
 
 def test_variables_of_the_command_line(tmp_path: Path, hertzchain: Command) -> None:

@@ -11,6 +11,7 @@ import contextlib
 import math
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,7 @@ from hertzchain.decks.lint.chain_rules import CHAIN_RULES
 from hertzchain.decks.lint.contacts import NO_DAMPING
 from hertzchain.decks.lint.deck import TOUCHING, Deck, Law, Push, Run
 from hertzchain.decks.lint.finding import Finding, Found, Severity
+from hertzchain.decks.lint.included import whole
 from hertzchain.decks.lint.script import Command, parse
 from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.damping import BEFORE_ROOT_2, tsuji
@@ -762,11 +764,17 @@ def lint(
 def lint_file(
     path: Path, scene: Scene | None = None, variables: Mapping[str, str] | None = None
 ) -> list[Finding]:
-    """The findings in a file; see ``lint``."""
+    """The findings in a file and what it includes, at the lines that include it; see ``lint``."""
     try:
         content = read_bytes(path, MOST_BYTES)
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or problem
         raise HertzchainError(f"{str(path)!r}: cannot be read ({reason})") from None
     # A comment may be in another encoding; no command has such letters.
-    return lint(content.decode("utf-8", errors="replace"), scene, variables)
+    lines = whole(path, content.decode("utf-8", errors="replace"), MOST_BYTES)
+    found: list[Finding] = []
+    for finding in lint("\n".join(written for written, _, _ in lines), scene, variables):
+        _, line, place = lines[finding.line - 1] if lines else ("", 1, "")
+        text = f"{place}: {finding.text}" if place else finding.text
+        found.append(replace(finding, line=line, text=text))
+    return found
