@@ -16,7 +16,7 @@ from hertzchain.pulses.corners import BOW, Corners, impulse_of, weights
 from hertzchain.pulses.noise import LEAST, Noise
 
 _DEGREE = 4  # of the polynomial: crests that lean and flat ones
-_PARTS = (0.5, 0.6, 0.7, 0.8, 0.9)  # of the height, above which a crest is fitted; chosen
+_PARTS = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98)  # of the height, above which it is fitted; chosen
 _BRIDGE = 0.5
 """As ``corners.BRIDGE``, about a polynomial of degree 4: 0.40 to 0.56 was measured for 20 to 1000
 samples."""
@@ -80,7 +80,9 @@ def crest_of(
         fitted = np.polynomial.Polynomial.fit(clock, samples, _DEGREE, w=np.sqrt(weight / length))
         off = samples - fitted(clock)
         running = np.cumsum(0.5 * (off[1:] + off[:-1]) * np.diff(clock))
-        allowed = max(BOW * bend * length, _BRIDGE * noise.density * math.sqrt(length))
+        # The density is known from few blocks: it is not below that of white noise.
+        density = max(noise.density, noise.deviation * math.sqrt(length / (clock.size - 1)))
+        allowed = max(BOW * bend * length, _BRIDGE * density * math.sqrt(length))
         if np.abs(running).max() > allowed:
             continue
         of_lines = _squares_of_lines(clock, samples, weight, time[middle])

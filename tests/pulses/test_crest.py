@@ -43,8 +43,8 @@ def said(name: str, seed: int) -> Value:
 def test_noise_does_not_raise_f0() -> None:
     """The largest of the corners of least squares was 0.35 N above it."""
     errors = np.array([said("sine squared", seed).value for seed in range(8)]) - FORCE
-    # Three standard deviations of a mean of eight that scatter by 0.2 N.
-    assert abs(errors.mean()) < 3 * 0.2 / np.sqrt(8)
+    # Three standard deviations of a mean of eight that scatter by 0.13 N.
+    assert abs(errors.mean()) < 3 * 0.13 / np.sqrt(8)
 
 
 @pytest.mark.slow
@@ -53,8 +53,8 @@ def test_f0_scatters_as_is_said(name: str) -> None:
     found = [said(name, seed) for seed in range(100, 200)]
     off = np.array([(one.value - FORCE) / one.deviation for one in found])
     for within, part in ((1.0, 0.683), (2.0, 0.954)):
-        # Three standard deviations of a count in 100 recordings.
-        assert np.mean(np.abs(off) < within) > part - 3 * np.sqrt(part * (1 - part) / 100)
+        # Four standard deviations of a count in 100 recordings; ± itself is known to 13 %.
+        assert np.mean(np.abs(off) < within) > part - 4 * np.sqrt(part * (1 - part) / 100)
     assert np.sqrt(np.mean(off**2)) > 0.6  # nor is ± much too large
 
 
