@@ -49,9 +49,11 @@ def test_what_can_be_asked_for_is_what_sweeps_know() -> None:
 def test_scenes_that_fail_are_said_and_make_the_status_1(hertzchain: Command) -> None:
     done = hertzchain("sweep", "scene.toml", "--vary", "shock.peak_force=100,1e9", "-o", "out")
     assert (done.status, done.out[:6]) == (1, "2 rows")
-    assert done.err.startswith("hertzchain: 1 of 2 rows have no numbers, the column failure says")
+    asked, *reasons = done.err.splitlines()
+    assert asked.endswith("is the unit what is meant?")
+    assert reasons[0].startswith("hertzchain: 1 of 2 rows have no numbers, the column failure says")
     assert "the largest overlap would be" in done.err
-    assert done.err.count("\n") == 1
+    assert len(reasons) == 1
 
 
 def test_accuracy_that_is_missed_is_said_and_makes_the_status_1(

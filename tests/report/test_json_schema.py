@@ -10,6 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import numpy as np
 import pytest
 import tomli_w
@@ -157,7 +158,6 @@ def test_a_keyword_that_is_not_known_is_an_error(monkeypatch: pytest.MonkeyPatch
 def test_the_page_says_how_to_check_a_document(
     given: tuple[str, dict[str, Any]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    jsonschema = pytest.importorskip("jsonschema")
     monkeypatch.chdir(ROOT)
     page = (ROOT / "docs" / "json.md").read_text(encoding="utf-8")
     (shown,) = (block.text for block in blocks(page) if "jsonschema" in block.text)
