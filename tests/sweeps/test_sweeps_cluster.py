@@ -155,6 +155,7 @@ def lammps_processes(workers: Sequence[subprocess.Popen[bytes]]) -> list[psutil.
 # Results
 
 
+@pytest.mark.slow
 @pytest.mark.lammps
 def test_tables_are_those_of_this_machine_by_one_process_for_lammps_on_each_worker(
     two: tuple[str, Workers],

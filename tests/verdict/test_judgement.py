@@ -360,7 +360,7 @@ def plain_code(scene: hc.Scene, dt: float, damping: Damping, euler: bool = False
         ),
     },
     # test_damping_causes has all three laws, too, with native's damping as the other code.
-    slow=["dashpot", "viscoelastic"],
+    slow=["dashpot", "viscoelastic", "weak"],
 )
 def test_damping_is_named(truth: hc.Result, damping: Damping, words: str) -> None:
     found = named(truth, plain_code(truth.scene, 0.01, damping))

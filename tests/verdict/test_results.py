@@ -154,6 +154,19 @@ def test_a_maximum_between_samples_may_be_that_of_another_hump(apart: float, hig
     assert np.all(found.error < 2e-3)
 
 
+@pytest.mark.parametrize("higher", [0.99, 1.0, 1.001, 1.01])
+@pytest.mark.parametrize("rate", [1.2, 1.5])
+def test_a_hump_of_few_samples_counts_with_its_own_error(rate: float, higher: float) -> None:
+    """The first hump is well known; the second, of nearly the same height, is shorter by far."""
+    time = 0.4 * np.arange(-30.0, 90.0)
+    shape = 1 / np.cosh(0.7 * time) ** 2 + higher / np.cosh(rate * (time - 8.2)) ** 2
+    motion = Motion(time, False, contact_force=np.column_stack([shape, shape[::-1]]))
+    scene = hc.Scene(hc.Chain(3, **STEEL), hc.Pulse("cosine", 100.0, 2.0, rise_time=5e-5))
+    found = peaks_of(scene, motion, "file")
+    # At 8 time units the first hump adds 4 exp(-1.4 * 8) = 5e-5.
+    assert np.all(np.abs(found.peak_force / max(1.0, higher) - 1) <= found.error + 6e-5)
+
+
 @pytest.mark.parametrize("digits", [4, 6, 9, 12])
 def test_digits_of_numbers_are_counted(digits: int, run: Sampled, truth: FloatArray) -> None:
     """Positions of six digits tell overlaps to 1e-7 m of 1e-5 m."""

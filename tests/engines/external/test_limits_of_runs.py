@@ -45,6 +45,9 @@ def test_a_refusal_names_what_is_cheaper_where_that_fits() -> None:
     with pytest.raises(TooExpensive, match="takes at least") as refusal:
         hc.Native(time_limit=20).run(long, [0.0])  # what is recorded is no peak
     assert "peaks_only" not in str(refusal.value)
+    with pytest.raises(TooExpensive, match="takes at least") as refusal:
+        hc.Native(time_limit=1e-4).run(long)  # too little for peaks alone, too
+    assert "peaks_only" not in str(refusal.value)
 
 
 def growth(name: str, z: float) -> float:
