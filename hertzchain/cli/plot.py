@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -111,10 +112,12 @@ def _inches(size: str) -> tuple[float, float]:
     return width, height
 
 
-def _styled(style: str | None) -> AbstractContextManager[None]:
+@contextmanager
+def _styled(style: str | None) -> Iterator[None]:
     """A context in which Matplotlib has a style."""
     if style is None:
-        return nullcontext()
+        yield
+        return
     from matplotlib import style as styles
 
     try:
@@ -127,4 +130,9 @@ def _styled(style: str | None) -> AbstractContextManager[None]:
             f"--style {style}: Matplotlib has no such style and there is no such file; it has"
             f" {', '.join(name for name in styles.available if not name.startswith('_'))}"
         ) from None
-    return styles.context(style)
+    try:
+        with styles.context(style):
+            yield
+    except RuntimeError as problem:  # a style that asks for LaTeX, where there is none
+        reason = str(problem).splitlines()[0]
+        raise HertzchainError(f"--style {style}: no picture with it: {reason}") from None

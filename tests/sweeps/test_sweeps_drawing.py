@@ -213,6 +213,12 @@ def test_size_and_style_of_the_command(
     (tmp_path / "bytes.mplstyle").write_bytes(b"\x8f\xff")
     plotted("--style", str(tmp_path / "bytes.mplstyle"))
     assert "bytes.mplstyle: is not a text file" in capsys.readouterr().err
+    (tmp_path / "tex.mplstyle").write_text("text.usetex: True")
+    monkeypatch.setenv("PATH", str(tmp_path))  # without LaTeX
+    plotted("--style", str(tmp_path / "tex.mplstyle"))
+    assert "tex.mplstyle: no picture with it: Failed to process string with tex because latex" in (
+        capsys.readouterr().err
+    )
     (tmp_path / "blue.mplstyle").write_text("axes.facecolor: 0000ff\nsavefig.dpi: 50")
     plotted("--size", "2x10", "--style", str(tmp_path / "blue.mplstyle"))
     with Image.open(tmp_path / "a.png") as picture:
