@@ -1,7 +1,8 @@
 """The cost of accuracy, as ratios measured in one run: `make bench`, on an idle machine.
 
 Each figure compares two ways of getting the same digits, warm, one after the other. Nothing here
-fails because a machine is slow; what has to hold on every machine is in tests/.
+fails because a machine is slow; what has to hold on every machine is in tests/. A whole run writes
+its table and plot to validation/results.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas
 import pytest
 from numba import njit
 
@@ -32,23 +34,77 @@ from hertzchain.engines.native.plan import cheapest as plan
 from hertzchain.engines.native.refinement import Fixed
 from hertzchain.engines.native.simulation import leg_rows, table
 from hertzchain.errors import RunFailed
+from hertzchain.files import write_text
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.peaks import largest_difference, largest_differences
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.verdict.contenders import contenders
+from hertzchain.verdict.tradeoff import provenance
+from validation.drawing import BACKENDS, new_figure
+from validation.mpi import machine
+from validation.script import dated, facts_of, write_figure
 from validation.shipped import HERE, load
 
-FIGURES: list[tuple[str, str, str, str]] = []
+RESULTS = HERE / "results"
+
+TERMS = ("dimer", "precompressed", "striker_on_a_wall", "damped", "piston")
+"""Shipped scenes with terms, whose cost is compared with that of LAMMPS."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A figure, its value and unit; a ratio has no unit."""
+
+    group: str
+    figure: str
+    value: float
+    unit: str = ""
+
+
+FIGURES: list[Measured] = []
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _summary(pytestconfig: pytest.Config) -> Iterator[None]:
-    """Print the figures when all are measured."""
+def _summary(request: pytest.FixtureRequest, pytestconfig: pytest.Config) -> Iterator[None]:
+    """Print the figures when all are measured; keep those of a whole run."""
     yield
     with pytestconfig.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():
-        print(f"\n\n{'':3}{'figure':52}{'measured':>22}  target")
-        for letter, what, measured, target in FIGURES:
-            print(f"{letter:3}{what:52}{measured:>22}  {target}")
+        print("\n")
+        for one in FIGURES:
+            print(f"{one.group:3}{one.figure:60}{one.value:>12,.4g} {one.unit}")
+    if not request.session.testsfailed and not pytestconfig.getoption("keyword"):
+        keep(RESULTS)
+
+
+def keep(folder: Path) -> None:
+    """Write bench.csv, with the machine in its first line, and bench.svg."""
+    names = [field.name for field in fields(Measured)]
+    table = pandas.DataFrame([astuple(one) for one in FIGURES], columns=names)
+    csv = table.to_csv(index=False, float_format="%.4g", lineterminator="\n")
+    write_text(folder / "bench.csv", dated(f"{machine()}; {facts_of(provenance())}", csv))
+    figure = new_figure(9.0, 3.6)
+    demo, terms = figure.subplots(1, 2)
+    times = [one for one in FIGURES if one.group in "AB" and one.unit == "ms"]
+    demo.barh([one.figure for one in times], [one.value for one in times], color="#0072B2")
+    demo.set_title("Peaks of the demo scene to 1e-6", fontsize="medium")
+    for k, name in enumerate(("native", "lammps")):
+        own = [one.value for one in FIGURES if one.group == "K"][k::2]
+        places = np.arange(len(own)) + 0.4 * k
+        terms.barh(
+            places,
+            own,
+            0.4,
+            color=BACKENDS[name]["color"],
+            label=("native to 1e-6", "LAMMPS to 1e-4")[k],
+        )
+    terms.set_yticks(np.arange(len(TERMS)) + 0.2, [name.replace("_", " ") for name in TERMS])
+    terms.set_title("Scenes with terms", fontsize="medium")
+    terms.legend(fontsize="small")
+    for axes in (demo, terms):
+        axes.set_xscale("log")
+        axes.set_xlabel("time [ms]")
+        axes.invert_yaxis()
+    write_figure(folder / "bench.svg", figure)
 
 
 @pytest.fixture(scope="module")
@@ -108,14 +164,14 @@ def test_a_lammps_over_native(benchmark: Any, demo: hc.Scene, truth: FloatArray)
     extrapolated = best(lambda: plain_deck(demo, finer), 3)
     extrapolated += best(lambda: plain_deck(demo, 2 * finer), 3)
     FIGURES.extend([
-        ("A", "native, peaks to 1e-6 with their error", f"{ours * 1e3:.3f} ms", ""),
-        ("A", "native, one plain run at the same step", f"{once * 1e3:.3f} ms", ""),
-        ("A", "LAMMPS, one plain run of the deck", f"{lammps * 1e3:.0f} ms", ""),
-        ("A", "LAMMPS, two runs to extrapolate from", f"{extrapolated * 1e3:.0f} ms", ""),
-        ("A", "plain LAMMPS over native with error", f"{lammps / ours:.0f}", "400, aim 1000"),
-        ("A", "plain LAMMPS over one native run", f"{lammps / once:.0f}", "400, aim 1000"),
-        ("A", "extrapolated LAMMPS over native", f"{extrapolated / ours:.0f}", "80"),
-        ("A", "extrapolated LAMMPS over one native run", f"{extrapolated / once:.0f}", "80"),
+        Measured("A", "native, with error", ours * 1e3, "ms"),
+        Measured("A", "native, one plain run", once * 1e3, "ms"),
+        Measured("A", "LAMMPS, one plain run", lammps * 1e3, "ms"),
+        Measured("A", "LAMMPS, two runs to extrapolate", extrapolated * 1e3, "ms"),
+        Measured("A", "plain LAMMPS over native with error", lammps / ours),
+        Measured("A", "plain LAMMPS over one native run", lammps / once),
+        Measured("A", "extrapolated LAMMPS over native with error", extrapolated / ours),
+        Measured("A", "extrapolated LAMMPS over one native run", extrapolated / once),
     ])  # fmt: skip
 
 
@@ -126,9 +182,9 @@ def test_b_scipy_over_native(benchmark: Any, demo: hc.Scene) -> None:
     for rtol in scipy.rtols:
         if largest_difference(scipy.run(demo, rtol).peak_force, reference.peak_force) < 1e-6:
             break
-    ratio = best(lambda: scipy.run(demo, rtol), 3) / seconds(benchmark)
-    what = f"SciPy's DOP853 (rtol {rtol:g}) over native with error"
-    FIGURES.append(("B", what, f"{ratio:.0f}", "100, aim 300"))
+    spent = best(lambda: scipy.run(demo, rtol), 3)
+    FIGURES.append(Measured("B", f"SciPy's DOP853 (rtol {rtol:g})", spent * 1e3, "ms"))
+    FIGURES.append(Measured("B", "DOP853 over native with error", spent / seconds(benchmark)))
 
 
 @pytest.mark.parametrize("granules", [1_000, 10_000, 100_000, 1_000_000])
@@ -138,11 +194,10 @@ def test_c_long_chain(benchmark: Any, demo: hc.Scene, granules: int) -> None:
     native(scene)
     result = benchmark.pedantic(native, (scene,), rounds=1)
     assert result.error_estimate <= 1e-6
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    each = seconds(benchmark) / granules * 1e6
-    found = f"{seconds(benchmark):.3f} s; {each:.1f} us"
-    target = f"10 s, 500 MB; {memory:.0f} MB so far" if granules == 1_000_000 else "linear"
-    FIGURES.append(("C", f"{granules:,} granules: time; per granule", found, target))
+    FIGURES.append(Measured("C", f"{granules:,} granules", seconds(benchmark), "s"))
+    if granules == 1_000_000:
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        FIGURES.append(Measured("C", "memory of the process so far", memory, "MB"))
 
 
 def random_pulses(number: int) -> tuple[FloatArray, FloatArray]:
@@ -161,8 +216,8 @@ def test_d_many_scenes(benchmark: Any) -> None:
     error = largest_differences(batch.peak_force[:500], true.peak_force).max()
     assert error < 1e-4
     rate = ratio.size / seconds(benchmark)
-    what = f"scenes of 60 granules per second, peaks to {error:.0e}"
-    FIGURES.append(("D", what, f"{rate:,.0f}", "25,000, aim 45,000"))
+    what = f"scenes of 60 granules in a batch, peaks to {error:.0e}"
+    FIGURES.append(Measured("D", what, rate, "1/s"))
 
 
 @njit
@@ -186,7 +241,7 @@ def test_e_granule_and_stage_over_square_root(benchmark: Any, demo: hc.Scene) ->
     legs = scene.schedule(0.4 * scene.units.time)
     run = benchmark(simulate, scene, legs, walker, window=False)
     spent_there = seconds(benchmark) / (run.evaluations * 1000) / square_root()
-    FIGURES.append(("E", "granule and stage over sqrt, 1,000 granules", f"{spent_there:.2f}", "2"))
+    FIGURES.append(Measured("E", "granule and stage over sqrt, 1,000 granules", spent_there))
     ratio, n = random_pulses(1000)
     scenes = (
         hc.Scene(demo.chain, hc.Pulse("cosine", 100.0, float(b), momentum_ratio=float(a)))
@@ -203,7 +258,7 @@ def test_e_granule_and_stage_over_square_root(benchmark: Any, demo: hc.Scene) ->
     spent = best(batch, 3)
     # The front moves through the chain: granules ahead of it cost nothing.
     moving = spent / (granule_evaluations(rows[::50], 60) * 50) / square_root()
-    FIGURES.append(("E", "granule and stage over sqrt, 1,000 scenes of 60", f"{moving:.2f}", "2"))
+    FIGURES.append(Measured("E", "granule and stage over sqrt, 1,000 scenes of 60", moving))
 
 
 def granule_evaluations(rows: FloatArray, granules: int) -> int:
@@ -237,7 +292,7 @@ def test_f_choice_over_best_in_hindsight(benchmark: Any, demo: hc.Scene, rtol: f
         ratios.append(chosen / best_in_hindsight(scene, rtol))
     benchmark.pedantic(hc_run(scene, rtol), rounds=3)
     what = f"time of rtol {rtol:g} over the best in hindsight, median"
-    FIGURES.append(("F", what, f"{np.median(ratios):.1f}", "3"))
+    FIGURES.append(Measured("F", what, float(np.median(ratios))))
 
 
 def hc_run(scene: hc.Scene, rtol: float) -> Callable[[], hc.Result]:
@@ -275,8 +330,8 @@ def test_g_first_call_of_a_process(benchmark: Any) -> None:
     helped = best(lambda: process(str(binary), "--help"), 7)
     benchmark.pedantic(process, (sys.executable, "-c", "import numpy"), rounds=7, warmup_rounds=1)
     base = seconds(benchmark)
-    FIGURES.append(("G", "hertzchain run, more than importing NumPy", f"{run - base:.2f} s", "1 s"))
-    FIGURES.append(("G", "hertzchain --help, more", f"{helped - base:.2f} s", "0.3 s"))
+    FIGURES.append(Measured("G", "hertzchain run, more than importing NumPy", run - base, "s"))
+    FIGURES.append(Measured("G", "hertzchain --help, more than that", helped - base, "s"))
 
 
 FEATURES = {
@@ -321,7 +376,7 @@ def test_i_unused_feature(benchmark: Any, demo: hc.Scene, feature: str) -> None:
     # Alternately, so that both run under the same load.
     ratios = [best(lambda: run(whole), 30) / best(lambda: run(without), 30) for _ in range(15)]
     benchmark.pedantic(run, (whole,), rounds=20)
-    FIGURES.append(("I", f"cost with unused {feature}", f"{np.median(ratios):.3f}", "1.03"))
+    FIGURES.append(Measured("I", f"cost with unused {feature}", float(np.median(ratios))))
 
 
 def test_j_sweep_over_bare_batch(benchmark: Any, demo: hc.Scene, tmp_path: Path) -> None:
@@ -350,8 +405,20 @@ def test_j_sweep_over_bare_batch(benchmark: Any, demo: hc.Scene, tmp_path: Path)
         bare()
         ratios.append((between - begin) / (time.perf_counter() - between))
     benchmark.pedantic(sweep, rounds=1)
-    shown = f"{np.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
-    FIGURES.append(("J", "a sweep of 100,000 scenes over their bare batch", shown, "1.25"))
+    what = "a sweep of 100,000 scenes over their bare batch"
+    FIGURES.append(Measured("J", what, float(np.median(ratios))))
+
+
+@pytest.mark.parametrize("name", TERMS)
+def test_k_terms(benchmark: Any, name: str) -> None:
+    scene = load(f"terms/{name}")
+    benchmark(native, scene)
+    FIGURES.append(
+        Measured("K", f"{name}: native to 1e-6, with error", seconds(benchmark) * 1e3, "ms")
+    )
+    backend = hc.Lammps(rtol=1e-4)
+    spent = best(lambda: backend.run(scene), 3)
+    FIGURES.append(Measured("K", f"{name}: LAMMPS to 1e-4, with error", spent * 1e3, "ms"))
 
 
 if __name__ == "__main__":

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import ast
+from pathlib import Path
 
+import pandas
 import pytest
 
 import hertzchain as hc
 from hertzchain.engines.native import kernels
 from hertzchain.engines.native.simulation import leg_rows
-from validation.benchmarks import FEATURES, march, sources
+from validation import benchmarks
+from validation.benchmarks import FEATURES, TERMS, Measured, keep, march, sources
 
 
 @pytest.mark.parametrize("feature", FEATURES)
@@ -24,3 +27,18 @@ def test_the_front_saves_evaluations(demo: hc.Scene) -> None:
     assert (front.status, whole.status) == (kernels.DONE, kernels.DONE)
     assert whole.granule_evaluations == 60 * whole.evaluations
     assert 0 < front.granule_evaluations < 0.8 * whole.granule_evaluations
+
+
+def test_figures_are_kept_with_the_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    measured = [Measured("A", "native, with error", 0.3, "ms"), Measured("B", "a ratio", 197.26)]
+    for name in TERMS:
+        measured += [Measured("K", f"{name}: {code}", 2.0, "ms") for code in ("native", "LAMMPS")]
+    monkeypatch.setattr(benchmarks, "FIGURES", measured)
+    keep(tmp_path)
+    assert (
+        "cores; hertzchain" in (tmp_path / "bench.csv").read_text(encoding="utf-8").split("\n")[0]
+    )
+    table = pandas.read_csv(tmp_path / "bench.csv", comment="#", keep_default_na=False)
+    assert table.iloc[1].to_list() == ["B", "a ratio", 197.3, ""]
+    assert len(table) == len(measured)
+    assert "Scenes with terms" in (tmp_path / "bench.svg").read_text(encoding="utf-8")
