@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -528,17 +529,20 @@ def test_trajectories_of_others(
 ) -> None:
     from ase.calculators.singlepoint import SinglePointCalculator
 
-    frames = []
-    for time, place, speed, force in zip(
-        run.time, run.position, run.velocity, run.net_force, strict=True
-    ):
-        atoms = ase.Atoms("X" * N, [(0, 1e3 * x, 0) for x in place])  # mm, along y
-        atoms.arrays["velocities"] = np.array([(0, 1e3 * v, 0) for v in speed])
-        atoms.calc = SinglePointCalculator(atoms, forces=[(0, f, 0) for f in force])
-        atoms.info["time"] = time
-        frames.append(atoms)
-    file = tmp_path / f"motion.{suffix}"
-    ase.io.write(file, frames)
+    with warnings.catch_warnings():
+        # ASE 3.29 sets shapes, of which NumPy 2.5 warns; reading has to do without warnings.
+        warnings.filterwarnings("ignore", "Setting the shape on a NumPy", DeprecationWarning)
+        frames = []
+        for time, place, speed, force in zip(
+            run.time, run.position, run.velocity, run.net_force, strict=True
+        ):
+            atoms = ase.Atoms("X" * N, [(0, 1e3 * x, 0) for x in place])  # mm, along y
+            atoms.arrays["velocities"] = np.array([(0, 1e3 * v, 0) for v in speed])
+            atoms.calc = SinglePointCalculator(atoms, forces=[(0, f, 0) for f in force])
+            atoms.info["time"] = time
+            frames.append(atoms)
+        file = tmp_path / f"motion.{suffix}"
+        ase.io.write(file, frames)
     columns = {
         "position": "positions [mm]", "velocity": "velocities [mm/s]", "net_force": "forces [N]"
     }  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,10 @@ def frames_of_trajectory(path: Path, asked: Asked) -> Recorded:
 
     try:
         logging.disable(logging.WARNING)
-        frames: list[Any] = ase.io.read(path, index=":")
+        with warnings.catch_warnings():
+            # ASE 3.29 does so, which says nothing of the file.
+            warnings.filterwarnings("ignore", "Setting the shape on a NumPy", DeprecationWarning)
+            frames: list[Any] = ase.io.read(path, index=":")
     except Exception as problem:  # ASE raises many kinds for a broken file
         said = " ".join(str(problem).split())[:100] or type(problem).__name__
         allowed = f"is no trajectory that ASE can read ({said}): is the file cut off?"
