@@ -85,25 +85,23 @@ def keep(folder: Path) -> None:
     figure = new_figure(9.0, 3.6)
     demo, terms = figure.subplots(1, 2)
     times = [one for one in FIGURES if one.group in "AB" and one.unit == "ms"]
-    demo.barh([one.figure for one in times], [one.value for one in times], color="#0072B2")
+    for one in times:
+        style = BACKENDS.get(one.figure.split(",")[0].lower(), {"marker": "^", "color": "#D55E00"})
+        demo.plot([one.value], [one.figure], **{**style, "label": None})
     demo.set_title("Peaks of the demo scene to 1e-6", fontsize="medium")
-    for k, name in enumerate(("native", "lammps")):
-        own = [one.value for one in FIGURES if one.group == "K"][k::2]
-        places = np.arange(len(own)) + 0.4 * k
-        terms.barh(
-            places,
-            own,
-            0.4,
-            color=BACKENDS[name]["color"],
-            label=("native to 1e-6", "LAMMPS to 1e-4")[k],
-        )
-    terms.set_yticks(np.arange(len(TERMS)) + 0.2, [name.replace("_", " ") for name in TERMS])
-    terms.set_title("Scenes with terms", fontsize="medium")
-    terms.legend(fontsize="small")
+    spent = [one.value for one in FIGURES if one.group == "K"]
+    names = [name.replace("_", " ") for name in TERMS]
+    for k, (name, wanted) in enumerate((("native", "1e-6"), ("lammps", "1e-4"))):
+        style = {**BACKENDS[name], "label": f"{BACKENDS[name]['label']} to {wanted}"}
+        terms.plot(spent[k::2], names, **style)
+    terms.set_title("Scenes with terms, with error", fontsize="medium")
+    handles, labels = terms.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower right", ncols=2, fontsize="small")
     for axes in (demo, terms):
         axes.set_xscale("log")
         axes.set_xlabel("time [ms]")
         axes.invert_yaxis()
+        axes.grid(alpha=0.3)
     write_figure(folder / "bench.svg", figure)
 
 
