@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _SUFFIXES = (".csv", ".parquet", ".npz")
+_REMARKED = 1e-3  # of a peak: less than that below it is no remark (chosen)
 
 
 def recorded(result: Result) -> History:
@@ -30,9 +31,6 @@ def recorded(result: Result) -> History:
     if result.history is None:
         raise SceneError("history", None, "there is none: run with record = the times to keep")
     return result.history
-
-
-_REMARKED = 1e-3  # of a peak: less than that below it is no remark (chosen)
 
 
 def recorded_below(result: Result) -> str | None:

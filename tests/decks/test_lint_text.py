@@ -115,18 +115,7 @@ print "after"
 """
 
 
-DEFINED_WITHIN = """\
-label outer
-variable i loop 3 5
-label inner
-variable j index a b
-print "$i $j $(v_i*2)"
-next j
-jump SELF inner
-next i
-jump SELF outer
-print "after"
-"""
+DEFINED_WITHIN = re.sub(r"(variable .*\n)(label .*\n)", r"\2\1", LOOPED)
 """The same: a loop ignores the definition of what it counts with in all rounds but the first."""
 
 
