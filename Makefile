@@ -3,14 +3,15 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+REVISION ?= HEAD~1
 
 # Compiled Python is kept: the tests start hundreds of processes, and commands load in half the time.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-all validate figures picture notebooks extremes long-run tradeoff gallery decks versions engines cluster mpi bench docs lint format lock clean help
+.PHONY: demo test test-all validate figures picture notebooks extremes long-run tradeoff gallery decks versions engines cluster mpi bench bench-before docs lint format lock clean help
 
 help: ## list what there is to make
-	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
 demo: $(STAMP) ## one scene through Eq. 1, LAMMPS and the paper's formulas, side by side
 	$(BIN)/hertzchain compare validation/scenes/demo.toml --plot demo.png --report demo.html
@@ -65,6 +66,9 @@ cluster: $(STAMP) ## how much faster two workers of a Dask cluster sweep than on
 bench: $(STAMP) ## what accuracy costs, as ratios; on an idle machine
 	$(BIN)/python validation/benchmarks.py
 
+bench-before: $(STAMP) ## fail if 15 % slower than the commit before, or than REVISION=...; minutes
+	$(BIN)/python validation/bench_before.py --revision "$(REVISION)"
+
 tradeoff: $(STAMP) ## error against cost on 24 scenes, ten minutes; on an idle machine
 	$(BIN)/python validation/tradeoff.py -o validation/results
 
@@ -88,7 +92,7 @@ lock: $(STAMP) ## write requirements.lock
 	    --quiet --output-file requirements.lock
 
 clean: ## remove .venv and what runs leave behind
-	rm -rf $(VENV) report demo.html docs/_build .pytest_cache .mypy_cache .ruff_cache demo.png my_scene.html log.lammps in.chain peaks.csv motion.xyz result.json table2.csv limits.csv limits.png extremes.csv tradeoff.png tradeoff.csv
+	rm -rf $(VENV) report demo.html docs/_build .pytest_cache .mypy_cache .ruff_cache demo.png my_scene.html log.lammps in.chain peaks.csv motion.xyz result.json table2.csv limits.csv limits.png extremes.csv tradeoff.png tradeoff.csv ratios codes plane p.svg figure3
 
 # Installed as locked, the project itself without a download and without dependencies of its own.
 $(STAMP): requirements.lock pyproject.toml

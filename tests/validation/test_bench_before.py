@@ -1,0 +1,269 @@
+"""The speed of two commits: how it is judged, and that nothing is left behind."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import shutil
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import pytest
+
+from hertzchain.errors import RunFailed
+from validation import bench_before, bench_worker
+from validation.bench_before import (
+    FRESH,
+    Compared,
+    NoCommit,
+    Worker,
+    by_turns,
+    checked_out,
+    compare,
+    find_commit,
+    is_same,
+    judge,
+    slower,
+    started_once,
+    to_table,
+    workers,
+)
+from validation.rows import output
+
+
+def with_ratio(ratio: float) -> Compared:
+    return Compared(1.0, ratio, ratio)
+
+
+def planted(
+    ratios: Mapping[str, Sequence[float]],
+) -> tuple[Callable[[Sequence[str], int], dict[str, Compared]], list[list[str]]]:
+    """Return a measurement with given ratios, by attempt, and the list of what it is asked for."""
+    asked: list[list[str]] = []
+
+    def measure(names: Sequence[str], attempt: int) -> dict[str, Compared]:
+        asked.append(list(names))
+        return {name: with_ratio(ratios[name][attempt]) for name in names}
+
+    return measure, asked
+
+
+def test_a_ratio_at_the_limit_passes_and_is_measured_once() -> None:
+    measure, asked = planted({"demo": [1.15]})
+    assert slower(judge(measure, ["demo"], 1.15), 1.15) == []
+    assert asked == [["demo"]]
+
+
+def test_a_ratio_above_the_limit_is_slower_after_three_measurements() -> None:
+    measure, asked = planted({"demo": [1.3, 1.16, 1.2], "batch": [1.0]})
+    pairs = judge(measure, ["demo", "batch"], 1.15)
+    assert slower(pairs, 1.15) == ["demo"]
+    assert pairs["demo"].ratio == 1.16
+    assert asked == [["demo", "batch"], ["demo"], ["demo"]]
+
+
+@pytest.mark.parametrize("ratios", [[1.5, 1.1], [1.5, 1.5, 1.1]])
+def test_one_measurement_below_the_limit_is_enough(ratios: list[float]) -> None:
+    measure, asked = planted({"demo": ratios, "batch": [0.9]})
+    pairs = judge(measure, ["demo", "batch"], 1.15)
+    assert slower(pairs, 1.15) == []
+    assert pairs == {"demo": with_ratio(1.1), "batch": with_ratio(0.9)}
+    assert len(asked) == len(ratios)
+
+
+def test_a_ratio_that_is_no_number_does_not_pass() -> None:
+    assert slower({"demo": with_ratio(float("nan"))}) == ["demo"]
+
+
+def test_both_take_turns_and_each_goes_first() -> None:
+    order: list[int] = []
+    times = (iter([5.0, 2.0, 9.0]), iter([4.0, 3.0, 8.0]))
+
+    def spend(k: int) -> float:
+        order.append(k)
+        return next(times[k])
+
+    assert by_turns(spend, 3) == [(4.0, 5.0), (3.0, 2.0), (8.0, 9.0)]
+    assert order == [0, 1, 1, 0, 0, 1]
+
+
+def test_the_ratio_is_the_median_of_turns_not_of_times() -> None:
+    # A load that slows two turns, in both trees alike.
+    compared = Compared.of([(1.0, 1.2), (5.0, 6.0), (10.0, 9.0)])
+    assert (compared.old, compared.new, compared.ratio) == (5.0, 6.0, 1.2)
+    assert Compared.of([(1.0, 3.0), (2.0, 2.0), (9.0, 9.0)]).ratio == 1.0
+
+
+# Commits
+
+
+def git(folder: Path, *arguments: str) -> str:
+    named = ["-c", "user.name=a", "-c", "user.email=a@b.c", "-c", "init.defaultBranch=main"]
+    command = ["git", "-C", str(folder), *named, *arguments]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+@pytest.fixture
+def clone(tmp_path: Path) -> Path:
+    """A clone with two commits, of which the second changed hertzchain/."""
+    if shutil.which("git") is None:
+        pytest.skip("needs git")
+    root = tmp_path / "clone"
+    (root / "hertzchain").mkdir(parents=True)
+    git(root, "init", "--quiet")
+    for text in ("old", "new"):
+        (root / "hertzchain" / "a.py").write_text(f"# {text}\n", encoding="utf-8")
+        git(root, "add", ".")
+        git(root, "commit", "--quiet", "-m", text)
+    return root
+
+
+def test_the_commit_before_is_checked_out_and_removed(clone: Path) -> None:
+    with checked_out(find_commit("HEAD~1", clone), clone) as tree:
+        assert (tree / "hertzchain" / "a.py").read_text(encoding="utf-8") == "# old\n"
+    assert not tree.parent.exists()
+    assert len(git(clone, "worktree", "list").splitlines()) == 1
+
+
+@pytest.mark.parametrize("how", [KeyboardInterrupt, SystemExit, RunFailed])
+def test_nothing_is_left_behind_at_an_interrupt(clone: Path, how: type[BaseException]) -> None:
+    trees = []
+
+    def interrupted() -> None:
+        with checked_out("HEAD", clone) as tree:
+            git(clone, "worktree", "lock", str(tree))  # as while git checks it out
+            trees.append(tree)
+            raise how
+
+    with pytest.raises(how):
+        interrupted()
+    assert not trees[0].parent.exists()
+    assert len(git(clone, "worktree", "list").splitlines()) == 1
+
+
+def test_only_what_the_package_changed_is_measured(clone: Path) -> None:
+    (clone / "README.md").write_text("more", encoding="utf-8")
+    git(clone, "add", ".")
+    assert is_same("HEAD", clone)
+    assert not is_same("HEAD~1", clone)
+    (clone / "hertzchain" / "a.py").write_text("# newer\n", encoding="utf-8")
+    assert not is_same("HEAD", clone)
+
+
+def test_a_shallow_clone_says_that_it_is_shallow(clone: Path, tmp_path: Path) -> None:
+    shallow = tmp_path / "shallow"
+    git(tmp_path, "clone", "--quiet", "--depth", "1", clone.as_uri(), str(shallow))
+    with pytest.raises(NoCommit, match=r"^HEAD~1 is not a commit of this clone; .* shallow"):
+        find_commit("HEAD~1", shallow)
+    with pytest.raises(NoCommit, match=r"^HEAD~2 is not a commit of this clone; name another"):
+        find_commit("HEAD~2", clone)
+
+
+@pytest.mark.parametrize("inside", [False, True])
+def test_a_folder_that_is_no_clone_says_so(clone: Path, tmp_path: Path, inside: bool) -> None:
+    folder = clone / "hertzchain" if inside else tmp_path
+    with pytest.raises(NoCommit, match="is not a git clone"):
+        find_commit("HEAD", folder)
+
+
+@pytest.mark.parametrize("ci", [False, True])
+def test_a_missing_commit_is_skipped_in_ci_alone(
+    ci: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("CI", raising=False)
+    if ci:
+        monkeypatch.setenv("CI", "true")
+    status = bench_before.run(["--revision", "no-such-commit"])
+    out, err = capsys.readouterr()
+    assert status == (0 if ci else 2)
+    assert (out.startswith("bench_before.py: skipped: "), err == "") == (ci, ci)
+    assert (out + err).count("\n") == 1
+
+
+@pytest.mark.parametrize("ratio", [1.15, 1.3])
+def test_the_last_line_is_the_verdict(
+    ratio: float, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(bench_before, "find_commit", lambda _: "0" * 40)
+    monkeypatch.setattr(bench_before, "is_same", lambda _: False)
+    monkeypatch.setattr(bench_before, "checked_out", contextlib.nullcontext)
+    measured = {"demo": with_ratio(ratio)}, {"batch": "AttributeError: no such function"}
+    monkeypatch.setattr(bench_before, "compare", lambda _tree, _limit: measured)
+    is_slower = ratio > 1.2
+    assert bench_before.run(["--revision", "v0.1.0", "--limit", "1.2"]) == is_slower
+    out, err = capsys.readouterr()
+    assert "new / old: the median of the ratios of paired turns" in out
+    begin = "bench_before.py: measuring, about two minutes\n"
+    slow = "bench_before.py: slower than v0.1.0: demo: 1.30 times\n"
+    assert err == begin + slow * is_slower
+    verdict = "bench_before.py: no workload is more than 1.2 times slower than v0.1.0"
+    assert (out.splitlines()[-1] == verdict) != is_slower
+
+
+# Two trees
+
+
+def test_a_tree_without_the_package_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RunFailed, match="no package hertzchain"), workers([tmp_path]):
+        pass
+
+
+def test_a_worker_that_ends_is_an_error_and_all_are_ended(tmp_path: Path) -> None:
+    package = tmp_path / "hertzchain"
+    package.mkdir()
+    (package / "__init__.py").write_text("", encoding="utf-8")
+    with workers([tmp_path, tmp_path]) as both:
+        both[0].ask("no such workload")
+        with pytest.raises(RunFailed, match="ended with status 1"):
+            both[0].answer()
+    assert all(worker.status is not None for worker in both)
+
+
+def test_what_an_older_commit_does_not_run_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing() -> Callable[[], object]:
+        raise AttributeError("no such function")
+
+    monkeypatch.setattr(bench_worker, "WORKLOADS", {"here": lambda: int, "missing": missing})
+    ready: dict[str, Callable[[], object]] = {}
+    problems = bench_worker.prepare(["here", "missing"], ready)
+    assert problems == {"here": None, "missing": "AttributeError: no such function"}
+    assert list(ready) == ["here"]
+
+    class Answering(Worker):
+        def __init__(self, answer: object) -> None:
+            self._answer = answer
+
+        def ask(self, request: str, *names: str) -> None:
+            assert (request, *names) == ("prepare", "here", "missing")
+
+        def answer(self) -> object:
+            return self._answer
+
+    good = Answering({"here": None, "missing": None})
+    assert bench_before.prepared([good, Answering(problems)], ["here", "missing"]) == (
+        ["here"],
+        {"missing": "AttributeError: no such function"},
+    )
+    with pytest.raises(RunFailed, match="missing does not run: AttributeError"):
+        bench_before.prepared([Answering(problems), good], ["here", "missing"])
+
+
+def test_a_fresh_process_that_fails_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(RunFailed, match="fails in"):
+        started_once(tmp_path, ["-c", "raise SystemExit(3)"])
+
+
+@pytest.mark.slow
+def test_every_workload_runs_in_both_trees(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(bench_before, "PAIRS", (1, 1))
+    monkeypatch.setattr(bench_before, "TURNS", 1)
+    monkeypatch.setattr(bench_before, "STARTS", (1, 1))
+    pairs, left_out = compare(bench_before.ROOT, limit=0.0)  # all are measured again
+    assert left_out == {}
+    assert list(pairs) == [*bench_worker.WORKLOADS, *FRESH]
+    output().print(to_table(pairs, "HEAD"))
+    shown = capsys.readouterr().out
+    assert all(name in shown for name in itertools.chain(pairs, ["old [ms]", "new / old"]))

@@ -1,0 +1,390 @@
+"""Speed of this source tree compared with that of another commit, on the same machine, at once.
+
+`make bench-before` compares with the commit before, `make bench-before REVISION=v0.1.0` with any
+other. The other commit is checked out into a temporary folder. Both trees run the same workloads in
+processes of their own, which take turns of milliseconds, so that both meet the same load. A turn
+gives a ratio of processor times, which do not count waiting for a busy core. The median of all
+turns counts, from several pairs of processes: with the same code one process is often 5 % faster
+than another. A workload is slower only if it was slower in each of three measurements.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from statistics import median
+from typing import Any, NoReturn
+
+from rich.table import Table
+
+from hertzchain.errors import HertzchainError, RunFailed
+from validation.bench_worker import WORKLOADS
+from validation.rows import output, progress
+from validation.script import say
+
+ROOT = Path(__file__).resolve().parent.parent
+
+WORKER = Path(__file__).parent / "bench_worker.py"
+
+LIMIT = 1.15
+"""Largest allowed ratio of new to old time, chosen."""
+
+PAIRS = (4, 5, 6)
+"""Pairs of processes in the first measurement, and in two that repeat what was slower, chosen."""
+
+TURNS = 20
+"""Turns of a pair of processes, chosen. Ratios of equal trees on busy cores, measured: 0.94 to 1.05
+with 4 pairs, 0.88 to 1.27 with one."""
+
+STARTS = (20, 30, 40)
+"""Turns of fresh processes in each measurement, chosen."""
+
+FRESH: dict[str, tuple[str, ...]] = {
+    "import hertzchain": ("-c", "import hertzchain"),
+    "hertzchain --help": ("-c", "from hertzchain.cli import main; main()", "--help"),
+}
+"""Arguments of Python for workloads that need a process of their own, by name."""
+
+
+class NoCommit(HertzchainError):
+    """There is no other commit to compare with."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Processor times of a workload in the other commit and in this tree [s], medians of turns."""
+
+    old: float
+    new: float
+    ratio: float  # median of new over old
+
+    @classmethod
+    def of(cls, turns: Sequence[tuple[float, float]]) -> Compared:
+        """Compare the old and new times of turns."""
+        old, new = zip(*turns, strict=True)
+        ratio = median(after / before for before, after in turns)
+        return cls(median(old), median(new), ratio)
+
+
+Measure = Callable[[Sequence[str], int], Mapping[str, Compared]]
+"""Measures workloads, by their names, in attempt 0, 1 or 2."""
+
+
+def judge(measure: Measure, names: Sequence[str], limit: float = LIMIT) -> dict[str, Compared]:
+    """Measure workloads, and those above the limit again; return the lowest ratio of each.
+
+    A workload is slower if that is above the limit: then each of its measurements was.
+    """
+    lowest: dict[str, Compared] = {}
+    suspects = list(names)
+    for attempt in range(len(PAIRS)):
+        for name, compared in measure(suspects, attempt).items():
+            before = lowest.get(name, compared)
+            lowest[name] = min(before, compared, key=lambda each: each.ratio)
+        suspects = slower(lowest, limit)
+        if not suspects:
+            break
+    return lowest
+
+
+def slower(compared: Mapping[str, Compared], limit: float = LIMIT) -> list[str]:
+    """Names of the workloads whose ratio is above the limit."""
+    return [name for name, each in compared.items() if not each.ratio <= limit]
+
+
+def by_turns(spend: Callable[[int], float], turns: int) -> list[tuple[float, float]]:
+    """Return old and new times of turns in which tree 0 (new) and tree 1 (old) alternate."""
+    times = []
+    for turn in range(turns):
+        if turn % 2:
+            old, new = spend(1), spend(0)
+        else:
+            new, old = spend(0), spend(1)
+        times.append((old, new))
+    return times
+
+
+# Another commit
+
+
+def git(*arguments: str, root: Path = ROOT) -> str:
+    """Return what git prints; NoCommit with its last line if it fails."""
+    try:
+        done = subprocess.run(  # noqa: S603
+            ["git", "-C", str(root), *arguments],  # noqa: S607
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    except OSError as problem:
+        raise NoCommit(f"git: {problem.strerror}; install git to compare commits") from None
+    if done.returncode != 0:
+        said = done.stderr.strip().splitlines()
+        raise NoCommit(f"git {arguments[0]}: {said[-1] if said else 'failed'}")
+    return done.stdout.strip()
+
+
+def find_commit(revision: str, root: Path = ROOT) -> str:
+    """Return the hash of a commit; NoCommit where the clone or the commit is missing."""
+    try:
+        there = Path(git("rev-parse", "--show-toplevel", root=root)).resolve() == root.resolve()
+    except NoCommit as problem:
+        raise NoCommit(f"{root} is not a git clone that can be read ({problem})") from None
+    if not there:
+        raise NoCommit(f"{root} is not a git clone: there is no commit to compare with")
+    try:
+        return git("rev-parse", "--verify", "--end-of-options", f"{revision}^{{commit}}", root=root)
+    except NoCommit:
+        if git("rev-parse", "--is-shallow-repository", root=root) == "true":
+            more = "the clone is shallow: get more with git fetch --unshallow"
+        else:
+            more = "name another one with --revision (make: REVISION=...)"
+        raise NoCommit(f"{revision} is not a commit of this clone; {more}") from None
+
+
+def is_same(commit: str, root: Path = ROOT) -> bool:
+    """Return whether the package of a commit is that of the working tree."""
+    changed = git("diff", "--name-only", commit, "--", "hertzchain", root=root)
+    new = git("ls-files", "--others", "--exclude-standard", "--", "hertzchain", root=root)
+    return not changed and not new
+
+
+@contextlib.contextmanager
+def checked_out(commit: str, root: Path = ROOT) -> Iterator[Path]:
+    """Check out a commit into a temporary folder, which is removed at the end."""
+    with tempfile.TemporaryDirectory(prefix="hertzchain-", ignore_cleanup_errors=True) as folder:
+        tree = Path(folder).resolve() / "tree"
+        try:
+            git("worktree", "add", "--detach", "--quiet", str(tree), commit, root=root)
+            yield tree
+        finally:
+            # Twice --force: git locks a worktree until it is complete.
+            with contextlib.suppress(NoCommit):  # there is none if it could not be added
+                git("worktree", "remove", "--force", "--force", str(tree), root=root)
+
+
+# Two trees
+
+
+def environment(tree: Path) -> dict[str, str]:
+    """Return the environment in which Python imports this tree, and keeps it compiled."""
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    return {**kept, "PYTHONPATH": str(tree)}
+
+
+class Worker:
+    """A process that runs the workloads of one tree when asked."""
+
+    def __init__(self, tree: Path) -> None:
+        self.tree = tree
+        # In a session of its own: Ctrl-C ends this process, which then ends the worker.
+        self._process = subprocess.Popen(  # noqa: S603
+            [sys.executable, "-P", str(WORKER)],
+            env=environment(tree),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+
+    def ask(self, request: str, *names: str) -> None:
+        """Send a request about workloads."""
+        assert self._process.stdin is not None
+        with contextlib.suppress(BrokenPipeError):  # the missing answer says so
+            self._process.stdin.write(json.dumps([request, *names]) + "\n")
+            self._process.stdin.flush()
+
+    def answer(self) -> Any:
+        """Return the answer to the request; RunFailed if the worker has ended."""
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline()
+        if not line:
+            raise RunFailed(f"the worker of {self.tree} ended with status {self._process.wait()}")
+        return json.loads(line)
+
+    def turn(self, name: str) -> float:
+        """Return the processor time of a workload in one turn [s]."""
+        self.ask("turn", name)
+        return float(self.answer())
+
+    @property
+    def status(self) -> int | None:
+        """Exit status of the process; None while it runs."""
+        return self._process.poll()
+
+    def end(self) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.communicate()
+
+
+@contextlib.contextmanager
+def workers(trees: Sequence[Path]) -> Iterator[list[Worker]]:
+    """Start a worker for each tree, and end them."""
+    started: list[Worker] = []
+    try:
+        for tree in trees:
+            started.append(Worker(tree))
+            started[-1].ask("package")
+        for worker in started:
+            loaded = Path(worker.answer())
+            if not loaded.is_relative_to(worker.tree):
+                raise RunFailed(f"{worker.tree} has no package hertzchain that can be imported")
+        yield started
+    finally:
+        for worker in started:
+            worker.end()
+
+
+def prepared(both: Sequence[Worker], names: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+    """Run workloads once in both workers; return those that both run, and why others are left out.
+
+    RunFailed if one does not run in the first worker, that of this tree.
+    """
+    for worker in both:
+        worker.ask("prepare", *names)
+    new, old = (worker.answer() for worker in both)
+    for name, problem in new.items():
+        if problem is not None:
+            raise RunFailed(f"{name} does not run: {problem}")
+    left_out = {name: str(problem) for name, problem in old.items() if problem is not None}
+    return [name for name in new if name not in left_out], left_out
+
+
+def started_once(tree: Path, arguments: Sequence[str]) -> float:
+    """Return the processor time of a fresh process [s]; RunFailed if it fails."""
+    import resource  # Windows has none
+
+    def processor_time() -> float:
+        spent = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return spent.ru_utime + spent.ru_stime
+
+    before = processor_time()
+    done = subprocess.run(  # noqa: S603
+        [sys.executable, "-P", *arguments],
+        env=environment(tree),
+        capture_output=True,
+        check=False,
+    )
+    if done.returncode != 0:
+        raise RunFailed(f"python {' '.join(arguments)} fails in {tree}")
+    return processor_time() - before
+
+
+def _turn(both: Sequence[Worker], name: str, k: int) -> float:
+    return both[k].turn(name)
+
+
+def _start(trees: Sequence[Path], arguments: Sequence[str], k: int) -> float:
+    return started_once(trees[k], arguments)
+
+
+def measured(trees: Sequence[Path], names: Sequence[str], attempt: int) -> dict[str, Compared]:
+    """Measure workloads in two trees, this one first, by turns."""
+    times: dict[str, list[tuple[float, float]]] = {name: [] for name in names}
+    inside = [name for name in names if name not in FRESH]
+    for _ in progress(range(PAIRS[attempt] if inside else 0), "measuring"):
+        with workers(trees) as both:
+            prepared(both, inside)
+            for name in inside:
+                times[name] += by_turns(partial(_turn, both, name), TURNS)
+    for name in names:
+        if name in FRESH:
+            times[name] = by_turns(partial(_start, trees, FRESH[name]), STARTS[attempt])
+    return {name: Compared.of(turns) for name, turns in times.items()}
+
+
+def compare(tree: Path, limit: float) -> tuple[dict[str, Compared], dict[str, str]]:
+    """Measure this tree against another one; return times, and why workloads are left out."""
+    trees = (ROOT, tree)
+    with workers(trees) as both:
+        names, left_out = prepared(both, list(WORKLOADS))
+    for name, arguments in FRESH.items():
+        started_once(ROOT, arguments)
+        try:
+            started_once(tree, arguments)
+        except RunFailed as problem:
+            left_out[name] = str(problem)
+        else:
+            names.append(name)
+    return judge(lambda some, attempt: measured(trees, some, attempt), names, limit), left_out
+
+
+def to_table(compared: Mapping[str, Compared], revision: str) -> Table:
+    """Return times as a table."""
+    table = Table("workload", title=f"This tree (new) and {revision} (old), processor times")
+    for column in ("old [ms]", "new [ms]", "new / old"):
+        table.add_column(column, justify="right")
+    for name, each in compared.items():
+        table.add_row(name, f"{each.old * 1e3:.3g}", f"{each.new * 1e3:.3g}", f"{each.ratio:.2f}")
+    return table
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Compare and print; return the exit status.
+
+    0 where nothing is slower, or where there is nothing to compare with and CI is set; 1 where a
+    workload is slower; 2 where it cannot be measured.
+    """
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--revision", default="HEAD~1", help="the other commit (default: HEAD~1)")
+    parser.add_argument("--limit", type=float, default=LIMIT, help="largest allowed ratio of times")
+    parser.add_argument(
+        "--always", action="store_true", help="measure also where hertzchain/ is the same in both"
+    )
+    chosen = parser.parse_args(arguments)
+    name = Path(__file__).name
+    try:
+        commit = find_commit(chosen.revision)
+        if not chosen.always and is_same(commit):
+            print(f"{name}: hertzchain/ is the same in {chosen.revision}: nothing to measure")
+            return 0
+        print(f"{name}: measuring, about two minutes", file=sys.stderr, flush=True)
+        with checked_out(commit) as tree:
+            compared, left_out = compare(tree, chosen.limit)
+    except NoCommit as problem:
+        if "CI" not in os.environ:
+            return say(problem)
+        print(f"{name}: skipped: {problem}")
+        return 0
+    except HertzchainError as problem:
+        return say(problem)
+    output().print(to_table(compared, chosen.revision))
+    print("new / old: the median of the ratios of paired turns, not the quotient of both medians")
+    for workload, why in left_out.items():
+        print(f"{name}: left out, as {chosen.revision} does not run it: {workload} ({why})")
+    slow = slower(compared, chosen.limit)
+    if slow:
+        times = "; ".join(f"{workload}: {compared[workload].ratio:.2f} times" for workload in slow)
+        print(f"{name}: slower than {chosen.revision}: {times}", file=sys.stderr)
+        return 1
+    limit = f"{chosen.limit:g} times slower than {chosen.revision}"
+    print(f"{name}: no workload is more than {limit}")
+    return 0
+
+
+def main() -> NoReturn:
+    """The command line. SIGTERM ends it as Ctrl-C does, so that the temporary folder is removed."""
+
+    def end(number: int, _frame: object) -> NoReturn:
+        sys.exit(128 + number)
+
+    signal.signal(signal.SIGTERM, end)
+    try:
+        sys.exit(run(sys.argv[1:]))
+    except KeyboardInterrupt:
+        sys.exit(128 + signal.SIGINT)
+
+
+if __name__ == "__main__":
+    main()
