@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from hertzchain.errors import POSITIVE, TooExpensive, is_positive, require
@@ -14,16 +15,21 @@ TIME_LIMIT = 3600.0  # default time limit [s]
 
 
 class Deadline:
-    """Time limit of a run, counted from now on [s]."""
+    """Time limit of a run, counted from now on [s].
 
-    def __init__(self, limit: float) -> None:
+    ``uncounted`` returns the time so far that does not count [s], such as that of compiling.
+    """
+
+    def __init__(self, limit: float, uncounted: Callable[[], float] | None = None) -> None:
         self.limit = limit
         self._end = time.monotonic() + limit
+        self._uncounted = uncounted
 
     @property
     def left(self) -> float:
         """Time left [s]; negative after the limit."""
-        return self._end - time.monotonic()
+        left = self._end - time.monotonic()
+        return left if self._uncounted is None else left + self._uncounted()
 
     def refuse(self, least: float, cheaper: str = "") -> None:
         """Refuse a run of at least ``least`` [s] above the limit; ``cheaper`` says what to do."""

@@ -20,8 +20,8 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
-from hertzchain.engines.native import backend as native_backend
-from hertzchain.engines.native import simulate_in_numpy, simulation
+from hertzchain.engines.native import kernel_input, simulate_in_numpy, simulation
+from hertzchain.engines.native.simulation import Prepared
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.scene import schedule
 from hertzchain.scene.pulse import Pulse, Ramp
@@ -73,10 +73,18 @@ def peaks_of_samples_everywhere() -> Iterator[None]:
             options.pop(option, None)
         return simulate_in_numpy(*arguments, **options)
 
+    def of_prepared(one: Prepared, *arguments: Any, **options: Any) -> simulation.Simulation:
+        return in_numpy(one.scene, *arguments, **options)
+
+    def peaks_alone(one: Prepared, *arguments: Any) -> FloatArray:
+        found: FloatArray = in_numpy(one.scene, *arguments).peaks.force
+        return found
+
     with (
         peaks_of_samples(),
         patch.object(run_checks, "simulate", in_numpy),
-        patch.object(native_backend, "simulate", in_numpy),
+        patch.object(Prepared, "simulate", of_prepared),
+        patch.object(Prepared, "peak_forces", peaks_alone),
     ):
         yield
 
@@ -124,7 +132,7 @@ def corner_of_the_pulse_late() -> AbstractContextManager[Any]:
 
 def native_force_late() -> AbstractContextManager[Any]:
     """The compiled kernels are given the force one step late."""
-    original = simulation.leg_rows
+    original = kernel_input.leg_rows
 
     def late(legs: Sequence[Leg], units: Any) -> FloatArray:
         rows = original(legs, units)
@@ -136,7 +144,7 @@ def native_force_late() -> AbstractContextManager[Any]:
 
 def of_the_chain(name: str, factor: float) -> Plant:
     """Another contact stiffness or mass in everything but LAMMPS, which makes its own."""
-    original = getattr(hc.Chain, name).fget
+    original = getattr(hc.Chain, name).func
     changed = property(lambda chain: factor * original(chain))
     return lambda: patch.object(hc.Chain, name, changed)
 

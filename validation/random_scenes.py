@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -13,7 +13,7 @@ import hertzchain as hc
 from hertzchain.scene.granules import granules_of
 from hertzchain.scene.natural_units import impact_force, length_and_time
 from hertzchain.scene.pulse import PROFILES, profile_named
-from hertzchain.scene.terms import DAMPING, WALLS
+from hertzchain.scene.terms import DAMPING, WALLS, DampingLaw, WallKind
 from validation.shipped import STEEL, pulse_of
 
 Draw = Callable[[np.random.Generator, int], hc.Scene]
@@ -139,7 +139,7 @@ def random_damped_scene(
     else:
         scene = random_scene_with_terms(rng, longest, longest_time)
     strength, attraction = spread(rng, 1e-3, 1.0), bool(rng.random() < 0.3)
-    law, each = str(rng.choice(list(DAMPING))), scene.granules
+    law, each = cast(DampingLaw, str(rng.choice(list(DAMPING)))), scene.granules
     if law == "restitution":
         contact = hc.Contact(law, restitution=float(rng.uniform(0.1, 0.99)), attraction=attraction)
     elif law == "viscoelastic":
@@ -220,7 +220,7 @@ def _around(rng: np.random.Generator, widest: float) -> float:
 
 
 def _wall(rng: np.random.Generator, chain: hc.Chain) -> hc.Wall:
-    kind = str(rng.choice(WALLS))
+    kind = cast(WallKind, str(rng.choice(WALLS)))
     if kind != "elastic":
         return hc.Wall(kind)
     return hc.Wall(kind, chain.first_modulus * _around(rng, 10.0), float(rng.uniform(0.0, 0.5)))

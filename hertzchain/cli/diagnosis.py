@@ -8,13 +8,14 @@ import platform
 import shutil
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hertzchain.cli.options import LMP
 from hertzchain.engines.registry import ENGINES
-from hertzchain.errors import HertzchainError
+from hertzchain.errors import HertzchainError, RunFailed
 
 if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
@@ -31,6 +32,10 @@ OPTIONAL = (
     ("distributed", "cluster", "for sweep --scheduler: Dask"),
 )
 """Packages that not all need: name, hertzchain's extra that brings it, and its purpose."""
+
+_NOT_KEPT = (
+    "no folder to keep them can be written; name one in the environment variable NUMBA_CACHE_DIR"
+)
 
 TRIAL_PEAKS = (1.0373, 1.0088)  # peaks of the trial chain over F0; binaries must have them to 1e-3
 
@@ -96,18 +101,30 @@ def _kernels() -> Finding:
         return Finding("kernels", False, f"{problem}; pip install numba")
     folder = kernels.march.stats.cache_path
     if folder is None:
-        text = (
-            "compiled again in every process, for ten seconds, as no folder to keep them can be"
-            " written; name one in the environment variable NUMBA_CACHE_DIR"
-        )
-        return Finding("kernels", True, text)
-    return Finding("kernels", True, f"compiled once, kept in {folder}")
+        text = f"compiled again in every process, 6 s, as {_NOT_KEPT}"
+        return Finding("kernels", False, text, needed=False)
+    if _has_compiled(kernels.march):
+        return Finding("kernels", True, f"compiled, kept in {folder}")
+    how = "the first run does, 6 s, or doctor --compile"
+    return Finding("kernels", True, f"not compiled yet ({how}); kept in {folder}")
+
+
+def _has_compiled(kernel: Any) -> bool:
+    """Return whether code of a kernel is kept that was compiled from its present source."""
+    with suppress(Exception):  # a damaged index can raise anything; then it is compiled again
+        return bool(kernel._cache._cache_file._load_index())
+    return False
 
 
 def compile_kernels() -> None:
-    """Compile the kernels for runs and batches of uniform chains, unless they are cached."""
-    from hertzchain.engines.native import Native, similar_peak_forces
+    """Compile the kernels for runs and batches of uniform chains, unless they are cached.
 
+    RunFailed, before compiling, where no folder can keep them.
+    """
+    from hertzchain.engines.native import Native, kernels, similar_peak_forces
+
+    if kernels.march.stats.cache_path is None:
+        raise RunFailed(f"kernels are not compiled ahead: {_NOT_KEPT}")
     Native().run(trial_scene())
     # A batch has its own kernel; to 1e-3 in single precision.
     for rtol in (1e-6, 1e-3):
@@ -179,7 +196,6 @@ def _try(lmp: str, ranks: int) -> None:
     import numpy as np
 
     from hertzchain.engines.lammps import Lammps
-    from hertzchain.errors import RunFailed
     from hertzchain.observables.peaks import largest_difference
 
     scene = trial_scene()

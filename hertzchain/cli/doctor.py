@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from hertzchain.cli.output import DONE, UNUSABLE
+from hertzchain.cli.output import DONE, UNUSABLE, say
+from hertzchain.errors import RunFailed
 
 
 def doctor(
@@ -14,18 +15,23 @@ def doctor(
         bool,
         typer.Option(
             "--compile",
-            help="Compile the kernels of uniform chains now, for runs and sweeps; a minute, once.",
+            help="Compile the kernels of uniform chains now, for runs and sweeps; 20 s, once.",
         ),
     ] = False,
 ) -> None:
     """Report what is installed, what works, and what to do about the rest."""
     from hertzchain.cli.diagnosis import compile_kernels, diagnose
 
+    compiled = True
     if compiling:
-        compile_kernels()
+        try:
+            compile_kernels()
+        except RunFailed as problem:
+            say(str(problem))
+            compiled = False
     findings = diagnose()
     for finding in findings:
         mark = "ok  " if finding.works else "FAIL" if finding.needed else "--  "
         typer.echo(f"{mark}  {finding.name}: {finding.text}")
     usable = all(finding.works for finding in findings if finding.needed)
-    raise typer.Exit(DONE if usable else UNUSABLE)
+    raise typer.Exit(DONE if usable and compiled else UNUSABLE)

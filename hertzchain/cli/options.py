@@ -135,9 +135,9 @@ def to_contacts(given: str, scene: Scene) -> list[int]:
         first, until = numbers[0], numbers[1] if len(ends) > 1 else numbers[0]
         step = numbers[2] if len(ends) > 2 else 1
         if not (2 <= first <= until <= last and step >= 1):
+            up = "; a range counts up" if len(ends) > 1 else ""
             raise HertzchainError(
-                f"--contacts {given}: contacts of this scene are 2 to {last}{wall}; a range counts"
-                " up"
+                f"--contacts {given}: contacts of this scene are 2 to {last}{wall}{up}"
             )
         found.update(range(first, until + 1, step))
     return sorted(found)

@@ -51,10 +51,14 @@ def compiling(report_progress: Callable[[str], object], is_native: bool = True) 
     if not is_native:  # other engines need nothing of Numba, which takes long to load
         yield
         return
-    from hertzchain.engines.native.preparation import watched
+    from hertzchain.engines.native import kernels
+    from hertzchain.engines.native.preparation import Watched
 
     what = "compiling kernels for this kind of scene, once"
-    with watched(lambda: report_progress(what)) as preparation:
+    if kernels.march.stats.cache_path is None:
+        why = "in every process because no folder can keep them (see hertzchain doctor)"
+        what = f"compiling kernels, as {why}"
+    with Watched(lambda: report_progress(what)) as preparation:
         yield
     if preparation.compile_time:
         say(f"{what}: {preparation.compile_time:.2g} s")

@@ -26,7 +26,7 @@ _SURELY_STABLE = 0.85  # fraction of the longest stable step: contacts under 2.2
 
 def is_short(momentum_ratio: Any, granules: Any) -> Any:
     """Return whether a chain is short for its pulse; takes numbers or arrays."""
-    return np.asarray(granules < _SHORTEST_CHAIN * momentum_ratio)
+    return granules < _SHORTEST_CHAIN * momentum_ratio
 
 
 def amplifies_errors(scene: Scene) -> bool:
@@ -69,9 +69,9 @@ def coarser_run(legs: Sequence[Leg], stable: float, order: int = 2) -> SecondRun
     """
     longest = max(leg.dt for leg in legs)
     if min(leg.steps for leg in legs) < 3 or 1.5 * longest > _SURELY_STABLE * stable:
-        thrice = tuple(replace(leg, steps=3 * leg.steps) for leg in legs)
+        thrice = tuple(leg.in_steps(3 * leg.steps) for leg in legs)
         return SecondRun(thrice, 1 / (1 - 3**-order))
-    coarse = tuple(replace(leg, steps=2 * leg.steps // 3) for leg in legs)
+    coarse = tuple(leg.in_steps(2 * leg.steps // 3) for leg in legs)
     ratio = min(leg.steps / other.steps for leg, other in zip(legs, coarse, strict=True))
     return SecondRun(coarse, 1 / (ratio**order - 1))
 
@@ -82,7 +82,7 @@ def finer_run(legs: Sequence[Leg], order: int = 2) -> SecondRun:
     In 1,500 random scenes one difference was up to 120 times too small, the larger of two at most
     4.5 times.
     """
-    finer = tuple(replace(leg, steps=max(leg.steps + 1, 5 * leg.steps // 4)) for leg in legs)
+    finer = tuple(leg.in_steps(max(leg.steps + 1, 5 * leg.steps // 4)) for leg in legs)
     ratio = min(other.steps / leg.steps for leg, other in zip(legs, finer, strict=True))
     return SecondRun(finer, 1 / (1 - ratio**-order))
 

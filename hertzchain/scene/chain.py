@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import reprlib
 from collections.abc import Mapping
@@ -103,13 +104,13 @@ class Chain:
         allowed = "is a single number only in a chain of like granules: see Scene.granules"
         require(not unlike, what, None, allowed)
 
-    @property
+    @functools.cached_property
     def granule_mass(self) -> float:
         """Mass m = 4/3 pi R^3 rho of each granule of a uniform chain [kg]."""
         self._require_uniform("granule_mass")
         return granule_mass(self.radius, self.density)  # type: ignore[no-any-return]
 
-    @property
+    @functools.cached_property
     def contact_stiffness(self) -> float:
         """A in F = A overlap^(3/2) of a uniform chain [N m^(-3/2)]."""
         self._require_uniform("contact_stiffness")

@@ -301,7 +301,7 @@ class Scene(Shown):
         """Integral of the whole applied force over time [N s]."""
         return math.fsum(ramp.impulse for ramp in self.ramps)
 
-    @property
+    @functools.cached_property
     def applied_impulse(self) -> float:
         """Integral of the applied force up to the end of the run [N s]."""
         end = self.end_time  # computed once, not for each ramp of a table
@@ -336,7 +336,7 @@ class Scene(Shown):
         constant = float(np.sum(self.granules.constant_force))
         return self.applied_impulse + self.start_momentum + constant * self.end_time
 
-    @property
+    @functools.cached_property
     def end_time(self) -> float:
         """End of the run [s], as given, or long enough for the wave to pass every contact."""
         if self.run.end_time is not None:

@@ -45,6 +45,10 @@ class Leg:
         """The length of a step [s]."""
         return (self.end - self.start) / self.steps
 
+    def in_steps(self, steps: int) -> Leg:
+        """The same leg in another number of steps."""
+        return Leg(self.start, self.end, steps, self.ramp, self.stroke)
+
     def in_units(self, time: float, force: float, length: float = 1.0) -> Leg:
         """The same leg with time, force and length measured in other units [s, N, m]."""
         ramp = self.ramp and Ramp(
@@ -74,11 +78,12 @@ def lay_steps(ramps: Sequence[Ramp], end_time: float, dt: float) -> tuple[Leg, .
     pieces += [(ramp.start, ramp.end, ramp) for ramp in ramps]
     if ramps:
         pieces.append((ramps[-1].end, end_time, None))
-    return tuple(
-        Leg(start, min(end, end_time), _steps(start, min(end, end_time), dt), ramp)
-        for start, end, ramp in pieces
-        if min(end, end_time) > start
-    )
+    legs = []
+    for start, piece_end, ramp in pieces:
+        end = min(piece_end, end_time)
+        if end > start:
+            legs.append(Leg(start, end, _steps(start, end, dt), ramp))
+    return tuple(legs)
 
 
 def lay_strokes(strokes: Sequence[Stroke], end_time: float, dt: float) -> tuple[Leg, ...]:

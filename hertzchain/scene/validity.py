@@ -40,7 +40,7 @@ def largest_overlap_ratio(scene: Scene, peak_force: FloatArray) -> float:
     The forces have the shape (contacts,); a wall's is the last.
     """
     if scene.is_plain:
-        return overlap_ratio(scene.chain, float(np.max(peak_force)))
+        return overlap_ratio(scene.chain, float(peak_force.max()))
     granules = scene.granules
     smaller = np.append(np.minimum(granules.radius[:-1], granules.radius[1:]), granules.radius[-1])
     overlap = (peak_force / granules.stiffness) ** (2 / 3)

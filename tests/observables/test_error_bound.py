@@ -19,11 +19,13 @@ from hertzchain.engines.external.step_error import (
     interpolation_error,
     rival_error,
 )
+from hertzchain.errors import StepUnstable, Unpredictable
 from hertzchain.observables import hermite
 from hertzchain.observables.error_bound import (
     amplifies_errors,
     coarser_run,
     finer_run,
+    refuse_meaningless,
     second_order_safety,
     second_order_step,
 )
@@ -151,6 +153,14 @@ def test_long_steps_and_contacts_that_rise_need_more_safety(
 ) -> None:
     """Seen: 1.95 times the estimate above 0.15; at a rising end 2.9, above 0.5 there 6.8 times."""
     assert second_order_safety(step, rising) == safety
+
+
+def test_an_error_of_1_leaves_no_digit() -> None:
+    refuse_meaningless("native", math.nextafter(1.0, 0.0), too_long=True)
+    with pytest.raises(StepUnstable, match="its step is too long"):
+        refuse_meaningless("native", 1.0, too_long=True)
+    with pytest.raises(Unpredictable, match="amplify rounding errors"):
+        refuse_meaningless("native", 1.0, too_long=False)
 
 
 def test_which_scenes_are_hard() -> None:

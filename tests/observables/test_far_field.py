@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.observables.far_field import UNSETTLED, WAVE_SPEED
+from hertzchain.observables.far_field import UNSETTLED, WAVE_SPEED, unsettled
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
 from hertzchain.scene.pulse import PROFILES
 from hertzchain.theory import solitary_wave as exact
@@ -70,6 +70,18 @@ def test_random_waves_change_by_no_more_than_stated() -> None:
         granules = 3000 if momentum_ratio < 3 else 1500
         stated += check(paper_scene(profile, momentum_ratio, 1 + longer, granules))
     assert stated > 1500
+
+
+@pytest.mark.parametrize("last", range(4, 12))
+def test_the_half_of_a_short_chain_near_the_shock_does_not_count(last: int) -> None:
+    """There the pulse still acts, so that its peaks say nothing of the growth of the wave."""
+    force, time = 100.0 - 10.0 / np.arange(1.0, 13.0), np.arange(1.0, 13.0)
+    other = np.where(np.arange(12) < last - last // 2, 2.0, 1.0)
+    at, speed = np.array([last]), np.array([0.5])
+    bound = unsettled(force[None], time[None], at, speed)
+    assert unsettled((force * other)[None], (time / other)[None], at, speed) == bound
+    changed = np.where(np.arange(12) == last - min(4, last // 2), 1.01, 1.0)
+    assert unsettled((force * changed)[None], time[None], at, speed) != bound
 
 
 def test_a_wave_that_has_settled_is_known_to_have(demo_reference: hc.Result) -> None:

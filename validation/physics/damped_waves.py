@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
+from hertzchain.scene.terms import DampingLaw
 from hertzchain.theory.restitution import of_ratio
 from hertzchain.theory.solitary_wave import solitary_wave
 from validation.drawing import new_figure
@@ -26,7 +27,7 @@ from validation.physics.chains import steel, units_of
 from validation.rows import Row, row
 from validation.script import Script
 
-LAWS: dict[str, tuple[float, float, str]] = {
+LAWS: dict[DampingLaw, tuple[float, float, str]] = {
     "dashpot": (0.0, 0.636550, "#0072B2"),
     "restitution": (0.25, 0.532293, "#D55E00"),
     "viscoelastic": (0.5, 0.453681, "#009E73"),
@@ -72,7 +73,7 @@ def decay_coefficient(q: float) -> float:
     return 0.6 * lost / energy
 
 
-def damping_of(law: str, strength: float) -> hc.Contact:
+def damping_of(law: DampingLaw, strength: float) -> hc.Contact:
     """Contacts of the steel chain with c in the units of a striker of 1 m/s."""
     units, chain = units_of(1.0), steel(2)
     if law == "restitution":

@@ -6,7 +6,7 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import step_error
@@ -136,7 +136,7 @@ def peaks_alone(
     found = runner.simulate(legs, strides)
     if not steps.extrapolated:
         return found.peaks.force, found.steps
-    halved = tuple(replace(leg, steps=2 * leg.steps) for leg in legs)
+    halved = tuple(leg.in_steps(2 * leg.steps) for leg in legs)
     finer = runner.simulate(halved, [2 * stride for stride in strides])
     return step_error.extrapolate(found, finer, runner.order)[0], found.steps + finer.steps
 
@@ -224,7 +224,7 @@ class _Runner:
         strides = [self.stride(leg, recording=False) for leg in legs]
         runs: list[Simulation] = []
         for k in range(needed + _HALVINGS):
-            finer = tuple(replace(leg, steps=2**k * leg.steps) for leg in legs)
+            finer = tuple(leg.in_steps(2**k * leg.steps) for leg in legs)
             apart = [2**k * stride for stride in strides]
             runs = [*runs[1 - needed :], self.simulate(finer, apart)]
             if len(runs) < needed:

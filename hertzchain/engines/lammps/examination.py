@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -142,8 +142,7 @@ def examine(
         If LAMMPS stops with an error.
     """
     legs = [
-        replace(leg, steps=_STEPS_PER_LEG)
-        for leg in scene.schedule(_SCHEDULED_STEP * scene.units.time)
+        leg.in_steps(_STEPS_PER_LEG) for leg in scene.schedule(_SCHEDULED_STEP * scene.units.time)
     ]
     if not scene.is_plain:
         set_up = deck.set_up(scene, pair_style, *_version_for(scene, version))

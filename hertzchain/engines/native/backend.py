@@ -8,6 +8,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
@@ -20,7 +21,7 @@ from hertzchain.engines.native.methods import (
     VELOCITY_VERLET,
 )
 from hertzchain.engines.native.refinement import Fixed, Refined, Walker
-from hertzchain.engines.native.simulation import Simulation, simulate
+from hertzchain.engines.native.simulation import Prepared, Simulation
 from hertzchain.errors import POSITIVE, is_positive, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables.damped_law import DampedLaw
@@ -49,6 +50,9 @@ from hertzchain.scene.validity import (
     refuse_hopeless_overlap,
 )
 
+if TYPE_CHECKING:
+    from hertzchain.engines.native.preparation import Watched
+
 
 @dataclass(frozen=True)
 class Method:
@@ -67,7 +71,7 @@ class Method:
     floor: float = 0.0
 
 
-METHODS = {
+METHODS: dict[str, Method] = {
     "reference": Method(
         Refined(SRKN_11B, tolerance=1e-10), step=0.05, interval=9.07, safety=3.0, floor=1e-11
     ),
@@ -104,7 +108,7 @@ class Native:
         on a uniform chain, granules that cannot change any peak are dropped, and displacement and
         velocity at the end are NaN.
     time_limit
-        Time limit of a run [s].
+        Time limit of a run [s], without compiling.
 
     Raises
     ------
@@ -126,7 +130,8 @@ class Native:
             require(is_positive(self.dt), "dt", self.dt, f"{POSITIVE} [s]")
         if self.rtol is not None:
             alone = self.method is None and self.dt is None
-            require(alone, "rtol", self.rtol, "chooses method and step: must not stand with them")
+            allowed = "chooses method and step: leave out method and dt, or rtol"
+            require(alone, "rtol", self.rtol, allowed)
             plans.check(self.rtol)
         check_time_limit(self.time_limit)
 
@@ -158,17 +163,16 @@ class Native:
         scene = to_scene(scene)
         refuse_hopeless_overlap(scene)
         refuse_strong_dampers(scene)
-        from hertzchain.engines.native.preparation import watched
+        from hertzchain.engines.native.preparation import Watched
 
-        with watched() as preparation:
-            begin = time.perf_counter()
-            result = self._run(scene, record)
-            wall_time = time.perf_counter() - begin - preparation.time
-        return replace(result, wall_time=wall_time, compile_time=preparation.compile_time)
+        versions()  # looked up once, which takes longer than most runs
+        with Watched() as preparation:
+            return self._run(scene, record, preparation)
 
-    def _run(self, scene: Scene, record: ArrayLike | None) -> Result:
-        """As ``run``, without its times."""
-        deadline = Deadline(self.time_limit)
+    def _run(self, scene: Scene, record: ArrayLike | None, preparation: Watched) -> Result:
+        """As ``run``, while the preparation of kernels is watched."""
+        begin = time.perf_counter()
+        deadline = Deadline(self.time_limit, lambda: preparation.time)
         recorder = times = None
         if record is not None:
             allowed = "must not be given with peaks_only, which leaves granules behind"
@@ -212,9 +216,10 @@ class Native:
                 dissipated=float(run.dissipated) * units.energy,
             ),
             history=history,
-            wall_time=0.0,
+            wall_time=time.perf_counter() - begin - preparation.time,
             versions=versions(),
             scheme=method,
+            compile_time=preparation.compile_time,
         )
 
     def _as_asked(
@@ -226,10 +231,9 @@ class Native:
         dt = self.dt if self.dt is not None else method.step * scene.contact_time
         legs = method.walker.cut(scene.schedule(dt))
         refuse_unstable(scene, legs, method.interval, name)
-        run = simulate(
-            scene, legs, method.walker, recorder, leave_behind=self.peaks_only, deadline=deadline
-        )
-        error = _error_bound(scene, legs, method, run, deadline)
+        prepared = Prepared.of(scene, deadline)
+        run = prepared.simulate(legs, method.walker, recorder, leave_behind=self.peaks_only)
+        error = _error_bound(prepared, legs, method, run)
         refuse_meaningless(
             "native", error, max(leg.dt for leg in legs) > SHORT * scene.contact_time
         )
@@ -282,20 +286,20 @@ class Native:
     ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
         """Method, legs, run and its error, with the cheapest method and step that suffice."""
         rtol = RTOL if self.rtol is None else self.rtol
+        prepared = Prepared.of(scene, deadline)
         hard = amplifies_errors(scene)
         plan = plans.cheapest(rtol, hard=hard)
         before = math.inf
         for left in reversed(range(plans.TRIES)):
             legs = plan.walker.cut(scene.schedule(plan.step * scene.contact_time))
-            run = simulate(
-                scene, legs, plan.walker, recorder, leave_behind=self.peaks_only, deadline=deadline
-            )
-            if left and not hard and run.peaks.any_rising:
+            run = prepared.simulate(legs, plan.walker, recorder, leave_behind=self.peaks_only)
+            rising = run.peaks.any_rising
+            if left and not hard and rising:
                 # The result of such a contact is the force at one time, not a peak.
                 hard, plan, before = True, plans.cheapest(rtol, hard=True), math.inf
                 continue
             again = scene.piston is not None or (before < math.inf and not scene.is_plain)
-            error = _estimate(scene, legs, plan, run, deadline, again)
+            error = _estimate(prepared, legs, plan, run, rising or again)
             cost = run.evaluations * scene.chain.granules
             if error <= rtol or plan.hopeless(error, before, cost):
                 break
@@ -305,45 +309,39 @@ class Native:
 
 
 def _estimate(
-    scene: Scene,
-    legs: Sequence[Leg],
-    plan: plans.Plan,
-    run: Simulation,
-    deadline: Deadline,
-    again: bool,
+    prepared: Prepared, legs: Sequence[Leg], plan: plans.Plan, run: Simulation, twice: bool
 ) -> float:
     """Return an upper bound of the error of the peaks, from one run or two with other steps.
 
-    ``again`` means a scene with terms whose plan before was not accurate enough, or a piston; there
-    two further runs are made. Without them one of 9,404 random runs exceeded its bound twice, and
-    another 3.5 times, while short legs had as many steps in the second run as in the third.
+    They are two where a contact is still pressed at the end: forces at one time are erratic from
+    step to step, one difference may be small by chance, and none falls with a power of the step.
+    The same holds for rounding errors that collisions amplify: two runs are made for pistons, and
+    for scenes with terms whose plan before was not accurate enough. Without them one of 9,404
+    random runs exceeded its bound twice, and another 3.5 times, while short legs had as many steps
+    in the second run as in the third.
     """
-    others = [tuple(replace(leg, steps=plans.other_step(leg.steps)) for leg in legs)]
-    if run.peaks.any_rising or again:
-        # Forces at one time are erratic from step to step: one difference may be small by chance,
-        # and none falls with a power of the step. The same holds for rounding errors that
-        # collisions amplify.
+    scene = prepared.scene
+    others = [tuple(leg.in_steps(plans.other_step(leg.steps)) for leg in legs)]
+    if twice:
         finer = finer_run(legs).legs
         others.append(finer if scene.is_plain else _other_than(others[0], finer))
     difference = 0.0
     for other in others:
-        coarse = simulate(scene, other, plan.coarser, leave_behind=True, deadline=deadline)
-        forces = coarse.peaks.force, run.peaks.force
-        difference = max(difference, largest_difference(*forces, ESTIMATED))
+        coarse = prepared.peak_forces(other, plan.coarser)
+        difference = max(difference, largest_difference(coarse, run.peaks.force, ESTIMATED))
     return float(plan.estimate(difference, run.evaluations))
 
 
 def _other_than(before: Sequence[Leg], legs: Sequence[Leg]) -> tuple[Leg, ...]:
     """Legs with one step more where they have as many as those before, so that runs differ."""
     return tuple(
-        replace(leg, steps=leg.steps + (leg.steps == other.steps))
+        leg.in_steps(leg.steps + (leg.steps == other.steps))
         for other, leg in zip(before, legs, strict=True)
     )
 
 
-def _error_bound(
-    scene: Scene, legs: Sequence[Leg], method: Method, run: Simulation, deadline: Deadline
-) -> float:
+def _error_bound(prepared: Prepared, legs: Sequence[Leg], method: Method, run: Simulation) -> float:
+    scene = prepared.scene
     # Errors at steps of 0.6 natural time units and more do not predict those at longer steps.
     others = [coarser_run(legs, min(stable_step(scene, method.interval), scene.contact_time))]
     longest = max(leg.dt for leg in legs) / scene.contact_time
@@ -354,8 +352,8 @@ def _error_bound(
         # If cut again, different legs could get the same steps.
         walker = replace(walker, cosine_steps=1)
     for other in others:
-        coarse = simulate(scene, other.legs, walker, leave_behind=True, deadline=deadline)
-        difference = largest_difference(coarse.peaks.force, run.peaks.force, ESTIMATED)
+        coarse = prepared.peak_forces(other.legs, walker)
+        difference = largest_difference(coarse, run.peaks.force, ESTIMATED)
         error = max(error, other.factor * difference)
     safety = method.safety
     if walker.stepper.order == 2:

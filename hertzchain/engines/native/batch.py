@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.backend import Native
+from hertzchain.engines.native.kernel_input import can_leave_behind, code_of, leg_rows
 from hertzchain.engines.native.many import march_all
-from hertzchain.engines.native.simulation import can_leave_behind, code_of, leg_rows
 from hertzchain.errors import POSITIVE, SceneError, require
 from hertzchain.limits import (
     RTOL,
@@ -277,46 +277,55 @@ def _accurate_enough(
     """
     plans.check(rtol)
     check_time_limit(time_limit)
-    deadline = Deadline(time_limit)
-    scenes = known.size
-    refuse_memory(8.0 * 3 * scenes * granules)
-    force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
-    error, end, evaluations = np.ones(scenes), np.zeros(scenes), np.zeros(scenes)
-    wanted = np.nonzero(known)[0]
-    if wanted.size:
-        plan = plans.cheapest(rtol, checked=False)
-        force[wanted], time[wanted], end[wanted], evaluations[wanted] = march_all(
-            legs(plan, wanted), plan.walker, granules, leaves[wanted], deadline, cores, plan.dtype
-        )
-        error[wanted] = plan.estimate(0.0, evaluations[wanted])
-    plan, wanted = plans.cheapest(rtol, hard=True), np.nonzero(~(error <= rtol))[0]
-    before = np.full(scenes, np.inf)
-    for _ in range(plans.TRIES):
-        if not wanted.size:
-            break
-        rows = legs(plan, wanted)
-        force[wanted], time[wanted], end[wanted], evaluations[wanted] = march_all(
-            rows, plan.walker, granules, leaves[wanted], deadline, cores
-        )
-        steps = rows[:, :, 2].copy()
-        rows[:, :, 2] = plans.other_steps(steps)
-        others, *_ = march_all(rows, plan.coarser, granules, leaves[wanted], deadline, cores)
-        differences = largest_differences(others, force[wanted], ESTIMATED)
-        rising = are_rising(force[wanted], time[wanted] < end[wanted, None])
-        if rising.any():
-            # Forces at one time are erratic: one difference may be small by chance.
-            rows[:, :, 2] = plans.more_steps(steps)
-            more, *_ = march_all(
-                rows[rising], plan.coarser, granules, leaves[wanted[rising]], deadline, cores
-            )
-            again = largest_differences(more, force[wanted[rising]], ESTIMATED)
-            differences[rising] = np.maximum(differences[rising], again)
-        found = plan.estimate(differences, evaluations[wanted])
-        error[wanted] = np.where(np.isnan(found), np.inf, found)  # NaN: the motion diverged
-        hopeless = plan.hopeless(error, before, granules * evaluations)
-        wanted, before = np.nonzero((error > rtol) & ~hopeless)[0], error.copy()
+    from hertzchain.engines.native.preparation import Watched
+
+    with Watched() as preparation:
+        deadline = Deadline(time_limit, lambda: preparation.time)
+        scenes = known.size
+        refuse_memory(8.0 * 3 * scenes * granules)
+        force, time = np.zeros((scenes, granules - 1)), np.full((scenes, granules - 1), np.nan)
+        error, end, evaluations = np.ones(scenes), np.zeros(scenes), np.zeros(scenes)
+        wanted = np.nonzero(known)[0]
         if wanted.size:
-            plan = plan.closer(rtol, float(np.max(error[wanted])))
-    # A motion that diverged has no meaningful number of evaluations.
-    taken = np.nan_to_num(evaluations).astype(np.int64)
-    return Batch(force, time, error, time < end[:, None], taken)
+            plan = plans.cheapest(rtol, checked=False)
+            force[wanted], time[wanted], end[wanted], evaluations[wanted] = march_all(
+                legs(plan, wanted),
+                plan.walker,
+                granules,
+                leaves[wanted],
+                deadline,
+                cores,
+                plan.dtype,
+            )
+            error[wanted] = plan.estimate(0.0, evaluations[wanted])
+        plan, wanted = plans.cheapest(rtol, hard=True), np.nonzero(~(error <= rtol))[0]
+        before = np.full(scenes, np.inf)
+        for _ in range(plans.TRIES):
+            if not wanted.size:
+                break
+            rows = legs(plan, wanted)
+            force[wanted], time[wanted], end[wanted], evaluations[wanted] = march_all(
+                rows, plan.walker, granules, leaves[wanted], deadline, cores
+            )
+            steps = rows[:, :, 2].copy()
+            rows[:, :, 2] = plans.other_steps(steps)
+            others, *_ = march_all(rows, plan.coarser, granules, leaves[wanted], deadline, cores)
+            differences = largest_differences(others, force[wanted], ESTIMATED)
+            rising = are_rising(force[wanted], time[wanted] < end[wanted, None])
+            if rising.any():
+                # Forces at one time are erratic: one difference may be small by chance.
+                rows[:, :, 2] = plans.more_steps(steps)
+                more, *_ = march_all(
+                    rows[rising], plan.coarser, granules, leaves[wanted[rising]], deadline, cores
+                )
+                again = largest_differences(more, force[wanted[rising]], ESTIMATED)
+                differences[rising] = np.maximum(differences[rising], again)
+            found = plan.estimate(differences, evaluations[wanted])
+            error[wanted] = np.where(np.isnan(found), np.inf, found)  # NaN: the motion diverged
+            hopeless = plan.hopeless(error, before, granules * evaluations)
+            wanted, before = np.nonzero((error > rtol) & ~hopeless)[0], error.copy()
+            if wanted.size:
+                plan = plan.closer(rtol, float(np.max(error[wanted])))
+        # A motion that diverged has no meaningful number of evaluations.
+        taken = np.nan_to_num(evaluations).astype(np.int64)
+        return Batch(force, time, error, time < end[:, None], taken)

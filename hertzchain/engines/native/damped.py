@@ -97,7 +97,7 @@ def integrate_damped(
     chain
         The chain to integrate.
     rows
-        Legs of the applied force, from ``simulation.leg_rows``, shape (legs, 8).
+        Legs of the applied force, from ``kernel_input.leg_rows``, shape (legs, 8).
     start
         Displacement and velocity at the start, shape (2, granules), or (0, 0) for a chain at rest.
     tolerance

@@ -47,7 +47,6 @@ from hertzchain.engines.native.kernels import (
     START,
     VELOCITY,
     Record,
-    _copy,
     _is_stopped,
     compiled,
     compiled_and_kept_with,
@@ -119,6 +118,12 @@ class Found(NamedTuple):
     energy: float
     wall_impulse: float
     piston_impulse: float
+
+
+@compiled
+def _copy(what: Any, to: Any, lo: int, hi: int) -> None:
+    for i in range(np.uint64(lo), np.uint64(hi)):
+        to[i] = what[i]
 
 
 @compiled

@@ -8,14 +8,8 @@ import numpy as np
 
 from hertzchain.engines.native.damped import Damped, Simulated, integrate_damped
 from hertzchain.engines.native.damped_plan import LONGEST, accurate
-from hertzchain.engines.native.simulation import (
-    End,
-    Peaks,
-    Simulation,
-    leg_rows,
-    start_of,
-    stoppable,
-)
+from hertzchain.engines.native.kernel_input import leg_rows, start_of
+from hertzchain.engines.native.simulation import End, Peaks, Simulation, stoppable
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline, refuse_memory
 from hertzchain.observables.error_bound import diverged

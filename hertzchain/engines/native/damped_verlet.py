@@ -10,7 +10,8 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.damped_runs import damped_contacts
-from hertzchain.engines.native.simulation import End, Peaks, Simulation, leg_rows, start_of
+from hertzchain.engines.native.kernel_input import leg_rows, start_of
+from hertzchain.engines.native.simulation import End, Peaks, Simulation
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.damped_law import DampedLaw, true_forces
 from hertzchain.observables.damped_watch import DampedWatch

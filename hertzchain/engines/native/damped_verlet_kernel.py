@@ -80,7 +80,7 @@ def take_steps(
     Parameters
     ----------
     leg
-        A row of ``simulation.leg_rows``.
+        A row of ``kernel_input.leg_rows``.
     done, last, stride
         Steps taken before, steps taken afterwards, and how many between two states that are kept.
     c

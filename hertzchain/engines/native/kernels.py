@@ -47,8 +47,8 @@ the last two are its displacement at the start of the leg, and its velocity: see
 
 PLACE, VELOCITY = FORCE_START, FORCE_END
 
-DONE, DIVERGED, STOPPED = range(3)
-"""How a run ended."""
+DONE, DIVERGED, STOPPED, NO_ROOM = range(4)
+"""How a run ended. After NO_ROOM it goes on from where it was, in the state of ``with_room``."""
 
 _AHEAD = 8
 """Granules that the window grows by; a whole number of vectors."""
@@ -140,7 +140,9 @@ four-thousandth of a step are as high as each other, to round-off."""
 
 
 class Table(NamedTuple):
-    """Coefficients of a method; nodes and what follows are empty for a symplectic one.
+    """Coefficients of a method; nodes and what follows are None for a symplectic one.
+
+    For None the compiler drops what only the other kind needs, an eighth of all that it compiles.
 
     Parameters
     ----------
@@ -153,10 +155,10 @@ class Table(NamedTuple):
 
     kicks: Array
     drifts: Array
-    nodes: Array
-    position: Array
-    velocity_weights: Array
-    position_weights: Array
+    nodes: Any
+    position: Any
+    velocity_weights: Any
+    position_weights: Any
 
 
 class Record(NamedTuple):
@@ -166,6 +168,29 @@ class Record(NamedTuple):
     displacement: FloatArray
     velocity: FloatArray
     contact_force: FloatArray
+
+
+class State(NamedTuple):
+    """All that a run changes; made and held outside of the kernels, which then need no memory.
+
+    Parameters
+    ----------
+    rows
+        The motion, zero at the start, shape (6, columns) or (5 + stages, columns), in the
+        precision of the run: displacement, velocity and acceleration, the first two at the start of
+        the step, then accelerations at the start, or of all stages of a method with nodes. There
+        are N + 1 columns, or, where the window moves along, at least ``least_columns``.
+    numbers
+        Further numbers of that precision, zero at the start, shape (5 + coefficients of the
+        method,): see ``_ZERO``.
+    counts, totals
+        Zero at the start, shapes ``(COUNTS,)`` and ``(TOTALS,)``: see ``_LO``.
+    """
+
+    rows: Array
+    numbers: Array
+    counts: Array
+    totals: FloatArray
 
 
 class Terms(NamedTuple):
@@ -197,7 +222,7 @@ class Outcome(NamedTuple):
     Parameters
     ----------
     status
-        DONE, DIVERGED or STOPPED.
+        DONE, DIVERGED, STOPPED or NO_ROOM.
     steps, evaluations
         Steps taken, and force evaluations of the chain, those of refused steps too.
     granule_evaluations
@@ -236,6 +261,7 @@ _HOW: dict[str, Any] = {
     "nogil": True,
     "error_model": "numpy",
     "fastmath": {"contract"},
+    "no_cfunc_wrapper": True,
 }
 
 # What makes no arrays need not count references to them; counting costs a sixth of a run. Numba
@@ -244,8 +270,8 @@ _UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
 
 
 def compiled(function: Any) -> Any:
-    """A function that kernels call, compiled; of numbers alone."""
-    return njit(**_HOW, **_UNCOUNTED)(function)
+    """A function that kernels call, compiled; it makes no arrays, and Python cannot call it."""
+    return njit(**_HOW, **_UNCOUNTED, no_cpython_wrapper=True)(function)
 
 
 def _part(function: Any) -> Any:
@@ -255,10 +281,6 @@ def _part(function: Any) -> Any:
     loops of a step: LLVM made them slower, by a tenth with velocity Verlet.
     """
     return register_jitable(**_HOW, **_UNCOUNTED)(function)
-
-
-def _part_with_arrays(function: Any) -> Any:
-    return register_jitable(**_HOW)(function)
 
 
 class _Kept(FunctionCache):
@@ -291,13 +313,18 @@ class _Kept(FunctionCache):
             super().save_overload(sig, data)
 
 
-def compiled_and_kept(function: Any) -> Any:
+def compiled_and_kept(function: Any, **how: Any) -> Any:
     """A kernel, called from Python: compiled once, and kept on disk with all that it calls."""
-    kernel = njit(**_HOW)(function)
+    kernel = njit(**_HOW, **how)(function)
     # njit(cache=True) fails where there is no place to keep it.
     with suppress(RuntimeError, OSError):  # no folder can be written
         kernel._cache = _Kept(function)
     return kernel
+
+
+def _kept_without_arrays(function: Any) -> Any:
+    """As ``compiled_and_kept``, for a kernel that makes no arrays: an eighth less to compile."""
+    return compiled_and_kept(function, **_UNCOUNTED)
 
 
 def compiled_and_kept_with(*parts: ModuleType) -> Callable[[Any], Any]:
@@ -323,7 +350,9 @@ def compiled_and_kept_with(*parts: ModuleType) -> Callable[[Any], Any]:
 
 def _compiled_without_nan(function: Any) -> Any:
     # Maxima are found by vector instructions only where NaN need not be told from numbers.
-    return njit(**{**_HOW, "fastmath": {"contract", "nnan", "nsz"}}, **_UNCOUNTED)(function)
+    return njit(
+        **{**_HOW, "fastmath": {"contract", "nnan", "nsz"}}, **_UNCOUNTED, no_cpython_wrapper=True
+    )(function)
 
 
 @_part
@@ -461,15 +490,11 @@ def _keep_start(u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, lo: int, hi: i
 
 
 @compiled
-def _copy(what: Any, to: Any, lo: int, hi: int) -> None:
+def _back_to_the_start(
+    u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, lo: int, hi: int
+) -> None:  # fmt: skip
     for i in range(np.uint64(lo), np.uint64(hi)):
-        to[i] = what[i]
-
-
-@compiled
-def _copy_from_row(what: Any, to: Any, lo: int, hi: int) -> None:
-    for i in range(np.uint64(lo), np.uint64(hi)):
-        to[i] = what[0, i]
+        u[i], v[i], g[i] = u0[i], v0[i], a[0, i]
 
 
 @compiled
@@ -531,19 +556,23 @@ def _symplectic_step(
 
 @compiled
 def _nystrom_step(
-    u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, nodes: Any, fractions: Any, position: Any,
-    velocity_weights: Any, position_weights: Any, kicks: Any, drifts: Any, constants: Any, leg: Any,
+    u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, fractions: Any, kicks: Any, drifts: Any,
+    others: Any, constants: Any, leg: Any,
     begin: float, h: float, lo: int, hi: int, last: int,
     stiffness: Any, inertia: Any, gap: Any, pull: Any,
 ) -> int:  # fmt: skip
-    """Take one step of a Runge-Kutta-Nystrom method; returns where the window ends now."""
+    """Take one step of a Runge-Kutta-Nystrom method; returns where the window ends now.
+
+    ``others`` has its coefficients besides kicks and drifts, as ``_scale`` puts them.
+    """
     pushed, least, zero = leg[SHAPE] != 0, constants[_LEAST], constants[_ZERO]
-    stages = nodes.size
+    stages = fractions.size
     for s in range(1, stages):
-        _drift_from(u, u0, v0, nodes[s], lo, hi)
+        _drift_from(u, u0, v0, others[s], lo, hi)
         for j in range(s):
-            if position[s, j] != 0:
-                _add(u, position[s, j], a, j, lo, hi)
+            position = others[(3 + s) * stages + j]
+            if position != 0:
+                _add(u, position, a, j, lo, hi)
         if pushed:
             constants[_PUSH] = _applied_force(leg, begin + fractions[s] * h)
         ahead = _accelerations(
@@ -557,43 +586,49 @@ def _nystrom_step(
             hi = grown
     _drift_from(u, u0, v0, drifts[0], lo, hi)
     for s in range(stages):
-        _add(u, position_weights[s], a, s, lo, hi)
-        _add(v, velocity_weights[s], a, s, lo, hi)
+        _add(u, others[2 * stages + s], a, s, lo, hi)
+        _add(v, others[stages + s], a, s, lo, hi)
     return _end_step(
         u, v, g, kicks[0], constants, leg, begin + h, lo, hi, last, stiffness, inertia, gap, pull
     )
 
 
-@_part_with_arrays
-def _like(table: Any, precision: Any) -> Table:
-    """An empty table of the same shapes in a precision."""
-    kind = precision.dtype
-    return Table(
-        np.empty(table.kicks.shape, kind),
-        np.empty(table.drifts.shape, kind),
-        np.empty(table.nodes.shape, kind),
-        np.empty(table.position.shape, kind),
-        np.empty(table.velocity_weights.shape, kind),
-        np.empty(table.position_weights.shape, kind),
-    )
+@_part
+def _stages(drifts: Any, nodes: Any) -> int:
+    """Force evaluations in a step."""
+    if nodes is not None:
+        return nodes.size
+    return drifts.size
 
 
 @_part
 def _scale(
-    table: Any, h: float, kicks: Any, drifts: Any, nodes: Any, position: Any,
+    h: float, numbers: Any, kicks: Any, drifts: Any, nodes: Any, position: Any,
     velocity_weights: Any, position_weights: Any,
 ) -> None:  # fmt: skip
-    """Coefficients times h or its square, in the precision of the state."""
-    for s in range(table.kicks.size):
-        kicks[s] = table.kicks[s] * h
-    for s in range(table.drifts.size):
-        drifts[s] = table.drifts[s] * h
-    for s in range(table.nodes.size):
-        nodes[s] = table.nodes[s] * h
-        velocity_weights[s] = table.velocity_weights[s] * h
-        position_weights[s] = table.position_weights[s] * (h * h)
-        for j in range(s):
-            position[s, j] = table.position[s, j] * (h * h)
+    """Coefficients times h or its square, in the precision of the state: see ``_scaled``."""
+    at = _COEFFICIENTS
+    for s in range(kicks.size):
+        numbers[at + s] = kicks[s] * h
+    at += kicks.size
+    for s in range(drifts.size):
+        numbers[at + s] = drifts[s] * h
+    if nodes is not None:
+        at += drifts.size
+        stages = nodes.size
+        for s in range(stages):
+            numbers[at + s] = nodes[s] * h
+            numbers[at + stages + s] = velocity_weights[s] * h
+            numbers[at + 2 * stages + s] = position_weights[s] * (h * h)
+            for j in range(s):
+                numbers[at + (3 + s) * stages + j] = position[s, j] * (h * h)
+
+
+@_part
+def _scaled(numbers: Any, kicks: Any, drifts: Any) -> Any:
+    """Return the kicks, the drifts, and all further coefficients that ``_scale`` writes."""
+    first, second = _COEFFICIENTS + kicks.size, _COEFFICIENTS + kicks.size + drifts.size
+    return numbers[_COEFFICIENTS:first], numbers[first:second], numbers[second:]
 
 
 def _larger_of_two(_: Any, a: Any, b: Any) -> Any:
@@ -1028,7 +1063,7 @@ def _strength(force: float, velocity: float, stiffness: Any, inertia: Any) -> fl
 
     Not proved; in 6,787 scenes with one pulse, N 2 to 41, LM_ratio 0.1 to 100, n 1.001 to 101, no
     peak was missed for it. With terms granules ahead are those at the far end, see
-    ``simulation.can_leave_behind``.
+    ``kernel_input.can_leave_behind``.
     """
     impact = _IMPACT * max(velocity, 0.0) ** 1.2
     if stiffness is not None:
@@ -1091,8 +1126,8 @@ def _left_behind(
 ) -> int:  # fmt: skip
     """How far the window can be closed from behind once the pulse is over.
 
-    The shock has to be one pulse or a striker (``simulation.can_leave_behind``). A cut needs all of
-    this:
+    The shock has to be one pulse or a striker (``kernel_input.can_leave_behind``). A cut needs all
+    of this:
 
     - Ahead of it lies a quiet stretch: ``_QUIET_GRANULES`` granules whose overlaps and velocities
       are below ``_QUIET`` of those of the leading wave. Contacts that are hardly pressed are hardly
@@ -1306,21 +1341,27 @@ def _is_stopped(control: Any) -> bool:
     return control[0] < 0 or 0 < control[0] <= control[2]
 
 
-# What _advance keeps between two calls, by place in two arrays. _GIVEN is the energy at the start,
+# What march keeps between two calls, by place in two arrays. _GIVEN is the energy at the start,
 # _MOVED the work that a piston did and took, both counted as positive.
 # _LATE is the number of parts of the window behind the last, and behind it stand where each of them
-# begins and ends, from the rearmost on.
+# begins and ends, from the rearmost on. _NUMBER is that of the leg, _BASE the granule of column 0,
+# _ROOM where the seven numbers begin that ``_highest`` needs.
 _LO, _HI, _WHOLE, _PART, _LEVEL, _KEPT, _STEPS, _EVALUATIONS, _GRANULE_EVALUATIONS, _LATE = range(
     10
 )
-_TIME, _NEXT_CHECK, _WORK, _MOMENTUM, _ENERGY, _GIVEN, _WALL, _PISTON, _MOVED = range(9)
+_NUMBER, _BASE, _BEGUN = range(_LATE + 1 + 2 * _MOST_LATE, _LATE + 4 + 2 * _MOST_LATE)
+_TIME, _NEXT_CHECK, _WORK, _MOMENTUM, _ENERGY, _GIVEN, _WALL, _PISTON, _MOVED, _ROOM = range(10)
 
-_ZERO, _LEAST, _PUSH, _H, _DIP_TIMES_H = range(5)
+COUNTS, TOTALS = _BEGUN + 1, _ROOM + 7
+"""Lengths of both arrays."""
+
+_ZERO, _LEAST, _PUSH, _H, _DIP_TIMES_H, _COEFFICIENTS = range(6)
 """Places among the numbers of a run that have the precision of its state: 0, the least overlap that
-is one, the applied force of the moment, the step, and ``_DIP`` times it."""
+is one, the applied force of the moment, the step, ``_DIP`` times it, and where the coefficients of
+the method begin, times the step or its square."""
 
-_LEG_DONE, _NO_ROOM, _SETTLED, _DIVERGED, _STOPPED = range(5)
-"""Why _advance returns."""
+_LEG_DONE, _AT_EDGE, _SETTLED, _DIVERGED, _STOPPED = range(5)
+"""Why the steps of march end."""
 
 
 @_part
@@ -1335,195 +1376,41 @@ def _is_diverged(energy: float, total: Any, inertia: Any) -> bool:
 
 
 @_part
-def _advance(
-    u: Any, v: Any, g: Any, u0: Any, v0: Any, a: Any, constants: Any, bernstein: Any,
-    table: Any, kicks: Any, drifts: Any, nodes: Any, position: Any, velocity_weights: Any,
-    position_weights: Any, leg: Any, over: bool, verlet: bool, tolerance: float, starting: float,
-    granules: int, base: int, leave_behind: bool, peak_force: Any, peak_time: Any, record: Any,
-    control: Any, count: Any, total: Any, stiffness: Any, inertia: Any, gap: Any, pull: Any,
+def _leave_behind(
+    u: Any, v: Any, g: Any, u0: Any, v0: Any, peak_force: Any, base: int, lo: int, hi: int,
+    at_the_end: bool, constants: Any, count: Any, total: Any,
+    stiffness: Any, inertia: Any, gap: Any, pull: Any,
 ) -> int:  # fmt: skip
-    """Take the steps of a leg as far as the arrays reach.
+    """Let go of granules that cannot matter any more; returns where the window begins now.
 
-    Arrays are bound to a name only once in here: else Numba counts references at every step.
+    ``at_the_end``: whether the window reaches the end of the chain. What is let go keeps its
+    momentum and energy, which are counted.
     """
-    zero = constants[_ZERO]
-    nystrom = nodes.size > 0
-    stages = max(nodes.size, drifts.size)
-    fractions = table.nodes if nystrom else table.drifts
-    size = u.size
-    margin = _AHEAD * (stages + 2)
-    grows = base + size <= granules
-    last = min(granules - base, size - 1)
-    if _is_stopped(control):
-        return _STOPPED
-    lo, hi, kept = count[_LO], count[_HI], count[_KEPT]
-    whole, part, level = count[_WHOLE], count[_PART], count[_LEVEL]
-    steps, cost, spent = 0, 0, 0
-    time, next_check = total[_TIME], total[_NEXT_CHECK]
-    number = int(leg[STEPS])
-    full = (leg[END] - leg[START]) / leg[STEPS]
-    h = full / (1 << level)
-    _scale(table, h, kicks, drifts, nodes, position, velocity_weights, position_weights)
-    reason = _LEG_DONE
-    while whole < number:
-        if grows and hi + margin > size:
-            reason = _NO_ROOM
-            break
-        begin = leg[START] + whole * full + part * h
-        constants[_H], constants[_DIP_TIMES_H] = h, _DIP * h
-        _keep_start(u, v, g, u0, v0, a, lo, hi + 1)
-        reached = hi
-        if nystrom:
-            hi = _nystrom_step(
-                u, v, g, u0, v0, a, nodes, fractions, position, velocity_weights,
-                position_weights, kicks, drifts, constants, leg, begin, h, lo, hi, last,
-                stiffness, inertia, gap, pull,
-            )  # fmt: skip
-        else:
-            hi = _symplectic_step(
-                u, v, g, kicks, drifts, fractions, constants, leg, begin, h, lo, hi, last,
-                stiffness, inertia, gap, pull,
-            )  # fmt: skip
-        if hi > reached:
-            # New granules were at rest before the step; what lies beyond the chain stays there.
-            for i in range(reached + 1, hi + 1):
-                u0[i] = u[i] if i == last and base + last == granules else zero
-                v0[i] = zero
-                a[0, i] = zero
-        cost += hi - lo
-        spent += hi - lo + _STEP_IN_GRANULES
-        if spent >= _LOOK:
-            spent = 0
-            control[2] += 1
-            if _is_stopped(control):
-                reason = _STOPPED
-                break
-        if tolerance > 0:
-            turns, dips, fastest, speed = _scan(
-                u0, v0, a, u, v, g, h, constants[_DIP_TIMES_H], begin < starting, zero, lo, hi, gap
-            )
-        elif verlet:
-            turns, dips = _turns_of_verlet(v0, a, v, g, constants[_H], zero, lo, hi), True
-            fastest, speed = zero, zero
-        else:
-            turns, dips = _turns(v0, a, v, g, constants[_DIP_TIMES_H], zero, lo, hi)
-            fastest, speed = zero, zero
-        if tolerance > 0 and level < _DEEPEST:
-            felt = float(fastest) ** 3 * h**5 > (tolerance * float(speed)) ** 2
-            if felt:
-                _copy(u0, u, lo, hi)
-                _copy(v0, v, lo, hi)
-                _copy_from_row(a, g, lo, hi + 1)
-                count[_EVALUATIONS] += stages
-                level, part, h = level + 1, 2 * part, h / 2
-                _scale(table, h, kicks, drifts, nodes, position, velocity_weights, position_weights)
-                continue
-        for s in range(count[_LATE]):
-            place = _LATE + 1 + 2 * s
-            from_, to = count[place], count[place + 1]
-            ahead = lo if s + 1 == count[_LATE] else count[place + 2]
-            if nystrom:
-                _keep_start(u, v, g, u0, v0, a, from_, to + 1)
-                count[place + 1] = _nystrom_step(
-                    u, v, g, u0, v0, a, nodes, fractions, position, velocity_weights,
-                    position_weights, kicks, drifts, constants, leg, begin, h, from_, to, ahead,
-                    stiffness, inertia, gap, pull,
-                )  # fmt: skip
-            else:
-                count[place + 1] = _symplectic_step(
-                    u, v, g, kicks, drifts, fractions, constants, leg, begin, h, from_, to, ahead,
-                    stiffness, inertia, gap, pull,
-                )  # fmt: skip
-            cost += to - from_
-            spent += to - from_
-        steps += 1
-        part += 1
-        time = begin + h
-        if whole + 1 == number and part == 1 << level:
-            time = leg[END]
-        off = h * h / 6 if verlet else 0.0
-        on_wall = 1 if hi == granules and peak_force.size == granules else 0
-        if turns > 0 or dips:
-            _keep_peaks(
-                peak_force, peak_time, base, u0, v0, a, u, v, g, lo, hi + on_wall, leg, begin, time,
-                h, off, dips, h if verlet else 0.0, bernstein, stiffness, inertia, gap, pull,
-            )  # fmt: skip
-        if leg[SHAPE] != 0:
-            total[_WORK] += _work(
-                u0, v0, u, v, lo, leg, begin, h, off, stiffness, inertia, gap, pull
-            )
-        if stiffness is not None and on_wall == 1:
-            total[_WALL] += _impulse(
-                granules - 1, u0, v0, u, v, leg, begin, h, off, stiffness, inertia, gap, pull
-            )
-        if stiffness is not None and _has_piston(inertia):
-            pushed = _impulse(0, u0, v0, u, v, leg, begin, h, off, stiffness, inertia, gap, pull)
-            total[_PISTON] += pushed
-            total[_WORK] += pushed * leg[VELOCITY]
-            total[_MOVED] += pushed * abs(leg[VELOCITY])
-        if kept < record.time.size and record.time[kept] <= time:
-            kept = _keep_history(
-                record, kept, u0, v0, u, v, lo, hi, leg, begin, time, off, stiffness, inertia, gap,
-                pull,
-            )  # fmt: skip
-        if level == 0:
-            whole, part = whole + 1, 0
-        elif part % 2 == 0:
-            while level > 0 and part % 2 == 0:
-                level, part, h = level - 1, part // 2, h * 2
-            if level == 0:
-                whole, part = whole + part, 0
-            _scale(table, h, kicks, drifts, nodes, position, velocity_weights, position_weights)
-        if time >= next_check:
-            next_check = time + _CHECK
-            control[1] = time
-            energy = total[_ENERGY] + _energy(u, v, lo, hi, stiffness, inertia, gap, pull)
-            if _is_diverged(energy, total, inertia):
-                reason = _DIVERGED
-                break
-            if leave_behind and over:
-                if count[_LATE] > 0:
-                    back = _follow(
-                        u, v, g, u0, v0, count, lo, peak_force[base + lo], stiffness, inertia
-                    )
-                    total[_MOMENTUM] -= _momentum(v, back, lo, inertia)
-                    total[_ENERGY] -= _energy(u, v, back, lo, stiffness, inertia, gap, pull)
-                    lo = back
-                waits = count[_LATE] > 0 and base + hi == granules
-                if waits:
-                    # Granules that drift back from the end meet those at rest.
-                    least = count[_LATE + 2 * count[_LATE]] + 1
-                    while lo > least and u[lo - 1] > u[lo]:
-                        lo = max(lo - _QUIET_GRANULES, least)
-                most = _MOST_LATE if base + hi < granules else 0
-                cut = lo
-                if not waits:
-                    cut = _left_behind(
-                        u, v, peak_force, base, lo, hi, count, most, stiffness, inertia
-                    )
-                if cut > lo:
-                    total[_MOMENTUM] += _momentum(v, lo, cut, inertia)
-                    total[_ENERGY] += _energy(u, v, lo, cut, stiffness, inertia, gap, pull)
-                    _put_to_rest(u, v, g, u0, v0, count, lo, cut)
-                    lo = cut
-                    if stiffness is not None and count[_LATE] == 0:
-                        # The formulas of terms ask for the granule behind.
-                        u[lo - 1] = u0[lo - 1] = u[lo] - 1
-                    _accelerate_first(u, g, constants, lo, stiffness, inertia, gap, pull)
-                if (
-                    count[_LATE] == 0
-                    and base + hi == granules
-                    and _settled(u, v, peak_force, base, lo, hi, stiffness, inertia)
-                ):
-                    reason = _SETTLED
-                    break
-    count[_LO], count[_HI], count[_KEPT] = lo, hi, kept
-    count[_WHOLE], count[_PART], count[_LEVEL] = whole, part, level
-    count[_STEPS] += steps
-    count[_EVALUATIONS] += stages * steps
-    count[_GRANULE_EVALUATIONS] += stages * cost
-    total[_TIME], total[_NEXT_CHECK] = time, next_check
-    return reason
+    if count[_LATE] > 0:
+        back = _follow(u, v, g, u0, v0, count, lo, peak_force[base + lo], stiffness, inertia)
+        total[_MOMENTUM] -= _momentum(v, back, lo, inertia)
+        total[_ENERGY] -= _energy(u, v, back, lo, stiffness, inertia, gap, pull)
+        lo = back
+    waits = count[_LATE] > 0 and at_the_end
+    if waits:
+        # Granules that drift back from the end meet those at rest.
+        least = count[_LATE + 2 * count[_LATE]] + 1
+        while lo > least and u[lo - 1] > u[lo]:
+            lo = max(lo - _QUIET_GRANULES, least)
+    most = 0 if at_the_end else _MOST_LATE
+    cut = lo
+    if not waits:
+        cut = _left_behind(u, v, peak_force, base, lo, hi, count, most, stiffness, inertia)
+    if cut > lo:
+        total[_MOMENTUM] += _momentum(v, lo, cut, inertia)
+        total[_ENERGY] += _energy(u, v, lo, cut, stiffness, inertia, gap, pull)
+        _put_to_rest(u, v, g, u0, v0, count, lo, cut)
+        lo = cut
+        if stiffness is not None and count[_LATE] == 0:
+            # The formulas of terms ask for the granule behind.
+            u[lo - 1] = u0[lo - 1] = u[lo] - 1
+        _accelerate_first(u, g, constants, lo, stiffness, inertia, gap, pull)
+    return lo
 
 
 @_part
@@ -1549,6 +1436,25 @@ def _begin(
 
 
 @_part
+def _start_leg(
+    leg: Any, u: Any, v: Any, g: Any, peak_force: Any, peak_time: Any, constants: Any, lo: int,
+    stiffness: Any, inertia: Any, gap: Any, pull: Any,
+) -> None:  # fmt: skip
+    """Change the applied force, or the motion of a piston, at the start of a leg.
+
+    Doing this twice does no harm.
+    """
+    constants[_PUSH] = _applied_force(leg, leg[START])
+    if _has_piston(inertia):
+        u[0], v[0] = leg[PLACE], leg[VELOCITY]
+        # A piston that turns round makes a maximum, which lies in neither of the steps.
+        force = _of_contact(_force(_overlap(u, 0, gap)), 0, stiffness)
+        if force > peak_force[0]:
+            peak_force[0], peak_time[0] = force, leg[START]
+    _accelerate_first(u, g, constants, lo, stiffness, inertia, gap, pull)
+
+
+@_part
 def _pushed(legs: Any) -> int:
     """How many legs there are up to the last with a force."""
     found = 0
@@ -1564,46 +1470,73 @@ def _start_at(start: Any, u: Any, v: Any) -> None:
         u[i], v[i] = start[0, i], start[1, i]
 
 
-@_part_with_arrays
-def _moved(what: Any, lo: int, hi: int, size: int) -> Any:
-    """Entries lo ... hi - 1 at the beginning of an array of a new size, zeros behind them.
+@_part
+def _margin(stages: int) -> int:
+    """Columns ahead of the window that a step may need."""
+    return _AHEAD * (stages + 2)
 
-    In loops: to assign slices Numba compiles messages on shapes that differ, a sixth of all time.
+
+def least_columns(stages: int) -> int:
+    """Columns of a state whose window moves along."""
+    return 1024 + 2 * _margin(stages)
+
+
+def with_room(state: State, granules: int, stages: int) -> State:
+    """Return a state after NO_ROOM with its window at the beginning of its columns.
+
+    They are twice as many if the window and what a step may need fill more than half of them.
     """
-    to = np.zeros(size, what.dtype)
-    for i in range(lo, hi):
-        to[i - lo] = what[i]
-    return to
+    count, columns = state.counts, state.rows.shape[1]
+    first = count[_LO] if count[_LATE] == 0 else count[_LATE + 1]
+    width = count[_HI] - first
+    if width + _margin(stages) > columns // 2:
+        columns = min(2 * columns, granules + 1)
+    rows = np.zeros((len(state.rows), columns), state.rows.dtype)
+    rows[:3, :width] = state.rows[:3, first : first + width]
+    rows[3, :width] = rows[0, :width]  # no step writes those of granules at rest
+    count[_BASE] += first
+    count[[_LO, _HI]] -= first
+    count[_LATE + 1 : _LATE + 1 + 2 * count[_LATE]] -= first
+    return state._replace(rows=rows)
 
 
-@compiled_and_kept
+@_kept_without_arrays
 def march(
     legs: FloatArray,
-    table: Table,
-    precision: Array,
+    kicks: Array,
+    drifts: Array,
+    nodes: Any,
+    position: Any,
+    velocity_weights: Any,
+    position_weights: Any,
+    state: State,
     verlet: bool,
     tolerance: float,
     starting: float,
     granules: int,
     start: FloatArray,
-    terms: Terms,
+    stiffness: Any,
+    inertia: Any,
+    gap: Any,
+    pull: Any,
     moving: int,
     leave_behind: bool,
     peak_force: FloatArray,
     peak_time: FloatArray,
     record: Record,
     control: FloatArray,
-) -> tuple[Outcome, Array, Array]:
+) -> Outcome:
     """Integrate a chain.
 
     Parameters
     ----------
     legs
         The steps and the applied force, shape (legs, 8): see START and what follows.
-    table
-        The method, float64.
-    precision
-        An array of the precision of the run; what it holds does not matter.
+    kicks, drifts, nodes, position, velocity_weights, position_weights
+        The method, float64: see ``Table``. The compiler drops the branches of what is None, only if
+        that is an argument.
+    state
+        Filled in, displacement and velocity at the end too.
     verlet
         Whether velocities are those of velocity Verlet: see ``_granule``.
     tolerance, starting
@@ -1613,9 +1546,8 @@ def march(
     start
         Displacement and velocity at the start, shape (2, N), with ``leave_behind`` only next to
         terms; shape (0, 0) for a chain at rest.
-    terms
-        What the scene has beyond a plain chain, float64: the compiler makes a kernel for each type
-        of it and drops the branches of what is None.
+    stiffness, inertia, gap, pull
+        What the scene has beyond a plain chain, float64: see ``Terms``.
     moving
         Granules that may move at the start; N for a run without a front.
     leave_behind
@@ -1632,143 +1564,209 @@ def march(
 
     Returns
     -------
-    What happened, then displacement and velocity at the end, shape (N,).
+    What happened.
     """
-    stiffness, inertia, gap, pull = terms.stiffness, terms.inertia, terms.gap, terms.pull
-    kind = precision.dtype
-    scaled = _like(table, precision)
-    stages = max(table.nodes.size, table.drifts.size)
-    margin = _AHEAD * (stages + 2)
-    size = granules + 1
-    if leave_behind and stiffness is None:
-        size = min(size, 1024 + 2 * margin)
-    u, v, g = np.zeros(size, kind), np.zeros(size, kind), np.zeros(size, kind)
-    constants = np.zeros(5, kind)
-    constants[_LEAST] = math.sqrt(_SINGLE[_TINY] if u.itemsize == 4 else _DOUBLE[_TINY])
-    u0, v0 = np.zeros(size, kind), np.zeros(size, kind)
-    bernstein = np.zeros(7)
-    a = np.zeros((max(table.nodes.size, 1), size), kind)
-    base = np.int64(0)  # of 0 itself, and then of any number, all kernels would be compiled twice
+    rows, count, total, constants = state.rows, state.counts, state.totals, state.numbers
+    u, v, g, u0, v0, a = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5:]
+    kicks_h, drifts_h, others_h = _scaled(constants, kicks, drifts)
+    bernstein = total[_ROOM:]
+    base, size = count[_BASE], u.size
     _end_chain(u, base, granules, peak_force)
-    count, total = np.zeros(_LATE + 1 + 2 * _MOST_LATE, np.int64), np.zeros(9)
-    count[_HI] = min(moving, granules)
-    total[_TIME], total[_NEXT_CHECK] = legs[0, START], _CHECK
-    if start.size > 0:
-        _start_at(start, u, v)
-    if start.size > 0 or stiffness is not None:
-        _begin(u, v, g, granules, peak_force, peak_time, total, stiffness, inertia, gap, pull)
-    reason = _LEG_DONE
+    if count[_BEGUN] == 0:
+        count[_BEGUN] = 1
+        constants[_LEAST] = math.sqrt(_SINGLE[_TINY] if u.itemsize == 4 else _DOUBLE[_TINY])
+        count[_HI] = min(moving, granules)
+        total[_TIME], total[_NEXT_CHECK] = legs[0, START], _CHECK
+        if start.size > 0:
+            _start_at(start, u, v)
+        if start.size > 0 or stiffness is not None:
+            _begin(u, v, g, granules, peak_force, peak_time, total, stiffness, inertia, gap, pull)
+    zero = constants[_ZERO]
+    stages = _stages(drifts, nodes)
+    margin = _margin(stages)
+    grows = base + size <= granules
+    last = min(granules - base, size - 1)
+    lo, hi, kept = count[_LO], count[_HI], count[_KEPT]
+    whole, part, level = count[_WHOLE], count[_PART], count[_LEVEL]
+    steps, cost, spent = 0, 0, 0
+    time, next_check = total[_TIME], total[_NEXT_CHECK]
     pushed = _pushed(legs)
-    for number in range(legs.shape[0]):
-        leg = legs[number]
-        over = number >= pushed
-        count[_WHOLE] = 0
-        constants[_PUSH] = _applied_force(leg, leg[START])
-        if _has_piston(inertia):
-            u[0], v[0] = leg[PLACE], leg[VELOCITY]
-            # A piston that turns round makes a maximum, which lies in neither of the steps.
-            force = _of_contact(_force(_overlap(u, 0, gap)), 0, stiffness)
-            if force > peak_force[0]:
-                peak_force[0], peak_time[0] = force, leg[START]
-        _accelerate_first(u, g, constants, count[_LO], stiffness, inertia, gap, pull)
-        while True:
-            reason = _advance(
-                u, v, g, u0, v0, a, constants, bernstein, table, scaled.kicks, scaled.drifts,
-                scaled.nodes, scaled.position, scaled.velocity_weights, scaled.position_weights,
-                leg, over, verlet, tolerance, starting, granules, base, leave_behind, peak_force,
-                peak_time, record, control, count, total, stiffness, inertia, gap, pull,
-            )  # fmt: skip
-            if reason != _NO_ROOM:
+    reason = _STOPPED if _is_stopped(control) else _LEG_DONE
+    number = count[_NUMBER]
+    while reason == _LEG_DONE and number < legs.shape[0]:
+        leg, over = legs[number], number >= pushed
+        if whole == 0 and part == 0 and level == 0:  # else it goes on after NO_ROOM
+            _start_leg(
+                leg, u, v, g, peak_force, peak_time, constants, lo, stiffness, inertia, gap, pull
+            )
+        in_leg = int(leg[STEPS])
+        full = (leg[END] - leg[START]) / leg[STEPS]
+        h = full / (1 << level)
+        _scale(h, constants, kicks, drifts, nodes, position, velocity_weights, position_weights)
+        while whole < in_leg:
+            if grows and hi + margin > size:
+                reason = _AT_EDGE
                 break
-            # The window has come to the end of its arrays: move it to their beginning.
-            hi = count[_HI]
-            first = count[_LO] if count[_LATE] == 0 else count[_LATE + 1]
-            if hi - first + margin > size // 2:
-                size *= 2
-            size = min(size, granules + 1 - base - first)
-            u, v = _moved(u, first, hi, size), _moved(v, first, hi, size)
-            g = _moved(g, first, hi, size)
-            u0, v0 = _moved(u, 0, hi - first, size), np.zeros(size, kind)
-            a = np.zeros((max(table.nodes.size, 1), size), kind)
-            base += first
-            count[_LO] -= first
-            count[_HI] -= first
-            for k in range(2 * count[_LATE]):
-                count[_LATE + 1 + k] -= first
-            _end_chain(u, base, granules, peak_force)
-        if reason != _LEG_DONE:
-            break
-    lo, hi = count[_LO], count[_HI]
+            begin = leg[START] + whole * full + part * h
+            constants[_H], constants[_DIP_TIMES_H] = h, _DIP * h
+            _keep_start(u, v, g, u0, v0, a, lo, hi + 1)
+            reached = hi
+            if nodes is not None:
+                hi = _nystrom_step(
+                    u, v, g, u0, v0, a, nodes, kicks_h, drifts_h, others_h, constants, leg, begin,
+                    h, lo, hi, last, stiffness, inertia, gap, pull,
+                )  # fmt: skip
+            else:
+                hi = _symplectic_step(
+                    u, v, g, kicks_h, drifts_h, drifts, constants, leg, begin, h, lo, hi, last,
+                    stiffness, inertia, gap, pull,
+                )  # fmt: skip
+            if hi > reached:
+                # New granules were at rest before the step; what lies beyond the chain stays there.
+                for i in range(reached + 1, hi + 1):
+                    u0[i] = u[i] if i == last and base + last == granules else zero
+                    v0[i] = zero
+                    a[0, i] = zero
+            cost += hi - lo
+            spent += hi - lo + _STEP_IN_GRANULES
+            if spent >= _LOOK:
+                spent = 0
+                control[2] += 1
+                if _is_stopped(control):
+                    reason = _STOPPED
+                    break
+            if tolerance > 0:
+                turns, dips, fastest, speed = _scan(
+                    u0, v0, a, u, v, g, h, constants[_DIP_TIMES_H], begin < starting, zero, lo, hi,
+                    gap,
+                )  # fmt: skip
+            elif verlet:
+                turns, dips = _turns_of_verlet(v0, a, v, g, constants[_H], zero, lo, hi), True
+                fastest, speed = zero, zero
+            else:
+                turns, dips = _turns(v0, a, v, g, constants[_DIP_TIMES_H], zero, lo, hi)
+                fastest, speed = zero, zero
+            if tolerance > 0 and level < _DEEPEST:
+                felt = float(fastest) ** 3 * h**5 > (tolerance * float(speed)) ** 2
+                if felt:
+                    _back_to_the_start(u, v, g, u0, v0, a, lo, hi + 1)
+                    count[_EVALUATIONS] += stages
+                    level, part, h = level + 1, 2 * part, h / 2
+                    _scale(
+                        h, constants, kicks, drifts, nodes, position, velocity_weights,
+                        position_weights,
+                    )  # fmt: skip
+                    continue
+            for s in range(count[_LATE]):
+                place = _LATE + 1 + 2 * s
+                from_, to = count[place], count[place + 1]
+                ahead = lo if s + 1 == count[_LATE] else count[place + 2]
+                if nodes is not None:
+                    _keep_start(u, v, g, u0, v0, a, from_, to + 1)
+                    count[place + 1] = _nystrom_step(
+                        u, v, g, u0, v0, a, nodes, kicks_h, drifts_h, others_h, constants, leg,
+                        begin, h, from_, to, ahead, stiffness, inertia, gap, pull,
+                    )  # fmt: skip
+                else:
+                    count[place + 1] = _symplectic_step(
+                        u, v, g, kicks_h, drifts_h, drifts, constants, leg, begin, h, from_, to,
+                        ahead, stiffness, inertia, gap, pull,
+                    )  # fmt: skip
+                cost += to - from_
+                spent += to - from_
+            steps += 1
+            part += 1
+            time = begin + h
+            if whole + 1 == in_leg and part == 1 << level:
+                time = leg[END]
+            off = h * h / 6 if verlet else 0.0
+            on_wall = 1 if hi == granules and peak_force.size == granules else 0
+            if turns > 0 or dips:
+                _keep_peaks(
+                    peak_force, peak_time, base, u0, v0, a, u, v, g, lo, hi + on_wall, leg, begin,
+                    time, h, off, dips, h if verlet else 0.0, bernstein, stiffness, inertia, gap,
+                    pull,
+                )  # fmt: skip
+            if leg[SHAPE] != 0:
+                total[_WORK] += _work(
+                    u0, v0, u, v, lo, leg, begin, h, off, stiffness, inertia, gap, pull
+                )
+            if stiffness is not None and on_wall == 1:
+                total[_WALL] += _impulse(
+                    granules - 1, u0, v0, u, v, leg, begin, h, off, stiffness, inertia, gap, pull
+                )
+            if stiffness is not None and _has_piston(inertia):
+                given = _impulse(0, u0, v0, u, v, leg, begin, h, off, stiffness, inertia, gap, pull)
+                total[_PISTON] += given
+                total[_WORK] += given * leg[VELOCITY]
+                total[_MOVED] += given * abs(leg[VELOCITY])
+            if kept < record.time.size and record.time[kept] <= time:
+                kept = _keep_history(
+                    record, kept, u0, v0, u, v, lo, hi, leg, begin, time, off, stiffness, inertia,
+                    gap, pull,
+                )  # fmt: skip
+            if level == 0:
+                whole, part = whole + 1, 0
+            elif part % 2 == 0:
+                while level > 0 and part % 2 == 0:
+                    level, part, h = level - 1, part // 2, h * 2
+                if level == 0:
+                    whole, part = whole + part, 0
+                _scale(
+                    h, constants, kicks, drifts, nodes, position, velocity_weights, position_weights
+                )
+            if time >= next_check:
+                next_check = time + _CHECK
+                control[1] = time
+                energy = total[_ENERGY] + _energy(u, v, lo, hi, stiffness, inertia, gap, pull)
+                if _is_diverged(energy, total, inertia):
+                    reason = _DIVERGED
+                    break
+                if leave_behind and over:
+                    lo = _leave_behind(
+                        u, v, g, u0, v0, peak_force, base, lo, hi, base + hi == granules, constants,
+                        count, total, stiffness, inertia, gap, pull,
+                    )  # fmt: skip
+                    if (
+                        count[_LATE] == 0
+                        and base + hi == granules
+                        and _settled(u, v, peak_force, base, lo, hi, stiffness, inertia)
+                    ):
+                        reason = _SETTLED
+                        break
+        if reason == _LEG_DONE:
+            number, whole = number + 1, 0
+    count[_LO], count[_HI], count[_KEPT], count[_NUMBER] = lo, hi, kept, number
+    count[_WHOLE], count[_PART], count[_LEVEL] = whole, part, level
+    count[_STEPS] += steps
+    count[_EVALUATIONS] += stages * steps
+    count[_GRANULE_EVALUATIONS] += stages * cost
+    total[_TIME], total[_NEXT_CHECK] = time, next_check
     momentum = total[_MOMENTUM] + _momentum(v, lo, hi, inertia)
     energy = total[_ENERGY] + _energy(u, v, lo, hi, stiffness, inertia, gap, pull)
-    on_wall = 1 if hi == granules and peak_force.size == granules else 0
-    for i in range(lo, hi - 1 + on_wall):  # what is still being pressed harder at the end
-        force = _of_contact(_force(_overlap(u, i, gap)), i, stiffness)
-        if force > peak_force[base + i]:
-            peak_force[base + i] = force
-            peak_time[base + i] = total[_TIME]
     status = DONE
-    given = total[_WORK] + total[_GIVEN]
-    if reason == _DIVERGED or _is_diverged(energy, total, inertia):
+    if reason == _AT_EDGE:
+        status = NO_ROOM
+    elif reason == _DIVERGED or _is_diverged(energy, total, inertia):
         status = DIVERGED
     elif reason == _STOPPED:
         status = STOPPED
-    outcome = Outcome(
+    if status != NO_ROOM:
+        on_wall = 1 if hi == granules and peak_force.size == granules else 0
+        for i in range(lo, hi - 1 + on_wall):  # what is still being pressed harder at the end
+            force = _of_contact(_force(_overlap(u, i, gap)), i, stiffness)
+            if force > peak_force[base + i]:
+                peak_force[base + i] = force
+                peak_time[base + i] = total[_TIME]
+    return Outcome(
         status,
         count[_STEPS],
         count[_EVALUATIONS],
         count[_GRANULE_EVALUATIONS],
         total[_TIME],
-        given,
+        total[_WORK] + total[_GIVEN],
         momentum,
         energy,
         total[_WALL],
         total[_PISTON],
     )
-    return outcome, u[:granules], v[:granules]
-
-
-@compiled_and_kept
-def march_many(
-    legs: FloatArray,
-    table: Table,
-    precision: Array,
-    verlet: bool,
-    tolerance: float,
-    starting: float,
-    granules: int,
-    leave_behind: bool,
-    peak_force: FloatArray,
-    peak_time: FloatArray,
-    end: FloatArray,
-    evaluations: FloatArray,
-    control: FloatArray,
-) -> None:
-    """Peaks of many scenes of one length, as ``march`` finds them.
-
-    Parameters
-    ----------
-    legs
-        Shape (scenes, legs, 8); a leg without steps is left out.
-    table, precision, verlet, tolerance, starting, granules, leave_behind
-        As for ``march``, the same for all.
-    peak_force, peak_time
-        Filled in; zero and NaN at the start, shape (scenes, N - 1).
-    end
-        Filled in with the time reached by each, shape (scenes,).
-    evaluations
-        Filled in with the force evaluations of each, NaN where the motion diverged, shape
-        (scenes,).
-    control
-        As for ``march``.
-    """
-    nothing = np.zeros((0, 0))
-    record = Record(np.zeros(0), nothing, nothing, nothing)
-    for scene in range(legs.shape[0]):
-        taken = legs[scene][legs[scene][:, STEPS] > 0]
-        outcome, _, _ = march(
-            taken, table, precision, verlet, tolerance, starting, granules, nothing, PLAIN, _AHEAD,
-            leave_behind, peak_force[scene], peak_time[scene], record, control,
-        )  # fmt: skip
-        end[scene] = outcome.end
-        evaluations[scene] = outcome.evaluations if outcome.status != DIVERGED else np.nan

@@ -36,6 +36,7 @@ from hertzchain.engines.native.kernels import (
     START,
     STEPS,
     _pushed,
+    compiled,
     compiled_and_kept_with,
 )
 from hertzchain.engines.native.lanes import bits, load, number_of, store, zero_lanes
@@ -69,7 +70,6 @@ from hertzchain.engines.native.lanes_motion import (
     STEP,
     WHOLE,
     add_work,
-    compiled,
     refuses,
     restore,
     take_step,
@@ -255,7 +255,7 @@ def march_lanes(
     evaluations: FloatArray,
     control: FloatArray,
 ) -> None:
-    """Peaks of many scenes of one length, as ``kernels.march_many`` finds them.
+    """Peaks of many scenes of one length, as ``kernels.march`` finds those of one.
 
     Parameters
     ----------

@@ -15,6 +15,7 @@ from hertzchain.engines.native.kernels import (
     _EPS,
     _FREE_END,
     _SINGLE,
+    compiled,
 )
 from hertzchain.engines.native.lanes import (
     bits,
@@ -38,7 +39,6 @@ from hertzchain.engines.native.lanes_motion import (
     STEP,
     WHOLE,
     WORK,
-    compiled,
     larger,
     smaller,
 )

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.engines.native.kernels import _DIP, _highest, _value
+from hertzchain.engines.native.kernels import _DIP, _highest, _value, compiled
 from hertzchain.engines.native.lanes import (
     bits,
     load,
@@ -28,7 +28,6 @@ from hertzchain.engines.native.lanes_motion import (
     BEGIN,
     STEP,
     applied_force_rate,
-    compiled,
     larger,
 )
 

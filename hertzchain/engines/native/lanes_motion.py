@@ -10,9 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
-from hertzchain.engines.native.kernels import _DEEPEST, _HOW, _UNCOUNTED
+from hertzchain.engines.native.kernels import _DEEPEST, compiled
 from hertzchain.engines.native.lanes import (
     bits,
     load,
@@ -34,12 +32,6 @@ done, parts of a halved one done, how often it is halved; length and start of th
 start of the ramp, 1 / its length, force at its start and change of force, its shape; 1 when the
 pulse is over; 1 where granules may be left behind; work done, first granule not left behind, force
 evaluations, and 1 for a scene that runs."""
-
-
-def compiled(function: Any) -> Any:
-    """A function that kernels of lanes call; Python cannot, which saves a fifth of compiling."""
-    alone = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return njit(**_HOW, **_UNCOUNTED, **alone)(function)
 
 
 @compiled

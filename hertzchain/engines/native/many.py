@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import Context, copy_context
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import Array, FloatArray
+from hertzchain.engines.native.kernel_input import MOVING, nothing_recorded, table
 from hertzchain.engines.native.methods import SymplecticNystrom
 from hertzchain.engines.native.refinement import Walker
-from hertzchain.engines.native.simulation import table
 from hertzchain.limits import Deadline
 
 _PARTS_PER_CORE = 8
@@ -96,16 +98,23 @@ def _one_by_one(
     dtype: type[np.floating[Any]], found: Found, control: FloatArray,
 ) -> Callable[[slice], None]:  # fmt: skip
     """Return a function that integrates a part of the scenes one after the other."""
-    from hertzchain.engines.native import kernels
+    from hertzchain.engines.native import kernels, marching
 
-    coefficients, precision = table(walker.stepper), np.zeros(0, dtype)
-    verlet, leave_behind = walker.stepper.order == 2, bool(np.all(leaves))
+    force, time, end, evaluations = found
+    leave_behind, at_rest = bool(np.all(leaves)), np.zeros((0, 0))
 
     def part(some: slice) -> None:
-        kernels.march_many(
-            rows[some], coefficients, precision, verlet, walker.tolerance, walker.starting,
-            granules, leave_behind, *(values[some] for values in found), control,
-        )  # fmt: skip
+        for scene in range(some.start, min(some.stop, len(rows))):
+            legs = rows[scene]
+            taken = legs[legs[:, kernels.STEPS] > 0]  # a leg without steps is left out
+            outcome, _, _ = marching.march(
+                taken, walker.stepper, dtype, walker.tolerance, walker.starting, granules, at_rest,
+                kernels.PLAIN, MOVING, leave_behind, force[scene], time[scene],
+                nothing_recorded(), control,
+            )  # fmt: skip
+            end[scene] = outcome.end
+            diverged = outcome.status == kernels.DIVERGED
+            evaluations[scene] = np.nan if diverged else outcome.evaluations
 
     return part
 
@@ -120,7 +129,8 @@ def _on_cores(
     limit = min(max(0.0, deadline.left), threading.TIMEOUT_MAX)
     with ThreadPoolExecutor(cores) as pool:
         try:
-            list(pool.map(part, parts, timeout=limit))
+            contexts = [copy_context() for _ in parts]  # one cannot be entered twice at once
+            list(pool.map(Context.run, contexts, itertools.repeat(part), parts, timeout=limit))
         except BaseException as problem:
             control[0] = -1
             pool.shutdown(cancel_futures=True)

@@ -6,7 +6,9 @@ estimates its own error; a batch does so only for scenes outside the measured ra
 
 from __future__ import annotations
 
+import functools
 import math
+import sys
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -94,7 +96,7 @@ class Plan:
     safety: float  # ratio of the error bound to the difference from a run with other steps
     dtype: type[np.floating[Any]] = np.float64
 
-    @property
+    @functools.cached_property
     def coarser(self) -> Refined:
         """Return the walker of a second run for the error, on legs that are already cut."""
         return replace(self.walker, tolerance=8 * self.walker.tolerance, cosine_steps=1)
@@ -129,9 +131,11 @@ def is_known(momentum_ratio: Any, duration_ratio: Any, granules: int) -> Any:
     (low, high), (short, long) = _KNOWN_RATIOS, _KNOWN_DURATIONS
     known = (momentum_ratio >= low) & (momentum_ratio <= high)
     known &= (duration_ratio >= short) & (duration_ratio <= long)
-    return known & ~is_short(momentum_ratio, granules) & (granules <= _KNOWN_GRANULES)
+    is_long = np.logical_not(is_short(momentum_ratio, granules))
+    return known & is_long & (granules <= _KNOWN_GRANULES)
 
 
+@functools.lru_cache
 def cheapest(rtol: float, checked: bool = True, hard: bool = False) -> Plan:
     """Return the cheapest plan for peaks of relative accuracy ``rtol``, TIGHTEST to LOOSEST.
 
@@ -182,7 +186,7 @@ def more_steps(steps: FloatArray) -> FloatArray:
 
 def round_off(evaluations: Any) -> Any:
     """Upper bound of the error of the peaks by rounding, from force evaluations; also of arrays."""
-    return 4 * np.finfo(np.float64).eps * np.sqrt(evaluations)
+    return 4 * sys.float_info.epsilon * evaluations**0.5
 
 
 def check(rtol: float) -> None:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from hertzchain.engines.native.methods import Stepper
 from hertzchain.scene.pulse import SHAPES
@@ -54,7 +54,7 @@ class Refined:
         """Return legs whose steps are cut into equal parts until each cosine ramp has enough."""
         fewest = self.cosine_steps
         return tuple(
-            replace(leg, steps=leg.steps * math.ceil(fewest / leg.steps))
+            leg.in_steps(leg.steps * math.ceil(fewest / leg.steps))
             if leg.steps < fewest and leg.ramp is not None and SHAPES[leg.ramp.shape].is_curved
             else leg
             for leg in legs

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import threading
 from collections.abc import Callable, Sequence
+from contextvars import copy_context
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,23 +13,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, Scalar
-from hertzchain.engines.native.methods import RungeKuttaNystrom, Stepper, SymplecticNystrom
+from hertzchain.engines.native.kernel_input import (
+    MOVING,
+    can_leave_behind,
+    leg_rows,
+    nothing_recorded,
+    room_for,
+    softest,
+    start_of,
+    terms_of,
+)
 from hertzchain.engines.native.refinement import Walker
-from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import any_rising
-from hertzchain.scene.natural_units import NaturalUnits, force_scale
+from hertzchain.scene.natural_units import force_scale
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.kernels import Record, Table, Terms
-
-_MOVING = 8
-"""Number of granules in the window at the start of a run."""
+    from hertzchain.engines.native.kernels import Outcome, Terms
 
 _LONG_RUN = 1e7
 """Granules times force evaluations of a short run: about 0.01 s."""
@@ -108,80 +113,147 @@ def simulate(
     velocity in natural units, shape (2, granules); by default the chain is at rest. Raises
     StepUnstable if the motion diverges, TooExpensive if the run would take, or has taken, too long.
     """
-    from hertzchain.engines.native import kernels
+    prepared = Prepared.of(scene, deadline or Deadline(TIME_LIMIT), start, window)
+    return prepared.simulate(walker.cut(legs), walker, recorder, dtype, leave_behind)
 
-    assert scene.contact is None  # damped contacts: see damped_runs
-    granules = scene.chain.granules
-    leave_behind = leave_behind and start is None and can_leave_behind(scene)
-    deadline = deadline or Deadline(TIME_LIMIT)
-    rows = leg_rows(walker.cut(legs), scene.units)
-    work = float(np.sum(rows[:, 2])) * (walker.stepper.stages * granules + _STEP_IN_EVALUATIONS)
-    if _FASTEST * work > deadline.limit:
-        least = [_least_time(scene, rows, walker.stepper.stages, left) for left in (False, True)]
-        can_leave = not leave_behind and recorder is None and start is None
-        is_cheaper = can_leave and can_leave_behind(scene) and least[True] < deadline.limit
-        deadline.refuse(least[leave_behind], _PEAKS_ALONE if is_cheaper else "")
-    if deadline.left <= 0:
-        raise deadline.passed()
-    arrays = 2 if leave_behind else 8 + (0 if recorder is None else 3 * recorder.time.size)
-    refuse_memory(8.0 * arrays * granules)
-    contacts = granules - 1 if scene.wall is None else granules
-    force, time = np.zeros(contacts), np.full(contacts, np.nan)
-    record = _nothing_recorded()
-    if recorder is not None:
-        times = np.asarray(recorder.time, np.float64)
-        record = kernels.Record(
-            times,
-            np.zeros((times.size, granules)),
-            np.zeros((times.size, granules)),
-            np.zeros(recorder.contact_force.shape),
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A scene in the form that the kernels take, for one run or several, on legs cut already."""
+
+    scene: Scene
+    deadline: Deadline
+    own_start: bool  # whether the chain starts in its scene's own state
+    terms: Terms
+    start: FloatArray  # displacement and velocity at the start, (2, N); (0, 0) at rest
+    moving: int  # number of granules that may move at the start
+    softest: float  # see ``kernel_input.softest``
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        deadline: Deadline,
+        start: FloatArray | None = None,
+        window: bool = True,
+    ) -> Prepared:
+        """Prepare a scene; the arguments are those of ``simulate``."""
+        assert scene.contact is None  # damped contacts: see damped_runs
+        terms, own = terms_of(scene), start_of(scene)
+        # The front of a wave moves granules smoothly, but not across a gap or under a static load.
+        has_front = window and start is None and terms.gap is None
+        return cls(
+            scene,
+            deadline,
+            start is None,
+            terms,
+            own if start is None else start + own if own.size else start,
+            MOVING if has_front else scene.chain.granules,
+            1.0 if scene.is_plain else softest(scene),
         )
-    control = np.zeros(3)
 
-    terms = terms_of(scene)
-    # The front of a wave moves granules smoothly, but not across a gap or under a static load.
-    has_front = window and start is None and terms.gap is None
-    moving = _MOVING if has_front else granules
-    own = start_of(scene)
-    start = own if start is None else start + own if own.size else start
-    # An opening contact costs in proportion to stiffness over mass.
-    tolerance = walker.tolerance * (1.0 if scene.is_plain else _softest(scene))
+    def simulate(
+        self,
+        legs: Sequence[Leg],
+        walker: Walker,
+        recorder: Recorder | None = None,
+        dtype: type[np.floating[Any]] = np.float64,
+        leave_behind: bool = False,
+    ) -> Simulation:
+        """Integrate the scene once: see the function ``simulate``."""
+        granules = self.scene.chain.granules
+        leave_behind = leave_behind and self.own_start and can_leave_behind(self.scene)
+        (force, time), found = self._march(legs, walker, leave_behind, recorder, dtype)
+        outcome, displacement, velocity = found
+        if leave_behind:
+            displacement = velocity = np.full(granules, np.nan)
+        else:  # without all that else was changed by the run
+            displacement, velocity = displacement.copy(), velocity.copy()
+        return Simulation(
+            End(displacement, velocity),
+            Peaks(force, time, time < outcome.end),
+            outcome.work,
+            outcome.momentum,
+            outcome.energy,
+            outcome.steps,
+            outcome.evaluations,
+            wall_impulse=outcome.wall_impulse,
+            piston_impulse=outcome.piston_impulse,
+        )
 
-    def run() -> Any:
-        return kernels.march(
-            rows, table(walker.stepper), np.zeros(0, dtype), walker.stepper.order == 2,
-            tolerance, walker.starting, granules, start, terms, moving, leave_behind, force, time,
-            record, control,
-        )  # fmt: skip
+    def peak_forces(self, legs: Sequence[Leg], walker: Walker) -> FloatArray:
+        """Return the peak forces of a run alone, natural units, (contacts,): for an error.
 
-    is_long = work >= _LONG_RUN
-    if not is_long:
-        control[0] = _LOOKS
-        outcome, displacement, velocity = run()
-        # Steps may be halved so often that a short run becomes long.
-        is_long = outcome.status == kernels.STOPPED
-    if is_long:
-        control[:], force[:], time[:] = 0.0, 0.0, np.nan
-        outcome, displacement, velocity = stoppable(run, control, deadline)
-    if outcome.status == kernels.DIVERGED:
-        raise diverged("native")
-    if recorder is not None:
-        recorder.displacement[:] = record.displacement
-        recorder.velocity[:] = record.velocity
-        recorder.contact_force[:] = record.contact_force
-    if leave_behind:
-        displacement = velocity = np.full(granules, np.nan)
-    return Simulation(
-        End(displacement, velocity),
-        Peaks(force, time, time < outcome.end),
-        outcome.work,
-        outcome.momentum,
-        outcome.energy,
-        outcome.steps,
-        outcome.evaluations,
-        wall_impulse=outcome.wall_impulse,
-        piston_impulse=outcome.piston_impulse,
-    )
+        Granules that cannot change any peak are dropped where that is certain. Raises as
+        ``simulate``.
+        """
+        leave_behind = self.own_start and can_leave_behind(self.scene)
+        (force, _), _ = self._march(legs, walker, leave_behind)
+        return force
+
+    def _refuse(
+        self,
+        rows: FloatArray,
+        work: float,
+        stages: int,
+        leave_behind: bool,
+        recorder: Recorder | None,
+    ) -> None:
+        """Raise TooExpensive for a run that is certain to take too long, or too much memory."""
+        scene, deadline = self.scene, self.deadline
+        if _FASTEST * work > deadline.limit:
+            least = [_least_time(scene, rows, stages, left) for left in (False, True)]
+            can_leave = not leave_behind and recorder is None and self.own_start
+            is_cheaper = can_leave and can_leave_behind(scene) and least[True] < deadline.limit
+            deadline.refuse(least[leave_behind], _PEAKS_ALONE if is_cheaper else "")
+        if deadline.left <= 0:
+            raise deadline.passed()
+        arrays = 2 if leave_behind else 8 + (0 if recorder is None else 3 * recorder.time.size)
+        refuse_memory(8.0 * arrays * scene.chain.granules)
+
+    def _march(
+        self,
+        legs: Sequence[Leg],
+        walker: Walker,
+        leave_behind: bool,
+        recorder: Recorder | None = None,
+        dtype: type[np.floating[Any]] = np.float64,
+    ) -> tuple[tuple[FloatArray, FloatArray], tuple[Outcome, Any, Any]]:
+        """Return peak forces and times, and what the kernels return; fill in a recorder."""
+        from hertzchain.engines.native import kernels, marching
+
+        granules, stages = self.scene.chain.granules, walker.stepper.stages
+        rows = leg_rows(legs, self.scene.units)
+        work = float(sum(leg.steps for leg in legs)) * (stages * granules + _STEP_IN_EVALUATIONS)
+        self._refuse(rows, work, stages, leave_behind, recorder)
+        record = nothing_recorded() if recorder is None else room_for(recorder, granules)
+        contacts = granules - 1 if self.scene.wall is None else granules
+        force, time, control = np.zeros(contacts), np.full(contacts, np.nan), np.zeros(3)
+        # An opening contact costs in proportion to stiffness over mass.
+        tolerance = walker.tolerance * self.softest
+
+        def run() -> Any:
+            return marching.march(
+                rows, walker.stepper, dtype, tolerance, walker.starting, granules, self.start,
+                self.terms, self.moving, leave_behind, force, time, record, control,
+            )  # fmt: skip
+
+        is_long = work >= _LONG_RUN
+        if not is_long:
+            control[0] = _LOOKS
+            found = run()
+            # Steps may be halved so often that a short run becomes long.
+            is_long = found[0].status == kernels.STOPPED
+        if is_long:
+            control[:], force[:], time[:] = 0.0, 0.0, np.nan
+            found = stoppable(run, control, self.deadline)
+        if found[0].status == kernels.DIVERGED:
+            raise diverged("native")
+        if recorder is not None:
+            recorder.displacement[:] = record.displacement
+            recorder.velocity[:] = record.velocity
+            recorder.contact_force[:] = record.contact_force
+        return (force, time), found
 
 
 def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool) -> float:
@@ -209,54 +281,6 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
     return _FASTEST * evaluations
 
 
-def can_leave_behind(scene: Scene) -> bool:
-    """Return whether granules behind the wave may be dropped: only after a single push.
-
-    After a second push a broad packet can break up into waves stronger than any before. A push is a
-    pulse, or a striker of any size. Different granules, gaps and walls reflect waves.
-    """
-    single = isinstance(scene.shock, Pulse) and scene.is_plain
-    return single or scene.terms == ("striker",)
-
-
-def terms_of(scene: Scene) -> Terms:
-    """Return the terms of a scene for the kernels, in natural units; None for absent ones."""
-    from hertzchain.engines.native import kernels
-
-    if scene.is_plain:
-        return kernels.PLAIN
-    granules, units, size = scene.granules, scene.units, scene.chain.granules
-    mass_unit = units.force * units.time**2 / units.length
-    stiffness = np.ones(size)  # the last stays 1 at a free end, which is never pressed
-    stiffness[: granules.stiffness.size] = granules.stiffness * (units.length**1.5 / units.force)
-    opening = granules.gap - granules.static_overlap
-    gap = np.zeros(size)
-    gap[: opening.size] = opening / units.length
-    return kernels.Terms(
-        stiffness,
-        mass_unit / granules.mass,
-        None if not opening.any() else gap,
-        None
-        if not granules.constant_force.any()
-        else granules.constant_force / granules.mass * (units.time**2 / units.length),
-    )
-
-
-def _softest(scene: Scene) -> float:
-    """Return stiffness over mass of the first contact, divided by the largest of all contacts."""
-    ratio = scene.granules.stiffness / scene.granules.contact_mass
-    return float(ratio[0] / np.max(ratio))
-
-
-def start_of(scene: Scene) -> FloatArray:
-    """Displacement and velocity at the start, natural units, shape (2, N); (0, 0) at rest."""
-    if scene.striker is None and scene.piston is None:
-        return np.zeros((0, 0))
-    start = np.zeros((2, scene.chain.granules))
-    start[1, 0] = scene.start_velocity / scene.units.velocity
-    return start
-
-
 def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -> Any:
     """Run long compiled work in a thread, so that an interrupt or the deadline stops it.
 
@@ -265,99 +289,37 @@ def stoppable(run: Callable[[], Any], control: FloatArray, deadline: Deadline) -
     """
     found: list[Any] = []
     failed: list[BaseException] = []
+    # On Python 3.11 an interrupted join makes a thread seem dead that is not.
+    done = threading.Event()
 
     def work() -> None:
         try:
             found.append(run())
         except BaseException as problem:  # raised again below
             failed.append(problem)
+        finally:
+            done.set()
 
-    thread = threading.Thread(target=work)
+    thread = threading.Thread(target=copy_context().run, args=(work,))
     try:
         thread.start()
-        _wait(thread, deadline)
+        _wait(done, deadline)
     except BaseException:
         control[0] = -1
-        if thread.is_alive():  # a thread that is about to start ends right after its start
-            thread.join()
+        if thread.ident is not None:  # a thread that is about to start ends right after its start
+            done.wait()
         raise
     if failed:
         raise failed[0]
     return found[0]
 
 
-def _wait(thread: threading.Thread, deadline: Deadline) -> None:
-    """Wait for a thread, in a function of its own.
+def _wait(done: threading.Event, deadline: Deadline) -> None:
+    """Wait for a thread to be done, in a function of its own.
 
     The jump back of a ``while`` is outside the ``try`` around it on Python 3.13, so a signal that
     arrives there would leave the work running.
     """
-    while thread.is_alive():
-        thread.join(max(0.0, min(0.1, deadline.left)))
-        if deadline.left <= 0 and thread.is_alive():
+    while not done.wait(max(0.0, min(0.1, deadline.left))):
+        if deadline.left <= 0 and not done.is_set():
             raise deadline.passed()
-
-
-_CODES = {"linear": 1, "cosine": 2, "quarter-sine": 2, "quarter-cosine": 2}
-
-
-def code_of(shape: str) -> int:
-    """Return the kernels' number of a shape of ramps; RunFailed for an unknown shape."""
-    if shape not in _CODES:
-        raise RunFailed(f"the kernels have no formula for a ramp of shape {shape}")
-    return _CODES[shape]
-
-
-def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
-    """Return legs [s, N] for the kernels, in natural units, shape (legs, 8).
-
-    A quarter of a sine is half of a cosine ramp, whose other half no leg reaches.
-    """
-    rows = []
-    for leg in legs:
-        row = [leg.start / units.time, leg.end / units.time, leg.steps, 0.0, 0.0, 0.0, 0.0, 0.0]
-        if leg.ramp is not None:
-            ramp = leg.ramp
-            start, end = ramp.start / units.time, ramp.end / units.time
-            first, last = ramp.start_force / units.force, ramp.end_force / units.force
-            if ramp.shape == "quarter-sine":
-                start, first = 2 * start - end, 2 * first - last
-            elif ramp.shape == "quarter-cosine":
-                end, last = 2 * end - start, 2 * last - first
-            row[3:8] = code_of(ramp.shape), start, end, first, last
-        if leg.stroke is not None:
-            row[6] = leg.stroke.displacement_at(leg.start) / units.length
-            row[7] = leg.stroke.velocity / units.velocity
-        rows.append(row)
-    return np.array(rows, np.float64)
-
-
-@functools.cache
-def _nothing_recorded() -> Record:
-    from hertzchain.engines.native import kernels
-
-    nothing = np.zeros((0, 0))
-    return kernels.Record(np.zeros(0), nothing, nothing, nothing)
-
-
-@functools.cache
-def table(stepper: Stepper) -> Table:
-    """Return the coefficients of a method for the kernels."""
-    from hertzchain.engines.native import kernels
-
-    none = np.zeros(0)
-    if isinstance(stepper, SymplecticNystrom):
-        kicks, drifts = np.array(stepper.kicks), np.array(stepper.drifts)
-        return kernels.Table(kicks, drifts, none, np.zeros((0, 0)), none, none)
-    assert isinstance(stepper, RungeKuttaNystrom)
-    position = np.zeros((stepper.stages, stepper.stages))
-    for row, known in zip(position[1:], stepper.position, strict=True):
-        row[: len(known)] = known
-    return kernels.Table(
-        np.array([stepper.last_weight]),
-        np.ones(1),
-        np.array(stepper.nodes),
-        position,
-        np.array(stepper.velocity_weights),
-        np.array(stepper.position_weights),
-    )

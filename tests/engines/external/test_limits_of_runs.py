@@ -203,8 +203,10 @@ def test_short_runs_that_become_long_obey_the_limit(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(simulation, "_LOOKS", 1.0)  # so that a hundredth of a second is long
     with pytest.raises(TooExpensive, match="stopped at the time limit"):
         hc.Native(peaks_only=True).run(scene)
-    # Taken for a short one, which is stopped when it is not; then for one that obeys its limit.
-    assert asked[-2:] == [1.0, 0.0]
+    # Taken for a short one, which is stopped when it is not; then for one that obeys its limit,
+    # which may be over before it begins: then it is stopped at its first look.
+    assert asked[-2] == 1.0
+    assert asked[-1] in (0.0, -1.0)
 
 
 def test_what_is_refused_for_its_cost_costs_that() -> None:

@@ -15,7 +15,7 @@ from hertzchain.engines.lammps.damping import tsuji
 from hertzchain.engines.lammps.deck import set_up
 from hertzchain.errors import RunFailed
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.terms import ALL_TERMS, DAMPING
+from hertzchain.scene.terms import ALL_TERMS, DAMPING, DampingLaw
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks
 from tests.conftest import STEEL
 from tests.engines.native.test_damped_scenes import LAWS, PULSE, TWO
@@ -88,7 +88,7 @@ ONE_EACH = {
 
 @pytest.mark.lammps
 @pytest.mark.parametrize("law", ONE_EACH)
-def test_damping_that_is_off_by_a_millionth_shows(law: str) -> None:
+def test_damping_that_is_off_by_a_millionth_shows(law: DampingLaw) -> None:
     scene = replace(ONE_EACH[law], run=hc.Run(ONE_EACH[law].end_time))
     result = hc.Lammps(STEP * scene.contact_time).run(scene)
     assert all(check.passed for check in same_steps_checks(result))

@@ -13,8 +13,9 @@ from scipy.integrate._ivp import dop853_coefficients
 from hertzchain.engines.native import damped_kernel, kernels
 from hertzchain.engines.native.damped import Damped, Simulated, integrate_damped
 from hertzchain.engines.native.damped_plan import accurate
+from hertzchain.engines.native.kernel_input import nothing_recorded
+from hertzchain.engines.native.marching import march
 from hertzchain.engines.native.methods import DOP853, SRKN_11B
-from hertzchain.engines.native.simulation import table
 from tests.oracles import damped as oracle
 
 Floats = NDArray[np.float64]
@@ -193,9 +194,9 @@ def test_without_damping_it_is_the_other_kernel() -> None:
     fine[:, 2] = np.ceil((rows[:, 1] - rows[:, 0]) / 0.02)
     force, time = np.zeros(9), np.full(9, np.nan)
     none = np.zeros((0, 0))
-    kernels.march(
-        fine, table(SRKN_11B), np.zeros(0), False, 1e-9, math.inf, 10, none, kernels.PLAIN, 10,
-        False, force, time, kernels.Record(np.zeros(0), none, none, none), np.zeros(3),
+    march(
+        fine, SRKN_11B, np.float64, 1e-9, math.inf, 10, none, kernels.PLAIN, 10, False, force, time,
+        nothing_recorded(), np.zeros(3),
     )  # fmt: skip
     # What is left of both tolerances.
     assert ours.peak_force == pytest.approx(force, rel=1e-9)

@@ -23,7 +23,10 @@ from hertzchain.engines.native import (
     lanes_kernel,
     simulate,
     simulate_in_numpy,
+    simulation,
 )
+from hertzchain.engines.native.kernel_input import leg_rows, nothing_recorded
+from hertzchain.engines.native.marching import march
 from hertzchain.engines.native.methods import (
     DPRKN_6,
     RUNGE_KUTTA_4,
@@ -34,7 +37,7 @@ from hertzchain.engines.native.methods import (
 )
 from hertzchain.engines.native.plan import cheapest
 from hertzchain.engines.native.refinement import Fixed, Refined, Walker
-from hertzchain.engines.native.simulation import leg_rows, stoppable, table
+from hertzchain.engines.native.simulation import stoppable
 from hertzchain.limits import Deadline
 from hertzchain.observables import hermite
 from hertzchain.observables.history import Recorder
@@ -205,15 +208,57 @@ def test_a_long_train_of_waves_in_a_window(dtype: Any) -> None:
     assert window.energy == pytest.approx(full.energy, rel=1e-4, abs=0)
 
 
+@pytest.mark.parametrize(("ratio", "grown"), [(0.5, [480]), (30.0, [480, 701])])
+def test_a_window_has_more_room_when_it_needs_it(
+    monkeypatch: pytest.MonkeyPatch, ratio: float, grown: list[int]
+) -> None:
+    scene = paper_scene("triangular", ratio, 2.0, 700)
+    legs, walker = scene.schedule(0.4 * scene.units.time), Fixed(SRKN_11B)
+    full = simulate(scene, legs, walker)
+    march, columns = kernels.march, []
+
+    def noted(*arguments: Any) -> Any:
+        columns.append(arguments[7].rows.shape[1])
+        return march(*arguments)
+
+    monkeypatch.setattr(kernels, "march", noted)
+    monkeypatch.setattr(kernels, "least_columns", lambda _: 480)
+    window = simulate(scene, legs, walker, leave_behind=True)
+    assert sorted(set(columns)) == grown
+    assert np.array_equal(window.peaks.force, full.peaks.force)
+    assert np.array_equal(window.peaks.time, full.peaks.time)
+
+
+@pytest.mark.parametrize(("stepper", "step"), [(SRKN_11B, 0.4), (DPRKN_6, 0.3)])
+def test_waves_that_are_followed_alone_move_with_their_window(
+    monkeypatch: pytest.MonkeyPatch, stepper: Any, step: float
+) -> None:
+    scene = paper_scene("cosine", 8.0, 1.1, 2500)
+    legs, walker = scene.schedule(step * scene.units.time), Fixed(stepper)
+    full = simulate(scene, legs, walker)
+    with_room, followed = kernels.with_room, []
+
+    def noted(state: kernels.State, granules: int, stages: int) -> kernels.State:
+        followed.append(int(state.counts[kernels._LATE]))
+        return with_room(state, granules, stages)
+
+    monkeypatch.setattr(kernels, "with_room", noted)
+    monkeypatch.setattr(kernels, "least_columns", lambda stages: 32 * (stages + 2) + 3)
+    window = simulate(scene, legs, walker, leave_behind=True)
+    assert any(followed)  # this is what is tested
+    assert len(followed) > 5
+    assert np.array_equal(window.peaks.force, full.peaks.force)
+    assert np.array_equal(window.peaks.time, full.peaks.time)
+
+
 def outcome(scene: hc.Scene, leave_behind: bool, step: float = 0.4) -> Any:
     """Return the kernels' results of a run besides its peaks; ``step`` in natural time units."""
     walker, contacts = Fixed(SRKN_11B), scene.chain.granules - 1
     nothing = np.zeros((0, 0))
-    found, _, _ = kernels.march(
-        leg_rows(walker.cut(scene.schedule(step * scene.units.time)), scene.units),
-        table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, scene.chain.granules, nothing,
-        kernels.PLAIN, 8, leave_behind, np.zeros(contacts), np.full(contacts, np.nan),
-        kernels.Record(np.zeros(0), nothing, nothing, nothing), np.zeros(3),
+    found, _, _ = march(
+        leg_rows(walker.cut(scene.schedule(step * scene.units.time)), scene.units), SRKN_11B,
+        np.float64, 0.0, 0.0, scene.chain.granules, nothing, kernels.PLAIN, 8, leave_behind,
+        np.zeros(contacts), np.full(contacts, np.nan), nothing_recorded(), np.zeros(3),
     )  # fmt: skip
     return found
 
@@ -291,8 +336,8 @@ def test_a_fixed_width_would_be_wrong() -> None:
     assert outcome(scene, True).granule_evaluations == outcome(scene, False).granule_evaluations
 
 
-@pytest.mark.parametrize("moment", ["start", "join"])
-def test_an_interrupt_stops_a_run(moment: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("place", "moment"), [(threading.Thread, "start"), (simulation, "_wait")])
+def test_an_interrupt_stops_a_run(place: Any, moment: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The interrupt comes while the thread starts, or while the main thread waits for it."""
     control = np.zeros(3)
     stopped = threading.Event()
@@ -302,15 +347,15 @@ def test_an_interrupt_stops_a_run(moment: str, monkeypatch: pytest.MonkeyPatch) 
             time.sleep(0.01)
         stopped.set()
 
-    original = getattr(threading.Thread, moment)
+    original = getattr(place, moment)
 
-    def interrupted(thread: threading.Thread, *_: float) -> None:
+    def interrupted(*given: Any) -> None:
         monkeypatch.undo()
         if moment == "start":
-            original(thread)
+            original(*given)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(threading.Thread, moment, interrupted)
+    monkeypatch.setattr(place, moment, interrupted)
     try:
         with pytest.raises(KeyboardInterrupt):
             stoppable(work, control, Deadline(60.0))
@@ -333,10 +378,9 @@ def test_a_stopped_run_says_so() -> None:
     scene = paper_scene("cosine", 1.0, 2.0, 100)
     rows = leg_rows(scene.schedule(0.1 * scene.units.time), scene.units)
     nothing = np.zeros((0, 0))
-    found, _, _ = kernels.march(
-        rows, table(SRKN_11B), np.zeros(0), False, 0.0, 0.0, 100, nothing, kernels.PLAIN, 8, False,
-        np.zeros(99), np.full(99, np.nan),
-        kernels.Record(np.zeros(0), nothing, nothing, nothing), control,
+    found, _, _ = march(
+        rows, SRKN_11B, np.float64, 0.0, 0.0, 100, nothing, kernels.PLAIN, 8, False, np.zeros(99),
+        np.full(99, np.nan), nothing_recorded(), control,
     )  # fmt: skip
     assert found.status == kernels.STOPPED
     assert found.end < 5  # looked at every four natural time units

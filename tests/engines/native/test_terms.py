@@ -18,6 +18,7 @@ from scipy.special import jv
 import hertzchain as hc
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.observables.peaks import judged_contacts
+from hertzchain.scene.terms import WallKind
 from hertzchain.scene.validity import refuse_hopeless_overlap
 from tests.conftest import STEEL
 from tests.oracles import terms_in_si
@@ -138,7 +139,7 @@ def test_two_spheres_that_meet() -> None:
 @pytest.mark.parametrize(
     ("kind", "at_wall", "last"), [("rigid", 2.23836, 1.05393), ("same", 1.94390, 1.01193)]
 )
-def test_a_solitary_wave_on_a_wall(kind: str, at_wall: float, last: float) -> None:
+def test_a_solitary_wave_on_a_wall(kind: WallKind, at_wall: float, last: float) -> None:
     scene = hc.Scene(hc.Chain(200, **STEEL), hc.Striker(1.0), wall=hc.Wall(kind))
     result = hc.Native(rtol=1e-8).run(scene)
     wave = result.peak_force[100]

@@ -1,0 +1,147 @@
+"""Input of the kernels: a scene, its legs and a method as arrays, in natural units."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.native.methods import RungeKuttaNystrom, Stepper, SymplecticNystrom
+from hertzchain.errors import RunFailed
+from hertzchain.observables.history import Recorder
+from hertzchain.scene.natural_units import NaturalUnits
+from hertzchain.scene.pulse import Pulse
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
+
+if TYPE_CHECKING:
+    from hertzchain.engines.native.kernels import Record, Table, Terms
+
+MOVING = 8
+"""Number of granules in the window at the start of a run."""
+
+
+def can_leave_behind(scene: Scene) -> bool:
+    """Return whether granules behind the wave may be dropped: only after a single push.
+
+    After a second push a broad packet can break up into waves stronger than any before. A push is a
+    pulse, or a striker of any size. Different granules, gaps and walls reflect waves.
+    """
+    single = isinstance(scene.shock, Pulse) and scene.is_plain
+    return single or scene.terms == ("striker",)
+
+
+def terms_of(scene: Scene) -> Terms:
+    """Return the terms of a scene for the kernels, in natural units; None for absent ones."""
+    from hertzchain.engines.native import kernels
+
+    if scene.is_plain:
+        return kernels.PLAIN
+    granules, units, size = scene.granules, scene.units, scene.chain.granules
+    mass_unit = units.force * units.time**2 / units.length
+    stiffness = np.ones(size)  # the last stays 1 at a free end, which is never pressed
+    stiffness[: granules.stiffness.size] = granules.stiffness * (units.length**1.5 / units.force)
+    opening = granules.gap - granules.static_overlap
+    gap = np.zeros(size)
+    gap[: opening.size] = opening / units.length
+    return kernels.Terms(
+        stiffness,
+        mass_unit / granules.mass,
+        None if not opening.any() else gap,
+        None
+        if not granules.constant_force.any()
+        else granules.constant_force / granules.mass * (units.time**2 / units.length),
+    )
+
+
+def softest(scene: Scene) -> float:
+    """Return stiffness over mass of the first contact, divided by the largest of all contacts."""
+    ratio = scene.granules.stiffness / scene.granules.contact_mass
+    return float(ratio[0] / np.max(ratio))
+
+
+def start_of(scene: Scene) -> FloatArray:
+    """Displacement and velocity at the start, natural units, shape (2, N); (0, 0) at rest."""
+    if scene.striker is None and scene.piston is None:
+        return np.zeros((0, 0))
+    start = np.zeros((2, scene.chain.granules))
+    start[1, 0] = scene.start_velocity / scene.units.velocity
+    return start
+
+
+_CODES = {"linear": 1, "cosine": 2, "quarter-sine": 2, "quarter-cosine": 2}
+
+
+def code_of(shape: str) -> int:
+    """Return the kernels' number of a shape of ramps; RunFailed for an unknown shape."""
+    if shape not in _CODES:
+        raise RunFailed(f"the kernels have no formula for a ramp of shape {shape}")
+    return _CODES[shape]
+
+
+def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
+    """Return legs [s, N] for the kernels, in natural units, shape (legs, 8).
+
+    A quarter of a sine is half of a cosine ramp, whose other half no leg reaches.
+    """
+    rows = []
+    for leg in legs:
+        row = [leg.start / units.time, leg.end / units.time, leg.steps, 0.0, 0.0, 0.0, 0.0, 0.0]
+        if leg.ramp is not None:
+            ramp = leg.ramp
+            start, end = ramp.start / units.time, ramp.end / units.time
+            first, last = ramp.start_force / units.force, ramp.end_force / units.force
+            if ramp.shape == "quarter-sine":
+                start, first = 2 * start - end, 2 * first - last
+            elif ramp.shape == "quarter-cosine":
+                end, last = 2 * end - start, 2 * last - first
+            row[3:8] = code_of(ramp.shape), start, end, first, last
+        if leg.stroke is not None:
+            row[6] = leg.stroke.displacement_at(leg.start) / units.length
+            row[7] = leg.stroke.velocity / units.velocity
+        rows.append(row)
+    return np.array(rows, np.float64)
+
+
+@functools.cache
+def nothing_recorded() -> Record:
+    """Return the arrays of a run without a history."""
+    from hertzchain.engines.native import kernels
+
+    nothing = np.zeros((0, 0))
+    return kernels.Record(np.zeros(0), nothing, nothing, nothing)
+
+
+@functools.cache
+def table(stepper: Stepper) -> Table:
+    """Return the coefficients of a method for the kernels."""
+    from hertzchain.engines.native import kernels
+
+    if isinstance(stepper, SymplecticNystrom):
+        kicks, drifts = np.array(stepper.kicks), np.array(stepper.drifts)
+        return kernels.Table(kicks, drifts, None, None, None, None)
+    assert isinstance(stepper, RungeKuttaNystrom)
+    position = np.zeros((stepper.stages, stepper.stages))
+    for row, known in zip(position[1:], stepper.position, strict=True):
+        row[: len(known)] = known
+    return kernels.Table(
+        np.array([stepper.last_weight]),
+        np.ones(1),
+        np.array(stepper.nodes),
+        position,
+        np.array(stepper.velocity_weights),
+        np.array(stepper.position_weights),
+    )
+
+
+def room_for(recorder: Recorder, granules: int) -> Record:
+    """Return arrays for a history, all zero."""
+    from hertzchain.engines.native.kernels import Record
+
+    times = np.asarray(recorder.time, np.float64)
+    of_granules = times.size, granules
+    forces = recorder.contact_force.shape
+    return Record(times, np.zeros(of_granules), np.zeros(of_granules), np.zeros(forces))

@@ -1,0 +1,69 @@
+"""An integration by the compiled kernels, whose state grows where the window needs more room.
+
+It is loaded when the first run begins, because Numba is loaded with it.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.engines.native import kernels
+from hertzchain.engines.native.kernel_input import table
+from hertzchain.engines.native.kernels import COUNTS, TOTALS, Outcome, Record, State, Terms
+from hertzchain.engines.native.methods import Stepper, SymplecticNystrom
+
+
+def march(
+    rows: FloatArray,
+    stepper: Stepper,
+    dtype: type[np.floating[Any]],
+    tolerance: float,
+    starting: float,
+    granules: int,
+    start: FloatArray,
+    terms: Terms,
+    moving: int,
+    leave_behind: bool,
+    force: FloatArray,
+    time: FloatArray,
+    record: Record,
+    control: FloatArray,
+) -> tuple[Outcome, Array, Array]:
+    """Return what happened, and displacement and velocity at the end, shape (N,).
+
+    The arguments are those of ``kernels.march``; ``rows`` are its legs.
+    """
+    columns = granules + 1
+    if leave_behind and terms.stiffness is None:
+        columns = min(columns, kernels.least_columns(stepper.stages))
+    state, is_verlet = at_the_start(stepper, columns, dtype), stepper.order == 2
+    while True:
+        outcome = kernels.march(
+            rows, *table(stepper), state, is_verlet, tolerance, starting, granules, start, *terms,
+            moving, leave_behind, force, time, record, control,
+        )  # fmt: skip
+        if outcome.status != kernels.NO_ROOM:
+            return outcome, state.rows[0, :granules], state.rows[1, :granules]
+        state = kernels.with_room(state, granules, stepper.stages)
+
+
+def at_the_start(stepper: Stepper, columns: int, dtype: type[np.floating[Any]]) -> State:
+    """Return a state for the start of a run."""
+    accelerations, coefficients = _sizes(stepper)
+    return State(
+        np.zeros((5 + accelerations, columns), dtype),
+        np.zeros(5 + coefficients, dtype),
+        np.zeros(COUNTS, np.int64),
+        np.zeros(TOTALS),
+    )
+
+
+@functools.cache
+def _sizes(stepper: Stepper) -> tuple[int, int]:
+    """Return the number of accelerations kept in a step, and of coefficients of the method."""
+    accelerations = 1 if isinstance(stepper, SymplecticNystrom) else stepper.stages
+    return accelerations, sum(0 if one is None else one.size for one in table(stepper))
