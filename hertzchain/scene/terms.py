@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -20,10 +21,16 @@ ALL_TERMS = (
 )  # fmt: skip
 """Names of all terms, in the order of ``Scene.terms``."""
 
-WALLS = ("rigid", "same", "elastic")
+WallKind = Literal["rigid", "same", "elastic"]
+"""Names of the kinds of a wall."""
+
+WALLS: tuple[WallKind, ...] = get_args(WallKind)
 """Kinds of a wall: rigid, of the last granule's material, or of its own material."""
 
-DAMPING = {
+DampingLaw = Literal["restitution", "viscoelastic", "dashpot"]
+"""Names of the laws of damping."""
+
+DAMPING: dict[DampingLaw, str] = {
     "restitution": "restitution",
     "viscoelastic": "relaxation_time",
     "dashpot": "coefficient",
@@ -81,7 +88,7 @@ class Wall:
         For a value that is not possible.
     """
 
-    kind: str
+    kind: WallKind
     young_modulus: float | None = None
     poisson_ratio: float | None = None
     gap: float = 0.0
@@ -159,7 +166,7 @@ class Contact:
         For a value that is not possible, or a parameter of another law.
     """
 
-    damping: str
+    damping: DampingLaw
     restitution: float | None = None
     relaxation_time: float | None = None
     coefficient: float | None = None

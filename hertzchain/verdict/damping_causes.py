@@ -14,7 +14,7 @@ from hertzchain.engines.lammps.damping import BEFORE_ROOT_2, WITH_ROOT_2, tsuji
 from hertzchain.engines.yade.damping import BETAN_PER_RATIO, betan
 from hertzchain.errors import SceneError
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.terms import DAMPING, Contact
+from hertzchain.scene.terms import DAMPING, Contact, DampingLaw
 from hertzchain.theory.restitution import damping_ratio, of_ratio, ratio_for
 from hertzchain.verdict.case import Case, Cause
 
@@ -89,7 +89,7 @@ def damping(case: Case) -> Iterator[Cause]:
         yield Cause(_in_words(case, found, base), found.left, found.rest)
 
 
-def _fit(case: Case, law: str, attraction: bool, logs: FloatArray) -> _Fitted | None:
+def _fit(case: Case, law: DampingLaw, attraction: bool, logs: FloatArray) -> _Fitted | None:
     """Fit the coefficient of a law; None where none can be tried, or none helps."""
 
     @functools.cache
@@ -109,7 +109,7 @@ def _fit(case: Case, law: str, attraction: bool, logs: FloatArray) -> _Fitted | 
     return _Fitted(contact, log, left, case.left(peaks_at(log)))
 
 
-def contact_of(scene: Scene, law: str, strength: float, attraction: bool) -> Contact:
+def contact_of(scene: Scene, law: DampingLaw, strength: float, attraction: bool) -> Contact:
     """Return a law of damping with the coefficient ``strength`` in natural units.
 
     It is c in F = d^(3/2) + c d^q d', and alpha in the law of restitution.

@@ -14,7 +14,7 @@ from hertzchain.engines.native import METHODS
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.terms import DAMPING
+from hertzchain.scene.terms import DAMPING, DampingLaw
 from hertzchain.verdict.damping_causes import contact_of, described
 from hertzchain.verdict.mistaken import AREAS, OTHER_PROFILES, Mistakes, mistaken_scene
 from hertzchain.verdict.slips import force_in_words, stretch_in_words
@@ -100,11 +100,12 @@ def families(scene: Scene, dt: float | None) -> list[Family]:
     return found
 
 
-def _damped(law: str, of: Mistakes, x: float) -> Mistakes:
+def _damped(law: DampingLaw, of: Mistakes, x: float) -> Mistakes:
     return replace(of, law=law, strength=math.exp(x))
 
 
 def _damping_in_words(wrong: Scene, made: Mistakes) -> str:
+    assert made.law
     contact = contact_of(wrong, made.law, made.strength, made.pulls)
     return described(contact, _KNOWN_TO) + (", with contacts that pull" if made.pulls else "")
 

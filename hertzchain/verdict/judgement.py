@@ -362,7 +362,7 @@ def _given(scene: Scene, given: Path | str | Mapping[int, float] | ArrayLike) ->
         values = np.asarray(given, np.float64)
     except (TypeError, ValueError):
         raise SceneError("peak_force", given, allowed) from None
-    require(values.shape == peak_force.shape, "peak_force", values.shape, allowed)
+    require(values.shape == peak_force.shape, "number of peak_force", values.size, allowed)
     possible = bool(np.all(np.isnan(values) | (np.isfinite(values) & (values >= 0))))
     allowed = "must be finite and at least 0 [N], which presses, or NaN where there is none"
     require(possible, "peak_force", None, allowed)

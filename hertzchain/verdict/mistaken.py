@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, plan, simulate
 from hertzchain.engines.native.damped_runs import longest_step, simulate_damped
-from hertzchain.engines.native.simulation import leg_rows
+from hertzchain.engines.native.kernel_input import leg_rows
 from hertzchain.errors import RunFailed, SceneError, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.scene.pulse import PROFILES, Pulse, PulseTable, Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg, lay_steps
+from hertzchain.scene.terms import DampingLaw
 from hertzchain.verdict.damping_causes import contact_of
 
 _RTOL = 1e-7  # wanted accuracy of a run; smaller differences get no cause
@@ -62,7 +64,7 @@ class Mistakes:
     duration: float = 1.0
     held: int = 0
     granules: int = 0
-    law: str = ""
+    law: DampingLaw | Literal[""] = ""
     strength: float = 0.0
     pulls: bool = False
     dt: float = 0.0

@@ -144,8 +144,7 @@ def _legs(result: Result) -> Sequence[Leg]:
     scene = result.scene
     for halvings in range(1, _HALVINGS + 1) if _is_extrapolated(result) else ():
         legs = [
-            replace(leg, steps=2**halvings * leg.steps)
-            for leg in scene.schedule(2**halvings * result.dt)
+            leg.in_steps(2**halvings * leg.steps) for leg in scene.schedule(2**halvings * result.dt)
         ]
         if 3 * sum(leg.steps for leg in legs) == 2 * result.steps:
             return legs
@@ -158,7 +157,7 @@ def _twin_peaks(
     """Return peaks of native [natural units], extrapolated if those of the code are."""
     if not _is_extrapolated(result):
         return np.asarray(twin.peaks.force)
-    coarse = [replace(leg, steps=leg.steps // 2) for leg in legs]
+    coarse = [leg.in_steps(leg.steps // 2) for leg in legs]
     gain = 3 if result.scene.contact is None else 1  # 2^order - 1
     other = _verlet(result.scene, coarse, deadline)
     return np.asarray(twin.peaks.force + (twin.peaks.force - other.peaks.force) / gain)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 
 import hertzchain as hc
 from hertzchain.errors import SceneError
+from hertzchain.scene.terms import DAMPING, WALLS, DampingLaw, WallKind
 from tests.conftest import STEEL
 from tests.scene.test_scene import CHAIN_TEXT, TEXT, refusal, scene_of
 
@@ -22,6 +24,11 @@ def segmented(*segments: str, granules: int = 60) -> str:
     """A chain of segments, each the lines after its header, under the shock of the demo."""
     chain = CHAIN_TEXT.replace("granules = 60", f"granules = {granules}")
     return chain + "".join(f"[[chain.segments]]\n{text}\n" for text in segments) + SHOCK
+
+
+def test_kinds_of_walls_and_laws_of_damping_are_typed() -> None:
+    assert set(get_args(WallKind)) == set(WALLS) == {"rigid", "same", "elastic"}
+    assert set(get_args(DampingLaw)) == set(DAMPING)
 
 
 def test_a_plain_scene_has_no_terms(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.damping import tsuji
 from hertzchain.limits import Deadline
-from hertzchain.scene.terms import DAMPING
+from hertzchain.scene.terms import DAMPING, DampingLaw
 from hertzchain.theory.restitution import damping_ratio, of_ratio
 from hertzchain.verdict.case import Case
 from hertzchain.verdict.causes import EXPLAINED, finders_for
@@ -155,7 +155,7 @@ def test_right_peaks_and_noise_have_no_cause(law: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("law", ASKED)
 @pytest.mark.parametrize("size", [1e-4, 1e-3, 3e-3])
-def test_uncertain_digits_are_left_out(law: str, size: float) -> None:
+def test_uncertain_digits_are_left_out(law: DampingLaw, size: float) -> None:
     """Coefficients from peaks with noise have few digits; the last one may be off by one."""
     damped = replace(ELASTIC, contact=ASKED[law])
     noise = np.random.default_rng(2).standard_normal(15)
@@ -217,7 +217,7 @@ def test_a_step_of_damped_contacts_is_only_remarked() -> None:
 
 
 @pytest.mark.parametrize("law", ASKED)
-def test_strengths_are_coefficients_in_natural_units(law: str) -> None:
+def test_strengths_are_coefficients_in_natural_units(law: DampingLaw) -> None:
     for strength in (1e-5, 0.1, 2.0):
         contact = contact_of(ELASTIC, law, strength, attraction=True)
         assert contact.attraction
@@ -227,7 +227,7 @@ def test_strengths_are_coefficients_in_natural_units(law: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("law", ASKED)
-def test_weak_and_strong_damping_is_found_between_trials(law: str) -> None:
+def test_weak_and_strong_damping_is_found_between_trials(law: DampingLaw) -> None:
     """Two coefficients in a decade are tried; a law is found in between as well."""
     for strength in np.geomspace(3e-5, 1.5, 12):
         contact = contact_of(ELASTIC, law, float(strength), attraction=False)

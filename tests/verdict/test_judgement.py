@@ -205,7 +205,15 @@ def test_an_impossible_tolerance_is_refused(demo: hc.Scene, tolerance: float) ->
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        (np.ones(58), "array of 59"),
+        (
+            np.ones(58),
+            "^number of peak_force = 58: must be a file, a mapping from contacts, or an",
+        ),
+        ([1.0], "^number of peak_force = 1: must be .* an array of 59 forces$"),
+        (
+            np.ones((2, 59)),
+            "^number of peak_force = 118: must be a file, .* or an array of 59 forces$",
+        ),
         ("no.csv", "no.csv: cannot be read"),
         ([[1.0], [2.0, 3.0]], "array of 59"),
         (np.full(59, -1.0), "must be finite and at least 0 .N., which presses"),
@@ -611,6 +619,17 @@ def test_a_known_factor_is_named_within_three_thousandths(truth: hc.Result) -> N
             assert stretch_in_words(stiffer, stretch).endswith(": half the mass") is named
 
 
+@pytest.mark.parametrize(("off", "named"), [(0.0, True), (3e-4, True), (4e-4, False)])
+def test_a_known_factor_near_1_is_named_within_a_tenth_of_what_it_changes(
+    off: float, named: bool, demo: hc.Scene
+) -> None:
+    """With nu = 0.1 the factor 1 - nu^2 changes the length of the pulse by 3.3e-3."""
+    scene = replace(demo, chain=replace(demo.chain, poisson_ratio=0.1))
+    for sign in (-1, 1):
+        words = stretch_in_words(scene, 0.99 ** (1 / 3) * (1 + sign * off))
+        assert ("E in place of E/(1 - nu^2)" in words) is named
+
+
 def test_peaks_below_a_billionth_are_as_good_as_none(demo_reference: hc.Result) -> None:
     expected = demo_reference.peak_force
     for part in (0.0, 0.5e-9, 1e-9):
@@ -629,6 +648,29 @@ def test_samples_are_sought_in_twelve_contacts(demo_reference: hc.Result) -> Non
     for contacts, sought in ((11, False), (12, True)):
         few = replace(case, judged=np.arange(59) < contacts)
         assert bool(next(sampling.samples(few), None)) is sought
+
+
+@pytest.mark.parametrize(("interval", "ways"), [(0.38, 2), (0.42, 1), (0.9, 1)])
+def test_samples_far_apart_are_not_steps_of_velocity_verlet(
+    interval: float, ways: int, demo_reference: hc.Result
+) -> None:
+    scene = demo_reference.scene
+    times = np.arange(0.0, scene.end_time, interval * scene.units.time)
+    history = hc.Native(rtol=1e-8).run(scene, record=times).history
+    assert history is not None
+    found = list(sampling.samples(case_of(demo_reference, history.contact_force.max(axis=0))))
+    assert len(found) == ways
+    assert "of an accurate run" in found[0].sentence
+
+
+def test_a_parameter_half_way_between_two_trials_is_fitted(demo_reference: hc.Result) -> None:
+    """Both trials leave the same, to the last digit."""
+    truth = demo_reference.peak_force
+    case = case_of(demo_reference, truth)
+    found, left = case.fit(lambda x: truth * np.exp(x * x), [-1.5, -0.5, 0.5, 1.5])
+    # x is known to a billionth of the distance of two trials, or where x^2 is below round-off.
+    assert found == pytest.approx(0.0, abs=1e-7)
+    assert left < 1e-14
 
 
 @pytest.mark.parametrize("factor", [0.0, 0.5, 1.1])

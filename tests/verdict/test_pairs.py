@@ -20,6 +20,7 @@ from hertzchain.limits import Deadline
 from hertzchain.report.console import print_document
 from hertzchain.report.judgement import of_judgement
 from hertzchain.scene.pulse import PROFILES, profile_named
+from hertzchain.scene.terms import DampingLaw
 from hertzchain.verdict import causes
 from hertzchain.verdict.case import Case, Cause
 from hertzchain.verdict.mistaken import (
@@ -477,7 +478,7 @@ def test_runs_are_right_to_a_ten_millionth(profile: str) -> None:
 
 
 @pytest.mark.parametrize("law", ["restitution", "viscoelastic", "dashpot"])
-def test_damped_runs_of_velocity_verlet_are_near_those_of_the_engine(law: str) -> None:
+def test_damped_runs_of_velocity_verlet_are_near_those_of_the_engine(law: DampingLaw) -> None:
     scene = mistaken_scene(SCENE, Mistakes(law=law, strength=0.1))
     legs = scene.schedule(0.1 * scene.units.time)
     right = simulate_damped_verlet(scene, legs).peaks.force

@@ -365,6 +365,23 @@ def test_a_fix_that_pushes_in_motion_alone(
     assert str(done.to_mend[0].place) == "in.made:11"
 
 
+@pytest.mark.parametrize(
+    ("granule", "column", "told"), [(0, 0, False), (0, 1, True), (5, 0, True), (5, 1, True)]
+)
+def test_a_fix_that_pushes_a_granule_that_is_led(
+    granule: int, column: int, told: bool, scene: hc.Scene, right: FoundDeck
+) -> None:
+    """A fix leads granule 1 along the chain: a force on it changes nothing, on others it does."""
+    driven = np.arange(scene.chain.granules) == 0
+    moving = np.zeros_like(right.fixes[0].largest)
+    moving[granule, column] = 1.0
+    fix = replace(right.fixes[1], largest=np.zeros_like(moving), largest_in_motion=moving)
+    done = examined(scene, changed(right, driven=driven, fixes=(right.fixes[0], fix)))
+    found = [check.name for check in done.to_mend if check.name.startswith("force of fix")]
+    way = ("along", "across")[column]
+    assert found == ([f"force of fix addforce {way} the chain"] if told else [])
+
+
 def test_a_chain_that_stays_at_rest_has_one_thing_to_mend(
     scene: hc.Scene, right: FoundDeck
 ) -> None:
@@ -417,6 +434,21 @@ def test_a_law_of_no_power_is_no_damping(scene: hc.Scene, right: FoundDeck) -> N
     names = [check.name for check in examined(scene, more).to_mend]
     assert len(names) == 1
     assert re.fullmatch("force of contact .* at other overlaps", names[0])
+
+
+@pytest.mark.parametrize("more", [0.0, 1e9])
+def test_damping_of_a_contact_without_an_elastic_force_comes_first(
+    more: float, scene: hc.Scene, right: FoundDeck
+) -> None:
+    """It has no size next to which it could be small, whatever the damping of another contact."""
+    elastic, damped = right.contact_force.copy(), right.damped_force.copy()
+    elastic[:, 1], damped[:, 1] = 0.0, 1e-3 * right.closing[:, 1]
+    damped[2, 5] += more * damped[2, 5]
+    done = examined(scene, changed(right, contact_force=elastic, damped_force=damped))
+    check = by_name(done, "damping of contact")
+    assert check.name == "damping of contact 3"
+    assert "the elastic force is 0 N" in check.sentence
+    assert check in done.to_mend
 
 
 def test_units_of_lj(scene: hc.Scene, right: FoundDeck) -> None:
