@@ -33,10 +33,21 @@ def recorded(result: Result) -> History:
     return result.history
 
 
-def recorded_below(result: Result) -> str | None:
+def recorded_below(
+    result: Result, *, says_how_many: bool = True, writes_motion: bool = True
+) -> str | None:
     """A sentence where the largest recorded forces stay below the peaks, else None.
 
     That is what lies between the recorded times; contacts that are hardly pressed do not count.
+
+    Parameters
+    ----------
+    result
+        A run with recorded times.
+    says_how_many
+        Whether the sentence advises a number of times; no where another one does.
+    writes_motion
+        Whether the motion is written with -o.
     """
     history, peaks = recorded(result), result.all_peaks
     forces = history.contact_force
@@ -51,10 +62,12 @@ def recorded_below(result: Result) -> str | None:
         return None
     number = worst + 2
     where = "the wall" if number > result.contact[-1] else f"contact {number}"
+    advice = [f"--record {4 * history.time.size} comes closer"] if says_how_many else []
+    advice += ["-o without --record writes the peaks"] if writes_motion else []
     return (
         f"the largest recorded force of {where} is {below[worst]:.2%} below its peak, which lies"
-        f" between two of the {history.time.size} times; that of others is less so: --record"
-        f" {4 * history.time.size} comes closer, and -o without --record writes the peaks"
+        f" between two of the {history.time.size} times; that of others is less so"
+        f"{': ' if advice else ''}{', and '.join(advice)}"
     )
 
 

@@ -214,7 +214,10 @@ def design(
     require(within, "seed", seed, "must be a whole number from 0 to 4294967295")
     found = Design(scene, axes, None if samples is None else int(samples), int(seed))
     if found.sampled and samples is None:
-        allowed = "has no count: give one (LOW:HIGH:COUNT), or say how many samples to draw"
+        allowed = (
+            "has no count: give one (LOW:HIGH:COUNT), or say how many samples to draw with"
+            " --samples (in Python: samples=)"
+        )
         raise SceneError(found.sampled[0].name, None, allowed)
     if samples is not None and not found.sampled:
         allowed = "are drawn from ranges without a count (LOW:HIGH or LOW:HIGH:log): name one"

@@ -34,6 +34,10 @@ MANIFEST = "sweep.json"
 
 _FIRST_DEFINITIONS = 1  # of folders that do not say
 
+_MOST_NAMED = 3  # entries that a message on another sweep names, chosen
+
+_LONGEST_VALUE = 60  # characters of a value in such a message, chosen
+
 
 class Memory(AbstractContextManager["Memory"]):
     """A sweep that is kept in memory."""
@@ -257,14 +261,59 @@ def _locked(folder: Path) -> Any:
 
 
 def _difference(there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
-    """Return a sentence on how two sweeps differ."""
+    """Return a sentence on how two sweeps differ: on the entries of the first key that differs."""
     for key in {**there, **wanted}:
-        if there.get(key) != wanted.get(key):
-            before, now = (json.dumps(one.get(key)) for one in (there, wanted))
-            if len(before) + len(now) < 100:
-                return f"{key} is {before} there and {now} here"
-            return f"its {key} is {before:.300}" + "..." * (len(before) > 300)
+        found = list(_entries(key, there.get(key), wanted.get(key)))
+        said = [
+            f"{name} is {_in_words(before)} there and {_in_words(now)} here"
+            for name, before, now in found[:_MOST_NAMED]
+        ]
+        if len(found) > _MOST_NAMED:
+            said.append(f"and {len(found) - _MOST_NAMED} more")
+        if said:
+            return ", ".join(said)
     return "it is not the same"
+
+
+def _entries(name: str, there: Any, wanted: Any) -> Iterator[tuple[str, Any, Any]]:
+    """Yield the name and both values of each entry that differs, under a name."""
+    if there == wanted:
+        return
+    if isinstance(there, dict) and isinstance(wanted, dict):
+        for key in {**there, **wanted}:
+            full = key if name == "scene" else f"{name}.{key}"
+            yield from _entries(full, there.get(key), wanted.get(key))
+    elif _names(there) and _names(there) == _names(wanted):  # backends, or axes
+        for before, now in zip(there, wanted, strict=True):
+            for key, *both in _entries("", before, now):
+                yield (f"{key[1:]} of {before['name']}", *both)
+    elif _is_segments(there) and _is_segments(wanted) and len(there) == len(wanted):
+        for number, (before, now) in enumerate(zip(there, wanted, strict=True), start=1):
+            yield from _entries(f"{name}.{number}", before, now)
+    else:
+        yield name, there, wanted
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(one, dict) for one in value)
+
+
+def _is_segments(value: Any) -> bool:
+    return _is_table(value) and not _names(value)
+
+
+def _names(value: Any) -> list[str]:
+    """Return the names of named entries; none for any other value."""
+    is_named = _is_table(value) and all("name" in one for one in value)
+    return [str(one["name"]) for one in value] if is_named else []
+
+
+def _in_words(value: Any) -> str:
+    """Return a value of a manifest for a sentence."""
+    if value is None:
+        return "not given"
+    text = ", ".join(_names(value)) or json.dumps(value)
+    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
 
 
 def _join(paths: Sequence[Path], whole: Path) -> None:

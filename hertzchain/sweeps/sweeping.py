@@ -11,7 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hertzchain.errors import OutputError, require
+from hertzchain.errors import OutputError, SceneError, did_you_mean, require
 from hertzchain.limits import RTOL
 from hertzchain.observables.definitions import DEFINITIONS
 from hertzchain.scene.given import SceneLike
@@ -85,8 +85,28 @@ class Sweep:
         ----------
         columns
             Wanted columns; all by default.
+
+        Raises
+        ------
+        SceneError
+            For a column that the sweep does not have.
         """
+        for name in columns or ():
+            self._check_column(name)
         return _joined(self._store.frames("scenes", columns))
+
+    def _check_column(self, name: str) -> None:
+        """Refuse a column that is not in the table, and name what is."""
+        from hertzchain.sweeps.selection import names_of_columns
+
+        known = names_of_columns(self.manifest)
+        if name in known:
+            return
+        key = str(name)
+        near = [one for one in known if one.partition(".")[2] == key]
+        hint = f"; did you mean {near[0]}?" if near else did_you_mean(key, known)
+        end = f"{hint} It has" if hint else ", which has"
+        raise SceneError(key, None, f"is no column of this sweep{end} {', '.join(known)}")
 
     def peaks_to_frame(self) -> pandas.DataFrame:
         """Return one row per scene, backend and contact; OutputError if peaks were not kept."""

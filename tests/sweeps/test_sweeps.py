@@ -202,6 +202,14 @@ def test_a_sample_follows_from_its_number_and_the_seed() -> None:
         assert not set(other[name]) & set(whole[name])
 
 
+@pytest.mark.parametrize("apart", [1, 2, 3, 7])
+def test_samples_need_not_be_neighbours(apart: int) -> None:
+    found = design(SHORT, {"shock.momentum_ratio": "0.1:10:log"}, samples=50)
+    whole = found.parameters(np.arange(50))["shock.momentum_ratio"]
+    some = found.parameters(np.arange(3, 50, apart))["shock.momentum_ratio"]
+    assert some.tolist() == whole[3::apart].tolist()
+
+
 @settings(deadline=None, max_examples=50)
 @given(st.data())
 def test_any_part_of_a_design_is_that_of_the_whole(data: st.DataObject) -> None:
@@ -251,7 +259,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"vary": {"shock.profile": "cosine,square"}}, "shock.profile = 'square': must be"),
     ({"vary": {"shock.profile": "cosine:triangular:2"}}, "has no range: name its values"),
     ({"vary": {"shock.momentum_ratio": "1:2:3", "shock.rise_time": "1 us,2 us"}}, "only one of"),
-    ({"vary": {"shock.momentum_ratio": "1:2"}}, "has no count: give one"),
+    ({"vary": {"shock.momentum_ratio": "1:2"}}, "draw with --samples (in Python: samples=)"),
     ({"vary": GRID, "samples": 5}, "are drawn from ranges without a count"),
     ({"vary": {"shock.momentum_ratio": "1:2"}, "samples": 0}, "whole number of at least 1"),
     ({"vary": {"shock.momentum_ratio": "1:2"}, "samples": 2.5}, "whole number of at least 1"),
@@ -674,26 +682,87 @@ def test_with_another_time_limit_a_sweep_goes_on(tmp_path: Path) -> None:
     pd.testing.assert_frame_equal(again.to_frame(), first.to_frame(), check_exact=True)
 
 
-OTHERS: dict[str, dict[str, Any]] = {
-    "another scene": {"scene": replace(SHORT, run=hc.Run(1.0))},
-    "other values": {"vary": {**GRID, "shock.momentum_ratio": "0.5:2:5:log"}},
-    "another order": {"vary": dict(reversed(GRID.items()))},
-    "another accuracy": {"rtol": 1e-5},
-    "another backend": {"backends": ["formulas"]},
-    "one backend more": {"backends": ["native", "formulas"]},
-    "with peaks": {"peaks": True},
-    "another format": {"file_format": "csv"},
+@pytest.mark.parametrize(
+    ("one", "other", "same"),
+    [
+        (hc.Lammps(), hc.Lammps(isolated=True), True),
+        (hc.Lammps(), hc.Lammps(time_limit=7.0), True),
+        (hc.Native(), hc.Native(peaks_only=True), True),
+        (hc.Lammps(), hc.Lammps(extrapolated=True), False),
+        (hc.Native(), hc.Native("rk4"), False),
+    ],
+)
+def test_what_changes_no_number_does_not_make_another_sweep(
+    one: hc.Native | hc.Lammps, other: hc.Native | hc.Lammps, same: bool
+) -> None:
+    first, second = map(parts_of_sweeps.settings, (one, other))
+    assert (first == second) is same
+
+
+@pytest.mark.parametrize("is_kept", [True, False])
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("foo", ", which has scene, backend, "),
+        ("radius", "; did you mean chain.radius? It has scene, backend, "),
+        ("largest_peak_force", "; did you mean largest_peak_force_N? It has scene, backend, "),
+    ],
+)
+def test_an_unknown_column_is_refused_with_what_there_is(
+    tmp_path: Path, name: str, words: str, is_kept: bool
+) -> None:
+    swept = hc.sweep(SHORT, GRID, output=tmp_path / "out" if is_kept else None)
+    with pytest.raises(SceneError) as refused:
+        swept.to_frame(["scene", name])
+    assert str(refused.value).startswith(f"{name}: is no column of this sweep{words}")
+    assert all(str(column) in str(refused.value) for column in swept.to_frame())
+
+
+OTHERS: dict[str, tuple[dict[str, Any], str]] = {
+    "another scene": (
+        {"scene": replace(SHORT, run=hc.Run(1.0))},
+        "run.end_time is not given there and 1.0 here",
+    ),
+    "other values": (
+        {"vary": {**GRID, "shock.momentum_ratio": "0.5:2:5:log"}},
+        "count of shock.momentum_ratio is 4 there and 5 here",
+    ),
+    "another order": (
+        {"vary": dict(reversed(GRID.items()))},
+        f"vary is {', '.join(GRID)} there and {', '.join(reversed(GRID))} here",
+    ),
+    "another accuracy": ({"rtol": 1e-5}, "rtol of native is 1e-06 there and 1e-05 here"),
+    "other steps": (
+        {"backends": [hc.Native("rk4")]},
+        ", ".join(
+            [
+                'method of native is not given there and "rk4" here',
+                "rtol of native is 1e-06 there and not given here",
+            ]
+        ),
+    ),
+    "another backend": ({"backends": ["formulas"]}, "backends is native there and formulas here"),
+    "one backend more": (
+        {"backends": ["native", "formulas"]},
+        "backends is native there and native, formulas here",
+    ),
+    "with peaks": ({"peaks": True}, "peaks is false there and true here"),
+    "another format": ({"file_format": "csv"}, 'format is "parquet" there and "csv" here'),
 }
 
 
 @pytest.mark.parametrize("what", OTHERS)
 def test_a_folder_of_another_sweep_is_left_as_it_is(tmp_path: Path, what: str) -> None:
+    others, difference = OTHERS[what]
     out = tmp_path / "out"
     hc.sweep(SHORT, GRID, output=out)
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-    asked = {"scene": SHORT, "vary": GRID, **OTHERS[what]}
-    with pytest.raises(OutputError, match="belongs to another sweep"):
+    asked = {"scene": SHORT, "vary": GRID, **others}
+    with pytest.raises(OutputError) as refused:
         hc.sweep(**asked, output=out)
+    assert str(refused.value) == (
+        f"{out}: belongs to another sweep, {difference}; name another folder"
+    )
     assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
 
 

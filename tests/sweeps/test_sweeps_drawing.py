@@ -108,6 +108,14 @@ def test_one_line_where_nothing_else_varies(both: hc.Sweep) -> None:
     assert drawn.remarks == ()
 
 
+def test_a_parameter_of_one_value_is_fixed() -> None:
+    sweep = hc.sweep(BASE, {RATIO: "0.1:2:5:log", N: [3.0]}, backends="formulas")
+    drawn = draw(sweep, RATIO, F_SW)
+    assert len(drawn_lines(drawn.figure)) == 1
+    assert drawn.remarks == ()
+    assert drawn.figure.legends == []
+
+
 def test_values_are_in_order_though_they_were_not_given_so(grid: hc.Sweep) -> None:
     (x, y), *_ = lines = drawn_lines(grid.plot(N, F_SW, RATIO))
     np.testing.assert_array_equal(x, [2, 4, 9])
