@@ -99,6 +99,7 @@ def compare(  # noqa: PLR0915 - three kinds of documents, one after the other
     from hertzchain.report.user_deck import of_examination
     from hertzchain.report.waterfall import record_times
     from hertzchain.verdict import comparison, judgement, user_deck
+    from hertzchain.verdict.check import NOT_RUN
     from hertzchain.verdict.results.judging import judge_peaks
 
     begun, begin = datetime.now(UTC), time.perf_counter()
@@ -176,6 +177,9 @@ def compare(  # noqa: PLR0915 - three kinds of documents, one after the other
     output.write_file("Report", report_file, lambda path: page.write_page(document, path, *names))
     output.write_file("JUnit XML", junit, lambda path: write_text(path, to_xml([suite])))
     if missing:
+        for check in document.checks:
+            if check.kind == NOT_RUN:
+                output.say(f"{check.name}: {check.reason}")
         raise typer.Exit(output.UNUSABLE)
     raise typer.Exit(output.DONE if document.verdict.passed else output.OUT_OF_TOLERANCE)
 

@@ -117,17 +117,23 @@ class RunFiles:
         from hertzchain.report.trajectory import write_trajectory
 
         moving = {name: at_times(result, time) for name, time in times.items()}
+        coarse = None if self.plot is None else coarse_times(moving["plot"])
         if self.record is not None:
             write_file(
                 "Motion",
                 self.output,
                 lambda path: write_motion(moving["motion"], path, self.contacts),
             )
-            if remark := recorded_below(moving["motion"]):
+            remark = recorded_below(
+                moving["motion"],
+                says_how_many=coarse is None,
+                writes_motion=self.output is not None,
+            )
+            if remark:
                 typer.echo(f"hertzchain: {remark}", err=True)
         write_file("Plot", self.plot, lambda path: plot_run(moving["plot"], path, self.contacts))
-        if self.plot is not None and (remark := coarse_times(moving["plot"])):
-            typer.echo(f"hertzchain: {remark}", err=True)
+        if coarse:
+            typer.echo(f"hertzchain: {coarse}", err=True)
         write_file("Film", self.animate, lambda path: write_film(moving["film"], path))
         write_file(
             "Trajectory", self.trajectory, lambda path: write_trajectory(moving["trajectory"], path)

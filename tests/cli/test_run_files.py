@@ -53,6 +53,25 @@ def test_all_files_of_one_run(hertzchain: Command) -> None:
     assert "below its peak, which lies between two of the 20 times" in outcome.err
 
 
+WRITES_PEAKS = "-o without --record writes the peaks\n"
+
+
+@pytest.mark.parametrize(
+    ("options", "advice"),
+    [
+        (("--plot", "run.svg"), "less so\n"),
+        (("--plot", "run.svg", "-o", "motion.csv"), f"less so: {WRITES_PEAKS}"),
+        (("-o", "motion.csv"), f"less so: --record 80 comes closer, and {WRITES_PEAKS}"),
+    ],
+)
+def test_one_number_of_times_is_advised(
+    hertzchain: Command, options: tuple[str, ...], advice: str
+) -> None:
+    outcome = hertzchain("run", SCENE, "--record", "20", *options)
+    assert f"that of others is {advice}" in outcome.err
+    assert outcome.err.count(": --record ") == 1
+
+
 def test_contacts_are_those_of_the_plot(
     hertzchain: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -125,6 +144,14 @@ def test_lists_of_contacts(given: str, found: list[int], demo: Scene) -> None:
 def test_impossible_contacts_are_refused(given: str, demo: Scene) -> None:
     with pytest.raises(HertzchainError, match="--contacts"):
         to_contacts(given, demo)
+
+
+@pytest.mark.parametrize(("given", "is_range"), [("99", False), ("3,99", False), ("9:5", True)])
+def test_only_a_range_is_told_to_count_up(given: str, is_range: bool, demo: Scene) -> None:
+    with pytest.raises(HertzchainError) as refused:
+        to_contacts(given, demo)
+    up = "; a range counts up" * is_range
+    assert str(refused.value) == f"--contacts {given}: contacts of this scene are 2 to 60{up}"
 
 
 def test_the_last_contact_of_a_chain_at_a_wall_is_that_of_the_wall() -> None:

@@ -84,7 +84,7 @@ BAD = {
         "scenes = 1000000000000: must be at most 100,000,000",
     ),
     "samples of nothing": ((*GRID, "--samples", "9"), "are drawn from ranges without a count"),
-    "a range without samples": (("--vary", "chain.radius=1 mm:2 mm"), "has no count"),
+    "a range without samples": (("--vary", "chain.radius=1 mm:2 mm"), "to draw with --samples"),
     "an accuracy that cannot be had": ((*GRID, "--rtol", "1e-30"), "rtol = 1e-30: must be"),
     "a time limit that cannot be": ((*GRID, "--time-limit", "-1 s"), "--time-limit = '-1 s'"),
     "a backend twice": (

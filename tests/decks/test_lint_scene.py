@@ -143,6 +143,29 @@ def test_nothing_is_said_of_shipped_decks_of_their_scenes(entry: Entry) -> None:
 
 
 @pytest.mark.parametrize(
+    ("rise", "peak", "said"),
+    [
+        ("5e-5", "100.0", None),
+        ("4e-5", "100.0", "the force rises to half of its peak at 2e-05, in the scene at 2.5e-05"),
+        ("5e-5", "110.0", "the largest force is 110, in the scene it is 100"),
+    ],
+)
+def test_a_static_load_in_the_formula_of_the_pulse_is_no_part_of_it(
+    rise: str, peak: str, said: str | None
+) -> None:
+    push = f"20.0+{peak}*sin(PI/2*time/{rise})^2*(time<2*{rise})"
+    hold = "group last id 30\nfix hold last addforce -20.0 0.0 0.0"
+    text, count = re.subn(
+        "(variable push equal ).*", rf"\g<1>{push}\n{hold}", deck().replace("unfix shock\n", "")
+    )
+    assert count == 1
+    pressed = replace(SCENE, precompression=hc.Precompression(force=20.0))
+    texts = [one.text for one in lint(text, pressed) if one.rule == "scene-force"]
+    assert len(texts) == (said is not None)
+    assert said is None or texts[0].startswith(said)
+
+
+@pytest.mark.parametrize(
     ("stored", "put_back", "found"),
     [
         ("0 vx", "f_kept", None),

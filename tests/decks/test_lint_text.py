@@ -336,8 +336,23 @@ def test_where_gravity_points(vector: str, found: str) -> None:
     assert not [f for f in lint(across) if f.rule == "gravity"]
 
 
+@pytest.mark.parametrize(("step", "found"), [(0.198, False), (0.202, True)])
+def test_from_a_fifth_of_the_natural_time_on_steps_are_long(step: float, found: bool) -> None:
+    mass, modulus = np.pi / 6 * 0.0095**3 * 7958, 193e9 / (2 * (1 - 0.3**2))
+    stiffness = 4 / 3 * modulus * np.sqrt(0.0095 / 4)
+    unit = float(np.sqrt(mass) / (stiffness ** (1 / 3) * 100 ** (1 / 6)))  # under 100 N
+    text = CLEAN.replace("unfix shock\nrun 3000", f"timestep {step * unit!r}\nrun 100")
+    assert [f.severity for f in lint(text) if f.rule == "step-length"] == ["warning"] * found
+
+
 def said(text: str, rule: str) -> bool:
     return rule in {finding.rule for finding in lint(text)}
+
+
+LANDINGS = "25*(floor(v_s)+ternary(v_s-floor(v_s)<{0},(v_s-floor(v_s))/{0},1))*(v_s<4)".replace(
+    "v_s", "(time/2.5e-5)"
+)
+"""A formula of four ramps, each for a part of 25 us that is filled in, and a level after each."""
 
 
 @pytest.mark.parametrize(
@@ -350,6 +365,9 @@ def said(text: str, rule: str) -> bool:
         ("100*ternary(time<5e-5,time/5e-5,2-time/5e-5)*(time<1e-4)", False),
         ("10*ceil(10*sin(PI*time/1e-4))*(time<1e-4)", True),
         ("10*round(10*sin(PI*time/1e-4))*(time<1e-4)", True),
+        (LANDINGS.format(0.5), False),  # as long on ramps as on levels
+        (LANDINGS.format(0.3), False),
+        (LANDINGS.format(0.1), True),
     ],
 )
 def test_which_formulas_are_staircases(push: str, found: bool) -> None:

