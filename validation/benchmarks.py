@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import itertools
 import resource
+import shutil
 import subprocess
 import sys
 import time
@@ -28,11 +29,12 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.native import METHODS, kernels, simulate
+from hertzchain.engines.native.kernel_input import leg_rows, nothing_recorded, table
 from hertzchain.engines.native.many import march_all
+from hertzchain.engines.native.marching import at_the_start
 from hertzchain.engines.native.methods import SRKN_11B
 from hertzchain.engines.native.plan import cheapest as plan
 from hertzchain.engines.native.refinement import Fixed
-from hertzchain.engines.native.simulation import leg_rows, table
 from hertzchain.errors import RunFailed
 from hertzchain.files import write_text
 from hertzchain.limits import TIME_LIMIT, Deadline
@@ -89,11 +91,12 @@ def keep(folder: Path) -> None:
         style = BACKENDS.get(one.figure.split(",")[0].lower(), {"marker": "^", "color": "#D55E00"})
         demo.plot([one.value], [one.figure], **{**style, "label": None})
     demo.set_title("Peaks of the demo scene to 1e-6", fontsize="medium")
-    spent = [one.value for one in FIGURES if one.group == "K"]
     names = [name.replace("_", " ") for name in TERMS]
-    for k, (name, wanted) in enumerate((("native", "1e-6"), ("lammps", "1e-4"))):
-        style = {**BACKENDS[name], "label": f"{BACKENDS[name]['label']} to {wanted}"}
-        terms.plot(spent[k::2], names, **style)
+    for code, wanted in (("native", "1e-6"), ("LAMMPS", "1e-4"), ("LIGGGHTS", "1e-4")):
+        spent = [one.value for one in FIGURES if one.group == "K" and f": {code} " in one.figure]
+        style = BACKENDS.get(code.lower(), {"marker": "D", "color": "#56B4E9", "linestyle": "none"})
+        if spent:  # LIGGGHTS need not be here
+            terms.plot(spent, names, **{**style, "label": f"{code} to {wanted}"})
     terms.set_title("Scenes with terms, with error", fontsize="medium")
     handles, labels = terms.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower right", ncols=2, fontsize="small")
@@ -266,14 +269,11 @@ def granule_evaluations(rows: FloatArray, granules: int) -> int:
 
 def march(module: dict[str, Any], legs: FloatArray, granules: int, moving: int) -> Any:
     """Run the kernels of a module, whole or cut, on a plain scene at fixed steps."""
-    nothing, contacts = np.zeros((0, 0)), granules - 1
-    coefficients = module["Table"](*table(SRKN_11B))
-    record = module["Record"](np.zeros(0), nothing, nothing, nothing)
-    outcome, _, _ = module["march"](
-        legs, coefficients, np.zeros(0), False, 0.0, 0.0, granules, nothing, module["PLAIN"],
-        moving, False, np.zeros(contacts), np.zeros(contacts), record, np.zeros(3),
+    contacts, state = granules - 1, at_the_start(SRKN_11B, granules + 1, np.float64)
+    return module["march"](
+        legs, *table(SRKN_11B), state, False, 0.0, 0.0, granules, np.zeros((0, 0)), *kernels.PLAIN,
+        moving, False, np.zeros(contacts), np.zeros(contacts), nothing_recorded(), np.zeros(3),
     )  # fmt: skip
-    return outcome
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
@@ -335,13 +335,11 @@ def test_g_first_call_of_a_process(benchmark: Any) -> None:
 FEATURES = {
     "window": [
         ("grows = base + size <= granules", "grows = False"),
-        ("            if leave_behind and over:", "            if False:"),
+        ("if leave_behind and over:", "if False:"),
         ("if ahead > 0 and hi < last:", "if False:"),
         ("        if ahead > 0:\n            hi = min(hi + _AHEAD, last)\n", ""),
     ],
-    "recording": [
-        ("        if kept < record.time.size and record.time[kept] <= time:", "        if False:")
-    ],
+    "recording": [("if kept < record.time.size and record.time[kept] <= time:", "if False:")],
     "table pulse": [("    if leg[SHAPE] == 2:", "    if True:")],
 }
 """Edits that remove a feature from the kernels' source; float32 is compiled separately."""
@@ -417,6 +415,11 @@ def test_k_terms(benchmark: Any, name: str) -> None:
     backend = hc.Lammps(rtol=1e-4)
     spent = best(lambda: backend.run(scene), 3)
     FIGURES.append(Measured("K", f"{name}: LAMMPS to 1e-4, with error", spent * 1e3, "ms"))
+    if shutil.which("liggghts"):
+        begin = time.perf_counter()
+        hc.Liggghts(rtol=1e-4).run(scene)  # fresh processes: nothing is warm in a second run
+        spent = time.perf_counter() - begin
+        FIGURES.append(Measured("K", f"{name}: LIGGGHTS to 1e-4, with error", spent * 1e3, "ms"))
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.native import kernels
-from hertzchain.engines.native.simulation import leg_rows
+from hertzchain.engines.native.kernel_input import leg_rows
 from validation import benchmarks
 from validation.benchmarks import FEATURES, TERMS, Measured, keep, march, sources
 
@@ -29,10 +29,13 @@ def test_the_front_saves_evaluations(demo: hc.Scene) -> None:
     assert 0 < front.granule_evaluations < 0.8 * whole.granule_evaluations
 
 
-def test_figures_are_kept_with_the_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("codes", [("native", "LAMMPS"), ("native", "LAMMPS", "LIGGGHTS")])
+def test_figures_are_kept_with_the_machine(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, codes: tuple[str, ...]
+) -> None:
     measured = [Measured("A", "native, with error", 0.3, "ms"), Measured("B", "a ratio", 197.26)]
     for name in TERMS:
-        measured += [Measured("K", f"{name}: {code}", 2.0, "ms") for code in ("native", "LAMMPS")]
+        measured += [Measured("K", f"{name}: {code} to 1e-4", 2.0, "ms") for code in codes]
     monkeypatch.setattr(benchmarks, "FIGURES", measured)
     keep(tmp_path)
     assert (
@@ -41,4 +44,7 @@ def test_figures_are_kept_with_the_machine(tmp_path: Path, monkeypatch: pytest.M
     table = pandas.read_csv(tmp_path / "bench.csv", comment="#", keep_default_na=False)
     assert table.iloc[1].to_list() == ["B", "a ratio", 197.3, ""]
     assert len(table) == len(measured)
-    assert "Scenes with terms" in (tmp_path / "bench.svg").read_text(encoding="utf-8")
+    drawn = (tmp_path / "bench.svg").read_text(encoding="utf-8")
+    assert "Scenes with terms" in drawn
+    assert all(f"{code} to 1e-" in drawn for code in codes)
+    assert ("LIGGGHTS" in drawn) == ("LIGGGHTS" in codes)
