@@ -62,8 +62,8 @@ class Commands(SphinxDirective):
             section += nodes.literal_block(usage, usage)
             section += [nodes.paragraph("", text) for text in command.help.split("\n\n")]
             entries = nodes.definition_list()
-            for parameter in command.get_params(context):
-                term, meaning = parameter.get_help_record(context)
+            records = (one.get_help_record(context) for one in command.get_params(context))
+            for term, meaning in filter(None, records):  # None: an option that help hides
                 # As code, or two hyphens become a dash.
                 parts = (
                     nodes.literal("", part) if part.startswith("-") else nodes.Text(part)

@@ -113,14 +113,7 @@ def deck(
 
 def lint(
     decks: Annotated[list[Path], typer.Argument(metavar="DECK...", help="LAMMPS input files.")],
-    scene: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Hold the decks against this scene, too: sizes, contacts, forces, steps, as far as"
-            " their text says what they are.",
-        ),
-    ] = None,
+    scene: Annotated[Path | None, typer.Option(hidden=True)] = None,
     variables: Annotated[
         list[str] | None,
         typer.Option(
@@ -139,16 +132,17 @@ def lint(
 
     from hertzchain.decks.lint.rules import lint_file
 
-    wanted = None if scene is None else options.load_scene(scene)
+    if scene is not None:
+        instead = f"hertzchain compare {scene} --deck {decks[0]}"
+        raise HertzchainError(f"lint knows no scenes; this compares deck and scene: {instead}")
     given = options.by_name("--var", variables or [], "F0=100")
-    found = {str(path): lint_file(path, wanted, given) for path in decks}
+    found = {str(path): lint_file(path, given) for path in decks}
     if as_json:
         files = [
             {"file": file, "findings": [asdict(finding) for finding in findings]}
             for file, findings in found.items()
         ]
-        held = {} if scene is None else {"scene": str(scene)}
-        print_json({**held, "decks": files})
+        print_json({"decks": files})
     for file, findings in found.items():
         for finding in () if as_json else findings:
             where = f"{file}:{finding.line}: {finding.severity}"

@@ -29,6 +29,7 @@ from tests import scenes
 from tests.command_line import Command
 from tests.conftest import STEEL
 from tests.places import ROOT
+from tests.test_public_names import modules_after
 
 SHIPPED = sorted((ROOT / "lammps_inputs").glob("in.*"))
 
@@ -882,3 +883,47 @@ def test_notes_leave_the_status_at_0(tmp_path: Path, hertzchain: Command) -> Non
     outcome = hertzchain("lint", file)
     assert outcome.status == 0
     assert ": note: " in outcome.out
+
+
+def test_a_scene_is_for_compare(hertzchain: Command) -> None:
+    refused = hertzchain("lint", "in.mine", "--scene", "demo.toml")
+    assert (refused.status, refused.err.count("\n")) == (2, 1)
+    assert "hertzchain compare demo.toml --deck in.mine" in refused.err
+
+
+def test_included_files_are_looked_at(tmp_path: Path) -> None:
+    """As parts of the deck, and named where something is wrong in them; none without end."""
+    wrong = planted(TRAPS["density first"])
+    setup, rest = wrong[: wrong.index("neighbor")], wrong[wrong.index("neighbor") :]
+    at = setup.partition("set group all density")[0].count("\n") + 1
+    (tmp_path / "setup.in").write_text(setup, encoding="utf-8")
+    (tmp_path / "more.in").write_text("include setup.in\n", encoding="utf-8")
+    file = tmp_path / "in.chain"
+    file.write_text(f"# a chain\ninclude more.in  # made there\n{rest}", encoding="utf-8")
+    (found,) = bad(lint_file(file))
+    assert (found.line, found.rule) == (2, "density-before-diameter")
+    assert found.text.startswith(f"setup.in:{at}: the density is set before the diameter")
+    (tmp_path / "setup.in").write_text(CLEAN[: CLEAN.index("neighbor")], encoding="utf-8")
+    assert lint_file(file) == []
+    file.write_text("include none.in\ninclude in.chain\nrun 1\n", encoding="utf-8")
+    assert {one.rule for one in lint_file(file)} >= {"elsewhere"}
+
+
+def test_variables_of_the_command_line(tmp_path: Path, hertzchain: Command) -> None:
+    """As LAMMPS takes them: in place of the values of style index."""
+    step = re.search(r"^timestep .*$", CLEAN, flags=re.MULTILINE)
+    assert step is not None
+    text = CLEAN.replace(step[0], "variable dt index 1.0\ntimestep ${dt}")
+    assert "step-length" in {finding.rule for finding in bad(lint(text))}
+    assert bad(lint(text, {"dt": step[0].split()[1]})) == []
+    file = tmp_path / "in.chain"
+    file.write_text(text, encoding="utf-8")
+    assert hertzchain("lint", file).status == 1
+    assert hertzchain("lint", file, "--var", f"dt={step[0].split()[1]}").status == 0
+    refused = hertzchain("lint", file, "--var", "n=")
+    assert (refused.status, refused.err.count("\n")) == (2, 1)
+
+
+def test_numpy_is_not_needed() -> None:
+    code = "from hertzchain.decks.lint.rules import lint; lint('units si\\nrun 1\\n')"
+    assert "numpy" not in modules_after(code)

@@ -406,4 +406,4 @@ def test_messages_have_the_numbers_of_the_deck() -> None:
 
 def test_an_empty_variable_of_the_caller_is_read() -> None:
     """A command line refuses one."""
-    assert {finding.rule for finding in lint("print ${a}\n", None, {"a": ""})} == {"no-deck"}
+    assert {finding.rule for finding in lint("print ${a}\n", {"a": ""})} == {"no-deck"}

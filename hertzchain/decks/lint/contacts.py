@@ -12,7 +12,7 @@ from hertzchain.decks.lint.deck import Deck
 from hertzchain.decks.lint.granules import Row
 from hertzchain.decks.lint.script import Command
 from hertzchain.engines.lammps.damping import tsuji
-from hertzchain.engines.lammps.dialect import NUMBERS_OF, WITHOUT_ATTRACTION
+from hertzchain.engines.lammps.dialect import NUMBERS_OF
 
 NO_DAMPING = 1e-100
 """Numbers for damping up to this are 0, in all units (chosen)."""
@@ -32,8 +32,6 @@ class Contact:
         A and p: 1.5, or 1 for a linear spring.
     damping, power
         c and q; 0 for an elastic contact.
-    may_pull
-        Whether its force may be below 0.
     """
 
     command: Command
@@ -41,7 +39,6 @@ class Contact:
     exponent: float
     damping: float | None
     power: float
-    may_pull: bool
 
 
 @dataclass(frozen=True)
@@ -153,7 +150,7 @@ def _granular(command: Command, words: tuple[str, ...], pair: _Pair) -> Contact 
         stiffness = None if modulus is None else modulus * math.sqrt(pair.radius)
     option = dict(pairwise(words)).get("damping", "viscoelastic")
     c, q = _damping(option, g, stiffness, exponent, pair)
-    return Contact(command, stiffness, exponent, c, q, WITHOUT_ATTRACTION not in words)
+    return Contact(command, stiffness, exponent, c, q)
 
 
 def _damping(
@@ -189,15 +186,14 @@ def _classic(command: Command, words: tuple[str, ...], pair: _Pair) -> Contact |
     kn, gamma = (number(" ".join(words[k : k + 1])) for k in (1, 3))
     if name not in ("gran/hertz/history", "gran/hooke", "gran/hooke/history"):
         return None
-    pulls = WITHOUT_ATTRACTION not in words
     if gamma is not None and abs(gamma) <= NO_DAMPING:
         gamma = 0.0
     if pair.mass is None and gamma != 0:
         gamma = None
     weight = pair.mass or 0.0
     if name != "gran/hertz/history":
-        return Contact(command, kn, 1.0, None if gamma is None else gamma * weight, 0.0, pulls)
+        return Contact(command, kn, 1.0, None if gamma is None else gamma * weight, 0.0)
     root = math.sqrt(pair.radius)
     stiffness = None if kn is None else kn * root
     c = None if gamma is None else gamma * weight * root
-    return Contact(command, stiffness, 1.5, c, 0.5 if c else 0.0, pulls)
+    return Contact(command, stiffness, 1.5, c, 0.5 if c else 0.0)

@@ -19,8 +19,6 @@ class Finding:
     rule: str
     severity: Severity  # wrong or stops; likely not meant; costs time, or is worth knowing
     text: str  # what is wrong, and what to write instead
-    found: float | None = None  # the number of the deck, in its units, held against a scene
-    expected: float | None = None  # the number of the scene, in the units of the deck
 
 
 Found = Iterator[tuple[Command | None, Severity, str]]  # where (None: line 1), how bad, sentence

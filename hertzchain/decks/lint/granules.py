@@ -39,8 +39,6 @@ class Row:
         Centre along the axis, diameter, mass and type of each.
     velocity
         Of each, its three components.
-    by
-        The command that last gave each granule an attribute; empty where none did.
     groups
         Numbers of the granules in each group; None where they are not known.
     """
@@ -52,16 +50,7 @@ class Row:
     mass: tuple[Number, ...]
     kind: tuple[int | None, ...]
     velocity: tuple[tuple[Number, Number, Number], ...]
-    by: dict[str, tuple[Command | None, ...]]
     groups: dict[str, frozenset[int] | None]
-
-    def backwards(self) -> Row:
-        """The same row from its other end."""
-        return Row(
-            self.axis, self.ids[::-1], self.place[::-1], self.diameter[::-1], self.mass[::-1],
-            self.kind[::-1], self.velocity[::-1],
-            {name: commands[::-1] for name, commands in self.by.items()}, self.groups,
-        )  # fmt: skip
 
     def members(self, group: str) -> frozenset[int] | None:
         """The granules of a group; None where they are not known."""
@@ -99,7 +88,6 @@ class _Maker:
         self.places: list[list[Number]] = []
         self.values: dict[str, list[Number]] = {"diameter": [], "mass": [], "kind": []}
         self.velocities: list[list[Number]] = []
-        self.by: dict[str, list[Command | None]] = {}
         self.groups: dict[str, frozenset[int] | None] = {}
         self.stored: dict[str, list[dict[int, Number]]] = {}  # columns of fixes store/state
         self.formulas: dict[str, str] = {}  # of variables of style atom
@@ -141,7 +129,6 @@ class _Maker:
             if len(point) != 3:
                 raise _Unknown
             self.add(
-                command,
                 kind,
                 [None if x is None or unit is None else x * unit for x in point],
             )
@@ -151,7 +138,7 @@ class _Maker:
         boxes = self.deck.named("create_box")
         region = words[3:4] if words[2] == "region" else boxes[-1].words[2:3] if boxes else ()
         for site in self.sites(" ".join(region)):
-            self.add(command, kind, list(site))
+            self.add(kind, list(site))
 
     def sites(self, region: str) -> list[tuple[float, float, float]]:
         """The sites of a simple cubic lattice in a block, which has a row of them."""
@@ -171,7 +158,7 @@ class _Maker:
         x, y, z = ranges
         return [(i * scale, j * scale, k * scale) for k in z for j in y for i in x]
 
-    def add(self, command: Command, kind: Number, point: list[Number]) -> None:
+    def add(self, kind: Number, point: list[Number]) -> None:
         """One more granule, as LAMMPS makes it."""
         if len(self.places) >= MOST:
             raise _Unknown
@@ -179,18 +166,13 @@ class _Maker:
         self.velocities.append([0.0, 0.0, 0.0])
         for name, value in (("diameter", 1.0), ("mass", math.pi / 6), ("kind", kind)):
             self.values[name].append(value)
-        for commands in self.by.values():
-            commands.append(None)
-        self.note("place", len(self.places), command)
+        self.count_change()
 
-    def note(self, attribute: str, granule: int, command: Command) -> None:
-        """Remember who gave a granule an attribute."""
+    def count_change(self) -> None:
+        """One more change of a granule: too many are not followed."""
         self.left -= 1
         if self.left < 0:
             raise _Unknown
-        commands = self.by.setdefault(attribute, [])
-        commands += [None] * (len(self.places) - len(commands))
-        commands[granule - 1] = command
 
     def selected(self, style: str, which: str) -> frozenset[int] | None:
         """The granules that ``set`` changes."""
@@ -223,7 +205,7 @@ class _Maker:
             if keyword in ("diameter", "density", "mass", "type", *_PLACES, *_SPEEDS):
                 for k in chosen or ():
                     value = None if unsure else self.value(word, command, k)
-                    self.change(keyword, k, value, command)
+                    self.change(keyword, k, value)
 
     def value(self, word: str, command: Command, granule: int) -> Number:
         """What ``set`` and ``velocity`` give one granule."""
@@ -234,25 +216,22 @@ class _Maker:
         column = int(kept[2] or 1) if kept else 0
         return columns[column - 1].get(granule) if 1 <= column <= len(columns) else None
 
-    def change(self, keyword: str, k: int, value: Number, command: Command) -> None:
+    def change(self, keyword: str, k: int, value: Number) -> None:
         """Give one granule an attribute; a density makes a mass with the diameter of now."""
+        self.count_change()
         if keyword in _PLACES:
             self.places[k - 1][_PLACES.index(keyword)] = value
-            self.note("place", k, command)
         elif keyword in _SPEEDS:
             self.velocities[k - 1][_SPEEDS.index(keyword)] = value
-            self.note("velocity", k, command)
         elif keyword == "density":
             diameter = self.values["diameter"][k - 1]
             mass = None
             if value is not None and diameter is not None:
                 mass = math.pi / 6 * diameter * diameter * diameter * value
             self.values["mass"][k - 1] = mass
-            self.note("mass", k, command)
         else:
             name = "kind" if keyword == "type" else keyword
             self.values[name][k - 1] = value
-            self.note(name, k, command)
 
     def group(self, command: Command) -> None:
         """``group``: by numbers, types, and other groups."""
@@ -314,7 +293,7 @@ class _Maker:
                 self.velocities[k - 1][axis] = (
                     given * unit if sure and given is not None and unit is not None else None
                 )
-            self.note("velocity", k, command)
+            self.count_change()
 
     def displace(self, command: Command) -> None:
         """``displace_atoms``: by a known length, or to unknown places."""
@@ -372,21 +351,16 @@ class _Maker:
         order = list(range(len(along)))
         if None not in along:
             order.sort(key=lambda k: along[k] or 0.0)
-        count = len(order)
 
         def in_order(values: Sequence[Number]) -> tuple[Number, ...]:
             return tuple(values[k] for k in order)
 
-        by = {
-            name: tuple((commands + [None] * (count - len(commands)))[k] for k in order)
-            for name, commands in self.by.items()
-        }
         kinds = [None if kind is None else int(kind) for kind in self.values["kind"]]
         velocity = tuple((v[0], v[1], v[2]) for v in (self.velocities[k] for k in order))
         return Row(
             axis=axis, ids=tuple(k + 1 for k in order), place=in_order(along),
             diameter=in_order(self.values["diameter"]), mass=in_order(self.values["mass"]),
-            kind=tuple(kinds[k] for k in order), velocity=velocity, by=by, groups=self.groups,
+            kind=tuple(kinds[k] for k in order), velocity=velocity, groups=self.groups,
         )  # fmt: skip
 
     def axis(self) -> int | None:

@@ -13,7 +13,6 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from hertzchain.decks.lint.arithmetic import number
 from hertzchain.decks.lint.chain import Chain
@@ -27,9 +26,6 @@ from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.damping import BEFORE_ROOT_2, tsuji
 from hertzchain.errors import HertzchainError
 from hertzchain.files import read_bytes
-
-if TYPE_CHECKING:
-    from hertzchain.scene.scene import Scene
 
 MOST_BYTES = 5_000_000  # of a deck: more are not written by hand
 
@@ -730,10 +726,8 @@ RULES: dict[str, Callable[[Chain], Found]] = {**_DECK_RULES, **CHAIN_RULES}
 """All rules by name."""
 
 
-def lint(
-    text: str, scene: Scene | None = None, variables: Mapping[str, str] | None = None
-) -> list[Finding]:
-    """The findings in a deck, in the order of its lines; with a scene, what differs from it too.
+def lint(text: str, variables: Mapping[str, str] | None = None) -> list[Finding]:
+    """The findings in a deck, in the order of its lines.
 
     ``variables`` are those of the command line, which take the place of the deck's own.
     """
@@ -744,26 +738,10 @@ def lint(
             for command, severity, sentence in rule(deck):
                 line = 1 if command is None else command.line
                 found.add(Finding(line, name, severity, sentence))
-    is_deck = not any(one.rule == "no-deck" for one in found)
-    if scene is not None and is_deck:
-        from hertzchain.decks.lint.against_loads import against_scene  # needs NumPy, as scenes do
-
-        held = set(against_scene(deck, scene))
-        if deck.row is not None and None not in deck.row.place:
-            # The scene says whether gaps and static overlaps are meant.
-            found = {finding for finding in found if finding.rule != "not-touching"}
-        if deck.contacts is not None and deck.walls is not None:
-            # So does it whether contacts may pull, and whether they are damped.
-            found = {one for one in found if one.rule != "attraction"}
-            if scene.contact is not None:
-                found = {one for one in found if (one.rule, one.severity) != ("damping", "note")}
-        found |= held
     return sorted(found, key=lambda finding: (finding.line, finding.rule, finding.text))
 
 
-def lint_file(
-    path: Path, scene: Scene | None = None, variables: Mapping[str, str] | None = None
-) -> list[Finding]:
+def lint_file(path: Path, variables: Mapping[str, str] | None = None) -> list[Finding]:
     """The findings in a file and what it includes, at the lines that include it; see ``lint``."""
     try:
         content = read_bytes(path, MOST_BYTES)
@@ -773,7 +751,7 @@ def lint_file(
     # A comment may be in another encoding; no command has such letters.
     lines = whole(path, content.decode("utf-8", errors="replace"), MOST_BYTES)
     found: list[Finding] = []
-    for finding in lint("\n".join(written for written, _, _ in lines), scene, variables):
+    for finding in lint("\n".join(written for written, _, _ in lines), variables):
         _, line, place = lines[finding.line - 1] if lines else ("", 1, "")
         text = f"{place}: {finding.text}" if place else finding.text
         found.append(replace(finding, line=line, text=text))

@@ -52,16 +52,3 @@ SCALES = {
     "nano": Scale(1e-9, 1e-21, 1e-9),
 }
 """LAMMPS's styles of units that belong to a scale: ``lj`` takes any, others have factors."""
-
-
-def similar(
-    diameters: tuple[float, float], masses: tuple[float, float], stiffnesses: tuple[float, float]
-) -> Scale:
-    """The scale of a deck without units, from what is the same granule and contact.
-
-    Each pair is the number of the deck, then that in SI.
-    """
-    length, mass = diameters[1] / diameters[0], masses[1] / masses[0]
-    # A has the unit mass x length^(-1/2) x time^(-2).
-    time = math.sqrt(mass / math.sqrt(length) * stiffnesses[0] / stiffnesses[1])
-    return Scale(length, mass, time)
