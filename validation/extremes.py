@@ -8,7 +8,8 @@ closed list (REASONS).
 
 Error bounds are also held against another solver, tests/oracles/eighth_order.py, on scenes of
 moderate length that are drawn to be hard on them (validation/random_scenes.py): end times anywhere,
-pulse tables, maxima that change places, steps of one's own.
+pulse tables, maxima that change places, steps of one's own. Scenes with terms, elastic and damped,
+are judged by native's most accurate run, which SciPy judges in the tests.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import math
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -51,6 +52,7 @@ from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.pulse import PROFILES, profile_named
 from tests.oracles import eighth_order
 from validation.drawing import new_figure
+from validation.random_drives import random_hard_scene
 from validation.random_scenes import KINDS
 from validation.rows import Row, row
 from validation.script import Script
@@ -93,8 +95,20 @@ SCENES, ANSWERED = 10_000, 5_000
 BOUNDS = 5_000
 """Scenes of each kind on which error bounds are compared with another solver."""
 
+WITH_TERMS = {"elastic terms": False, "damped terms": True}
+"""Kinds of scenes with terms, and whether contacts are damped."""
+
+HARD = 10_000
+"""Scenes of each of these kinds."""
+
+HARD_GRANULES, HARD_TIME = 30, 200.0
+"""Most granules and natural time units of the fastest contact (chosen): a second each."""
+
 ORACLE_ERROR = 1e-13
 """Factor by which that solver may understate its own error by chance."""
+
+MOST_ACCURATE = 1e-10
+"""Accuracy that native is asked for where it judges."""
 
 CHUNK = 25
 """Scenes that a thread takes at a time; those with LAMMPS share a process of its own."""
@@ -146,10 +160,10 @@ class Judge:
         self.facts: dict[str, Any] = {
             "scene": number,
             "profile": "table" if pulse is None else pulse.profile,
-            "momentum_ratio": scene.momentum_ratio,
+            "momentum_ratio": math.nan if scene.piston else scene.momentum_ratio,
             "duration_ratio": math.nan if pulse is None else pulse.duration_ratio,
             "granules": scene.chain.granules,
-            "overlap_ratio": scene.units.length / scene.chain.radius,
+            "overlap_ratio": scene.units.length / float(scene.granules.radius[0]),
         }
 
     @functools.cached_property
@@ -160,7 +174,7 @@ class Judge:
             return truth.force, truth.error + ORACLE_ERROR
         backend = hc.Native(rtol=self.rtol, peaks_only=True, time_limit=JUDGE_LIMIT)
         result = backend.run(self.scene)
-        return result.peak_force, result.error_estimate
+        return result.all_peaks, result.error_estimate
 
     def native(self, name: str, backend: hc.Native, step: float = math.nan) -> Outcome:
         """Run the native backend and compare with the converged run."""
@@ -192,7 +206,7 @@ class Judge:
         outcome = functools.partial(outcome, seconds=time.perf_counter() - begin)
         json.dumps(result.to_dict(), allow_nan=False)
         try:
-            return self._compared(outcome, result.peak_force, result.error_estimate)
+            return self._compared(outcome, result.all_peaks, result.error_estimate)
         except HertzchainError as problem:
             return outcome(outcome=f"not judged: {problem}")
 
@@ -249,22 +263,46 @@ def step_outcomes(number: int, with_lammps: bool) -> list[Outcome]:
     return found
 
 
+def _judges(
+    seed: tuple[int, ...],
+    first: int,
+    draw: Callable[[np.random.Generator, int], hc.Scene],
+    child: Child,
+    rtol: float | None,
+) -> Iterator[tuple[int, np.random.Generator, Judge]]:
+    """CHUNK scenes whose converged run is known: number, generator and judge of each.
+
+    Left out are scenes that are refused with one of REASONS, and chaotic ones, of which neither the
+    other solver nor native says what is right.
+    """
+    for number in range(first, first + CHUNK):
+        rng = np.random.default_rng([*seed, number])
+        try:
+            scene = draw(rng, number)
+        except SceneError:
+            continue
+        judge = Judge(number, scene, child, rtol)
+        try:
+            judge.converged  # noqa: B018 - works it out
+        except ArithmeticError:
+            continue
+        except HertzchainError as problem:
+            if type(problem) in REASONS:
+                continue
+        yield number, rng, judge
+
+
 def bound_outcomes(kind: str, first: int, with_lammps: bool) -> list[Outcome]:
     """The runs of CHUNK scenes of a kind, judged by the other solver."""
     found = []
+
+    def draw(rng: np.random.Generator, number: int) -> hc.Scene:
+        for_lammps = with_lammps and number % LAMMPS_SHARE == 0
+        return KINDS[kind](rng, 40 if for_lammps else 200)
+
     with Child() as child:
-        for number in range(first, first + CHUNK):
-            rng = np.random.default_rng([6, list(KINDS).index(kind), number])
-            try:
-                for_lammps = with_lammps and number % LAMMPS_SHARE == 0
-                scene = KINDS[kind](rng, 40 if for_lammps else 200)
-            except SceneError:
-                continue
-            judge = Judge(number, scene, child, rtol=None)
-            try:
-                judge.converged  # noqa: B018 - works it out
-            except ArithmeticError:
-                continue  # chaotic: the other solver does not say what is right
+        for number, rng, judge in _judges((6, list(KINDS).index(kind)), first, draw, child, None):
+            for_lammps = with_lammps and number % LAMMPS_SHARE == 0
             rtol = float(10 ** rng.uniform(-10, -2))
             native = hc.Native(rtol=rtol, peaks_only=bool(number % 2), time_limit=JUDGE_LIMIT)
             found.append(judge.native(f"{kind}: native", native))
@@ -283,10 +321,40 @@ def bound_outcomes(kind: str, first: int, with_lammps: bool) -> list[Outcome]:
     return found
 
 
+def term_outcomes(kind: str, first: int, with_lammps: bool) -> list[Outcome]:
+    """The runs of CHUNK scenes with terms of a kind, judged by native's most accurate run."""
+    found, is_damped = [], WITH_TERMS[kind]
+
+    def draw(rng: np.random.Generator, _: int) -> hc.Scene:
+        return random_hard_scene(rng, HARD_GRANULES, HARD_TIME, is_damped)
+
+    with Child() as child:
+        for number, rng, judge in _judges((7, is_damped), first, draw, child, MOST_ACCURATE):
+            rtol = float(10 ** rng.uniform(-10, -2))
+            native = hc.Native(rtol=rtol, peaks_only=bool(number % 2), time_limit=JUDGE_LIMIT)
+            found += [judge.native(f"{kind}: native", native), _with_own_step(judge, kind, rng)]
+            if with_lammps and number % LAMMPS_SHARE == 0:
+                found.append(judge.lammps(_any_lammps(rng, judge.scene), name=f"{kind}: lammps"))
+    return found
+
+
+def _any_lammps(rng: np.random.Generator, scene: hc.Scene) -> hc.Lammps:
+    """LAMMPS to an accuracy, extrapolated or not, or with steps and readings of one's own."""
+    rtol = float(10 ** rng.uniform(-4, -2))
+    if rng.random() < 0.6:
+        return hc.Lammps(rtol=rtol, extrapolated=bool(rng.random() < 0.3))
+    dt = float(10 ** rng.uniform(-2, -0.3)) * stable_step(
+        scene, METHODS["velocity-verlet"].interval
+    )
+    dt = max(dt, scene.end_time / 2e5)
+    read_every = int(rng.choice([1, 2, 5, 20])) if rng.random() < 0.5 else None
+    return hc.Lammps(dt, read_every=read_every)
+
+
 def _with_own_step(judge: Judge, kind: str, rng: np.random.Generator) -> Outcome:
     """A run of any method with any step, of at most 200,000 steps."""
     scene = judge.scene
-    method = str(rng.choice(list(METHODS)))
+    method = str(rng.choice(list(METHODS) if scene.contact is None else ["velocity-verlet"]))
     step = float(10 ** rng.uniform(-2, 0))
     dt = max(step * stable_step(scene, METHODS[method].interval), scene.end_time / 2e5)
     native = hc.Native(method, dt, time_limit=JUDGE_LIMIT)
@@ -315,6 +383,12 @@ def measure(quick: bool, with_lammps: bool) -> pandas.DataFrame:
                 kind,
                 functools.partial(bound_outcomes, kind, with_lammps=with_lammps),
                 range(0, CHUNK if quick else BOUNDS, CHUNK),
+            )
+        for kind in WITH_TERMS:
+            collect(
+                kind,
+                functools.partial(term_outcomes, kind, with_lammps=with_lammps),
+                range(0, CHUNK if quick else HARD, CHUNK),
             )
         collect("steps", lambda k: step_outcomes(k, with_lammps), range(1 if quick else 20))
         drawn, wanted = 0, CHUNK if quick else SCENES

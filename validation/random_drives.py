@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 import hertzchain as hc
-from validation.random_scenes import random_scene_with_terms, spread
+from validation.random_scenes import damped, random_scene_with_terms, spread
 
 
 def random_scene_with_piston(
@@ -50,3 +50,17 @@ def random_scene_with_sine(rng: np.random.Generator, longest: int, longest_time:
         scene = replace(scene, shock=hc.Sine(amplitude, frequency, int(rng.integers(1, 9))))
         if scene.end_time <= longest_time * scene.contact_time:
             return scene
+
+
+def random_hard_scene(
+    rng: np.random.Generator, longest: int, longest_time: float, is_damped: bool
+) -> hc.Scene:
+    """A scene with terms and any drive: a sixth has a piston, a sixth where it can a sine."""
+    kind = int(rng.integers(6))
+    if kind == 0:
+        scene = random_scene_with_piston(rng, longest, longest_time)
+    elif kind == 1:
+        scene = random_scene_with_sine(rng, longest, longest_time)
+    else:
+        scene = random_scene_with_terms(rng, longest, longest_time)
+    return damped(rng, scene) if is_damped else scene

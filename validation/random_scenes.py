@@ -129,8 +129,7 @@ def random_damped_scene(
 ) -> hc.Scene:
     """A chain of damped contacts: plain but for damping, or with terms of all kinds.
 
-    Restitution is 0.1 to 0.99; dampers of the other laws take 0.001 to 1 of the momentum of the
-    first contact in its natural time unit. See ``random_scene_with_terms`` for the arguments.
+    See ``random_scene_with_terms`` for the arguments.
     """
     if rng.random() < 0.2:
         scene = any_pulse(rng, longest)
@@ -138,7 +137,16 @@ def random_damped_scene(
             scene = any_pulse(rng, longest)
     else:
         scene = random_scene_with_terms(rng, longest, longest_time)
-    strength, attraction = spread(rng, 1e-3, 1.0), bool(rng.random() < 0.3)
+    return damped(rng, scene)
+
+
+def damped(rng: np.random.Generator, scene: hc.Scene) -> hc.Scene:
+    """Return the scene with damping, by any law.
+
+    Restitution is 0.1 to 0.99; dampers of the other laws take 0.001 to 30 times the momentum of
+    the first contact in its natural time unit: the strongest do not let granules rebound.
+    """
+    strength, attraction = spread(rng, 1e-3, 30.0), bool(rng.random() < 0.3)
     law, each = cast(DampingLaw, str(rng.choice(list(DAMPING)))), scene.granules
     if law == "restitution":
         contact = hc.Contact(law, restitution=float(rng.uniform(0.1, 0.99)), attraction=attraction)

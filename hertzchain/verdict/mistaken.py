@@ -10,7 +10,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, plan, simulate
-from hertzchain.engines.native.damped_runs import longest_step, simulate_damped
+from hertzchain.engines.native.damped_runs import simulate_damped
 from hertzchain.engines.native.kernel_input import leg_rows
 from hertzchain.errors import RunFailed, SceneError, TooExpensive
 from hertzchain.limits import Deadline
@@ -224,9 +224,8 @@ class Runs:
             run = simulate(scene, legs, walker, deadline=self.deadline)
             return np.asarray(run.peaks.force * unit.force)
         if mistakes.law:
-            longest = longest_step(scene) / unit.time
             legs = lay_steps(ramps, scene.end_time, scene.end_time)
-            damped = simulate_damped(scene, _DAMPED_TOLERANCE, longest, self.deadline, legs=legs)
+            damped = simulate_damped(scene, _DAMPED_TOLERANCE, self.deadline, legs=legs)
             return np.asarray(damped.peak_force * unit.force)
         chosen = plan.cheapest(_RTOL, checked=False)
         legs = chosen.walker.cut(lay_steps(ramps, scene.end_time, chosen.step * unit.time))

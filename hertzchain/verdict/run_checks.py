@@ -57,6 +57,10 @@ REFERENCE_ERROR = Kind(
     "error of the reference",
     "the reference cannot judge this scene: a shorter end_time or chain leaves it more digits",
 )
+_MANY_STEPS = 300_000
+"""Steps from which on rounding errors of damped granules add up to more, as a random walk does:
+up to 1.5 times what is allowed below was seen after a million steps of granules with dashpots."""
+
 MOMENTUM = Kind(
     "momentum [N s]",
     "do not use this result; what it was pushed with is not the pulse, or it was lost on the way",
@@ -101,7 +105,8 @@ def same_steps_checks(result: Result, time_limit: float = TIME_LIMIT) -> list[Ch
         between += min(readings, result.error_estimate)
     # Granules that damping has stopped still have the rounding errors of their coordinates.
     least = 0.0 if scene.contact is None else 1.0
-    state, peaks = _ROUND_OFF + SAME_STEPS_STATE * lost, between + lost
+    more = math.sqrt(max(1.0, result.steps / _MANY_STEPS)) if scene.contact is not None else 1.0
+    state, peaks = _ROUND_OFF + SAME_STEPS_STATE * lost * more, between + lost
     measured = (
         _largest(result.displacement / units.length, twin.state.displacement, least),
         _largest(result.velocity / units.velocity, twin.state.velocity, least),

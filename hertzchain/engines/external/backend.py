@@ -27,8 +27,6 @@ from hertzchain.scene.validity import (
 
 # interval between readings [natural time units]: costs 7e-9 of a peak at dt = 0.01, goes as 1 / dt
 _READING_INTERVAL = 0.3
-# interval between readings of damped contacts [natural time units]: see ``step_error``
-_DAMPED_INTERVAL = 0.1
 _RECORDING_INTERVAL = 0.1  # natural time units; at 0.3 opening contacts leave 5e-5 in velocities
 _KINK_PER_STEP = 0.02  # error of a peak over the square of a given step [natural units]
 # least number of readings on a leg with enough steps: the work of a short pulse needs them
@@ -168,10 +166,26 @@ class _Runner:
 
     @property
     def extrapolated(self) -> bool:
-        """True if peaks are extrapolated: on request, or for damped contacts with high accuracy."""
+        """True if peaks are extrapolated: on request, or for damped contacts with high accuracy.
+
+        Errors of dashpots that close at a speed are no power of the step, and remain.
+        """
         steps = self.steps
         needed = self.order == 1 and steps.dt is None and steps.rtol < _PLAIN_IF_DAMPED
-        return steps.extrapolated or needed
+        return steps.extrapolated or (needed and not step_error.touches_at_a_speed(self.scene))
+
+    @property
+    def _halvings(self) -> int:
+        """Least number of halvings of the steps: two runs to extrapolate from, others to judge."""
+        return 2 if self.order == 2 else 3
+
+    @property
+    def _has_rivals(self) -> bool:
+        """True if a later blow, with an error of its own, may be the hardest one.
+
+        Damping makes later blows softer; of these only maxima near the highest are known.
+        """
+        return self.scene.contact is None and not self.scene.is_plain
 
     def answer(self) -> _Answer:
         return self._extrapolated() if self.extrapolated else self._plain()
@@ -193,7 +207,7 @@ class _Runner:
         """Run with the given step, or with one whose error is as small as wanted."""
 
         def peaks_at(dt: float) -> FloatArray:
-            return self._rough_peaks(self.scene.schedule(dt))
+            return self._rough_peaks(self.scene.schedule(dt)).force
 
         dt = self.steps.dt or self._step_for(peaks_at)
         for _ in range(_TRIES):
@@ -202,7 +216,9 @@ class _Runner:
             run = self.simulate(legs, strides)
             lost = run.round_off(self.scene)
             by_steps = self._step_error(legs, run.peaks)
-            error = by_steps + step_error.interpolation_error(self.scene, legs, strides) + lost
+            by_steps = max(by_steps, step_error.touch_error(self.scene, legs, run.peaks))
+            by_readings = step_error.interpolation_error(self.scene, legs, strides)
+            error = by_steps + by_readings + run.peaks.reading_error + lost
             if self._is_enough(by_steps, error, lost):
                 break
             excess = self.steps.rtol / error
@@ -217,9 +233,9 @@ class _Runner:
 
         Damped contacts need a fourth run: two extrapolations can agree by chance.
         """
-        needed = 3 if self.order == 2 else 4
+        needed = self._halvings + 1
         legs = self.scene.schedule(
-            self._coarsest_step() if self.steps.dt is None else 2 ** (needed - 1) * self.steps.dt
+            self._coarsest_step() if self.steps.dt is None else 2**self._halvings * self.steps.dt
         )
         strides = [self.stride(leg, recording=False) for leg in legs]
         runs: list[Simulation] = []
@@ -237,10 +253,16 @@ class _Runner:
                 for later, (other, one) in enumerate(itertools.pairwise(reversed(found)))
             )
             by_steps = step_error.extrapolation_error(self.scene, finer, difference, last.peaks)
-            by_steps += step_error.rival_error(last.peaks, after[0])
+            other = runs[-2].peaks if self._has_rivals else None
+            rival = step_error.rival_error(last.peaks, after[0], other, 3 / (2**self.order - 1))
+            by_steps += rival
             grows, lost = 2**self.order, runs[-2].round_off(self.scene)
             lost = (grows * last.round_off(self.scene) + lost) / (grows - 1)
-            error = by_steps + step_error.interpolation_error(self.scene, finer, apart) + lost
+            by_readings = step_error.interpolation_error(self.scene, finer, apart)
+            by_readings += (grows * last.peaks.reading_error + runs[-2].peaks.reading_error) / (
+                grows - 1
+            )
+            error = by_steps + by_readings + lost
             if self._is_enough(by_steps, error, lost):
                 break
         return _Answer(last, *after, runs[-2].steps + last.steps, error, lost)
@@ -249,7 +271,8 @@ class _Runner:
         """Return the step [s] for the wanted error, by trials."""
         pilot = _PILOT_STEP * self.scene.contact_time
         if self.scene.contact is None:
-            return error_bound.second_order_step(peaks_at, pilot, self.steps.rtol)
+            safety = error_bound.second_order_safety(0.0, False, self.scene.is_plain)
+            return error_bound.second_order_step(peaks_at, pilot, self.steps.rtol, safety)
         longest = _UNSTABLE * error_bound.stable_step(self.scene, STABLE)
         step = error_bound.first_order_step(
             self.scene, peaks_at, min(pilot, longest), self.steps.rtol
@@ -262,16 +285,18 @@ class _Runner:
         if self.scene.contact is None:  # of fourth order
             return min(_COARSEST_STEP * math.pow(part, 1 / 4), 0.4) * unit
         longest = _UNSTABLE * error_bound.stable_step(self.scene, STABLE)
+        wanted = 0.1 * self.steps.rtol  # runs are read after each of these steps, or more rarely
+        longest = min(longest, step_error.damped_interval(self.scene, wanted, wanted))
         return min(min(_COARSEST_DAMPED_STEP * math.sqrt(part), 0.2) * unit, longest)
 
     def _is_enough(self, by_steps: float, error: float, lost: float) -> bool:
         """Return whether shorter steps are unnecessary, or useless because of round-off."""
         return self.steps.dt is not None or error <= self.steps.rtol or by_steps <= lost
 
-    def _rough_peaks(self, legs: Sequence[Leg]) -> FloatArray:
+    def _rough_peaks(self, legs: Sequence[Leg]) -> PeakWatch:
         """Peaks of a run that only estimates the error of another, read as rarely as possible."""
         strides = [self._longest_stride(leg) for leg in legs]
-        return self.simulate(legs, strides).peaks.force
+        return self.simulate(legs, strides).peaks
 
     def stride(self, leg: Leg, recording: bool) -> int:
         """Return the steps between two readings on a leg."""
@@ -288,7 +313,7 @@ class _Runner:
         """Steps between readings that cost as much as round-off, or 0.1 of the wanted error."""
         unit = self.scene.contact_time
         if self.scene.contact is not None:
-            return max(1, int(min(leg.steps, self._damped_interval * unit / leg.dt)))
+            return max(1, int(min(leg.steps, self._damped_interval(leg) / leg.dt)))
         interval = _READING_INTERVAL * math.pow(0.01 * unit / leg.dt, 1 / 8)
         if self.steps.dt is None:
             interval = min(
@@ -300,29 +325,39 @@ class _Runner:
             interval = min(interval, math.pow(error / step_error.KINK, 1 / 3.5))
         return max(1, int(min(leg.steps, interval * unit / leg.dt)))
 
-    @property
-    def _damped_interval(self) -> float:
-        """Longest interval between readings of damped contacts [natural time units]."""
-        if self.steps.dt is not None:
-            return _DAMPED_INTERVAL
-        wanted = math.pow(0.1 * self.steps.rtol / step_error.DAMPED_INTERPOLATION, 1 / 5)
-        return min(_DAMPED_INTERVAL, wanted)
+    def _damped_interval(self, leg: Leg) -> float:
+        """Longest interval between readings of damped contacts [s]."""
+        if not self.extrapolated:  # as native reads, so that only the steps count
+            return step_error.damped_interval_at(self.scene, leg.dt)
+        if self.steps.dt is None:
+            wanted = 0.1 * self.steps.rtol
+            return step_error.damped_interval(self.scene, wanted, wanted)
+        finest = leg.dt / 2**self._halvings
+        by_steps = finest * max(1 / self.scene.contact_time, error_bound.highest_rate(self.scene))
+        return step_error.damped_interval(self.scene, 0.01 * by_steps**2, 0.1 * by_steps)
 
     def _step_error(self, legs: Sequence[Leg], peaks: PeakWatch) -> float:
         """Upper bound of the relative error of the peaks by the steps."""
         stable, rising = error_bound.stable_step(self.scene, STABLE), peaks.any_rising
         if self.scene.contact is not None:
             runs = error_bound.first_order_runs(legs, stable)
-            return error_bound.first_order_safety(self.scene, rising) * self._largest(runs, peaks)
+            return self._largest(runs, peaks, error_bound.first_order_safety(self.scene, rising))
         others = [error_bound.coarser_run(legs, stable)]
         longest = max(leg.dt for leg in legs) / self.scene.contact_time
         if longest > _ERRATIC_STEP or rising or error_bound.amplifies_errors(self.scene):
             others.append(error_bound.finer_run(legs))
-        return error_bound.second_order_safety(longest, rising) * self._largest(others, peaks)
+        safety = error_bound.second_order_safety(longest, rising, self.scene.is_plain)
+        return self._largest(others, peaks, safety)
 
-    def _largest(self, others: Sequence[error_bound.SecondRun], peaks: PeakWatch) -> float:
-        """Return the largest estimate of the error from runs with other steps."""
-        return max(
-            other.factor * largest_difference(self._rough_peaks(other.legs), peaks.force, ESTIMATED)
-            for other in others
-        )
+    def _largest(
+        self, others: Sequence[error_bound.SecondRun], peaks: PeakWatch, safety: float
+    ) -> float:
+        """Return the largest bound of the error from runs with other steps."""
+        error = 0.0
+        for other in others:
+            found, factor = self._rough_peaks(other.legs), safety * other.factor
+            error = max(error, factor * largest_difference(found.force, peaks.force, ESTIMATED))
+            if self._has_rivals:
+                rival = step_error.rival_error(peaks, peaks.force, found, factor)
+                error = max(error, rival)
+        return error

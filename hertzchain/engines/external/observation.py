@@ -46,9 +46,8 @@ class Observation:
         granules, wall = scene.chain.granules, scene.wall is not None
         self._fastest = _fastest(scene)
         self._law = None if scene.contact is None else DampedLaw.of(scene)
-        has_piston = scene.piston is not None
-        self._damped = None if self._law is None else DampedWatch(self._law, wall, has_piston)
-        self._peaks = self._damped or PeakWatch(granules - 1 + wall)
+        self._damped: DampedWatch | None = None  # made with the masses of the code
+        self._peaks = PeakWatch(granules - 1 + wall)
         self._recorder = None if times is None else Recorder(times, granules, wall, self._law)
         self._work = self._wall_impulse = self._piston_impulse = 0.0
         self._held = FREE
@@ -66,6 +65,10 @@ class Observation:
         if self._scene.piston is not None:
             at_rest = replace(at_rest, mass=np.append(math.inf, at_rest.mass[1:]))
         self._at_rest = at_rest
+        if self._law is not None:
+            scene = self._scene
+            ends = scene.wall is not None, scene.piston is not None
+            self._peaks = self._damped = DampedWatch(self._law, 1 / at_rest.mass, *ends)
         made = self._made.scene(self._scene)
         if not self._scene.is_plain:
             self._held = _held(made)

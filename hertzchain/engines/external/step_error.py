@@ -16,9 +16,16 @@ from hertzchain.scene.schedule import Leg
 
 INTERPOLATION = 3e-4  # relative error of a peak over interval^8 [natural units]; measured 1e-4
 KINK = 1.5e-3  # relative error over interval^3.5 [natural units]: an opening neighbour leaves 6e-4
+DAMPED_INTERVAL = 0.1  # longest interval between readings of damped contacts [natural units]
 DAMPED_INTERPOLATION = 0.1  # relative error over interval^5 [natural units]
-DAMPED_READINGS = 0.2  # relative error over dt^2 [natural units], with readings at each step
-DASHPOT = 0.4  # relative error over dt times the rate of the dampers [natural units]
+DAMPED_ONSET = 0.01  # relative error over (interval times rate of the dampers)^3; measured 0.005
+# relative error over dt^2 [natural units, or over the dampers' time], with readings at each step
+DAMPED_READINGS = 0.2
+# bound of the error by a reading before a dashpot closes, over (interval times rate)^2; measured
+TOUCH = 0.1
+DASHPOT = 0.6  # relative error over dt times the rate of the dampers: see ``touch_error``
+# the same of extrapolated peaks over that of the finer run: twice its error, and that of the other
+_OF_EXTRAPOLATED = 4.0
 # steps of a leg in the finest of three runs: with fewer, errors are no power of dt yet
 _FEW_STEPS = 16
 
@@ -53,32 +60,62 @@ def extrapolation_error(
 
     With damped contacts the remaining error goes as dt^2, and as dt^1.5 and less where granules fly
     towards others: measured were 2.4 of the difference, and 0.04 dt for contacts whose force still
-    grows at the end. A dashpot's force jumps when a contact closes, anywhere within a step: this
-    leaves an erratic error, of which 0.26 times dt times the rate of the dampers was measured.
+    grows at the end.
     """
     dt = max(leg.dt for leg in legs) / scene.contact_time
     if scene.contact is not None:
         error = 4 * difference + (0.1 * dt if peaks.any_rising else 0.0)
-        if scene.contact.exponent == 0 and scene.terms != ("damping",):
-            error += DASHPOT * highest_rate(scene) * scene.contact_time * dt
-        return error
+        return error + _OF_EXTRAPOLATED * touch_error(scene, legs, peaks)
     if amplifies_errors(scene) or peaks.any_rising:
         few = max(leg.steps for leg in legs) < _FEW_STEPS
         return (6 if few else 3) * difference + 0.05 * math.pow(dt, 2.5)
     return difference + 0.005 * math.pow(dt, 2.5)
 
 
-def rival_error(peaks: PeakWatch, extrapolated: FloatArray) -> float:
-    """Bound of the relative height by which another maximum may exceed the extrapolated one.
+def touch_error(scene: Scene, legs: Sequence[Leg], peaks: PeakWatch) -> float:
+    """Bound of the relative error of the peaks by dashpots that close at a speed.
 
-    The error by steps differs between maxima: one that is lower in every run may be the highest.
+    Their force jumps when a contact closes, anywhere within a step: this leaves an erratic error of
+    the motion that follows, of half the step times the rate of the dampers at most for each contact
+    that closes (measured 0.54).
     """
-    judged = judged_contacts(extrapolated, ESTIMATED)
-    highest, rival = extrapolated[judged], peaks.rival[judged]
-    step = np.abs(peaks.force[judged] - highest)
-    within = rival + 2 * step > highest
-    higher = np.where(within, (rival + 2 * step - highest) / highest, 0.0)
-    return float(np.max(higher, initial=0.0))
+    if not peaks.touch_share:
+        return 0.0
+    return DASHPOT * highest_rate(scene) * max(leg.dt for leg in legs) * peaks.touch_share
+
+
+def touches_at_a_speed(scene: Scene) -> bool:
+    """Return whether dashpots may close at a speed, so that their force jumps."""
+    contact = scene.contact
+    flying = scene.striker is not None or bool(np.any(scene.granules.gap > 0))
+    return contact is not None and contact.exponent == 0 and flying
+
+
+def rival_error(
+    peaks: PeakWatch, highest: FloatArray, other: PeakWatch | None = None, factor: float = 0.0
+) -> float:
+    """Bound of the relative height by which another maximum may exceed the highest.
+
+    Parameters
+    ----------
+    peaks
+        The peaks of a run.
+    highest
+        The same extrapolated, or as they are [N], shape (contacts,). The error by steps differs
+        between maxima: one that is lower in every run may be the highest.
+    other, factor
+        Peaks of a run with other steps: so many times the difference of the second maxima bounds
+        the error of the second maximum. In a chain with a wall a later blow, ten times less
+        accurate than the highest maximum, was the highest in truth and in neither run.
+    """
+    judged = judged_contacts(highest, ESTIMATED)
+    rival, highest = peaks.rival[judged], highest[judged]
+    reached = 2 * np.abs(peaks.force[judged] - highest)
+    if other is not None:
+        again = other.rival[judged]
+        in_both = (rival > 0) & (again > 0)
+        reached = np.maximum(reached, np.where(in_both, factor * np.abs(again - rival), 0.0))
+    return float(np.max((rival + reached - highest) / highest, initial=0.0))
 
 
 def interpolation_error(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> float:
@@ -89,24 +126,41 @@ def interpolation_error(scene: Scene, legs: Sequence[Leg], strides: Sequence[int
     ``KINK``.
     """
     unit = scene.contact_time
-    if scene.contact is not None:
-        return _interpolation_error_of_damped(scene, legs, strides)
     apart = [min(n, leg.steps) * leg.dt / unit for n, leg in zip(strides, legs, strict=True)]
-    dt = max(leg.dt for leg in legs) / unit
-    h = max(apart)
+    dt, h = max(leg.dt for leg in legs) / unit, max(apart)
+    if scene.contact is not None:
+        return _interpolation_error_of_damped(highest_rate(scene) * unit, dt, h)
     kinks = KINK * h**3.5 if amplifies_errors(scene) else 0.0
     return INTERPOLATION * h**8 + 0.01 * h**4 * dt**2 + h**2 * dt**4 + kinks
 
 
-def _interpolation_error_of_damped(
-    scene: Scene, legs: Sequence[Leg], strides: Sequence[int]
-) -> float:
+def _interpolation_error_of_damped(rate: float, dt: float, h: float) -> float:
     """``interpolation_error`` for damped contacts, whose overlaps bend as they close and open.
 
-    In 80 random scenes readings 0.2, 0.1 and 0.05 natural time units apart cost up to 2.6e-5, 7e-7
-    and 4e-7 of the peaks, the last as much as readings at each step of 0.002: 0.1 dt^2.
+    All numbers are in natural units. In 80 random scenes readings 0.2, 0.1 and 0.05 natural time
+    units apart cost up to 2.6e-5, 7e-7 and 4e-7 of the peaks, the last as much as readings at each
+    step of 0.002: 0.1 dt^2. Strong dampers let a force decay within 1 / rate of the closing of a
+    contact: see ``DAMPED_ONSET``. What readings before a jump of the force leave is known after the
+    run: see ``DampedWatch.reading_error``.
     """
-    unit = scene.contact_time
-    h = max(min(n, leg.steps) * leg.dt for n, leg in zip(strides, legs, strict=True)) / unit
-    dt = max(leg.dt for leg in legs) / unit
-    return DAMPED_INTERPOLATION * h**5 + DAMPED_READINGS * dt**2
+    by_steps = DAMPED_READINGS * (dt * max(1.0, rate)) ** 2
+    return DAMPED_INTERPOLATION * h**5 + DAMPED_ONSET * (h * rate) ** 3 + by_steps
+
+
+def damped_interval(scene: Scene, smooth: float, touch: float) -> float:
+    """Return the longest interval between readings of damped contacts [s]; it may be below a step.
+
+    ``smooth`` is the relative error of the peaks that it may cost while forces are smooth,
+    ``touch`` that where a dashpot closes at a speed.
+    """
+    within = min(DAMPED_INTERVAL, math.pow(smooth / DAMPED_INTERPOLATION, 1 / 5))
+    most = math.pow(smooth / DAMPED_ONSET, 1 / 3)
+    if scene.contact is not None and scene.contact.exponent == 0:
+        most = min(most, math.sqrt(touch / TOUCH))
+    return min(within * scene.contact_time, most / highest_rate(scene))
+
+
+def damped_interval_at(scene: Scene, dt: float) -> float:
+    """Return the interval between readings [s] that costs little next to the error of steps dt."""
+    by_steps = dt * max(1 / scene.contact_time, highest_rate(scene))
+    return damped_interval(scene, 0.01 * by_steps, 0.1 * by_steps)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.methods import (
     DPRKN_6,
@@ -30,8 +31,6 @@ from hertzchain.observables.error_bound import (
     amplifies_errors,
     coarser_run,
     finer_run,
-    first_order_runs,
-    first_order_safety,
     refuse_meaningless,
     refuse_strong_dampers,
     refuse_unstable,
@@ -52,6 +51,13 @@ from hertzchain.scene.validity import (
 
 if TYPE_CHECKING:
     from hertzchain.engines.native.preparation import Watched
+
+
+_CLOSER = 1e-3
+"""Accuracy of the second accurate run that tells an error, over that of the first (chosen)."""
+
+_CLEAR = 10.0
+"""Least ratio of a difference to the error of the accurate run (chosen)."""
 
 
 @dataclass(frozen=True)
@@ -182,13 +188,15 @@ class Native:
             if scene.contact is not None:
                 law = DampedLaw.of(scene).in_units(scene.units)
             recorder = Recorder(times / scene.units.time, scene.chain.granules, wall, law)
-        if scene.contact is not None:
-            method, dt, run, error = self._damped(scene, recorder, deadline)
+        if self.method is None and self.dt is None:
+            rtol = RTOL if self.rtol is None else self.rtol
+            found = self._accurate_enough(scene, recorder, deadline, rtol)
+            refuse_meaningless("native", found[-1], too_long=False)
+        elif scene.contact is not None:
+            found = self._damped(scene, recorder, deadline)
         else:
-            chosen = self.method is None and self.dt is None
-            found = self._accurate_enough if chosen else self._as_asked
-            method, legs, run, error = found(scene, recorder, deadline)
-            dt = max(leg.dt for leg in legs)
+            found = self._as_asked(scene, recorder, deadline)
+        method, dt, run, error = found
         units = scene.units
         peak_force = run.peaks.force * units.force
         refuse_deep_overlap(largest_overlap_ratio(scene, peak_force))
@@ -224,8 +232,8 @@ class Native:
 
     def _as_asked(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline
-    ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
-        """Return method, legs, run and its error, with the given method and step."""
+    ) -> tuple[str, float, Simulation, float]:
+        """Return method, longest step [s], run and its error, with the given method and step."""
         name = self.method or "reference"
         method = METHODS[name]
         dt = self.dt if self.dt is not None else method.step * scene.contact_time
@@ -233,36 +241,47 @@ class Native:
         refuse_unstable(scene, legs, method.interval, name)
         prepared = Prepared.of(scene, deadline)
         run = prepared.simulate(legs, method.walker, recorder, leave_behind=self.peaks_only)
-        error = _error_bound(prepared, legs, method, run)
-        refuse_meaningless(
-            "native", error, max(leg.dt for leg in legs) > SHORT * scene.contact_time
-        )
-        return name, legs, run, error
+        longest = max(leg.dt for leg in legs)
+        is_long = longest > SHORT * scene.contact_time
+        if not scene.is_plain and (method.walker.stepper.order == 2 or is_long):
+            error = self._true_error(scene, run, deadline)
+        else:
+            error = _error_bound(prepared, legs, method, run)
+        refuse_meaningless("native", error, is_long)
+        return name, longest, run, error
+
+    def _true_error(self, scene: Scene, run: Simulation, deadline: Deadline) -> float:
+        """Return a bound of the error of a run's peaks: by accurate ones, and the error of these.
+
+        Runs with other steps could share an error, as where a later blow is the hardest one.
+        """
+        for rtol in (RTOL, _CLOSER * RTOL):
+            *_, accurate, bound = self._accurate_enough(scene, None, deadline, rtol)
+            difference = largest_difference(run.peaks.force, accurate.peaks.force, ESTIMATED)
+            if difference > _CLEAR * bound:
+                break
+        refuse_meaningless("native", bound, too_long=False)
+        return float(difference + (1 + difference) * bound)
 
     def _damped(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline
     ) -> tuple[str, float, Simulation, float]:
-        """Return method, longest step [s], run and its error for damped contacts."""
-        from hertzchain.engines.native import damped_runs
-
+        """Return the same as ``_as_asked`` for damped contacts."""
         if self.method == "velocity-verlet":
             return self._damped_verlet(scene, recorder, deadline)
         names = "must be velocity-verlet or left out for damped contacts"
         require(self.method in (None, "reference"), "method", self.method, names)
         allowed = "must be left out for damped contacts, or stand with method velocity-verlet"
         require(self.dt is None, "dt", self.dt, allowed)
-        tightest = plans.TIGHTEST if self.method == "reference" else RTOL
-        rtol = tightest if self.rtol is None else self.rtol
-        run, error = damped_runs.accurate_enough(scene, rtol, deadline, recorder)
-        refuse_meaningless("native", error, too_long=False)
-        return damped_runs.METHOD, damped_runs.longest_step(scene), run, error
+        found = self._accurate_enough(scene, recorder, deadline, plans.TIGHTEST)
+        refuse_meaningless("native", found[-1], too_long=False)
+        return found
 
     def _damped_verlet(
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline
     ) -> tuple[str, float, Simulation, float]:
         """Return the same as ``_damped``, by velocity Verlet with the given step."""
-        from hertzchain.engines.external.step_error import interpolation_error
-        from hertzchain.engines.native.damped_verlet import simulate_damped_verlet, stride_of
+        from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 
         name = "velocity-verlet"
         method = METHODS[name]
@@ -270,22 +289,17 @@ class Native:
         legs = scene.schedule(dt)
         refuse_unstable(scene, legs, method.interval, name)
         run = simulate_damped_verlet(scene, legs, deadline, recorder)
-        longest, error = max(leg.dt for leg in legs), 0.0
-        for other in first_order_runs(legs, stable_step(scene, method.interval)):
-            peaks = simulate_damped_verlet(scene, other.legs, deadline).peaks.force
-            difference = largest_difference(peaks, run.peaks.force, ESTIMATED)
-            error = max(error, other.factor * difference)
-        error = first_order_safety(scene, run.peaks.any_rising) * error
-        error += interpolation_error(scene, legs, [stride_of(scene, leg) for leg in legs])
-        error += plans.round_off(run.evaluations)
+        longest, error = max(leg.dt for leg in legs), self._true_error(scene, run, deadline)
         refuse_meaningless("native", error, longest > SHORT * scene.contact_time)
         return name, longest, run, error
 
     def _accurate_enough(
-        self, scene: Scene, recorder: Recorder | None, deadline: Deadline
-    ) -> tuple[str, tuple[Leg, ...], Simulation, float]:
-        """Method, legs, run and its error, with the cheapest method and step that suffice."""
-        rtol = RTOL if self.rtol is None else self.rtol
+        self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float
+    ) -> tuple[str, float, Simulation, float]:
+        """Return method, longest step [s], run and its error, by what is cheapest for ``rtol``."""
+        if damped_runs.is_cheapest(scene):
+            run, error = damped_runs.accurate_enough(scene, rtol, deadline, recorder)
+            return damped_runs.METHOD, damped_runs.longest_step(scene), run, error
         prepared = Prepared.of(scene, deadline)
         hard = amplifies_errors(scene)
         plan = plans.cheapest(rtol, hard=hard)
@@ -304,8 +318,7 @@ class Native:
             if error <= rtol or plan.hopeless(error, before, cost):
                 break
             plan, before = plan.closer(rtol, error, has_terms=not scene.is_plain), error
-        refuse_meaningless("native", error, too_long=False)
-        return plan.method, legs, run, error
+        return plan.method, max(leg.dt for leg in legs), run, error
 
 
 def _estimate(

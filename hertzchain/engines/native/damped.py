@@ -12,7 +12,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native.methods import DOP853
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.damped_kernel import Method
+    from hertzchain.engines.native.damped_advance import Method
 
 _MOVING = 8
 """Number of granules in the window at the start of a run."""
@@ -64,7 +64,7 @@ class Damped:
 class Simulated:
     """Results of one integration, in natural units."""
 
-    status: int  # ``damped_kernel.DONE`` or one of the next constants there
+    status: int  # ``damped_advance.DONE`` or one of the next constants there
     displacement: FloatArray  # state at the end, shape (granules,)
     velocity: FloatArray
     peak_force: FloatArray  # shape (contacts,)
@@ -77,7 +77,7 @@ class Simulated:
     wall_impulse: float  # integral of the force on the wall
     piston_impulse: float  # integral of the force of the piston
     steps: int
-    evaluations: int  # evaluations of all forces, including refused steps
+    evaluations: int  # of the forces of the granules computed, including refused steps
 
 
 def integrate_damped(
@@ -89,6 +89,7 @@ def integrate_damped(
     record: Any = None,
     control: FloatArray | None = None,
     most_steps: int = MOST_STEPS,
+    longer: float = 1.0,
 ) -> Simulated:
     """Integrate a chain of damped contacts with the compiled kernel.
 
@@ -108,8 +109,10 @@ def integrate_damped(
         A ``kernels.Record``, and the array that stops the run, as in ``kernels.march``.
     most_steps
         Number of steps after which the run ends.
+    longer
+        By how much steps may be longer, also those that strong dampers allow; at most 1.5.
     """
-    from hertzchain.engines.native import damped_kernel, kernels
+    from hertzchain.engines.native import damped_advance, damped_kernel, kernels
     from hertzchain.engines.native.damped_contacts import Contacts
 
     granules, contacts = chain.inertia.size, chain.stiffness.size
@@ -139,7 +142,8 @@ def integrate_damped(
     force, time = np.zeros(contacts), np.full(contacts, np.nan)
     found, displacement, velocity = damped_kernel.march(
         rows, _method(), made, start if start.size else np.zeros((2, granules)),
-        _MOVING if has_front else granules, tolerance, longest, most_steps, force, time, record,
+        _MOVING if has_front else granules, tolerance, longer * longest,
+        longer * damped_advance.STABLE, most_steps, force, time, record,
         np.zeros(3) if control is None else control,
     )  # fmt: skip
     return Simulated(
@@ -163,7 +167,7 @@ def integrate_damped(
 @functools.cache
 def _method() -> Method:
     """Return the coefficients of the method in the form of the kernel."""
-    from hertzchain.engines.native.damped_kernel import Method
+    from hertzchain.engines.native.damped_advance import Method
 
     rows = np.zeros((DOP853.stages + 1, DOP853.stages))
     for row, known in zip(rows[1:], (*DOP853.rows, DOP853.weights), strict=True):

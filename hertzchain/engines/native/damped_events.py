@@ -109,11 +109,10 @@ def _dips(start: Any, end: Any, h: float, i: int, allowed: float, c: Any) -> boo
 @compiled
 def earliest(
     u0: Any, v0: Any, a0: Any, f0: Any, r0: Any, u1: Any, v1: Any, a1: Any, f1: Any, r1: Any,
-    on: Any, hi: int, h: float, allowed: float, c: Any,
+    on: Any, hi: int, h: float, allowed: float, idle: float, c: Any,
 ) -> Any:  # fmt: skip
     """When in a step, from 0 to 1, a mode first changes so that it matters, and whose; or 2."""
     first, which = 2.0, -1
-    idle = IDLE * allowed
     for i in range(hi):
         d1 = u1[i] - u1[i + 1] - c.gap[i]
         pressing = on[i] > 0.0

@@ -1,108 +1,79 @@
-"""Chains of damped contacts, integrated by an explicit Runge-Kutta method with adaptive steps.
-
-A step is taken with the mode of each contact kept (see ``damped_contacts``). If a contact ought to
-have changed its mode meanwhile, and that matters, the step is repeated up to there. The force of a
-contact that begins with a closing speed grows as t^q: the first step after that is taken in
-tau = t^(1/m), in which the motion is smooth, and the free flight is left out of what is integrated:
-then the overlap, w tau^m and less, has all its digits in every stage.
-"""
+"""A run of a chain of damped contacts, compiled: which granules are computed, from when to when."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+import math
+from typing import NamedTuple
 
 import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
-from hertzchain.engines.native import damped_contacts, damped_events, damped_step, kernels
+from hertzchain.engines.native import (
+    damped_advance,
+    damped_contacts,
+    damped_events,
+    damped_flights,
+    damped_state,
+    damped_step,
+    kernels,
+)
+from hertzchain.engines.native.damped_advance import (
+    DIVERGED,
+    DONE,
+    STOPPED,
+    Method,
+    advance,
+    grain,
+    is_diverged,
+)
 from hertzchain.engines.native.damped_contacts import (
     Contacts,
     energy,
     held,
-    keep_history,
 )
 from hertzchain.engines.native.damped_events import (
-    EVENT,
     IDLE,
     begins,
-    cost,
-    earliest,
-    hidden_maximum,
     in_wrong_mode,
-    keep_ends,
-    keep_maxima,
-    lateness,
     start_modes,
 )
+from hertzchain.engines.native.damped_flights import (
+    NEVER,
+    any_moving,
+    clusters,
+    fly_on,
+    gather,
+    next_touch,
+)
+from hertzchain.engines.native.damped_state import (
+    Counts,
+    Room,
+    State,
+    fly,
+    in_part,
+    with_next,
+)
 from hertzchain.engines.native.damped_step import (
-    error_ratio,
-    errors,
     evaluate,
-    rate_of_dampers,
-    take_step,
 )
 from hertzchain.engines.native.kernels import (
     END,
     PLACE,
+    SHAPE,
     START,
     VELOCITY,
     Record,
     _is_stopped,
-    compiled,
     compiled_and_kept_with,
 )
 
-DONE, DIVERGED, STOPPED, TOO_MANY = range(4)
-"""How a run ended; the last: more steps than allowed."""
-
-_DIVERGED_ENERGY = 10.0
-"""Energy over the energy given to the chain in a run that has diverged."""
-
-_LOOK = 1_000_000
-"""Granules times steps between two looks at whether the run is to be stopped: about 50 ms."""
-
-_FRESH, _STRICTER = 0.25, 0.1
-"""The longest first step of a contact over that of others, and what error it may have: estimates
-in tau can be small by chance."""
-
-_RELOCATED = 8
-"""Most repetitions of a step for one change of modes; two or three are usual."""
-
-_OF_STROKE = 0.25
-"""The first step of a stroke of the piston over the longest step and the stroke: a short stroke is
-not one step in both of two runs that are to tell errors from one another (chosen)."""
-
-_STABLE = 5.0
-"""Longest step times the rate at which dampers stop motions: there the method leaves 0.06 of such a
-motion, and above 6.4 it makes it grow (derived from its coefficients). With longer steps errors
-grow to what is allowed, and modes change to and fro with them."""
-
-_STRONG = 4.0
-"""The rate, natural units, above which errors of forces are larger than those of velocities: that
-of a damper of 1 between granules of mass 1."""
-
-_FINEST = 1e-13
-"""Error of a step over the largest speed, at least: less is rounding (chosen)."""
-
-_SHORTEST = 1e-14
-"""Shortest step over the time."""
+_OF_LEG = 0.25
+"""The first step of a leg or stroke over it and the longest step, natural units. It differs between
+the runs that are to tell errors from one another, also where a leg is shorter than a step (chosen).
+"""
 
 _SLOW = 1e-3
 """Speed below which errors are no longer judged by the largest speed, natural units."""
-
-
-class Method(NamedTuple):
-    """Coefficients of an ``EmbeddedRungeKutta``; shape (stages,).
-
-    ``rows``, of shape (stages + 1, stages), ends with the weights; ``squares`` is their product
-    with the rows of the stages, which makes displacements of accelerations.
-    """
-
-    nodes: FloatArray
-    rows: FloatArray
-    squares: FloatArray
-    fifth: FloatArray
-    third: FloatArray
 
 
 class Found(NamedTuple):
@@ -120,21 +91,15 @@ class Found(NamedTuple):
     piston_impulse: float
 
 
-@compiled
-def _copy(what: Any, to: Any, lo: int, hi: int) -> None:
-    for i in range(np.uint64(lo), np.uint64(hi)):
-        to[i] = what[i]
-
-
-@compiled
-def _is_diverged(left: float, given: float, total: Any, c: Any) -> bool:
-    """Whether the chain has far more energy than it was given; see ``kernels._is_diverged``."""
-    if c.inertia[0] == 0.0:
-        return not abs(left) <= _DIVERGED_ENERGY * (abs(given) + total[4])
-    return not left <= _DIVERGED_ENERGY * (given + total[0])
-
-
-@compiled_and_kept_with(damped_contacts, damped_events, damped_step, kernels)
+@compiled_and_kept_with(
+    damped_advance,
+    damped_contacts,
+    damped_events,
+    damped_flights,
+    damped_state,
+    damped_step,
+    kernels,
+)
 def march(
     legs: FloatArray,
     method: Method,
@@ -143,6 +108,7 @@ def march(
     moving: int,
     tolerance: float,
     longest: float,
+    stable: float,
     most_steps: int,
     peak_force: FloatArray,
     peak_time: FloatArray,
@@ -166,6 +132,8 @@ def march(
         Error of a step over the largest speed.
     longest
         The longest step, natural units.
+    stable
+        The longest step times the rate at which dampers stop motions.
     most_steps
         After so many the run ends as TOO_MANY.
     peak_force, peak_time
@@ -178,162 +146,134 @@ def march(
     What happened, then displacement and velocity at the end, shape (granules,).
     """
     granules = c.inertia.size
-    u0, v0, a0 = np.zeros(granules + 1), np.zeros(granules + 1), np.zeros(granules + 1)
-    u1, v1, a1 = np.zeros(granules + 1), np.zeros(granules + 1), np.zeros(granules + 1)
-    f0, r0, f1, r1 = (
-        np.zeros(granules + 1), np.zeros(granules + 1), np.zeros(granules + 1),
-        np.zeros(granules + 1),
+    state = State(np.zeros(granules + 1), np.zeros(granules + 1), np.zeros(granules))
+    more = granules + 1
+    room = Room(
+        np.zeros(more), np.zeros(more), np.zeros(more), np.zeros(granules), np.zeros(more),
+        np.zeros(more), np.zeros(more), np.zeros(more), np.zeros(more), np.zeros(granules),
+        np.zeros(more), np.zeros(granules), np.zeros(granules),
+        np.zeros((method.nodes.size, granules)), np.zeros(method.rows.shape), np.zeros(4),
+        np.zeros(3),
     )  # fmt: skip
-    f, power, on = np.zeros(granules + 1), np.zeros(granules), np.zeros(granules)
-    p0, p1, lost = np.zeros(granules), np.zeros(granules), np.zeros(granules)
-    k, bent = np.zeros((method.nodes.size, granules)), np.zeros(method.rows.shape)
     # Work, what was dissipated, impulses of wall and piston, work of a piston without its sign.
-    gained, total = np.zeros(4), np.zeros(5)
-    u0[:granules], v0[:granules] = start[0], start[1]
-    fresh = start_modes(u0, v0, on, c)
-    root = 4 if c.quarters == 1 else 2
-    given = energy(u0, v0, granules, c)
-    hi = min(moving, granules)
-    time, following, kept, steps, evaluations, spent = legs[0, START], longest / 64, 0, 0, 0, 0
-    status = DONE
-    if _is_stopped(control):
-        status = STOPPED
+    total = np.zeros(5)
+    u, v, on = state.u, state.v, state.on
+    u[:granules], v[:granules] = start[0], start[1]
+    fresh = start_modes(u, v, on, c)
+    given = energy(u, v, granules, c)
+    # Only a part of the chain is computed where granules fly, but not where loads move them all.
+    parted = np.any(c.gap > 0.0) and not np.any(c.pull) and record.time.size == 0
+    since = np.full(granules, legs[0, START])
+    size = granules if parted else 0
+    part = State(np.zeros(size + 1), np.zeros(size + 1), np.zeros(size))
+    part_of_c = Contacts(
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
+        np.zeros(size), c.quarters, c.attraction,
+    )  # fmt: skip
+    part_force, part_time = np.zeros(size), np.zeros(size)
+    inside, chosen = np.zeros(granules, np.bool_), np.zeros(size, np.int64)
+    no_force = np.zeros(legs.shape[1])
+    fastest = max(np.max(np.abs(v)), _SLOW)
+    counts = Counts(
+        legs[0, START], longest / 64, fresh, min(moving, granules), 0, 0, 0, 0,
+        tolerance * fastest, STOPPED if _is_stopped(control) else DONE,
+    )  # fmt: skip
     for number in range(legs.shape[0]):
         leg = legs[number]
         end = leg[END]
+        time, following, fresh = counts.time, counts.following, counts.fresh
+        if parted:
+            fly_on(u, v, since, time, 0, granules)
         if c.inertia[0] == 0.0:
-            u0[0], v0[0] = leg[PLACE], leg[VELOCITY]
-            d, w = u0[0] - u0[1] - c.gap[0], v0[0] - v0[1]
+            u[0], v[0] = leg[PLACE], leg[VELOCITY]
+            d, w = u[0] - u[1] - c.gap[0], v[0] - v[1]
             allowed = tolerance * max(abs(w), _SLOW)
-            evaluate(u0, v0, a0, f0, r0, p0, on, leg, time, hi, c)
-            if in_wrong_mode(u0, v0, f0, on, 0, IDLE * allowed, c):  # its velocity has jumped
-                total[1] += held(u0, 0, c) * (2.0 * on[0] - 1.0)
+            evaluate(u, v, room.a0, room.f0, room.r0, room.p0, on, leg, time, counts.hi, c)
+            idle = max(IDLE * allowed, grain(u, counts.hi))
+            if in_wrong_mode(u, v, room.f0, on, 0, idle, c):  # its velocity has jumped
+                total[1] += held(u, 0, c) * (2.0 * on[0] - 1.0)
                 on[0] = 1.0 - on[0]
             if on[0] > 0.0 and begins(d, w, 0, min(following, longest), allowed, c):
                 fresh = True
-        evaluate(u0, v0, a0, f0, r0, p0, on, leg, time, hi, c)
-        keep_ends(peak_force, peak_time, f0, time, hi)
-        following = min(following, longest / 4)
-        if c.inertia[0] == 0.0:
-            following = min(following, _OF_STROKE * longest * (end - time))
-        while status == DONE and time < end:
-            rate = max(rate_of_dampers(u0, on, hi, c), _STABLE / longest)
-            following = min(following, _STABLE / rate)
-            strength = max(1.0, min(rate / _STRONG, tolerance / _FINEST))
-            h, tried, target, smooth = following, 0, -1, following
-            if time + 1.01 * h >= end:
-                h = end - time
-            shortest = _SHORTEST * (1.0 + abs(time))
-            while True:
-                m = root if fresh else 1
-                if fresh:
-                    h = min(h, _FRESH * longest)
-                if fresh and kept < record.time.size and record.time[kept] > time + shortest:
-                    h = min(h, record.time[kept] - time)
-                hi = take_step(
-                    u0, v0, a0, f0, p0, u1, v1, f, power, lost, k, on, method.rows, method.squares,
-                    bent, method.nodes, leg, time, h, m, hi, c, gained,
+        following = min(following, longest / 4, _OF_LEG * longest * (end - time))
+        counts = with_next(counts, time, following, fresh)
+        while counts.status == DONE and counts.time < end:
+            time = counts.time
+            is_pushed = leg[SHAPE] != 0.0
+            acts = True
+            if parted:
+                acts = clusters(u, v, on, is_pushed, c, inside)
+            elif not is_pushed and counts.hi == granules:
+                acts = any_moving(u, v, on, c)
+            touch, which = NEVER, -1
+            if not parted and not acts:
+                since[:] = time
+            if parted or not acts:
+                touch, which = next_touch(u, v, on, since, time, inside, c)
+            stop = min(end, touch)
+            if not acts:
+                if not parted:
+                    counts = fly(state, room, c, stop, counts, record)
+                counts = with_next(counts, stop, min(counts.following, longest / 4), False)
+            elif not parted:
+                counts = advance(
+                    state, room, c, leg, end, not is_pushed, counts, method, tolerance, _SLOW,
+                    longest, stable, most_steps, given, total, peak_force, peak_time, record,
+                    control,
                 )  # fmt: skip
-                evaluations += method.nodes.size
-                spent += method.nodes.size * hi
-                e5, e3, fastest = errors(
-                    v0, v1, k, method.fifth, method.third, h if m == 1 else h ** (1.0 / m), hi,
-                    power, lost,
+            elif stop > time:
+                many = gather(c, inside, part_of_c, chosen)
+                for k in range(many):
+                    i = chosen[k]
+                    fly_on(u, v, since, time, i, i + 1)
+                    part.u[k], part.v[k], part.on[k] = u[i], v[i], on[i] if inside[i] else 0.0
+                    part_force[k] = peak_force[i] if i < peak_force.size else 0.0
+                part.u[many] = part.v[many] = 0.0  # the wall
+                room.u1[many] = room.v1[many] = room.a0[many] = room.a1[many] = 0.0
+                its = Contacts(
+                    part_of_c.stiffness[:many], part_of_c.damping[:many], part_of_c.gap[:many],
+                    part_of_c.inertia[:many], part_of_c.pull[:many], part_of_c.lightest[:many],
+                    c.quarters, c.attraction,
                 )  # fmt: skip
-                allowed = tolerance * max(fastest, _SLOW)
-                judged = allowed * (_STRICTER if fresh else 1.0) / strength
-                error = error_ratio(e5, e3, judged)
-                if error > 1.0 and h > shortest:
-                    h *= max(0.1, 0.9 * error ** (-1 / 8)) ** m
-                    smooth = h
-                    continue
-                after = time + h if h < end - time else end
-                evaluate(u1, v1, a1, f1, r1, p1, on, leg, after, hi, c)
-                if h > shortest and tried < _RELOCATED:
-                    s, which = earliest(
-                        u0, v0, a0, f0, r0, u1, v1, a1, f1, r1, on, hi, h, allowed, c
-                    )
-                    if which >= 0:
-                        tried += 1
-                        if s * h > shortest:
-                            h, target = s * h, which
-                            continue
-                        d, w = u0[which] - u0[which + 1] - c.gap[which], v0[which] - v0[which + 1]
-                        total[1] += held(u0, which, c) * (2.0 * on[which] - 1.0)
-                        on[which] = 1.0 - on[which]
-                        fresh = fresh or (on[which] > 0.0 and begins(d, w, which, h, allowed, c))
-                        evaluate(u0, v0, a0, f0, r0, p0, on, leg, time, hi, c)
-                        keep_ends(peak_force, peak_time, f0, time, hi)
-                        continue
-                if fresh and h > shortest and hidden_maximum(f0, r0, f1, r1, peak_force, h, hi):
-                    h /= 4
-                    smooth = h
-                    continue
-                break
-            begin, time = time, after
-            steps += 1
-            for item in range(4):
-                total[item] += gained[item]
-            if c.inertia[0] == 0.0:
-                total[4] += abs(gained[0])
-            if not fresh:
-                keep_maxima(
-                    u0, v0, a0, r0, u1, v1, a1, r1, f0, f1, peak_force, peak_time, begin, h, hi, c
-                )
-            keep_ends(peak_force, peak_time, f1, time, hi)
-            if kept < record.time.size and record.time[kept] <= time:
-                kept = keep_history(
-                    record, kept, u0, v0, a0, r0, u1, v1, a1, r1, on, hi, begin, time, c
-                )
-            grown = min(4.0, 0.9 * max(error, 1e-10) ** (-1 / 8))
-            following = max(smooth, h * grown) if target >= 0 else h * grown**m
-            was_fresh, fresh, changed = fresh, False, False
-            for i in range(hi):
-                wrong = in_wrong_mode(u1, v1, f1, on, i, IDLE * allowed, c)
-                d, w = u1[i] - u1[i + 1] - c.gap[i], v1[i] - v1[i + 1]
-                if i == target and not wrong:
-                    ending = on[i] > 0.0
-                    late = lateness(d, w, a1[i] - a1[i + 1], i, c)
-                    wrong = cost(d, w, (d, w), late, ending, i, c) <= EVENT * allowed
-                if wrong:
-                    changed = True
-                    total[1] += held(u1, i, c) if on[i] > 0.0 else -held(u1, i, c)
-                    on[i] = 1.0 - on[i]
-                    if on[i] > 0.0 and begins(d, w, i, following, allowed, c):
-                        fresh = True
-            _copy(u1, u0, 0, hi)
-            _copy(v1, v0, 0, hi)
-            if changed:
-                evaluate(u0, v0, a0, f0, r0, p0, on, leg, time, hi, c)
-                keep_ends(peak_force, peak_time, f0, time, hi)
-            else:
-                _copy(a1, a0, 0, hi)
-                _copy(f1, f0, 0, hi + 1)
-                _copy(r1, r0, 0, hi + 1)
-                _copy(p1, p0, 0, hi)
-            if was_fresh and not fresh:
-                following = min(following, h)
-            if steps >= most_steps:
-                status = TOO_MANY
-            if spent >= _LOOK:
-                spent = 0
-                control[1], control[2] = time, control[2] + 1
-                if _is_stopped(control):
-                    status = STOPPED
-                elif _is_diverged(energy(u0, v0, hi, c), given, total, c):
-                    status = DIVERGED
-        if status != DONE:
+                own = State(part.u[: many + 1], part.v[: many + 1], part.on[:many])
+                part_time[:many] = math.nan
+                counts = in_part(counts, many)
+                counts = advance(
+                    own, room, its, leg if chosen[0] == 0 else no_force, stop, True, counts, method,
+                    tolerance, max(_SLOW, np.max(np.abs(v))), longest, stable, most_steps, given,
+                    total, part_force[:many], part_time[:many], record, control,
+                )  # fmt: skip
+                counts = in_part(counts, granules)
+                for k in range(many):
+                    i = chosen[k]
+                    u[i], v[i], since[i] = own.u[k], own.v[k], counts.time
+                    if inside[i]:
+                        on[i] = own.on[k]
+                    if part_time[k] >= 0.0:
+                        peak_force[i], peak_time[i] = part_force[k], part_time[k]
+            if which >= 0 and counts.time >= touch and counts.status == DONE:
+                if parted:
+                    fly_on(u, v, since, counts.time, which, min(which + 2, granules))
+                on[which] = 1.0
+                total[1] -= held(u, which, c)
+                d, w = u[which] - u[which + 1] - c.gap[which], v[which] - v[which + 1]
+                fresh = begins(d, w, which, counts.following, counts.allowed, c)
+                counts = with_next(counts, counts.time, counts.following, counts.fresh or fresh)
+        if counts.status != DONE:
             break
-    left = energy(u0, v0, hi, c)
+    if parted:
+        fly_on(u, v, since, counts.time, 0, granules)
+    left = energy(u, v, counts.hi, c)
     momentum = 0.0
-    for i in range(hi):
+    for i in range(counts.hi):
         if on[i] == 0.0:
-            total[1] -= held(u0, i, c)
-        momentum += v0[i] / c.inertia[i] if c.inertia[i] > 0.0 else 0.0
-    if status == DONE and _is_diverged(left, given, total, c):
+            total[1] -= held(u, i, c)
+        momentum += v[i] / c.inertia[i] if c.inertia[i] > 0.0 else 0.0
+    status = counts.status
+    if status == DONE and is_diverged(left, given, total, c):
         status = DIVERGED
     found = Found(
-        status, steps, evaluations, time, given + total[0], total[1], momentum, left, total[2],
-        total[3],
+        status, counts.steps, counts.evaluations, counts.time, given + total[0], total[1], momentum,
+        left, total[2], total[3],
     )  # fmt: skip
-    return found, u0[:granules], v0[:granules]
+    return found, u[:granules], v[:granules]

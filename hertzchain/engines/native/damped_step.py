@@ -28,6 +28,9 @@ _AHEAD = 8
 _LEAST = 1e-60
 """A force below which a granule ahead of the front stays at rest."""
 
+_NO_ERROR = 1e-60
+"""Square of an error that is none."""
+
 
 @compiled
 def rate_of_dampers(u: Any, on: Any, hi: int, c: Any) -> float:
@@ -193,13 +196,15 @@ def take_step(
 
 
 @_compiled_without_nan
-def errors(
+def largest_error(
     v0: Any, v1: Any, kv: Any, fifth: Any, third: Any, size: float, hi: int, by5: Any, by3: Any
 ) -> Any:
-    """The two estimates of the error of the velocities, and the largest velocity.
+    """Estimate the largest error of a velocity, and find the largest velocity.
 
-    ``by5`` and ``by3``, shape (granules,), are filled with the estimates of each granule: sums are
-    made by vector instructions in a short window too, maxima are not.
+    An error is the square of one estimate over another of lower order, of the same granule: the
+    quotient of the largest ones, of different granules, can be far too small. ``by5`` and ``by3``,
+    shape (granules,), are filled in: sums are made by vector instructions in a short window too,
+    maxima are not.
     """
     f0, f5, f6, f7 = fifth[0], fifth[5], fifth[6], fifth[7]
     f8, f9, f10, f11 = fifth[8], fifth[9], fifth[10], fifth[11]
@@ -210,19 +215,14 @@ def errors(
         k8, k9, k10, k11 = kv[8, i], kv[9, i], kv[10, i], kv[11, i]
         by5[i] = f0 * k0 + f5 * k5 + f6 * k6 + f7 * k7 + f8 * k8 + f9 * k9 + f10 * k10 + f11 * k11
         by3[i] = t0 * k0 + t5 * k5 + t6 * k6 + t7 * k7 + t8 * k8 + t9 * k9 + t10 * k10 + t11 * k11
-    e5, e3, fastest = 0.0, 0.0, 0.0
     for i in range(np.uint64(0), np.uint64(hi)):
-        e5 = _larger(e5, abs(by5[i]))
-        e3 = _larger(e3, abs(by3[i]))
+        square = by5[i] * by5[i]
+        by3[i] = square / math.sqrt(square + 0.01 * by3[i] * by3[i] + _NO_ERROR)
+    error, fastest = 0.0, 0.0
+    for i in range(np.uint64(0), np.uint64(hi)):
+        error = _larger(error, by3[i])
         fastest = _larger(fastest, _larger(abs(v0[i]), abs(v1[i])))
-    return size * e5, size * e3, fastest
-
-
-@compiled
-def error_ratio(e5: float, e3: float, allowed: float) -> float:
-    """The error of a step over what is allowed."""
-    both = e5 * e5 + 0.01 * e3 * e3
-    return e5 * e5 / math.sqrt(both) / allowed if both > 0.0 else 0.0
+    return size * error, fastest
 
 
 @compiled

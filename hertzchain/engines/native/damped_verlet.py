@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.step_error import damped_interval_at
 from hertzchain.engines.native.damped_runs import damped_contacts
 from hertzchain.engines.native.kernel_input import leg_rows, start_of
 from hertzchain.engines.native.simulation import End, Peaks, Simulation
@@ -24,10 +25,6 @@ from hertzchain.scene.schedule import Leg
 
 if TYPE_CHECKING:
     from hertzchain.engines.native.damped_verlet_kernel import Contacts
-
-_INTERVAL = 0.1
-"""Natural time units between two samples, at most: 7e-7 of a peak in the worst of 80 random scenes,
-and what engines.external reads by, so that runs at the same steps have the same samples."""
 
 _SAMPLES_PER_RAMP = 8
 """At least, if there are so many steps: the work of a short pulse needs them (chosen)."""
@@ -52,7 +49,7 @@ def simulate_damped_verlet(
     """
     chain = damped_contacts(scene)
     law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
-    watch = DampedWatch(law, chain.wall, scene.piston is not None)
+    watch = DampedWatch(law, chain.inertia, chain.wall, scene.piston is not None)
     moves = chain.inertia > 0  # all but a piston
     mass = np.where(moves, 1 / np.where(moves, chain.inertia, 1.0), 0.0)
     work = exchanged = 0.0
@@ -163,8 +160,9 @@ def _padded(values: FloatArray, granules: int) -> FloatArray:
 
 
 def stride_of(scene: Scene, leg: Leg) -> int:
-    """Steps between two samples on a leg."""
-    stride = int(min(_INTERVAL * scene.contact_time / leg.dt, leg.steps))
+    """Steps between two samples on a leg, where other codes with this step are read too."""
+    interval = damped_interval_at(scene, leg.dt)
+    stride = int(min(interval / leg.dt, leg.steps))
     if leg.ramp is not None:
         stride = min(stride, leg.steps // _SAMPLES_PER_RAMP)
     return max(1, stride)

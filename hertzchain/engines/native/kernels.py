@@ -1376,6 +1376,25 @@ def _is_diverged(energy: float, total: Any, inertia: Any) -> bool:
 
 
 @_part
+def _flight(u: Any, v: Any, lo: int, hi: int, on_wall: int, wait: float, gap: Any) -> float:
+    """How long all granules fly freely, at most ``wait``; 0 if a contact presses."""
+    for i in range(lo, hi - 1 + on_wall):
+        overlap, rate = _overlap(u, i, gap), float(v[i] - v[i + 1])
+        if overlap > 0.0:
+            return 0.0
+        if rate > 0.0:
+            wait = min(wait, -overlap / rate)
+    return wait
+
+
+@_part
+def _drift(u: Any, v: Any, wait: float, lo: int, hi: int) -> None:
+    """Let granules fly."""
+    for i in range(lo, hi):
+        u[i] += v[i] * wait
+
+
+@_part
 def _leave_behind(
     u: Any, v: Any, g: Any, u0: Any, v0: Any, peak_force: Any, base: int, lo: int, hi: int,
     at_the_end: bool, constants: Any, count: Any, total: Any,
@@ -1734,6 +1753,16 @@ def march(
                     ):
                         reason = _SETTLED
                         break
+                if stiffness is not None and pull is None and leg[SHAPE] == 0 and level == 0:
+                    wait = leg[END] - time
+                    if kept < record.time.size:
+                        wait = min(wait, record.time[kept] - time)
+                    idle = int(_flight(u, v, lo, hi, on_wall, wait, gap) / full) - 1
+                    if idle > 0:
+                        _drift(u, v, idle * full, lo, hi)
+                        whole, time = whole + idle, time + idle * full
+                        count[_STEPS] += idle  # which no force was evaluated for
+                        next_check = time + _CHECK
         if reason == _LEG_DONE:
             number, whole = number + 1, 0
     count[_LO], count[_HI], count[_KEPT], count[_NUMBER] = lo, hi, kept, number

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate._ivp import dop853_coefficients
 
-from hertzchain.engines.native import damped_kernel, kernels
+from hertzchain.engines.native import damped_advance, kernels
 from hertzchain.engines.native.damped import Damped, Simulated, integrate_damped
 from hertzchain.engines.native.damped_plan import accurate
 from hertzchain.engines.native.kernel_input import nothing_recorded
@@ -134,7 +134,7 @@ def test_momentum_and_energy(exponent: float, attraction: bool) -> None:
     chain = uniform(20, exponent, 0.1, attraction)
     rows, impulse = pulse(1.5, 2.5, 35.0), 2.0
     run = integrate_damped(chain, rows, AT_REST, 1e-10, 0.8)
-    assert run.status == damped_kernel.DONE
+    assert run.status == damped_advance.DONE
     # Round-off, but for the impulse of the pulse: the method integrates a cosine to 1e-14.
     assert run.momentum == pytest.approx(impulse, rel=1e-13)
     # A tenth of the error found at this tolerance.
@@ -159,15 +159,16 @@ def test_order_over_a_run(exponent: float) -> None:
     Without attraction: where contacts pull, their end is singular, and orders of 6 to 7 were found.
     """
     chain, rows = uniform(12, exponent, 0.1), pulse(1.5, 2.5, 25.0)
-    true = integrate_damped(chain, rows, AT_REST, 1e-13, 0.1)
-    errors, steps = [], []
-    for power in range(6, 12):
-        run = integrate_damped(chain, rows, AT_REST, 10.0**-power, 10.0)
-        errors.append(error_of(run.peak_force, true.peak_force))
-        steps.append(run.steps)
-    order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    assert order == pytest.approx(8.0, rel=0, abs=0.3)
-    assert errors[-1] < 1e-10
+    true = integrate_damped(chain, rows, AT_REST, 1e-14, 0.1)
+    tolerances = 10.0 ** -np.arange(5.0, 13.1, 0.25)
+    runs = [integrate_damped(chain, rows, AT_REST, each, 10.0) for each in tolerances]
+    errors = np.array([error_of(run.peak_force, true.peak_force) for run in runs])
+    order = -np.polyfit(np.log([run.steps for run in runs]), np.log(errors), 1)[0]
+    # 7.9 to 8.4 were found, and an order less would be told.
+    assert order == pytest.approx(8.0, rel=0, abs=0.5)
+    above_rounding = tolerances > 2e-12
+    assert np.max((errors / tolerances)[above_rounding]) < 3.0  # 1 was found
+    assert errors[-1] < 1e-11
 
 
 @pytest.mark.parametrize("exponent", [DASHPOT, RESTITUTION, VISCOELASTIC])
@@ -268,7 +269,7 @@ def test_random_chains_vs_scipy(seed: int) -> None:
     chain, rows, start = random_chain(seed, most)
     true = true_peaks(chain, rows, start)
     run = integrate_damped(chain, rows, start, 1e-11, longest_of(chain))
-    assert run.status == damped_kernel.DONE
+    assert run.status == damped_advance.DONE
     # The error of SciPy where contacts close and open, where it does not stop.
     assert error_of(run.peak_force, true.peak_force) < 2e-7
     assert run.velocity == pytest.approx(true.velocity, rel=0, abs=2e-7)
@@ -318,7 +319,7 @@ def test_strong_dampers(exponent: float, damping: float) -> None:
     for tolerance in (3e-5, 1e-6, 3e-9):
         # 383 to 3,929 steps were measured; a run that stood still took as many as it was given.
         found = integrate_damped(chain, rows, AT_REST, tolerance, 0.8, most_steps=8_000)
-        assert found.status == damped_kernel.DONE
+        assert found.status == damped_advance.DONE
         # At most 0.3 of the tolerance was measured, and 2e-10.
         assert error_of(found.peak_force, true.peak_force) < max(tolerance, 1e-9)
 
@@ -326,9 +327,9 @@ def test_strong_dampers(exponent: float, damping: float) -> None:
 def test_stop_and_most_steps() -> None:
     chain, rows = uniform(6, RESTITUTION, 0.2), pulse(1.5, 2.5, 30.0)
     stopped = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8, control=np.array([-1.0, 0.0, 0.0]))
-    assert stopped.status == damped_kernel.STOPPED
+    assert stopped.status == damped_advance.STOPPED
     few = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8, most_steps=3)
-    assert (few.status, few.steps) == (damped_kernel.TOO_MANY, 3)
+    assert (few.status, few.steps) == (damped_advance.TOO_MANY, 3)
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
@@ -341,12 +342,13 @@ def test_the_bound_is_above_the_error(rtol: float) -> None:
 
         def integrate(
             tolerance: float,
-            longest: float,
+            longer: float,
             may_be_last: bool,  # noqa: ARG001 - nothing is recorded
             given: tuple[Damped, Floats, Floats] = (chain, rows, start),
+            longest: float = longest,
         ) -> Simulated:
-            return integrate_damped(*given, tolerance, longest)
+            return integrate_damped(*given, tolerance, longest, longer=longer)
 
-        found = accurate(integrate, rtol, longest, bool((chain.gap > 0).any()))
+        found = accurate(integrate, rtol)
         assert found.bound <= rtol
         assert error_of(found.run.peak_force, true.peak_force) <= found.bound

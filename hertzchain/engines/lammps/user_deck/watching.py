@@ -115,22 +115,22 @@ class Watcher:
         dt, first = lammps.dt(), lammps.step()
         stride = max(1, min(steps, int(self.between / dt)))
         self.read_every = max(self.read_every, stride)
-        if "pre no" not in keywords:  # which reads no start: it goes on where the run before ended
-            self._forward.begin()
-            if self._backward is not None:
-                self._backward.begin()
-        elif self._changed:
-            raise RunFailed(
-                "with pre no LAMMPS takes no note of fixes that were made or ended since the run"
-                " before: leave pre no out"
-            )
-        self._changed = False
         if lammps.count() != self.probes.granules.count:
             raise RunFailed(
                 "the deck makes or deletes granules after its first run: make the whole chain"
                 " before it"
             )
         self._free, self._led = self._moved()
+        if "pre no" not in keywords:  # which reads no start: it goes on where the run before ended
+            self._forward.begin(self._free)
+            if self._backward is not None:
+                self._backward.begin(self._free)
+        elif self._changed:
+            raise RunFailed(
+                "with pre no LAMMPS takes no note of fixes that were made or ended since the run"
+                " before: leave pre no out"
+            )
+        self._changed = False
 
         def take(readings: Readings) -> None:
             self._take(readings, np.asarray(self.time + (readings.step - first) * dt), dt)
@@ -248,7 +248,7 @@ class _Peaks:
 
     def __init__(self, probes: Probes, mirrored: bool) -> None:
         granules = probes.granules
-        self._mirrored = mirrored
+        self._mirrored, self._mass = mirrored, granules.mass
         self._radius = granules.radius[::-1] if mirrored else granules.radius
         wall = next((wall for wall in probes.walls if wall.at_end != mirrored), None)
         place = None if wall is None else wall.position
@@ -256,16 +256,22 @@ class _Peaks:
         contacts = granules.count - 1 + (wall is not None)
         self._law = law_of(mirrored_probes(probes) if mirrored else probes, wall)
         self.all, self.halved = (
-            PeakWatch(contacts) if self._law is None else DampedWatch(self._law, wall is not None)
+            PeakWatch(contacts)
+            if self._law is None
+            else DampedWatch(self._law, 1 / self._mass, wall is not None)
             for _ in range(2)
         )
         self._rest = np.finfo(np.float64).eps * float(np.max(np.abs(granules.position)))
         self.missed = np.zeros(contacts)  # largest overlap that grew without a force
         self._last: Samples | None = None
 
-    def begin(self) -> None:
-        """A run begins: it may not continue what was before."""
+    def begin(self, free: NDArray[np.bool_]) -> None:
+        """A run begins: it may not continue what was before, and its forces move these granules."""
         self._last = None
+        inverse_mass = np.where(free, 1 / self._mass, 0.0)
+        for watch in (self.all, self.halved):
+            if isinstance(watch, DampedWatch):
+                watch.inverse_mass = inverse_mass[::-1] if self._mirrored else inverse_mass
 
     def take(self, seen: _Seen) -> float:
         """Take note of readings; the largest force in contacts that are open."""
@@ -309,14 +315,13 @@ class _Peaks:
         return PeaksSeen(self.all.force, self.all.time, self.missed, self._error())
 
     def _error(self) -> float:
-        """Relative error of the peaks: what half as many readings change by."""
+        """Relative error of the peaks: what half as many readings change by, or share."""
         largest = float(np.max(self.all.force, initial=0.0))
         if largest == 0:
             return 0.0
         counts = self.all.force > 1e-3 * largest
-        return float(
-            np.max(np.abs(self.halved.force / np.where(counts, self.all.force, 1) - 1)[counts])
-        )
+        changes = np.abs(self.halved.force / np.where(counts, self.all.force, 1) - 1)[counts]
+        return max(float(np.max(changes)), self.all.reading_error)
 
 
 def _every_second(count: int) -> list[int]:

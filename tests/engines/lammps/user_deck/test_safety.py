@@ -78,7 +78,7 @@ def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.mark.parametrize(
     ("more", "run", "words"),
     [
-        pytest.param("", "label a\nrun 1000\njump SELF a", "not over after 2 s", id="endless"),
+        pytest.param("", "label a\nrun 0\njump SELF a", "not over after 2 s", id="endless"),
         pytest.param(
             "fix x all python/invoke 1 end_of_step f",
             None,
@@ -104,6 +104,12 @@ def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
             "makes or deletes granules",
             id="more granules",
             marks=slow,
+        ),
+        pytest.param(
+            "",
+            "run 10\ngroup last id 4\ndelete_atoms group last\nrun 10",
+            "makes or deletes granules",
+            id="fewer granules",
         ),
         pytest.param("units real", None, "LAMMPS stopped", id="error", marks=slow),
         pytest.param(

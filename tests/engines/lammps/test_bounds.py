@@ -1,0 +1,128 @@
+"""Errors of LAMMPS runs are within their bounds: dashpots that close at a speed, late hard blows.
+
+What is true comes from an independent solver: order 8, steps that end at contacts, 80 bits.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.errors import Unpredictable
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.verdict.comparison import compare
+from tests.conftest import STEEL
+
+pytestmark = pytest.mark.lammps
+
+GAPS = hc.Scene(
+    hc.Chain(5, gap=1e-6, **STEEL),
+    hc.Striker(1.0),
+    contact=hc.Contact("dashpot", coefficient=500.0),
+)
+TRUE = np.array([500.0, 185.783452, 119.598186, 90.111754])
+DIGITS = 5e-9
+"""Relative error of these digits."""
+
+LIGHT = hc.Scene(
+    hc.Chain(
+        3,
+        radius=(0.0018003301765203781, 0.0009399237754416373, 0.0013287705803332072),
+        young_modulus=(90144587351.16177, 18667980084.239132, 4546032643.462144),
+        poisson_ratio=0.48970807258080495,
+        density=(668.6970403627272, 571.7491667576039, 3575.3054448160465),
+        gap=(0.0, 4.484097339994619e-08, 5.022345774801005e-06),
+    ),
+    hc.Pulse(
+        "triangular", 1.0862326428715952, 1.9385321561868054, rise_time=2.3035347807513657e-06
+    ),
+    hc.Run(2.4344046800726264e-05),
+    contact=hc.Contact("dashpot", coefficient=15.058974295361503),
+)
+
+LATE_BLOW = hc.Scene(
+    hc.Chain(
+        4,
+        radius=(0.003314703394290296, *[0.0024408153634609014] * 2, 0.006359322660300662),
+        young_modulus=(1329227108153.9133, *[163518955910.85895] * 2, 281952189320.8835),
+        poisson_ratio=-0.337842832621993,
+        density=(1009.6438934095372, *[7490.333982665544] * 2, 13764.554246927562),
+        gap=(0.0, *[3.416938455569586e-07] * 3),
+    ),
+    hc.Pulse("triangular", 0.3216736092781682, 4.290700253765737, rise_time=0.0001785312076816918),
+    hc.Run(0.004585358584143651),
+    hc.Wall("elastic", 3507151349.8010793, 0.1870779367935715, gap=5.798022907763981e-09),
+)
+"""The first contact is pressed hardest by a blow that long steps make lower than the first."""
+
+
+@functools.cache
+def truth(scene: hc.Scene) -> hc.Result:
+    return hc.Native(rtol=1e-9).run(scene)
+
+
+def test_native_has_the_digits_of_the_other_solver() -> None:
+    assert largest_difference(truth(GAPS).all_peaks, TRUE) < DIGITS
+
+
+@pytest.mark.parametrize(
+    "lammps",
+    [hc.Lammps(rtol=rtol) for rtol in (1e-2, 3e-3, 1e-3)]
+    + [hc.Lammps(rtol=rtol, extrapolated=True) for rtol in (1e-2, 1e-3)],
+    ids=["1e-2", "3e-3", "1e-3", "1e-2, extrapolated", "1e-3, extrapolated"],
+)
+def test_dashpots_that_close_at_a_speed(lammps: hc.Lammps) -> None:
+    result = lammps.run(GAPS)
+    assert largest_difference(result.all_peaks, TRUE) < result.error_estimate < lammps.rtol
+
+
+@pytest.mark.parametrize("extrapolated", [False, True])
+def test_a_dashpot_of_light_granules(extrapolated: bool) -> None:
+    result = hc.Lammps(rtol=1e-3, extrapolated=extrapolated).run(LIGHT)
+    assert largest_difference(result.all_peaks, truth(LIGHT).all_peaks) < result.error_estimate
+    assert result.error_estimate < 1e-3
+
+
+def test_readings_too_rare_for_a_dashpot_say_so() -> None:
+    """Every tenth of the decay of its force, every decay, and every ten decays."""
+    stated = []
+    for decays in (0.1, 1.0, 10.0):
+        mass = GAPS.granules.mass[0]
+        every = max(1, round(decays * mass / 1000.0 / 1e-9))
+        try:
+            result = hc.Lammps(1e-9, read_every=every).run(GAPS)
+        except Unpredictable:
+            stated.append(1.0)
+            continue
+        assert largest_difference(result.all_peaks, TRUE) < result.error_estimate
+        stated.append(result.error_estimate)
+    assert stated[0] < 0.01
+    assert 0.2 < stated[1] <= stated[2]
+
+
+def test_a_right_deck_with_dashpots_passes() -> None:
+    comparison = compare(GAPS, lammps=hc.Lammps(rtol=1e-3))
+    assert comparison.verdict == "pass", [
+        check.name for check in comparison.checks if not check.passed
+    ]
+
+
+@pytest.mark.parametrize("dt", [6.346564384108137e-07, 4.2e-7])
+@pytest.mark.parametrize("extrapolated", [False, True])
+def test_a_late_blow_that_is_the_hardest(dt: float, extrapolated: bool) -> None:
+    result = hc.Lammps(dt, extrapolated=extrapolated).run(LATE_BLOW)
+    error = largest_difference(result.all_peaks, truth(LATE_BLOW).all_peaks)
+    assert 5e-3 < error < result.error_estimate
+
+
+def test_a_scene_without_terms_states_what_it_did() -> None:
+    """Second maxima count twice the error of the first there; a factor of 1.5 is enough."""
+    scene = hc.Scene(hc.Chain(6, **STEEL), hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0))
+    with_gap = replace(scene, chain=replace(scene.chain, gap=1e-15))
+    dt = 0.05 * scene.contact_time
+    plain, other = (hc.Lammps(dt).run(each).error_estimate for each in (scene, with_gap))
+    assert 1.9 < other / plain < 2.1

@@ -1,0 +1,125 @@
+"""Granules in free flight cost nothing, whatever integrates them, and collide when they should."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.native import damped_advance
+from hertzchain.engines.native.damped import Damped, Simulated, integrate_damped
+from hertzchain.observables.peaks import largest_difference
+from tests.conftest import STEEL
+from tests.oracles import damped, terms_in_si
+
+FAR = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(0.1), hc.Run(60.0), hc.Wall("rigid", gap=1.0))
+"""The last granule flies for seconds, a million times as long as a blow."""
+
+GAPS = hc.Scene(hc.Chain(200, gap=1e-6, **STEEL), hc.Striker(0.1))
+
+MANY = 20_000
+"""Steps: 100 or 1000 for each of a few blows; free flights would take a thousand times as many."""
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
+def test_a_far_wall(rtol: float) -> None:
+    """The last granule hits it alone, with the speed at which it left the chain."""
+    result = hc.Native(rtol=rtol).run(FAR)
+    assert result.steps < MANY
+    before = hc.Native(rtol=1e-9).run(replace(FAR, run=hc.Run(1e-3), wall=None))
+    each = FAR.granules
+    energy = float(each.mass[-1] * before.velocity[-1] ** 2 / 2)
+    # k d^(5/2) / (5/2) is the energy where the overlap d is largest.
+    hit = float(each.stiffness[-1] * (2.5 * energy / each.stiffness[-1]) ** 0.6)
+    assert result.all_peaks[-1] == pytest.approx(hit, rel=result.error_estimate + 1e-9)
+
+
+def test_a_far_wall_by_steps_of_ones_own() -> None:
+    """A billion steps, most of them in free flight."""
+    result = hc.Native("reference", 3e-3 * FAR.contact_time).run(FAR)
+    assert result.steps > 1e8
+    true = hc.Native(rtol=1e-9).run(FAR).all_peaks
+    assert largest_difference(result.all_peaks, true) <= result.error_estimate + 1e-9
+
+
+def test_granules_that_fly_at_others_one_by_one() -> None:
+    """Only those that collide are computed, so that work grows as their number."""
+    few, many = (
+        hc.Native(rtol=1e-6).run(hc.Scene(hc.Chain(n, gap=1e-6, **STEEL), GAPS.shock))
+        for n in (100, 200)
+    )
+    assert many.steps < 2.5 * few.steps
+    # After a few blows each is that of two equal spheres, which hands all of the speed on.
+    assert np.ptp(many.peak_force[10:]) < 1e-6 * many.peak_force[10]
+
+
+@pytest.mark.parametrize(("attraction", "rtol"), [(False, 1e-9), (True, 1e-9), (True, 1e-10)])
+def test_slow_granules_that_touch_again_and_again(attraction: bool, rtol: float) -> None:
+    """Some contacts open by less than displacements resolve, and steps must not be as short."""
+    radii = tuple(STEEL["radius"] / (1 + i % 2) for i in range(17))
+    chain = hc.Chain(17, gap=1.0878e-8, **(STEEL | {"radius": radii}))
+    law = hc.Contact("dashpot", coefficient=0.0597, attraction=attraction)
+    scene = hc.Scene(chain, hc.Striker(1.3538e-4), hc.Run(5.79e-3), contact=law)
+    assert hc.Native(rtol=rtol).run(scene).steps < MANY
+
+
+SCENES = {
+    "a pulse through gaps, which collide in several places": hc.Scene(
+        hc.Chain(12, gap=1e-6, **STEEL),
+        hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0),
+        hc.Run(5e-4),
+    ),
+    "beside a gap, contacts at rest": hc.Scene(
+        hc.Chain(6, gap=(0.0, 0.0, 0.0, 2e-7, 0.0, 0.0), **STEEL), hc.Striker(0.1), hc.Run(4e-4)
+    ),
+    "a wall beyond the last gap": hc.Scene(
+        hc.Chain(4, gap=(0.0, 1e-7, 3e-7, 1e-7), **STEEL), hc.Striker(0.1), hc.Run(4e-4),
+        hc.Wall("rigid", gap=2e-7),
+    ),
+    "falling on a wall": hc.Scene(
+        hc.Chain(3, **STEEL), hc.Pulse("cosine", 1.0, 2.0, momentum_ratio=1.0), hc.Run(2e-3),
+        hc.Wall("same"), hc.Precompression(gravity=9.81),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("law", [None, hc.Contact("dashpot", coefficient=20.0)], ids=["", "damped"])
+def test_vs_scipy(name: str, law: hc.Contact | None) -> None:
+    scene = replace(SCENES[name], contact=law)
+    if law is None:
+        coarse, true = (terms_in_si.peaks(scene, rtol).peak_force for rtol in (1e-11, 1e-12))
+    else:
+        coarse, true = (damped.peaks_of_scene(scene, rtol) for rtol in (1e-11, 1e-12))
+    unsure = largest_difference(coarse, true)
+    for rtol in (1e-3, 1e-6, 1e-9):
+        result = hc.Native(rtol=rtol).run(scene)
+        assert result.error_estimate <= rtol
+        assert largest_difference(result.all_peaks, true) <= result.error_estimate + unsure
+
+
+def test_a_run_that_does_not_advance_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No scene is known that does so: this is about the sentence alone."""
+
+    def stuck(*given: Any, **more: Any) -> Simulated:
+        return replace(integrate_damped(*given, **more), status=damped_advance.STUCK)
+
+    monkeypatch.setattr("hertzchain.engines.native.damped_runs.integrate_damped", stuck)
+    with pytest.raises(hc.HertzchainError, match="does not advance"):
+        hc.Native(rtol=1e-6).run(GAPS)
+
+
+@pytest.mark.parametrize("exponent", [0.0, 0.25, 0.5])
+def test_a_load_presses_a_contact_again_that_has_not_opened(exponent: float) -> None:
+    """Its damper had made the force 0 before; momentum and energy do not tell."""
+    one = np.ones(1)
+    chain = Damped(one, one, 0.5 * one, 0.1 * one, 0.3 * one, exponent, False, True)
+    start, rows = np.array([[0.0], [1.0]]), np.array([[0.0, 30.0, 1, 0, 0, 0, 0, 0.0]])
+    run = integrate_damped(chain, rows, start, 1e-10, 0.8)
+    true = damped.peaks(chain, lambda _: 0.0, [0.0, 30.0], start, 1e-11)
+    # SciPy knows nothing of contacts that end; a dashpot taken as open is 0.3 off.
+    assert run.displacement == pytest.approx(true.displacement, abs=1e-6)
+    assert run.velocity == pytest.approx(true.velocity, abs=1e-6)
