@@ -6,14 +6,17 @@ import functools
 import math
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native import plan as plans
+from hertzchain.engines.native.kernel_input import can_leave_behind
 from hertzchain.engines.native.methods import (
     DPRKN_6,
     RUNGE_KUTTA_4,
@@ -22,7 +25,7 @@ from hertzchain.engines.native.methods import (
     VELOCITY_VERLET,
 )
 from hertzchain.engines.native.refinement import Fixed, Refined, Walker
-from hertzchain.engines.native.simulation import Prepared, Simulation
+from hertzchain.engines.native.simulation import Prepared, Simulation, work_of
 from hertzchain.errors import POSITIVE, is_positive, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables.damped_law import DampedLaw
@@ -55,6 +58,15 @@ if TYPE_CHECKING:
 
 _CLOSER = 1e-3
 """Accuracy of the second accurate run that tells an error, over that of the first (chosen)."""
+
+_REFINED = 5.0
+"""Work of refined steps, over that of equal ones, where all granules fly at others (measured: 4
+to 7)."""
+
+_EXPENSIVE, _SHARE = 1e7, 0.1
+"""Work of a run, in force evaluations of a granule, above which adaptive steps are tried first:
+about 10 ms (chosen). Their first run may take this share of the work: its evaluations cost four
+times as much (measured), and where they do not suffice, a run takes a tenth longer."""
 
 _CLEAR = 10.0
 """Least ratio of a difference to the error of the accurate run (chosen)."""
@@ -297,15 +309,24 @@ class Native:
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float
     ) -> tuple[str, float, Simulation, float]:
         """Return method, longest step [s], run and its error, by what is cheapest for ``rtol``."""
-        if damped_runs.is_cheapest(scene):
-            run, error = damped_runs.accurate_enough(scene, rtol, deadline, recorder)
-            return damped_runs.METHOD, damped_runs.longest_step(scene), run, error
+        if scene.contact is not None:
+            return _adaptive(scene, recorder, deadline, rtol)
         prepared = Prepared.of(scene, deadline)
         hard = amplifies_errors(scene)
         plan = plans.cheapest(rtol, hard=hard)
-        before = math.inf
+        before, cost, adaptive = math.inf, 0.0, None
+        expensive, refined = math.inf, 1.0
+        if not (scene.is_plain or can_leave_behind(scene)):
+            expensive, refined = _EXPENSIVE, 1 + _REFINED * float(np.mean(scene.granules.gap > 0))
         for left in reversed(range(plans.TRIES)):
             legs = plan.walker.cut(scene.schedule(plan.step * scene.contact_time))
+            cost = max(cost, refined * work_of(scene, legs, plan.walker.stepper.stages))
+            if cost > expensive:
+                expensive = 2 * cost
+                with suppress(damped_runs.TooMuchWork):
+                    adaptive = _adaptive(scene, recorder, deadline, rtol, _SHARE * cost)
+                    if adaptive[-1] <= rtol:
+                        return adaptive
             run = prepared.simulate(legs, plan.walker, recorder, leave_behind=self.peaks_only)
             rising = run.peaks.any_rising
             if left and not hard and rising:
@@ -318,7 +339,21 @@ class Native:
             if error <= rtol or plan.hopeless(error, before, cost):
                 break
             plan, before = plan.closer(rtol, error, has_terms=not scene.is_plain), error
+        if adaptive is not None and adaptive[-1] < error:
+            return adaptive if recorder is None else _adaptive(scene, recorder, deadline, rtol)
         return plan.method, max(leg.dt for leg in legs), run, error
+
+
+def _adaptive(
+    scene: Scene,
+    recorder: Recorder | None,
+    deadline: Deadline,
+    rtol: float,
+    most_work: float = math.inf,
+) -> tuple[str, float, Simulation, float]:
+    """Return the same as ``Native._accurate_enough``, by adaptive steps."""
+    run, error = damped_runs.accurate_enough(scene, rtol, deadline, recorder, most_work)
+    return damped_runs.METHOD, damped_runs.longest_step(scene), run, error
 
 
 def _estimate(

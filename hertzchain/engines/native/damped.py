@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,9 +20,6 @@ _MOVING = 8
 
 _ROUNDED = 1e-14
 """Limit below which products of coefficients are 0 up to rounding; all others are far above."""
-
-MOST_STEPS = 100_000_000
-"""Most steps of a run."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +86,7 @@ def integrate_damped(
     longest: float,
     record: Any = None,
     control: FloatArray | None = None,
-    most_steps: int = MOST_STEPS,
+    most_work: float = math.inf,
     longer: float = 1.0,
 ) -> Simulated:
     """Integrate a chain of damped contacts with the compiled kernel.
@@ -107,8 +105,8 @@ def integrate_damped(
         The longest step, 0.8 of the natural time unit of the fastest contact.
     record, control
         A ``kernels.Record``, and the array that stops the run, as in ``kernels.march``.
-    most_steps
-        Number of steps after which the run ends.
+    most_work
+        Force evaluations of a granule after which the run ends; a step counts as further 500.
     longer
         By how much steps may be longer, also those that strong dampers allow; at most 1.5.
     """
@@ -143,7 +141,7 @@ def integrate_damped(
     found, displacement, velocity = damped_kernel.march(
         rows, _method(), made, start if start.size else np.zeros((2, granules)),
         _MOVING if has_front else granules, tolerance, longer * longest,
-        longer * damped_advance.STABLE, most_steps, force, time, record,
+        longer * damped_advance.STABLE, most_work, force, time, record,
         np.zeros(3) if control is None else control,
     )  # fmt: skip
     return Simulated(

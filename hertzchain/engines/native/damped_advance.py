@@ -44,8 +44,8 @@ from hertzchain.engines.native.kernels import (
     compiled,
 )
 
-DONE, DIVERGED, STOPPED, TOO_MANY, STUCK = range(5)
-"""How a run ended; the last two: more steps than allowed, and steps that do not advance."""
+DONE, DIVERGED, STOPPED, TOO_MUCH, STUCK = range(5)
+"""How a run ended; the last two: more work than allowed, and steps that do not advance."""
 
 _MANY, _HARDLY = 5000, 1e-7
 """Number of steps after which a run has to have advanced, each by this part of the longest step
@@ -56,6 +56,9 @@ _DIVERGED_ENERGY = 10.0
 
 _LOOK = 1_000_000
 """Granules times steps between two looks at whether the run is to be stopped: about 50 ms."""
+
+STEP = 500.0
+"""Additional work of a step, in force evaluations of a granule (measured)."""
 
 _FRESH, _STRICTER = 0.25, 0.001
 """The longest first step of a contact over that of others, and what error it may have: estimates
@@ -118,7 +121,7 @@ def is_diverged(left: float, given: float, total: Any, c: Any) -> bool:
 @compiled
 def advance(
     state: Any, room: Any, c: Any, leg: Any, end: float, until_change: bool, counts: Any,
-    method: Any, tolerance: float, slowest: float, longest: float, stable: float, most_steps: int,
+    method: Any, tolerance: float, slowest: float, longest: float, stable: float, most_work: float,
     given: float,
     total: Any, peak_force: Any, peak_time: Any, record: Any, control: Any,
 ) -> Any:  # fmt: skip
@@ -146,6 +149,7 @@ def advance(
         following = min(following, stable / rate)
         strength = max(1.0, min(rate / _STRONG, tolerance / _FINEST))
         h, tried, target, smooth, changed = following, 0, -1, following, False
+        progress[3] += STEP
         if time + 1.01 * h >= end:
             h = end - time
         shortest = _SHORTEST * (1.0 + abs(time))
@@ -160,6 +164,7 @@ def advance(
                 bent, method.nodes, leg, time, h, m, hi, c, gained,
             )  # fmt: skip
             evaluations += method.nodes.size
+            progress[3] += method.nodes.size * hi
             spent += method.nodes.size * hi
             error, fastest = largest_error(
                 v0, v1, k, method.fifth, method.third, h if m == 1 else h ** (1.0 / m), hi,
@@ -248,8 +253,8 @@ def advance(
             copy(p1, p0, 0, hi)
         if was_fresh and not fresh:
             following = min(following, h)
-        if steps >= most_steps:
-            status = TOO_MANY
+        if progress[3] >= most_work:
+            status = TOO_MUCH
         if steps >= progress[0] + _MANY:
             if not time > progress[1] + _MANY * _HARDLY * longest:
                 status = STUCK

@@ -109,7 +109,7 @@ def march(
     tolerance: float,
     longest: float,
     stable: float,
-    most_steps: int,
+    most_work: float,
     peak_force: FloatArray,
     peak_time: FloatArray,
     record: Record,
@@ -134,8 +134,8 @@ def march(
         The longest step, natural units.
     stable
         The longest step times the rate at which dampers stop motions.
-    most_steps
-        After so many the run ends as TOO_MANY.
+    most_work
+        Force evaluations of granules after which the run ends as TOO_MUCH.
     peak_force, peak_time
         Filled in; zero and NaN at the start, shape (contacts,), with a wall (granules,).
     record, control
@@ -153,7 +153,7 @@ def march(
         np.zeros(more), np.zeros(more), np.zeros(more), np.zeros(more), np.zeros(granules),
         np.zeros(more), np.zeros(granules), np.zeros(granules),
         np.zeros((method.nodes.size, granules)), np.zeros(method.rows.shape), np.zeros(4),
-        np.zeros(3),
+        np.zeros(4),
     )  # fmt: skip
     # Work, what was dissipated, impulses of wall and piston, work of a piston without its sign.
     total = np.zeros(5)
@@ -201,6 +201,7 @@ def march(
             time = counts.time
             is_pushed = leg[SHAPE] != 0.0
             acts = True
+            room.progress[3] += granules
             if parted:
                 acts = clusters(u, v, on, is_pushed, c, inside)
             elif not is_pushed and counts.hi == granules:
@@ -218,7 +219,7 @@ def march(
             elif not parted:
                 counts = advance(
                     state, room, c, leg, end, not is_pushed, counts, method, tolerance, _SLOW,
-                    longest, stable, most_steps, given, total, peak_force, peak_time, record,
+                    longest, stable, most_work, given, total, peak_force, peak_time, record,
                     control,
                 )  # fmt: skip
             elif stop > time:
@@ -240,7 +241,7 @@ def march(
                 counts = in_part(counts, many)
                 counts = advance(
                     own, room, its, leg if chosen[0] == 0 else no_force, stop, True, counts, method,
-                    tolerance, max(_SLOW, np.max(np.abs(v))), longest, stable, most_steps, given,
+                    tolerance, max(_SLOW, np.max(np.abs(v))), longest, stable, most_work, given,
                     total, part_force[:many], part_time[:many], record, control,
                 )  # fmt: skip
                 counts = in_part(counts, granules)

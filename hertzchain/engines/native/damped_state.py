@@ -38,7 +38,8 @@ class Room(NamedTuple):
     k: FloatArray
     bent: FloatArray
     gained: FloatArray
-    # Steps and time of the last look at whether steps advance; changes of modes without a step.
+    # Steps and time of the last look at whether steps advance; changes of modes without a step;
+    # work so far, in force evaluations of a granule.
     progress: FloatArray
 
 

@@ -224,7 +224,7 @@ class Prepared:
 
         granules, stages = self.scene.chain.granules, walker.stepper.stages
         rows = leg_rows(legs, self.scene.units)
-        work = float(sum(leg.steps for leg in legs)) * (stages * granules + _STEP_IN_EVALUATIONS)
+        work = work_of(self.scene, legs, stages)
         self._refuse(rows, work, stages, leave_behind, recorder)
         record = nothing_recorded() if recorder is None else room_for(recorder, granules)
         contacts = granules - 1 if self.scene.wall is None else granules
@@ -256,22 +256,30 @@ class Prepared:
         return (force, time), found
 
 
+def work_of(scene: Scene, legs: Sequence[Leg], stages: int) -> float:
+    """Force evaluations of a granule in a run without refinement, at most."""
+    steps = float(sum(leg.steps for leg in legs))
+    return steps * (stages * scene.chain.granules + _STEP_IN_EVALUATIONS)
+
+
 def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool) -> float:
     """Lower bound of the time of a run [s]: granules that must move, times steps and stages.
 
     While the force acts no granule is dropped, and the front moves along the chain with at least
     half the speed of a wave as strong as the shock (measured). Under a pulse table, which may push
     late and little, only the first granule is certain to move. After a striker the run may end at
-    any time if granules are dropped.
+    any time if granules are dropped. With terms but without constant forces steps cost nothing
+    while all granules fly.
     """
     granules = scene.chain.granules
     single = scene.is_plain and isinstance(scene.shock, Pulse)
     speed = 0.4 * math.pow(force_scale(scene.momentum_ratio), 1 / 6)
+    may_fly = not scene.is_plain and not scene.granules.constant_force.any()
     evaluations = 0.0
     for row in rows:
         start, end, steps, shape = row[:4]
         moving = min(float(granules), speed * (start + end) / 2) if single else 1.0
-        if leave_behind and not single:
+        if (leave_behind and not single) or (shape == 0 and may_fly):
             moving = 0.0
         elif shape == 0 and leave_behind:
             # The run continues only until the front has reached the end.

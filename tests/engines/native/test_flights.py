@@ -109,7 +109,7 @@ def test_a_run_that_does_not_advance_is_one_sentence(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr("hertzchain.engines.native.damped_runs.integrate_damped", stuck)
     with pytest.raises(hc.HertzchainError, match="does not advance"):
-        hc.Native(rtol=1e-6).run(GAPS)
+        hc.Native(rtol=1e-6).run(replace(GAPS, contact=hc.Contact("dashpot", coefficient=1.0)))
 
 
 @pytest.mark.parametrize("exponent", [0.0, 0.25, 0.5])
@@ -123,3 +123,26 @@ def test_a_load_presses_a_contact_again_that_has_not_opened(exponent: float) -> 
     # SciPy knows nothing of contacts that end; a dashpot taken as open is 0.3 off.
     assert run.displacement == pytest.approx(true.displacement, abs=1e-6)
     assert run.velocity == pytest.approx(true.velocity, abs=1e-6)
+
+
+def touching_but_for(gaps: int) -> hc.Scene:
+    """A pulse in a long chain of which the last contacts have gaps."""
+    gap = np.zeros(400)
+    gap[400 - gaps :] = 1e-6
+    pulse = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
+    return hc.Scene(hc.Chain(400, gap=tuple(gap), **STEEL), pulse)
+
+
+@pytest.mark.parametrize(("gaps", "method"), [(1, "srkn-11b"), (399, "dop853")])
+def test_an_expensive_scene_takes_the_cheaper_method(gaps: int, method: str) -> None:
+    """Many contacts that open and close make adaptive steps short, free flights equal ones many."""
+    assert hc.Native(rtol=1e-6).run(touching_but_for(gaps)).method == method
+
+
+def test_both_methods_agree_where_either_may_be_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    by_events = hc.Native(rtol=1e-6).run(GAPS)
+    monkeypatch.setattr("hertzchain.engines.native.backend._EXPENSIVE", np.inf)
+    by_equal_steps = hc.Native(rtol=1e-6).run(GAPS)
+    assert (by_events.method, by_equal_steps.method) == ("dop853", "srkn-11b")
+    stated = by_events.error_estimate + by_equal_steps.error_estimate
+    assert largest_difference(by_events.all_peaks, by_equal_steps.all_peaks) < stated < 2e-6
