@@ -327,6 +327,7 @@ class Native:
                     adaptive = _adaptive(scene, recorder, deadline, rtol, _SHARE * cost)
                     if adaptive[-1] <= rtol:
                         return adaptive
+                    expensive = math.inf
             run = prepared.simulate(legs, plan.walker, recorder, leave_behind=self.peaks_only)
             rising = run.peaks.any_rising
             if left and not hard and rising:

@@ -67,11 +67,6 @@ from hertzchain.engines.native.kernels import (
     compiled_and_kept_with,
 )
 
-_OF_LEG = 0.25
-"""The first step of a leg or stroke over it and the longest step, natural units. It differs between
-the runs that are to tell errors from one another, also where a leg is shorter than a step (chosen).
-"""
-
 _SLOW = 1e-3
 """Speed below which errors are no longer judged by the largest speed, natural units."""
 
@@ -195,8 +190,7 @@ def march(
                 on[0] = 1.0 - on[0]
             if on[0] > 0.0 and begins(d, w, 0, min(following, longest), allowed, c):
                 fresh = True
-        following = min(following, longest / 4, _OF_LEG * longest * (end - time))
-        counts = with_next(counts, time, following, fresh)
+        counts = with_next(counts, time, min(following, longest / 4), fresh)
         while counts.status == DONE and counts.time < end:
             time = counts.time
             is_pushed = leg[SHAPE] != 0.0

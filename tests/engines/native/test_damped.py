@@ -324,6 +324,14 @@ def test_strong_dampers(exponent: float, damping: float) -> None:
         assert error_of(found.peak_force, true.peak_force) < max(tolerance, 1e-9)
 
 
+def test_steps_that_do_not_advance_end() -> None:
+    """No step is accurate enough for this tolerance, so that all are as short as times resolve."""
+    chain, rows = uniform(6, RESTITUTION, 0.2), pulse(1.5, 2.5, 30.0)
+    found = integrate_damped(chain, rows, AT_REST, 1e-30, 0.8)
+    assert found.status == damped_advance.STUCK
+    assert found.steps < 20_000
+
+
 def test_stop_and_most_work() -> None:
     chain, rows = uniform(6, RESTITUTION, 0.2), pulse(1.5, 2.5, 30.0)
     stopped = integrate_damped(chain, rows, AT_REST, 1e-9, 0.8, control=np.array([-1.0, 0.0, 0.0]))
@@ -353,3 +361,10 @@ def test_the_bound_is_above_the_error(rtol: float) -> None:
         found = accurate(integrate, rtol)
         assert found.bound <= rtol
         assert error_of(found.run.peak_force, true.peak_force) <= found.bound
+
+
+def test_runs_that_agree_by_chance_state_an_error() -> None:
+    """With the least tolerance an error of 1.5e-11 was measured that no difference showed."""
+    chain, rows = uniform(4, RESTITUTION, 0.2), pulse(1.5, 2.5, 10.0)
+    same = integrate_damped(chain, rows, AT_REST, 1e-12, 0.8)
+    assert accurate(lambda *_: same, 1e-10).bound > 1.5e-11
