@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import time
 from enum import StrEnum
 from pathlib import Path
@@ -114,14 +115,7 @@ def deck(
 def lint(
     decks: Annotated[list[Path], typer.Argument(metavar="DECK...", help="LAMMPS input files.")],
     scene: Annotated[Path | None, typer.Option(hidden=True)] = None,
-    variables: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--var",
-            metavar="NAME VALUE",
-            help="A variable of the decks, as LAMMPS's -var gives it; repeatable.",
-        ),
-    ] = None,
+    variables: options.Variables = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Look for known traps in anybody's LAMMPS deck of a chain; status 1 where there is one.
@@ -133,7 +127,7 @@ def lint(
     from hertzchain.decks.lint.rules import lint_file
 
     if scene is not None:
-        instead = f"hertzchain compare {scene} --deck {decks[0]}"
+        instead = shlex.join(["hertzchain", "examine", str(scene), str(decks[0])])
         raise HertzchainError(f"lint knows no scenes; this compares deck and scene: {instead}")
     given = options.by_name("--var", variables or [], "F0=100")
     found = {str(path): lint_file(path, given) for path in decks}

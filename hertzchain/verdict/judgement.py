@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.engines.native import METHODS, Native
 from hertzchain.errors import POSITIVE, RunFailed, SceneError, is_finite, is_positive, require
-from hertzchain.files import read_rows
-from hertzchain.limits import TIME_LIMIT, Deadline
+from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.error_bound import refuse_unstable, stable_step
 from hertzchain.observables.peaks import judged_contacts, largest_difference
@@ -31,9 +28,7 @@ from hertzchain.verdict.twin import velocity_verlet
 if TYPE_CHECKING:
     import pandas
 
-TOLERANCE = 1e-3  # default tolerance: a tenth of the one per cent on which p depends
 PATIENCE = 60.0  # time limit of the search for the cause [s]; 60 granules take about 1 s
-_MOST_BYTES = 5_000_000  # largest table of peaks [bytes], chosen: about 100,000 contacts
 _TRIAL_STEP = 0.05  # natural time units; errors of other steps are scaled from this one's
 
 
@@ -207,7 +202,7 @@ class Judgement(ShownVerdict):
 
 def judge(
     scene: SceneLike,
-    peak_force: Path | str | Mapping[int, float] | ArrayLike,
+    peak_force: Mapping[int, float] | ArrayLike,
     *,
     tolerance: float = TOLERANCE,
     dt: float | None = None,
@@ -222,8 +217,8 @@ def judge(
     scene
         The scene that was computed, or the path of its file.
     peak_force
-        Peak forces [N] of contacts by the paper's numbers, 2 ... N: a CSV file (``read_peaks``), a
-        mapping from contacts to forces, or an array of shape (N - 1,) with NaN for missing peaks.
+        Peak forces [N] of contacts by the paper's numbers, 2 ... N: a mapping from contacts to
+        forces, or an array of shape (N - 1,) with NaN for missing peaks.
     tolerance
         Largest relative difference that passes; between 0 and 1.
     dt
@@ -303,37 +298,6 @@ def judged_peaks(reference: Result, given: FloatArray) -> NDArray[np.bool_]:
     return np.logical_and(np.isfinite(given), judged_contacts(reference.peak_force))
 
 
-def read_peaks(path: Path | str, granules: int) -> FloatArray:
-    """Read peak forces [N], (N - 1,), from a CSV file with the columns contact and peak_force_N.
-
-    Missing contacts are NaN; other columns and the order of rows do not matter. A SceneError names
-    the row that is wrong or gives a contact for the second time.
-    """
-    try:
-        header, rows = read_rows(Path(path), _MOST_BYTES)
-    except ValueError as problem:
-        allowed = f"cannot be read ({problem}), must be a CSV file"
-        raise SceneError("", None, allowed, file=path) from None
-    wanted = ("contact", "peak_force_N")
-    if any(header.count(name) != 1 for name in wanted):
-        allowed = "must name the columns contact and peak_force_N, each once"
-        raise SceneError("first line", ",".join(header), allowed, file=path)
-    at = [header.index(name) for name in wanted]
-    peak_force = np.full(granules - 1, np.nan)
-    for number, row in enumerate(rows, start=1):
-        try:
-            contact, force = (float(row[column]) for column in at)
-        except (ValueError, IndexError):
-            allowed = "must have two numbers, in the columns contact and peak_force_N"
-            raise SceneError(f"row {number}", ",".join(row), allowed, file=path) from None
-        try:
-            _put(peak_force, contact, force)
-        except SceneError as problem:
-            key = f"{problem.key} in row {number}"
-            raise SceneError(key, problem.value, problem.allowed, file=path) from None
-    return peak_force
-
-
 def _put(peak_force: FloatArray, contact: Any, force: Any) -> None:
     """Store the peak of one contact, by the paper's number."""
     last = peak_force.size + 1
@@ -347,11 +311,9 @@ def _put(peak_force: FloatArray, contact: Any, force: Any) -> None:
     peak_force[k] = force
 
 
-def _given(scene: Scene, given: Path | str | Mapping[int, float] | ArrayLike) -> FloatArray:
+def _given(scene: Scene, given: Mapping[int, float] | ArrayLike) -> FloatArray:
     """Return checked peaks of all contacts [N], NaN for missing ones."""
     granules = scene.chain.granules
-    if isinstance(given, str | os.PathLike):
-        return read_peaks(Path(given), granules)
     peak_force = np.full(granules - 1, np.nan)
     if isinstance(given, Mapping):
         for contact, force in given.items():

@@ -8,7 +8,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from numpy.typing import ArrayLike
 
@@ -122,6 +122,9 @@ class Native:
         For an unknown method, an impossible step or accuracy, or options that exclude each other.
     """
 
+    name: ClassVar[str] = "native"
+    """Name of the engine in options and columns, and the backend of a result."""
+
     method: str | None = None
     dt: float | None = None
     rtol: float | None = None
@@ -206,7 +209,7 @@ class Native:
             history = recorder.history(times, units.length, units.velocity, units.force)
         return Result(
             scene=scene,
-            backend="native",
+            backend=self.name,
             method=method,
             dt=dt,
             steps=run.steps,
