@@ -273,6 +273,10 @@ dump fine all custom {EVERY} {folder}/fine.dump id x y z vx vy vz fx fy fz
 dump_modify fine format float %.15g
 dump places all custom {EVERY} {folder}/places.dump id xu yu zu
 dump_modify places format float %.15g time yes units yes
+dump atoms all atom {EVERY} {folder}/atom.dump
+dump_modify atoms format line "%d %d %.15g %.15g %.15g"
+dump few all atom {EVERY} {folder}/few.dump
+dump frames all custom {EVERY} {folder}/frame.* id x y z vx vy vz fx fy fz
 compute force all pair/local force
 compute pair all property/local patom1 patom2
 dump pairs all local {EVERY} {folder}/pairs.dump c_pair[1] c_pair[2] c_force
@@ -289,6 +293,9 @@ run 3000
 undump six
 undump fine
 undump places
+undump atoms
+undump few
+undump frames
 undump pairs
 unfix shown
 unfix mean
@@ -321,6 +328,8 @@ def verlet() -> FloatArray:
         ("fine.dump", None, "between the samples", 1e-6),
         ("fine.dump", DT, "between the samples", 1e-6),
         ("places.dump", None, "positions, by Hertz's law", 5e-5),
+        ("atom.dump", None, "positions, by Hertz's law", 5e-5),
+        ("frame.*", None, "net forces", 5e-5),
         ("pairs.dump", None, "contact forces", 5e-5),
         ("log.lammps", None, "net forces", 5e-5),
         ("print.txt", None, "net forces", 5e-5),
@@ -330,7 +339,7 @@ def verlet() -> FloatArray:
 def test_files_of_lammps_have_its_peaks(
     file: str, dt: float | None, words: str, most: float, files: Path, verlet: FloatArray
 ) -> None:
-    found = read(SCENE, [files / file], {}, "si", dt)
+    found = read(SCENE, list(files.glob(file)), {}, "si", dt)
     assert found.sampling is not None
     assert words in found.remark
     assert np.all(off(found.peak_force, verlet) <= found.sampling + OF_VELOCITIES)
@@ -346,10 +355,51 @@ def test_the_axis_and_the_pushed_end_are_found(
     file.write_text(deck(tmp_path, axis, sign), encoding="utf-8")
     with engine() as lammps:
         lammps.file(str(file))
-    for name in ("six.dump", "fine.dump", "places.dump", "pairs.dump"):
+    for name in ("six.dump", "fine.dump", "places.dump", "atom.dump", "pairs.dump"):
         found = read(SCENE, [tmp_path / name], {}, "si", None)
         assert found.sampling is not None
         assert np.all(off(found.peak_force, verlet) <= found.sampling + OF_VELOCITIES), name
+
+
+@pytest.mark.lammps
+def test_digits_that_are_too_few_are_the_reason_given(files: Path) -> None:
+    """``dump atom`` writes six digits of the box, here 3e-7 m where overlaps are 5e-6 m."""
+    judged = hc.judge(SCENE, files / "few.dump")
+    assert not judged.judged.any()
+    assert "11 contacts are not judged, as numbers of so few digits may be off" in judged.remarks[1]
+    assert "dump_modify format float %.15g" in judged.remarks[1]
+    true = judged.reference.peak_force
+    assert judged.sampling is not None
+    assert np.all(off(judged.given, true) <= judged.sampling[true > 1e-3 * true.max()])
+
+
+@pytest.mark.lammps
+def test_a_dump_may_be_packed_or_have_any_name(files: Path, tmp_path: Path) -> None:
+    content = (files / "fine.dump").read_bytes()
+    (tmp_path / "dump.gz").write_bytes(gzip.compress(content))
+    (tmp_path / "dump.xyz").write_bytes(content)
+    (tmp_path / "motion.xyz.gz").write_bytes(gzip.compress(b"12\n\n"))
+    peaks = read(SCENE, [files / "fine.dump"], {}, "si", None).peak_force
+    for name in ("dump.gz", "dump.xyz"):
+        assert np.array_equal(read(SCENE, [tmp_path / name], {}, "si", None).peak_force, peaks)
+    with pytest.raises(SceneError, match="is a packed trajectory: unpack it first"):
+        read(SCENE, [tmp_path / "motion.xyz.gz"], {}, "si", None)
+
+
+@pytest.mark.lammps
+def test_files_that_are_not_one_dump(
+    files: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(SceneError, match=r"has 1 samples of the run, .*: name all files of a dump"):
+        read(SCENE, [files / "frame.0"], {}, "si", None)
+    with pytest.raises(SceneError, match="has frames of different columns"):
+        read(SCENE, [files / "frame.0", files / "atom.dump"], {}, "si", None)
+    with pytest.raises(SceneError, match=r"log.lammps: is no dump of LAMMPS: several files"):
+        read(SCENE, [files / "frame.0", files / "log.lammps"], {}, "si", None)
+    (tmp_path / "bomb.gz").write_bytes(gzip.compress(bytes(10**6)))
+    monkeypatch.setattr(tables, "MOST_BYTES", 10**5)
+    with pytest.raises(SceneError, match="when unpacked"):
+        read(SCENE, [tmp_path / "bomb.gz"], {}, "si", None)
 
 
 @pytest.mark.lammps

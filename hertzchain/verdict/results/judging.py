@@ -101,7 +101,8 @@ def judge(
         by_digits = np.broadcast_to(given.by_digits, rare.shape)[rare]
         few, what = "samples so far apart", "write samples more often"
         if np.median(by_digits / given.sampling[rare]) > 1 / 2:
-            few, what = "numbers of so few digits", "write more (dump_modify format float %.15g)"
+            few = "numbers of so few digits"
+            what = "write more, such as dump custom with dump_modify format float %.15g"
         remarks.append(
             f"{np.count_nonzero(rare)} contacts are not judged, as {few} may be off by more than"
             f" the tolerance of {tolerance:.1e}: {what}"
