@@ -85,7 +85,7 @@ def deck(
     if output is not None and atoms is Atoms.DATA:
         data = output.with_name(output.name + ".data")
     check_outputs([scene], [output, data])
-    longest = options.to_step(dt)
+    longest = options.to_seconds("--dt", dt)
     with progress() as report_progress:
         report_progress("native: the step, and what the deck has to find")
         if engine is not LAMMPS:

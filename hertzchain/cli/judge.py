@@ -58,7 +58,7 @@ def judge(
 
     shown = Shown(scene, results, as_json, plot, report, junit)
     columns = options.by_name("--column", column or [], "peak_force=F")
-    step, limit = options.to_step(dt), options.to_time_limit(time_limit)
+    step, limit = options.to_seconds("--dt", dt), options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
     with output.progress() as report_progress, output.compiling(report_progress):
         judgement = judging.judge(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from hertzchain.cli.output import say
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 
@@ -82,10 +83,9 @@ def load_scene(path: Path) -> Scene:
     scene = Scene.from_toml(path)
     remark_on_units(scene)
     if scene.striker is None and scene.momentum_ratio > _ODD_RATIO:
-        typer.echo(
-            f"hertzchain: LM_ratio is {scene.momentum_ratio:.3g}, so this may take long: the pulse"
-            f" lasts {scene.pulse_end:.3g} s, is that meant?",
-            err=True,
+        say(
+            f"LM_ratio is {scene.momentum_ratio:.3g}, so this may take long: the pulse"
+            f" lasts {scene.pulse_end:.3g} s, is that meant?"
         )
     return scene
 
@@ -109,14 +109,14 @@ def remark_on_units_of(varied: Mapping[str, str]) -> None:
 
 def _ask_about_units(unusual: Sequence[str]) -> None:
     if unusual:
-        typer.echo(f"hertzchain: {', '.join(unusual)}: is the unit what is meant?", err=True)
+        say(f"{', '.join(unusual)}: is the unit what is meant?")
 
 
-def to_step(dt: str | None) -> float | None:
-    """Return the step [s], if one is given."""
+def to_seconds(option: str, given: str | None) -> float | None:
+    """Return the time that an option says [s], if it is given."""
     from hertzchain.scene.quantities import to_si
 
-    return None if dt is None else to_si("--dt", dt, "s")
+    return None if given is None else to_si(option, given, "s")
 
 
 def to_contacts(given: str, scene: Scene) -> list[int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.engines.native import METHODS, Native
-from hertzchain.errors import POSITIVE, RunFailed, SceneError, is_finite, is_positive, require
+from hertzchain.errors import POSITIVE, RunFailed, SceneError, is_positive, require
 from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.error_bound import refuse_unstable, stable_step
@@ -202,7 +202,7 @@ class Judgement(ShownVerdict):
 
 def judge(
     scene: SceneLike,
-    peak_force: Mapping[int, float] | ArrayLike,
+    peak_force: ArrayLike,
     *,
     tolerance: float = TOLERANCE,
     dt: float | None = None,
@@ -210,35 +210,10 @@ def judge(
     time_limit: float = TIME_LIMIT,
     progress: ShowProgress = None,
 ) -> Judgement:
-    """Judge peaks from any code by the reference, and search for the cause of differences.
+    """Judge peak forces [N], shape (N - 1,), as ``hertzchain.judge`` does.
 
-    Parameters
-    ----------
-    scene
-        The scene that was computed, or the path of its file.
-    peak_force
-        Peak forces [N] of contacts by the paper's numbers, 2 ... N: a mapping from contacts to
-        forces, or an array of shape (N - 1,) with NaN for missing peaks.
-    tolerance
-        Largest relative difference that passes; between 0 and 1.
-    dt
-        Step of the code [s], if known; not used for damped contacts.
-    sampling
-        Relative error of each peak by the distance of its samples, shape (N - 1,): see
-        ``Judgement``.
-    time_limit
-        Time limit of the reference [s].
-    progress
-        True for a line in the terminal or notebook on what is being done, or a function that is
-        called with each such line.
-
-    Raises
-    ------
-    SceneError
-        For anything but a scene, for impossible peaks, tolerances or steps, and for a tolerance
-        within the error of the reference.
-    RunFailed
-        If the reference cannot be computed, or velocity Verlet is unstable with such a step.
+    ``sampling`` is the relative error of each by the distance of its samples, shape (N - 1,): see
+    ``Judgement``.
     """
     scene = to_scene(scene)
     allowed = "must be a number above 0 and below 1"
@@ -298,33 +273,15 @@ def judged_peaks(reference: Result, given: FloatArray) -> NDArray[np.bool_]:
     return np.logical_and(np.isfinite(given), judged_contacts(reference.peak_force))
 
 
-def _put(peak_force: FloatArray, contact: Any, force: Any) -> None:
-    """Store the peak of one contact, by the paper's number."""
-    last = peak_force.size + 1
-    whole = is_finite(contact) and 2 <= contact <= last and contact == int(contact)
-    allowed = f"must be a whole number from 2 to {last}: contact 2 lies between granules 1 and 2"
-    require(whole, "contact", contact, allowed)
-    k = int(contact) - 2
-    require(bool(np.isnan(peak_force[k])), "contact", contact, "is given twice")
-    allowed = "must be finite and at least 0 [N], which presses; leave out contacts without a peak"
-    require(is_finite(force) and force >= 0, "peak_force_N", force, allowed)
-    peak_force[k] = force
-
-
-def _given(scene: Scene, given: Mapping[int, float] | ArrayLike) -> FloatArray:
+def _given(scene: Scene, given: ArrayLike) -> FloatArray:
     """Return checked peaks of all contacts [N], NaN for missing ones."""
-    granules = scene.chain.granules
-    peak_force = np.full(granules - 1, np.nan)
-    if isinstance(given, Mapping):
-        for contact, force in given.items():
-            _put(peak_force, contact, force)
-        return peak_force
-    allowed = f"must be a file, a mapping from contacts, or an array of {granules - 1} forces"
+    contacts = scene.chain.granules - 1
+    allowed = f"must be a file, a mapping from contacts, or an array of {contacts} forces"
     try:
         values = np.asarray(given, np.float64)
     except (TypeError, ValueError):
         raise SceneError("peak_force", given, allowed) from None
-    require(values.shape == peak_force.shape, "number of peak_force", values.size, allowed)
+    require(values.shape == (contacts,), "number of peak_force", values.size, allowed)
     possible = bool(np.all(np.isnan(values) | (np.isfinite(values) & (values >= 0))))
     allowed = "must be finite and at least 0 [N], which presses, or NaN where there is none"
     require(possible, "peak_force", None, allowed)

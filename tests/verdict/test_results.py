@@ -530,7 +530,7 @@ def test_contacts_numbered_from_0_or_1_get_a_hint(first: int, name: str, tmp_pat
         file.write_text(f"contact,{name}\n" + "".join(rows))
         return [file]
 
-    words = f"contact in row 1 = {first}.0: .* these numbers begin with {first}: add {2 - first} "
+    words = f"contact in row 1 = {first}: .* these numbers begin with {first}: add {2 - first} "
     with pytest.raises(SceneError, match=words):
         read(SCENE, written(N - 1), columns, "si", None)
     # One more than there are contacts is another chain, or counts granules.
@@ -650,8 +650,8 @@ BROKEN: dict[str, tuple[bytes, str]] = {
     "one column": (b"peak_force_N\n101.5\n110.5\n", "has one column alone: must have one with"),
     "one column without a name": (b"101.5\n110.5\n", "has one column alone: must have one with"),
     "no peaks": (b"contact,contact,peak_force_N\n2,2,3\n", "must name the columns .* each once"),
-    "a contact too far": (USUAL + b"2,3\n13,3\n", "contact in row 2 = 13.0: .* from 2 to 12"),
-    "a contact twice": (USUAL + b"2,3\n2,3\n", "contact in row 2 = 2.0: is given twice"),
+    "a contact too far": (USUAL + b"2,3\n13,3\n", "contact in row 2 = 13: .* from 2 to 12"),
+    "a contact twice": (USUAL + b"2,3\n2,3\n", "contact in row 2 = 2: is given twice"),
     "a peak that is nan": (USUAL + b"2,nan\n", "peak_force_N in row 1 = nan: must be finite"),
     "a peak that pulls": (USUAL + b"2,-3\n", "peak_force_N in row 1 = -3.0"),
     "no peak": (USUAL + b"2,\n", "row 1 = '2,': must have two numbers"),

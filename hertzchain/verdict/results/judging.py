@@ -17,7 +17,7 @@ from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.verdict import judgement
 from hertzchain.verdict.judgement import Judgement
-from hertzchain.verdict.results.reading import read
+from hertzchain.verdict.results.reading import Given, of_mapping, read
 
 Results = Path | str | Sequence[Path | str] | Mapping[int, float] | ArrayLike
 """What can be judged; pandas tables are array-like, too."""
@@ -81,16 +81,18 @@ def judge(
     scene = to_scene(scene)
     require(dt is None or is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
     how: dict[str, Any] = {"tolerance": tolerance, "dt": dt, "time_limit": time_limit}
-    source = _source(results)
     with telling(progress) as report_progress:
+        source = _source(results)
         if source is None:
             allowed = "is for files and tables: leave it out, and give forces in N"
             require(not columns, "columns", columns, allowed)
             require(units == "si", "units", units, allowed)
-            return judgement.judge(scene, results, progress=report_progress, **how)  # type: ignore[arg-type]
-        report_progress("reading results")
-        given = read(scene, source, columns or {}, units, dt)
-        how["sampling"] = given.sampling
+            peaks: Any = of_mapping(results, scene) if isinstance(results, Mapping) else results
+            given = Given(peaks)
+        else:
+            report_progress("reading results")
+            given = read(scene, source, columns or {}, units, dt)
+            how["sampling"] = given.sampling
         found = judgement.judge(scene, given.peak_force, progress=report_progress, **how)
     if given.sampling is None:
         return found

@@ -219,28 +219,41 @@ def _rows(table: tables.Table, found: Columns, granules: int, file: object) -> F
     return _by_contact(contacts, forces, "peak_force", granules, file)
 
 
+def of_mapping(given: Mapping[int, float], scene: Scene) -> FloatArray:
+    """Peaks of a mapping from contacts to forces [N]."""
+    try:
+        contacts, forces = np.array([*given.items()], np.float64).reshape(-1, 2).T
+    except (TypeError, ValueError):
+        raise SceneError("peak_force", None, "must map contacts to forces [N]") from None
+    return _by_contact(contacts, forces, "peak_force", scene.chain.granules, None)
+
+
 def _by_contact(
     contacts: FloatArray, forces: FloatArray, name: str, granules: int, file: object
 ) -> FloatArray:
     """Peaks [N], (N - 1,), NaN for missing ones, of forces with the numbers of their contacts."""
     peaks = np.full(granules - 1, np.nan)
     for row, (contact, force) in enumerate(zip(contacts, forces, strict=True), start=1):
-        key = f"contact in row {row}"
-        if not 2 <= contact <= granules or contact != int(contact):
-            allowed = (
-                f"must be a whole number from 2 to {granules}: contact 2 lies between granules 1"
-                f" and 2{_other_numbers(contacts, granules)}"
-            )
-            raise SceneError(key, float(contact), allowed, file=str(file))
+
+        def require(right: bool, key: str, value: float, allowed: str, row: int = row) -> None:
+            if not right and file is None:
+                raise SceneError(key, value, allowed)
+            if not right:
+                raise SceneError(f"{key} in row {row}", value, allowed, file=str(file))
+
+        whole = 2 <= contact <= granules and contact == int(contact)
+        allowed = (
+            f"must be a whole number from 2 to {granules}: contact 2 lies between granules 1 and 2"
+        )
+        shown = int(contact) if contact.is_integer() else contact
+        require(whole, "contact", shown, allowed + _other_numbers(contacts, granules))
         k = int(contact) - 2
-        if not math.isnan(peaks[k]):
-            raise SceneError(key, float(contact), "is given twice", file=str(file))
-        if not 0 <= force < math.inf:
-            allowed = (
-                "must be finite and at least 0 [N]: turn the sign where forces that press are"
-                " negative, leave out contacts without a peak"
-            )
-            raise SceneError(f"{name} in row {row}", float(force), allowed, file=str(file))
+        require(math.isnan(peaks[k]), "contact", k + 2, "is given twice")
+        allowed = (
+            "must be finite and at least 0 [N]: turn the sign where forces that press are"
+            " negative, leave out contacts without a peak"
+        )
+        require(0 <= force < math.inf, name, force, allowed)
         peaks[k] = force
     return peaks
 
