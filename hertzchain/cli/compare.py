@@ -72,6 +72,6 @@ def _where_to_go(scene: str, results: str | None, deck: str | None) -> str:
         command = shlex.join(["hertzchain", name, scene, str(file)])
         return f"compare runs simulations alone; this {name}s {file}: {command}"
     return (
-        f"compare has no {', '.join(_MOVED[:-1])} and {_MOVED[-1]}: see hertzchain judge --help for"
+        f"compare has no {', '.join(_MOVED[:-1])} or {_MOVED[-1]}: see hertzchain judge --help for"
         " results of another code, hertzchain examine --help for a deck"
     )

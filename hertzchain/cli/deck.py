@@ -113,7 +113,7 @@ def deck(
 
 
 def lint(
-    decks: Annotated[list[Path], typer.Argument(metavar="DECK...", help="LAMMPS input files.")],
+    decks: Annotated[list[Path], typer.Argument(metavar="DECK", help="LAMMPS input files.")],
     scene: Annotated[Path | None, typer.Option(hidden=True)] = None,
     variables: options.Variables = None,
     as_json: options.AsJson = False,

@@ -23,7 +23,7 @@ def judge(
     results: Annotated[
         list[Path],
         typer.Argument(
-            metavar="FILE...",
+            metavar="FILE",
             help="CSV with the columns contact, peak_force_N, or samples of forces or positions:"
             " tables, LAMMPS logs and dumps (all files of one dump), trajectories of ASE; text may"
             " be gzipped.",
