@@ -233,28 +233,28 @@ def _by_contact(
 ) -> FloatArray:
     """Peaks [N], (N - 1,), NaN for missing ones, of forces with the numbers of their contacts."""
     peaks = np.full(granules - 1, np.nan)
-    for row, (contact, force) in enumerate(zip(contacts, forces, strict=True), start=1):
-
-        def require(right: bool, key: str, value: float, allowed: str, row: int = row) -> None:
-            if not right and file is None:
-                raise SceneError(key, value, allowed)
-            if not right:
-                raise SceneError(f"{key} in row {row}", value, allowed, file=str(file))
-
-        whole = 2 <= contact <= granules and contact == int(contact)
-        allowed = (
-            f"must be a whole number from 2 to {granules}: contact 2 lies between granules 1 and 2"
-        )
-        shown = int(contact) if contact.is_integer() else contact
-        require(whole, "contact", shown, allowed + _other_numbers(contacts, granules))
-        k = int(contact) - 2
-        require(math.isnan(peaks[k]), "contact", k + 2, "is given twice")
-        allowed = (
-            "must be finite and at least 0 [N]: turn the sign where forces that press are"
-            " negative, leave out contacts without a peak"
-        )
-        require(0 <= force < math.inf, name, force, allowed)
-        peaks[k] = force
+    for row, (contact, force) in enumerate(zip(contacts.tolist(), forces.tolist(), strict=True), 1):
+        k = int(contact) - 2 if contact.is_integer() else -1
+        wrong = "contact", k + 2 if k + 2 == contact else contact
+        if not 0 <= k < peaks.size:
+            allowed = (
+                f"must be a whole number from 2 to {granules}: contact 2 lies between granules 1"
+                f" and 2{_other_numbers(contacts, granules)}"
+            )
+        elif not math.isnan(peaks[k]):
+            allowed = "is given twice"
+        elif not 0 <= force < math.inf:
+            wrong = name, force
+            allowed = (
+                "must be finite and at least 0 [N]: turn the sign where forces that press are"
+                " negative, leave out contacts without a peak"
+            )
+        else:
+            peaks[k] = force
+            continue
+        key, value = wrong
+        where = "" if file is None else f" in row {row}"
+        raise SceneError(key + where, value, allowed, None if file is None else str(file))
     return peaks
 
 
