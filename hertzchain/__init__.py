@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from hertzchain.scene.terms import Contact, Precompression, Striker, Wall
     from hertzchain.sweeps import Sweep, sweep
     from hertzchain.verdict.comparison import Comparison, compare
-    from hertzchain.verdict.judgement import Judgement, judge
-    from hertzchain.verdict.results.judging import judge_peaks
+    from hertzchain.verdict.judgement import Judgement
+    from hertzchain.verdict.results.judging import judge
     from hertzchain.verdict.user_deck import DeckCheck, DeckExamination, examine
 
 _HOME = {
@@ -56,8 +56,7 @@ _HOME = {
     "Yade": "hertzchain.engines.yade",
     "compare": "hertzchain.verdict.comparison",
     "examine": "hertzchain.verdict.user_deck",
-    "judge": "hertzchain.verdict.judgement",
-    "judge_peaks": "hertzchain.verdict.results.judging",
+    "judge": "hertzchain.verdict.results.judging",
     "peak_forces": "hertzchain.engines.native",
     "similar_peak_forces": "hertzchain.engines.native",
     "sweep": "hertzchain.sweeps",
@@ -91,7 +90,6 @@ __all__ = [
     "compare",
     "examine",
     "judge",
-    "judge_peaks",
     "peak_forces",
     "similar_peak_forces",
     "sweep",

@@ -35,7 +35,7 @@ def judge_peaks(request: pytest.FixtureRequest) -> Callable[..., Judgement]:
     peak_force
         Peak forces [N] of contacts 2 ... N: the path of a CSV file with the columns contact and
         peak_force_N, a mapping from contacts, or an array of shape (N - 1,) with NaN for missing
-        peaks.
+        peaks; or any other file that ``hertzchain.judge`` takes.
     tolerance
         Largest relative difference that passes.
     dt
@@ -56,13 +56,14 @@ def judge_peaks(request: pytest.FixtureRequest) -> Callable[..., Judgement]:
     ) -> Judgement:
         __tracebackhide__ = True
         from hertzchain.errors import HertzchainError
-        from hertzchain.verdict import judgement
+        from hertzchain.limits import TOLERANCE
+        from hertzchain.verdict.results.judging import judge
 
         try:
             chosen = folder / scene if isinstance(scene, str | os.PathLike) else scene
             given = folder / peak_force if isinstance(peak_force, str | os.PathLike) else peak_force
-            wanted = judgement.TOLERANCE if tolerance is None else tolerance
-            found = judgement.judge(chosen, given, tolerance=wanted, dt=dt)
+            wanted = TOLERANCE if tolerance is None else tolerance
+            found = judge(chosen, given, tolerance=wanted, dt=dt)
         except HertzchainError as unusable:
             problem = f"hertzchain: {unusable}"
         else:

@@ -57,7 +57,7 @@ def test_the_public_names_are_those_of_the_contract() -> None:
     expected |= {"Batch", "peak_forces", "similar_peak_forces", "Liggghts", "Yade"}
     expected |= {"Sweep", "sweep", "Striker", "Wall", "Precompression", "Contact", "Piston", "Sine"}
     expected |= {"DeckCheck", "DeckExamination", "examine"}
-    assert set(hc.__all__) == expected | {"Judgement", "judge", "judge_peaks", "write_trajectory"}
+    assert set(hc.__all__) == expected | {"Judgement", "judge", "write_trajectory"}
     assert list(hc.__all__) == sorted(hc.__all__)
 
 

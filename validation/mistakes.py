@@ -260,7 +260,7 @@ def compared(mistake: Mistake) -> hc.Comparison:
         scene = (mistake.made_in or small_scene)()
         dt, read_every = 0.01 * scene.contact_time, mistake.read_every
         lammps = hc.Lammps(dt, pair_style=mistake.pair_style, read_every=read_every)
-        return hc.compare(scene, lammps=lammps)
+        return hc.compare(scene, [lammps])
 
 
 def plant_all(quick: bool, with_lammps: bool) -> list[Row]:

@@ -9,7 +9,9 @@ import typer
 from hertzchain.cli.compare import compare
 from hertzchain.cli.deck import deck, lint, unit_test
 from hertzchain.cli.doctor import doctor
+from hertzchain.cli.examine import examine
 from hertzchain.cli.init import init
+from hertzchain.cli.judge import judge
 from hertzchain.cli.plot import plot
 from hertzchain.cli.predict import predict
 from hertzchain.cli.pulse import pulse
@@ -53,6 +55,8 @@ app.command()(init)
 app.command()(pulse)
 app.command()(run)
 app.command()(compare)
+app.command()(judge)
+app.command()(examine)
 app.command()(tradeoff)
 app.command()(sweep)
 app.command()(plot)

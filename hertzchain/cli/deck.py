@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import time
 from enum import StrEnum
 from pathlib import Path
@@ -84,7 +85,7 @@ def deck(
     if output is not None and atoms is Atoms.DATA:
         data = output.with_name(output.name + ".data")
     check_outputs([scene], [output, data])
-    longest = options.to_step(dt)
+    longest = options.to_seconds("--dt", dt)
     with progress() as report_progress:
         report_progress("native: the step, and what the deck has to find")
         if engine is not LAMMPS:
@@ -112,16 +113,9 @@ def deck(
 
 
 def lint(
-    decks: Annotated[list[Path], typer.Argument(metavar="DECK...", help="LAMMPS input files.")],
+    decks: Annotated[list[Path], typer.Argument(metavar="DECK", help="LAMMPS input files.")],
     scene: Annotated[Path | None, typer.Option(hidden=True)] = None,
-    variables: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--var",
-            metavar="NAME VALUE",
-            help="A variable of the decks, as LAMMPS's -var gives it; repeatable.",
-        ),
-    ] = None,
+    variables: options.Variables = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Look for known traps in anybody's LAMMPS deck of a chain; status 1 where there is one.
@@ -133,7 +127,7 @@ def lint(
     from hertzchain.decks.lint.rules import lint_file
 
     if scene is not None:
-        instead = f"hertzchain compare {scene} --deck {decks[0]}"
+        instead = shlex.join(["hertzchain", "examine", str(scene), str(decks[0])])
         raise HertzchainError(f"lint knows no scenes; this compares deck and scene: {instead}")
     given = options.by_name("--var", variables or [], "F0=100")
     found = {str(path): lint_file(path, given) for path in decks}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -38,11 +39,4 @@ def init(
         raise OutputError(f"{there[0]}: exists; name another file, or replace it with --force")
     written = write_starter(kind.value, path)
     typer.echo(f"{' and '.join(map(str, written))}: {STARTERS[kind.value].title}")
-    typer.echo(f"Change it in an editor, then: hertzchain compare {_quoted(path)}")
-
-
-def _quoted(path: Path) -> str:
-    """Return a file name quoted for a shell."""
-    import shlex
-
-    return shlex.quote(str(path))
+    typer.echo(f"Change it in an editor, then: hertzchain compare {shlex.quote(str(path))}")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from hertzchain.cli.output import say
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 
@@ -51,23 +52,26 @@ LargestStep = Annotated[
     typer.Option(help='Instead of --rtol: the largest step, seconds or with a unit ("20 ns").'),
 ]
 
-Units = StrEnum("Units", {name: name for name in ("si", "cgs", "micro", "nano", "lj")})  # type: ignore[misc]
-"""LAMMPS's styles of units for results."""
-
-UnitsOfResults = Annotated[
-    Units | None,
-    typer.Option(
-        "--units",
-        help="With --results: the units of its numbers, by LAMMPS's name. Default: si.",
-    ),
+Plot = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Draw peaks and differences (png, pdf, svg).")
 ]
-Columns = Annotated[
+Report = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Write a page (html): verdict, plots, tables, all numbers."),
+]
+Junit = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Write each check as a test case that CI systems read."),
+]
+Tolerance = Annotated[
+    float, typer.Option(help="Largest relative difference of the peaks that passes.")
+]
+Variables = Annotated[
     list[str] | None,
     typer.Option(
-        metavar="WHAT=NAME",
-        help="With --results: which columns are what; repeatable. WHAT: contact, peak_force, time,"
-        " step, contact_force, net_force, position, velocity, id, id1, id2. NAME may have * for"
-        " numbers and a unit: 'contact_force=F* [kN]'.",
+        "--var",
+        metavar="NAME VALUE",
+        help="A variable of the deck, as LAMMPS's -var gives it; repeatable.",
     ),
 ]
 
@@ -79,10 +83,9 @@ def load_scene(path: Path) -> Scene:
     scene = Scene.from_toml(path)
     remark_on_units(scene)
     if scene.striker is None and scene.momentum_ratio > _ODD_RATIO:
-        typer.echo(
-            f"hertzchain: LM_ratio is {scene.momentum_ratio:.3g}, so this may take long: the pulse"
-            f" lasts {scene.pulse_end:.3g} s, is that meant?",
-            err=True,
+        say(
+            f"LM_ratio is {scene.momentum_ratio:.3g}, so this may take long: the pulse"
+            f" lasts {scene.pulse_end:.3g} s, is that meant?"
         )
     return scene
 
@@ -106,14 +109,14 @@ def remark_on_units_of(varied: Mapping[str, str]) -> None:
 
 def _ask_about_units(unusual: Sequence[str]) -> None:
     if unusual:
-        typer.echo(f"hertzchain: {', '.join(unusual)}: is the unit what is meant?", err=True)
+        say(f"{', '.join(unusual)}: is the unit what is meant?")
 
 
-def to_step(dt: str | None) -> float | None:
-    """Return the step [s], if one is given."""
+def to_seconds(option: str, given: str | None) -> float | None:
+    """Return the time that an option says [s], if it is given."""
     from hertzchain.scene.quantities import to_si
 
-    return None if dt is None else to_si("--dt", dt, "s")
+    return None if given is None else to_si(option, given, "s")
 
 
 def to_contacts(given: str, scene: Scene) -> list[int]:
@@ -184,9 +187,6 @@ def by_name(option: str, given: list[str], example: str) -> dict[str, str]:
 NEEDS = {
     **dict.fromkeys(("isolate", "lmp", "ranks", "extrapolated"), "is for --backend lammps"),
     **dict.fromkeys(("watch_every", "pair_style", "atoms", "dump_every"), "is for --engine lammps"),
-    "tolerance": "goes with --results FILE or --deck FILE",
-    **dict.fromkeys(("dt", "column", "units"), "goes with --results FILE"),
-    "var": "goes with --deck FILE",
     "frames": "goes with --trajectory FILE or --animate FILE",
     "record": "goes with -o FILE or --plot FILE",
     "contacts": "goes with --plot FILE or --record N",

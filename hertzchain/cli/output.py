@@ -22,14 +22,19 @@ def print_json(document: object) -> None:
     typer.echo(json.dumps(document, indent=2, allow_nan=False))
 
 
-def console() -> Console:
-    """Return the console for tables: stdout, at least 120 columns wide if it is a pipe."""
+def show(
+    as_json: bool, to_dict: Callable[[], object], print_on: Callable[[Console], object]
+) -> None:
+    """Print one JSON object, or tables: on a terminal, or on a pipe at least 120 columns wide."""
+    if as_json:
+        print_json(to_dict())
+        return
     from rich.console import Console
 
-    out = Console(highlight=False, markup=False)
-    if not out.is_terminal:  # a pipe has no width to fit a table into
-        out.width = max(out.width, 120)
-    return out
+    console = Console(highlight=False, markup=False)
+    if not console.is_terminal:  # a pipe has no width to fit a table into
+        console.width = max(console.width, 120)
+    print_on(console)
 
 
 def say(text: str) -> None:

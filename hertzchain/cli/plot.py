@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from hertzchain.cli.options import by_name
-from hertzchain.cli.output import progress, write_file
+from hertzchain.cli.output import progress, say, write_file
 from hertzchain.errors import HertzchainError
 
 _LEAST, _LARGEST = 2, 50  # inches; chosen: room for the axes, and a poster
@@ -93,7 +93,7 @@ def plot(
             report_progress(f"drawing {folder}")
             drawn = draw(swept, x, y, colour, fixed, inches)
         for remark in drawn.remarks:
-            typer.echo(f"hertzchain: {remark}", err=True)
+            say(remark)
         write_file("Plot", target, drawn.figure.savefig)
 
 

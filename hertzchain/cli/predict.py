@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hertzchain.cli.options import AsJson, SceneFile, load_scene
-from hertzchain.cli.output import console, print_json
+from hertzchain.cli.output import show
 
 
 def predict(scene: SceneFile, as_json: AsJson = False) -> None:
@@ -12,7 +12,4 @@ def predict(scene: SceneFile, as_json: AsJson = False) -> None:
     from hertzchain.report.console import print_prediction
 
     prediction = theory.predict(load_scene(scene))
-    if as_json:
-        print_json(prediction.to_dict())
-    else:
-        print_prediction(console(), prediction)
+    show(as_json, prediction.to_dict, lambda console: print_prediction(console, prediction))

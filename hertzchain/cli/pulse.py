@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from hertzchain.cli.options import AsJson, remark_on_units
-from hertzchain.cli.output import compiling, console, print_json, progress, write_file
+from hertzchain.cli.options import AsJson, remark_on_units, to_seconds
+from hertzchain.cli.output import compiling, progress, say, show, write_file
 
 
 def pulse(
@@ -119,7 +119,7 @@ def pulse(
     times = {"--start": start, "--end": end, "--smooth": smooth}
     given = Given(
         _number("--baseline", baseline, "in the unit of the column"),
-        *(_seconds(option, text) for option, text in times.items()),
+        *(to_seconds(option, text) for option, text in times.items()),
     )
     newtons = _number("--scale", scale, "N for each unit of the column, as 25 for 25 N per volt")
     read = read_recording(recording, time, force, time_unit, force_unit, newtons)
@@ -136,12 +136,9 @@ def pulse(
         found = measured_pulse(read, signal, rtol, loaded)
     if output is not None:
         write_text(output, found.to_text())
-    if as_json:
-        print_json(found.to_dict())
-    else:
-        print_pulse(console(), found)
+    show(as_json, found.to_dict, lambda console: print_pulse(console, found))
     for warning in signal.warnings:
-        typer.echo(f"hertzchain: {warning}", err=True)
+        say(warning)
     if output is not None:
         typer.echo(
             f"Pulse table written to {output}; a scene next to it takes it under [shock] as"
@@ -159,10 +156,3 @@ def _number(option: str, given: str | None, unit: str) -> float | None:
         return None if given is None else float(given)
     except ValueError:
         raise SceneError(option, given, f"must be a number alone, {unit}") from None
-
-
-def _seconds(option: str, given: str | None) -> float | None:
-    """The time that an option says [s]."""
-    from hertzchain.scene.quantities import to_si
-
-    return None if given is None else to_si(option, given, "s")

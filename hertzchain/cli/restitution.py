@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from hertzchain.cli.options import AsJson, load_scene, refuse_without_need
-from hertzchain.cli.output import console, print_json
+from hertzchain.cli.output import show
 
 
 def restitution(
@@ -50,7 +50,8 @@ def restitution(
         require(right, "--coefficient", coefficient, NOT_NEGATIVE)
     collision = None if scene is None else collision_of(load_scene(scene))
     found = answers(wanted, collision, coefficient)
-    if as_json:
-        print_json({"restitution": wanted, "options": [answer.to_dict() for answer in found]})
-    else:
-        print_restitution(console(), wanted, found)
+    show(
+        as_json,
+        lambda: {"restitution": wanted, "options": [answer.to_dict() for answer in found]},
+        lambda console: print_restitution(console, wanted, found),
+    )

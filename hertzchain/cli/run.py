@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from hertzchain.cli import options
-from hertzchain.cli.output import OUT_OF_TOLERANCE, compiling, console, print_json, progress
+from hertzchain.cli.output import OUT_OF_TOLERANCE, compiling, progress, say, show
 from hertzchain.cli.run_files import RunFiles
 from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
@@ -111,7 +111,7 @@ def run(
     from hertzchain.report.console import print_run
 
     loaded = options.load_scene(scene)
-    step = options.to_step(dt)
+    step = options.to_seconds("--dt", dt)
     limit = options.to_time_limit(time_limit)
     options.refuse_without_need(output is not None or plot is not None, record=record is not None)
     options.refuse_without_need(
@@ -133,10 +133,7 @@ def run(
     with progress() as report_progress, compiling(report_progress, backend == "native"):
         report_progress(f"{backend}: running")
         result = ENGINES[backend].make(time_limit=limit, **parameters).run(loaded, times)
-    if as_json:
-        print_json(result.to_dict())
-    else:
-        print_run(console(), result, files.others)
+    show(as_json, result.to_dict, lambda console: print_run(console, result, files.others))
     files.write(result)
     wanted = (RTOL if method is None and step is None else None) if rtol is None else rtol
     if wanted is not None and result.error_estimate > wanted:
@@ -149,7 +146,7 @@ def run(
             else "repeated collisions amplify rounding errors"
         )
         reached = f"wanted {wanted:g}, reached {result.error_estimate:.1g}"
-        typer.echo(f"hertzchain: {reached}: {why}", err=True)
+        say(f"{reached}: {why}")
         raise typer.Exit(OUT_OF_TOLERANCE)
 
 

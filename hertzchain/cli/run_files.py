@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
-from hertzchain.cli.output import write_file
+from hertzchain.cli.output import say, write_file
 
 if TYPE_CHECKING:
     from hertzchain.arrays import FloatArray
@@ -130,10 +128,10 @@ class RunFiles:
                 writes_motion=self.output is not None,
             )
             if remark:
-                typer.echo(f"hertzchain: {remark}", err=True)
+                say(remark)
         write_file("Plot", self.plot, lambda path: plot_run(moving["plot"], path, self.contacts))
         if coarse:
-            typer.echo(f"hertzchain: {coarse}", err=True)
+            say(coarse)
         write_file("Film", self.animate, lambda path: write_film(moving["film"], path))
         write_file(
             "Trajectory", self.trajectory, lambda path: write_trajectory(moving["trajectory"], path)

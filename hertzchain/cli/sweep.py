@@ -162,10 +162,9 @@ def _going_on(output: Path) -> Iterator[None]:
         raise
     except BaseException:
         with suppress(HertzchainError):  # stopped before the sweep began
-            typer.echo(
-                f"hertzchain: what is done is in {output}, {Sweep.load(output).count().done:,}"
-                " rows; the same command resumes the sweep",
-                err=True,
+            say(
+                f"what is done is in {output}, {Sweep.load(output).count().done:,}"
+                " rows; the same command resumes the sweep"
             )
         raise
 
@@ -173,22 +172,19 @@ def _going_on(output: Path) -> Iterator[None]:
 def _warn(counts: Counts, rtol: float) -> None:
     """Report rows without numbers, and rows less accurate than was asked for."""
     if counts.failed:
-        typer.echo(
-            f"hertzchain: {counts.failed:,} of {counts.done:,} rows have no numbers, the column"
-            f" failure says why; the first: {counts.reason}",
-            err=True,
+        say(
+            f"{counts.failed:,} of {counts.done:,} rows have no numbers, the column"
+            f" failure says why; the first: {counts.reason}"
         )
     if counts.missed:
-        typer.echo(
-            f"hertzchain: wanted {rtol:g}, and {counts.missed:,} of {counts.done:,} rows are less"
-            " accurate: see the column error_estimate",
-            err=True,
+        say(
+            f"wanted {rtol:g}, and {counts.missed:,} of {counts.done:,} rows are less"
+            " accurate: see the column error_estimate"
         )
     if counts.cut_off:
-        typer.echo(
-            f"hertzchain: in {counts.cut_off:,} of {counts.done:,} rows the run may have ended"
-            " before the last peaks: see the column contacts_cut_off, and set end_time in [run]",
-            err=True,
+        say(
+            f"in {counts.cut_off:,} of {counts.done:,} rows the run may have ended"
+            " before the last peaks: see the column contacts_cut_off, and set end_time in [run]"
         )
 
 
@@ -257,5 +253,5 @@ class _Lines:
             return
         rate = (done - before) / (now - begin)
         how_far = f"{done:,} of {total:,} rows, {rate:,.3g}/s"
-        typer.echo(f"hertzchain: {how_far}, {in_words((total - done) / rate)} left", err=True)
+        say(f"{how_far}, {in_words((total - done) / rate)} left")
         self._since = now, done

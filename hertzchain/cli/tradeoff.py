@@ -11,9 +11,9 @@ from hertzchain.cli.options import AsJson, SceneFile, load_scene
 from hertzchain.cli.output import (
     UNUSABLE,
     compiling,
-    console,
-    print_json,
     progress,
+    say,
+    show,
     write_file,
 )
 
@@ -43,12 +43,9 @@ def tradeoff(
         figures.check_plot_format(plot)
     with progress() as report_progress, compiling(report_progress):
         measured = measure(loaded, progress=report_progress)
-    if as_json:
-        print_json(measured.to_dict())
-    else:
-        print_tradeoff(console(), [measured])
+    show(as_json, measured.to_dict, lambda console: print_tradeoff(console, [measured]))
     for remark in measured.remarks:
-        typer.echo(f"hertzchain: {remark}", err=True)
+        say(remark)
     write_file("Plot", plot, lambda path: figures.plot_tradeoff([measured], path))
     write_file(
         "Table", output, lambda path: write_text(path, measured.to_frame().to_csv(index=False))

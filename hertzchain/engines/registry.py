@@ -20,6 +20,10 @@ class Simulator(Protocol):
     """An engine with its numerical parameters."""
 
     @property
+    def name(self) -> str:
+        """Name of the engine in the registry."""
+
+    @property
     def time_limit(self) -> float:
         """Time limit of a run [s]."""
 

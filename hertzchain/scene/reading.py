@@ -148,7 +148,7 @@ def _load(path: Path) -> dict[str, Any]:
             "", None, f"cannot be read ({reason}), must be a TOML file", path
         ) from None
     try:
-        text = content.decode()
+        text = content.decode("utf-8-sig")
         if any(line.count(".") > _MOST_DOTS for line in text.split("\n")):
             raise ValueError(f"a line with more than {_MOST_DOTS} dots")  # noqa: TRY301
         return tomllib.loads(text)

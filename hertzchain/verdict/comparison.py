@@ -114,13 +114,10 @@ class Comparison(ShownVerdict):
 
 def compare(
     scene: SceneLike,
-    backends: Sequence[str] | None = None,
-    lammps: Lammps | None = None,
-    progress: ShowProgress = None,
-    liggghts: Simulator | None = None,
-    yade: Simulator | None = None,
+    engines: Sequence[str | Simulator] | None = None,
+    *,
     record: ArrayLike | None = None,
-    engines: Mapping[str, Simulator] | None = None,
+    progress: ShowProgress = None,
 ) -> Comparison:
     """Run every oracle on a scene, and judge the results.
 
@@ -128,58 +125,75 @@ def compare(
     ----------
     scene
         What to simulate, or the path of its file.
-    backends
-        Simulations to compare: native, lammps, liggghts, yade; by default native and lammps. The
-        native reference always runs.
-    lammps, liggghts, yade
-        Backends with their parameters; the same as ``engines`` with that name.
-    progress
-        True for a line in the terminal or notebook on what is being done, or a function that is
-        called with each such line.
+    engines
+        Simulations to compare, each by name (native, lammps, liggghts, yade) or as a backend with
+        its parameters, such as ``hertzchain.Lammps(rtol=1e-4)``; by default native and lammps. The
+        native reference always runs, with the time limit of a ``Native("reference")`` that is given
+        or the longest of the other backends. An engine by name has this time limit, too, and steps
+        for an error of 1e-6.
     record
         Times at which each backend keeps displacement, velocity and contact force: increasing times
         [s] within the run, or a whole number of frames, equally spaced from 0 to the end; by
         default none.
-    engines
-        Backends by name; by default with steps for an error of 1e-6 and the time limit of LAMMPS,
-        which also holds for the reference.
+    progress
+        True for a line in the terminal or notebook on what is being done, or a function that is
+        called with each such line.
 
     Raises
     ------
     SceneError
-        For anything but a scene, a backend that does not exist, or impossible times.
+        For anything but a scene, an engine that does not exist or is given twice, ``Native`` with
+        another method, or impossible times.
     """
     scene = to_scene(scene)
-    backends = compared_by_default() if backends is None else backends
-    for name in backends:
-        require(name in ENGINES, "backend", name, f"must be one of {', '.join(ENGINES)}")
-    named = {"lammps": lammps, "liggghts": liggghts, "yade": yade}
-    given = {name: engine for name, engine in named.items() if engine}
-    for name, engine in (engines or {}).items():
-        require(name in others(), "engines", name, f"must be one of {', '.join(others())}")
-        require(name not in given, "engines", name, "is given twice")
-        given[name] = engine
+    given = _by_name(compared_by_default() if engines is None else engines)
     with telling(progress) as report_progress:
-        return _compared(scene, backends, given, record, report_progress)
+        return _compared(scene, given, record, report_progress)
+
+
+def _by_name(engines: Sequence[str | Simulator]) -> dict[str, Simulator | None]:
+    """Return the engines by name; None for those that are given by name alone."""
+    allowed = "must be a list of names or backends, such as ['native', hertzchain.Lammps()]"
+    is_list = isinstance(engines, Sequence) and not isinstance(engines, str)
+    require(is_list, "engines", engines, allowed)
+    given: dict[str, Simulator | None] = {}
+    for one in engines:
+        name = one if isinstance(one, str) else getattr(one, "name", None)
+        allowed = f"must be a backend or one of {', '.join(ENGINES)}"
+        require(isinstance(name, str) and name in ENGINES, "engines", one, allowed)
+        require(name not in given, "engines", one, f"{name} is given twice")
+        given[str(name)] = None if isinstance(one, str) else one
+    return given
+
+
+def _reference(given: Mapping[str, Simulator | None]) -> Native:
+    """Return the native reference."""
+    native = given.get("native")
+    if native is None:
+        limits = [engine.time_limit for engine in given.values() if engine is not None]
+        return Native("reference", time_limit=max(limits, default=TIME_LIMIT))
+    allowed = 'must be hertzchain.Native("reference"), as native is what others are compared with'
+    reference = Native("reference", time_limit=native.time_limit)
+    require(native == reference, "engines", native, allowed)
+    return reference
 
 
 def _compared(
     scene: Scene,
-    backends: Sequence[str],
-    given: Mapping[str, Simulator],
+    given: Mapping[str, Simulator | None],
     record: ArrayLike | None,
     report_progress: Callable[[str], object],
 ) -> Comparison:
-    """As ``compare``, with the engines that are given by name."""
+    """As ``compare``, with the engines by name."""
+    reference = _reference(given)
     report_progress("native: the reference method")
-    limit = given["lammps"].time_limit if "lammps" in given else TIME_LIMIT
-    native = Native("reference", time_limit=limit).run(scene, record)
+    native = reference.run(scene, record)
     checks = [*balance_checks(native), yardstick_check(native)]
     results, missing = {"native": native}, False
     for name in others():
-        if name not in backends:
+        if name not in given:
             continue
-        engine = given.get(name) or ENGINES[name].make(time_limit=limit)
+        engine = given[name] or ENGINES[name].make(time_limit=reference.time_limit)
         try:
             report_progress(f"{label_of(name)}: the generated deck")
             results[name] = engine.run(scene, record)
@@ -198,5 +212,5 @@ def _compared(
             if results[name].scheme == "velocity-verlet":
                 report_progress(f"native: velocity Verlet at the steps of {label_of(name)}")
             checks += code_checks(results[name], native, engine.time_limit)
-    wanted = tuple(name for name in ENGINES if name in (*compared_by_default(), *backends))
+    wanted = tuple(name for name in ENGINES if name in (*compared_by_default(), *given))
     return Comparison(scene, results, wanted, formulas(native), tuple(checks), missing)

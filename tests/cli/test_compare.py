@@ -1,9 +1,7 @@
-"""``hertzchain compare``, with backends and with given peaks."""
+"""``hertzchain compare``: output, status, missing backends, and options that went elsewhere."""
 
 from __future__ import annotations
 
-import json
-import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -15,6 +13,7 @@ from tests.cli.short_chain import (
     CONTACTS,
     CONTEXT_KEYS,
     GET_IT,
+    embedded,
     has_the_numbers_of_a_run,
     rows_of,
     scene_file,
@@ -24,102 +23,6 @@ from tests.processes import names
 
 pytestmark = pytest.mark.usefixtures("folder")
 
-
-# Given peaks
-
-
-def peaks_file(native: Outcome, factor: float = 1.0) -> None:
-    rows = enumerate(native.json()["peak_force_N"], start=2)
-    lines = ["contact,peak_force_N", *(f"{contact},{factor * force!r}" for contact, force in rows)]
-    Path("peaks.csv").write_text("\n".join(lines) + "\n")
-
-
-def test_peaks_from_a_file_are_judged(hertzchain: Command, native: Outcome) -> None:
-    scene_file()
-    peaks_file(native)
-    outcome = hertzchain("compare", "scene.toml", "--results", "peaks.csv")
-    assert (outcome.status, outcome.err) == (0, "")
-    assert [row[0] for row in rows_of(outcome.out)] == ["2", "3", "4", "5", "6"]
-    assert "11 judged, 0 failed, 0 not given" in outcome.out
-    assert "cause" not in outcome.out
-    assert outcome.out.endswith("Verdict: pass\n")
-
-
-def test_wrong_peaks_are_status_1_with_a_cause(hertzchain: Command, native: Outcome) -> None:
-    scene_file()
-    peaks_file(native, 1e-3)
-    command = ("compare", "scene.toml", "--results", "peaks.csv")
-    outcome = hertzchain(*command, "--dt", "20 ns")
-    assert outcome.status == 1
-    assert "Likely cause: every peak 0.001 times the true one: in units of kN" in " ".join(
-        outcome.out.split()
-    )
-    assert "velocity Verlet, steps of 2e-08 s" in outcome.out
-    assert outcome.out.endswith("Verdict: fail\n")
-    outcome = hertzchain(*command, "--json", "--tolerance", "0.5")
-    assert outcome.status == 1
-    document = outcome.json()
-    assert document["verdict"] == "fail"
-    assert document["tolerance"] == 0.5
-    assert "in units of kN" in document["cause"]
-    assert [row["contact"] for row in document["rows"]] == list(range(2, 2 + CONTACTS))
-    keys = ["contact", "given_N", "reference_N", "difference", "passed"]
-    assert [list(row) for row in document["rows"]] == [keys] * CONTACTS
-
-
-def test_peaks_of_a_damped_scene_are_judged(hertzchain: Command, native: Outcome) -> None:
-    """Those of the elastic scene lack its damping."""
-    scene_file()
-    peaks_file(native)
-    with Path("scene.toml").open("a") as file:
-        file.write('\n[contact]\ndamping = "dashpot"\ncoefficient = 5.0\n')
-    command = ("compare", "scene.toml", "--results", "peaks.csv", "--report", "report.html")
-    outcome = hertzchain(*command, "--dt", "20 ns")
-    assert outcome.status == 1
-    said = " ".join(outcome.out.split())
-    assert "Likely cause: no damping; leaves" in said
-    assert "What velocity Verlet has at that step is not known of damped contacts." in said
-    assert "Causes that were tried in a scene with damping: " in said
-    assert "no damping" in Path("report.html").read_text("utf-8")
-
-
-def test_a_judgement_with_a_report(hertzchain: Command, native: Outcome) -> None:
-    scene_file()
-    peaks_file(native, 1.01)
-    command = ("compare", "scene.toml", "--results", "peaks.csv", "--report", "report.html")
-    outcome = hertzchain(*command, "--json")
-    assert (outcome.status, outcome.err) == (1, "Report written to report.html\n")
-    page = Path("report.html").read_text("utf-8")
-    assert embedded(page) == outcome.json()
-    assert "scene.toml</b> and <b>peaks.csv" in page
-    assert names() == ["peaks.csv", "report.html", "scene.toml"]
-
-
-def test_given_peaks_are_drawn(hertzchain: Command, native: Outcome) -> None:
-    scene_file()
-    peaks_file(native)
-    outcome = hertzchain("compare", "scene.toml", "--results", "peaks.csv", "--plot", "plot.png")
-    assert (outcome.status, outcome.err) == (0, "Plot written to plot.png\n")
-    assert Path("plot.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_options_of_results_stand_with_results(hertzchain: Command, native: Outcome) -> None:
-    scene_file()
-    peaks_file(native)
-    for option in (("--tolerance", "1e-3"), ("--dt", "20 ns")):
-        is_refused(hertzchain("compare", "scene.toml", *option), option[0], "--results")
-    judged = ("compare", "scene.toml", "--results", "peaks.csv")
-    for more in (("--backend", "native"), ("--isolate",)):
-        is_refused(hertzchain(*judged, *more), more[0], "--results")
-    is_refused(hertzchain(*judged, "--tolerance", "0"), "tolerance")
-    is_refused(hertzchain(*judged, "--dt", "1 m"), "--dt")
-    is_refused(hertzchain(*judged, "--dt", "1 s"), "unstable")
-    is_refused(hertzchain(*judged[:-1], "none.csv"), "none.csv", "cannot be read")
-    is_refused(hertzchain("compare", "none.toml", *judged[2:]), "none.toml")
-    assert names() == ["peaks.csv", "scene.toml"]
-
-
-# Backends
 
 ROW_KEYS = ["contact", "native_N", "lammps_N", "eq6_N", "eq9_N"]
 
@@ -164,13 +67,6 @@ def test_compare_with_native_alone(hertzchain: Command, native: Outcome) -> None
     assert native.json()["peak_force_N"] == pytest.approx(peaks, rel=error, abs=0)
 
 
-def embedded(page: str) -> Any:
-    """All numbers of a report."""
-    found = re.search(r'id="numbers">(.*?)</script>', page)
-    assert found is not None
-    return json.loads(found[1])
-
-
 def test_compare_with_a_report(hertzchain: Command) -> None:
     scene_file()
     command = ("compare", "scene.toml", "--backend", "native", "--json")
@@ -179,15 +75,6 @@ def test_compare_with_a_report(hertzchain: Command) -> None:
     assert outcome.err == "Plot written to plot.svg\nReport written to report.HTML\n"
     assert embedded(Path("report.HTML").read_text("utf-8")) == outcome.json()
     assert names() == ["plot.svg", "report.HTML", "scene.toml"]
-
-
-@pytest.mark.usefixtures("hasty")
-def test_a_report_that_is_no_page_is_refused(hertzchain: Command) -> None:
-    scene_file()
-    for more in ((), ("--results", "peaks.csv")):
-        outcome = hertzchain("compare", "scene.toml", *more, "--report", "report.pdf")
-        is_refused(outcome, "report.pdf", ".html or .htm")
-    assert names() == ["scene.toml"]
 
 
 @pytest.mark.lammps
@@ -316,3 +203,22 @@ def test_compare_without_the_programs_shows_the_rest_and_what_to_do(hertzchain: 
         ["yade", "not run"],
     ]
     assert "apt install yade" in said[1]
+
+
+@pytest.mark.parametrize(
+    ("given", "where"),
+    [
+        (["--results", "my peaks.csv", "--column", "time=t"], "judge scene.toml 'my peaks.csv'"),
+        (["--deck", "in.mine", "--var", "n", "20"], "hertzchain examine scene.toml in.mine"),
+        *((option, "see hertzchain judge --help") for option in (
+            ["--column", "time=t"], ["--units", "si"], ["--dt", "1e-7"], ["--tolerance", "1e-3"],
+            ["--var", "n", "20"],
+        )),
+    ],
+    ids=" ".join,
+)  # fmt: skip
+def test_options_of_judge_and_examine_say_where_they_went(
+    hertzchain: Command, given: list[str], where: str
+) -> None:
+    is_refused(hertzchain("compare", "scene.toml", *given), where)
+    assert f"  {given[0]} " not in hertzchain("compare", "--help").out

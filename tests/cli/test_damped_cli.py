@@ -77,9 +77,3 @@ def test_codes_are_compared_at_a_wanted_accuracy(hertzchain: Command, scene: Pat
         assert document["results"]["native"]["error_estimate"] < 1e-8
         steps.append(found["steps"])
     assert np.diff(steps) > 0
-
-
-def test_an_accuracy_is_not_for_peaks_from_elsewhere(hertzchain: Command, scene: Path) -> None:
-    outcome = hertzchain("compare", scene, "--results", "peaks.csv", "--rtol", "1e-3")
-    assert outcome.status == 2
-    assert outcome.err.startswith("hertzchain: --rtol does not go with --results")

@@ -20,7 +20,7 @@ from hertzchain.engines.liggghts.deck import deck as liggghts_deck
 from hertzchain.engines.yade.deck import deck as yade_deck
 from hertzchain.errors import RunFailed, TooExpensive, Unpredictable
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.verdict.judgement import judge
+from hertzchain.verdict.results.judging import judge
 from tests.command_line import Command
 from tests.conftest import STEEL
 from tests.decks.test_standalone_deck import by_granule, peaks, run, verdict, written

@@ -23,6 +23,7 @@ import hertzchain as hc
 
 @dataclass(frozen=True)
 class Dummy:
+    name = "dummy"
     dt: float | None = None
     rtol: float = 1e-6
     extrapolated: bool = False
@@ -30,13 +31,15 @@ class Dummy:
 
     def run(self, scene, record=None):
         found = hc.Native("velocity-verlet", self.dt or 0.01 * scene.units.time).run(scene, record)
-        return replace(found, backend="dummy")
+        return replace(found, backend=self.name)
 
 
 class Other(Dummy):
+    name = "other"
+
     def run(self, scene, record=None):
         found = hc.Native("rk4", self.dt or 0.01 * scene.units.time).run(scene, record)
-        return replace(found, backend="other")
+        return replace(found, backend=self.name)
 """
 """Engines: their folder."""
 

@@ -213,8 +213,8 @@ def test_a_judgement_has_a_case_for_each_contact(
         with table.open("w", newline="", encoding="utf-8") as stream:
             lines = [(2, peak[0]), (3, factor * peak[1]), (5, peak[3])]
             csv.writer(stream).writerows([("contact", "peak_force_N"), *lines])
-        options = ("--results", table, "--json", "--junit", there)
-        assert command(monkeypatch, "compare", scene, *options) == status
+        options = ("--json", "--junit", there)
+        assert command(monkeypatch, "judge", scene, table, *options) == status
         found = json.loads(capsys.readouterr().out)
         (suite,) = read(there)
         assert suite.attrib["name"] == "hertzchain.judge.my_scene"  # dots would be folders
@@ -237,7 +237,7 @@ def test_a_judgement_of_nothing_is_an_error(
     text = re.sub(r"\[run\][^[]*", "", DEMO.read_text("utf-8"))
     scene.write_text(text + '\n[run]\nend_time = "50 us"\n', "utf-8")
     table.write_text("contact,peak_force_N\n60,1\n", "utf-8")
-    status = command(monkeypatch, "compare", scene, "--results", table, "--junit", there)
+    status = command(monkeypatch, "judge", scene, table, "--junit", there)
     capsys.readouterr()
     assert status == 1
     (suite,) = read(there)
@@ -253,8 +253,8 @@ def test_what_cannot_be_written_is_refused_before_the_work(
 
     monkeypatch.setattr(hc.Native, "run", work)
     there = tmp_path / "no" / "junit.xml"
-    for options in ((), ("--results", "peaks.csv")):
-        assert command(monkeypatch, "compare", DEMO, *options, "--junit", there) == 2
+    for arguments in (("compare", DEMO), ("judge", DEMO, "peaks.csv"), ("examine", DEMO, "in.a")):
+        assert command(monkeypatch, *arguments, "--junit", there) == 2
         assert "does not exist, create it first" in capsys.readouterr().err
     monkeypatch.setattr(validation.script, "why_no_lammps", lambda: None)
     script = replace(small_script(), measure=work)

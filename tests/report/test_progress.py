@@ -21,8 +21,8 @@ CALLS: dict[str, tuple[Callable[[Any], Any], str]] = {
         "native: the reference method",
     ),
     "judge": (lambda how: hc.judge(SHORT, {2: 100.0}, progress=how), "native: velocity Verlet"),
-    "judge_peaks": (
-        lambda how: hc.judge_peaks(SHORT, hc.Native().run(SHORT).to_frame(), progress=how),
+    "judge a table": (
+        lambda how: hc.judge(SHORT, hc.Native().run(SHORT).to_frame(), progress=how),
         "reading results",
     ),
     "sweep": (
@@ -88,7 +88,7 @@ def test_a_terminal_shows_a_line_on_stderr(
     call(True)
     out, err = capfd.readouterr()
     # Rich draws ten times a second, so that of quick work only the last line is sure to be seen.
-    assert {"judge_peaks": "native: velocity Verlet"}.get(name, said) in err
+    assert {"judge a table": "native: velocity Verlet"}.get(name, said) in err
     assert err.endswith("\x1b[1A\x1b[2K")  # up a line, and erase it
     assert out == ""
 
@@ -111,7 +111,7 @@ def test_a_pipe_shows_nothing(
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize("name", ["compare", "judge", "judge_peaks"])
+@pytest.mark.parametrize("name", ["compare", "judge", "judge a table"])
 def test_a_function_is_called_with_lines(name: str) -> None:
     lines: list[str] = []
     call, said = CALLS[name]

@@ -20,13 +20,16 @@ FUNCTIONS: dict[str, Callable[[Any], Any]] = {
     "run": lambda scene: hc.Native().run(scene).peak_force,
     "compare": lambda scene: hc.compare(scene, ["native"]).native.peak_force,
     "judge": lambda scene: hc.judge(scene, {2: 100.0}).reference.peak_force,
+    "judge a table": lambda scene: (
+        hc.judge(scene, hc.Native().run(SHORT).to_frame()).reference.peak_force
+    ),
     "peak_forces": lambda scene: hc.peak_forces([scene, scene]).peak_force,
     "predict": lambda scene: hc.theory.predict(scene).peak_force,
     "sweep": lambda scene: hc.sweep(
         scene, {"shock.duration_ratio": [2.0]}, backends="formulas"
     ).to_frame(["largest_peak_force_N"]),
 }
-"""By name; ``examine`` and ``judge_peaks`` are called below, as they need files."""
+"""By name; ``examine`` is called below, as it needs a deck."""
 
 
 @pytest.fixture(scope="module")
@@ -44,16 +47,10 @@ def test_a_path_stands_for_its_scene(name: str, kind: Callable[[Path], Any], pat
     assert np.array_equal(function(kind(path)), function(SHORT), equal_nan=True)
 
 
-def test_results_are_judged_by_the_path_of_a_scene(path: Path) -> None:
-    table = hc.Native().run(SHORT).to_frame()
-    assert hc.judge_peaks(path, table).verdict == "pass"
-
-
 @pytest.mark.parametrize(
     "function",
-    [*FUNCTIONS.values(), lambda scene: hc.examine(scene, "in.mine"),
-     lambda scene: hc.judge_peaks(scene, "peaks.csv")],
-)  # fmt: skip
+    [*FUNCTIONS.values(), lambda scene: hc.examine(scene, "in.mine")],
+)
 def test_a_scene_file_that_is_not_there_is_named(function: Callable[[Any], Any]) -> None:
     with pytest.raises(SceneError, match=r"^nowhere\.toml: cannot be read"):
         function("nowhere.toml")

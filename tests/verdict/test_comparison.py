@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.errors import SceneError
+from hertzchain.errors import SceneError, TooExpensive
 from hertzchain.verdict.check import Check, Kind
 from hertzchain.verdict.formulas import formulas
 from hertzchain.verdict.run_checks import balance_checks, reference_check, same_steps_checks
@@ -77,7 +78,7 @@ def test_both_backends_pass(both: hc.Comparison) -> None:
 
 @pytest.mark.lammps
 def test_both_backends_pass_on_a_pulse_table_with_jumps() -> None:
-    compared = hc.compare(TABLE, lammps=hc.Lammps(dt=0.01 * TABLE.units.time))
+    compared = hc.compare(TABLE, [hc.Lammps(dt=0.01 * TABLE.units.time)])
     assert failed(compared.checks) == set()
     assert compared.verdict == "pass"
 
@@ -214,27 +215,39 @@ def test_formulas_never_decide(native_only: hc.Comparison) -> None:
     assert replace(native_only, formulas=nonsense).verdict == "pass"
 
 
-def test_a_backend_that_does_not_exist_is_refused() -> None:
-    with pytest.raises(
-        SceneError, match=r"backend = 'edem': must be one of native, lammps, liggghts, yade"
-    ):
-        hc.compare(SCENE, ["native", "edem"])
+@pytest.mark.parametrize(
+    ("engines", "words"),
+    [
+        (["native", "edem"], "engines = 'edem': must be a backend or one of native, lammps, liggg"),
+        ([SCENE], "must be a backend or one of native, lammps"),
+        ("native", "engines = 'native': must be a list of names or backends"),
+        (hc.Lammps(), "must be a list of names or backends"),
+        (["lammps", hc.Lammps(rtol=1e-4)], "lammps is given twice"),
+        ([hc.Native("rk4")], r"must be hertzchain.Native\(\"reference\"\)"),
+    ],
+    ids=["unknown", "no backend", "a name", "one backend", "twice", "another method"],
+)
+def test_engines_that_cannot_be_compared_are_refused(engines: Any, words: str) -> None:
+    with pytest.raises(SceneError, match=words):
+        hc.compare(SCENE, engines)
 
 
-def test_engines_by_name() -> None:
-    lammps = hc.Lammps(rtol=1e-4)
-    with pytest.raises(SceneError, match="engines = 'lamps': must be one of lammps, liggghts"):
-        hc.compare(SCENE, engines={"lamps": lammps})
-    with pytest.raises(SceneError, match="engines = 'lammps': is given twice"):
-        hc.compare(SCENE, lammps=lammps, engines={"lammps": lammps})
+@pytest.mark.parametrize(
+    "engine", [hc.Native("reference", time_limit=1e-9), hc.Lammps(time_limit=1e-9)]
+)
+def test_the_time_limit_of_a_backend_holds_for_the_reference(engine: hc.Native | hc.Lammps) -> None:
+    with pytest.raises(TooExpensive):
+        hc.compare(SCENE, [engine])
 
 
 @pytest.mark.lammps
-def test_an_engine_by_name_is_the_keyword_of_before() -> None:
-    scene, lammps = paper_scene("cosine", 1.0, 2.0, granules=5), hc.Lammps(rtol=1e-4)
-    one, other = hc.compare(scene, engines={"lammps": lammps}), hc.compare(scene, lammps=lammps)
-    assert one.rows == other.rows
-    assert one.results["lammps"].dt == other.results["lammps"].dt
+def test_a_backend_runs_with_its_parameters() -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, granules=5)
+    step = 0.1 * scene.units.time
+    one, other = (hc.compare(scene, [engine]) for engine in ("lammps", hc.Lammps(step)))
+    assert other.results["lammps"].dt == pytest.approx(step, rel=0.05)
+    assert one.results["lammps"].dt < step / 2
+    assert list(one.rows[0]) == list(other.rows[0])
 
 
 def test_progress_is_told_before_each_part() -> None:

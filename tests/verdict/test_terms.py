@@ -65,7 +65,7 @@ def test_readings_with_terms_may_be_off_by_more(dt: float) -> None:
 def test_a_binary_gives_the_numbers_of_the_module(name: str) -> None:
     scene = SCENES[name]
     dt = 0.02 * scene.contact_time
-    comparison = hc.compare(scene, lammps=hc.Lammps(dt, lmp=LMP))
+    comparison = hc.compare(scene, [hc.Lammps(dt, lmp=LMP)])
     assert failed(comparison) == {}
     by_binary, by_module = comparison.lammps, hc.Lammps(dt).run(scene)
     assert by_binary is not None

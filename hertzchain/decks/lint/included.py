@@ -57,4 +57,4 @@ class _Reader:
             return None
         self._files -= 1
         self._bytes -= len(content)
-        return content.decode("utf-8", errors="replace")
+        return content.decode("utf-8-sig", errors="replace")

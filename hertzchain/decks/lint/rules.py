@@ -749,7 +749,7 @@ def lint_file(path: Path, variables: Mapping[str, str] | None = None) -> list[Fi
         reason = getattr(problem, "strerror", None) or problem
         raise HertzchainError(f"{str(path)!r}: cannot be read ({reason})") from None
     # A comment may be in another encoding; no command has such letters.
-    lines = whole(path, content.decode("utf-8", errors="replace"), MOST_BYTES)
+    lines = whole(path, content.decode("utf-8-sig", errors="replace"), MOST_BYTES)
     found: list[Finding] = []
     for finding in lint("\n".join(written for written, _, _ in lines), variables):
         _, line, place = lines[finding.line - 1] if lines else ("", 1, "")

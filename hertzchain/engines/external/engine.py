@@ -40,7 +40,7 @@ class ExternalEngine(ABC):
     """
 
     LABEL: ClassVar[str]
-    """Name of the code in messages; in small letters, the backend of a result."""
+    """Name of the code in messages."""
 
     FASTEST: ClassVar[tuple[float, float]]
     """Time of a step, and additional time for each granule, on a fast machine [s]."""
@@ -58,6 +58,11 @@ class ExternalEngine(ABC):
         """Refuse impossible parameters."""
         check_time_limit(self.time_limit)
         _ = self._steps
+
+    @property
+    def name(self) -> str:
+        """Name of the code in options and columns, and the backend of a result."""
+        return self.LABEL.lower()
 
     @property
     def _steps(self) -> verlet.Steps:

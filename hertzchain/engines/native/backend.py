@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib.metadata import version
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -134,6 +134,9 @@ class Native:
         For an unknown method, an impossible step or accuracy, or options that exclude each other.
     """
 
+    name: ClassVar[str] = "native"
+    """Name of the engine in options and columns, and the backend of a result."""
+
     method: str | None = None
     dt: float | None = None
     rtol: float | None = None
@@ -218,7 +221,7 @@ class Native:
             history = recorder.history(times, units.length, units.velocity, units.force)
         return Result(
             scene=scene,
-            backend="native",
+            backend=self.name,
             method=method,
             dt=dt,
             steps=run.steps,

@@ -12,15 +12,19 @@ from hertzchain.errors import SceneError
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.results.granules import Recorded, last_digit
 from hertzchain.verdict.results.motion import Motion
-from hertzchain.verdict.results.roles import Asked
+from hertzchain.verdict.results.roles import Asked, listed
 from hertzchain.verdict.results.tables import Frame
 
 _VECTORS = (
     ("position", ("x", "y", "z")),
     ("position", ("xu", "yu", "zu")),
+    ("position", ("xs", "ys", "zs")),
+    ("position", ("xsu", "ysu", "zsu")),
     ("velocity", ("vx", "vy", "vz")),
     ("net_force", ("fx", "fy", "fz")),
 )
+_SCALED = {name: k % 3 for k, name in enumerate(("xs", "ys", "zs", "xsu", "ysu", "zsu"))}
+"""Columns of places in units of the box, with their axes."""
 
 
 def granules_of(frames: Sequence[Frame], asked: Asked, file: object) -> Recorded:
@@ -48,6 +52,11 @@ def granules_of(frames: Sequence[Frame], asked: Asked, file: object) -> Recorded
                 raise SceneError(f"column {role}", name, "is no column of the dump", file=str(file))
         if role in grains:
             grains[role] = last_digit(raw) * factor
+        if set(three) & _SCALED.keys():
+            bounds = _bounds(frames, file)[:, [_SCALED[name] for name in three]]
+            extent = bounds[:, :, 1] - bounds[:, :, 0]
+            grains[role] *= float(extent.max())
+            raw = bounds[:, np.newaxis, :, 0] + raw * extent[:, np.newaxis]
         values[role] = raw * factor
     time = None
     if all(frame.time is not None for frame in frames):
@@ -68,11 +77,18 @@ def _vectors(names: Sequence[str], asked: Asked, file: object) -> dict[str, tupl
         if role in asked.names:
             found[role] = (asked.names[role],)
     if not {"position", "net_force"} & found.keys():
-        allowed = f"has {', '.join(names)}, must have x, vx, fx (or xu, or y, z) of granules"
-        if {"xs", "ys", "zs"} & set(names):
-            allowed = "has scaled places (xs): dump x or xu instead"
+        allowed = f"has {listed(names)}, must have x, vx, fx (or xu, or y, z) of granules"
         raise SceneError("", None, allowed, file=str(file))
     return found
+
+
+def _bounds(frames: Sequence[Frame], file: object) -> FloatArray:
+    """Bounds of the box of each frame, shape (frames, 3, 2)."""
+    boxes = [frame.box for frame in frames if frame.box is not None]
+    if len(boxes) < len(frames):
+        allowed = "has scaled places (xs) and no upright box: dump x or xu instead"
+        raise SceneError("", None, allowed, file=str(file))
+    return np.array(boxes)
 
 
 def pairs_of(scene: Scene, frames: Sequence[Frame], asked: Asked, file: object) -> Motion:
@@ -93,7 +109,7 @@ def pairs_of(scene: Scene, frames: Sequence[Frame], asked: Asked, file: object) 
             roles = {"id1": whole[0], "id2": whole[1], "contact_force": others[0]}
     if set(roles) != {"id1", "id2", "contact_force"} or not set(roles.values()) <= set(names):
         allowed = (
-            f"is a dump of pairs with {', '.join(names)}: say which are what with --column"
+            f"is a dump of pairs with {listed(names)}: say which are what with --column"
             " id1=NAME --column id2=NAME --column contact_force=NAME (compute property/local"
             " patom1 patom2, and compute pair/local force)"
         )

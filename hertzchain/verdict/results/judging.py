@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hertzchain.errors import POSITIVE, is_positive, require
-from hertzchain.limits import TIME_LIMIT
+from hertzchain.limits import TIME_LIMIT, TOLERANCE
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.showing import ShowProgress, telling
-from hertzchain.verdict.judgement import TOLERANCE, Judgement, judge
-from hertzchain.verdict.results.reading import read
+from hertzchain.verdict import judgement
+from hertzchain.verdict.judgement import Judgement
+from hertzchain.verdict.results.reading import Given, of_mapping, read
 
-if TYPE_CHECKING:
-    import pandas
+Results = Path | str | Sequence[Path | str] | Mapping[int, float] | ArrayLike
+"""What can be judged; pandas tables are array-like, too."""
 
 
-def judge_peaks(
+def judge(
     scene: SceneLike,
-    results: Path | str | pandas.DataFrame,
+    results: Results,
     *,
     columns: Mapping[str, str] | None = None,
     units: str = "si",
@@ -32,61 +34,91 @@ def judge_peaks(
     time_limit: float = TIME_LIMIT,
     progress: ShowProgress = None,
 ) -> Judgement:
-    """Judge the results of another code: a table of peaks, or samples of its run.
+    """Judge results of any code by the reference, and search for the cause of differences.
 
     Parameters
     ----------
     scene
         What was computed, or the path of its file.
     results
-        A pandas table, or a file: CSV or columns of numbers, a log of LAMMPS, the output of ``fix
-        ave/time`` or ``fix print``, a text dump of granules or of pairs, or a trajectory that ASE
-        reads (``.traj``, ``.extxyz``, ``.xyz``). Tables have peaks (contact, peak_force), or
-        samples over time of contact_force, net_force, position or velocity, a column for each
-        contact or granule.
+        Peak forces [N] of contacts by the paper's numbers, 2 ... N: a mapping from contacts to
+        forces, or an array of shape (N - 1,) with NaN for missing peaks.
+
+        Or a pandas table, or a file, gzipped or not: CSV or columns of numbers, a log of LAMMPS,
+        the output of ``fix ave/time`` or ``fix print``, a text dump of granules or of pairs, or a
+        trajectory that ASE reads (``.traj``, ``.extxyz``, ``.xyz``). Tables have peaks (contact,
+        peak_force), or samples over time of contact_force, net_force, position or velocity, a
+        column for each contact or granule.
+
+        Or a list of files that together are one dump.
     columns
-        Which columns are what: names by ``contact``, ``peak_force``, ``time``, ``step``,
-        ``contact_force``, ``net_force``, ``position``, ``velocity``, ``id``, ``id1``, ``id2``.
-        ``*`` stands for the numbers of several columns; a unit may follow: ``"F* [kN]"``. What is
-        not named is known by its usual names.
+        Which columns of a file or table are what: names by ``contact``, ``peak_force``, ``time``,
+        ``step``, ``contact_force``, ``net_force``, ``position``, ``velocity``, ``id``, ``id1``,
+        ``id2``. ``*`` stands for the numbers of several columns; a unit may follow: ``"F* [kN]"``.
+        What is not named is known by its usual names.
     units
-        ``si``, ``cgs``, ``micro``, ``nano`` (LAMMPS's styles), of columns without a unit; with
-        ``lj`` each column needs one.
-    tolerance, time_limit, progress
-        As for ``judge``.
+        ``si``, ``cgs``, ``micro``, ``nano`` (LAMMPS's styles), of columns of a file or table
+        without a unit; with ``lj`` each column needs one.
+    tolerance
+        Largest relative difference that passes; between 0 and 1.
     dt
-        The step it was computed with [s], if it is known; it turns numbers of steps into times.
+        Step of the code [s], if known; it turns numbers of steps into times. The error of velocity
+        Verlet at this step is stated, except for damped contacts.
+    time_limit
+        Time limit of the reference [s].
+    progress
+        True for a line in the terminal or notebook on what is being done, or a function that is
+        called with each such line.
 
     Raises
     ------
     SceneError
-        For a file or table that cannot be used: one sentence says why.
+        For anything but a scene, for results that cannot be used, impossible peaks, tolerances or
+        steps, and for a tolerance within the error of the reference.
     RunFailed
-        As ``judge``.
+        If the reference cannot be computed, or velocity Verlet is unstable with such a step.
     """
     scene = to_scene(scene)
     require(dt is None or is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
-    source = Path(results) if isinstance(results, str | os.PathLike) else results
+    how: dict[str, Any] = {"tolerance": tolerance, "dt": dt, "time_limit": time_limit}
     with telling(progress) as report_progress:
-        report_progress("reading results")
-        given = read(scene, source, columns or {}, units, dt)
-        found = judge(
-            scene,
-            given.peak_force,
-            tolerance=tolerance,
-            dt=dt,
-            sampling=given.sampling,
-            time_limit=time_limit,
-            progress=report_progress,
-        )
+        source = _source(results)
+        if source is None:
+            allowed = "is for files and tables: leave it out, and give forces in N"
+            require(not columns, "columns", columns, allowed)
+            require(units == "si", "units", units, allowed)
+            peaks: Any = of_mapping(results, scene) if isinstance(results, Mapping) else results
+            given = Given(peaks)
+        else:
+            report_progress("reading results")
+            given = read(scene, source, columns or {}, units, dt)
+            how["sampling"] = given.sampling
+        found = judgement.judge(scene, given.peak_force, progress=report_progress, **how)
     if given.sampling is None:
         return found
     remarks = [given.remark]
     rare = given.sampling > tolerance
     rare &= np.isfinite(given.peak_force) & (found.reference.peak_force > 0)
     if rare.any():
+        by_digits = np.broadcast_to(given.by_digits, rare.shape)[rare]
+        few, what = "samples so far apart", "write samples more often"
+        if np.median(by_digits / given.sampling[rare]) > 1 / 2:
+            few = "numbers of so few digits"
+            what = "write more, such as dump custom with dump_modify format float %.15g"
         remarks.append(
-            f"{np.count_nonzero(rare)} contacts are not judged, as samples so far apart may be off"
-            f" by more than the tolerance of {tolerance:.1e}: write samples more often"
+            f"{np.count_nonzero(rare)} contacts are not judged, as {few} may be off by more than"
+            f" the tolerance of {tolerance:.1e}: {what}"
         )
     return replace(found, remarks=(*remarks, *found.remarks))
+
+
+def _source(results: Any) -> Any:
+    """The files or the table that are to be read; None for peaks."""
+    if isinstance(results, str | os.PathLike):
+        return [Path(results)]
+    if hasattr(results, "select_dtypes"):
+        return results
+    is_list = isinstance(results, Sequence) and len(results) > 0
+    if is_list and all(isinstance(one, str | os.PathLike) for one in results):
+        return [Path(one) for one in results]
+    return None

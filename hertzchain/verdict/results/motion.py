@@ -78,17 +78,23 @@ class Sampled:
         the digits of positions.
     how
         Where they come from, as the end of a sentence.
+    by_digits
+        The part of the error that the digits of the samples make, shape (N - 1,).
     """
 
     peak_force: FloatArray
     error: FloatArray
     how: str
+    by_digits: FloatArray | float = 0.0
 
 
 def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
     """The peaks of a run, by whichever way is known to be nearer."""
     if motion.time.size < _FEWEST:
-        allowed = f"has {motion.time.size} samples of the run, must have at least {_FEWEST}"
+        allowed = (
+            f"has {motion.time.size} samples of the run, must have at least {_FEWEST}: name all"
+            " files of a dump that has one for each frame"
+        )
         raise SceneError("", None, allowed, file=str(file))
     motion = _without_repeated(motion)
     if not np.all(np.diff(motion.time) > 0):
@@ -103,7 +109,7 @@ def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
         lost = (
             _DIGITS * motion.force_grain / np.where(peaks.peak_force > 0, peaks.peak_force, np.inf)
         )
-        found.append(replace(peaks, error=peaks.error + lost))
+        found.append(replace(peaks, error=peaks.error + lost, by_digits=lost))
     position = motion.position
     if position is not None and scene.contact is None and scene.piston is None:
         forces_of_law = _by_hertz(scene, position)
@@ -248,7 +254,7 @@ def _with_grain(scene: Scene, peaks: Sampled, grain: float) -> Sampled:
     overlap = (np.maximum(peaks.peak_force, 0.0) / stiffness) ** (2 / 3)
     # Force goes as overlap^(3/2); both positions are off by half a digit at most.
     lost = 1.5 * grain / np.where(overlap > 0, overlap, np.inf)
-    return Sampled(peaks.peak_force, peaks.error + lost, peaks.how)
+    return replace(peaks, error=peaks.error + lost, by_digits=lost)
 
 
 def _through_samples(time: FloatArray, force: FloatArray, how: str) -> Sampled:

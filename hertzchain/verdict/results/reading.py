@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,17 +15,17 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.scene.scene import Scene
-from hertzchain.verdict.judgement import read_peaks
 from hertzchain.verdict.results import tables
 from hertzchain.verdict.results.dumped import granules_of, pairs_of
 from hertzchain.verdict.results.granules import last_digit, motion_of
 from hertzchain.verdict.results.motion import Motion, Sampled, peaks_of
-from hertzchain.verdict.results.roles import Asked, Columns, asked_for, columns_of
+from hertzchain.verdict.results.roles import Asked, Columns, asked_for, columns_of, listed
 
 if TYPE_CHECKING:
     import pandas
 
 _TRAJECTORIES = (".traj", ".extxyz", ".xyz")
+_USUAL = ("contact", "peak_force_N")  # columns of a table of peaks
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,57 +39,104 @@ class Given:
     sampling
         How far off each may be by the distance of samples, as a fraction, shape (N - 1,); None for
         peaks that are given as such.
+    by_digits
+        The part of that which the digits of the samples make, shape (N - 1,).
     remark
         A sentence on where they come from; empty for peaks that are given as such.
     """
 
     peak_force: FloatArray
     sampling: FloatArray | None = None
+    by_digits: FloatArray | float = 0.0
     remark: str = ""
 
 
 def read(
     scene: Scene,
-    results: Path | pandas.DataFrame,
+    results: Sequence[Path] | pandas.DataFrame,
     columns: Mapping[str, str],
     units: str,
     dt: float | None,
 ) -> Given:
-    """The peaks of a file, or of a table; a SceneError says what cannot be used, and why."""
+    """The peaks of a file, of the files of a dump, or of a table.
+
+    A SceneError says what cannot be used, and why.
+    """
     asked = asked_for(columns, units)
-    if not isinstance(results, Path):
+    if hasattr(results, "select_dtypes"):
         return _of_frame(scene, results, asked, dt)
-    if results.suffix.lower() in _TRAJECTORIES:
+    if len(results) > 1:
+        return _of_dump(scene, results, asked, dt)
+    (path,) = results
+    content = tables.content_of(path, tables.MOST_BYTES)
+    is_dump = tables.is_dump(content)
+    name = Path(path.stem) if path.suffix.lower() == ".gz" else path
+    if name.suffix.lower() in _TRAJECTORIES and not is_dump:
+        if name is not path:
+            raise SceneError("", None, "is a packed trajectory: unpack it first", file=path)
         from hertzchain.verdict.results.trajectory import frames_of_trajectory  # loads ASE
 
-        recorded = frames_of_trajectory(results, asked)
-        return _sampled(scene, motion_of(scene, recorded, dt, results), recorded.names, results)
-    text = tables.text_of(results)
+        recorded = frames_of_trajectory(path, asked)
+        return _sampled(scene, motion_of(scene, recorded, dt, path), recorded.names, path)
+    if is_dump:
+        return _of_dump(scene, results, asked, dt)
+    text = tables.text_of(content, path)
     if not asked.names and _is_of_peaks(text):
-        peaks = read_peaks(results, scene.chain.granules)
-        if np.all(np.isnan(peaks)):
-            raise SceneError("", None, "has a header and no row of numbers", file=str(results))
-        return Given(peaks)
-    if not tables.is_dump(text):
-        return _of_table(scene, tables.table_of(text, results), asked, dt, results)
-    frames = tables.frames_of(text, results)
+        return Given(_usual_rows(text, scene.chain.granules, path))
+    return _of_table(scene, tables.table_of(text, path), asked, dt, path)
+
+
+def _of_dump(scene: Scene, paths: Sequence[Path], asked: Asked, dt: float | None) -> Given:
+    """The peaks of a dump in one file or several."""
+    frames: list[tables.Frame] = []
+    left = tables.MOST_BYTES
+    for path in paths:
+        content = tables.content_of(path, left)
+        left -= len(content)
+        if not tables.is_dump(content):
+            allowed = "is no dump of LAMMPS: several files must be the frames of one dump"
+            raise SceneError("", None, allowed, file=path)
+        frames += tables.frames_of(tables.text_of(content, path), path)
+    file = " ... ".join(dict.fromkeys((str(paths[0]), str(paths[-1]))))
+    frames = tables.same_columns(frames, file)
     if "id" in frames[0].names or "id" in asked.names:
-        recorded = granules_of(frames, asked, results)
-        return _sampled(scene, motion_of(scene, recorded, dt, results), recorded.names, results)
-    return _sampled(scene, pairs_of(scene, frames, asked, results), "the dump", results)
+        recorded = granules_of(frames, asked, file)
+        return _sampled(scene, motion_of(scene, recorded, dt, file), recorded.names, file)
+    return _sampled(scene, pairs_of(scene, frames, asked, file), "the dump", file)
 
 
 def _is_of_peaks(text: str) -> bool:
     """Whether a text is CSV with the usual columns of peaks."""
     header = [cell.strip(' "\r') for cell in text.lstrip().partition("\n")[0].split(",")]
-    return {"contact", "peak_force_N"} <= set(header)
+    return set(_USUAL) <= set(header)
+
+
+def _usual_rows(text: str, granules: int, path: Path) -> FloatArray:
+    """Peaks of CSV with the usual columns [N]; other columns may hold any text."""
+    try:
+        lines = csv.reader(io.StringIO(text, newline=""))
+        header, *rows = ([cell.strip() for cell in row] for row in lines if row)
+    except csv.Error as problem:
+        raise SceneError("", None, f"is no CSV file ({problem})", file=path) from None
+    if any(header.count(name) != 1 for name in _USUAL):
+        allowed = "must name the columns contact and peak_force_N, each once"
+        raise SceneError("first line", ",".join(header), allowed, file=path)
+    if not rows:
+        raise SceneError("", None, "has a header and no row of numbers", file=path)
+    at = [header.index(name) for name in _USUAL]
+    found: list[list[float]] = []
+    for number, row in enumerate(rows, start=1):
+        try:
+            found.append([float(row[column]) for column in at])
+        except (ValueError, IndexError):
+            allowed = "must have two numbers, in the columns contact and peak_force_N"
+            raise SceneError(f"row {number}", ",".join(row), allowed, file=path) from None
+    contacts, forces = np.array(found).T
+    return _by_contact(contacts, forces, _USUAL[1], granules, path)
 
 
 def _of_frame(scene: Scene, frame: Any, asked: Asked, dt: float | None) -> Given:
     """The peaks of a pandas table."""
-    if not hasattr(frame, "columns") or not hasattr(frame, "to_numpy"):
-        allowed = "must be a file or a pandas DataFrame; hertzchain.judge takes arrays and mappings"
-        raise SceneError("results", type(frame).__name__, allowed)
     numeric = frame.select_dtypes("number")
     names = tuple(str(name) for name in numeric.columns)
     table = tables.Table(names, np.asarray(numeric.to_numpy(), np.float64))
@@ -114,8 +163,7 @@ def _of_table(
     series = [role for role in ("contact_force", "net_force", "position") if role in where]
     if not series:
         allowed = (
-            f"has the columns {', '.join(table.names[:8])}"
-            f"{', ...' if len(table.names) > 8 else ''}: say which are what, such as --column"
+            f"has the columns {listed(table.names)}: say which are what, such as --column"
             " contact=NAME --column peak_force='NAME [kN]' for peaks, or --column time=NAME"
             " --column contact_force='NAME*' for series (net_force, position, velocity of"
             " granules)"
@@ -166,19 +214,57 @@ def _rows(table: tables.Table, found: Columns, granules: int, file: object) -> F
     if "contact" not in found.where:
         allowed = "has peaks without numbers of contacts: name their column with --column contact="
         raise SceneError("", None, allowed, file=str(file))
-    peaks = np.full(granules - 1, np.nan)
     contacts = table.rows[:, found.where["contact"][0]]
     forces = table.rows[:, found.where["peak_force"][0]] * found.factor["peak_force"]
-    for number, (contact, force) in enumerate(zip(contacts, forces, strict=True), start=1):
-        allowed = f"must be a whole number from 2 to {granules}, each once"
-        k = int(contact) - 2 if contact == int(contact) else -1
-        if not 0 <= k < peaks.size or not math.isnan(peaks[k]):
-            raise SceneError(f"contact in row {number}", float(contact), allowed, file=str(file))
-        if force < 0:
-            allowed = "must be at least 0: turn the sign where forces that press are negative"
-            raise SceneError(f"peak_force in row {number}", float(force), allowed, file=str(file))
-        peaks[k] = force
+    return _by_contact(contacts, forces, "peak_force", granules, file)
+
+
+def of_mapping(given: Mapping[int, float], scene: Scene) -> FloatArray:
+    """Peaks of a mapping from contacts to forces [N]."""
+    try:
+        contacts, forces = np.array([*given.items()], np.float64).reshape(-1, 2).T
+    except (TypeError, ValueError):
+        raise SceneError("peak_force", None, "must map contacts to forces [N]") from None
+    return _by_contact(contacts, forces, "peak_force", scene.chain.granules, None)
+
+
+def _by_contact(
+    contacts: FloatArray, forces: FloatArray, name: str, granules: int, file: object
+) -> FloatArray:
+    """Peaks [N], (N - 1,), NaN for missing ones, of forces with the numbers of their contacts."""
+    peaks = np.full(granules - 1, np.nan)
+    for row, (contact, force) in enumerate(zip(contacts.tolist(), forces.tolist(), strict=True), 1):
+        k = int(contact) - 2 if contact.is_integer() else -1
+        wrong = "contact", k + 2 if k + 2 == contact else contact
+        if not 0 <= k < peaks.size:
+            allowed = (
+                f"must be a whole number from 2 to {granules}: contact 2 lies between granules 1"
+                f" and 2{_other_numbers(contacts, granules)}"
+            )
+        elif not math.isnan(peaks[k]):
+            allowed = "is given twice"
+        elif not 0 <= force < math.inf:
+            wrong = name, force
+            allowed = (
+                "must be finite and at least 0 [N]: turn the sign where forces that press are"
+                " negative, leave out contacts without a peak"
+            )
+        else:
+            peaks[k] = force
+            continue
+        key, value = wrong
+        where = "" if file is None else f" in row {row}"
+        raise SceneError(key + where, value, allowed, None if file is None else str(file))
     return peaks
+
+
+def _other_numbers(contacts: FloatArray, granules: int) -> str:
+    """A hint for contacts that are numbered from 0 or 1; empty for others."""
+    least = float(np.min(contacts))
+    fits = least in (0, 1) and bool(np.all(contacts == np.round(contacts)))
+    if not fits or np.max(contacts) + 2 - least > granules:
+        return ""
+    return f", and these numbers begin with {least:g}: add {2 - least:g} to each"
 
 
 def _sampled(scene: Scene, motion: Motion, source: str, file: object) -> Given:
@@ -192,4 +278,4 @@ def _sampled(scene: Scene, motion: Motion, source: str, file: object) -> Given:
         f"peaks are from {found.how} ({source}), {motion.time.size} samples {distance} apart; they"
         f" may be off by up to {off:.1e} for that"
     )
-    return Given(found.peak_force, found.error, remark)
+    return Given(found.peak_force, found.error, found.by_digits, remark)

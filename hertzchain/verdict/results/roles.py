@@ -33,6 +33,7 @@ _PREFIXES = {
     "force": ("f", "fx", "force"),
     "contact_force": ("fc", "contact", "contact_force"),
 }
+_LONGEST = 40  # characters of a name in a message (chosen)
 _NUMBERED = re.compile(r"(?:[vcf]_)?([A-Za-z][A-Za-z_]*?)_?\[?(\d+)\]?(?:_[A-Za-z/]+)?")
 _SPEC = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]*[^\W\d][^\[\]]*)\])?\s*")
 
@@ -94,7 +95,7 @@ def columns_of(header: Sequence[str], asked: Asked, granules: int, file: object)
         if not found:
             found = [k for k, one in enumerate(header) if fnmatch.fnmatchcase(one, name)]
         if not found:
-            allowed = f"is no column of the file, which has {_listed(header)}"
+            allowed = f"is no column of the file, which has {listed(header)}"
             raise SceneError(f"column {role}", name, allowed, file=str(file))
         if role not in SEVERAL and len(found) > 1:
             raise SceneError(f"column {role}", name, "stands for several columns", file=str(file))
@@ -132,6 +133,8 @@ def _in_order(name: str) -> tuple[list[int], str]:
     return [int(digits) for digits in re.findall(r"\d+", name)[-1:]], name
 
 
-def _listed(header: Sequence[str]) -> str:
-    shown = ", ".join(header[:8])
-    return f"{shown}, ... ({len(header)} in all)" if len(header) > 8 else shown
+def listed(names: Sequence[str]) -> str:
+    """The names of columns for a message: the first eight, on one line."""
+    cut = [name if len(name) < _LONGEST else f"{name[:_LONGEST]}..." for name in names[:8]]
+    shown = ", ".join(name if name.isprintable() else repr(name) for name in cut)
+    return f"{shown}, ... ({len(names)} in all)" if len(names) > 8 else shown

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import errno
+import gzip
+import io
+import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -27,38 +31,61 @@ class Table:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A frame of a dump: its step, its time where it is given, and its rows, (rows, columns)."""
+    """A frame of a dump.
+
+    Parameters
+    ----------
+    step, time
+        Its step, and its time where it is given.
+    names, rows
+        Names of the columns, and rows of shape (rows, columns).
+    box
+        Lower and upper bounds of the box along x, y and z, shape (3, 2); None for a tilted one.
+    """
 
     step: float
     time: float | None
     names: tuple[str, ...]
     rows: FloatArray
+    box: FloatArray | None
 
 
-def text_of(path: Path) -> str:
-    """The text of a file; a SceneError says in a few words why there is none."""
+def content_of(path: Path, most: int) -> bytes:
+    """The bytes of a file, unpacked; a SceneError says in a few words why there are none."""
     try:
-        content = read_bytes(path, MOST_BYTES)
-    except (OSError, ValueError) as problem:
+        content = read_bytes(path, most)
+        if content.startswith(b"\x1f\x8b"):
+            with gzip.open(io.BytesIO(content)) as unpacked:
+                content = unpacked.read(most + 1)
+            if len(content) > most:
+                raise OSError(errno.EFBIG, f"larger than {most / 1e6:g} MB when unpacked")  # noqa: TRY301
+    except (OSError, ValueError, EOFError, zlib.error) as problem:
         reason = getattr(problem, "strerror", None) or "no name of a file"
+        if isinstance(problem, gzip.BadGzipFile | EOFError | zlib.error):
+            reason = "its compression is damaged"
         allowed = f"cannot be read ({reason}), must be a table, log, dump or trajectory"
         raise SceneError("", None, allowed, file=path) from None
+    return content
+
+
+def text_of(content: bytes, path: Path) -> str:
+    """The text in the bytes of a file; a SceneError says in a few words why there is none."""
     if content.startswith(b"PK\x03\x04"):
         allowed = "is a spreadsheet or an archive: save it as CSV first"
         raise SceneError("", None, allowed, file=path)
     text = text_in(content)
     if text is None:
         allowed = (
-            "is not a text file: write text (CSV, a LAMMPS log, dump custom or local), or name a"
-            " trajectory .extxyz, .xyz or .traj"
+            "is not a text file: write text (CSV, a LAMMPS log, dump custom, atom or local), or"
+            " name a trajectory .extxyz, .xyz or .traj"
         )
         raise SceneError("", None, allowed, file=path)
     return text
 
 
-def is_dump(text: str) -> bool:
-    """Whether a text is a dump of LAMMPS."""
-    return text.lstrip()[:5] == "ITEM:"
+def is_dump(content: bytes) -> bool:
+    """Whether the bytes of a file are those of a dump of LAMMPS."""
+    return content[:1000].lstrip()[:5] == b"ITEM:"
 
 
 def table_of(text: str, path: object) -> Table:
@@ -177,7 +204,7 @@ def _joined(thermo: Sequence[tuple[list[str], list[list[str]], list[int]]], path
 
 
 def frames_of(text: str, path: object) -> list[Frame]:
-    """The frames of a text dump, ``custom`` or ``local``."""
+    """The frames of a text dump, ``custom``, ``atom`` or ``local``."""
     lines = text.splitlines()
     found: list[Frame] = []
     try:
@@ -191,14 +218,20 @@ def frames_of(text: str, path: object) -> list[Frame]:
         raise SceneError("", None, allowed, file=str(path)) from None
     if not found:
         raise SceneError("", None, "is a dump without frames", file=str(path))
-    if any(frame.names != found[0].names for frame in found):
-        raise SceneError("", None, "has frames of different columns", file=str(path))
     return found
+
+
+def same_columns(frames: Sequence[Frame], path: object) -> list[Frame]:
+    """The frames by their steps; a SceneError where their columns differ."""
+    if any(frame.names != frames[0].names for frame in frames):
+        raise SceneError("", None, "has frames of different columns", file=str(path))
+    return sorted(frames, key=lambda frame: frame.step)
 
 
 def _frame(lines: Sequence[str], at: int, path: object) -> tuple[Frame | None, int]:
     """The frame that begins at a line, and the line after it; an IndexError where it is cut off."""
     known: dict[str, float] = {}
+    box: FloatArray | None = None
     while at < len(lines):
         line = lines[at]
         item = line.removeprefix("ITEM:").split()
@@ -216,8 +249,10 @@ def _frame(lines: Sequence[str], at: int, path: object) -> tuple[Frame | None, i
                 raise IndexError
             where = range(at + 2, at + 2 + count)
             rows = _numbers(words, where, names, path) if words else np.zeros((0, len(names)))
-            return Frame(known["TIMESTEP"], known.get("TIME"), names, rows), at + 1 + count
+            frame = Frame(known["TIMESTEP"], known.get("TIME"), names, rows, box)
+            return frame, at + 1 + count
         elif item[0] == "BOX":
+            box = _box(lines[at + 1 : at + 4], at + 2, item, path)
             at += 4
         else:
             word = lines[at + 1]
@@ -230,3 +265,13 @@ def _frame(lines: Sequence[str], at: int, path: object) -> tuple[Frame | None, i
     if known:
         raise IndexError
     return None, at
+
+
+def _box(lines: Sequence[str], first: int, item: Sequence[str], path: object) -> FloatArray | None:
+    """Bounds of a box, (3, 2); None for a tilted one, which has further numbers."""
+    if len(lines) < 3:
+        raise IndexError
+    if {"xy", "abc"} & set(item):
+        return None
+    where = range(first, first + 3)
+    return _numbers([line.split() for line in lines], where, ("lower", "upper"), path)

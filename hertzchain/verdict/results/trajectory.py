@@ -11,10 +11,8 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
-from hertzchain.files import read_bytes
 from hertzchain.verdict.results.granules import Recorded, last_digit
 from hertzchain.verdict.results.roles import Asked
-from hertzchain.verdict.results.tables import MOST_BYTES
 
 _ARRAYS = {
     "velocity": ("velocity", "velo", "velocities", "vel"),
@@ -27,11 +25,6 @@ _INFO = {"position": "length_unit_m", "velocity": "velocity_unit_m_s", "net_forc
 
 def frames_of_trajectory(path: Path, asked: Asked) -> Recorded:
     """The frames of a trajectory, SI units; numbers are taken as they stand in the file."""
-    try:
-        read_bytes(path, MOST_BYTES)
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or "no name of a file"
-        raise SceneError("", None, f"cannot be read ({reason})", file=path) from None
     import ase.io
 
     try:

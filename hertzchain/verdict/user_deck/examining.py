@@ -10,14 +10,13 @@ import numpy as np
 
 from hertzchain.engines.lammps.user_deck import FoundDeck, read_deck
 from hertzchain.engines.native import Native
-from hertzchain.errors import RunFailed, is_positive, require
-from hertzchain.limits import TIME_LIMIT, Deadline
+from hertzchain.errors import RunFailed, SceneError, is_positive, require
+from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline
 from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShowProgress, telling
-from hertzchain.verdict.judgement import TOLERANCE
 from hertzchain.verdict.user_deck import step_checks
 from hertzchain.verdict.user_deck.contact_checks import contact_checks
 from hertzchain.verdict.user_deck.deck_check import Case
@@ -79,6 +78,9 @@ def examine(
     scene = to_scene(scene)
     allowed = "must be a number above 0 and below 1"
     require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
+    if Path(deck).suffix.lower() == ".py":
+        allowed = "is a Python program, must be a LAMMPS input script, as lmp -in reads it"
+        raise SceneError("", None, allowed, file=deck)
     deadline = Deadline(time_limit)
     with telling(progress) as report_progress:
         found = read_deck(
@@ -97,7 +99,7 @@ def _texts(deck: Path, found: FoundDeck) -> tuple[tuple[str, str], ...]:
         paths = (deck, deck.parent / name, Path(name))
         path = next((p for p in paths if p.is_file() and Path(name).name == p.name), None)
         if path is not None:
-            texts.append((name, path.read_text(encoding="utf-8", errors="replace")))
+            texts.append((name, path.read_text(encoding="utf-8-sig", errors="replace")))
     return tuple(texts)
 
 

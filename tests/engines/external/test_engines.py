@@ -106,7 +106,7 @@ def compared() -> hc.Comparison:
     """The verdict on both engines at the same steps."""
     scene = SCENES["pulse"]
     dt = 0.02 * scene.units.time
-    return hc.compare(scene, ["liggghts", "yade"], liggghts=hc.Liggghts(dt), yade=hc.Yade(dt))
+    return hc.compare(scene, [hc.Liggghts(dt), hc.Yade(dt)])
 
 
 @pytest.mark.liggghts
@@ -221,9 +221,7 @@ def test_compared_beside_native(compared: hc.Comparison) -> None:
 def test_compared_without_the_programs() -> None:
     compared = hc.compare(
         paper_scene("cosine", 0.5, 2.0, granules=2),
-        ["yade", "liggghts"],
-        liggghts=hc.Liggghts(program="no-such"),
-        yade=hc.Yade(program="no-such"),
+        [hc.Yade(program="no-such"), hc.Liggghts(program="no-such")],
     )
     assert compared.missing
     assert compared.verdict == "fail"

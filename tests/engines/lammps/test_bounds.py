@@ -115,7 +115,7 @@ def test_readings_too_rare_for_a_dashpot_say_so() -> None:
 
 
 def test_a_right_deck_with_dashpots_passes() -> None:
-    comparison = compare(GAPS, lammps=hc.Lammps(rtol=1e-3))
+    comparison = compare(GAPS, [hc.Lammps(rtol=1e-3)])
     assert comparison.verdict == "pass", [
         check.name for check in comparison.checks if not check.passed
     ]

@@ -212,7 +212,7 @@ def test_the_examination_is_that_of_the_module(lmp: str, ranks: int, what: str) 
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=slow)])
 def test_a_comparison_passes_every_check(lmp: str, ranks: int) -> None:
     module, binary = (
-        hc.compare(SHORT, lammps=lammps) for lammps in (None, hc.Lammps(lmp=lmp, ranks=ranks))
+        hc.compare(SHORT, [lammps]) for lammps in ("lammps", hc.Lammps(lmp=lmp, ranks=ranks))
     )
     assert binary.verdict == "pass"
     assert [check.name for check in binary.checks] == [check.name for check in module.checks]
@@ -331,7 +331,7 @@ def test_files_that_are_no_programs(tmp_path: Path) -> None:
 
 @posix
 def test_a_missing_binary_is_missing_in_a_comparison() -> None:
-    comparison = hc.compare(SHORT, lammps=hc.Lammps(lmp="/no/lmp"))
+    comparison = hc.compare(SHORT, [hc.Lammps(lmp="/no/lmp")])
     assert comparison.missing
     (bad,) = [check for check in comparison.checks if not check.passed]
     assert bad.name == "lammps: not run"

@@ -120,6 +120,8 @@ class Rules:
         name = words[0].value
         if name in _LEFT_OUT:
             return None, _LEFT_OUT[name]
+        if not name.replace("_", "").replace("/", "").isalnum():
+            raise RunFailed("is no command of LAMMPS: must be an input script, as lmp -in reads it")
         if name not in _CARRIED_OUT:
             raise RunFailed(
                 f"{name} is none of the commands that are carried out here: leave it out of the"

@@ -224,6 +224,8 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
         ("pair_style granlar\n", 1, "LAMMPS stopped"),
         ("pair_style python 1\n", 1, "pair_style python is none"),
         ("pair_style hybrid granular python 1\n", 1, "pair_style hybrid is none"),
+        ('"""A chain\nof granules."""\n', 1, "is no command of LAMMPS: must be an input script"),
+        ("[chain]\n", 1, "is no command of LAMMPS"),
         ("temper 10 10 1\n", 1, "temper is none of the commands"),
         ("variable w world a b\n", 1, "a variable of style world is none that is known"),
         ("include -\n", 1, "cannot be read"),

@@ -1,4 +1,4 @@
-"""hertzchain compare --deck: status, output, files and refusals."""
+"""``hertzchain examine``: status, output, files and refusals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def wrong(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_what_is_wrong_is_said_everywhere(hertzchain: Command, wrong: Path, tmp_path: Path) -> None:
     page, xml, plot = (tmp_path / name for name in ("a.html", "a.xml", "a.png"))
     files = ["--report", page, "--junit", xml, "--plot", plot]
-    done = hertzchain("compare", SCENE, "--deck", wrong, *files)
+    done = hertzchain("examine", SCENE, wrong, *files)
     assert done.status == 1
     assert "1. mass of all granules is 0.003411 kg, the scene has 0.003573 kg" in done.out
     assert "right: set type 1 density 7958" in done.out
@@ -46,7 +46,7 @@ def test_what_is_wrong_is_said_everywhere(hertzchain: Command, wrong: Path, tmp_
 def test_variables_in_both_forms(hertzchain: Command) -> None:
     deck = FOLDER / "in.steel_variables"
     given = ["--var", "n", "20", "--var", "F0=100", "--var", "dt", "2e-7"]
-    done = hertzchain("compare", SCENE, "--deck", deck, *given, "--json")
+    done = hertzchain("examine", SCENE, deck, *given, "--json")
     assert done.status == 0
     document = done.json()
     assert document["verdict"] == "pass"
@@ -55,40 +55,50 @@ def test_variables_in_both_forms(hertzchain: Command) -> None:
 
 
 @pytest.mark.lammps
+def test_a_byte_order_mark_is_no_part_of_scene_and_deck(
+    hertzchain: Command, tmp_path: Path
+) -> None:
+    files = [tmp_path / name for name in ("scene.toml", "in.mine")]
+    for file, source in zip(files, (SCENE, DECK), strict=True):
+        file.write_text(source.read_text(encoding="utf-8"), encoding="utf-8-sig")
+    assert hertzchain("examine", *files, "--json").json()["verdict"] == "pass"
+    assert "units" not in hertzchain("lint", files[1]).out
+
+
+@pytest.mark.lammps
 def test_a_deck_that_stops(hertzchain: Command, tmp_path: Path) -> None:
     deck = tmp_path / "in.stops"
     deck.write_text("units si\natom_style sphere\npair_style no_such_style\n", encoding="utf-8")
-    is_refused(hertzchain("compare", SCENE, "--deck", deck), "in.stops:3")
+    is_refused(hertzchain("examine", SCENE, deck), "in.stops:3")
+
+
+def test_a_program_that_writes_a_deck_is_refused(hertzchain: Command, tmp_path: Path) -> None:
+    deck = tmp_path / "chain.py"
+    deck.write_text('"""A chain\nof granules."""\nimport lammps\n', encoding="utf-8")
+    is_refused(hertzchain("examine", SCENE, deck), "chain.py", "must be a LAMMPS input script")
 
 
 def test_a_deck_that_is_not_there(hertzchain: Command, tmp_path: Path) -> None:
-    is_refused(hertzchain("compare", SCENE, "--deck", tmp_path / "in.none"), "in.none")
+    is_refused(hertzchain("examine", SCENE, tmp_path / "in.none"), "in.none")
 
 
 def test_a_binary_that_is_not_there(hertzchain: Command, tmp_path: Path) -> None:
     there = tmp_path / "lmp"
-    is_refused(hertzchain("compare", SCENE, "--deck", DECK, "--lmp", there), str(there))
+    is_refused(hertzchain("examine", SCENE, DECK, "--lmp", there), str(there))
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--deck", DECK, "--results", DECK], ["--deck", "--results"]),
-        (["--deck", DECK, "--backend", "native"], ["--backend", "--deck"]),
-        (["--deck", DECK, "--isolate"], ["--isolate", "--deck"]),
-        (["--deck", DECK, "--ranks", "2"], ["--ranks", "--deck"]),
-        (["--deck", DECK, "--dt", "1e-8"], ["--dt", "--results"]),
-        (["--var", "a", "1"], ["--var", "--deck"]),
-        (["--tolerance", "1e-2"], ["--tolerance", "--deck"]),
-        (["--deck", DECK, "--var", "a"], ["--var", "NAME"]),
-        (["--deck", DECK, "--var", "a=1", "--var", "a=2"], ["--var a"]),
-        (["--deck", DECK, "--tolerance", "2"], ["tolerance", "below 1"]),
-        (["--deck", DECK, "--plot", "a.txt"], ["a.txt"]),
-        (["--deck", DECK, "--report", DECK], ["in.steel_plain"]),
+        (["--var", "a"], ["--var", "NAME"]),
+        (["--var", "a=1", "--var", "a=2"], ["--var a"]),
+        (["--tolerance", "2"], ["tolerance", "below 1"]),
+        (["--plot", "a.txt"], ["a.txt"]),
+        (["--report", DECK], ["in.steel_plain"]),
     ],
     ids=str,
 )
-def test_what_does_not_go_together(
+def test_options_that_cannot_be(
     options: list[object], words: list[str], hertzchain: Command
 ) -> None:
-    is_refused(hertzchain("compare", SCENE, *options), *words)
+    is_refused(hertzchain("examine", SCENE, DECK, *options), *words)

@@ -1,0 +1,49 @@
+"""hertzchain examine: somebody's LAMMPS deck against a scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hertzchain.cli import options, output
+from hertzchain.cli.verdicts import Shown
+from hertzchain.limits import TOLERANCE
+
+
+def examine(
+    scene: options.SceneFile,
+    deck: Annotated[Path, typer.Argument(metavar="DECK", help="LAMMPS input file.")],
+    variables: options.Variables = None,
+    lmp: options.LammpsBinary = None,
+    tolerance: options.Tolerance = TOLERANCE,
+    time_limit: options.TimeLimit = "1 h",
+    as_json: options.AsJson = False,
+    plot: options.Plot = None,
+    report: options.Report = None,
+    junit: options.Junit = None,
+) -> None:
+    """Examine a LAMMPS deck: every number, then its peaks, with the lines to correct.
+
+    LAMMPS reads and runs the deck in a process of its own; nothing that the deck would write is
+    written.
+    """
+    from hertzchain.report.user_deck import of_examination
+    from hertzchain.verdict import user_deck
+
+    shown = Shown(scene, [deck], as_json, plot, report, junit)
+    given = options.by_name("--var", variables or [], "F0=100")
+    limit = options.to_time_limit(time_limit)
+    loaded = options.load_scene(scene)
+    with output.progress() as report_progress, output.compiling(report_progress):
+        examination = user_deck.examine(
+            loaded,
+            deck,
+            given,
+            tolerance=tolerance,
+            lmp=options.named_binary(lmp),
+            time_limit=limit,
+            progress=report_progress,
+        )
+    shown.end(of_examination(examination))
