@@ -11,7 +11,6 @@ from hertzchain.cli import options, output
 from hertzchain.cli.verdicts import Shown
 from hertzchain.engines.registry import ENGINES, compared_by_default
 from hertzchain.errors import HertzchainError
-from hertzchain.limits import RTOL
 
 _MOVED = ("--column", "--units", "--dt", "--tolerance", "--var")
 """Options of ``judge`` and ``examine`` that compare had; with ``--results`` and ``--deck``."""
@@ -29,9 +28,12 @@ def compare(
     lmp: options.LammpsBinary = None,
     ranks: options.Ranks = None,
     rtol: Annotated[
-        float,
-        typer.Option(help="Wanted relative accuracy of the codes that are compared."),
-    ] = RTOL,
+        float | None,
+        typer.Option(
+            help="Wanted relative accuracy of the codes that are compared. Default: 1e-6, or 1e-4"
+            " where dashpots close at a speed."
+        ),
+    ] = None,
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
     plot: options.Plot = None,
@@ -42,6 +44,7 @@ def compare(
     moved: Annotated[list[str] | None, typer.Option(*_MOVED, hidden=True)] = None,
 ) -> None:
     """Cross-validate a scene: native, LAMMPS and the formulas side by side, with a verdict."""
+    from hertzchain.engines.external.step_error import usual_accuracy
     from hertzchain.report.comparison import of_comparison
     from hertzchain.report.waterfall import record_times
     from hertzchain.verdict import comparison
@@ -54,7 +57,8 @@ def compare(
     options.refuse_without_need(with_lammps, isolate=isolate, lmp=lmp, ranks=ranks)
     loaded = options.load_scene(scene)
     limit = options.to_time_limit(time_limit)
-    own: dict[str, dict[str, Any]] = {name: {"rtol": rtol} for name in names}
+    wanted = usual_accuracy(loaded) if rtol is None else rtol
+    own: dict[str, dict[str, Any]] = {name: {"rtol": wanted} for name in names}
     own["native"] = {"method": "reference"}
     if with_lammps:
         own["lammps"] |= options.lammps_options(isolate, lmp, ranks)

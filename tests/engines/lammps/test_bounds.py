@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
+from hertzchain.engines.external.step_error import usual_accuracy
 from hertzchain.errors import Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.comparison import compare
@@ -80,7 +81,7 @@ def test_dashpots_that_close_at_a_speed(lammps: hc.Lammps) -> None:
     assert largest_difference(result.all_peaks, TRUE) < result.error_estimate < lammps.rtol
 
 
-@pytest.mark.parametrize("extrapolated", [False, True])
+@pytest.mark.parametrize("extrapolated", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_dashpot_of_light_granules(extrapolated: bool) -> None:
     result = hc.Lammps(rtol=1e-3, extrapolated=extrapolated).run(LIGHT)
     assert largest_difference(result.all_peaks, truth(LIGHT).all_peaks) < result.error_estimate
@@ -112,6 +113,11 @@ def test_readings_too_rare_for_a_dashpot_say_so() -> None:
         stated.append(result.error_estimate)
     assert stated[0] < 0.01
     assert 0.2 < stated[1] <= stated[2]
+
+
+def test_compare_asks_for_what_takes_seconds() -> None:
+    assert usual_accuracy(GAPS) == 1e-4
+    assert usual_accuracy(replace(GAPS, contact=None)) == 1e-6
 
 
 def test_a_right_deck_with_dashpots_passes() -> None:
