@@ -1,15 +1,16 @@
-"""Sampling as a cause of wrong peaks: the run is right, but its peaks come from samples."""
+"""Samples as a mistake: the run is right, but its peaks are its highest samples."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, Native, simulate
-from hertzchain.verdict.case import Case, Cause
+from hertzchain.verdict.case import Case, Found, Mistake
 
 # number of trial intervals, about 0.2 s; shorter ones change 1e-7 of the peaks
 _MOST_TRIALS = 1_000_000
@@ -17,7 +18,7 @@ _MOST_TRIALS = 1_000_000
 FEWEST_SAMPLED = 12
 
 
-def samples(case: Case) -> Iterator[Cause]:
+def samples(case: Case) -> Iterator[Mistake]:
     """Yield peaks from the highest samples at equal intervals, whose length is fitted.
 
     Near its peak at t a contact force falls as the square of the time from t; the nearest sample is
@@ -50,12 +51,18 @@ def samples(case: Case) -> Iterator[Cause]:
         values = left(trials)
         apart = trials[1] - trials[0]
         near = trials[np.argsort(values)[:20], np.newaxis] + apart * np.linspace(-1, 1, 401)
-        fine = left(near.ravel()).reshape(near.shape)
-        best = np.unravel_index(int(np.argmin(fine)), fine.shape)
-        step = math.exp(near[best]) * unit
-        yield Cause(
-            f"samples in place of maxima, {step:.6g} s apart, {text}", math.sqrt(fine[best])
-        )
+        fine = left(near.ravel())
+        best = int(np.argmin(fine))
+        found = Found(math.exp(near.ravel()[best]) * unit, math.sqrt(fine[best]))
+        yield Mistake(partial(_in_words, way=text), search=partial(_already, found=found))
+
+
+def _in_words(step: float, way: str) -> str:
+    return f"samples in place of maxima, {step:.6g} s apart, {way}"
+
+
+def _already(_: Case, found: Found) -> Found:
+    return found
 
 
 def _ways(case: Case, h: float) -> Iterator[tuple[str, FloatArray, FloatArray]]:

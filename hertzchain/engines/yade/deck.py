@@ -292,6 +292,11 @@ def see(position, velocity, force):
         last.pop(0)
 
 
+if granules != len(expected) + 1:
+    raise SystemExit(
+        f"granules = {granules}: must be {len(expected) + 1}, as the true peaks are of that chain;"
+        " make a deck of the other scene"
+    )
 O.run(sum(row[0] for row in legs) + 1, wait=True)
 with open("peaks.csv", "w") as file:
     file.write("contact,peak_force_N,true_N\\n")
