@@ -331,7 +331,7 @@ def test_a_deck_judges_itself(engine: str, text: Callable[[float], str], tmp_pat
 def test_a_yade_deck_of_another_number_of_granules_says_so() -> None:
     text = yade_text(0.0)
     judging = text[text.index("expected = ") :]
-    with pytest.raises(SystemExit, match="^granules = 6: must be 5, as the true peaks are of that"):
+    with pytest.raises(SystemExit, match=r"^granules = 6: must be 5, as the true peaks are of"):
         exec(judging, {"granules": 6, "np": np})  # noqa: S102
     with pytest.raises(NameError, match="legs"):
         exec(judging, {"granules": 5, "np": np})  # noqa: S102
