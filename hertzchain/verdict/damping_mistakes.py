@@ -17,6 +17,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import DAMPING, Contact, DampingLaw
 from hertzchain.theory.restitution import damping_ratio, of_ratio, ratio_for
 from hertzchain.verdict.case import Case, Found, Mistake, fixed
+from hertzchain.verdict.slips import near
 
 _TRIALS = np.log(np.geomspace(1e-6, 2.2, 14))
 """Logarithms of trial coefficients in natural units; sqrt(5) is a restitution of 0."""
@@ -29,9 +30,6 @@ _HELPS = 0.9
 the law is the cause, a trial within a factor of 1.8 of the coefficient leaves about 0.6.
 """
 
-_NEAR = 0.003
-"""Largest relative distance of a fitted coefficient from a known one that is named."""
-
 _SAME = 3e-4
 """Largest relative distance from the scene's coefficient that counts as equal."""
 
@@ -42,7 +40,6 @@ _HIDDEN = 4.0
 """Ratio of a coefficient's true error to the one derived from the residual, because errors of steps
 change it too (measured 4, for velocity Verlet).
 """
-
 
 _NAMES = {
     "restitution": "damping of restitution",
@@ -85,8 +82,8 @@ def _search(case: Case, law: DampingLaw, pulls: bool, without: float) -> Found:
     found = _fit(case, law, pulls, _TRIALS)
     if found.left > case.size / 2:
         return _NOTHING
-    near = found.value.log + 0.1 * np.linspace(-1.0, 1.0, 5)
-    other_way = _fit(case, law, not pulls, near)
+    trials = found.value.log + 0.1 * np.linspace(-1.0, 1.0, 5)
+    other_way = _fit(case, law, not pulls, trials)
     if other_way.left < found.left / _BETTER:
         found = other_way
     if found.left > without / _BETTER or _is_own(case.scene, found.value):
@@ -160,10 +157,7 @@ def _in_words(case: Case, found: _Fitted, base: bool) -> str:
     if own is not None and same:
         factor = math.exp(found.log) / strength_of(case.scene, own)
         text += f" (coefficient {factor:.4g} times the scene's)"
-        known = known_factors(case.scene)
-        names = [
-            name for name, q in known.items() if abs(factor / q - 1) < min(_NEAR, 0.1 * abs(q - 1))
-        ]
+        names = near(known_factors(case.scene), factor)
         text += f": {' or '.join(names)}" if names else ""
     return text
 

@@ -190,18 +190,6 @@ def _held(scene: Scene, steps: int) -> list[Ramp]:
     ]
 
 
-def _any(_: Scene) -> bool:
-    return True
-
-
-def _plain(scene: Scene) -> bool:
-    return scene.is_plain
-
-
-def _plain_or_damped(scene: Scene) -> bool:
-    return scene.is_plain or scene.terms == ("damping",)
-
-
 @dataclass(frozen=True)
 class Family:
     """Mistakes in one thing.
@@ -212,28 +200,28 @@ class Family:
         What they are mistakes in.
     mistakes
         Yields them for a case; raises TooExpensive at its deadline.
-    fits
-        Whether they can be made in a scene.
+    terms
+        The terms that a scene may have; None for any.
     is_costly
         Whether they take seconds: they are left out where another mistake explains everything.
     """
 
     name: str
     mistakes: Callable[[Case], Iterator[Mistake]]
-    fits: Callable[[Scene], bool] = _plain
+    terms: tuple[str, ...] | None = ()
     is_costly: bool = False
 
 
 FAMILIES = (
-    Family("stiffness, mass or duration", _stiffness, _plain_or_damped),
-    Family("applied force, units", _force, _plain_or_damped),
-    Family("numbers of the contacts", _numbers, _plain_or_damped),
+    Family("stiffness, mass or duration", _stiffness, ("damping",)),
+    Family("applied force, units", _force, ("damping",)),
+    Family("numbers of the contacts", _numbers, ("damping",)),
     Family("the pulse", _pulse),
     Family("the step given", known_step),
     Family("steps too long", long_steps),
     Family("steps in round numbers", round_steps, is_costly=True),
     Family("samples", samples, is_costly=True),
-    Family("damping", damping, _any, is_costly=True),
+    Family("damping", damping, None, is_costly=True),
     Family("drag and late forces", late_forces, is_costly=True),
     Family("the contact law", other_contacts, is_costly=True),
 )
@@ -242,4 +230,5 @@ FAMILIES = (
 
 def families_for(scene: Scene) -> list[Family]:
     """Return the families that can be tried in a scene."""
-    return [family for family in FAMILIES if family.fits(scene)]
+    terms = set(scene.terms)
+    return [one for one in FAMILIES if one.terms is None or terms <= set(one.terms)]
