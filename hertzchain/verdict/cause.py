@@ -25,6 +25,7 @@ _HELPS = 0.07
 _ALONE = 100.0  # ratio to the next largest difference (chosen): mistakes stay below it
 _NOISY = 12  # least number of contacts that can look like noise (chosen)
 _OUTLIER = 4.0  # largest difference of noise over its root mean square: once in 300 sets of 60
+_BIAS = 3.0  # largest mean of noise, in its standard errors (chosen): samples are all too low
 _MOST_NOISE = 0.1  # root mean square: peaks with more noise are not called the scene's (chosen)
 _MOST_ROUNDED = 0.1  # largest difference by rounding; with more, peaks are not the scene's (chosen)
 _DIGITS, _DECIMALS = range(2, 8), range(-2, 7)  # roundings that are looked for (chosen)
@@ -125,7 +126,8 @@ def _is_noise(case: Case) -> bool:
     off = case.differences
     rms = _rms(off)
     even = np.max(np.abs(off)) <= _OUTLIER * rms <= _OUTLIER * _MOST_NOISE
-    return bool(off.size >= _NOISY and even and jumps_like_noise(off))
+    about_0 = abs(np.mean(off)) <= _BIAS * rms / np.sqrt(off.size)
+    return bool(off.size >= _NOISY and even and about_0 and jumps_like_noise(off))
 
 
 def _rounded(case: Case) -> str | None:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import partial
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import METHODS, Native, simulate
+from hertzchain.engines.native import Native
 from hertzchain.verdict.case import Case, Found, Mistake
 
 # number of trial intervals, about 0.2 s; shorter ones change 1e-7 of the peaks
@@ -36,47 +35,26 @@ def samples(case: Case) -> Iterator[Mistake]:
     if not 1e-4 < h < 1.0:
         return
     shape = _shape(case, h * np.linspace(-0.7, 0.7, 5), 4)
-    for text, slower, off in _ways(case, h):
-        trials = np.arange(math.log(0.6 * h), math.log(1.7 * h), 0.1 * h / float(np.max(time)))
-        if trials.size > _MOST_TRIALS:
-            return
+    trials = np.arange(math.log(0.6 * h), math.log(1.7 * h), 0.1 * h / float(np.max(time)))
+    if trials.size > _MOST_TRIALS:
+        return
 
-        def left(
-            logs: FloatArray, slower: FloatArray = slower, off: FloatArray = off
-        ) -> FloatArray:
-            found = np.zeros_like(logs)
-            sampling_kernel.left_by(np.exp(logs), time, slower, off, shape, lower, found)
-            return found
+    def left(logs: FloatArray) -> FloatArray:
+        found = np.zeros_like(logs)
+        sampling_kernel.left_by(np.exp(logs), time, shape, lower, found)
+        return found
 
-        values = left(trials)
+    def search(_: Case) -> Found:
         apart = trials[1] - trials[0]
-        near = trials[np.argsort(values)[:20], np.newaxis] + apart * np.linspace(-1, 1, 401)
+        near = trials[np.argsort(left(trials))[:20], np.newaxis] + apart * np.linspace(-1, 1, 401)
         fine = left(near.ravel())
         best = int(np.argmin(fine))
-        found = Found(math.exp(near.ravel()[best]) * unit, math.sqrt(fine[best]))
-        yield Mistake(partial(_in_words, way=text), search=partial(_already, found=found))
+        return Found(math.exp(near.ravel()[best]) * unit, math.sqrt(fine[best]))
 
-
-def _in_words(step: float, way: str) -> str:
-    return f"samples in place of maxima, {step:.6g} s apart, {way}"
-
-
-def _already(_: Case, found: Found) -> Found:
-    return found
-
-
-def _ways(case: Case, h: float) -> Iterator[tuple[str, FloatArray, FloatArray]]:
-    """Yield the sampled runs: changes of times and peaks by their steps, over the step squared."""
-    time, scene = case.reference.peak_time[case.judged], case.scene
-    yield "of an accurate run", np.zeros_like(time), np.zeros_like(time)
-    if h > 0.4:
-        return
-    legs = scene.schedule(h * scene.units.time)
-    run = simulate(scene, legs, METHODS["velocity-verlet"].walker, deadline=case.deadline)
-    late = (run.peaks.time[case.judged] - time / scene.units.time) / h**2
-    expected = case.reference.peak_force[case.judged]
-    off = (run.peaks.force[case.judged] * scene.units.force / expected - 1) / h**2
-    yield "of velocity Verlet with such steps", late, off
+    yield Mistake(
+        lambda step: f"samples in place of maxima, {step:.6g} s apart, of an accurate run",
+        search=search,
+    )
 
 
 def _shape(case: Case, offsets: FloatArray, degree: int) -> FloatArray:
