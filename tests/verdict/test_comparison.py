@@ -11,7 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.errors import SceneError
+from hertzchain.errors import BackendMissing, SceneError
 from hertzchain.verdict.check import Check, Kind
 from hertzchain.verdict.formulas import formulas
 from hertzchain.verdict.run_checks import balance_checks, reference_check, same_steps_checks
@@ -227,6 +227,16 @@ def test_engines_by_name() -> None:
         hc.compare(SCENE, engines={"lamps": lammps})
     with pytest.raises(SceneError, match="engines = 'lammps': is given twice"):
         hc.compare(SCENE, lammps=lammps, engines={"lammps": lammps})
+
+
+def test_an_engine_that_is_missing_is_said_to_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(*_: object) -> hc.Result:
+        raise BackendMissing("there is no Yade")
+
+    monkeypatch.setattr(hc.Yade, "run", run)
+    found = hc.compare(SCENE, ["native", "yade"])
+    assert (found.missing, found.verdict) == (True, "fail")
+    assert failed(found.checks) == {"yade: not run"}
 
 
 @pytest.mark.lammps

@@ -86,7 +86,7 @@ ASKED_AND_MADE: list[tuple[hc.Contact | None, hc.Contact | None, str]] = [
     (ASKED["restitution"], with_ratio(1 + 4e-4).contact, ".* in place of 0.8 "),
     (ASKED["restitution"], with_ratio(1 + 2e-4).contact, "$"),
 ]
-UNCERTAIN = (("viscoelastic", 1e-3),)
+UNCERTAIN = (("restitution", 3e-3),)
 QUICK = (0, 2, 3, 4, 5, 6, 7, 10, 17)
 
 
@@ -139,7 +139,7 @@ def test_right_peaks_and_noise_have_no_cause() -> None:
 def test_uncertain_digits_are_left_out(law: DampingLaw, size: float) -> None:
     """Coefficients from peaks with noise have few digits; the last one may be off by one."""
     damped = replace(ELASTIC, contact=ASKED[law])
-    noise = np.random.default_rng(2).standard_normal(15)
+    noise = np.random.default_rng(3).standard_normal(15)
     found = hc.judge(ELASTIC, peaks_of(damped) * (1 + size * noise)).cause or ""
     true = getattr(ASKED[law], DAMPING[law])
     before = {"restitution": "restitution", "viscoelastic": "time", "dashpot": "dashpots of"}[law]

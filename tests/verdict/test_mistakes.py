@@ -212,6 +212,10 @@ PEAKS: dict[str, tuple[Plant, str]] = {
     "F0": (lambda at: 0.01 * at.truth, "in units of F0"),
     "lbf": (lambda at: at.truth / 4.4482216, "in units of lbf"),
     "kgf read": (lambda at: at.truth / 9.80665, "in units of kgf"),
+    "noisy kN": (
+        lambda at: 1e-3 * at.truth * (1 + 2e-3 * np.random.default_rng(0).standard_normal(29)),
+        "in units of kN; leaves",
+    ),
     "after": (lambda at: np.append(at.truth[1:], np.nan), "peak of contact i + 1"),
     "before": (lambda at: np.append(np.nan, at.truth[:-1]), "peak of contact i - 1"),
     "far end": (lambda at: at.truth[::-1], "from the far end"),

@@ -100,7 +100,9 @@ def test_states_at_the_same_steps(case: str, what: str) -> None:
     least = 1.0 if name == "damped" else 0.0
     for off, passed in ((3 * allowed, False), (allowed / 3, True), (-3 * allowed, False)):
         wrong = with_state(result, what, off, least)
-        assert check_of(same_steps_checks(wrong), what).passed is passed
+        check = check_of(same_steps_checks(wrong), what)
+        assert check.passed is passed
+        assert passed or check.reason.endswith("largest at granule 3")
 
 
 def readings(step: float) -> float:
@@ -174,14 +176,24 @@ def test_differences_that_grow(monkeypatch: pytest.MonkeyPatch) -> None:
             assert check_of(same_steps_checks(with_peak(result, off)), "peaks").passed is passed
 
 
-@pytest.mark.parametrize("lost", [1e-9, 1e-7])
-def test_a_difference_hardly_grows_in_a_short_chain(lost: float) -> None:
-    result = verlet("free", 0.1)
-    legs = FREE.schedule(result.dt)
-    twin = run_checks._verlet(FREE, legs, Deadline(60))
-    grown = run_checks._grown(FREE, legs, twin, lost, Deadline(60), 0.0)
+@pytest.mark.parametrize(("name", "lost"), [("free", 1e-9), ("free", 1e-7), ("short", 1e-9)])
+def test_a_difference_hardly_grows_in_a_short_chain(
+    monkeypatch: pytest.MonkeyPatch, name: str, lost: float
+) -> None:
+    scene, run, ran = SCENES[name], run_checks._verlet, []
+    legs = scene.schedule(verlet(name, 0.1).dt)
+    twin = run(scene, legs, Deadline(60))
+
+    def counted(*arguments: Any) -> Any:
+        ran.append(arguments)
+        return run(*arguments)
+
+    monkeypatch.setattr(run_checks, "_verlet", counted)
+    grown = run_checks._grown(scene, legs, twin, lost, Deadline(60), 0.0)
     # Start and its opposite are two such differences apart, of overlaps in each run.
-    assert 0.1 * lost < min(grown) < max(grown) < 10 * lost
+    assert 0.5 * lost < min(grown) < max(grown) < 5 * lost
+    # Three differences: one may grow little by chance.
+    assert len(ran) == 6
 
 
 # Against the reference, and the reference itself
@@ -347,6 +359,17 @@ def test_a_tolerance_is_ten_times_the_error_of_the_reference() -> None:
     assert hc.judge(FREE, peaks, tolerance=30 * error).verdict == "pass"
     with pytest.raises(SceneError, match="must be at least 10 times the error of the reference"):
         hc.judge(FREE, peaks, tolerance=3.3 * error)
+
+
+@pytest.mark.parametrize(("sampling", "named"), [(None, False), (5e-4, True)])
+def test_a_cause_leaves_what_is_allowed_with_samples(sampling: float | None, named: bool) -> None:
+    scene = paper_scene("cosine", 1.0, 2.0, 16)
+    # A slow wave over the contacts is no noise; its root mean square is 7e-4.
+    wave = 1 + 1e-3 * np.cos(np.linspace(0, 2 * np.pi, 15))
+    peaks = 1e-3 * hc.Native("reference").run(scene).peak_force * wave
+    errors = None if sampling is None else np.full(15, sampling)
+    found = hc.judge(scene, peaks, tolerance=5e-4, sampling=errors)
+    assert ("in units of kN" in (found.cause or "")) is named
 
 
 # One number
