@@ -1,20 +1,25 @@
-"""A case: wrong peaks of a scene, which causes have to explain."""
+"""A case: wrong peaks of a scene, and how a known mistake is tried on them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import Native
+from hertzchain.engines.native import Native, plan, simulate
 from hertzchain.errors import RunFailed, SceneError, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.result import Result
+from hertzchain.scene.pulse import Pulse, Ramp
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import lay_steps
+
+_RTOL = 1e-8  # wanted accuracy of trial runs; smaller differences get no cause
 
 _TOLERANCE = 1e-8  # tolerance of a step, damped contacts: peaks are right to 2e-8 (measured)
 # Mean square jump over mean square residual: 2 for noise, 0.3 off for 59 contacts; 0.1 for waves,
@@ -23,24 +28,36 @@ _NOISE = 1.2
 _LOWEST = 1e-9  # peaks below this fraction of the reference count as zero
 
 
-@dataclass(frozen=True)
-class Cause:
-    """A mistake, in words, and the part of the differences that it leaves (``Case.residual``)."""
+def jumps_like_noise(values: FloatArray) -> bool:
+    """Return whether values jump from contact to contact like noise about 0.
 
-    sentence: str
-    residual: float
-    rest: FloatArray | None = None  # residual of each judged contact, if kept
+    For noise the mean square of jumps is twice that of the values (von Neumann).
+    """
+    return bool(np.sum(np.diff(values) ** 2) >= _NOISE * np.sum(values**2))
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The parameter of a mistake that explains a case best.
+
+    Parameters
+    ----------
+    value
+        The parameter.
+    left
+        The part of the differences that it leaves (``Case.residual``).
+    rest
+        Residual of each judged contact; None if not kept.
+    """
+
+    value: Any
+    left: float
+    rest: FloatArray | None = None
 
     @property
     def leaves_noise(self) -> bool:
-        """Whether the residuals are known and jump from contact to contact like noise.
-
-        For noise the mean square of jumps is twice that of the residuals (von Neumann).
-        """
-        if self.rest is None:
-            return False
-        jumps = np.sum(np.diff(self.rest) ** 2)
-        return bool(jumps >= _NOISE * np.sum(self.rest**2))
+        """Whether the residuals are known and jump from contact to contact like noise."""
+        return self.rest is not None and jumps_like_noise(self.rest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +87,6 @@ class Case:
         found = float(np.sqrt(np.mean(self.left(peak_force) ** 2)))
         return found if math.isfinite(found) else math.inf
 
-    def cause(self, sentence: str, peak_force: FloatArray) -> Cause:
-        """Return the cause for a mistake and its peaks [N], shape (N - 1,)."""
-        return Cause(sentence, self.residual(peak_force), self.left(peak_force))
-
     def left(self, peak_force: FloatArray) -> FloatArray:
         """Return the residual of each judged contact."""
         lowest = _LOWEST * self.reference.peak_force[self.judged]
@@ -82,13 +95,25 @@ class Case:
         )
         return np.asarray(np.log(ratio))
 
-    def of(self, scene: Scene) -> FloatArray:
-        """Return true peaks of another scene [N]; NaN where there are none."""
+    def of(self, scene: Scene, ramps: Sequence[Ramp] | None = None) -> FloatArray:
+        """Return true peaks of another scene [N]; NaN where there are none.
+
+        ``ramps`` [s, N] is an applied force that no scene has, in place of the scene's.
+        """
         try:
             if scene.contact is not None:
                 return self._damped(scene)
-            run = Native(rtol=1e-8, peaks_only=True, time_limit=max(self.deadline.left, 1e-3))
-            return run.run(scene).peak_force
+            if ramps is None and not _is_calibrated(scene):
+                run = Native(rtol=_RTOL, peaks_only=True, time_limit=max(self.deadline.left, 1e-3))
+                return run.run(scene).peak_force
+            chosen = plan.cheapest(_RTOL, checked=False)
+            step, pushed = chosen.step * scene.units.time, ramps or scene.ramps
+            legs = chosen.walker.cut(lay_steps(pushed, scene.end_time, step))
+            # Granules may be dropped behind the wave only after single pushes.
+            once = simulate(
+                scene, legs, chosen.walker, leave_behind=ramps is None, deadline=self.deadline
+            )
+            return np.asarray(once.peaks.force * scene.units.force)
         except TooExpensive:
             raise
         except (RunFailed, SceneError):
@@ -102,35 +127,72 @@ class Case:
         between = scene.chain.granules - 1  # a wall's contact is the last
         return np.asarray(run.peak_force[:between] * scene.units.force)
 
-    def fit(
-        self, family: Callable[[float], FloatArray], trials: Sequence[float]
-    ) -> tuple[float, float]:
-        """Fit the parameter of a family of peaks [N]; return it and the residual.
+    def fit(self, made: Callable[[float], FloatArray], trials: Sequence[float]) -> Found:
+        """Fit the parameter of a mistake that makes peaks [N].
 
         Trials increase; every valley is searched, because the best trial may not lie in the deepest
         one.
         """
         from scipy.optimize import minimize_scalar
 
-        left = [self.residual(family(x)) for x in trials]
+        tried = [made(x) for x in trials]
+        left = [self.residual(peaks) for peaks in tried]
         k = int(np.argmin(left))
-        best, least = trials[k], left[k]
-        if not math.isfinite(least):
-            return best, math.inf
-        if len(trials) == 1:
-            return best, least
-        for k in _valleys(left):
+        best = Found(trials[k], left[k], self.left(tried[k]))
+        for k in _valleys(left) if len(trials) > 1 else ():
             bounds = trials[max(k - 1, 0)], trials[min(k + 1, len(trials) - 1)]
             square = minimize_scalar(
-                lambda x: min(self.residual(family(x)), 1e100) ** 2,
+                lambda x: min(self.residual(made(x)), 1e100) ** 2,
                 bounds=bounds,
                 method="bounded",
                 options={"xatol": 1e-9 * (bounds[1] - bounds[0])},
             )
-            found = self.residual(family(float(square.x)))
-            if found < least:
-                best, least = float(square.x), found
-        return best, least
+            peaks = made(float(square.x))
+            if self.residual(peaks) < best.left:
+                best = Found(float(square.x), self.residual(peaks), self.left(peaks))
+        return best
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A known mistake: its words, how it is made, and how it is tried.
+
+    Parameters
+    ----------
+    words
+        What it is called, from its parameter.
+    made
+        The peaks [N] that it gives, shape (N - 1,), NaN where there are none, from its parameter.
+    trials
+        Values of the parameter to begin with, increasing; one where there is nothing to fit.
+    search
+        How the parameter is found where trial runs are not the way; it replaces ``trials``.
+    """
+
+    words: Callable[[Any], str]
+    made: Callable[[Any], FloatArray] | None = None
+    trials: Sequence[float] = (0.0,)
+    search: Callable[[Case], Found] | None = None
+
+    def tried(self, case: Case) -> Found:
+        """Return the parameter that explains a case best."""
+        if self.search is not None:
+            return self.search(case)
+        assert self.made is not None
+        return case.fit(self.made, self.trials)
+
+
+def fixed(words: str, peak_force: FloatArray) -> Mistake:
+    """Return a mistake without a parameter."""
+    return Mistake(lambda _: words, lambda _: peak_force)
+
+
+def _is_calibrated(scene: Scene) -> bool:
+    """Return whether one run is as accurate as its plan says: a second run need not check it."""
+    pulse, granules = scene.shock, scene.chain.granules
+    if not scene.is_plain or not isinstance(pulse, Pulse) or scene.run.end_time is not None:
+        return False
+    return bool(plan.is_known(scene.momentum_ratio, pulse.duration_ratio, granules))
 
 
 def _valleys(values: Sequence[float]) -> list[int]:

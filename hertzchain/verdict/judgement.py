@@ -22,7 +22,8 @@ from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.case import Case
-from hertzchain.verdict.causes import finders_for, likely_cause
+from hertzchain.verdict.cause import likely_cause
+from hertzchain.verdict.mistakes import families_for
 from hertzchain.verdict.twin import velocity_verlet
 
 if TYPE_CHECKING:
@@ -63,11 +64,11 @@ class Judgement(ShownVerdict):
     tolerance
         Largest relative difference that passes.
     cause
-        Likely cause of failed contacts, a sentence; None where none failed, or no known mistake or
-        pair of mistakes explains the differences.
+        Likely cause of failed contacts, a sentence; None where none failed, or no known mistake
+        explains the differences.
     hint
-        Nearest known mistake, and what it leaves, if contacts failed without a known cause, a
-        sentence; None without a search.
+        Nearest known mistake, and what it leaves, or how large the noise is, if contacts failed
+        without a known cause, a sentence; None without a search.
     remarks
         Sentences on parts that could not be done; usually empty.
     expected
@@ -252,14 +253,13 @@ def _judged(
         difference = np.max(np.abs(given[judged] / reference.peak_force[judged] - 1.0))
         like = _like_steps(reference, float(difference), time_limit)
     found = Judgement(
-        reference, given, float(tolerance), None, None, tuple(remarks), expected, like
+        reference, given, float(tolerance), None, None, tuple(remarks), expected, like, sampling
     )
-    found = replace(found, sampling=sampling)
     if np.array_equal(found.passed, judged):
         return found  # nothing is wrong by this tolerance
     if not scene.is_plain:
-        terms, tried = ", ".join(scene.terms), "; ".join(finders_for(scene))
-        remarks.append(f"causes that were tried in a scene with {terms}: {tried}")
+        terms, tried = ", ".join(scene.terms), [one.name for one in families_for(scene)]
+        remarks.append(f"causes that were tried in a scene with {terms}: {'; '.join(tried)}")
     deadline = Deadline(min(PATIENCE, time_limit))
     allowed_in_all = found.tolerance + (found.sampling_error or 0.0)
     case = Case(scene, reference, given, judged, dt, allowed_in_all, deadline)

@@ -1,7 +1,9 @@
-"""Chains with wrong contact laws instead of Eq. 1, in natural units."""
+"""Mistakes in the contact law, and the chains with such laws, which run in natural units."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +12,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.watching import watched_time
+from hertzchain.verdict.case import Case, Found, Mistake, fixed
 
 _STEP = 0.1  # natural time units: error 1e-5 of the peaks, mostly the same as with Eq. 1
 
@@ -67,3 +70,108 @@ def peaks(
     # Without damping the whole force is the elastic one.
     whole = law_kernel.WHOLE if law.damped_by == "contact" else law_kernel.ELASTIC
     return state[:, law_kernel.ELASTIC, :-1], state[:, whole, :-1]
+
+
+_OTHERS = {
+    "contact force linear in the overlap": Law(exponent=1.0),
+    "springs that push and pull": Law(exponent=1.0, pulls=True),
+    "contact force that goes as overlap^(5/4)": Law(exponent=1.25),
+    "contact force that goes as overlap^2": Law(exponent=2.0),
+}
+_LATE = Law(damped_by="contact", damping_exponent=0.5)
+_DRAG = Law(damped_by="drag")
+
+# trial coefficients of damping, natural units: dense near 0
+_FORWARD = np.linspace(0.0, 1.25, 14) ** 2
+_BACKWARD = -(np.linspace(0.6, 0.0, 10)[:-1] ** 2)
+
+_OF_DRAG = 0.2  # fraction of these coefficients for a drag, which acts on a granule for long
+_HOPEFUL = 0.3  # most a curve may leave, of the differences, to be refined (chosen)
+
+
+def other_contacts(case: Case) -> Iterator[Mistake]:
+    """Yield another exponent, or contacts that pull; with any stiffness."""
+    for text, law in _OTHERS.items():
+
+        def made(logs: FloatArray, law: Law = law) -> FloatArray:
+            found, _ = peaks(case.scene, law, 0 * logs, np.exp(logs), case.deadline)
+            return found * case.scene.units.force
+
+        def words(log: float, text: str = text, law: Law = law) -> str:
+            times = math.exp(2 * law.exponent * log)
+            return f"{text}, with {times:.3g} times the stiffness at F0"
+
+        yield Mistake(words, search=_by_curve(np.linspace(-2.0, 2.0, 17), made))
+    one = np.zeros(1)
+    by_hertz, pulling = (
+        peaks(case.scene, law, one, one + 1, case.deadline)[0][0]
+        for law in (HERTZ, Law(pulls=True))
+    )
+    yield fixed("contacts that pull", _corrected(case, pulling, by_hertz))
+
+
+def late_forces(case: Case) -> Iterator[Mistake]:
+    """Yield late or early forces, which act like damping, and a drag."""
+    units = case.scene.units
+
+    def made(law: Law, damping: FloatArray) -> FloatArray:
+        tried = np.append(damping, 0.0)
+        found = peaks(case.scene, law, tried, np.ones_like(tried), case.deadline)[law is _DRAG]
+        return _corrected(case, found[:-1], found[-1])
+
+    def drag(x: float) -> str:
+        coefficient = x * units.force * units.time / units.length
+        return f"damping on, a drag on each granule, coefficient {coefficient:.3g} N s/m"
+
+    def late(x: float) -> str:
+        # F(t - dt) = F - 3/2 dt overlap^(1/2) overlap': negative damping.
+        dt = -x / 1.5 * units.time
+        if dt > 0:
+            return (
+                f"contact forces {dt:.3g} s late, a step: explicit Euler, or forces from positions"
+                " of the step before"
+            )
+        return (
+            f"contact forces {-dt:.3g} s early: implicit Euler, or damping as of viscoelastic"
+            " spheres that the peaks leave out"
+        )
+
+    yield Mistake(drag, search=_by_curve(_OF_DRAG * _FORWARD, lambda x: made(_DRAG, x)))
+    both = np.concatenate([_BACKWARD, _FORWARD])
+    yield Mistake(late, search=_by_curve(both, lambda x: made(_LATE, x)))
+
+
+def _corrected(case: Case, found: FloatArray, by_hertz: FloatArray) -> FloatArray:
+    """Return peaks [N] corrected by RK4's error for Eq. 1, shape (..., contacts)."""
+    pressed = by_hertz > 0
+    ratio = found / np.where(pressed, by_hertz, 1.0)
+    return np.asarray(np.where(pressed, ratio, 0.0) * case.reference.peak_force)
+
+
+def _by_curve(
+    trials: FloatArray, made: Callable[[FloatArray], FloatArray]
+) -> Callable[[Case], Found]:
+    """Return a search on curves through many trials at once, then again close to the best."""
+
+    def search(case: Case) -> Found:
+        from scipy.interpolate import Akima1DInterpolator
+
+        best, values = Found(0.0, math.inf), trials
+        for _ in range(2):
+            found = made(values)
+            there = np.all(np.isfinite(found) & (found > 0), axis=1)
+            if np.count_nonzero(there) < 4:
+                break
+            # Contact by contact: waves that die out, or arrive after the end, must not affect the
+            # others.
+            curve = Akima1DInterpolator(values[there], np.log(found[there]), method="makima")
+            fitted = case.fit(lambda x, curve=curve: np.exp(curve(x)), values[there].tolist())  # type: ignore[misc]
+            if fitted.left < best.left:
+                best = fitted
+            if best.left > _HOPEFUL * case.size:
+                break
+            k = min(max(int(np.searchsorted(values, best.value)), 1), values.size - 1)
+            values = best.value + 0.3 * (values[k] - values[k - 1]) * np.linspace(-1, 1, 7)
+        return best
+
+    return search

@@ -1,4 +1,4 @@
-"""Sampling as a cause of wrong peaks: the run is right, but its peaks come from samples."""
+"""Samples as a mistake: the run is right, but its peaks are its highest samples."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.native import METHODS, Native, simulate
-from hertzchain.verdict.case import Case, Cause
+from hertzchain.engines.native import Native
+from hertzchain.verdict.case import Case, Found, Mistake
 
 # number of trial intervals, about 0.2 s; shorter ones change 1e-7 of the peaks
 _MOST_TRIALS = 1_000_000
@@ -17,7 +17,7 @@ _MOST_TRIALS = 1_000_000
 FEWEST_SAMPLED = 12
 
 
-def samples(case: Case) -> Iterator[Cause]:
+def samples(case: Case) -> Iterator[Mistake]:
     """Yield peaks from the highest samples at equal intervals, whose length is fitted.
 
     Near its peak at t a contact force falls as the square of the time from t; the nearest sample is
@@ -35,41 +35,26 @@ def samples(case: Case) -> Iterator[Cause]:
     if not 1e-4 < h < 1.0:
         return
     shape = _shape(case, h * np.linspace(-0.7, 0.7, 5), 4)
-    for text, slower, off in _ways(case, h):
-        trials = np.arange(math.log(0.6 * h), math.log(1.7 * h), 0.1 * h / float(np.max(time)))
-        if trials.size > _MOST_TRIALS:
-            return
-
-        def left(
-            logs: FloatArray, slower: FloatArray = slower, off: FloatArray = off
-        ) -> FloatArray:
-            found = np.zeros_like(logs)
-            sampling_kernel.left_by(np.exp(logs), time, slower, off, shape, lower, found)
-            return found
-
-        values = left(trials)
-        apart = trials[1] - trials[0]
-        near = trials[np.argsort(values)[:20], np.newaxis] + apart * np.linspace(-1, 1, 401)
-        fine = left(near.ravel()).reshape(near.shape)
-        best = np.unravel_index(int(np.argmin(fine)), fine.shape)
-        step = math.exp(near[best]) * unit
-        yield Cause(
-            f"samples in place of maxima, {step:.6g} s apart, {text}", math.sqrt(fine[best])
-        )
-
-
-def _ways(case: Case, h: float) -> Iterator[tuple[str, FloatArray, FloatArray]]:
-    """Yield the sampled runs: changes of times and peaks by their steps, over the step squared."""
-    time, scene = case.reference.peak_time[case.judged], case.scene
-    yield "of an accurate run", np.zeros_like(time), np.zeros_like(time)
-    if h > 0.4:
+    trials = np.arange(math.log(0.6 * h), math.log(1.7 * h), 0.1 * h / float(np.max(time)))
+    if trials.size > _MOST_TRIALS:
         return
-    legs = scene.schedule(h * scene.units.time)
-    run = simulate(scene, legs, METHODS["velocity-verlet"].walker, deadline=case.deadline)
-    late = (run.peaks.time[case.judged] - time / scene.units.time) / h**2
-    expected = case.reference.peak_force[case.judged]
-    off = (run.peaks.force[case.judged] * scene.units.force / expected - 1) / h**2
-    yield "of velocity Verlet with such steps", late, off
+
+    def left(logs: FloatArray) -> FloatArray:
+        found = np.zeros_like(logs)
+        sampling_kernel.left_by(np.exp(logs), time, shape, lower, found)
+        return found
+
+    def search(_: Case) -> Found:
+        apart = trials[1] - trials[0]
+        near = trials[np.argsort(left(trials))[:20], np.newaxis] + apart * np.linspace(-1, 1, 401)
+        fine = left(near.ravel())
+        best = int(np.argmin(fine))
+        return Found(math.exp(near.ravel()[best]) * unit, math.sqrt(fine[best]))
+
+    yield Mistake(
+        lambda step: f"samples in place of maxima, {step:.6g} s apart, of an accurate run",
+        search=search,
+    )
 
 
 def _shape(case: Case, offsets: FloatArray, degree: int) -> FloatArray:

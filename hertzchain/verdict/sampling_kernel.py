@@ -12,28 +12,24 @@ from hertzchain.engines.native.kernels import compiled_and_kept
 def left_by(
     steps: FloatArray,
     time: FloatArray,
-    slower: FloatArray,
-    off: FloatArray,
     shape: FloatArray,
     lower: FloatArray,
     left: FloatArray,
 ) -> None:
     """Fill in the mean square that samples at each of the intervals leave: ``left``, (steps,).
 
-    Peaks are at ``time`` + ``slower`` h^2 and ``off`` h^2 off; around them forces are polynomials,
-    ``shape``, (degree, contacts), from the highest power to the first. ``lower`` is what samples
-    have to give.
+    Around the peaks at ``time`` forces are polynomials, ``shape``, (degree, contacts), from the
+    highest power to the first. ``lower`` is what samples have to give.
     """
     degree = shape.shape[0]
     for k in range(steps.size):
         h = steps[k]
         square = 0.0
         for i in range(time.size):
-            when = time[i] + slower[i] * h * h
-            away = h * np.round(when / h) - when
+            away = h * np.round(time[i] / h) - time[i]
             model = 0.0
             for power in range(degree):
                 model = (model + shape[power, i]) * away
-            model += off[i] * h * h - lower[i]
+            model -= lower[i]
             square += model * model
         left[k] = square / time.size

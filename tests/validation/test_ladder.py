@@ -14,8 +14,8 @@ import pandas as pd
 import pytest
 
 import hertzchain.observables.transition
-from hertzchain.engines.native.backend import METHODS
 from hertzchain.engines.native.methods import RUNGE_KUTTA_4
+from hertzchain.engines.native.named_methods import METHODS
 from hertzchain.engines.native.refinement import Fixed
 from hertzchain.errors import RunFailed
 from hertzchain.theory.solitary_wave import solitary_wave

@@ -12,7 +12,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain import theory
-from hertzchain.errors import SceneError, TooExpensive
+from hertzchain.errors import BackendMissing, SceneError, TooExpensive
 from hertzchain.verdict.check import Check, Kind
 from hertzchain.verdict.formulas import formulas
 from hertzchain.verdict.run_checks import balance_checks, reference_check, same_steps_checks
@@ -238,6 +238,16 @@ def test_engines_that_cannot_be_compared_are_refused(engines: Any, words: str) -
 def test_the_time_limit_of_a_backend_holds_for_the_reference(engine: hc.Native | hc.Lammps) -> None:
     with pytest.raises(TooExpensive):
         hc.compare(SCENE, [engine])
+
+
+def test_an_engine_that_is_missing_is_said_to_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(*_: object) -> hc.Result:
+        raise BackendMissing("there is no Yade")
+
+    monkeypatch.setattr(hc.Yade, "run", run)
+    found = hc.compare(SCENE, ["native", "yade"])
+    assert (found.missing, found.verdict) == (True, "fail")
+    assert failed(found.checks) == {"yade: not run"}
 
 
 @pytest.mark.lammps

@@ -6,14 +6,15 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hertzchain.engines.native.backend import METHODS, Native
+    from hertzchain.engines.native.backend import Native
     from hertzchain.engines.native.batch import Batch, peak_forces, similar_peak_forces
     from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
     from hertzchain.engines.native.in_numpy import simulate_in_numpy
+    from hertzchain.engines.native.named_methods import METHODS
     from hertzchain.engines.native.simulation import Simulation, simulate
 
 _HOME = {
-    "METHODS": "backend",
+    "METHODS": "named_methods",
     "Batch": "batch",
     "Native": "backend",
     "Simulation": "simulation",

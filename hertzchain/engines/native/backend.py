@@ -5,9 +5,9 @@ from __future__ import annotations
 import functools
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.metadata import version
 from typing import TYPE_CHECKING, ClassVar
 
@@ -17,14 +17,8 @@ from numpy.typing import ArrayLike
 from hertzchain.engines.native import damped_runs
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.kernel_input import can_leave_behind
-from hertzchain.engines.native.methods import (
-    DPRKN_6,
-    RUNGE_KUTTA_4,
-    SRKN_6B,
-    SRKN_11B,
-    VELOCITY_VERLET,
-)
-from hertzchain.engines.native.refinement import Fixed, Refined, Walker
+from hertzchain.engines.native.named_methods import METHODS
+from hertzchain.engines.native.run_error import error_bound, estimate
 from hertzchain.engines.native.simulation import Prepared, Simulation, work_of
 from hertzchain.errors import POSITIVE, is_positive, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
@@ -32,20 +26,15 @@ from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import (
     SHORT,
     amplifies_errors,
-    coarser_run,
-    finer_run,
     refuse_meaningless,
     refuse_strong_dampers,
     refuse_unstable,
-    second_order_safety,
-    stable_step,
 )
 from hertzchain.observables.history import Recorder, wanted_times
 from hertzchain.observables.peaks import ESTIMATED, largest_difference, times_of_peaks
 from hertzchain.observables.result import Balance, Result, peaks_of_result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import (
     largest_overlap_ratio,
     refuse_deep_overlap,
@@ -70,39 +59,6 @@ times as much (measured), and where they do not suffice, a run takes a tenth lon
 
 _CLEAR = 10.0
 """Least ratio of a difference to the error of the accurate run (chosen)."""
-
-
-@dataclass(frozen=True)
-class Method:
-    """Settings of a named method.
-
-    ``interval`` is the largest product of step and frequency at which oscillations grow by at most
-    one per cent in a step (``error_bound.stable_step``), from the tables of coefficients. Motions
-    of random scenes diverge at steps longer by a tenth (velocity Verlet, RK4) to a half.
-    """
-
-    walker: Walker  # stepper
-    step: float  # default step, natural time units
-    interval: float
-    safety: float = 6.0  # ratio of bound to differences; opening contacts make errors erratic
-    # error at any step, left by refinement; at most 4e-12 in the paper's scenes
-    floor: float = 0.0
-
-
-METHODS: dict[str, Method] = {
-    "reference": Method(
-        Refined(SRKN_11B, tolerance=1e-10), step=0.05, interval=9.07, safety=3.0, floor=1e-11
-    ),
-    "srkn-11b": Method(Fixed(SRKN_11B), step=0.2, interval=9.07),
-    "srkn-6b": Method(Fixed(SRKN_6B), step=0.1, interval=5.02),
-    "dprkn-6": Method(Fixed(DPRKN_6), step=0.1, interval=3.12),
-    "rk4": Method(Fixed(RUNGE_KUTTA_4), step=0.0125, interval=2.83),
-    "velocity-verlet": Method(Fixed(VELOCITY_VERLET), step=0.002, interval=2.0),
-}
-"""Methods by name. The reference is SRKN_11^b with refined steps. The others take the given steps:
-two symplectic Runge-Kutta-Nystrom methods of Blanes and Moan, one of Dormand, El-Mikkawy and
-Prince, the paper's method and that of LAMMPS.
-"""
 
 
 @dataclass(frozen=True)
@@ -261,7 +217,7 @@ class Native:
         if not scene.is_plain and (method.walker.stepper.order == 2 or is_long):
             error = self._true_error(scene, run, deadline)
         else:
-            error = _error_bound(prepared, legs, method, run)
+            error = error_bound(prepared, legs, method, run)
         refuse_meaningless("native", error, is_long)
         return name, longest, run, error
 
@@ -338,7 +294,7 @@ class Native:
                 hard, plan, before = True, plans.cheapest(rtol, hard=True), math.inf
                 continue
             again = scene.piston is not None or (before < math.inf and not scene.is_plain)
-            error = _estimate(prepared, legs, plan, run, rising or again)
+            error = estimate(prepared, legs, plan, run, rising or again)
             cost = run.evaluations * scene.chain.granules
             if error <= rtol or plan.hopeless(error, before, cost):
                 break
@@ -358,60 +314,6 @@ def _adaptive(
     """Return the same as ``Native._accurate_enough``, by adaptive steps."""
     run, error = damped_runs.accurate_enough(scene, rtol, deadline, recorder, most_work)
     return damped_runs.METHOD, damped_runs.longest_step(scene), run, error
-
-
-def _estimate(
-    prepared: Prepared, legs: Sequence[Leg], plan: plans.Plan, run: Simulation, twice: bool
-) -> float:
-    """Return an upper bound of the error of the peaks, from one run or two with other steps.
-
-    They are two where a contact is still pressed at the end: forces at one time are erratic from
-    step to step, one difference may be small by chance, and none falls with a power of the step.
-    The same holds for rounding errors that collisions amplify: two runs are made for pistons, and
-    for scenes with terms whose plan before was not accurate enough. Without them one of 9,404
-    random runs exceeded its bound twice, and another 3.5 times, while short legs had as many steps
-    in the second run as in the third.
-    """
-    scene = prepared.scene
-    others = [tuple(leg.in_steps(plans.other_step(leg.steps)) for leg in legs)]
-    if twice:
-        finer = finer_run(legs).legs
-        others.append(finer if scene.is_plain else _other_than(others[0], finer))
-    difference = 0.0
-    for other in others:
-        coarse = prepared.peak_forces(other, plan.coarser)
-        difference = max(difference, largest_difference(coarse, run.peaks.force, ESTIMATED))
-    return float(plan.estimate(difference, run.evaluations))
-
-
-def _other_than(before: Sequence[Leg], legs: Sequence[Leg]) -> tuple[Leg, ...]:
-    """Legs with one step more where they have as many as those before, so that runs differ."""
-    return tuple(
-        leg.in_steps(leg.steps + (leg.steps == other.steps))
-        for other, leg in zip(before, legs, strict=True)
-    )
-
-
-def _error_bound(prepared: Prepared, legs: Sequence[Leg], method: Method, run: Simulation) -> float:
-    scene = prepared.scene
-    # Errors at steps of 0.6 natural time units and more do not predict those at longer steps.
-    others = [coarser_run(legs, min(stable_step(scene, method.interval), scene.contact_time))]
-    longest = max(leg.dt for leg in legs) / scene.contact_time
-    if isinstance(method.walker, Fixed) or longest > SHORT or run.peaks.any_rising:
-        others.append(finer_run(legs))
-    error, walker = 0.0, method.walker
-    if isinstance(walker, Refined):
-        # If cut again, different legs could get the same steps.
-        walker = replace(walker, cosine_steps=1)
-    for other in others:
-        coarse = prepared.peak_forces(other.legs, walker)
-        difference = largest_difference(coarse, run.peaks.force, ESTIMATED)
-        error = max(error, other.factor * difference)
-    safety = method.safety
-    if walker.stepper.order == 2:
-        safety = second_order_safety(longest, run.peaks.any_rising)
-    lost = plans.round_off(run.evaluations)
-    return float(safety * error + method.floor + lost)
 
 
 @functools.cache

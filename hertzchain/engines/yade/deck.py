@@ -269,6 +269,11 @@ tolerance = {allowed!r}
 
 
 _PEAKS = '''
+if granules != len(expected) + 1:
+    raise SystemExit(
+        f"granules = {granules}: must be {len(expected) + 1}, as the true peaks are of that chain;"
+        " make a deck of the other scene"
+    )
 peaks = np.zeros(granules - 1)
 last = []  # times and contact forces of up to three successive readings
 begin = np.cumsum([0.0] + [row[0] * row[1] for row in legs])

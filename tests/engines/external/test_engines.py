@@ -326,6 +326,15 @@ def test_a_deck_judges_itself(engine: str, text: Callable[[float], str], tmp_pat
         assert found[:, 1] == pytest.approx(same.peak_force, rel=6e-8, abs=0)
 
 
+def test_a_yade_deck_of_another_number_of_granules_says_so() -> None:
+    text = yade_text(0.0)
+    judging = text[text.index("expected = ") :]
+    with pytest.raises(SystemExit, match=r"^granules = 6: must be 5, as the true peaks are of"):
+        exec(judging, {"granules": 6, "np": np})  # noqa: S102
+    with pytest.raises(NameError, match="legs"):
+        exec(judging, {"granules": 5, "np": np})  # noqa: S102
+
+
 def test_what_decks_of_yade_and_liggghts_allow(demo: hc.Scene) -> None:
     # Steps right to 1e-6 at most, parabolas 1e-7, ten times what coordinates cost, 7e-9.
     text = known_answer.yade_deck(demo, None, 1e-6, "demo")

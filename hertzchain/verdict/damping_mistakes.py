@@ -1,4 +1,4 @@
-"""Damping as a cause of wrong peaks: added, missing, of another law or with another coefficient."""
+"""Mistakes in damping: added, missing, of another law or with another coefficient."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from hertzchain.errors import SceneError
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.terms import DAMPING, Contact, DampingLaw
 from hertzchain.theory.restitution import damping_ratio, of_ratio, ratio_for
-from hertzchain.verdict.case import Case, Cause
+from hertzchain.verdict.case import Case, Found, Mistake, fixed
+from hertzchain.verdict.slips import near
 
 _TRIALS = np.log(np.geomspace(1e-6, 2.2, 14))
 """Logarithms of trial coefficients in natural units; sqrt(5) is a restitution of 0."""
@@ -29,9 +30,6 @@ _HELPS = 0.9
 the law is the cause, a trial within a factor of 1.8 of the coefficient leaves about 0.6.
 """
 
-_NEAR = 0.003
-"""Largest relative distance of a fitted coefficient from a known one that is named."""
-
 _SAME = 3e-4
 """Largest relative distance from the scene's coefficient that counts as equal."""
 
@@ -42,7 +40,6 @@ _HIDDEN = 4.0
 """Ratio of a coefficient's true error to the one derived from the residual, because errors of steps
 change it too (measured 4, for velocity Verlet).
 """
-
 
 _NAMES = {
     "restitution": "damping of restitution",
@@ -58,55 +55,60 @@ class _Fitted:
     contact: Contact
     log: float  # logarithm of the coefficient, natural units
     left: float
-    rest: FloatArray  # what it leaves of each judged contact
 
 
-def damping(case: Case) -> Iterator[Cause]:
+_NOTHING = Found(None, math.inf)
+
+
+def damping(case: Case) -> Iterator[Mistake]:
     """Yield no damping, another law, another coefficient, and contacts that pull or not."""
     scene, own = case.scene, case.scene.contact
-    without = case.size
-    base = False
+    without, pulls = case.size, own is not None and own.attraction
     if own is not None:
-        base = own.attraction
-        elastic = case.cause("no damping", case.of(replace(scene, contact=None)))
-        without = elastic.residual
-        yield elastic
-        other = replace(own, attraction=not base)
-        text = (
-            "contacts that pull as they open" if not base else "contacts that are kept from pulling"
-        )
-        yield case.cause(text, case.of(replace(scene, contact=other)))
+        elastic = case.of(replace(scene, contact=None))
+        without = case.residual(elastic)
+        yield fixed("no damping", elastic)
+        text = "contacts that are kept from pulling" if pulls else "contacts that pull as they open"
+        yield fixed(text, case.of(replace(scene, contact=replace(own, attraction=not pulls))))
     for law in DAMPING:
-        found = _fit(case, law, base, _TRIALS)
-        if found is None or found.left > case.size / 2:
-            continue
-        near = found.log + 0.1 * np.linspace(-1.0, 1.0, 5)
-        other_way = _fit(case, law, not base, near)
-        if other_way is not None and other_way.left < found.left / _BETTER:
-            found = other_way
-        if found.left > without / _BETTER or _is_own(scene, found):
-            continue
-        yield Cause(_in_words(case, found, base), found.left, found.rest)
+        yield Mistake(
+            lambda found: _in_words(case, found, pulls),
+            search=functools.partial(_search, law=law, pulls=pulls, without=without),
+        )
 
 
-def _fit(case: Case, law: DampingLaw, attraction: bool, logs: FloatArray) -> _Fitted | None:
-    """Fit the coefficient of a law; None where none can be tried, or none helps."""
+def _search(case: Case, law: DampingLaw, pulls: bool, without: float) -> Found:
+    """Find the coefficient of a law, and whether contacts pull under it."""
+    found = _fit(case, law, pulls, _TRIALS)
+    if found.left > case.size / 2:
+        return _NOTHING
+    trials = found.value.log + 0.1 * np.linspace(-1.0, 1.0, 5)
+    other_way = _fit(case, law, not pulls, trials)
+    if other_way.left < found.left / _BETTER:
+        found = other_way
+    if found.left > without / _BETTER or _is_own(case.scene, found.value):
+        return _NOTHING
+    return found
+
+
+def _fit(case: Case, law: DampingLaw, attraction: bool, logs: FloatArray) -> Found:
+    """Fit the coefficient of a law; nothing where none can be tried, or none helps."""
 
     @functools.cache
-    def peaks_at(log: float) -> FloatArray:
+    def made(log: float) -> FloatArray:
         contact = contact_of(case.scene, law, math.exp(log), attraction)
         return case.of(replace(case.scene, contact=contact))
 
     allowed = [log for log in logs.tolist() if law != "restitution" or log < _TRIALS[-1] + 1e-9]
     if case.scene.contact is None:
-        best = min(case.residual(peaks_at(log)) for log in allowed)
+        best = min(case.residual(made(log)) for log in allowed)
         if best > _HELPS * case.size:
-            return None
-    log, left = case.fit(peaks_at, allowed)
-    if not math.isfinite(left):
-        return None
-    contact = contact_of(case.scene, law, math.exp(log), attraction)
-    return _Fitted(contact, log, left, case.left(peaks_at(log)))
+            return _NOTHING
+    found = case.fit(made, allowed)
+    if not math.isfinite(found.left):
+        return _NOTHING
+    contact = contact_of(case.scene, law, math.exp(found.value), attraction)
+    return replace(found, value=_Fitted(contact, found.value, found.left))
 
 
 def contact_of(scene: Scene, law: DampingLaw, strength: float, attraction: bool) -> Contact:
@@ -155,10 +157,7 @@ def _in_words(case: Case, found: _Fitted, base: bool) -> str:
     if own is not None and same:
         factor = math.exp(found.log) / strength_of(case.scene, own)
         text += f" (coefficient {factor:.4g} times the scene's)"
-        known = known_factors(case.scene)
-        names = [
-            name for name, q in known.items() if abs(factor / q - 1) < min(_NEAR, 0.1 * abs(q - 1))
-        ]
+        names = near(known_factors(case.scene), factor)
         text += f": {' or '.join(names)}" if names else ""
     return text
 

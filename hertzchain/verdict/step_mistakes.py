@@ -1,4 +1,4 @@
-"""Steps that are too long as a cause of wrong peaks."""
+"""Mistakes by steps that are too long, and by peaks that are samples at those steps."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.errors import RunFailed, StepUnstable, TooExpensive
 from hertzchain.observables.error_bound import stable_step
-from hertzchain.verdict.case import Case, Cause
+from hertzchain.verdict.case import Case, Mistake, fixed
 from hertzchain.verdict.twin import MOST_LEGS, steps_with_force, velocity_verlet
 
 _ROUND = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5, 8.0)
@@ -23,13 +23,13 @@ _SHORTEST = 0.01
 """Fraction of the longest step: shorter ones change the peaks by 1e-5 or less."""
 
 
-def known_step(case: Case) -> Iterator[Cause]:
+def known_step(case: Case) -> Iterator[Mistake]:
     """Yield effects of the given step: samples in place of maxima, steps across corners."""
     if case.dt is not None:
         yield from _with_step(case, case.dt)
 
 
-def round_steps(case: Case) -> Iterator[Cause]:
+def round_steps(case: Case) -> Iterator[Mistake]:
     """Yield the same effects for usual steps, if none is given."""
     if case.dt is not None:
         return
@@ -42,13 +42,13 @@ def round_steps(case: Case) -> Iterator[Cause]:
                 yield from _with_step(case, dt)
 
 
-def _with_step(case: Case, dt: float) -> Iterator[Cause]:
+def _with_step(case: Case, dt: float) -> Iterator[Mistake]:
     """Yield the effects of one step."""
     scene = case.scene
     found = velocity_verlet(scene, scene.schedule(dt), case.deadline)
     step = f"velocity Verlet with steps of {dt:.3g} s"
-    yield case.cause(f"samples in place of maxima, {step}", found.sampled)
-    yield case.cause(f"what {step} has", found.interpolated)
+    yield fixed(f"samples in place of maxima, {step}", found.sampled)
+    yield fixed(f"what {step} has", found.interpolated)
     in_pulse = math.ceil(min(scene.ramps[-1].end, scene.end_time) / dt) + 1
     if in_pulse > MOST_LEGS:
         return
@@ -57,16 +57,16 @@ def _with_step(case: Case, dt: float) -> Iterator[Cause]:
     legs = steps_with_force(nodes, scene.applied_force(nodes), after)
     passing = velocity_verlet(scene, legs, case.deadline)
     step += ", past the corners of the pulse"
-    yield case.cause(f"what {step} has", passing.interpolated)
-    yield case.cause(f"samples in place of maxima, {step}", passing.sampled)
+    yield fixed(f"what {step} has", passing.interpolated)
+    yield fixed(f"samples in place of maxima, {step}", passing.sampled)
 
 
-def long_steps(case: Case) -> Iterator[Cause]:
+def long_steps(case: Case) -> Iterator[Mistake]:
     """Yield velocity Verlet with too long steps, whose length is fitted."""
     scene = case.scene
     longest = 0.8 * stable_step(scene, METHODS["velocity-verlet"].interval)
 
-    def family(dt: float) -> FloatArray:
+    def made(dt: float) -> FloatArray:
         try:
             run = simulate(
                 scene, scene.schedule(dt), METHODS["velocity-verlet"].walker,
@@ -78,5 +78,8 @@ def long_steps(case: Case) -> Iterator[Cause]:
             return np.full_like(case.given, np.nan)
         return np.asarray(run.peaks.force * scene.units.force)
 
-    dt, _ = case.fit(family, list(longest * np.geomspace(0.02, 1.0, 14)))
-    yield case.cause(f"what velocity Verlet with steps of about {dt:.3g} s has", family(dt))
+    yield Mistake(
+        lambda dt: f"what velocity Verlet with steps of about {dt:.3g} s has",
+        made,
+        (longest * np.geomspace(0.02, 1.0, 14)).tolist(),
+    )

@@ -1,0 +1,214 @@
+"""Peaks of chains that are damped otherwise than they should be, and the damping that is named."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.damping import tsuji
+from hertzchain.limits import Deadline
+from hertzchain.scene.terms import DAMPING, DampingLaw
+from hertzchain.theory.restitution import damping_ratio, of_ratio
+from hertzchain.verdict.case import Case
+from hertzchain.verdict.damping_mistakes import (
+    contact_of,
+    damping,
+    known_factors,
+    strength_of,
+)
+from hertzchain.verdict.mistakes import families_for
+from tests.conftest import STEEL, paper_scene
+
+ELASTIC = paper_scene("cosine", 0.5, 2.0, 16)
+
+ASKED = {
+    "restitution": hc.Contact("restitution", restitution=0.8),
+    "viscoelastic": hc.Contact("viscoelastic", relaxation_time=1e-6),
+    "dashpot": hc.Contact("dashpot", coefficient=3.0),
+}
+
+
+def peaks_of(scene: hc.Scene) -> FloatArray:
+    return hc.Native(rtol=1e-7).run(scene).peak_force
+
+
+def with_ratio(factor: float) -> hc.Scene:
+    """A restitution of 0.8 whose coefficient is off by a factor."""
+    e = of_ratio(factor * damping_ratio(0.8), pulls=True)
+    return replace(ELASTIC, contact=hc.Contact("restitution", restitution=e))
+
+
+def pulling(law: str) -> hc.Contact:
+    return replace(ASKED[law], attraction=True)
+
+
+ROOT_2, SHORT = with_ratio(math.sqrt(2)).contact, "damping of restitution 0.8"
+RELAXED = hc.Contact("viscoelastic", relaxation_time=1e-6 / 1.5)
+ALPHA = math.sqrt(5) * damping_ratio(0.8)
+ASKED_AND_MADE: list[tuple[hc.Contact | None, hc.Contact | None, str]] = [
+    (None, hc.Contact("restitution", restitution=0.9), "damping of restitution 0.9$"),
+    (None, hc.Contact("restitution", restitution=0.5432), "damping of restitution 0.5432$"),
+    (
+        None,
+        hc.Contact("viscoelastic", relaxation_time=1.234e-6),
+        "damping of viscoelastic spheres with the relaxation time 1.234e-06 s$",
+    ),
+    (None, hc.Contact("dashpot", coefficient=3.456), "damping by dashpots of 3.456 kg/s$"),
+    (None, pulling("restitution"), f"{SHORT}, with contacts that pull$"),
+    (
+        ASKED["restitution"],
+        with_ratio(tsuji(0.8, False) / ALPHA).contact,
+        "damping of restitution 0.8534 in place of 0.8 .*: damping tsuji of LAMMPS before.* 0.8$",
+    ),
+    (
+        ASKED["restitution"],
+        with_ratio(tsuji(0.8, True) / ALPHA).contact,
+        "damping of restitution 0.7989 in place of 0.8 .*: damping tsuji of LAMMPS 2 Sep 2026 or",
+    ),
+    (ASKED["restitution"], None, "no damping$"),
+    (ASKED["viscoelastic"], None, "no damping$"),
+    (ASKED["dashpot"], None, "no damping$"),
+    (ASKED["restitution"], pulling("restitution"), "contacts that pull as they open$"),
+    (pulling("dashpot"), ASKED["dashpot"], "contacts that are kept from pulling$"),
+    # Laws that leave a little more are named after it.
+    (ASKED["dashpot"], ASKED["restitution"], f"{SHORT} in place of damping by dashpots of 3 kg/s"),
+    (ASKED["restitution"], ROOT_2, r".*: m in place of m\*$"),
+    (ASKED["restitution"], with_ratio(1.0029 * math.sqrt(2)).contact, r".*: m in place of m\*$"),
+    (ASKED["restitution"], with_ratio(1.0031 * math.sqrt(2)).contact, r".*times the scene's\)$"),
+    (ASKED["viscoelastic"], RELAXED, ".*: the factor 3/2 is missing$"),
+    # A coefficient is named from 3e-4 on: nearer ones are the scene's.
+    (ASKED["restitution"], with_ratio(1 + 4e-4).contact, ".* in place of 0.8 "),
+    (ASKED["restitution"], with_ratio(1 + 2e-4).contact, "$"),
+]
+UNCERTAIN = (("restitution", 3e-3),)
+QUICK = (0, 2, 3, 4, 5, 6, 7, 10, 17)
+
+
+@pytest.mark.parametrize(
+    ("asked", "made", "words"),
+    [
+        pytest.param(*case, marks=[] if k in QUICK else pytest.mark.slow)
+        for k, case in enumerate(ASKED_AND_MADE)
+    ],
+)
+def test_damping_is_named(asked: hc.Contact | None, made: hc.Contact | None, words: str) -> None:
+    scene = replace(ELASTIC, contact=asked)
+    found = hc.judge(scene, peaks_of(replace(ELASTIC, contact=made)), tolerance=1e-6)
+    assert found.verdict == "fail"
+    assert re.match(words, (found.cause or "").partition("; leaves")[0]), found.cause or found.hint
+
+
+def test_factors_of_a_uniform_mass_need_one() -> None:
+    free = replace(ELASTIC, contact=ASKED["restitution"])
+    assert "m in place of m*" in known_factors(free)
+    assert "m in place of m*" not in known_factors(replace(free, wall=hc.Wall("rigid")))
+
+
+def test_noise_does_not_look_like_weak_damping_or_pulling() -> None:
+    noise = 1 + 1e-3 * np.random.default_rng(1).standard_normal(15)
+    for asked, made in ((ASKED["restitution"], None), (None, ASKED["dashpot"])):
+        peaks = peaks_of(replace(ELASTIC, contact=made)) * noise
+        cause = hc.judge(replace(ELASTIC, contact=asked), peaks).cause or ""
+        assert cause.startswith("no damping; leaves" if asked else "damping by dashpots of 3 kg/s")
+        assert "contacts that pull" not in cause
+
+
+def test_right_peaks_and_noise_have_no_cause() -> None:
+    scene = replace(ELASTIC, contact=ASKED["restitution"])
+    right = hc.judge(scene, peaks_of(scene), tolerance=1e-6)
+    assert (right.verdict, right.cause, right.remarks) == ("pass", None, ())
+    noise = np.random.default_rng(1).standard_normal(15)
+    wrong = hc.judge(scene, peaks_of(scene) * (1 + 0.01 * noise))
+    assert (wrong.verdict, wrong.cause) == ("fail", None)
+
+
+@pytest.mark.parametrize(
+    ("law", "size"),
+    [
+        pytest.param(law, size, marks=[] if (law, size) in UNCERTAIN else pytest.mark.slow)
+        for law in ASKED
+        for size in (1e-4, 1e-3, 3e-3)
+    ],
+)
+def test_uncertain_digits_are_left_out(law: DampingLaw, size: float) -> None:
+    """Coefficients from peaks with noise have few digits; the last one may be off by one."""
+    damped = replace(ELASTIC, contact=ASKED[law])
+    noise = np.random.default_rng(3).standard_normal(15)
+    found = hc.judge(ELASTIC, peaks_of(damped) * (1 + size * noise)).cause or ""
+    true = getattr(ASKED[law], DAMPING[law])
+    before = {"restitution": "restitution", "viscoelastic": "time", "dashpot": "dashpots of"}[law]
+    number = re.search(rf"{before} (\d+(?:\.(\d+))?(?:e([-+]\d+))?)", found)
+    assert number is not None, found
+    unit = 10.0 ** (int(number[3] or 0) - len(number[2] or ""))
+    assert abs(float(number[1]) - true) <= 1.001 * unit
+
+
+@pytest.mark.slow
+def test_other_numbers_and_forces_of_a_damped_scene_are_named() -> None:
+    scene = replace(ELASTIC, contact=ASKED["restitution"])
+    peaks = peaks_of(scene)
+    assert "in units of kN" in (hc.judge(scene, 1e-3 * peaks).cause or "")
+    assert "from the far end" in (hc.judge(scene, peaks[::-1]).cause or "")
+    viscoelastic = replace(ELASTIC, contact=ASKED["viscoelastic"])
+    assert isinstance(ELASTIC.shock, hc.Pulse)
+    harder = replace(ELASTIC.shock, rise_time=ELASTIC.rise_time, momentum_ratio=None)
+    harder = replace(harder, peak_force=110.0)
+    found = hc.judge(viscoelastic, peaks_of(replace(viscoelastic, shock=harder))).cause or ""
+    assert found.startswith("applied force 1.1 times that of the scene")
+
+
+def test_with_other_terms_damping_alone_is_tried() -> None:
+    """Before a wall, behind a striker; elastic scenes with terms, too."""
+    chain = hc.Chain(12, **STEEL)
+    elastic = hc.Scene(chain, hc.Striker(1.0), wall=hc.Wall("rigid"))
+    damped = replace(elastic, contact=hc.Contact("restitution", restitution=0.85))
+    found = hc.judge(elastic, peaks_of(damped))
+    assert (found.cause or "").startswith("damping of restitution 0.85; leaves")
+    assert found.remarks == ("causes that were tried in a scene with striker, wall: damping",)
+    asked = replace(damped, contact=ASKED["restitution"])
+    found = hc.judge(asked, peaks_of(damped))
+    assert (found.cause or "").startswith("damping of restitution 0.85 in place of 0.8 ")
+
+
+def test_what_is_tried() -> None:
+    damped = replace(ELASTIC, contact=ASKED["dashpot"])
+    for scene, count in ((ELASTIC, 11), (damped, 4), (replace(damped, wall=hc.Wall("same")), 1)):
+        names = [family.name for family in families_for(scene)]
+        assert (len(names), "damping" in names) == (count, True)
+
+
+def test_a_step_of_damped_contacts_is_only_remarked() -> None:
+    scene = replace(ELASTIC, contact=ASKED["dashpot"])
+    found = hc.judge(scene, peaks_of(scene), dt=1e-7)
+    assert (found.verdict, found.expected, found.like_steps) == ("pass", None, None)
+    assert found.remarks == (
+        "what velocity Verlet has at that step is not known of damped contacts",
+    )
+
+
+@pytest.mark.parametrize("law", ASKED)
+def test_strengths_are_coefficients_in_natural_units(law: DampingLaw) -> None:
+    for strength in (1e-5, 0.1, 2.0):
+        contact = contact_of(ELASTIC, law, strength, attraction=True)
+        assert contact.attraction
+        # 1 - e keeps ten digits of the smallest.
+        assert strength_of(ELASTIC, contact) == pytest.approx(strength, rel=1e-10, abs=0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ASKED)
+def test_weak_and_strong_damping_is_found_between_trials(law: DampingLaw) -> None:
+    """Two coefficients in a decade are tried; a law is found in between as well."""
+    for strength in np.geomspace(3e-5, 1.5, 12):
+        contact = contact_of(ELASTIC, law, float(strength), attraction=False)
+        given = peaks_of(replace(ELASTIC, contact=contact))
+        reference = hc.Native("reference").run(ELASTIC)
+        case = Case(ELASTIC, reference, given, np.ones(15, bool), None, 1e-6, Deadline(60.0))
+        best = min(mistake.tried(case).left for mistake in damping(case))
+        assert best < 0.01 * case.size
