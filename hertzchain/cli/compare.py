@@ -72,6 +72,12 @@ def compare(  # noqa: PLR0915 - three kinds of documents, one after the other
             help="With --deck: a variable, as LAMMPS's -var gives it; repeatable.",
         ),
     ] = None,
+    fix: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="With --deck: write the deck with all proven corrections."
+        ),
+    ] = None,
     tolerance: Annotated[
         float | None,
         typer.Option(
@@ -103,7 +109,7 @@ def compare(  # noqa: PLR0915 - three kinds of documents, one after the other
     from hertzchain.verdict.results.judging import judge_peaks
 
     begun, begin = datetime.now(UTC), time.perf_counter()
-    check_outputs([scene, results, deck], [plot, report_file, junit])
+    check_outputs([scene, results, deck], [plot, report_file, junit, fix])
     if plot is not None:
         figures.check_plot_format(plot)
     if report_file is not None:
@@ -114,23 +120,23 @@ def compare(  # noqa: PLR0915 - three kinds of documents, one after the other
     options.refuse_without_need(
         results is not None, dt=dt is not None, column=bool(column), units=units is not None
     )
-    options.refuse_without_need(deck is not None, var=bool(variables))
+    options.refuse_without_need(deck is not None, var=bool(variables), fix=fix is not None)
     loaded, missing = options.load_scene(scene), False
     wanted = judgement.TOLERANCE if tolerance is None else tolerance
     if deck is not None:
         limit = options.to_time_limit(time_limit)
         with output.progress() as report_progress, output.compiling(report_progress):
-            document = of_examination(
-                user_deck.examine(
-                    loaded,
-                    deck,
-                    options.by_name("--var", variables or [], "F0=100"),
-                    tolerance=wanted,
-                    lmp=options.named_binary(lmp),
-                    time_limit=limit,
-                    progress=report_progress,
-                )
+            examined = user_deck.examine(
+                loaded,
+                deck,
+                options.by_name("--var", variables or [], "F0=100"),
+                tolerance=wanted,
+                lmp=options.named_binary(lmp),
+                time_limit=limit,
+                progress=report_progress,
             )
+        document = of_examination(examined)
+        output.write_file("Deck", fix, lambda path: write_text(path, examined.fix))
     elif results is not None:
         step, limit = options.to_step(dt), options.to_time_limit(time_limit)
         with output.progress() as report_progress, output.compiling(report_progress):

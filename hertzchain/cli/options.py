@@ -186,7 +186,7 @@ NEEDS = {
     **dict.fromkeys(("watch_every", "pair_style", "atoms", "dump_every"), "is for --engine lammps"),
     "tolerance": "goes with --results FILE or --deck FILE",
     **dict.fromkeys(("dt", "column", "units"), "goes with --results FILE"),
-    "var": "goes with --deck FILE",
+    **dict.fromkeys(("var", "fix"), "goes with --deck FILE"),
     "frames": "goes with --trajectory FILE or --animate FILE",
     "record": "goes with -o FILE or --plot FILE",
     "contacts": "goes with --plot FILE or --record N",

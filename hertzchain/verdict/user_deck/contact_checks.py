@@ -39,7 +39,7 @@ def contact_checks(case: Case) -> list[DeckCheck]:
             "contacts", "", None, None, case.whole_effect, False, True,
             "the contacts of the deck could not be asked", "its granules do not lie in one row",
         )  # fmt: skip
-        return [placed(check, case.found, "place", (), "put all granules in one row")]
+        return [placed(check, case.found, "place")]
     checks = _laws(case)
     if not any(check.name.endswith(_ELSEWHERE) for check in checks):
         checks += damping_check(case)  # which is what is added to a law of one power
@@ -241,10 +241,7 @@ def _image(case: Case) -> list[DeckCheck]:
         f"granules at the two ends push one another by {force:.3g} N through the periodic boundary",
         "the chain of the scene has two ends",
     )  # fmt: skip
-    bounds = [*case.found.boundary.split(), "p", "p", "p"][:3]
-    bounds["xyz".index(case.found.axis)] = "f"
-    right = f"boundary {' '.join(bounds)}, and a box with room at both ends"
-    return [placed(check, case.found, "image", (), right)]
+    return [placed(check, case.found, "image")]
 
 
 def _walls(case: Case) -> list[DeckCheck]:
@@ -258,8 +255,7 @@ def _walls(case: Case) -> list[DeckCheck]:
             "wall", "", 0, 1, change, False, True, "the deck has no wall at the far end, the scene"
             f" has one of the kind {scene.wall.kind!r}", "counts must be equal",
         )  # fmt: skip
-        right = _right_law(case, case.near.size - 1)
-        checks.append(placed(check, found, "wall", (), right))
+        checks.append(placed(check, found, "wall"))
     for wall in found.walls:
         if wall.end == "last" and scene.wall is not None:
             continue
@@ -293,6 +289,5 @@ def _extra_wall(case: Case, wall: FoundWall) -> DeckCheck:
         f"the deck has a wall at the {which}, {room:.3g} m from the granule, the scene has none",
         f"the granule moves {way:.3g} m towards it" + ("" if reached else " and never touches it"),
     )  # fmt: skip
-    words = found.commands[wall.command].text.split()
-    check = placed(check, found, "wall", (), f"without the fix {words[1]}")
+    check = placed(check, found, "wall", (), "without this fix")
     return replace(check, place=place_at(found, wall.command))

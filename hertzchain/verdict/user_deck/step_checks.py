@@ -38,12 +38,7 @@ def _step(case: Case) -> DeckCheck:
     )  # fmt: skip
     if error <= case.tolerance and dt < longest:
         return replace(same(name, "s", dt, dt, reason), effect=error)
-    order = 2 if scene.contact is None else 1
-    wanted = min(longest / 4, dt / 2)
-    if math.isfinite(error) and error < 0.5:
-        wanted = min(wanted, _MARGIN * dt * (case.tolerance / error) ** (1 / order))
-    digits = 10 ** math.floor(math.log10(wanted / unit))
-    right = math.floor(wanted / unit / digits * 10) / 10 * digits
+    right = wanted_step(dt, longest, error, case) / unit
     unstable = dt >= longest
     sentence = f"the time step is {dt:.4g} s, " + (
         f"above the longest stable one, {longest:.3g} s" if unstable
@@ -53,6 +48,17 @@ def _step(case: Case) -> DeckCheck:
         name, "s", dt, right * unit, math.inf if unstable else error, False, True, sentence, reason
     )
     return placed(check, found, "timestep", [(dt / unit, right)], f"timestep {right:.6g}")
+
+
+def wanted_step(dt: float, longest: float, error: float, case: Case) -> float:
+    """A step of two digits with the wanted accuracy, from one that is too long [s]."""
+    order = 2 if case.scene.contact is None else 1
+    wanted = min(longest / 4, dt / 2)
+    if math.isfinite(error) and error < 0.5:
+        wanted = min(wanted, _MARGIN * dt * (case.tolerance / error) ** (1 / order))
+    unit = case.units.time
+    digits = 10 ** math.floor(math.log10(wanted / unit))
+    return float(math.floor(wanted / unit / digits * 10) / 10 * digits * unit)
 
 
 def _known(case: Case, peaks: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -88,7 +94,7 @@ def _end(case: Case) -> DeckCheck:
         "peaks that come later than the deck's end cannot be judged",
     )  # fmt: skip
     if not found.runs:
-        return placed(check, found, "run", (), "run more steps")
+        return placed(check, found, "run")
     last = found.runs[-1]
     more = math.ceil((wanted - end) / last.dt - 1e-6) + last.steps
     command = found.commands[last.command].text
@@ -171,6 +177,11 @@ def peaks_check(case: Case) -> DeckCheck:
     )
     size = min(found.peak_force.size, truth.size)
     contacts = np.flatnonzero(judged(case)[:size])
+    if found.stopped:
+        return DeckCheck(
+            "peaks", "N", None, None, None, False, True,
+            f"the deck does not come to its end: {found.stopped}", reason,
+        )  # fmt: skip
     if contacts.size == 0:
         return DeckCheck(
             "peaks", "N", None, None, None, False, True,

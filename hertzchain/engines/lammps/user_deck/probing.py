@@ -17,7 +17,11 @@ from hertzchain.engines.lammps.user_deck.granules import Granules
 from hertzchain.engines.lammps.user_deck.player import Stage
 from hertzchain.engines.lammps.user_deck.prober import DAMPED, DEPTHS, SPIN_STEP, Prober, members
 from hertzchain.engines.lammps.user_deck.walls import WallProbe, walls_of
+from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
+
+NOT_IN_A_ROW = "they do not lie in one row"
+NO_ROOM = "the box has no room for a row in which they touch"
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,10 +58,19 @@ def probe(stage: Stage, scene: Scene) -> Probes:
         if fix.moves:
             stage.lammps.give(f"unfix {fix.name}")
     unit = scene.units.length / _smallest(scene.granules.radius) * _smallest(granules.radius)
-    turns = [turn for turn in (0, 1) if granules.count > 1 + turn]
     why_not = _why_not(granules, unit)
     if why_not is not None:
         return _unasked(granules, scene, integrated, why_not)
+    try:
+        return _asked(prober, scene, unit, integrated)
+    except RunFailed as problem:  # such as neighbours without number, where radii are wrong
+        return _unasked(granules, scene, integrated, str(problem))
+
+
+def _asked(prober: Prober, scene: Scene, unit: float, integrated: IntArray) -> Probes:
+    """What LAMMPS answers where granules are put at overlaps of a ``unit``."""
+    granules = prober.granules
+    turns = [turn for turn in (0, 1) if granules.count > 1 + turn]
     shape = (len(DEPTHS), granules.count - 1)
     overlap, force = np.full(shape, np.nan), np.full(shape, np.nan)
     for turn in turns:
@@ -93,15 +106,15 @@ def probe(stage: Stage, scene: Scene) -> Probes:
 
 def _why_not(granules: Granules, unit: float) -> str | None:
     """Why the contacts cannot be asked; None where they can."""
-    off = granules.position[:, 1:] - np.median(granules.position[:, 1:], axis=0)
-    if np.any(np.linalg.norm(off, axis=1) > granules.radius):
-        return "they do not lie in one row"
+    if np.any(granules.off_axis > granules.radius):
+        return NOT_IN_A_ROW
+    first = int(np.argmax(np.abs(granules.frame[0])))
     for turn, depth in itertools.product((0, 1), DEPTHS):
         place = _row(granules, turn, depth * unit)[:, 0]
-        shrinks = granules.boundary.split()[granules.axes[0]][-1] in "sm"
+        shrinks = granules.boundary.split()[first][-1] in "sm"
         outside = place[-1] >= granules.high[0] and not shrinks
         if outside and not granules.periodic[0]:
-            return "the box has no room for a row in which they touch"
+            return NO_ROOM
     return None
 
 

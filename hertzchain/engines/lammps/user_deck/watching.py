@@ -15,7 +15,7 @@ from hertzchain.engines.lammps.user_deck.law import law_of
 from hertzchain.engines.lammps.user_deck.player import Stage
 from hertzchain.engines.lammps.user_deck.prober import members
 from hertzchain.engines.lammps.user_deck.probing import Probes, mirrored_probes
-from hertzchain.errors import RunFailed, StepUnstable
+from hertzchain.errors import RunFailed
 from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
@@ -27,6 +27,10 @@ def sizes(force: FloatArray) -> FloatArray:
     """Largest forces along and off the axis, (granules, 2), of (readings, granules, 3)."""
     both = np.stack([np.abs(force[..., 0]), np.linalg.norm(force[..., 1:], axis=-1)], axis=-1)
     return np.asarray(both.max(axis=0))
+
+
+class Stopped(RunFailed):
+    """A run that did not come to its end; what is known of the deck before it stays true."""
 
 
 @dataclass(frozen=True)
@@ -138,9 +142,9 @@ class Watcher:
         try:
             self.stage.hooks.run(text, steps, stride, take)
         except GranulesChanged:
-            raise StepUnstable(
-                "granules left the box while it ran: take a shorter timestep, or a larger box"
-            ) from None
+            raise Stopped("granules left the box while it ran") from None
+        except RunFailed as problem:
+            raise Stopped(str(problem).split("; the step is too long")[0]) from None
         done = lammps.step() - first
         self.given.append(Given(text.replace(str(steps), str(done), 1), ("run",), index, done))
         last = self.runs[-1] if self.runs else None
@@ -180,9 +184,7 @@ class Watcher:
         if not np.array_equal(readings.ids[-1], granules.ids):
             raise GranulesChanged
         if not np.all(np.isfinite(readings.position)) or not np.all(np.isfinite(readings.net)):
-            raise StepUnstable(
-                "the motion diverged: take a shorter timestep, if no granules lie in the same place"
-            )
+            raise Stopped("the motion diverged")
         place = granules.moved_from(granules.along(readings.position))
         net = granules.along(readings.net)[..., 0]
         velocity = granules.along(readings.velocity)[..., 0]
