@@ -14,7 +14,7 @@ import numpy as np
 from hertzchain.engines.lammps.user_deck import Executed
 from hertzchain.verdict.user_deck.deck_check import Case, Changes, DeckCheck
 from hertzchain.verdict.user_deck.group_names import fixes_of, unused
-from hertzchain.verdict.user_deck.places import Place, place_at
+from hertzchain.verdict.user_deck.places import NUMBER, Place, place_at
 from hertzchain.verdict.user_deck.right_commands import (
     granule_commands,
     has_type,
@@ -40,7 +40,9 @@ _COMMAND = re.compile(
 def corrections(case: Case, check: DeckCheck) -> tuple[Changes, ...]:
     """Corrections that may help a failed check, without repetitions."""
     tried: list[Changes] = []
-    for edits in [*_guessed(case, check), *_special(case, check)]:
+    by_types = [_by_types(case)] if check.name.startswith("stiffness of c") else []
+    by_types += [_by_types(case)] if check.name.startswith("stiffness of a") else []
+    for edits in [*by_types, *_guessed(case, check), *_special(case, check)]:
         changes = any(lines != (at[2],) for at, lines in edits.items())
         if edits and changes and edits not in tried:
             tried.append(edits)
@@ -104,7 +106,7 @@ def _room(case: Case, _: DeckCheck) -> Iterator[Changes]:
         return
     k = "xyz".index(found.axis)
     # As LAMMPS has them: the chain may extend to smaller coordinates.
-    ends = found.origin[k] + found.direction[k] * found.position[[0, -1]]
+    ends = found.origin[k] + found.direction[k] * case.scene.granules.position[[0, -1]]
     widest = 4 * float(np.max(found.radius))
     low, high = (float(np.min(ends)) - widest) / unit, (float(np.max(ends)) + widest) / unit
     bounds = [*found.boundary.split(), "p", "p", "p"][:3]
@@ -160,7 +162,8 @@ def _by_types(case: Case) -> Changes:
             continue
         modulus, poisson = materials.pop()
         for place, right in ((at + 1, modulus / unit.pressure), (at + 3, poisson)):
-            if abs(float(words[place]) - right) > 1e-9 * abs(right):
+            is_number = NUMBER.fullmatch(written[place]) is not None
+            if is_number and abs(float(words[place]) - right) > 1e-9 * abs(right):
                 written[place] = number(float(right))
         if written != one.written.split():
             edits[_at(one)] = (" ".join(written),)
@@ -172,7 +175,6 @@ def _laws(case: Case, check: DeckCheck) -> Iterator[Changes]:
     if "wall" in check.name:
         yield from _wall(case, check)
         return
-    yield _by_types(case)
     lines = law_commands(case)
     places = [
         _at(one)
@@ -295,11 +297,13 @@ def _step(case: Case, check: DeckCheck) -> Iterator[Changes]:
     old, new = max(run.dt for run in found.runs), check.expected
     shorter: Changes = {_at(place): (check.command,)}
     edits = dict(shorter)
+    last = min(found.end_time, case.start + case.scene.end_time)
     for run in found.runs:
         where = place_at(found, run.command)
         words = where.written.split()
         if run.dt == old and len(words) > 1 and words[0] == "run" and words[1].isdigit():
-            steps = math.ceil(run.steps * old / new * (1 - 1e-12))
+            end = min(run.start + run.steps * old, last)
+            steps = max(1, math.ceil((end - run.start) / new * (1 - 1e-12)))
             edits[_at(where)] = (" ".join([words[0], str(steps), *words[2:]]),)
     yield edits
     yield shorter
@@ -319,7 +323,13 @@ def _run(case: Case, _: DeckCheck) -> Iterator[Changes]:
 def _movers(case: Case, _: DeckCheck) -> Iterator[Changes]:
     """Each granule moved once."""
     found = case.found
-    movers = [place_at(found, fix.command) for fix in found.fixes if fix.moves]
+    moving = [fix for fix in found.fixes if fix.moves]
+    movers = [place_at(found, fix.command) for fix in moving]
+    leads = [place_at(found, fix.command) for fix in moving if fix.style == "move"]
+    if leads and movers[0] not in leads:  # the others are moved by their forces
+        words, led = movers[0].written.split(), leads[0].written.split()[2]
+        others = f"group others subtract all {led}"
+        yield {_at(movers[0]): (others, " ".join([*words[:2], "others", *words[3:]]))}
     for place in reversed(movers[1:]):
         yield without(case, place)
     name = unused("motion", fixes_of(found))
@@ -362,6 +372,7 @@ def _motion(case: Case, check: DeckCheck) -> Iterator[Changes]:
 
 
 _MADE: dict[str, Callable[[Case, DeckCheck], Iterator[Changes]]] = {
+    "number of granules": _room,
     "radius": _granules,
     "mass": _granules,
     "distance": _places,

@@ -15,6 +15,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.decks.lint.scale import Scale
 from hertzchain.engines.lammps.user_deck import FoundDeck
 from hertzchain.limits import Deadline
+from hertzchain.observables.peaks import judged_contacts
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.user_deck.measured import Law
@@ -131,7 +132,15 @@ class Case:
 
     def effect(self, **numbers: object) -> float | None:
         """What numbers of the deck in place of the scene's do to the peaks."""
-        return effect(self.twin, self.expected, self.deadline, **numbers)
+        return effect(self.twin, self.expected, self.judged, self.deadline, **numbers)
+
+    @property
+    def judged(self) -> NDArray[np.bool_]:
+        """Contacts that the deck has seen peak, and that count; a wall's is the last."""
+        passed = self.truth.peak_passed
+        if self.truth.wall_peak_passed is not None:
+            passed = np.append(passed, self.truth.wall_peak_passed)
+        return np.logical_and(passed, judged_contacts(self.truth.all_peaks))
 
     @property
     def settles(self) -> bool:
@@ -155,7 +164,7 @@ class Case:
     @property
     def whole_effect(self) -> float:
         """How far the deck's own peaks are off, for what no chain along a line can show."""
-        return change_of_peaks(self.found.peak_force, self.truth.all_peaks)
+        return change_of_peaks(self.found.peak_force, self.truth.all_peaks, self.judged)
 
     def allowed(self, change: float | None, relative: float) -> bool:
         """Whether a difference is digits only: of a number (relative) and of the peaks."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -109,9 +110,9 @@ class _Examiner:
     say: Callable[[str], object]
     truths: dict[float, Result] = field(default_factory=dict)
 
-    def examined(self, edits: Edits) -> DeckExamination:
-        """The deck with edits, number by number."""
-        found = self.reader.read(edits)
+    def examined(self, edits: Edits, limit: float = math.inf) -> DeckExamination:
+        """The deck with edits, number by number; LAMMPS may take so long [s]."""
+        found = self.reader.read(edits, limit)
         self.say("native: the reference method")
         return compared(
             self.scene, self.deck, found, self.tolerance, self.deadline, self.say, self.truths
@@ -166,6 +167,8 @@ def compared(
     start = start_of_shock(found, scene)
     truths = {} if truths is None else truths
     end = found.end_time - start
+    if found.stopped:  # no peak is judged
+        end = min(end, scene.end_time)
     truth = truths[end] = truths.get(end) or _truth(scene, end, deadline)
     known = truth.error_estimate
     allowed = f"must be at least 10 times the error of the reference, {known:.1e}"
@@ -202,7 +205,7 @@ def compared(
         first = checks[0]
         peaks_of_deck = replace(peaks_of_deck, place=first.place)
     return DeckExamination(
-        scene, deck, found, (*checks, peaks_of_deck), truth, step_checks.judged(case), tolerance,
+        scene, deck, found, (*checks, peaks_of_deck), truth, case.judged, tolerance,
         _remarks(case), findings=tuple(Finding(tuple(one)) for one in by_command(checks)),
     )  # fmt: skip
 
@@ -262,7 +265,7 @@ def _remarks(case: Case) -> tuple[str, ...]:
             f"the shock begins {case.start:.6g} s after the start of the deck; numbers of granules"
             " and contacts are those before its first run"
         )
-    late = int(np.count_nonzero(~step_checks.judged(case)))
+    late = int(np.count_nonzero(~case.judged))
     if late:
         remarks.append(
             f"{late} contacts are not judged: pressed too little, or not past their peaks when the"

@@ -15,7 +15,6 @@ from hertzchain.verdict.user_deck.deck_check import ROUND_OFF, Case, DeckCheck, 
 from hertzchain.verdict.user_deck.measured import stretches_of
 from hertzchain.verdict.user_deck.moving_forces import moving_force_checks
 from hertzchain.verdict.user_deck.places import formula_of, place_at
-from hertzchain.verdict.user_deck.step_checks import judged
 from hertzchain.verdict.user_deck.twin import Twin, TwinRun, run_twin
 
 _FITTED = 1e-2  # of the largest effect of a failed check: what fitting its law misses (chosen)
@@ -44,7 +43,7 @@ def motion_checks(case: Case, others: Sequence[DeckCheck]) -> list[DeckCheck]:
     if not np.all(np.isfinite(expected)):
         return forces
     pressed = expected[:size] > ROUND_OFF * np.max(case.truth.all_peaks)  # else it is round-off
-    contacts = np.flatnonzero(judged_contacts(expected[:size]) & pressed & judged(case)[:size])
+    contacts = np.flatnonzero(judged_contacts(expected[:size]) & pressed & case.judged[:size])
     if contacts.size == 0:
         return [*forces, *([] if forces else _end_of_motion(case, run))]
     off = measured[contacts] / expected[contacts] - 1

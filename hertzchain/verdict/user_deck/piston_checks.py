@@ -57,8 +57,10 @@ def piston_checks(case: Case) -> list[DeckCheck]:
     if piston.velocity is not None and time[k] > 0:
         unit = case.units.velocity
         numbers = [(measured / time[k] / unit, piston.velocity / unit)]
-    by_number = placed(check, found, "piston", numbers, "")
-    return [by_number if by_number.command else _placed(case, check, "")]
+    # A piston by fix setforce has its velocity from another command.
+    moves = any(fix.style == "move" for fix in found.fixes)
+    by_number = placed(check, found, "piston" if moves else "velocity", numbers)
+    return [by_number if by_number.command or not moves else _placed(case, check, "")]
 
 
 def _placed(case: Case, check: DeckCheck, command: str) -> DeckCheck:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from hertzchain.engines.lammps.user_deck import Edits
-from hertzchain.errors import RunFailed, TooExpensive
+from hertzchain.errors import RunFailed
 from hertzchain.verdict.user_deck.deck_check import Changes, DeckCheck
 from hertzchain.verdict.user_deck.examined import Correction, DeckExamination, Finding, by_command
 
@@ -16,9 +16,9 @@ _WORSE = 1e-2, 1e-5
 elsewhere, and the error of the steps changes with any number (chosen)."""
 
 _MOST_STEPS = 30  # corrections on top of one another (chosen)
-_PATIENCE = 20.0, 8.0  # what all proofs may take: readings of the deck, or seconds (chosen)
+_PATIENCE = 5.0, 8.0  # what all proofs may take: readings of the deck, or seconds (chosen)
 
-Try = Callable[[Edits], DeckExamination]
+Try = Callable[[Edits, float], DeckExamination]
 
 
 @dataclass
@@ -32,10 +32,10 @@ class Prover:
     _begun: float = field(default_factory=time.monotonic)
 
     @property
-    def is_over(self) -> bool:
-        """Whether the time for proofs is over."""
+    def left(self) -> float:
+        """Time for further proofs [s]."""
         readings, seconds = _PATIENCE
-        return time.monotonic() - self._begun > max(readings * self.seconds, seconds)
+        return max(readings * self.seconds, seconds) - (time.monotonic() - self._begun)
 
     def examined(self, edits: Edits) -> DeckExamination | None:
         """The deck with edits; None where LAMMPS does not take it, or time is over."""
@@ -43,20 +43,32 @@ class Prover:
             return self.first
         key = frozenset(edits.items())
         if key not in self._known:
-            if self.is_over:
+            if self.left <= 0:
                 return None
             try:
-                self._known[key] = self.attempt(edits)
-            except TooExpensive:
-                raise
-            except RunFailed:
+                self._known[key] = self.attempt(edits, self.left)
+            except RunFailed:  # LAMMPS does not take it, or takes too long
                 self._known[key] = None
         return self._known[key]
 
     def proofs(
         self, base: Edits, before: DeckExamination, checks: Sequence[DeckCheck], peaks: bool = True
     ) -> Iterator[tuple[Edits, DeckExamination]]:
-        """Edits with which all of some checks pass, nothing else fails, and no peak is worse."""
+        """Edits with which all of some checks pass, nothing else fails, and no peak is worse.
+
+        Those that leave no difference at all come first.
+        """
+        late = []
+        for whole, after in self._proofs(base, before, checks, peaks):
+            if _differing(after) + len(checks) <= _differing(before):
+                yield whole, after
+            else:
+                late.append((whole, after))
+        yield from late
+
+    def _proofs(
+        self, base: Edits, before: DeckExamination, checks: Sequence[DeckCheck], peaks: bool
+    ) -> Iterator[tuple[Edits, DeckExamination]]:
         kinds = {check.kind for check in checks}
         for check in checks:
             for changes in check.corrections:
@@ -66,7 +78,7 @@ class Prover:
                     continue
                 left = [one for one in after.to_mend if one.kind in kinds]
                 if left and len(checks) > 1 and len(left) < len(checks):  # others on that line
-                    yield from self.proofs(whole, after, left, peaks)
+                    yield from self._proofs(whole, after, left, peaks)
                 elif not left and _is_no_worse(before, after, peaks):
                     yield whole, after
 
@@ -116,6 +128,11 @@ def _cause(
         (k for k, known in enumerate(alone)
          if known is not None and _is_gone(checks, first, known[1])), None,
     )  # fmt: skip
+
+
+def _differing(done: DeckExamination) -> int:
+    """How many numbers are not the scene's."""
+    return sum(check.differs for check in done.checks[:-1])
 
 
 def _is_gone(checks: Sequence[DeckCheck], before: DeckExamination, after: DeckExamination) -> bool:

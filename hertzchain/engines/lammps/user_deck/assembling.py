@@ -148,7 +148,7 @@ def _axis(direction: FloatArray) -> str:
 def nothing_seen(version: str, commands: tuple[Executed, ...], count: int) -> Watched:
     """A deck that was not run."""
     nothing = np.full(count, np.nan)
-    peaks = PeaksSeen(nothing[1:], nothing[1:], 0 * nothing[1:], math.nan)
+    peaks = PeaksSeen(nothing[1:], nothing[1:], np.zeros(count - 1), math.nan)
     return Watched(
         version=version,
         commands=commands,

@@ -164,9 +164,8 @@ class Replay:
     @property
     def led(self) -> tuple[FloatArray, FloatArray]:
         """Times, and places of the granules at both ends then, shape (readings, 2)."""
-        return np.concatenate([*self._time, np.zeros(0)]), np.concatenate(
-            [*self._ends, np.zeros((0, 2))]
-        )
+        times, ends = [*self._time, np.zeros(0)], [*self._ends, np.zeros((0, 2))]
+        return np.concatenate(times), np.concatenate(ends)
 
     def _leaves_out(self, one: Given) -> bool:
         """Whether a command would move granules or end a run before its time."""

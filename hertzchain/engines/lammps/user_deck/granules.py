@@ -111,9 +111,11 @@ def granules_of(lammps: Session, boundary: str) -> Granules:
     if not diagonal.is_chain:
         return straight
     along, ends = diagonal.frame[0], place[diagonal.order[[0, -1]]]
-    with np.errstate(divide="ignore"):
-        room = [np.min(np.where(way > 0, high - end, low - end) / way) for end, way in
-                ((ends[0], -along), (ends[1], along))]  # fmt: skip
+    room = []
+    for end, way in ((ends[0], -along), (ends[1], along)):
+        leaves = np.abs(way) > _PARALLEL  # through the sides of the box in that direction
+        to_side = np.where(way > 0, high - end, low - end)
+        room.append(float(np.min(to_side[leaves] / way[leaves])))
     inside = diagonal.position[[0, -1], 0] + np.array([-1, 1]) * room
     return replace(
         diagonal,
@@ -123,6 +125,7 @@ def granules_of(lammps: Session, boundary: str) -> Granules:
     )
 
 
+_PARALLEL = 1e-9  # component of a direction that is round-off (chosen)
 _FEWEST = 3  # granules on a diagonal; two that are apart in two directions may be misplaced
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, ExitStack
@@ -14,6 +15,7 @@ import numpy as np
 from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.lammps.binary import Program
 from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.user_deck.allowed import LEADS
 from hertzchain.engines.lammps.user_deck.assembling import Watched, found_of, nothing_seen
 from hertzchain.engines.lammps.user_deck.found import Executed, FoundDeck
 from hertzchain.engines.lammps.user_deck.frozen import Applied, Replay, nothing_applied
@@ -89,11 +91,13 @@ class Reader:
         self._open.close()
 
     def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        left = self._deadline.left
+        left = min(self._deadline.left, self._until.left)
         return self._child.call(function, self._start, *arguments, time_limit=left)
 
-    def read(self, edits: Edits | None = None) -> FoundDeck:
+    def read(self, edits: Edits | None = None, limit: float = math.inf) -> FoundDeck:
         """Have LAMMPS read the deck with some edits, ask it for every number, run and watch it.
+
+        ``limit`` is for this reading alone [s].
 
         Raises
         ------
@@ -103,6 +107,7 @@ class Reader:
             If the deck cannot be read, stops with an error before its first run, crashes LAMMPS,
             needs what is not carried out here, or is not over in time.
         """
+        self._until = Deadline(limit)
         source = replace(self._source, edits=dict(edits or {}))
         try:
             return self._found(source)
@@ -311,7 +316,11 @@ def _freeze_stopped(
         nothing, runs=tuple(frozen.runs), first_run=frozen.first_run, time=end,
         stopped=seen.stopped, driven=seen.driven,
     )  # fmt: skip
-    if np.any(seen.driven):
+    if np.any(seen.driven) and not any(fix.fix.style == LEADS for fix in frozen.applied().fixes):
+        granules, time = probes.granules, frozen.led[0]
+        ways = np.outer(time, granules.velocity[[0, -1], 0])
+        whole = replace(whole, driven_time=time, driven_ends=granules.position[[0, -1], 0] + ways)
+    elif np.any(seen.driven):
         with start.session() as lammps:
             lead = Replay(Stage(lammps), probes.granules, between, leads=True)
             source.played_by(lead, lammps).play()

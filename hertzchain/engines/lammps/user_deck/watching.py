@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import contact_forces
-from hertzchain.engines.lammps.user_deck.allowed import LEADS
+from hertzchain.engines.lammps.user_deck.allowed import LEADS, QUIET
 from hertzchain.engines.lammps.user_deck.hooks import GranulesChanged, Readings
 from hertzchain.engines.lammps.user_deck.law import law_of
 from hertzchain.engines.lammps.user_deck.player import Stage
@@ -84,7 +84,8 @@ class Watcher:
             int, FloatArray
         ] = {}  # largest force of each fix, along and off the axis
         self._changed = False  # whether fixes have been made or ended since the last run
-        self.driven = np.zeros(count, bool)  # by fix move, in any run
+        self.driven = np.zeros(count, bool)  # whatever presses them, in any run
+        self._steady = np.zeros(count, bool)  # flies as it does, while fix setforce takes forces
         self.driven_time: list[FloatArray] = []
         self.driven_ends: list[FloatArray] = []  # places of the granules at both ends
 
@@ -176,8 +177,29 @@ class Watcher:
                     led |= inside
                 else:
                     free |= inside
+        self._steady = self._takes_all_forces() & free & ~led
+        led |= self._steady
         self.driven |= led
         return free & ~led, led
+
+    def _takes_all_forces(self) -> NDArray[np.bool_]:
+        """Granules in motion that no force can change, shape (granules,): pistons, as some write.
+
+        No fix that exerts forces acts on them after ``setforce``.
+        """
+        granules, lammps = self.probes.granules, self.stage.lammps
+        taken = np.zeros(granules.count, bool)
+        along = int(np.argmax(np.abs(granules.frame[0])))
+        for fix in self.stage.alive.values():
+            inside = members(lammps, fix.group, granules)
+            if fix.style == "setforce":
+                taken |= inside & _is_zero("".join(fix.values[along : along + 1]))
+            elif fix.style not in QUIET:
+                taken &= ~inside
+        if not np.any(taken):
+            return taken
+        velocity = granules.along(np.asarray(lammps.atoms()["v"]))
+        return np.asarray(taken & (velocity[:, 0] != 0))
 
     def _take(self, readings: Readings, time: FloatArray, dt: float) -> None:
         granules = self.probes.granules
@@ -243,6 +265,14 @@ class _Seen:
         place[..., 0] *= -1
         others = self.velocity, self.acceleration, self.pairs, self.walls
         return _Seen(self.time, self.late, place, *(-values[:, ::-1] for values in others))
+
+
+def _is_zero(word: str) -> bool:
+    """Whether a word is the number 0."""
+    try:
+        return float(word) == 0
+    except ValueError:
+        return False
 
 
 class _Peaks:
