@@ -47,11 +47,17 @@ class Watched:
     cleared: bool
 
 
-def found_of(probes: Probes, seen: Watched, applied: Applied) -> FoundDeck:
-    """What was found, from what was answered, seen of the deck as it is, and applied."""
+def found_of(
+    probes: Probes, seen: Watched, applied: Applied, backwards: bool | None = None
+) -> FoundDeck:
+    """What was found, from what was answered, seen of the deck as it is, and applied.
+
+    Whether granule 1 lies at the largest coordinate follows from that, unless it is known.
+    """
     granules = probes.granules
     units = granules.units
-    backwards = _is_reversed(probes, applied, seen.driven)
+    if backwards is None:
+        backwards = _is_reversed(probes, applied, seen.driven)
     sign = -1.0 if backwards else 1.0
 
     def turned(values: Any, axis: int = -1) -> Any:

@@ -48,8 +48,11 @@ def mirrored_probes(probes: Probes) -> Probes:
     return replace(probes, **{name: np.flip(getattr(probes, name), -1) for name in names})
 
 
-def probe(stage: Stage, scene: Scene) -> Probes:
-    """Ask LAMMPS for all numbers of the chain that it has now."""
+def probe(stage: Stage, scene: Scene, depth: float | None = None) -> Probes:
+    """Ask LAMMPS for all numbers of the chain that it has now.
+
+    Contacts are pressed by about the scene's natural unit of length, or by a ``depth`` [m].
+    """
     stage.ready()
     prober = Prober(stage)
     granules = prober.granules
@@ -58,6 +61,8 @@ def probe(stage: Stage, scene: Scene) -> Probes:
         if fix.moves:
             stage.lammps.give(f"unfix {fix.name}")
     unit = scene.units.length / _smallest(scene.granules.radius) * _smallest(granules.radius)
+    if depth is not None:
+        unit = depth / granules.units.length
     why_not = _why_not(granules, unit)
     if why_not is not None:
         return _unasked(granules, scene, integrated, why_not)

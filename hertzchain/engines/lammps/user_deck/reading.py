@@ -81,7 +81,7 @@ class Reader:
         self._folder = self._open.enter_context(work_folder("LAMMPS"))
         self._child = self._open.enter_context(Child())
         program = None if self._lmp is None else Program.find(str(self._lmp), 1, self._deadline)
-        self._start = _Start(self._folder, program)
+        self._start = Start(self._folder, program)
         self._source = _Source(
             self._deck, Path(self._deck).absolute(), Path.cwd(), self._variables, {}
         )
@@ -201,16 +201,18 @@ class _Begun:
 
 
 @dataclass(frozen=True)
-class _Start:
+class Start:
     """How LAMMPS is started, in a folder of its own: the Python module, or a binary."""
 
     folder: Path
     program: Program | None
+    alone: bool = True  # whether this process is for LAMMPS alone
 
     def session(self) -> AbstractContextManager[Session]:
         """A LAMMPS without a box."""
-        os.chdir(self.folder)
-        bound_memory()  # a lattice a hundred times too fine makes a million times the granules
+        if self.alone:
+            os.chdir(self.folder)
+            bound_memory()  # a lattice a hundred times too fine makes a million times the granules
         if self.program is None:
             return module()
         return piped(self.program.command[0], self.program.build.version, self.folder)
@@ -221,11 +223,11 @@ def _tell(place: str) -> None:
     os.write(2, f"{place}\n".encode())
 
 
-class _First:
+class First:
     """Plays a deck up to its first run, and asks there."""
 
-    def __init__(self, stage: Stage, scene: Scene) -> None:
-        self._stage, self._scene = stage, scene
+    def __init__(self, stage: Stage, scene: Scene, depth: float | None = None) -> None:
+        self._stage, self._scene, self._depth = stage, scene, depth
         self.probes: Probes | None = None
 
     def give(self, text: str, words: list[str], index: int) -> None:
@@ -238,7 +240,7 @@ class _First:
         if steps == 0:
             self._stage.give(f"run 0 {keywords}", ["run"], index)
             return
-        self.probes = probe(self._stage, self._scene)
+        self.probes = probe(self._stage, self._scene, self._depth)
         raise Ended
 
     def clear(self) -> bool:
@@ -247,10 +249,10 @@ class _First:
         return True
 
 
-def _probe(start: _Start, source: _Source, scene: Scene) -> _Begun:
+def _probe(start: Start, source: _Source, scene: Scene) -> _Begun:
     """What LAMMPS makes of the deck before its first run."""
     with start.session() as lammps:
-        first = _First(Stage(lammps), scene)
+        first = First(Stage(lammps), scene)
         script = source.played_by(first, lammps)
         script.play()
         version = lammps.version
@@ -262,7 +264,7 @@ def _probe(start: _Start, source: _Source, scene: Scene) -> _Begun:
     return _Begun(first.probes, version, tuple(script.commands), restarts)
 
 
-def _watch(start: _Start, source: _Source, probes: Probes, between: float) -> Watched:
+def _watch(start: Start, source: _Source, probes: Probes, between: float) -> Watched:
     with start.session() as lammps:
         watcher, stopped = Watcher(Stage(lammps), probes, between), ""
         script = source.played_by(watcher, lammps)
@@ -292,7 +294,7 @@ def _watch(start: _Start, source: _Source, probes: Probes, between: float) -> Wa
 
 
 def _freeze(
-    start: _Start,
+    start: Start,
     given: tuple[Given, ...],
     probes: Probes,
     between: float,
@@ -303,7 +305,7 @@ def _freeze(
 
 
 def _freeze_stopped(
-    start: _Start, source: _Source, seen: Watched, probes: Probes, between: float
+    start: Start, source: _Source, seen: Watched, probes: Probes, between: float
 ) -> tuple[Watched, Applied]:
     """The forces of a deck whose motion stops, and its runs, as it plays without its motion."""
     with start.session() as lammps:
