@@ -11,15 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import FoundDeck, Lammps
 from hertzchain.engines.lammps.user_deck.prober import DAMPED, DEPTHS
 from hertzchain.errors import RunFailed
 from hertzchain.observables.damped_law import DampedLaw
-from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.sine import Sine
+from hertzchain.verdict.apart import applied_force, start_of
 from hertzchain.verdict.check import Check, Kind, farthest, unmeasured, within
 
 # relative tolerance of LAMMPS's numbers; measured 3e-15, R 1e-8 to 1e3 m, N to 1e4
@@ -131,7 +129,7 @@ def number_checks(scene: Scene, found: FoundDeck) -> list[Check]:
 
 
 def _case(scene: Scene, found: FoundDeck) -> Case:
-    position, constant, velocity = _start(scene)
+    position, constant, velocity = start_of(scene)
     tries = found.overlap, found.contact_force
     damped = found.closing, found.damped_overlap, found.damped_force
     place = math.nan
@@ -151,32 +149,6 @@ def _case(scene: Scene, found: FoundDeck) -> Case:
     granules = scene.granules
     length = float(np.sum(2 * granules.radius) + np.sum(granules.gap))
     return Case(scene, found, position, constant, velocity, length, place, *tries, *damped)
-
-
-def _start(scene: Scene) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Places, constant forces and velocities: contact after contact, each in equilibrium."""
-    chain, pressed, each = scene.chain, scene.precompression, scene.granules
-    force, gravity = (0.0, 0.0) if pressed is None else (pressed.force, pressed.gravity)
-    gaps = np.broadcast_to(chain.gap, chain.granules)
-    carried, place, places = force, 0.0, [0.0]
-    mass = [4 / 3 * math.pi * float(r) ** 3 * float(rho) for r, rho in
-            zip(each.radius, each.density, strict=True)]  # fmt: skip
-    for granule in range(chain.granules):
-        radius = float(each.radius[granule])
-        carried += gravity * mass[granule]
-        if granule < each.stiffness.size:
-            overlap = (carried / float(each.stiffness[granule])) ** (2 / 3)
-        if granule + 1 < chain.granules:
-            place += radius + float(gaps[granule + 1]) - overlap + float(each.radius[granule + 1])
-            places.append(place)
-        elif scene.wall is not None:
-            places.append(place + radius + scene.wall.gap - overlap)
-    constant = [gravity * each_mass for each_mass in mass]
-    constant[0] += force
-    constant[-1] -= force if scene.wall is None else 0.0
-    velocity = np.zeros(chain.granules)
-    velocity[0] = scene.start_velocity
-    return np.array(places), np.array(constant), velocity
 
 
 # ---- Granules
@@ -358,21 +330,6 @@ def _piston(case: Case) -> Values | None:
 
 def _at_driven(case: Case, reading: int) -> str:
     return f"largest at {case.found.driven_time[reading]:.6g} s"
-
-
-def applied_force(scene: Scene, time: FloatArray) -> FloatArray:
-    """F(t) [N] by Table 1 or the pulse table, not by the schedule's ramps; of the shape of time."""
-    if isinstance(scene.shock, Pulse):
-        assert scene.rise_time is not None
-        return theory.applied_force(time, scene.shock, scene.rise_time)
-    if isinstance(scene.shock, Sine):
-        shock = scene.shock
-        force = shock.amplitude * np.sin(2 * math.pi * shock.frequency * time)
-        return np.where(time < shock.cycles / shock.frequency, force, 0.0)
-    if isinstance(scene.shock, PulseTable):
-        table = scene.shock
-        return np.asarray(np.interp(time, table.time, table.force, left=0.0, right=0.0))
-    return np.zeros_like(time)
 
 
 _ONLY = "only round-off may differ"

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from hertzchain.engines.lammps.user_deck import Executed
+from hertzchain.verdict.user_deck.changes import at, before_first_run, without
 from hertzchain.verdict.user_deck.deck_check import Case, Changes, DeckCheck
 from hertzchain.verdict.user_deck.group_names import fixes_of, unused
-from hertzchain.verdict.user_deck.places import NUMBER, Place, place_at
+from hertzchain.verdict.user_deck.places import NUMBER, place_at
 from hertzchain.verdict.user_deck.right_commands import (
     granule_commands,
     has_type,
@@ -43,7 +43,7 @@ def corrections(case: Case, check: DeckCheck) -> tuple[Changes, ...]:
     by_types = [_by_types(case)] if check.name.startswith("stiffness of c") else []
     by_types += [_by_types(case)] if check.name.startswith("stiffness of a") else []
     for edits in [*by_types, *_guessed(case, check), *_special(case, check)]:
-        changes = any(lines != (at[2],) for at, lines in edits.items())
+        changes = any(lines != (where[2],) for where, lines in edits.items())
         if edits and changes and edits not in tried:
             tried.append(edits)
     return tuple(tried[:MOST])
@@ -54,30 +54,9 @@ def _guessed(case: Case, check: DeckCheck) -> Iterator[Changes]:
     if check.place is None:
         return
     if _COMMAND.match(check.command):
-        yield {_at(check.place): tuple(check.command.split("\n"))}
+        yield {at(check.place): tuple(check.command.split("\n"))}
     elif check.command.startswith("without"):
         yield without(case, check.place)
-
-
-def _at(place: Place | Executed) -> tuple[str, int, str]:
-    return place.file, place.line, place.written
-
-
-def without(case: Case, place: Place) -> Changes:
-    """A deck without a command, and without what names the fix that it makes."""
-    words = case.found.commands[place.index].text.split()
-    gone: Changes = {_at(place): (f"# {place.written}",)}
-    if words[:1] == ["fix"]:
-        for one in case.found.commands:
-            if one.text.split()[:2] in (["unfix", words[1]], ["fix_modify", words[1]]):
-                gone[_at(one)] = (f"# {one.written}",)
-    return gone
-
-
-def before_first_run(case: Case, commands: Sequence[str]) -> Changes:
-    """A deck with commands in front of its first run."""
-    run = case.found.commands[case.found.first_run]
-    return {_at(run): (*commands, run.written)} if commands else {}
 
 
 def _special(case: Case, check: DeckCheck) -> Iterator[Changes]:
@@ -116,11 +95,11 @@ def _room(case: Case, _: DeckCheck) -> Iterator[Changes]:
     for one in found.commands:
         words = one.text.split()
         if words[:1] == ["boundary"] and bounds != found.boundary.split():
-            edits[_at(one)] = (f"boundary {' '.join(bounds)}",)
+            edits[at(one)] = (f"boundary {' '.join(bounds)}",)
         is_box = words[:1] == ["region"] and words[1] in box and words[2:3] == ["block"]
         if is_box and ("units" in words or _unit_lattice(case)):
             words[3 + 2 * k : 5 + 2 * k] = number(low), number(high)
-            edits[_at(one)] = (" ".join(words),)
+            edits[at(one)] = (" ".join(words),)
     yield edits
     change = f"change_box all {found.axis} final {number(low)} {number(high)}"
     if bounds != found.boundary.split():
@@ -139,7 +118,7 @@ def _velocities(case: Case, check: DeckCheck) -> Iterator[Changes]:
     commands = velocity_commands(case)
     if check.place is not None and check.place.written.split()[0] == "velocity":
         yield without(case, check.place)
-        yield {_at(check.place): tuple(commands[:1] + commands[2:])}
+        yield {at(check.place): tuple(commands[:1] + commands[2:])}
     yield before_first_run(case, commands)
 
 
@@ -155,18 +134,18 @@ def _by_types(case: Case) -> Changes:
         words, written = one.text.split(), one.written.split()
         if words[:1] != ["pair_coeff"] or "hertz/material" not in words or len(words) < 7:
             continue
-        at = words.index("hertz/material")
+        law = words.index("hertz/material")
         kinds = [k for k in range(count) if has_type(words[1], int(found.types[k]))]
         materials = {(granules.young_modulus[k], granules.poisson_ratio[k]) for k in kinds}
         if len(materials) != 1 or words[1] != words[2] or len(words) != len(written):
             continue
         modulus, poisson = materials.pop()
-        for place, right in ((at + 1, modulus / unit.pressure), (at + 3, poisson)):
+        for place, right in ((law + 1, modulus / unit.pressure), (law + 3, poisson)):
             is_number = NUMBER.fullmatch(written[place]) is not None
             if is_number and abs(float(words[place]) - right) > 1e-9 * abs(right):
                 written[place] = number(float(right))
         if written != one.written.split():
-            edits[_at(one)] = (" ".join(written),)
+            edits[at(one)] = (" ".join(written),)
     return edits
 
 
@@ -177,13 +156,13 @@ def _laws(case: Case, check: DeckCheck) -> Iterator[Changes]:
         return
     lines = law_commands(case)
     places = [
-        _at(one)
+        at(one)
         for one in case.found.commands
         if one.carried_out and one.text.split()[0] in ("pair_style", "pair_coeff", "pair_modify")
     ]
     if not lines or not places:
         return
-    gone = {at: (f"# {at[2]}",) for at in places}
+    gone = {where: (f"# {where[2]}",) for where in places}
     yield {**gone, places[0]: tuple(lines)}
     yield before_first_run(case, lines)
 
@@ -196,7 +175,7 @@ def _wall(case: Case, check: DeckCheck) -> Iterator[Changes]:
     where = check.place
     if where is not None and re.match(r"fix\s+\S+\s+\S+\s+wall/", where.written):
         words, new = where.written.split(), command.split()
-        yield {_at(where): (" ".join([*words[:3], *new[3:]]),)}
+        yield {at(where): (" ".join([*words[:3], *new[3:]]),)}
     yield before_first_run(case, [command])
 
 
@@ -217,9 +196,9 @@ def _loads(case: Case, check: DeckCheck) -> Iterator[Changes]:
     for fix in acting:
         gone |= without(case, place_at(found, fix.command))
     if check.place is not None and check.place.written.startswith("fix"):
-        yield {_at(check.place): tuple(lines)} if lines else without(case, check.place)
+        yield {at(check.place): tuple(lines)} if lines else without(case, check.place)
     if gone:
-        first = _at(place_at(found, acting[0].command))
+        first = at(place_at(found, acting[0].command))
         yield {**gone, first: tuple(lines) or gone[first]}
     yield before_first_run(case, lines)
 
@@ -236,7 +215,7 @@ def _shock(case: Case, check: DeckCheck) -> Iterator[Changes]:
             r"\s0(?:\.0)?\s+0(?:\.0)?\s+0(?:\.0)?\s*$", found.commands[fix.command].text
         )
     ]
-    places = list(dict.fromkeys(_at(place_at(found, fix.command)) for fix in shocks))
+    places = list(dict.fromkeys(at(place_at(found, fix.command)) for fix in shocks))
     gone: Changes = {}
     for fix in shocks:
         gone |= without(case, place_at(found, fix.command))
@@ -244,14 +223,14 @@ def _shock(case: Case, check: DeckCheck) -> Iterator[Changes]:
         yield gone
         return
     if check.place is not None and check.place.written.split()[0] == "variable":
-        yield {_at(check.place): (made.variable,)}
+        yield {at(check.place): (made.variable,)}
     if places:
         yield {**gone, places[0]: (made.variable, *made.fix)}
         constant = [fix for fix in shocks if "v_" not in found.commands[fix.command].text]
-        kept = [at for fix in constant for at in without(case, place_at(found, fix.command))]
+        kept = [where for fix in constant for where in without(case, place_at(found, fix.command))]
         if constant and len(constant) < len(shocks):  # static loads stay
-            moving = {at: lines for at, lines in gone.items() if at not in kept}
-            first = next(at for at in places if at in moving)
+            moving = {where: lines for where, lines in gone.items() if where not in kept}
+            first = next(where for where in places if where in moving)
             yield {**moving, first: (made.variable, *made.fix)}
     else:
         yield before_first_run(case, [made.variable, *made.fix])
@@ -271,9 +250,9 @@ def _piston(case: Case, _: DeckCheck) -> Iterator[Changes]:
     for place in leading:
         gone |= without(case, place)
     if leading and lines:
-        yield {**gone, _at(leading[0]): tuple(lines)}
+        yield {**gone, at(leading[0]): tuple(lines)}
     if leading and not lines:
-        yield {**gone, _at(leading[0]): ("fix motion all nve",)}
+        yield {**gone, at(leading[0]): ("fix motion all nve",)}
         yield gone
     if not leading and lines:
         group = next((line.split()[1] for line in lines if line.startswith("group")), "piston")
@@ -282,7 +261,7 @@ def _piston(case: Case, _: DeckCheck) -> Iterator[Changes]:
                 lines[-1]]  # fmt: skip
         for place in movers[:1]:
             words = place.written.split()
-            yield {_at(place): (*rest, " ".join([*words[:2], "others", *words[3:]]))}
+            yield {at(place): (*rest, " ".join([*words[:2], "others", *words[3:]]))}
 
 
 # ---- Steps
@@ -295,7 +274,7 @@ def _step(case: Case, check: DeckCheck) -> Iterator[Changes]:
         return
     assert check.expected is not None
     old, new = max(run.dt for run in found.runs), check.expected
-    shorter: Changes = {_at(place): (check.command,)}
+    shorter: Changes = {at(place): (check.command,)}
     edits = dict(shorter)
     last = min(found.end_time, case.start + case.scene.end_time)
     for run in found.runs:
@@ -304,7 +283,7 @@ def _step(case: Case, check: DeckCheck) -> Iterator[Changes]:
         if run.dt == old and len(words) > 1 and words[0] == "run" and words[1].isdigit():
             end = min(run.start + run.steps * old, last)
             steps = max(1, math.ceil((end - run.start) / new * (1 - 1e-12)))
-            edits[_at(where)] = (" ".join([words[0], str(steps), *words[2:]]),)
+            edits[at(where)] = (" ".join([words[0], str(steps), *words[2:]]),)
     yield edits
     yield shorter
 
@@ -317,7 +296,7 @@ def _run(case: Case, _: DeckCheck) -> Iterator[Changes]:
     missing = case.scene.end_time + case.start - case.found.end_time
     more = math.ceil(missing / last.dt - 1e-6)
     where = place_at(case.found, last.command)
-    yield {_at(where): (where.written, f"run {more}")}
+    yield {at(where): (where.written, f"run {more}")}
 
 
 def _movers(case: Case, _: DeckCheck) -> Iterator[Changes]:
@@ -329,13 +308,13 @@ def _movers(case: Case, _: DeckCheck) -> Iterator[Changes]:
     if leads and movers[0] not in leads:  # the others are moved by their forces
         words, led = movers[0].written.split(), leads[0].written.split()[2]
         others = f"group others subtract all {led}"
-        yield {_at(movers[0]): (others, " ".join([*words[:2], "others", *words[3:]]))}
+        yield {at(movers[0]): (others, " ".join([*words[:2], "others", *words[3:]]))}
     for place in reversed(movers[1:]):
         yield without(case, place)
     name = unused("motion", fixes_of(found))
     for place in movers[:1]:
         words = place.written.split()
-        yield {_at(place): (" ".join([*words[:2], "all", *words[3:]]),)}
+        yield {at(place): (" ".join([*words[:2], "all", *words[3:]]),)}
     gone: Changes = {}
     for place in movers:
         gone |= without(case, place)
@@ -349,11 +328,11 @@ def _neighbours(case: Case, _: DeckCheck) -> Iterator[Changes]:
     skin = number(0.5 * float(np.min(case.scene.granules.radius)) / case.units.length)
     lines = [f"neighbor {skin} bin", "neigh_modify delay 0 every 1 check yes"]
     gone: Changes = {
-        _at(one): (f"# {one.written}",)
+        at(one): (f"# {one.written}",)
         for one in found.commands
         if one.text.split()[0] in ("neighbor", "neigh_modify", "comm_modify")
     }
-    exclude: Changes = {at: lines for at, lines in gone.items() if "exclude" in lines[0]}
+    exclude: Changes = {where: lines for where, lines in gone.items() if "exclude" in lines[0]}
     if exclude:
         yield exclude
     yield before_first_run(case, lines)
@@ -366,7 +345,7 @@ def _motion(case: Case, check: DeckCheck) -> Iterator[Changes]:
         yield without(case, check.place)
     if check.place is not None and check.place.written.split()[:1] == ["fix"]:
         words = check.place.written.split()
-        yield {_at(check.place): (" ".join([*words[:3], "nve"]),)}
+        yield {at(check.place): (" ".join([*words[:3], "nve"]),)}
     if case.scene.ramps:
         yield from _shock(case, check)
 

@@ -123,7 +123,7 @@ class _Wall:
                 gone, inner = ahead, self._start + self._sign * ahead
             while gone < limit:
                 gone = min(gone + step, limit)
-                step = min(2 * step, 0.05 * self._radius)
+                step = min(2 * step, 0.5 * self._radius)
                 if self._pushed(self._start + self._sign * gone):
                     outer = self._start + self._sign * gone
                     break
