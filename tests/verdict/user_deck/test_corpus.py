@@ -118,7 +118,8 @@ STYLES = {
         "in.steel_plain", ("-0.02 0.21 -0.02 0.02 -0.02 0.02", "-0.02 0.2 -0.02 0.2 -0.02 0.2"),
         (PLACES, "create_atoms 1 single $(v_x*0.48) $(v_x*0.6) $(v_x*0.64) units box"),
         ("F equal", ("Fz equal 0.64*v_F\nvariable Fx equal 0.48*v_F\n"
-                     "variable Fy equal 0.6*v_F\nvariable F equal")), ("addforce v_F 0.0 0.0", "addforce v_Fx v_Fy v_Fz"))),
+                     "variable Fy equal 0.6*v_F\nvariable F equal")),
+        ("addforce v_F 0.0 0.0", "addforce v_Fx v_Fy v_Fz"))),
     "backwards on a diagonal": ("steel", edited(
         "in.steel_plain", ("-0.02 0.21 -0.02 0.02 -0.02 0.02", "-0.2 0.02 -0.2 0.02 -0.02 0.02"),
         (PLACES, "create_atoms 1 single $(-v_x*0.8) $(-v_x*0.6) 0 units box"),
