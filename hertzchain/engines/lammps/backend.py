@@ -23,7 +23,7 @@ from hertzchain.engines.lammps.dialect import NO_STEP
 from hertzchain.engines.lammps.engine import command, engine, run, version_of
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.lammps.user_deck.found import FoundDeck
-from hertzchain.engines.lammps.user_deck.own import examine
+from hertzchain.engines.lammps.user_deck.own import examine, examine_deck, own_deck
 from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
@@ -124,10 +124,18 @@ class Lammps(ExternalEngine):
         """
         if not self.isolated and self.lmp is None:
             return examine(scene, self.pair_style)
-        # A binary is asked on one process, within the time limit.
-        arguments = scene, self.pair_style, self.lmp, self.time_limit
+        found: FoundDeck
         with Child() as child:
-            found: FoundDeck = child.call(examine, *arguments, time_limit=self.time_limit)
+            if self.lmp is None:
+                found = child.call(examine, scene, self.pair_style, time_limit=self.time_limit)
+                return found
+            # A binary is asked on one process, within the time limit.
+            deadline = Deadline(self.time_limit)
+            program = Program.find(str(self.lmp), self.ranks, deadline)
+            version, alone = program.build.version, replace(program, command=program.command[-1:])
+            text = own_deck(scene, self.pair_style, version)
+            arguments = scene, text, version, alone
+            found = child.call(examine_deck, *arguments, time_limit=deadline.left)
             return found
 
     def peaks_alone(self, scene: Scene) -> tuple[FloatArray, int]:

@@ -60,11 +60,15 @@ def examine(
     RunFailed
         If LAMMPS stops with an error.
     """
+    program = None if lmp is None else Program.find(str(lmp), 1, Deadline(time_limit))
+    version = look()[0] if program is None else program.build.version
+    return examine_deck(scene, own_deck(scene, pair_style, version), version, program)
+
+
+def examine_deck(scene: Scene, text: str, version: str, program: Program | None) -> FoundDeck:
+    """The same of a deck that is written already, for a version of LAMMPS."""
     with work_folder("LAMMPS") as folder:
-        program = None if lmp is None else Program.find(str(lmp), 1, Deadline(time_limit))
-        version = look()[0] if program is None else program.build.version
         start = Start(folder, program, alone=False)
-        text = own_deck(scene, pair_style, version)
         with start.session() as lammps:
             depth = DEPTH * float(np.min(scene.granules.radius))
             first = First(Stage(lammps), scene, depth)
