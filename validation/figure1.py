@@ -105,9 +105,12 @@ def _by_lammps(scene: hc.Scene, child: Child) -> pandas.DataFrame:
     ramp = np.concatenate([np.full(time.size, k) for k, (time, _) in enumerate(runs)])
     time = np.concatenate([time for time, _ in runs])
     force = np.concatenate([force[:, 0] for _, force in runs])
-    # After the pulse all readings are equal; those close to it are shown.
-    known = time <= 1.5 * scene.ramps[-1].end
-    return _table(scene, "lammps", ramp[known], time[known], force[known], momentum)
+    # After the pulse readings are kept where the force changes; between them it is that of a line.
+    after = scene.ramps[-1].end * np.array([1 + 1e-12, 1.25, 1.5])
+    pulse = ramp < len(scene.ramps)
+    force = np.append(force[pulse], np.interp(after, time, force))
+    ramp, time = np.append(ramp[pulse], [2, 2, 2]), np.append(time[pulse], after)
+    return _table(scene, "lammps", ramp, time, force, momentum)
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:
