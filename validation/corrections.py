@@ -478,7 +478,8 @@ def _scored(backend: str, score: Score) -> dict[str, object]:
 def _stiffness_by_lammps(scene: hc.Scene) -> FloatArray:
     """Force over overlap^(3/2) of each contact at two overlaps [N m^(-3/2)], the mean of both."""
     found = hc.Lammps(isolated=True).examine(scene)
-    return np.asarray(np.mean(found.contact_force / found.overlap**1.5, axis=0))
+    deep = slice(-2, None)  # the two largest overlaps
+    return np.asarray(np.mean(found.contact_force[deep] / found.overlap[deep] ** 1.5, axis=0))
 
 
 # What has to hold

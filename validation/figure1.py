@@ -17,10 +17,11 @@ from matplotlib.figure import Figure
 import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps import examine
 from hertzchain.engines.lammps.backend import run_in
-from hertzchain.engines.lammps.examination import examine
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.scene.pulse import PROFILES, profile_named
+from hertzchain.verdict.user_deck.measured import readings_of_runs
 from validation.drawing import BACKENDS, new_figure
 from validation.drawing import PROFILES as PROFILE_STYLES
 from validation.rows import Row, did_not_run, largest, problems_as_text, row
@@ -100,12 +101,16 @@ def _by_lammps(scene: hc.Scene, child: Child) -> pandas.DataFrame:
     except hc.HertzchainError as problem:
         names = {"profile": pulse_of(scene)[0].profile, "source": "lammps"}
         return pandas.DataFrame([names | {"problem": str(problem)}])
-    ramp = np.repeat(np.arange(len(seen.time)), seen.time.shape[1])
-    # After the pulse all readings are equal; those close to it are shown.
-    time = np.where(seen.time <= 1.5 * scene.ramps[-1].end, seen.time, np.nan).ravel()
-    known = np.isfinite(time)
-    force = seen.applied_force.ravel()[known]
-    return _table(scene, "lammps", ramp[known], time[known], force, momentum)
+    runs = readings_of_runs(seen)
+    ramp = np.concatenate([np.full(time.size, k) for k, (time, _) in enumerate(runs)])
+    time = np.concatenate([time for time, _ in runs])
+    force = np.concatenate([force[:, 0] for _, force in runs])
+    # After the pulse readings are kept where the force changes; between them it is that of a line.
+    after = scene.ramps[-1].end * np.array([1 + 1e-12, 1.25, 1.5])
+    pulse = ramp < len(scene.ramps)
+    force = np.append(force[pulse], np.interp(after, time, force))
+    ramp, time = np.append(ramp[pulse], [2, 2, 2]), np.append(time[pulse], after)
+    return _table(scene, "lammps", ramp, time, force, momentum)
 
 
 def promises(table: pandas.DataFrame) -> list[Row]:

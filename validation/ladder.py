@@ -170,9 +170,10 @@ def force_at_rest(backend: str, _: bool) -> list[Sample]:
             mass = np.array([units.force * units.time**2 / units.length])
         else:
             seen = examine(scene)
-            overlap, force, mass = seen.overlap, seen.contact_force, seen.mass
-            pressed = hertz_force(material, overlap[1])
-            damping = (seen.damped_force - force[1]) / pressed
+            overlap, force, mass = seen.overlap[-2:], seen.contact_force[-2:], seen.mass
+            pressed = hertz_force(material, overlap[0])
+            # Approaching and parting at the smaller of the two.
+            damping = (seen.damped_force[:2] - force[0]) / pressed
             friction = seen.tangential_force / np.min(pressed)
             found += _samples(DAMPING, name, 0.0, damping, 0.0)
             found += _samples(FRICTION, name, 0.0, friction, 0.0)
@@ -253,9 +254,10 @@ def same_steps(backend: str, quick: bool) -> list[Sample]:
             result = hc.Lammps(dt, read_every=1).run(scene, record=times)
             found += _twins(profile, times / units.time, result, twin)
             seen = examine(scene)
-            known = theory.applied_force(seen.time, *pulse_of(scene)) / units.force
-            applied = seen.applied_force / units.force
-            found += _samples(APPLIED, profile, seen.time / units.time, applied, known)
+            time = seen.applied_time
+            known = theory.applied_force(time, *pulse_of(scene)) / units.force
+            applied = seen.applied_force[:, 0] / units.force
+            found += _samples(APPLIED, profile, time / units.time, applied, known)
         momentum = result.balance.momentum / theory.applied_momentum(pulse, scene.rise_time or 0.0)
         found += _samples(MOMENTUM, profile, 0.0, momentum, 1.0)
     return found

@@ -228,7 +228,7 @@ MISTAKES = (
         also("group left id 6\ngroup right id 7\nneigh_modify exclude group left right\n"),
         STIFFNESS),
     Mistake("contacts missing in the skin",
-        also("neighbor 0.0 bin\nneigh_modify once yes\n"), STIFFNESS),
+        also("neighbor 0.0 bin\nneigh_modify once yes\n"), SAME_PEAKS),
     Mistake("peaks of samples only, LAMMPS", peaks_of_samples, SAME_PEAKS),
     Mistake("peaks of samples only, LAMMPS, each step read",
         peaks_of_samples, SAME_PEAKS, read_every=1),

@@ -21,7 +21,6 @@ from validation.shipped import load
 RADIUS = "lammps: granule radius [m]"
 WALL = "lammps: wall position [m]"
 CONSTANT = "lammps: constant force [N]"
-START_FORCE = "lammps: net force at the start [N]"
 START_VELOCITY = "lammps: velocity at the start [m/s]"
 
 

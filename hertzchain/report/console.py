@@ -212,12 +212,19 @@ def _print_findings(console: Console, document: Document) -> None:
     for one in document.findings:
         number += not one.passed
         head = Text(f"\n{number}. ", "red") if not one.passed else Text("\n   small: ", "dim")
-        effect = f" ({one.effect})" if one.effect else ""
-        console.print(head + Text(f"{one.sentence}{effect}", ""))
-        if one.place:
-            console.print(f"   {one.place}: {one.written}")
-        if one.command and not one.passed:
-            console.print(f"   right: {one.command}")
+        for sentence in one.sentences:
+            console.print(head + Text(sentence, ""))
+            head = Text("   ")
+        shown = [place for place, _, _ in one.right]
+        # Commands are for copying: they are never broken.
+        if one.place and one.place not in shown[:1]:
+            console.print(Text(f"   {one.place}: {one.written}"), soft_wrap=True)
+        for place, written, commands in one.right:
+            console.print(Text(f"   {place}: {written}"), soft_wrap=True)
+            for command in commands:
+                console.print(Text(f"   right: {command}"), soft_wrap=True)
+        if one.note:
+            console.print(Text(f"   {one.note}"))
 
 
 def _print_checks(console: Console, document: Document) -> None:

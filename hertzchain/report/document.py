@@ -63,17 +63,18 @@ class Peaks:
 
 @dataclass(frozen=True)
 class Finding:
-    """A difference in a user's deck: its effect, its line, and the right command.
+    """Differences that a line of a user's deck makes: sentences and effects, the proven correction.
 
-    ``passed`` if the difference is too small to matter.
+    ``passed`` if the difference is too small to matter. ``right`` has lines of the deck, how each
+    is written and the commands in its place; ``note`` says what else there is to know of it.
     """
 
-    sentence: str
-    effect: str
+    sentences: Sequence[str]
     passed: bool
     place: str
     written: str
-    command: str
+    right: Sequence[tuple[str, str, Sequence[str]]] = ()
+    note: str = ""
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,7 @@ def of_examination(examination: DeckExamination) -> Document:
             ("LAMMPS", found.version),
         ],
         remarks=_remarks(examination),
-        findings=[_finding(one) for one in (*to_mend, *small)],
+        findings=[*_findings(examination), *(_small(one) for one in small)],
         listings=_listings(examination),
     )  # fmt: skip
 
@@ -91,6 +91,8 @@ def _advice(check: DeckCheck) -> str:
     """Return advice on a check that failed."""
     if check.place is None:
         return "mend what is above it"
+    if not check.command:
+        return f"{check.place}: {check.place.written}"
     return f"{check.place}, instead of “{check.place.written}”: {check.command}"
 
 
@@ -110,16 +112,33 @@ def _with_effect(check: DeckCheck) -> str:
     return f"{check.sentence} ({_effect(check)})" if _effect(check) else check.sentence
 
 
-def _finding(check: DeckCheck) -> Finding:
+def _findings(examination: DeckExamination) -> list[Finding]:
+    """What is to mend, line by line, with what is proven to be right."""
+    found = []
+    for one in examination.findings:
+        place, note = one.checks[0].place, ""
+        if one.follows is not None:
+            note = f"this follows from {one.follows + 1}"
+        elif one.with_others:
+            note = "right only together with all other corrections"
+        found.append(
+            Finding(
+                [_with_effect(check) for check in one.checks],
+                False,
+                "" if place is None else str(place),
+                "" if place is None else place.written,
+                [(f"{line.file}:{line.line}", line.written, line.commands)
+                 for line in one.correction],
+                note,
+            )
+        )  # fmt: skip
+    return found
+
+
+def _small(check: DeckCheck) -> Finding:
     place = check.place
-    return Finding(
-        check.sentence,
-        _effect(check),
-        check.passed,
-        "" if place is None else str(place),
-        "" if place is None else place.written,
-        check.command,
-    )
+    where, written = ("", "") if place is None else (str(place), place.written)
+    return Finding([_with_effect(check)], True, where, written)
 
 
 def _peaks(examination: DeckExamination) -> Peaks:
@@ -159,7 +178,8 @@ def _case(check: DeckCheck) -> Case:
     if _effect(check):
         lines.append(_effect(check))
     if check.place is not None:
-        lines += [f"{check.place}: {check.place.written}", f"right: {check.command}"]
+        lines.append(f"{check.place}: {check.place.written}")
+        lines += [f"right: {command}" for command in check.command.splitlines()]
     where = "" if check.place is None else f" ({check.place})"
     return Case(check.name, problem, f"{check.sentence}{where}", "\n".join(lines))
 

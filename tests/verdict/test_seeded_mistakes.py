@@ -16,7 +16,7 @@ from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.check import Check
-from hertzchain.verdict.deck_checks import EXAMINED, examination_checks
+from hertzchain.verdict.deck_numbers import EXAMINED, number_checks
 from tests.conftest import STEEL, paper_scene
 from validation import mistakes, table3, table4
 from validation.mistakes import (
@@ -55,7 +55,7 @@ def seen(plant: Plant, name: str, pair_style: str = "granular") -> Check:
     """A check of the examination under a mistake."""
     with plant():
         scene = small_scene()
-        checks = examination_checks(scene, examine(scene, pair_style))
+        checks = number_checks(scene, examine(scene, pair_style))
     return next(check for check in checks if check.name == name)
 
 
@@ -143,8 +143,6 @@ def test_missing_contacts_are_named() -> None:
     assert check.measured == pytest.approx(
         0.0, abs=EXAMINED * small_scene().chain.contact_stiffness
     )
-    both = seen(planted("contacts missing in the skin").plant, STIFFNESS)
-    assert "no force in contact " in both.reason
 
 
 @pytest.mark.lammps
@@ -153,15 +151,15 @@ def test_the_contact_that_is_off_is_named(contact: int) -> None:
     scene = small_scene()
     right = examine(scene)
     for name, row, array in (
-        (STIFFNESS, 0, "contact_force"),
-        (STIFFNESS, 1, "contact_force"),
-        ("lammps: contact exponent", 1, "contact_force"),
+        (STIFFNESS, -1, "contact_force"),
+        (STIFFNESS, -2, "contact_force"),
+        ("lammps: contact exponent", -1, "contact_force"),
         (DAMPING, 0, "damped_force"),
         (DAMPING, 1, "damped_force"),
     ):
         force = getattr(right, array).copy()
         force[row, contact - 2] *= 1.001
-        checks = examination_checks(scene, replace(right, **{array: force}))
+        checks = number_checks(scene, replace(right, **{array: force}))
         check = next(check for check in checks if check.name == name)
         assert not check.passed
         assert check.reason.endswith(f"largest at contact {contact}")
@@ -204,8 +202,9 @@ def test_tsuji_damps_even_with_restitution_1() -> None:
     check = seen(planted("damping tsuji with e = 1").plant, DAMPING)
     coefficients = (1.2728, -4.2783, 11.087, -22.348, 27.467, -18.022, 4.8218)
     damping = sum(coefficients)
-    # alpha sqrt(m* F / overlap) v over F, with m* = m / 2 and v = overlap / sqrt(m overlap / F).
-    expected = damping * math.sqrt(0.5)
+    # alpha sqrt(m* F / overlap) v over F, largest at a hundredth of the overlap u, with u over the
+    # contact time at 3 u as the velocity.
+    expected = damping * 100**1.25 * 3**0.25
     # A sum of terms of 27 that cancel to 3e-4.
     assert abs(size(check)) == pytest.approx(expected, rel=1e-9, abs=0)
 
@@ -279,7 +278,7 @@ def test_the_deck_makes_as_many_granules_as_asked_for(granules: int) -> None:
     with engine() as lammps:
         command(lammps, deck.set_up(scene))
         assert lammps.get_natoms() == granules
-    checks = examination_checks(scene, examine(scene))
+    checks = number_checks(scene, examine(scene))
     assert failed(tuple(checks)) == set()
 
 
@@ -326,7 +325,7 @@ def test_one_granule_more_is_refused_and_named() -> None:
     ids=["table with jumps", "ends in the pulse", "weak", "small", "large"],
 )
 def test_any_scene_passes_its_examination(scene: hc.Scene, pair_style: str) -> None:
-    assert failed(tuple(examination_checks(scene, examine(scene, pair_style)))) == set()
+    assert failed(tuple(number_checks(scene, examine(scene, pair_style)))) == set()
 
 
 @pytest.mark.lammps
@@ -334,17 +333,20 @@ def test_what_is_examined_is_not_trivial() -> None:
     """Two overlaps, forces that grow between them, and the corners of the pulse from both sides."""
     scene = small_scene()
     found = examine(scene)
-    for overlap, fraction in zip(found.overlap, (0.01, 0.02), strict=True):
-        expected = fraction * scene.chain.radius
-        assert overlap == pytest.approx(expected, rel=1e-12, abs=0)
-    assert np.all(found.contact_force[1] > 2 * found.contact_force[0])
-    assert found.time[:, 0].tolist() == [0.0, scene.ramps[0].end, scene.ramps[1].end]
-    assert found.time[:, -1].tolist() == [scene.ramps[0].end, scene.ramps[1].end, scene.end_time]
+    radius = scene.chain.radius
+    for overlap, fraction in zip(found.overlap[-2:], (0.01, 0.03), strict=True):
+        assert overlap == pytest.approx(fraction * radius, rel=1e-12, abs=0)
+    assert np.all(found.contact_force[-1] > 2 * found.contact_force[-2])
+    first, second = scene.ramps
+    time = found.applied_time
+    assert [float(time[k]) for k in (0, 4, 5, 9)] == pytest.approx(
+        [0.0, first.end, first.end, second.end], rel=1e-14, abs=0
+    )
     # The corner from both sides; the end of the pulse; nothing after it.
-    force = found.applied_force
-    assert force[[0, 1], [-1, 0]] == pytest.approx(100.0, rel=1e-14, abs=0)
-    assert force[1, -1] == pytest.approx(0.0, abs=1e-10)
-    assert np.max(np.abs(force[2])) < 1e-10
+    force = found.applied_force[:, 0]
+    assert force[[4, 5]] == pytest.approx(100.0, rel=1e-14, abs=0)
+    assert force[9] == pytest.approx(0.0, abs=1e-10)
+    assert np.max(np.abs(force[10:])) < 1e-10
 
 
 @pytest.mark.lammps
@@ -353,9 +355,12 @@ def test_forces_that_are_no_numbers_fail() -> None:
     found = examine(scene)
     nothing = np.full_like(found.contact_force, np.nan)
     wrong = replace(
-        found, contact_force=nothing, damped_force=nothing, applied_force=found.time * np.nan
+        found,
+        contact_force=nothing,
+        damped_force=np.nan * found.damped_force,
+        applied_force=found.applied_force * np.nan,
     )
-    checks = examination_checks(scene, wrong)
+    checks = number_checks(scene, wrong)
     bad = {STIFFNESS, "lammps: contact exponent", DAMPING, APPLIED}
     assert failed(tuple(checks)) == bad
     assert all(check.measured is None for check in checks if check.name in bad)

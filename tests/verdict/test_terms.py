@@ -11,7 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps import examine
-from hertzchain.verdict.deck_checks import examination_checks
+from hertzchain.verdict.deck_numbers import number_checks
 from hertzchain.verdict.run_checks import same_steps_checks
 from tests.conftest import STEEL
 from tests.engines.native.test_terms import PTFE, PULSE, SCENES, row
@@ -22,7 +22,6 @@ LMP = Path(sys.executable).with_name("lmp")
 HELD = {
     "lammps: granule radius [m]",
     "lammps: constant force [N]",
-    "lammps: net force at the start [N]",
     "lammps: velocity at the start [m/s]",
 }
 """Checks that only scenes with terms have."""
@@ -106,7 +105,7 @@ def test_a_binary_gives_the_numbers_of_the_module(name: str) -> None:
     ids=["two", "two, wall", "unlike sizes", "heavy", "far apart", "ends in the pulse"],
 )
 def test_any_scene_passes_its_examination(scene: hc.Scene) -> None:
-    checks = examination_checks(scene, examine(scene))
+    checks = number_checks(scene, examine(scene))
     assert [check.name for check in checks if not check.passed] == []
 
 
@@ -115,17 +114,15 @@ def test_what_is_examined_is_not_trivial() -> None:
     scene = SCENES["all at once"]
     found = examine(scene)
     granules = scene.granules
-    smaller = np.append(np.minimum(granules.radius[:-1], granules.radius[1:]), granules.radius[-1])
-    for overlap, fraction in zip(found.overlap, (0.01, 0.02), strict=True):
+    smallest = np.min(granules.radius)
+    for overlap, fraction in zip(found.overlap[-2:], (0.01, 0.03), strict=True):
         # Overlaps are differences of coordinates of 0.1 m: a hundredth of a radius has 12 digits.
-        assert overlap == pytest.approx(fraction * smaller, rel=1e-11, abs=0)
-    assert np.all(found.contact_force[1] > 2 * found.contact_force[0])
-    assert np.all(found.damped_force > 0)
-    assert found.held is not None
-    assert np.all(found.held.constant_force > 0)
-    assert found.held.velocity.tolist() == [0.5] + [0.0] * 11
-    assert found.held.wall is not None
-    assert found.held.wall > found.position[-1]
+        assert overlap == pytest.approx(fraction * smallest, rel=1e-11, abs=0)
+    assert np.all(found.contact_force[-1] > 2 * found.contact_force[-2])
+    assert np.all(found.constant_force[:, 0] > 0)
+    assert found.velocity[:, 0].tolist() == [0.5] + [0.0] * 11
+    (wall,) = found.walls
+    assert wall.position > found.position[-1]
 
 
 @pytest.mark.lammps
@@ -137,10 +134,16 @@ def test_the_contact_that_is_off_is_named(column: int, named: str) -> None:
     scene = hc.Scene(row(STEEL, STEEL, STEEL, STEEL, PTFE, PTFE), PULSE, wall=hc.Wall("rigid"))
     found = examine(scene)
     force, damped = found.contact_force.copy(), found.damped_force.copy()
-    force[:, column] *= 1 + 1e-9
-    damped[:, column] *= 1 + 1e-9
-    wrong = replace(found, contact_force=force, damped_force=damped)
-    checks = examination_checks(scene, wrong)
+    walls = found.walls
+    if column < 0:
+        (wall,) = walls
+        more = {name: getattr(wall, name) * (1 + 1e-9) for name in ("force", "damped_force")}
+        walls = (replace(wall, **more),)
+    else:
+        force[:, column] *= 1 + 1e-9
+        damped[:, column] *= 1 + 1e-9
+    wrong = replace(found, contact_force=force, damped_force=damped, walls=walls)
+    checks = number_checks(scene, wrong)
     bad = [check for check in checks if not check.passed]
     assert [check.name for check in bad] == ["lammps: contact stiffness [N m^(-3/2)]"]
     assert bad[0].reason.endswith(named)
@@ -152,18 +155,17 @@ def test_the_contact_that_is_off_is_named(column: int, named: str) -> None:
     [
         ("radius", 1, "lammps: granule radius [m]"),
         ("velocity", 0, "lammps: velocity at the start [m/s]"),
-        ("force", 4, "lammps: net force at the start [N]"),
         ("constant_force", 11, "lammps: constant force [N]"),
     ],
 )
 def test_the_granule_that_is_off_is_named(array: str, granule: int, name: str) -> None:
     scene = SCENES["all at once"]
     found = examine(scene)
-    assert found.held is not None
-    values = getattr(found.held, array).copy()
-    # Three decimal digits of all that it is compared with: of a force, of the load of a contact.
-    values[granule] += 1e-3 * (scene.units.force if "force" in array else values[granule])
-    checks = examination_checks(scene, replace(found, held=replace(found.held, **{array: values})))
+    values = getattr(found, array).copy()
+    one = (granule,) if values.ndim == 1 else (granule, 0)
+    # Three decimal digits of all that it is compared with.
+    values[one] += 1e-3 * (scene.units.force if "force" in array else values[one])
+    checks = number_checks(scene, replace(found, **{array: values}))
     wrong = [check for check in checks if not check.passed]
     assert [check.name for check in wrong] == [name]
     assert wrong[0].reason.endswith(f"largest at granule {granule + 1}")
@@ -173,16 +175,15 @@ def test_the_granule_that_is_off_is_named(array: str, granule: int, name: str) -
 def test_forces_that_are_no_numbers_fail() -> None:
     scene = SCENES["all at once"]
     found = examine(scene)
-    assert found.held is not None
     nothing = np.full_like(found.contact_force, np.nan)
-    held = replace(found.held, force=found.held.force * np.nan, wall=np.nan)
-    wrong = replace(found, contact_force=nothing, damped_force=nothing, held=held)
-    bad = [check for check in examination_checks(scene, wrong) if not check.passed]
+    walls = (replace(found.walls[0], position=np.nan),)
+    moving = np.full_like(found.damped_force, np.nan)
+    wrong = replace(found, contact_force=nothing, damped_force=moving, walls=walls)
+    bad = [check for check in number_checks(scene, wrong) if not check.passed]
     assert [check.name for check in bad] == [
         "lammps: wall position [m]",
         "lammps: contact stiffness [N m^(-3/2)]",
         "lammps: contact exponent",
         "lammps: damping",
-        "lammps: net force at the start [N]",
     ]
     assert all(check.measured is None for check in bad)

@@ -7,13 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hertzchain.engines.lammps.backend import Lammps, run_many
-    from hertzchain.engines.lammps.examination import Examination, examine
+    from hertzchain.engines.lammps.user_deck.found import FoundDeck
+    from hertzchain.engines.lammps.user_deck.own import examine
 
-__all__ = ["Examination", "Lammps", "examine", "run_many"]
+__all__ = ["FoundDeck", "Lammps", "examine", "run_many"]
+
+_WHERE = {"FoundDeck": "user_deck.found", "examine": "user_deck.own"}
 
 
 def __getattr__(name: str) -> Any:
     """Load the backend when it is first used; only the dialect is loaded at once."""
     if name in __all__:
-        return getattr(importlib.import_module(f"{__name__}.backend"), name)
+        module = importlib.import_module(f"{__name__}.{_WHERE.get(name, 'backend')}")
+        return getattr(module, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -6,7 +6,6 @@ import itertools
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -22,8 +21,9 @@ from hertzchain.engines.lammps import deck, reading
 from hertzchain.engines.lammps.binary import Binary, Program
 from hertzchain.engines.lammps.dialect import NO_STEP
 from hertzchain.engines.lammps.engine import command, engine, run, version_of
-from hertzchain.engines.lammps.examination import Examination, examine
 from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.user_deck.found import FoundDeck
+from hertzchain.engines.lammps.user_deck.own import examine, examine_deck, own_deck
 from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
@@ -112,8 +112,8 @@ class Lammps(ExternalEngine):
         with Child() as child:
             return run_in(child, self, scene, record)
 
-    def examine(self, scene: Scene) -> Examination:
-        """Read from LAMMPS the numbers that it has for the deck of a scene; see ``examination``.
+    def examine(self, scene: Scene) -> FoundDeck:
+        """Read from LAMMPS the numbers that it has for the deck of a scene; see ``user_deck.own``.
 
         Raises
         ------
@@ -122,17 +122,20 @@ class Lammps(ExternalEngine):
         RunFailed
             If LAMMPS stops with an error or, in its own process, crashes.
         """
-        if self.lmp is not None:
+        if not self.isolated and self.lmp is None:
+            return examine(scene, self.pair_style)
+        found: FoundDeck
+        with Child() as child:
+            if self.lmp is None:
+                found = child.call(examine, scene, self.pair_style, time_limit=self.time_limit)
+                return found
+            # A binary is asked on one process, within the time limit.
             deadline = Deadline(self.time_limit)
             program = Program.find(str(self.lmp), self.ranks, deadline)
-            ask = partial(program.ask, deadline=deadline)
-            return examine(scene, self.pair_style, ask, program.build.version)
-        if not self.isolated:
-            return examine(scene, self.pair_style)
-        with Child() as child:
-            found: Examination = child.call(
-                examine, scene, self.pair_style, time_limit=self.time_limit
-            )
+            version, alone = program.build.version, replace(program, command=program.command[-1:])
+            text = own_deck(scene, self.pair_style, version)
+            arguments = scene, text, version, alone
+            found = child.call(examine_deck, *arguments, time_limit=deadline.left)
             return found
 
     def peaks_alone(self, scene: Scene) -> tuple[FloatArray, int]:

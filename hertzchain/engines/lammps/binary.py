@@ -22,7 +22,6 @@ from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.external.program import find_program, run_program, work_folder
 from hertzchain.engines.lammps import deck, dialect, reading
 from hertzchain.engines.lammps.build import HOW_TO_GET_IT, all_said, find_mpiexec, look
-from hertzchain.engines.lammps.examination import Snapshot, Stage
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene
@@ -119,18 +118,6 @@ class Program:
             )
         return ""
 
-    def ask(self, stages: Sequence[Stage], deadline: Deadline) -> Iterator[Snapshot]:
-        """Give LAMMPS the commands of one stage after another; yield a snapshot after each."""
-        lines = []
-        for k, stage in enumerate(stages):
-            lines.append(stage.commands)
-            if stage.columns:
-                lines.append(dialect.write_dump(f"{k}.dump", stage.columns))
-        with work_folder("LAMMPS") as folder:
-            self.run("\n".join(lines), folder, deadline)
-            for k, stage in enumerate(stages):
-                yield _snapshot(folder / f"{k}.dump", stage.columns) if stage.columns else {}
-
 
 def _explained(problem: RunFailed, said: str) -> RunFailed:
     """Return the error for a LAMMPS that stopped, from its output."""
@@ -212,7 +199,7 @@ def _read(
         raise RunFailed(f"{path.name}: LAMMPS has left out states of the run: is the disk full?")
 
 
-def _snapshot(path: Path, columns: tuple[str, ...]) -> Snapshot:
+def _snapshot(path: Path, columns: tuple[str, ...]) -> dict[str, FloatArray]:
     """Return the only frame of a dump."""
     return dict(zip(columns, read_frames(path, columns)[1][0], strict=True))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 
@@ -79,6 +80,11 @@ def damping_numbers(case: Case) -> dict[str, object]:
 def _damped(case: Case, found: list[Damper]) -> dict[str, object]:
     """Numbers of a twin that is damped as the deck is: c overlap^q d' by the largest tries."""
     contact = case.scene.contact
+    # Round-off has no exponent.
+    found = [
+        replace(one, added=np.where(np.abs(one.added) > QUIET * one.elastic, one.added, 0.0))
+        for one in found
+    ]
     power = case.twin.damping_exponent if contact is not None else _power_of(found)
     damping, pulls = np.array(case.twin.damping), False
     for k, one in enumerate(found):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.decks.lint.scale import Scale
 from hertzchain.engines.lammps.user_deck import FoundDeck
 from hertzchain.limits import Deadline
+from hertzchain.observables.peaks import judged_contacts
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.user_deck.measured import Law
@@ -25,6 +26,11 @@ from hertzchain.verdict.user_deck.twin import Twin, TwinRun, change_of_peaks, ef
 Indices = NDArray[np.intp]
 
 ROUND_OFF = 1e-9  # relative: decks of 17 digits have less; none of it is worth a remark (chosen)
+Changes = dict[tuple[str, int, str], tuple[str, ...]]
+"""What stands in place of commands of a deck: by file, line and how the command is written."""
+
+_WHICH = re.compile(r"(?: of| on| at)? (?:all |the )?(?:granules?|contacts?|wall)\b.*| \d+.*")
+
 _MOST_GROUPS = 3  # numbers that are wrong alike, each with a remark of its own (chosen)
 DIGITS = 10.0  # times the tolerance: what carried digits can make of one number (chosen)
 
@@ -54,7 +60,10 @@ class DeckCheck:
     place
         The line of the deck that makes it; None where nothing differs.
     command
-        The line as it would be right; "" where nothing differs.
+        What that line may be instead, one command a line; "" where that is not known. It is a
+        guess while a deck is compared, and proven in an examination.
+    corrections
+        Changes of the deck that may make it right, best guesses first.
     """
 
     name: str
@@ -68,6 +77,12 @@ class DeckCheck:
     reason: str
     place: Place | None = None
     command: str = ""
+    corrections: tuple[Changes, ...] = field(default=(), repr=False, compare=False)
+
+    @property
+    def kind(self) -> str:
+        """The name without which granules or contacts it is about."""
+        return _WHICH.sub("", self.name)
 
     def to_dict(self) -> dict[str, Any]:
         """The check as JSON knows it."""
@@ -117,7 +132,15 @@ class Case:
 
     def effect(self, **numbers: object) -> float | None:
         """What numbers of the deck in place of the scene's do to the peaks."""
-        return effect(self.twin, self.expected, self.deadline, **numbers)
+        return effect(self.twin, self.expected, self.judged, self.deadline, **numbers)
+
+    @property
+    def judged(self) -> NDArray[np.bool_]:
+        """Contacts that the deck has seen peak, and that count; a wall's is the last."""
+        passed = self.truth.peak_passed
+        if self.truth.wall_peak_passed is not None:
+            passed = np.append(passed, self.truth.wall_peak_passed)
+        return np.logical_and(passed, judged_contacts(self.truth.all_peaks))
 
     @property
     def settles(self) -> bool:
@@ -141,7 +164,7 @@ class Case:
     @property
     def whole_effect(self) -> float:
         """How far the deck's own peaks are off, for what no chain along a line can show."""
-        return change_of_peaks(self.found.peak_force, self.truth.all_peaks)
+        return change_of_peaks(self.found.peak_force, self.truth.all_peaks, self.judged)
 
     def allowed(self, change: float | None, relative: float) -> bool:
         """Whether a difference is digits only: of a number (relative) and of the peaks."""

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, or_none
-from hertzchain.engines.lammps.user_deck import Executed, FoundDeck
+from hertzchain.engines.lammps.user_deck import Edits, Executed, FoundDeck
+from hertzchain.engines.lammps.user_deck.text import lines_of
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
@@ -20,6 +21,53 @@ from hertzchain.verdict.user_deck.deck_check import DeckCheck
 
 if TYPE_CHECKING:
     import pandas
+
+
+@dataclass(frozen=True)
+class Correction:
+    """What stands in place of a line of a deck: commands that are proven to be right.
+
+    Parameters
+    ----------
+    file, line
+        The line, as ``Place`` has it.
+    written
+        The command that stands there.
+    commands
+        The commands in its place; one that is taken out stands behind a ``#``.
+    """
+
+    file: str
+    line: int
+    written: str
+    commands: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The correction as JSON knows it."""
+        return {"file": self.file, "line": self.line, "commands": list(self.commands)}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one command of a deck makes wrong.
+
+    Parameters
+    ----------
+    checks
+        The checks that failed by it, that with the largest effect first.
+    correction
+        Lines with which all of these checks pass and no peak is further off; empty where none was
+        found.
+    with_others
+        Whether that is so only together with the corrections of the other findings.
+    follows
+        Index of the finding whose correction makes these checks pass, too; None for none.
+    """
+
+    checks: tuple[DeckCheck, ...]
+    correction: tuple[Correction, ...] = ()
+    with_others: bool = False
+    follows: int | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,6 +96,10 @@ class DeckExamination(ShownVerdict):
         Sentences on what was not looked at.
     texts
         Name and text of each file of the deck, as its commands name them.
+    findings
+        What is to mend, command by command, with proven corrections.
+    edits
+        All proven corrections together, by file and line.
     """
 
     scene: Scene
@@ -59,6 +111,8 @@ class DeckExamination(ShownVerdict):
     tolerance: float
     remarks: tuple[str, ...]
     texts: tuple[tuple[str, str], ...] = ()
+    findings: tuple[Finding, ...] = ()
+    edits: Edits = field(default_factory=dict)
 
     @property
     def passed(self) -> bool:
@@ -84,6 +138,33 @@ class DeckExamination(ShownVerdict):
         return tuple(check for check in self.checks[:-1] if not check.passed)
 
     @property
+    def fix(self) -> str:
+        """The text of the deck with all proven corrections; included files that change stand in it.
+
+        It is that of the deck where nothing could be corrected.
+        """
+        texts = dict(self.texts)
+        return _edited(self.deck, texts, self.edits) if self.deck in texts else ""
+
+    def corrections_of(self, edits: Edits) -> tuple[Correction, ...]:
+        """Edits as corrections of this deck, line by line."""
+        written = {(one.file, one.line): one.written for one in self.found.commands}
+        return tuple(
+            Correction(file, line, written.get((file, line), ""), commands)
+            for (file, line), commands in sorted(edits.items(), key=lambda item: item[0][1])
+        )
+
+    def error_of_peaks(self, which: NDArray[np.bool_]) -> float:
+        """Largest relative difference from the reference of some contacts; infinite without one."""
+        count = min(which.size, self.found.peak_force.size)
+        which = which[:count]
+        if not np.any(which):
+            return 0.0
+        truth = self.reference.all_peaks[:count][which]
+        off = np.abs(self.found.peak_force[:count][which] / truth - 1)
+        return float(np.max(np.where(np.isfinite(off), off, np.inf)))
+
+    @property
     def small(self) -> tuple[DeckCheck, ...]:
         """The checks that passed with a difference."""
         return tuple(check for check in self.checks if check.passed and check.differs)
@@ -107,6 +188,16 @@ class DeckExamination(ShownVerdict):
             "deck": self.deck,
             "tolerance": self.tolerance,
             "checks": [check.to_dict() for check in self.checks],
+            "findings": [
+                {
+                    "checks": [check.name for check in one.checks],
+                    "correction": [line.to_dict() for line in one.correction] or None,
+                    "with_others": one.with_others,
+                    "follows": one.follows,
+                }
+                for one in self.findings
+            ],
+            "stopped": found.stopped or None,
             "left_out": [
                 {"file": one.file, "line": one.line, "command": one.written, "why": one.why_not}
                 for one in self.left_out
@@ -125,6 +216,33 @@ class DeckExamination(ShownVerdict):
             "reference": self.reference.numbers(),
             **context_of(self.scene),
         }
+
+
+def _edited(name: str, texts: Mapping[str, str], edits: Edits) -> str:
+    """A file of a deck with edits; files that it includes stand in it where they have any."""
+    changed = {file for file, _ in edits}
+    rows: list[str] = []
+    text = texts[name]
+    for line in lines_of(text):
+        own = edits.get((name, line.number))
+        words = line.text.split()
+        if own is not None:
+            rows += own
+        elif words[:1] == ["include"] and words[1] in changed & set(texts):
+            rows.append(_edited(words[1], texts, edits).rstrip("\n"))
+        else:
+            rows += text.split("\n")[line.number - 1 : line.last]
+    return "\n".join(rows) + ("\n" if not text.endswith("\n") else "")
+
+
+def by_command(checks: Iterable[DeckCheck]) -> list[list[DeckCheck]]:
+    """Checks that failed by the command that makes them, in their order."""
+    made: dict[object, list[DeckCheck]] = {}
+    for check in checks:
+        if not check.passed:
+            at = id(check) if check.place is None else (check.place.file, check.place.line)
+            made.setdefault(at, []).append(check)
+    return list(made.values())
 
 
 def in_order(checks: Sequence[DeckCheck]) -> list[DeckCheck]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from hertzchain.engines.lammps.user_deck import FoundDeck, read_deck
+from hertzchain.engines.lammps.user_deck import Edits, FoundDeck, Reader
 from hertzchain.engines.native import Native
 from hertzchain.errors import RunFailed, SceneError, is_positive, require
-from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline
+from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline, check_time_limit
 from hertzchain.observables.result import Result
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.run import Run
@@ -19,13 +20,16 @@ from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.verdict.user_deck import step_checks
 from hertzchain.verdict.user_deck.contact_checks import contact_checks
-from hertzchain.verdict.user_deck.deck_check import Case
-from hertzchain.verdict.user_deck.examined import DeckExamination, in_order
+from hertzchain.verdict.user_deck.corrections import corrections
+from hertzchain.verdict.user_deck.deck_check import Case, DeckCheck
+from hertzchain.verdict.user_deck.examined import DeckExamination, Finding, by_command, in_order
 from hertzchain.verdict.user_deck.force_checks import force_checks
 from hertzchain.verdict.user_deck.granule_checks import granule_checks
 from hertzchain.verdict.user_deck.measured import laws, start_of_shock, stretches_of
 from hertzchain.verdict.user_deck.motion_checks import motion_checks
 from hertzchain.verdict.user_deck.piston_checks import piston_checks
+from hertzchain.verdict.user_deck.places import place
+from hertzchain.verdict.user_deck.proving import Prover, findings_of
 from hertzchain.verdict.user_deck.twin import run_twin, twin_of
 from hertzchain.verdict.user_deck.units import in_si
 
@@ -81,15 +85,61 @@ def examine(
     if Path(deck).suffix.lower() == ".py":
         allowed = "is a Python program, must be a LAMMPS input script, as lmp -in reads it"
         raise SceneError("", None, allowed, file=deck)
+    check_time_limit(time_limit)
     deadline = Deadline(time_limit)
-    with telling(progress) as report_progress:
-        found = read_deck(
-            Path(deck), scene, variables or {}, time_limit=time_limit, lmp=lmp,
-            progress=report_progress,
-        )  # fmt: skip
-        report_progress("native: the reference method")
-        done = compared(scene, str(deck), found, float(tolerance), deadline, report_progress)
-    return replace(done, texts=_texts(Path(deck), found))
+    with (
+        telling(progress) as say,
+        Reader(Path(deck), scene, variables or {}, deadline, lmp, say) as reader,
+    ):
+        examiner = _Examiner(scene, str(deck), reader, float(tolerance), deadline, say)
+        done, seconds = examiner.examined({}), deadline.limit - deadline.left
+        if done.to_mend and done.found.is_chain:
+            say("trying corrections")
+            findings, edits = findings_of(Prover(done, examiner.examined, seconds))
+            done = replace(done, findings=findings, edits=edits)
+    return replace(_with_commands(done), texts=_texts(Path(deck), done.found))
+
+
+@dataclass
+class _Examiner:
+    """Examines a deck with any edits; what the reference method finds is kept."""
+
+    scene: Scene
+    deck: str
+    reader: Reader
+    tolerance: float
+    deadline: Deadline
+    say: Callable[[str], object]
+    truths: dict[float, Result] = field(default_factory=dict)
+
+    def examined(self, edits: Edits, limit: float = math.inf) -> DeckExamination:
+        """The deck with edits, number by number; LAMMPS may take so long [s]."""
+        found = self.reader.read(edits, limit)
+        self.say("native: the reference method")
+        return compared(
+            self.scene, self.deck, found, self.tolerance, self.deadline, self.say, self.truths
+        )
+
+
+def _with_commands(done: DeckExamination) -> DeckExamination:
+    """Checks with the commands that are proven to be right, at their own lines."""
+    proven = {
+        (one.file, one.line): "\n".join(one.commands)
+        for finding in done.findings
+        for one in finding.correction
+    }
+
+    def command(check: DeckCheck) -> str:
+        place = check.place
+        return "" if place is None else proven.get((place.file, place.line), "")
+
+    checks = tuple(replace(check, command=command(check)) for check in done.checks)
+    by_name = {check.name: check for check in checks}
+    findings = tuple(
+        replace(one, checks=tuple(by_name[check.name] for check in one.checks))
+        for one in done.findings
+    )
+    return replace(done, checks=checks, findings=findings)
 
 
 def _texts(deck: Path, found: FoundDeck) -> tuple[tuple[str, str], ...]:
@@ -110,11 +160,18 @@ def compared(
     tolerance: float,
     deadline: Deadline,
     progress: Callable[[str], object] = lambda _: None,
+    truths: dict[float, Result] | None = None,
 ) -> DeckExamination:
-    """The examination of a deck that LAMMPS has read."""
+    """The examination of a deck that LAMMPS has read; ``truths`` keeps references by their ends."""
+    if not found.is_chain:
+        return _no_chain(scene, deck, found, tolerance, deadline)
     found, units = in_si(found, scene)
     start = start_of_shock(found, scene)
-    truth = _truth(scene, found.end_time - start, deadline)
+    truths = {} if truths is None else truths
+    end = found.end_time - start
+    if found.stopped:  # no peak is judged
+        end = min(end, scene.end_time)
+    truth = truths[end] = truths.get(end) or _truth(scene, end, deadline)
     known = truth.error_estimate
     allowed = f"must be at least 10 times the error of the reference, {known:.1e}"
     require(tolerance >= 10 * known, "tolerance", tolerance, allowed)
@@ -141,15 +198,49 @@ def compared(
             " before its first run: have it settle in a deck of its own, and read what that"
             " has written"
         )
-    checks = in_order([*checks, *motion_checks(case, checks)])
+    if not found.stopped:
+        checks += motion_checks(case, checks)
+    checks = in_order([_with_corrections(case, check) for check in checks])
     peaks_of_deck = step_checks.peaks_check(case)
     if not peaks_of_deck.passed and checks:
         # Digits alone may add up: then the one with the largest effect is the one to mend.
         first = checks[0]
-        peaks_of_deck = replace(peaks_of_deck, place=first.place, command=first.command)
+        peaks_of_deck = replace(peaks_of_deck, place=first.place)
     return DeckExamination(
-        scene, deck, found, (*checks, peaks_of_deck), truth, step_checks.judged(case), tolerance,
-        _remarks(case),
+        scene, deck, found, (*checks, peaks_of_deck), truth, case.judged, tolerance,
+        _remarks(case), findings=tuple(Finding(tuple(one)) for one in by_command(checks)),
+    )  # fmt: skip
+
+
+def _with_corrections(case: Case, check: DeckCheck) -> DeckCheck:
+    """A check without its guess of a command; with all that may be tried, if it failed."""
+    tried = () if check.passed else corrections(case, check)
+    return replace(check, command="", corrections=tried)
+
+
+def _no_chain(
+    scene: Scene, deck: str, found: FoundDeck, tolerance: float, deadline: Deadline
+) -> DeckExamination:
+    """The examination of granules that do not lie in one row: nothing else is compared."""
+    size = found.radius.size
+    across = np.round(found.sideways / np.min(found.radius)).astype(np.int64)
+    rows, each = np.unique(across, axis=0, return_counts=True)
+    kind = "do not lie in one row"
+    if 1 < len(rows) <= size // 2 and np.ptp(each) == 0:
+        kind = f"lie in {len(rows)} rows of {each[0]}, not in one"
+    check = DeckCheck(
+        "chain", "", None, None, None, False, True,
+        f"the deck is no chain: its {size} granules {kind}",
+        "other numbers and the run of what is no chain are not looked at: hertzchain lint has rules"
+        " for any deck", place(found, "granules"),
+    )  # fmt: skip
+    peaks = DeckCheck("peaks", "N", None, None, None, False, True, "the deck was not run",
+                      "it is no chain", check.place)  # fmt: skip
+    truth = Native("reference", time_limit=deadline.left).run(scene)
+    judged = np.zeros(truth.all_peaks.size, bool)
+    return DeckExamination(
+        scene, deck, found, (check, peaks), truth, judged, tolerance, (),
+        findings=(Finding((check,)),),
     )  # fmt: skip
 
 
@@ -176,7 +267,7 @@ def _remarks(case: Case) -> tuple[str, ...]:
             f"the shock begins {case.start:.6g} s after the start of the deck; numbers of granules"
             " and contacts are those before its first run"
         )
-    late = int(np.count_nonzero(~step_checks.judged(case)))
+    late = int(np.count_nonzero(~case.judged))
     if late:
         remarks.append(
             f"{late} contacts are not judged: pressed too little, or not past their peaks when the"

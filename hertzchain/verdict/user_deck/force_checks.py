@@ -19,7 +19,7 @@ from hertzchain.verdict.user_deck.deck_check import (
     same,
     values,
 )
-from hertzchain.verdict.user_deck.group_names import first_alone, on_granule
+from hertzchain.verdict.user_deck.group_names import first_alone
 from hertzchain.verdict.user_deck.measured import stretches_of
 from hertzchain.verdict.user_deck.moving_forces import drags, shows_in_motion
 from hertzchain.verdict.user_deck.places import Place, place_at
@@ -74,7 +74,7 @@ def _constant(case: Case) -> list[DeckCheck]:
         right_gravity = 0.0 if pressed is None else pressed.gravity / unit
         if gravity:
             numbers.insert(0, (abs(float(per_mass[0])) / unit, right_gravity))
-        fallback = _loads(case) if wanted else "without this fix"
+        fallback = "" if wanted else "without this fix"
         check = placed(check, found, "gravity" if gravity else "constant force", numbers, fallback)
         check = check if wanted else replace(check, command=fallback)
         if not np.any(measured):  # no command makes it
@@ -112,25 +112,6 @@ def scene_is_led(case: Case) -> bool:
 
 def _is_run(where: Place) -> bool:
     return where.written.split()[:1] == ["run"]
-
-
-def _loads(case: Case) -> str:
-    """Gravity and precompression of a scene as LAMMPS takes them, in units of the deck."""
-    pressed, found, unit = case.scene.precompression, case.found, case.units
-    if pressed is None:
-        return ""
-    sign = -1 if found.reversed else 1
-    vector = ["0"] * 3
-    commands = []
-    if pressed.gravity:
-        vector["xyz".index(found.axis)] = str(sign)
-        number = pressed.gravity / (unit.length / unit.time**2)
-        commands.append(f"fix gravity all gravity {number:.10g} vector {' '.join(vector)}")
-    if pressed.force:
-        vector["xyz".index(found.axis)] = f"{sign * pressed.force / unit.force:.10g}"
-        load = f"fix load {{group}} addforce {' '.join(vector)}"
-        commands.append(on_granule(found, 0, "loaded", load))
-    return "; ".join(commands)
 
 
 def _drag(case: Case) -> list[DeckCheck]:

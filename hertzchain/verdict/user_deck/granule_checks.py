@@ -12,14 +12,12 @@ from hertzchain.verdict.user_deck.deck_check import (
     ROUND_OFF,
     Case,
     DeckCheck,
-    Indices,
     groups,
     names,
     placed,
     same,
     values,
 )
-from hertzchain.verdict.user_deck.group_names import on_granule
 from hertzchain.verdict.user_deck.measured import far_wall, spacing
 from hertzchain.verdict.user_deck.places import is_same, numbers_in, place
 
@@ -63,18 +61,7 @@ def _count(case: Case) -> DeckCheck:
         f"the deck has {found} granules, the scene {wanted}", "counts must be equal",
     )  # fmt: skip
     numbers = [(found, wanted)] + ([] if found - 1 == wanted else [(found - 1, wanted - 1)])
-    return placed(check, case.found, "granules", numbers, f"make {wanted} granules")
-
-
-def _target(case: Case, indices: Indices) -> str:
-    """Some granules as the command ``set`` names them."""
-    size = case.found.radius.size
-    if indices.size == size:
-        return "group all"
-    ids = [int(case.found.ids[k]) for k in indices]
-    if len(ids) > 1 and max(ids) - min(ids) + 1 == len(ids):
-        return f"atom {min(ids)}*{max(ids)}"
-    return f"atom {ids[0]}" if len(ids) == 1 else f"atom {min(ids)} (and {len(ids) - 1} more)"
+    return placed(check, case.found, "granules", numbers)
 
 
 def _radius(case: Case) -> list[DeckCheck]:
@@ -101,8 +88,7 @@ def _radius(case: Case) -> list[DeckCheck]:
         )  # fmt: skip
         old, new = measured[k] / case.units.length, expected[k] / case.units.length
         numbers = [(2 * old, 2 * new), (old, new)]
-        fallback = f"set {_target(case, alike)} diameter {2 * new:.10g}"
-        checks.append(placed(check, case.found, "radius", numbers, fallback))
+        checks.append(placed(check, case.found, "radius", numbers))
     return checks
 
 
@@ -130,26 +116,24 @@ def _mass(case: Case) -> list[DeckCheck]:
             case.allowed(change, off[k]), True,
             f"{name} {values(measured[k], expected[k], 'kg')}", case.reason,
         )  # fmt: skip
-        checks.append(_mass_placed(case, check, alike, k))
+        checks.append(_mass_placed(case, check, k))
     return checks
 
 
-def _mass_placed(case: Case, check: DeckCheck, alike: Indices, k: int) -> DeckCheck:
+def _mass_placed(case: Case, check: DeckCheck, k: int) -> DeckCheck:
     """The line of a mass: by its density, itself, or a density given before the diameter."""
     units, volume = case.units, 4 / 3 * math.pi * case.scene.granules.radius[k] ** 3
     assert check.measured is not None
     assert check.expected is not None
     old, new = check.measured / units.mass, check.expected / units.mass
     right = check.expected / volume / units.density
-    fallback = f"set {_target(case, alike)} density {right:.10g}"
     early = old / (math.pi / 6)  # LAMMPS makes granules with a diameter of 1
     where = place(case.found, "mass", [early])
     if where is not None and "density" in where.written and _stands(case, early, where.index):
         why = f"{check.sentence}: the density was set while the diameter was still 1"
-        right = f"{fallback}, below the line that sets the diameter"
-        return replace(check, place=where, sentence=why, command=right)
+        return replace(check, place=where, sentence=why)
     numbers = [(old * units.mass / volume / units.density, right), (old, new)]
-    return placed(check, case.found, "mass", numbers, fallback)
+    return placed(check, case.found, "mass", numbers)
 
 
 def _stands(case: Case, number: float, index: int) -> bool:
@@ -184,16 +168,12 @@ def _spacing(case: Case) -> list[DeckCheck]:
         f"allowed is what changes no peak by more than {case.tolerance:g}",
     )  # fmt: skip
     unit = case.units.length
-    axis, size = case.found.axis, case.scene.granules.position / unit
+    size = case.scene.granules.position / unit
     numbers = [
         (measured[k] / unit, expected[k] / unit),
         *((abs(float(case.found.position[j])) / unit, float(size[j])) for j in alike[:1] + 1),
     ]
-    fallback = (
-        f"granules {k + 1} and {k + 2} must be {expected[k] / unit:.10g} apart along {axis}, with"
-        " all digits"
-    )
-    return [placed(check, case.found, "place", numbers, fallback)]
+    return [placed(check, case.found, "place", numbers)]
 
 
 def _wall_place(case: Case) -> list[DeckCheck]:
@@ -215,8 +195,7 @@ def _wall_place(case: Case) -> list[DeckCheck]:
         f"the wall {values(measured, expected, 'm')} from the centre of the last granule",
         f"allowed is what changes no peak by more than {case.tolerance:g}",
     )  # fmt: skip
-    right = f"{case.found.axis}plane, {expected / case.units.length:.10g} beyond the last centre"
-    return [placed(check, case.found, "wall", (), right)]
+    return [placed(check, case.found, "wall")]
 
 
 def _tilt(case: Case, sideways: float) -> float:
@@ -238,8 +217,7 @@ def _off_axis(case: Case) -> list[DeckCheck]:
         "a contact that tilts by s / 2R loses s^2 / 4R of its overlap",
     )  # fmt: skip
     numbers = [(off / case.units.length, 0.0)]
-    fallback = f"put all centres on one line along {case.found.axis}"
-    return [placed(check, case.found, "place", numbers, fallback)]
+    return [placed(check, case.found, "place", numbers)]
 
 
 def _velocity(case: Case) -> list[DeckCheck]:
@@ -265,16 +243,8 @@ def _velocity(case: Case) -> list[DeckCheck]:
             f"velocity of {who} at the start {values(measured[k], expected[k], 'm/s')}",
             case.reason if wanted else "the scene has no such velocity",
         )  # fmt: skip
-        sign = -1.0 if case.found.reversed else 1.0
         old, new = measured[k] / case.units.velocity, expected[k] / case.units.velocity
-        vector = ["0.0"] * 3
-        vector["xyz".index(case.found.axis)] = f"{sign * new:.10g}"
-        right = f"velocity {{group}} set {' '.join(vector)} units box"
-        if not wanted and not alone:
-            fallback = right.format(group="all")
-        else:
-            fallback = on_granule(case.found, k, "moving", right)
-        checks.append(placed(check, case.found, "velocity", [(abs(old), abs(new))], fallback))
+        checks.append(placed(check, case.found, "velocity", [(abs(old), abs(new))]))
     if side > ROUND_OFF * scale:
         radius = float(np.min(case.scene.granules.radius))
         change = _tilt(case, min(side * case.found.end_time, radius))
@@ -284,9 +254,7 @@ def _velocity(case: Case) -> list[DeckCheck]:
             "the scene has no such velocity",
         )  # fmt: skip
         old = side / case.units.velocity
-        checks.append(
-            placed(check, case.found, "velocity", [(old, 0.0)], "velocity all set 0.0 0.0 0.0")
-        )
+        checks.append(placed(check, case.found, "velocity", [(old, 0.0)]))
     return checks
 
 
@@ -301,4 +269,4 @@ def _spin(case: Case) -> list[DeckCheck]:
         "the scene has no spin; with friction it pushes granules off the axis",
     )  # fmt: skip
     numbers = [(spin * case.units.time, 0.0)]
-    return [placed(check, case.found, "spin", numbers, "set group all omega 0.0 0.0 0.0")]
+    return [placed(check, case.found, "spin", numbers)]

@@ -12,7 +12,7 @@ from hertzchain.verdict.user_deck.places import Place, group_of, place_at
 _OF_ONE = re.compile(r"group\s+(\S+)\s+id\s+(\d+)\s*$")
 
 
-def on_granule(found: FoundDeck, granule: int, name: str, command: str) -> str:
+def on_granule(found: FoundDeck, granule: int, name: str, command: str) -> list[str]:
     """A command for one granule alone, in which ``{group}`` stands for its group.
 
     That is a group of the deck; where it has none, ``name`` or what comes near it, and the command
@@ -20,9 +20,9 @@ def on_granule(found: FoundDeck, granule: int, name: str, command: str) -> str:
     """
     own = _group_of_granule(found, granule)
     if own is not None:
-        return command.format(group=own)
+        return [command.format(group=own)]
     new = unused(name, _groups(found))
-    return f"group {new} id {int(found.ids[granule])}; {command.format(group=new)}"
+    return [f"group {new} id {int(found.ids[granule])}", command.format(group=new)]
 
 
 def first_alone(found: FoundDeck, fix: Place) -> tuple[Place, str]:
@@ -32,12 +32,12 @@ def first_alone(found: FoundDeck, fix: Place) -> tuple[Place, str]:
     """
     words = found.commands[fix.index].text.split()
     if words[:1] != ["fix"]:
-        return fix, on_granule(found, 0, "shock", "the shock as a fix on the group {group}")
+        return fix, ""
     group, where = words[2], group_of(found, fix)
     if where != fix and not _is_used_besides(found, group, fix):
         return where, f"group {group} id {int(found.ids[0])}"
     written = re.sub(r"^(\s*fix\s+\S+\s+)\S+", r"\1{group}", _braced(fix.written), count=1)
-    return fix, on_granule(found, 0, "shock", written)
+    return fix, "\n".join(on_granule(found, 0, "shock", written))
 
 
 def unused(name: str, taken: set[str]) -> str:

@@ -15,8 +15,6 @@ from hertzchain.verdict.user_deck.deck_check import ROUND_OFF, Case, DeckCheck, 
 from hertzchain.verdict.user_deck.measured import stretches_of
 from hertzchain.verdict.user_deck.moving_forces import moving_force_checks
 from hertzchain.verdict.user_deck.places import formula_of, place_at
-from hertzchain.verdict.user_deck.pulse_checks import right_shock
-from hertzchain.verdict.user_deck.step_checks import judged
 from hertzchain.verdict.user_deck.twin import Twin, TwinRun, run_twin
 
 _FITTED = 1e-2  # of the largest effect of a failed check: what fitting its law misses (chosen)
@@ -45,7 +43,7 @@ def motion_checks(case: Case, others: Sequence[DeckCheck]) -> list[DeckCheck]:
     if not np.all(np.isfinite(expected)):
         return forces
     pressed = expected[:size] > ROUND_OFF * np.max(case.truth.all_peaks)  # else it is round-off
-    contacts = np.flatnonzero(judged_contacts(expected[:size]) & pressed & judged(case)[:size])
+    contacts = np.flatnonzero(judged_contacts(expected[:size]) & pressed & case.judged[:size])
     if contacts.size == 0:
         return [*forces, *([] if forces else _end_of_motion(case, run))]
     off = measured[contacts] / expected[contacts] - 1
@@ -116,7 +114,6 @@ def _moved(case: Case, check: DeckCheck) -> DeckCheck:
     found = case.found
     words = [one.text.split() for one in found.commands]
     shock = {words[fix.command][1] for fix in found.fixes if fix.style == "addforce"}
-    right = "fix motion all nve for the whole run, and nothing else that moves granules"
 
     def disturbs(k: int) -> bool:
         if not found.commands[k].carried_out or not _CHANGES.match(found.commands[k].text):
@@ -133,12 +130,12 @@ def _moved(case: Case, check: DeckCheck) -> DeckCheck:
     for suspects in (later, odd):
         if suspects:
             where = place_at(found, suspects[0])
-            return replace(check, place=where, command=f"without this command: {right}")
+            return replace(check, place=where, command="without this command")
     pushing = [fix for fix in found.fixes if fix.style == "addforce"]
     if pushing and case.scene.ramps:
         where = formula_of(found, place_at(found, pushing[-1].command))
-        return replace(check, place=where, command=right_shock(case))
-    return placed(check, found, "motion", (), right)
+        return replace(check, place=where)
+    return placed(check, found, "motion")
 
 
 def found_twin(case: Case) -> Twin:

@@ -16,7 +16,6 @@ from hertzchain.verdict.user_deck.deck_check import (
     same,
     values,
 )
-from hertzchain.verdict.user_deck.group_names import on_granule
 from hertzchain.verdict.user_deck.measured import displacement, stretches_of
 from hertzchain.verdict.user_deck.places import Place, formula_of, place_at
 
@@ -36,7 +35,7 @@ def piston_checks(case: Case) -> list[DeckCheck]:
         )  # fmt: skip
         if led.size:
             return [_placed(case, check, "without this fix")]
-        return [placed(check, found, "piston", (), _right(case))]
+        return [placed(check, found, "piston")]
     if piston is None:
         return []
     time = found.driven_time - case.start
@@ -58,8 +57,10 @@ def piston_checks(case: Case) -> list[DeckCheck]:
     if piston.velocity is not None and time[k] > 0:
         unit = case.units.velocity
         numbers = [(measured / time[k] / unit, piston.velocity / unit)]
-    by_number = placed(check, found, "piston", numbers, "")
-    return [by_number if by_number.command else _placed(case, check, _right(case))]
+    # A piston by fix setforce has its velocity from another command.
+    moves = any(fix.style == "move" for fix in found.fixes)
+    by_number = placed(check, found, "piston" if moves else "velocity", numbers)
+    return [by_number if by_number.command or not moves else _placed(case, check, "")]
 
 
 def _placed(case: Case, check: DeckCheck, command: str) -> DeckCheck:
@@ -69,17 +70,3 @@ def _placed(case: Case, check: DeckCheck, command: str) -> DeckCheck:
         return placed(check, case.found, "piston", (), command)
     where: Place = place_at(case.found, moving[-1].command)
     return replace(check, place=formula_of(case.found, where), command=command)
-
-
-def _right(case: Case) -> str:
-    """The command of the scene's piston, in units of the deck."""
-    piston, unit, found = case.scene.piston, case.units, case.found
-    assert piston is not None
-    if piston.velocity is None:
-        right = "fix piston {group} move variable, with the displacement of the scene"
-        return on_granule(found, 0, "piston", right)
-    vector = ["0.0"] * 3
-    sign = -1 if found.reversed else 1
-    vector["xyz".index(found.axis)] = f"{sign * piston.velocity / unit.velocity:.10g}"
-    right = f"fix piston {{group}} move linear {' '.join(vector)}"
-    return on_granule(found, 0, "piston", right)

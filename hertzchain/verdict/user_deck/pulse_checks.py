@@ -12,7 +12,6 @@ from hertzchain.arrays import FloatArray
 from hertzchain.scene.pulse import PROFILES, Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.user_deck.deck_check import Case, DeckCheck, Indices, placed, same, values
-from hertzchain.verdict.user_deck.group_names import fixes_of, on_granule, unused
 from hertzchain.verdict.user_deck.measured import stretches_of
 from hertzchain.verdict.user_deck.places import formula_of, numbers_in, place_at, with_number
 
@@ -53,7 +52,7 @@ def of_shock(
         and "wall" not in fix.style and fix.style != "gravity"
     ]  # fmt: skip
     word = found.commands[shocks[-1].command].text if shocks else ""
-    check = placed(check, found, "shock", numbers, fallback or right_shock(case), word)
+    check = placed(check, found, "shock", numbers, fallback, word)
     if not numbers and not fallback and check.place is not None:
         return replace(check, place=formula_of(found, check.place))
     return check
@@ -67,45 +66,6 @@ def _every(case: Case, check: DeckCheck) -> DeckCheck:
             right = re.sub(r"\s+every\s+\S+", "", text)
             return replace(check, place=place_at(case.found, fix.command), command=right)
     return check
-
-
-def right_shock(case: Case) -> str:
-    """The commands of the scene's shock, in units of the deck."""
-    scene, unit, found = case.scene, case.units, case.found
-    vector = ["0.0"] * 3
-    sign = "-" if found.reversed else ""
-    name, variable = _own_names(case)
-    vector["xyz".index(found.axis)] = f"v_{variable}"
-    fix = on_granule(found, 0, "shock", f"fix {name} {{group}} addforce {' '.join(vector)}")
-    if not isinstance(scene.shock, Pulse):
-        return f"{fix}, with the scene's force as the variable {variable}"
-    assert scene.rise_time is not None
-    rise, end = scene.rise_time / unit.time, scene.pulse_end / unit.time
-    force = scene.peak_force / unit.force
-    of_rise, of_decay = PROFILES[scene.shock.profile]
-    begin = "time" if case.start == 0 else f"(time-{case.start / unit.time:.10g})"
-
-    def shape(kind: str, part: str) -> str:
-        return f"sin(PI/2*{part})^2" if kind == "cosine" else part
-
-    up = shape(of_rise, f"({begin}/{rise:.10g})")
-    down = shape(of_decay, f"(({end:.10g}-{begin})/{end - rise:.10g})")
-    return (
-        f'variable {variable} equal "{sign}{force:.10g}*(({begin}<{rise:.10g})*{up}'
-        f'+({begin}>={rise:.10g})*({begin}<{end:.10g})*{down})"; {fix}'
-    )
-
-
-def _own_names(case: Case) -> tuple[str, str]:
-    """The fix and the variable of a deck's shock; names that are free where it has none."""
-    found, along = case.found, 4 + "xyz".index(case.found.axis)
-    lines = [one.text.split() for one in found.commands if one.carried_out]
-    of_time = {words[1] for words in lines if words[:1] == ["variable"] and "equal" in words[2:3]}
-    for words in reversed(lines):
-        name = "".join(words[along : along + 1]).removeprefix("v_")
-        if words[:1] == ["fix"] and words[3:4] == ["addforce"] and name in of_time:
-            return words[1], name
-    return unused("shock", fixes_of(found)), "F"
 
 
 def pulse_checks(case: Case) -> list[DeckCheck]:

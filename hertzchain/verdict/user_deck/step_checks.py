@@ -7,17 +7,18 @@ import re
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hertzchain.engines.native import METHODS
 from hertzchain.observables.error_bound import stable_step
-from hertzchain.observables.peaks import judged_contacts
 from hertzchain.verdict.user_deck.deck_check import Case, DeckCheck, names, placed, same, values
 from hertzchain.verdict.user_deck.measured import far_wall
 from hertzchain.verdict.user_deck.places import ROLES, place_at
 from hertzchain.verdict.user_deck.twin import change_of_peaks
 
 _MISSED = 0.1  # of the largest overlap: contacts noticed later are missed (chosen)
+_ERROR = (
+    0.5  # of velocity Verlet with a step of 1 in natural units, by its order (measured, largest)
+)
 _MARGIN = 0.8  # of the longest step with the wanted accuracy: a rounder number fits below (chosen)
 
 
@@ -31,19 +32,14 @@ def _step(case: Case) -> DeckCheck:
     scene, found, unit = case.scene, case.found, case.units.time
     dt = max((run.dt for run in found.runs), default=0.0)
     longest = stable_step(scene, METHODS["velocity-verlet"].interval)
-    error = change_of_peaks(_known(case, case.expected.peak_force), case.truth.all_peaks)
+    error = change_of_peaks(case.expected.peak_force, case.truth.all_peaks, case.judged)
     name, reason = "time step", (
         "velocity Verlet with the numbers of the scene and the steps of the deck may be off by"
         f" {case.tolerance:g}"
     )  # fmt: skip
     if error <= case.tolerance and dt < longest:
         return replace(same(name, "s", dt, dt, reason), effect=error)
-    order = 2 if scene.contact is None else 1
-    wanted = min(longest / 4, dt / 2)
-    if math.isfinite(error) and error < 0.5:
-        wanted = min(wanted, _MARGIN * dt * (case.tolerance / error) ** (1 / order))
-    digits = 10 ** math.floor(math.log10(wanted / unit))
-    right = math.floor(wanted / unit / digits * 10) / 10 * digits
+    right = wanted_step(dt, longest, error, case) / unit
     unstable = dt >= longest
     sentence = f"the time step is {dt:.4g} s, " + (
         f"above the longest stable one, {longest:.3g} s" if unstable
@@ -55,21 +51,18 @@ def _step(case: Case) -> DeckCheck:
     return placed(check, found, "timestep", [(dt / unit, right)], f"timestep {right:.6g}")
 
 
-def _known(case: Case, peaks: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Peaks of a run, with the reference's where a contact had not passed its peak at the end."""
-    truth = case.truth.all_peaks
-    whole = np.array(truth)
-    count = min(peaks.size, truth.size)
-    whole[:count] = np.where(judged(case)[:count], peaks[:count], truth[:count])
-    return whole
-
-
-def judged(case: Case) -> NDArray[np.bool_]:
-    """Contacts that the deck has seen peak, and that count; a wall's is the last."""
-    passed = case.truth.peak_passed
-    if case.truth.wall_peak_passed is not None:
-        passed = np.append(passed, case.truth.wall_peak_passed)
-    return np.logical_and(passed, judged_contacts(case.truth.all_peaks))
+def wanted_step(dt: float, longest: float, error: float, case: Case) -> float:
+    """A step of two digits with the wanted accuracy, from one that is too long [s]."""
+    order = 2 if case.scene.contact is None else 1
+    wanted = min(longest / 4, dt / 2)
+    if math.isfinite(error) and error < 0.5:
+        wanted = min(wanted, _MARGIN * dt * (case.tolerance / error) ** (1 / order))
+    else:
+        natural = (_MARGIN * case.tolerance / _ERROR) ** (1 / order)
+        wanted = min(wanted, natural * case.scene.units.time)
+    unit = case.units.time
+    digits = 10 ** math.floor(math.log10(wanted / unit))
+    return float(math.floor(wanted / unit / digits * 10) / 10 * digits * unit)
 
 
 def _end(case: Case) -> DeckCheck:
@@ -79,7 +72,7 @@ def _end(case: Case) -> DeckCheck:
     # The deck's last step may fall short of the end by a rounding error.
     if end >= wanted * (1 - 1e-9):
         return same("end of the run", "s", end, wanted, "the deck runs as long as the scene")
-    late = int(np.count_nonzero(~judged(case)))
+    late = int(np.count_nonzero(~case.judged))
     check = DeckCheck(
         "end of the run", "s", end, wanted, None, late == 0, True,
         f"the deck ends {end:.4g} s after the shock begins, the scene {wanted:.4g} s"
@@ -88,7 +81,7 @@ def _end(case: Case) -> DeckCheck:
         "peaks that come later than the deck's end cannot be judged",
     )  # fmt: skip
     if not found.runs:
-        return placed(check, found, "run", (), "run more steps")
+        return placed(check, found, "run")
     last = found.runs[-1]
     more = math.ceil((wanted - end) / last.dt - 1e-6) + last.steps
     command = found.commands[last.command].text
@@ -170,7 +163,12 @@ def peaks_check(case: Case) -> DeckCheck:
         " judged"
     )
     size = min(found.peak_force.size, truth.size)
-    contacts = np.flatnonzero(judged(case)[:size])
+    contacts = np.flatnonzero(case.judged[:size])
+    if found.stopped:
+        return DeckCheck(
+            "peaks", "N", None, None, None, False, True,
+            f"the deck does not come to its end: {found.stopped}", reason,
+        )  # fmt: skip
     if contacts.size == 0:
         return DeckCheck(
             "peaks", "N", None, None, None, False, True,

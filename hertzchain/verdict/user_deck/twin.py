@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.limits import Deadline
-from hertzchain.observables.peaks import judged_contacts
 from hertzchain.scene.scene import Scene
 
 _PIECE = 100_000  # steps between two looks at the clock: 0.1 s with 60 granules
@@ -122,23 +121,29 @@ def run_twin(twin: Twin, deadline: Deadline) -> TwinRun:
     return TwinRun(force, at, float(-reach[0]), float(reach[1]), state[0], state[1])
 
 
-def change_of_peaks(found: FloatArray, expected: FloatArray) -> float:
+def change_of_peaks(found: FloatArray, expected: FloatArray, judged: NDArray[np.bool_]) -> float:
     """Largest relative difference of the peaks that are judged; infinite without a number.
 
-    Both of shape (contacts,); ``found`` may lack the contact of a wall, or have one too many.
+    All of shape (contacts,); ``found`` may lack the contact of a wall, or have one too many.
     """
     size = min(found.size, expected.size)
-    found, expected = found[:size], expected[:size]
-    judged = judged_contacts(expected)
+    found, expected, judged = found[:size], expected[:size], judged[:size]
     if not judged.any():
         return 0.0
     change = np.abs(found[judged] / expected[judged] - 1)
     return float(np.max(change)) if np.all(np.isfinite(change)) else float("inf")
 
 
-def effect(twin: Twin, expected: TwinRun, deadline: Deadline, **numbers: object) -> float:
+def effect(
+    twin: Twin,
+    expected: TwinRun,
+    judged: NDArray[np.bool_],
+    deadline: Deadline,
+    **numbers: object,
+) -> float:
     """How much some numbers of a deck, in place of the scene's, change the peaks at most."""
     return change_of_peaks(
         run_twin(replace(twin, **numbers), deadline).peak_force,  # type: ignore[arg-type]
         expected.peak_force,
+        judged,
     )

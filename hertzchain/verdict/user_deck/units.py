@@ -14,7 +14,7 @@ from hertzchain.scene.scene import Scene
 
 _POWERS: dict[str, tuple[str, ...]] = {
     "length": (
-        "position", "sideways", "radius", "final_position", "overlap", "damped_overlap",
+        "origin", "position", "sideways", "radius", "final_position", "overlap", "damped_overlap",
         "missed_overlap", "driven_displacement",
     ),
     "mass": ("mass",),

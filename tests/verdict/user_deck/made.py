@@ -55,7 +55,11 @@ def found(scene: hc.Scene) -> FoundDeck:
         ),
         first_run=len(COMMANDS) - 1,
         units="si",
+        stopped="",
+        is_chain=True,
         axis="x",
+        direction=np.array([1.0, 0.0, 0.0]),
+        origin=np.zeros(3),
         reversed=False,
         ids=np.arange(1, count + 1),
         types=np.ones(count, np.int64),
@@ -119,3 +123,8 @@ def by_name(done: DeckExamination, start: str) -> DeckCheck:
     """The check whose name starts so."""
     (check,) = (check for check in done.checks if check.name.startswith(start))
     return check
+
+
+def first_guess(check: DeckCheck) -> tuple[str, ...]:
+    """The commands of its first line in the first correction that would be tried."""
+    return next(iter(check.corrections[0].values()))

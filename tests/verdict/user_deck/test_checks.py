@@ -14,7 +14,7 @@ import hertzchain as hc
 from hertzchain.engines.lammps.user_deck import FoundDeck, FoundWall
 from hertzchain.verdict.user_deck.measured import law_of
 from tests.verdict.user_deck.corpus import scene_of
-from tests.verdict.user_deck.made import STEP, by_name, changed, examined, found
+from tests.verdict.user_deck.made import STEP, by_name, changed, examined, first_guess, found
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +96,7 @@ def test_both_sides_of_a_tolerance(name: str, scene: hc.Scene, right: FoundDeck)
     assert not check.passed
     assert check.place is not None
     assert check.place.file == "in.made"
-    assert check.command
+    assert check.corrections
 
 
 @pytest.mark.parametrize(
@@ -110,22 +110,21 @@ def test_a_small_difference_is_not_one_times(
 
 
 @pytest.mark.parametrize(
-    ("granules", "name", "target"),
+    ("granules", "name"),
     [
-        ([3], "mass of granule 4", "atom 4 "),
-        ([3, 4, 5], "mass of granules 4 to 6", "atom 4*6 "),
-        ([3, 7], "mass of granules 4, 8", "atom 4 (and 1 more) "),
-        (list(range(20)), "mass of all granules", "group all "),
+        ([3], "mass of granule 4"),
+        ([3, 4, 5], "mass of granules 4 to 6"),
+        ([3, 7], "mass of granules 4, 8"),
+        (list(range(20)), "mass of all granules"),
     ],
 )
 def test_which_granules_are_wrong(
-    granules: list[int], name: str, target: str, scene: hc.Scene, right: FoundDeck
+    granules: list[int], name: str, scene: hc.Scene, right: FoundDeck
 ) -> None:
     mass = np.array(right.mass)
     mass[granules] *= 1.1
     check = by_name(examined(scene, changed(right, mass=mass)), "mass")
     assert check.name == name
-    assert target in str(check.command)
 
 
 def test_a_force_on_a_second_granule_is_that_of_its_group(
@@ -138,7 +137,7 @@ def test_a_force_on_a_second_granule_is_that_of_its_group(
         for check in examined(scene, changed(right, applied_force=applied)).to_mend
         if check.place is not None and check.place.written == "group first id 1"
     ]
-    assert [check.command for check in wrong] == ["group first id 1"]
+    assert len(wrong) == 1
     assert "granule 3" in wrong[0].sentence
 
 
@@ -163,7 +162,7 @@ def with_group(deck: FoundDeck, made: str, fix: str = "fix 2 first addforce v_F 
         ("group push id 1 3", "fix 2 push addforce v_F 0 0", 9, "group push id 1"),
         # Without a group of its own: a new one, whose name is free.
         ("group shock id 4", "fix 2 all addforce v_F 0 0", 11,
-         "group shock2 id 1; fix 2 shock2 addforce v_F 0 0"),
+         "group shock2 id 1|fix 2 shock2 addforce v_F 0 0"),
         ("group hit id 1", "fix 2 all addforce v_F 0 0", 11, "fix 2 hit addforce v_F 0 0"),
     ],
 )  # fmt: skip
@@ -173,7 +172,7 @@ def test_the_group_of_a_shock_keeps_its_name(
     done = examined(scene, with_group(right, made, fix))
     check = by_name(done, "granules that are pushed")
     assert check.place is not None
-    assert (check.place.line, check.command) == (line, command)
+    assert (check.place.line, "|".join(first_guess(check))) == (line, command)
 
 
 def test_a_group_that_others_use_stays(scene: hc.Scene, right: FoundDeck) -> None:
@@ -182,7 +181,7 @@ def test_a_group_that_others_use_stays(scene: hc.Scene, right: FoundDeck) -> Non
     first = replace(deck.commands[9], text="fix 1 push nve", written="fix 1 push nve")
     deck = changed(deck, commands=(*deck.commands[:9], first, *deck.commands[10:]))
     check = by_name(examined(scene, deck), "granules that are pushed")
-    assert check.command == "group shock id 1; fix 2 shock addforce v_F 0 0"
+    assert first_guess(check) == ("group shock id 1", "fix 2 shock addforce v_F 0 0")
 
 
 def test_a_formula_keeps_the_names_of_the_deck(scene: hc.Scene, right: FoundDeck) -> None:
@@ -191,8 +190,9 @@ def test_a_formula_keeps_the_names_of_the_deck(scene: hc.Scene, right: FoundDeck
     applied = right.applied_force.copy()
     applied[:, 0] = np.where(time < 60e-6, 100 * np.sin(np.pi * time / 60e-6), 0.0)
     check = by_name(examined(scene, changed(right, applied_force=applied)), "applied force over")
-    assert check.command.startswith('variable F equal "100*')
-    assert check.command.endswith('"; fix 2 first addforce v_F 0.0 0.0')
+    formula, both = (next(iter(changes.values())) for changes in check.corrections[:2])
+    assert formula[0].startswith('variable F equal "100*')
+    assert both == (formula[0], "fix 2 first addforce v_F 0.0 0.0")
 
 
 def test_a_force_that_is_limited_is_no_other_stiffness(scene: hc.Scene, right: FoundDeck) -> None:
@@ -295,7 +295,7 @@ def test_motion_without_an_odd_command_is_of_the_shock(scene: hc.Scene, right: F
     check = by_name(examined(scene, times("peak_force", 1.01)(right)), "motion")
     assert check.place is not None
     assert check.place.written == "variable F equal v_F0*sin(PI*time/60e-6)^2*(time<60e-6)"
-    assert check.command.startswith("variable F equal")
+    assert first_guess(check)[0].startswith("variable F equal")
 
 
 def test_a_tolerance_is_that_of_numbers_too(scene: hc.Scene, right: FoundDeck) -> None:
@@ -313,7 +313,7 @@ def test_steps_that_are_too_long(scene: hc.Scene, right: FoundDeck) -> None:
         assert check.passed == passed
     assert check.place is not None
     assert check.place.written == "timestep 2e-7"
-    words = check.command.split()
+    words = first_guess(check)[0].split()
     assert words[0] == "timestep"
     assert float(words[1]) < 8 * run.dt
 
@@ -330,7 +330,7 @@ def test_a_deck_that_ends_early(scene: hc.Scene, right: FoundDeck) -> None:
     done = examined(scene, changed(right, runs=runs, end_time=1000 * STEP))
     check = by_name(done, "end of the run")
     assert not check.passed
-    assert check.command == "run 2500"
+    assert first_guess(check) == ("run 2500", "run 1500")
     assert not done.judged[-1]  # not seen yet
     assert done.judged[0]
 
@@ -511,6 +511,7 @@ def test_the_document(scene: hc.Scene, right: FoundDeck) -> None:
     assert numbers["verdict"] == "fail"
     first = next(one for one in numbers["checks"] if one["name"].startswith("mass"))
     assert first["line"] == 2  # the variable that the density is
-    assert first["command"] == "variable rho equal 7958"
+    assert first_guess(done.to_mend[0]) == ("variable rho equal 7958",)
+    assert first["command"] is None  # as nothing is proven
     frame = done.to_frame()
     assert list(frame["name"]) == [check.name for check in done.checks]

@@ -100,3 +100,75 @@ def test_a_chain_that_finds_its_places_is_refused(tmp_path: Path) -> None:
     path.write_text(text, encoding="utf-8")
     with pytest.raises(hc.HertzchainError, match="settles before the shock"):
         hc.examine(scene_of("precompressed"), path)
+
+
+def edited(name: str, *changes: tuple[str, str]) -> str:
+    """A deck of the corpus with some texts replaced."""
+    text = (FOLDER / name).read_text(encoding="utf-8")
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new)
+    return text
+
+
+NVE = ("fix             1 all nve", "fix             1 all nve/sphere")
+PLACES = "create_atoms    1 single $x 0.0 0.0 units box"
+STYLES = {
+    "a diagonal": ("steel", edited(
+        "in.steel_plain", ("-0.02 0.21 -0.02 0.02 -0.02 0.02", "-0.02 0.2 -0.02 0.2 -0.02 0.2"),
+        (PLACES, "create_atoms 1 single $(v_x*0.48) $(v_x*0.6) $(v_x*0.64) units box"),
+        ("F equal", ("Fz equal 0.64*v_F\nvariable Fx equal 0.48*v_F\n"
+                     "variable Fy equal 0.6*v_F\nvariable F equal")),
+        ("addforce v_F 0.0 0.0", "addforce v_Fx v_Fy v_Fz"))),
+    "backwards on a diagonal": ("steel", edited(
+        "in.steel_plain", ("-0.02 0.21 -0.02 0.02 -0.02 0.02", "-0.2 0.02 -0.2 0.02 -0.02 0.02"),
+        (PLACES, "create_atoms 1 single $(-v_x*0.8) $(-v_x*0.6) 0 units box"),
+        ("F equal", "Fx equal -0.8*v_F\nvariable Fy equal -0.6*v_F\nvariable F equal"),
+        ("addforce v_F 0.0 0.0", "addforce v_Fx v_Fy 0"))),
+    "a piston by setforce": ("piston", edited(
+        "in.piston", ("fix 1 rest nve\nfix 2 p move linear 0.2 0 0",
+                      "velocity p set 0.2 0 0\nfix 1 all nve\nfix 2 p setforce 0 0 0"))),
+    "a piston by setforce NULL": ("piston", edited(
+        "in.piston", ("fix 1 rest nve\nfix 2 p move linear 0.2 0 0",
+                      "set group p vx 0.2\nfix 1 all nve\nfix 2 p setforce 0.0 NULL NULL"))),
+    "a mark of the byte order": ("steel", "\ufeff" + edited("in.steel_plain")),
+    "lines of DOS": ("steel", edited("in.steel_plain", ("\n", "\r\n"))),
+    "nve/sphere": ("steel", edited("in.steel_plain", NVE)),
+    "a lighter skin": ("steel", edited("in.steel_plain", ("0.002 bin", "0.0002 bin"))),
+    "two halves": ("steel", edited("in.steel_plain", ("run             2500",
+                                                      "run 1250\nrun 1250 pre no"))),
+    "periodic across": ("steel", edited("in.steel_plain", ("boundary        f f f",
+                                                           "boundary f p p"))),
+}  # fmt: skip
+"""Right decks in styles that the folder has not, by name: their scene and text."""
+
+
+@pytest.mark.parametrize(
+    "style",
+    [
+        pytest.param(name, marks=[] if name.startswith("a ") else pytest.mark.slow)
+        for name in STYLES
+    ],
+)
+def test_right_decks_in_other_styles(style: str, tmp_path: Path) -> None:
+    scene, text = STYLES[style]
+    (tmp_path / "in.mine").write_text(text, encoding="utf-8", newline="")
+    examined = hc.examine(scene_of(scene), tmp_path / "in.mine")
+    assert failed(examined.checks) == {}
+
+
+def test_files_are_looked_for_in_the_working_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As LAMMPS does; a file of that name next to the deck is another one."""
+    here, there = tmp_path / "here", tmp_path / "there"
+    for folder, modulus in ((here, "193e9"), (there, "100e9")):
+        folder.mkdir()
+        text = (FOLDER / "material.inc").read_text(encoding="utf-8")
+        (folder / "material.inc").write_text(text.replace("193e9", modulus), encoding="utf-8")
+    for name in ("in.steel_data", "chain.data"):
+        (there / name).write_text((FOLDER / name).read_text(encoding="utf-8"), encoding="utf-8")
+    monkeypatch.chdir(here)
+    assert hc.examine(scene_of("steel"), there / "in.steel_data").verdict == "pass"
+    monkeypatch.chdir(tmp_path)
+    assert hc.examine(scene_of("steel"), there / "in.steel_data").verdict == "fail"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -16,11 +17,15 @@ from hertzchain.report.page import page_of
 from hertzchain.report.user_deck import of_examination
 from tests.verdict.user_deck.corpus import Deck, copied, scene_of
 from tests.verdict.user_deck.mistakes import ELSEWHERE, PAIRS, PLAIN, Mistake
+from tests.verdict.user_deck.slips import ALIVE, DEAD
 
 pytestmark = pytest.mark.lammps
 
 QUICK = {"wall place"}
 """Mistakes that the default suite looks for: a second each."""
+
+QUICK_SLIPS = {"piston in mm/s", "modulus of type 1", "tsuji with e = 1"}
+"""Slips that it corrects: two seconds each."""
 
 
 def planted(folder: Path, *mistakes: Mistake) -> Path:
@@ -48,15 +53,19 @@ def is_found(examined: hc.DeckExamination, mistake: Mistake) -> None:
         for check in examined.to_mend
         if check.name.startswith(mistake.check)
         and check.place is not None
-        and mistake.line in check.place.written
-        and mistake.right in check.command
+        and (mistake.line in check.place.written or mistake.line in lines_of(examined, check))
     ]
     assert found, said
-    place = found[0].place
-    assert place is not None
-    texts = dict(examined.texts)
-    line = texts[place.file].splitlines()[place.line - 1]
-    assert mistake.line in " ".join(line.split())
+
+
+def lines_of(examined: hc.DeckExamination, check: hc.DeckCheck) -> str:
+    """The lines that the correction of a check changes, as they are written."""
+    return "\n".join(
+        line.written
+        for finding in examined.findings
+        if check in finding.checks
+        for line in finding.correction
+    )
 
 
 def is_reported(examined: hc.DeckExamination) -> None:
@@ -113,3 +122,68 @@ def test_two_mistakes(pair: tuple[str, str], tmp_path: Path) -> None:
     assert examined.verdict == "fail"
     for mistake in both:
         is_found(examined, mistake)
+
+
+@pytest.mark.parametrize(
+    "slip",
+    [
+        pytest.param(one, id=name, marks=[] if name in QUICK_SLIPS else pytest.mark.slow)
+        for name, one in {**DEAD, **ALIVE, **PLAIN, **ELSEWHERE}.items()
+    ],
+)
+def test_a_slip_is_corrected(slip: Mistake, tmp_path: Path) -> None:
+    """The deck with all corrections is the scene's; each that is shown makes nothing worse."""
+    scene, path = scene_of(slip.scene), planted(tmp_path, slip)
+    examined = hc.examine(scene, path)
+    assert examined.verdict == "fail"
+    assert any(check.name.startswith(slip.check) for check in examined.to_mend)
+    fixed = tmp_path / "in.fixed"
+    fixed.write_text(examined.fix, encoding="utf-8")
+    assert hc.examine(scene, fixed).verdict == "pass"
+    passed = {check.kind for check in examined.checks if check.passed}
+    for finding in examined.findings:
+        if finding.with_others or not finding.correction:
+            continue
+        alone = {(line.file, line.line): line.commands for line in finding.correction}
+        fixed.write_text(replace(examined, edits=alone).fix, encoding="utf-8")
+        after = hc.examine(scene, fixed)
+        mine = {check.kind for check in finding.checks}
+        assert not mine & {check.kind for check in after.to_mend}
+        assert not passed & {check.kind for check in after.to_mend}
+        both = examined.judged & after.judged
+        was, now = examined.error_of_peaks(both), after.error_of_peaks(both)
+        assert examined.found.stopped or now <= was * 1.01 + 1e-5
+
+
+def test_rows_are_no_chain(tmp_path: Path) -> None:
+    """Four rows of 100 granules are recognized before anything runs; nothing else is said."""
+    deck = tmp_path / "in.rows"
+    deck.write_text(ROWS, encoding="utf-8")
+    examined = hc.examine(scene_of("steel"), deck)
+    (check,) = examined.to_mend
+    assert check.sentence == (
+        "the deck is no chain: its 400 granules lie in 4 rows of 100, not in one"
+    )
+    assert check.place is not None
+    assert check.place.line == 10
+    assert examined.found.runs == ()
+
+
+ROWS = """units si
+atom_style sphere
+boundary p f f
+newton off
+comm_modify vel yes
+lattice sc 0.0095
+region box block 0 100 -2 6 -2 2
+create_box 1 box
+region rows block -0.1 99.1 -0.1 3.1 -0.1 0.1
+create_atoms 1 region rows
+set group all diameter 0.0095
+set group all density 7958
+pair_style granular
+pair_coeff * * hertz/material 193e9 0 0.3 tangential linear_nohistory 0 0
+fix 1 all nve
+fix m all momentum 100 linear 1 1 1
+run 250000000
+"""

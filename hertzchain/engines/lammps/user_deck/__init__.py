@@ -7,6 +7,9 @@ from hertzchain.engines.lammps.user_deck.found import (
     FoundRun,
     FoundWall,
 )
-from hertzchain.engines.lammps.user_deck.reading import read_deck
+from hertzchain.engines.lammps.user_deck.reading import Reader, read_deck
+from hertzchain.engines.lammps.user_deck.text import Edits
 
-__all__ = ["Executed", "FoundDeck", "FoundFix", "FoundRun", "FoundWall", "read_deck"]
+__all__ = [
+    "Edits", "Executed", "FoundDeck", "FoundFix", "FoundRun", "FoundWall", "Reader", "read_deck",
+]  # fmt: skip

@@ -109,10 +109,11 @@ _WORDS_OF_FIX = 4  # fix, id, group, style
 class Rules:
     """Decides what LAMMPS is given; remembers which fixes it was not given.
 
-    Files to be read are looked for in a folder, that of the deck.
+    Files to be read are looked for in folders, one after another: LAMMPS knows the working folder
+    alone, people also mean that of the deck.
     """
 
-    folder: Path
+    folders: tuple[Path, ...]
     missing: set[str] = field(default_factory=set)
 
     def decide(self, words: Sequence[Word], text: str) -> tuple[str | None, str | None]:
@@ -145,7 +146,9 @@ class Rules:
     def path(self, name: str) -> Path:
         """Where a file is that the deck names."""
         # Without an error for a link that leads to itself, or a user who is not there.
-        return Path(os.path.realpath(self.folder / os.path.expanduser(name)))  # noqa: PTH111
+        user = os.path.expanduser(name)  # noqa: PTH111
+        paths = [Path(os.path.realpath(folder / user)) for folder in self.folders]
+        return next((path for path in paths if path.is_file()), paths[-1])
 
     def _fix(self, words: Sequence[Word], text: str) -> tuple[str | None, str | None]:
         if len(words) < _WORDS_OF_FIX:

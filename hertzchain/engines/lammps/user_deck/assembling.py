@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -31,6 +32,7 @@ class Watched:
     commands: tuple[Executed, ...]
     given: tuple[Given, ...]
     runs: tuple[RunSeen, ...]
+    stopped: str
     first_run: int
     time: float
     read_every: int
@@ -45,11 +47,17 @@ class Watched:
     cleared: bool
 
 
-def found_of(probes: Probes, seen: Watched, applied: Applied) -> FoundDeck:
-    """What was found, from what was answered, seen of the deck as it is, and applied."""
+def found_of(
+    probes: Probes, seen: Watched, applied: Applied, backwards: bool | None = None
+) -> FoundDeck:
+    """What was found, from what was answered, seen of the deck as it is, and applied.
+
+    Whether granule 1 lies at the largest coordinate follows from that, unless it is known.
+    """
     granules = probes.granules
     units = granules.units
-    backwards = _is_reversed(probes, applied, seen.driven)
+    if backwards is None:
+        backwards = _is_reversed(probes, applied, seen.driven)
     sign = -1.0 if backwards else 1.0
 
     def turned(values: Any, axis: int = -1) -> Any:
@@ -71,10 +79,14 @@ def found_of(probes: Probes, seen: Watched, applied: Applied) -> FoundDeck:
         commands=seen.commands,
         first_run=seen.first_run,
         units=units.name,
-        axis="xyz"[granules.axes[0]],
+        stopped=seen.stopped,
+        is_chain=granules.is_chain,
+        axis=_axis(granules.frame[0]),
+        direction=sign * granules.frame[0],
         reversed=backwards,
         ids=turned(granules.ids[order]),
         types=turned(granules.types),
+        origin=granules.position[-1 if backwards else 0] @ granules.frame * units.length,
         position=places(granules.position[:, 0]),
         sideways=turned(
             granules.position[:, 1:] - np.median(granules.position[:, 1:], axis=0), 0
@@ -131,6 +143,37 @@ def found_of(probes: Probes, seen: Watched, applied: Applied) -> FoundDeck:
         final_velocity=sign * turned(seen.velocity) * units.velocity,
         remarks=_remarks(seen, probes),
     )  # fmt: skip
+
+
+def _axis(direction: FloatArray) -> str:
+    """An axis by its name."""
+    first = int(np.argmax(np.abs(direction)))
+    return "xyz"[first] if abs(direction[first]) == 1 else "a diagonal"
+
+
+def nothing_seen(version: str, commands: tuple[Executed, ...], count: int) -> Watched:
+    """A deck that was not run."""
+    nothing = np.full(count, np.nan)
+    peaks = PeaksSeen(nothing[1:], nothing[1:], np.zeros(count - 1), math.nan)
+    return Watched(
+        version=version,
+        commands=commands,
+        given=(),
+        runs=(),
+        stopped="",
+        first_run=-1,
+        time=0.0,
+        read_every=1,
+        image_force=0.0,
+        peaks=(peaks, peaks),
+        exerted={},
+        driven=np.zeros(count, bool),
+        driven_time=np.zeros(0),
+        driven_ends=np.zeros((0, 2)),
+        position=nothing,
+        velocity=nothing,
+        cleared=False,
+    )
 
 
 def _is_reversed(probes: Probes, applied: Applied, driven: NDArray[np.bool_]) -> bool:

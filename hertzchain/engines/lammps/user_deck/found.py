@@ -131,18 +131,27 @@ class FoundDeck:
     ----------
     version
         Of LAMMPS, year month day.
+    is_chain
+        Whether the granules lie in one row; where they do not, nothing else was asked.
     commands
         In the order in which they were carried out or left out, up to the end of the deck.
     first_run
         Index of the first ``run`` that takes a step: granules are as they were then.
     units
         The deck's.
+    stopped
+        Why the deck did not come to its end; empty where it did. Peaks and what is read at the end
+        are then not numbers, and the runs are those that it should have had.
     axis
-        Along which granules lie: ``x``, ``y`` or ``z``.
+        Along which granules lie: ``x``, ``y`` or ``z``, or ``a diagonal``.
+    direction
+        The same as a unit vector from granule 1 on, shape (3,).
     reversed
         Whether granule 1 lies at the largest coordinate.
     ids, types
         LAMMPS's, shape (granules,).
+    origin
+        Where granule 1 is in the deck, along x, y and z [m], shape (3,).
     position
         Along the chain, granule 1 at 0 [m], shape (granules,).
     sideways
@@ -214,10 +223,14 @@ class FoundDeck:
     commands: tuple[Executed, ...]
     first_run: int
     units: str
+    stopped: str
+    is_chain: bool
     axis: str
+    direction: FloatArray
     reversed: bool
     ids: IntArray
     types: IntArray
+    origin: FloatArray
     position: FloatArray
     sideways: FloatArray
     radius: FloatArray

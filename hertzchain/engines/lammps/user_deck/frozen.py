@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.user_deck.allowed import MOVES, OF_MOTION, QUIET
+from hertzchain.engines.lammps.user_deck.allowed import LEADS, MOVES, OF_MOTION, QUIET
 from hertzchain.engines.lammps.user_deck.granules import Granules
 from hertzchain.engines.lammps.user_deck.hooks import BLOCK, Readings
 from hertzchain.engines.lammps.user_deck.player import DeckFix, Stage
 from hertzchain.engines.lammps.user_deck.prober import members
-from hertzchain.engines.lammps.user_deck.watching import Given, sizes
+from hertzchain.engines.lammps.user_deck.watching import Given, RunSeen, sizes
 from hertzchain.errors import HertzchainError
 
 _LEAST_READINGS = 400
@@ -85,12 +85,25 @@ class _Exerted:
 
 
 class Replay:
-    """Gives LAMMPS what it was given before, without motion; ``places`` are those in the deck."""
+    """Gives LAMMPS what it was given before, without motion; ``places`` are those in the deck.
+
+    It is also a ``Player`` of a deck whose motion does not come to its end. With ``leads`` the
+    granules that a fix leads, and no others, are moved.
+    """
 
     def __init__(
-        self, stage: Stage, granules: Granules, between: float, places: Sequence[str]
+        self,
+        stage: Stage,
+        granules: Granules,
+        between: float,
+        places: Sequence[str] = (),
+        leads: bool = False,
     ) -> None:
-        self._places = places
+        self._places, self._leads = places, leads
+        self._ends: list[FloatArray] = []
+        self._time_now = 0.0
+        self.runs: list[RunSeen] = []
+        self.first_run = -1
         self.stage, self._granules, self._between = stage, granules, between
         self._left_out: set[str] = set()
         self._time: list[FloatArray] = []
@@ -115,7 +128,7 @@ class Replay:
 
     def _play(self, one: Given, time: float) -> float:
         """Play a command; the time after it."""
-        if one.steps is not None:
+        if one.steps:
             return self._run(one, time)
         if one.words[0] == "clear":
             self.stage.forget()
@@ -124,11 +137,41 @@ class Replay:
             self.stage.give(one.text, list(one.words), one.index)
         return time
 
+    def give(self, text: str, words: list[str], index: int) -> None:
+        """Give LAMMPS a command."""
+        self._play(Given(text, tuple(words), index), self._time_now)
+
+    def run(self, steps: int, keywords: str, index: int) -> None:
+        """Have LAMMPS take so many steps."""
+        start, dt = self._time_now, self.stage.lammps.dt()
+        text = f"run {steps} {keywords}".strip()
+        if steps and self.first_run < 0:
+            self.first_run = index
+        self._time_now = self._play(Given(text, ("run",), index, steps), start)
+        if steps:
+            self.runs.append(RunSeen(start, dt, steps, index))
+
+    def clear(self) -> bool:
+        """Forget all before the first run; the deck ends here after it."""
+        if not self.runs:
+            self._play(Given("clear", ("clear",), -1), 0.0)
+        return not self.runs
+
+    def applied(self) -> Applied:
+        """The forces that fixes but walls have exerted."""
+        return self._applied()
+
+    @property
+    def led(self) -> tuple[FloatArray, FloatArray]:
+        """Times, and places of the granules at both ends then, shape (readings, 2)."""
+        times, ends = [*self._time, np.zeros(0)], [*self._ends, np.zeros((0, 2))]
+        return np.concatenate(times), np.concatenate(ends)
+
     def _leaves_out(self, one: Given) -> bool:
         """Whether a command would move granules or end a run before its time."""
         words = one.words
         if words[0] == "fix" and len(words) > 3:
-            if words[3] in MOVES | OF_MOTION:
+            if words[3] in MOVES | OF_MOTION and not (self._leads and words[3] == LEADS):
                 self._left_out.add(words[1])
                 if words[3] != "halt":
                     self._moves[words[1]] = DeckFix(words[1], words[2], words[3], one.index)
@@ -176,6 +219,8 @@ class Replay:
                 self._exerted[source] = _Exerted.nothing(own, from_start=not self._time)
             self._exerted[source].update(own)
         self._time.append(time)
+        if self._leads:
+            self._ends.append(granules.along(readings.position)[:, [0, -1], 0])
         self._force.append(total[..., 0].copy())
         if self._first_sideways is None:
             self._first_sideways = total[0, :, 1:]
@@ -186,8 +231,9 @@ class Replay:
 
     def _applied(self) -> Applied:
         granules = self._granules
-        time = np.concatenate(self._time)
-        force = np.concatenate(self._force)
+        if not self._time:
+            return nothing_applied(granules)
+        time, force = np.concatenate(self._time), np.concatenate(self._force)
         constant = np.zeros((granules.count, 3))
         for exerted in self._exerted.values():
             constant += exerted.constant(time.size)
@@ -207,6 +253,12 @@ class Replay:
             every=self.every,
             fixes=fixes,
         )
+
+
+def nothing_applied(granules: Granules) -> Applied:
+    """No forces, of a deck that takes no step."""
+    constant = np.zeros((granules.count, 3))
+    return Applied(np.zeros(0), np.zeros((0, granules.count)), 0.0, constant, 1, ())
 
 
 def _needed(force: FloatArray) -> NDArray[np.bool_]:

@@ -17,10 +17,11 @@ from hertzchain.engines.lammps.user_deck.allowed import CONTROL, Rules, shown, s
 from hertzchain.engines.lammps.user_deck.found import Executed
 from hertzchain.engines.lammps.user_deck.session import Session
 from hertzchain.engines.lammps.user_deck.text import (
+    Edits,
     Line,
     Word,
+    edited,
     in_ascii,
-    lines_of,
     quoted,
     without_comment,
     words_of,
@@ -93,6 +94,10 @@ class Interpreter:
         Values, by name, which replace those of ``index`` variables, as ``-var`` does.
     player
         Who gives LAMMPS the commands.
+    folder
+        Working folder, in which files are looked for first; by default that of the deck alone.
+    edits
+        Commands in place of others.
     tell
         Is told where each command stands, before it is carried out.
     """
@@ -104,10 +109,14 @@ class Interpreter:
         path: Path,
         variables: Mapping[str, str],
         player: Player,
+        *,
+        folder: Path | None = None,
+        edits: Edits | None = None,
         tell: Callable[[str], object] = lambda _: None,
     ) -> None:
         self._lammps, self._player, self._tell = lammps, player, tell
-        self._rules = Rules(path.parent)
+        folders = [path.parent] if folder is None else [folder, path.parent]
+        self._rules, self._edits = Rules(tuple(folders)), edits or {}
         self._name, self._deck, self._variables = name, path, variables
         self._files: list[_Open] = []
         self._skips_jump = False
@@ -146,11 +155,11 @@ class Interpreter:
     def _opened(self, name: str) -> _Open:
         path = self._deck if not self._files else self._rules.path(name)
         try:
-            text = read_bytes(path, _MOST_BYTES).decode("utf-8", errors="replace")
+            text = read_text(path)
         except (OSError, ValueError) as problem:
             reason = getattr(problem, "strerror", None) or problem
             raise RunFailed(f"{name}: cannot be read ({reason})") from None
-        return _Open(name, path, lines_of(in_ascii(text.replace("\r\n", "\n"))))
+        return _Open(name, path, edited(in_ascii(text), name, self._edits))
 
     def _one(self, text: str, where: _Where) -> None:
         """Carry out one command."""
@@ -289,6 +298,12 @@ class Interpreter:
             for text in texts:
                 if text != "NULL":
                     self._one(text, where)
+
+
+def read_text(path: Path) -> str:
+    """The text of a deck; a mark of its byte order is no part of it. Raises OSError, ValueError."""
+    text = read_bytes(path, _MOST_BYTES).decode("utf-8-sig", errors="replace")
+    return text.replace("\r\n", "\n")
 
 
 def _need(values: list[str], least: int, name: str) -> None:

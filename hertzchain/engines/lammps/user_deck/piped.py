@@ -6,6 +6,8 @@ Forces between fixes are kept by ``fix store/force``; the deck's runs are cut wh
 from __future__ import annotations
 
 import itertools
+import os
+import pty
 import re
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
@@ -48,24 +50,30 @@ class Piped:
     def __init__(self, program: str, version: str, folder: Path) -> None:
         self.version, self.folder = version, folder
         self._said = ""  # all that it said before its last answer
+        # A terminal: LAMMPS of 2021 to 2023 keeps what it says until a pipe is full, and later ones
+        # have an option for that.
+        terminal, its_end = pty.openpty()
         try:
             self._process = subprocess.Popen(  # noqa: S603 - the user's
-                [program, "-log", "none", "-nonbuf", "-nocite"],
+                [program, "-log", "none", "-nocite"],
                 cwd=folder,
                 stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
+                stdout=its_end,
+                stderr=its_end,
                 text=True,
-                errors="replace",
             )
         except OSError as problem:
+            os.close(terminal)
             raise BackendMissing(f"{program} cannot be started ({problem.strerror})") from None
+        finally:
+            os.close(its_end)
+        self._lines = os.fdopen(terminal, errors="replace")
 
     def end(self) -> None:
         """Kill it."""
         self._process.kill()
         self._process.wait()
-        for stream in (self._process.stdin, self._process.stdout):
+        for stream in (self._process.stdin, self._lines):
             assert stream is not None
             with suppress(OSError):
                 stream.close()
@@ -182,16 +190,16 @@ class Piped:
         """Give it commands; how it prints a text then."""
         process = self._process
         assert process.stdin is not None
-        assert process.stdout is not None
         lines = [commands] if commands else []
         self._said = ""
         with suppress(OSError):  # it has ended: what it said says why
             process.stdin.write("\n".join([*lines, f'print "{_MARK}{answer}"', ""]))
             process.stdin.flush()
-        for line in process.stdout:
-            if line.startswith(_MARK):
-                return line[len(_MARK) :].rstrip("\r\n")
-            self._said = (self._said + line)[-_KEPT:]
+        with suppress(OSError):  # how a terminal says that nobody is there any more
+            for line in self._lines:
+                if line.startswith(_MARK):
+                    return line[len(_MARK) :].rstrip("\r\n")
+                self._said = (self._said + line)[-_KEPT:]
         raise _failure(self._said, process.wait())
 
 

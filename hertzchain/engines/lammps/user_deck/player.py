@@ -16,6 +16,7 @@ class DeckFix:
     group: str
     style: str
     command: int
+    values: tuple[str, ...] = ()  # what stands behind its style
 
     @property
     def moves(self) -> bool:
@@ -54,7 +55,7 @@ class Stage:
         if name == "boundary":
             self.boundary = " ".join(words[1:])
         elif name == "fix":
-            made = DeckFix(words[1], words[2], words[3], index)
+            made = DeckFix(words[1], words[2], words[3], index, tuple(words[4:]))
             again = self.alive.get(made.name)
             self.alive[made.name] = self.fixes[index] = made
             if made.style in QUIET:

@@ -17,7 +17,11 @@ from hertzchain.engines.lammps.user_deck.granules import Granules
 from hertzchain.engines.lammps.user_deck.player import Stage
 from hertzchain.engines.lammps.user_deck.prober import DAMPED, DEPTHS, SPIN_STEP, Prober, members
 from hertzchain.engines.lammps.user_deck.walls import WallProbe, walls_of
+from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
+
+NOT_IN_A_ROW = "they do not lie in one row"
+NO_ROOM = "the box has no room for a row in which they touch"
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +48,11 @@ def mirrored_probes(probes: Probes) -> Probes:
     return replace(probes, **{name: np.flip(getattr(probes, name), -1) for name in names})
 
 
-def probe(stage: Stage, scene: Scene) -> Probes:
-    """Ask LAMMPS for all numbers of the chain that it has now."""
+def probe(stage: Stage, scene: Scene, depth: float | None = None) -> Probes:
+    """Ask LAMMPS for all numbers of the chain that it has now.
+
+    Contacts are pressed by about the scene's natural unit of length, or by a ``depth`` [m].
+    """
     stage.ready()
     prober = Prober(stage)
     granules = prober.granules
@@ -54,10 +61,21 @@ def probe(stage: Stage, scene: Scene) -> Probes:
         if fix.moves:
             stage.lammps.give(f"unfix {fix.name}")
     unit = scene.units.length / _smallest(scene.granules.radius) * _smallest(granules.radius)
-    turns = [turn for turn in (0, 1) if granules.count > 1 + turn]
+    if depth is not None:
+        unit = depth / granules.units.length
     why_not = _why_not(granules, unit)
     if why_not is not None:
         return _unasked(granules, scene, integrated, why_not)
+    try:
+        return _asked(prober, scene, unit, integrated)
+    except RunFailed as problem:  # such as neighbours without number, where radii are wrong
+        return _unasked(granules, scene, integrated, str(problem))
+
+
+def _asked(prober: Prober, scene: Scene, unit: float, integrated: IntArray) -> Probes:
+    """What LAMMPS answers where granules are put at overlaps of a ``unit``."""
+    granules = prober.granules
+    turns = [turn for turn in (0, 1) if granules.count > 1 + turn]
     shape = (len(DEPTHS), granules.count - 1)
     overlap, force = np.full(shape, np.nan), np.full(shape, np.nan)
     for turn in turns:
@@ -93,15 +111,15 @@ def probe(stage: Stage, scene: Scene) -> Probes:
 
 def _why_not(granules: Granules, unit: float) -> str | None:
     """Why the contacts cannot be asked; None where they can."""
-    off = granules.position[:, 1:] - np.median(granules.position[:, 1:], axis=0)
-    if np.any(np.linalg.norm(off, axis=1) > granules.radius):
-        return "they do not lie in one row"
+    if np.any(granules.off_axis > granules.radius):
+        return NOT_IN_A_ROW
+    first = int(np.argmax(np.abs(granules.frame[0])))
     for turn, depth in itertools.product((0, 1), DEPTHS):
         place = _row(granules, turn, depth * unit)[:, 0]
-        shrinks = granules.boundary.split()[granules.axes[0]][-1] in "sm"
+        shrinks = granules.boundary.split()[first][-1] in "sm"
         outside = place[-1] >= granules.high[0] and not shrinks
         if outside and not granules.periodic[0]:
-            return "the box has no room for a row in which they touch"
+            return NO_ROOM
     return None
 
 

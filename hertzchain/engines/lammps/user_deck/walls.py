@@ -67,12 +67,16 @@ class _Wall:
         granules = self._prober.granules
         gap = 0.0 if scene.wall is None else scene.wall.gap / granules.units.length
         farthest = self._radius + 2 * gap
+        first = int(np.argmax(np.abs(granules.frame[0])))
+        if granules.boundary.split()[first][-1 if self._at_end else 0] in "sm":
+            return farthest  # the box follows
         box = granules.high[0] - self._start if self._at_end else self._start - granules.low[0]
         return min(farthest, 0.999 * float(box)) if box > 0 else 0.0
 
     def found(self, scene: Scene, time: float) -> WallProbe | None:
         """The wall, or None if the granule meets none."""
-        onset = self._onset(self._limit(scene))
+        gap = 0.0 if scene.wall is None else scene.wall.gap / self._prober.granules.units.length
+        onset = self._onset(self._limit(scene), gap - self._radius)
         if onset is None:
             return None
         reach = onset + self._sign * self._radius
@@ -98,8 +102,11 @@ class _Wall:
             command=self._command(onset + self._sign * unit),
         )
 
-    def _onset(self, limit: float) -> float | None:
-        """Place of the granule at which the wall begins to push it."""
+    def _onset(self, limit: float, ahead: float) -> float | None:
+        """Place of the granule at which the wall begins to push it.
+
+        That is sought from the start on, or from ``ahead`` of it where no wall is before.
+        """
         outer: float | None = None
         inner = self._start
         if self._pushed(inner):
@@ -112,9 +119,11 @@ class _Wall:
         else:
             step = min(self._unit, 0.05 * self._radius)
             gone = 0.0
+            if 0 < ahead < limit and not self._pushed(self._start + self._sign * ahead):
+                gone, inner = ahead, self._start + self._sign * ahead
             while gone < limit:
                 gone = min(gone + step, limit)
-                step = min(2 * step, 0.05 * self._radius)
+                step = min(2 * step, 0.5 * self._radius)
                 if self._pushed(self._start + self._sign * gone):
                     outer = self._start + self._sign * gone
                     break

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import contact_forces
-from hertzchain.engines.lammps.user_deck.allowed import LEADS
+from hertzchain.engines.lammps.user_deck.allowed import LEADS, QUIET
 from hertzchain.engines.lammps.user_deck.hooks import GranulesChanged, Readings
 from hertzchain.engines.lammps.user_deck.law import law_of
 from hertzchain.engines.lammps.user_deck.player import Stage
 from hertzchain.engines.lammps.user_deck.prober import members
 from hertzchain.engines.lammps.user_deck.probing import Probes, mirrored_probes
-from hertzchain.errors import RunFailed, StepUnstable
+from hertzchain.errors import RunFailed
 from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.samples import Samples
@@ -27,6 +27,10 @@ def sizes(force: FloatArray) -> FloatArray:
     """Largest forces along and off the axis, (granules, 2), of (readings, granules, 3)."""
     both = np.stack([np.abs(force[..., 0]), np.linalg.norm(force[..., 1:], axis=-1)], axis=-1)
     return np.asarray(both.max(axis=0))
+
+
+class Stopped(RunFailed):
+    """A run that did not come to its end; what is known of the deck before it stays true."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,8 @@ class Watcher:
             int, FloatArray
         ] = {}  # largest force of each fix, along and off the axis
         self._changed = False  # whether fixes have been made or ended since the last run
-        self.driven = np.zeros(count, bool)  # by fix move, in any run
+        self.driven = np.zeros(count, bool)  # whatever presses them, in any run
+        self._steady = np.zeros(count, bool)  # flies as it does, while fix setforce takes forces
         self.driven_time: list[FloatArray] = []
         self.driven_ends: list[FloatArray] = []  # places of the granules at both ends
 
@@ -138,9 +143,9 @@ class Watcher:
         try:
             self.stage.hooks.run(text, steps, stride, take)
         except GranulesChanged:
-            raise StepUnstable(
-                "granules left the box while it ran: take a shorter timestep, or a larger box"
-            ) from None
+            raise Stopped("granules left the box while it ran") from None
+        except RunFailed as problem:
+            raise Stopped(str(problem).split("; the step is too long")[0]) from None
         done = lammps.step() - first
         self.given.append(Given(text.replace(str(steps), str(done), 1), ("run",), index, done))
         last = self.runs[-1] if self.runs else None
@@ -172,17 +177,36 @@ class Watcher:
                     led |= inside
                 else:
                     free |= inside
+        self._steady = self._takes_all_forces() & free & ~led
+        led |= self._steady
         self.driven |= led
         return free & ~led, led
+
+    def _takes_all_forces(self) -> NDArray[np.bool_]:
+        """Granules in motion that no force can change, shape (granules,): pistons, as some write.
+
+        No fix that exerts forces acts on them after ``setforce``.
+        """
+        granules, lammps = self.probes.granules, self.stage.lammps
+        taken = np.zeros(granules.count, bool)
+        along = int(np.argmax(np.abs(granules.frame[0])))
+        for fix in self.stage.alive.values():
+            inside = members(lammps, fix.group, granules)
+            if fix.style == "setforce":
+                taken |= inside & _is_zero("".join(fix.values[along : along + 1]))
+            elif fix.style not in QUIET:
+                taken &= ~inside
+        if not np.any(taken):
+            return taken
+        velocity = granules.along(np.asarray(lammps.atoms()["v"]))
+        return np.asarray(taken & (velocity[:, 0] != 0))
 
     def _take(self, readings: Readings, time: FloatArray, dt: float) -> None:
         granules = self.probes.granules
         if not np.array_equal(readings.ids[-1], granules.ids):
             raise GranulesChanged
         if not np.all(np.isfinite(readings.position)) or not np.all(np.isfinite(readings.net)):
-            raise StepUnstable(
-                "the motion diverged: take a shorter timestep, if no granules lie in the same place"
-            )
+            raise Stopped("the motion diverged")
         place = granules.moved_from(granules.along(readings.position))
         net = granules.along(readings.net)[..., 0]
         velocity = granules.along(readings.velocity)[..., 0]
@@ -241,6 +265,14 @@ class _Seen:
         place[..., 0] *= -1
         others = self.velocity, self.acceleration, self.pairs, self.walls
         return _Seen(self.time, self.late, place, *(-values[:, ::-1] for values in others))
+
+
+def _is_zero(word: str) -> bool:
+    """Whether a word is the number 0."""
+    try:
+        return float(word) == 0
+    except ValueError:
+        return False
 
 
 class _Peaks:

@@ -131,7 +131,6 @@ def test_commands_are_those_of_the_module(name: str, lmp: str, tmp_path: Path) -
     ("more", "run", "words"),
     [
         ("pair_style granlar", None, "in.mine:25: LAMMPS stopped: ERROR: Unrecognized pair style"),
-        ("timestep 1e-3\nvelocity hit set 1e3 0 0", None, "in.mine:27: "),
         ("", "label a\nrun 1000\njump SELF a", "not over after 3 s"),
         ("variable a equal ${none}", None, "in.mine:25: LAMMPS stopped: ERROR"),
     ],
@@ -146,6 +145,18 @@ def test_what_goes_wrong_is_one_sentence(
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
     assert children(os.getpid()) == before
+
+
+@pytest.mark.parametrize("lmp", [None, pytest.param(BESIDE_PYTHON, marks=slow)])
+def test_numbers_of_a_deck_that_stops(lmp: str | None, tmp_path: Path) -> None:
+    """They are known before its run, and its runs and forces without its motion."""
+    more = "timestep 1e-3\nvelocity hit set 1e3 0 0"
+    found = read_deck(Deck(more=more, steps=20).write(tmp_path), SCENE, lmp=lmp, time_limit=60.0)
+    assert found.stopped
+    assert "\n" not in found.stopped
+    assert found.velocity[0, 0] == 1e3
+    assert [run.steps for run in found.runs] == [20]
+    assert np.all(np.isnan(found.peak_force))
 
 
 @slow

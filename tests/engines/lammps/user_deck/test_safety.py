@@ -113,13 +113,6 @@ def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         ),
         pytest.param("units real", None, "LAMMPS stopped", id="error", marks=slow),
         pytest.param(
-            "timestep 1e-3\nvelocity hit set 1e3 0 0",
-            None,
-            "in.mine:27: granules left the box",
-            id="diverges",
-            marks=slow,
-        ),
-        pytest.param(
             "",
             "run 9\nunfix push\nrun 9 pre no",
             "in.mine:28: with pre no LAMMPS takes no note",

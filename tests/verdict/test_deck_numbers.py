@@ -1,0 +1,101 @@
+"""Each number of the generated deck: a third of what is allowed passes, three times it fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps import FoundDeck, examine
+from hertzchain.verdict.deck_numbers import EXAMINED, number_checks
+from tests.conftest import STEEL
+
+pytestmark = pytest.mark.lammps
+
+PULSE = hc.Pulse("cosine", 50.0, 2.0, rise_time=3e-5)
+SCENE = hc.Scene(hc.Chain(6, **STEEL), PULSE)
+LENGTH = 12 * STEEL["radius"]
+
+
+@cache
+def right(driven: bool = False) -> FoundDeck:
+    """What LAMMPS makes of the deck of a scene, with a pulse or a piston."""
+    return examine(PISTON if driven else SCENE)
+
+
+PISTON = replace(SCENE, shock=hc.Piston(0.2))
+
+
+def set_to(name: str, index: object, value: float) -> Callable[[FoundDeck], FoundDeck]:
+    """Replace one element of an array."""
+
+    def change(found: FoundDeck) -> FoundDeck:
+        array: FloatArray = np.array(getattr(found, name))
+        array[index] = value  # type: ignore[call-overload]
+        changes: dict[str, Any] = {name: array}
+        return replace(found, **changes)
+
+    return change
+
+
+def by(name: str, index: object, factor: float) -> Callable[[FoundDeck], FoundDeck]:
+    """Multiply one element of an array."""
+    return lambda found: set_to(name, index, float(getattr(found, name)[index]) * factor)(found)
+
+
+MASS = SCENE.chain.granule_mass
+ROUNDED = 6 * np.finfo(np.float64).eps * 2 / 0.01  # of 2R in an overlap of R / 100
+FORCE = SCENE.units.force
+
+ALLOWED: dict[str, Callable[[float], Callable[[FoundDeck], FoundDeck]]] = {
+    "position at rest": lambda k: set_to("position", 2, 2 * 2 * STEEL["radius"]
+                                         + k * EXAMINED * LENGTH),
+    "distance from the axis": lambda k: set_to("sideways", (2, 1), k * EXAMINED * LENGTH),
+    "granule radius": lambda k: by("radius", 2, 1 + k * EXAMINED),
+    "granule mass": lambda k: set_to("mass", 2, MASS * (1 + k * EXAMINED)),
+    "contact stiffness": lambda k: by("contact_force", (4, 2), 1 + k * max(EXAMINED, ROUNDED)),
+    "contact exponent": lambda k: by("contact_force", (5, 2),
+                                     1 + 3 * k * max(EXAMINED, ROUNDED) * np.log(3)),
+    "damping": lambda k: by("damped_force", (0, 2), 1 + 2 * k * max(EXAMINED, ROUNDED)),
+    "tangential force": lambda k: set_to("tangential_force", 2, k * EXAMINED
+                                         * SCENE.chain.contact_stiffness
+                                         * (0.01 * STEEL["radius"]) ** 1.5),
+    "constant force": lambda k: set_to("constant_force", (2, 0), k * EXAMINED * FORCE),
+    "applied force": lambda k: set_to("applied_force", (0, 3), k * EXAMINED * FORCE),
+}  # fmt: skip
+"""By the name of a number: the deck that is off by so many times what is allowed."""
+
+
+@pytest.mark.parametrize("name", ALLOWED)
+def test_both_sides_of_what_is_allowed(name: str) -> None:
+    named = [
+        {check.name.removeprefix("lammps: ").split(" [")[0]
+         for check in number_checks(SCENE, ALLOWED[name](share)(right())) if not check.passed}
+        for share in (1 / 3, 3.0)
+    ]  # fmt: skip
+    assert name not in named[0]
+    assert name in named[1]
+
+
+def test_both_sides_of_the_displacement_of_a_piston() -> None:
+    found = right(driven=True)
+    way = LENGTH + 0.2 * PISTON.end_time
+    for share, passed in ((1 / 3, True), (3.0, False)):
+        moved = set_to("driven_displacement", -1, 0.2 * float(found.driven_time[-1])
+                       + share * EXAMINED * way)(found)  # fmt: skip
+        checks = {check.name: check.passed for check in number_checks(PISTON, moved)}
+        assert checks["lammps: displacement of the piston [m]"] == passed
+
+
+def test_any_velocity_is_too_much() -> None:
+    """A scene without a striker starts at rest: nothing is allowed."""
+    moving = set_to("velocity", (2, 0), 1e-300)(right())
+    assert [check.name for check in number_checks(SCENE, moving) if not check.passed] == [
+        "lammps: velocity at the start [m/s]"
+    ]
