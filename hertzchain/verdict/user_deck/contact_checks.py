@@ -27,7 +27,7 @@ from hertzchain.verdict.user_deck.places import NUMBER, place, place_at
 _EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
 _BENT = 0.01  # of the force at other overlaps than the largest expected (chosen)
 _ELSEWHERE = " at other overlaps"
-_MIXED = "2023"  # LAMMPS of 2021 and 2022 mixes E and nu of a wall with themselves (measured)
+_MIXED = "2023"  # before, LAMMPS mixes E and nu of a wall with themselves (measured: 2022)
 _NEAR = 3e-3  # of a factor: digits that people carry (chosen)
 _NO_FORCE = 1e-6  # of Hertz's: a contact with less pushes not at all (chosen)
 

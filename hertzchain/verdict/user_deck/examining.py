@@ -95,9 +95,14 @@ def examine(
         done, seconds = examiner.examined({}), deadline.limit - deadline.left
         if done.to_mend and done.found.is_chain:
             say("trying corrections")
-            findings, edits = findings_of(Prover(done, examiner.examined, seconds))
-            done = replace(done, findings=findings, edits=edits)
+            prover = Prover(done, examiner.examined, seconds)
+            findings, edits = findings_of(prover)
+            remarks = (*done.remarks, *[_NOT_ALL] * prover.cut_short)
+            done = replace(done, findings=findings, edits=edits, remarks=remarks)
     return replace(_with_commands(done), texts=_texts(Path(deck), done.found))
+
+
+_NOT_ALL = "not all corrections were tried: correct what is shown, and examine the deck again"
 
 
 @dataclass

@@ -16,7 +16,7 @@ _WORSE = 1e-2, 1e-5
 elsewhere, and the error of the steps changes with any number (chosen)."""
 
 _MOST_STEPS = 30  # corrections on top of one another (chosen)
-_PATIENCE = 5.0, 8.0  # what all proofs may take: readings of the deck, or seconds (chosen)
+_PATIENCE = 8.0, 8.0  # what all proofs may take: readings of the deck, or seconds (chosen)
 
 Try = Callable[[Edits, float], DeckExamination]
 
@@ -28,6 +28,7 @@ class Prover:
     first: DeckExamination
     attempt: Try
     seconds: float  # that the first examination took
+    cut_short: bool = False  # whether time was over before all were tried
     _known: dict[object, DeckExamination | None] = field(default_factory=dict)
     _begun: float = field(default_factory=time.monotonic)
 
@@ -44,6 +45,7 @@ class Prover:
         key = frozenset(edits.items())
         if key not in self._known:
             if self.left <= 0:
+                self.cut_short = True
                 return None
             try:
                 self._known[key] = self.attempt(edits, self.left)

@@ -16,9 +16,7 @@ from hertzchain.verdict.user_deck.places import ROLES, place_at
 from hertzchain.verdict.user_deck.twin import change_of_peaks
 
 _MISSED = 0.1  # of the largest overlap: contacts noticed later are missed (chosen)
-_ERROR = (
-    0.5  # of velocity Verlet with a step of 1 in natural units, by its order (measured, largest)
-)
+_ERROR = 0.5  # of velocity Verlet with a step of 1 in natural units, by its order (chosen)
 _MARGIN = 0.8  # of the longest step with the wanted accuracy: a rounder number fits below (chosen)
 
 
