@@ -17,6 +17,10 @@ QUICK = {"in.steel_cgs", "in.striker_wall"}
 """Those that the default suite examines: about a second each."""
 
 
+UNPROVEN = {"steel-random_places": ["chain"], "striker-piston": ["granules that are led"]}
+"""Findings without a correction: granules anywhere in a box; a piston in place of a striker."""
+
+
 def name(deck: Deck) -> str:
     words = [deck.scene, deck.name.removeprefix("in."), *deck.variables.values()]
     return "-".join(words)
@@ -44,9 +48,9 @@ def test_the_corpus(deck: Deck, tmp_path: Path) -> None:
     else:
         assert examined.verdict == "fail"
         assert examined.to_mend
-        for check in examined.to_mend:
-            assert check.place is not None
-            assert check.command
+        assert all(check.place is not None for check in examined.to_mend)
+        unproven = [one for one in examined.findings if not one.correction and one.follows is None]
+        assert [one.checks[0].name for one in unproven] == UNPROVEN.get(name(deck), [])
 
 
 def test_nothing_is_written(tmp_path: Path) -> None:
