@@ -20,7 +20,7 @@ from hertzchain.engines.native.kernel_input import can_leave_behind
 from hertzchain.engines.native.named_methods import METHODS
 from hertzchain.engines.native.run_error import error_bound, estimate
 from hertzchain.engines.native.simulation import Prepared, Simulation, work_of
-from hertzchain.errors import POSITIVE, is_positive, require
+from hertzchain.errors import POSITIVE, StepUnstable, is_positive, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline, check_time_limit
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.observables.error_bound import (
@@ -55,7 +55,7 @@ to 7)."""
 _EXPENSIVE, _SHARE = 1e7, 0.1
 """Work of a run, in force evaluations of a granule, above which adaptive steps are tried first:
 about 10 ms (chosen). Their first run may take this share of the work: its evaluations cost four
-times as much (measured), and where they do not suffice, a run takes a tenth longer."""
+times as much (measured), and where they do not suffice, a run usually takes a tenth longer."""
 
 _CLEAR = 10.0
 """Least ratio of a difference to the error of the accurate run (chosen)."""
@@ -282,7 +282,7 @@ class Native:
             cost = max(cost, refined * work_of(scene, legs, plan.walker.stepper.stages))
             if cost > expensive:
                 expensive = 2 * cost
-                with suppress(damped_runs.TooMuchWork):
+                with suppress(damped_runs.TooMuchWork, StepUnstable):
                     adaptive = _adaptive(scene, recorder, deadline, rtol, _SHARE * cost)
                     if adaptive[-1] <= rtol:
                         return adaptive

@@ -55,7 +55,7 @@ _DIVERGED_ENERGY = 10.0
 """Energy over the energy given to the chain in a run that has diverged."""
 
 _LOOK = 1_000_000
-"""Granules times steps between two looks at whether the run is to be stopped: about 50 ms."""
+"""Work between two looks at whether the run is to be stopped: at most some 10 ms."""
 
 STEP = 500.0
 """Additional work of a step, in force evaluations of a granule (measured)."""
@@ -138,7 +138,7 @@ def advance(
     time, following, fresh, hi, kept = (
         counts.time, counts.following, counts.fresh, counts.hi, counts.kept
     )  # fmt: skip
-    steps, evaluations, spent = counts.steps, counts.evaluations, counts.spent
+    steps, evaluations, look = counts.steps, counts.evaluations, counts.look
     allowed, status = counts.allowed, counts.status
     root = 4 if c.quarters == 1 else 2
     evaluate(u0, v0, a0, f0, r0, p0, on, leg, time, hi, c)
@@ -165,7 +165,6 @@ def advance(
             )  # fmt: skip
             evaluations += method.nodes.size
             progress[3] += method.nodes.size * hi
-            spent += method.nodes.size * hi
             error, fastest = largest_error(
                 v0, v1, k, method.fifth, method.third, h if m == 1 else h ** (1.0 / m), hi,
                 power, lost,
@@ -259,13 +258,13 @@ def advance(
             if not time > progress[1] + _MANY * _HARDLY * longest:
                 status = STUCK
             progress[0], progress[1] = steps, time
-        if spent >= _LOOK:
-            spent = 0
+        if progress[3] >= look:
+            look = progress[3] + _LOOK
             control[1], control[2] = time, control[2] + 1
             if _is_stopped(control):
                 status = STOPPED
             elif is_diverged(energy(u0, v0, hi, c), given, total, c):
                 status = DIVERGED
     return Counts(
-        time, following, fresh, hi, kept, steps, evaluations, spent, allowed, status
+        time, following, fresh, hi, kept, steps, evaluations, look, allowed, status
     )  # fmt: skip

@@ -170,7 +170,7 @@ def march(
     no_force = np.zeros(legs.shape[1])
     fastest = max(np.max(np.abs(v)), _SLOW)
     counts = Counts(
-        legs[0, START], longest / 64, fresh, min(moving, granules), 0, 0, 0, 0,
+        legs[0, START], longest / 64, fresh, min(moving, granules), 0, 0, 0, 0.0,
         tolerance * fastest, STOPPED if _is_stopped(control) else DONE,
     )  # fmt: skip
     for number in range(legs.shape[0]):

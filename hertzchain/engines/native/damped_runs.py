@@ -11,7 +11,7 @@ from hertzchain.engines.native.damped import Damped, Simulated, integrate_damped
 from hertzchain.engines.native.damped_plan import LONGEST, accurate
 from hertzchain.engines.native.kernel_input import leg_rows, start_of
 from hertzchain.engines.native.simulation import End, Peaks, Simulation, stoppable
-from hertzchain.errors import RunFailed
+from hertzchain.errors import RunFailed, TooExpensive
 from hertzchain.limits import Deadline, refuse_memory
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.history import Recorder
@@ -75,7 +75,12 @@ def simulate_damped(
     if deadline.left <= 0:
         raise deadline.passed()
     recorded = 0 if recorder is None else 3 * recorder.time.size
-    refuse_memory(8.0 * granules * (_ARRAYS + recorded))
+    try:
+        refuse_memory(8.0 * granules * (_ARRAYS + recorded))
+    except TooExpensive as problem:
+        if most_work < math.inf:  # another method takes less
+            raise TooMuchWork(str(problem)) from problem
+        raise
     # Steps are cut by the integrator: of the legs only the corners count.
     rows = leg_rows(legs or scene.schedule(scene.end_time), scene.units)
     record = None
@@ -119,12 +124,13 @@ def accurate_enough(
     """A run whose peaks have the wanted accuracy, if any has, and the bound of their error.
 
     What the recorder keeps is of that run, which is always the last. Raises TooMuchWork if the
-    first and coarsest run takes more than ``most_work`` force evaluations of a granule.
+    first and coarsest run takes more than ``most_work`` force evaluations of a granule, or another
+    one more than five times as many.
     """
     allowed = iter((most_work,))
 
     def integrate(tolerance: float, longer: float, may_be_last: bool) -> Simulated:
-        kept, most = recorder if may_be_last else None, next(allowed, math.inf)
+        kept, most = recorder if may_be_last else None, next(allowed, 5 * most_work)
         return simulate_damped(scene, tolerance, deadline, kept, longer=longer, most_work=most)
 
     found = accurate(integrate, rtol)

@@ -53,7 +53,7 @@ class Counts(NamedTuple):
     kept: int
     steps: int
     evaluations: int
-    spent: int
+    look: float
     allowed: float
     status: int
 
@@ -70,7 +70,7 @@ def with_next(counts: Any, time: float, following: float, fresh: bool) -> Any:
     """Counters with another time, next step, and whether a contact has just begun."""
     return Counts(
         time, following, fresh, counts.hi, counts.kept, counts.steps, counts.evaluations,
-        counts.spent, counts.allowed, counts.status,
+        counts.look, counts.allowed, counts.status,
     )  # fmt: skip
 
 
@@ -79,7 +79,7 @@ def in_part(counts: Any, hi: int) -> Any:
     """Counters for another number of granules."""
     return Counts(
         counts.time, counts.following, counts.fresh, hi, counts.kept, counts.steps,
-        counts.evaluations, counts.spent, counts.allowed, counts.status,
+        counts.evaluations, counts.look, counts.allowed, counts.status,
     )  # fmt: skip
 
 
@@ -101,5 +101,5 @@ def fly(state: Any, room: Any, c: Any, end: float, counts: Any, record: Any) -> 
     copy(room.v1, state.v, 0, c.inertia.size)
     return Counts(
         end, counts.following, counts.fresh, counts.hi, kept, counts.steps, counts.evaluations,
-        counts.spent, counts.allowed, counts.status,
+        counts.look, counts.allowed, counts.status,
     )  # fmt: skip

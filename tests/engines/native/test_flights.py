@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.native import damped_advance
 from hertzchain.engines.native.damped import Damped, Simulated, integrate_damped
+from hertzchain.errors import TooExpensive
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL
 from tests.oracles import damped, terms_in_si
@@ -176,3 +178,21 @@ def test_what_is_recorded_in_flight(law: hc.Contact | None, rtol: float | None) 
     assert np.ptp(velocity) < 1e-8 * velocity[0]
     assert np.diff(place) == pytest.approx(velocity[0] * np.diff(time), rel=1e-8)
     assert not history.contact_force.any()
+
+
+@pytest.mark.slow
+def test_the_time_limit_holds_where_many_granules_fly() -> None:
+    """Each touch takes a look at all granules, whatever is computed."""
+    scene = hc.Scene(hc.Chain(300_000, gap=1e-6, **STEEL), GAPS.shock)
+    begin = time.process_time()
+    with pytest.raises(TooExpensive):
+        hc.Native(rtol=1e-6, time_limit=1.0).run(scene)
+    assert time.process_time() - begin < 4.0
+
+
+def test_equal_steps_where_adaptive_ones_do_not_fit_in_memory(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = touching_but_for(399)
+    monkeypatch.setattr("hertzchain.engines.native.damped_runs._ARRAYS", 1e9)
+    assert hc.Native(rtol=1e-6).run(scene).method == "srkn-11b"
