@@ -16,6 +16,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import backend as verlet
 from hertzchain.engines.external.engine import Code, ExternalEngine
 from hertzchain.engines.external.observation import Observation
+from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.external.readings import BLOCK, reading_times, stops
 from hertzchain.engines.lammps import deck, reading
 from hertzchain.engines.lammps.binary import Binary, Program
@@ -23,7 +24,12 @@ from hertzchain.engines.lammps.dialect import NO_STEP
 from hertzchain.engines.lammps.engine import command, engine, run, version_of
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.lammps.user_deck.found import FoundDeck
-from hertzchain.engines.lammps.user_deck.own import examine, examine_deck, own_deck
+from hertzchain.engines.lammps.user_deck.own import (
+    examine,
+    examine_deck,
+    examine_in,
+    own_deck,
+)
 from hertzchain.errors import HertzchainError, SceneError, require
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
@@ -125,16 +131,19 @@ class Lammps(ExternalEngine):
         if not self.isolated and self.lmp is None:
             return examine(scene, self.pair_style)
         found: FoundDeck
-        with Child() as child:
+        deadline = Deadline(self.time_limit)
+        # The folder is this process's: one of a process that is ended would stay.
+        with work_folder("LAMMPS") as folder, Child() as child:
             if self.lmp is None:
-                found = child.call(examine, scene, self.pair_style, time_limit=self.time_limit)
+                found = child.call(
+                    examine_in, folder, scene, self.pair_style, time_limit=deadline.left
+                )
                 return found
-            # A binary is asked on one process, within the time limit.
-            deadline = Deadline(self.time_limit)
+            # A binary is asked on one process.
             program = Program.find(str(self.lmp), self.ranks, deadline)
             version, alone = program.build.version, replace(program, command=program.command[-1:])
             text = own_deck(scene, self.pair_style, version)
-            arguments = scene, text, version, alone
+            arguments = folder, scene, text, version, alone
             found = child.call(examine_deck, *arguments, time_limit=deadline.left)
             return found
 

@@ -61,34 +61,43 @@ def examine(
         If LAMMPS stops with an error.
     """
     program = None if lmp is None else Program.find(str(lmp), 1, Deadline(time_limit))
-    version = look()[0] if program is None else program.build.version
-    return examine_deck(scene, own_deck(scene, pair_style, version), version, program)
-
-
-def examine_deck(scene: Scene, text: str, version: str, program: Program | None) -> FoundDeck:
-    """The same of a deck that is written already, for a version of LAMMPS."""
     with work_folder("LAMMPS") as folder:
-        start = Start(folder, program, alone=False)
+        return examine_in(folder, scene, pair_style, program)
+
+
+def examine_in(
+    folder: Path, scene: Scene, pair_style: str, program: Program | None = None
+) -> FoundDeck:
+    """The same in a folder that outlives the process, by a binary or the Python module."""
+    version = look()[0] if program is None else program.build.version
+    return examine_deck(folder, scene, own_deck(scene, pair_style, version), version, program)
+
+
+def examine_deck(
+    folder: Path, scene: Scene, text: str, version: str, program: Program | None
+) -> FoundDeck:
+    """The same of a deck that is written already, for a version of LAMMPS."""
+    start = Start(folder, program, alone=False)
+    with start.session() as lammps:
+        depth = DEPTH * float(np.min(scene.granules.radius))
+        first = First(Stage(lammps), scene, depth)
+        commands = _play(text, first)
+    assert first.probes is not None  # as the deck has a run
+    granules = first.probes.granules
+    with start.session() as lammps:
+        frozen = Replay(Stage(lammps), granules, 0.0)
+        _play(text, frozen)
+    applied = frozen.applied()
+    seen = nothing_seen(version, commands, granules.count)
+    seen = replace(seen, runs=tuple(frozen.runs), first_run=frozen.first_run)
+    leading = [fix.granules for fix in applied.fixes if fix.fix.style == LEADS]
+    if leading:
         with start.session() as lammps:
-            depth = DEPTH * float(np.min(scene.granules.radius))
-            first = First(Stage(lammps), scene, depth)
-            commands = _play(text, first)
-        assert first.probes is not None  # as the deck has a run
-        granules = first.probes.granules
-        with start.session() as lammps:
-            frozen = Replay(Stage(lammps), granules, 0.0)
-            _play(text, frozen)
-        applied = frozen.applied()
-        seen = nothing_seen(version, commands, granules.count)
-        seen = replace(seen, runs=tuple(frozen.runs), first_run=frozen.first_run)
-        leading = [fix.granules for fix in applied.fixes if fix.fix.style == LEADS]
-        if leading:
-            with start.session() as lammps:
-                lead = Replay(Stage(lammps), granules, 0.0, leads=True)
-                _play(text, lead)
-            time, ends = lead.led
-            driven = np.any(leading, axis=0)
-            seen = replace(seen, driven=driven, driven_time=time, driven_ends=ends)
+            lead = Replay(Stage(lammps), granules, 0.0, leads=True)
+            _play(text, lead)
+        time, ends = lead.led
+        driven = np.any(leading, axis=0)
+        seen = replace(seen, driven=driven, driven_time=time, driven_ends=ends)
     return found_of(first.probes, seen, applied, backwards=False)
 
 
