@@ -55,7 +55,7 @@ _DIVERGED_ENERGY = 10.0
 """Energy over the energy given to the chain in a run that has diverged."""
 
 _LOOK = 1_000_000
-"""Work between two looks at whether the run is to be stopped: at most some 10 ms."""
+"""Work between two looks at whether the run is to be stopped: about 4 ms."""
 
 STEP = 500.0
 """Additional work of a step, in force evaluations of a granule (measured)."""
