@@ -26,16 +26,16 @@ if TYPE_CHECKING:
     from hertzchain.scene.terms import Contact, Precompression, Striker, Wall
     from hertzchain.sweeps import Sweep, sweep
     from hertzchain.verdict.comparison import Comparison, compare
+    from hertzchain.verdict.deck import DeckCheck, DeckExamination, examine
     from hertzchain.verdict.judgement import Judgement
     from hertzchain.verdict.results.judging import judge
-    from hertzchain.verdict.user_deck import DeckCheck, DeckExamination, examine
 
 _HOME = {
     "Batch": "hertzchain.engines.native",
     "Chain": "hertzchain.scene.chain",
     "Comparison": "hertzchain.verdict.comparison",
-    "DeckCheck": "hertzchain.verdict.user_deck",
-    "DeckExamination": "hertzchain.verdict.user_deck",
+    "DeckCheck": "hertzchain.verdict.deck",
+    "DeckExamination": "hertzchain.verdict.deck",
     "HertzchainError": "hertzchain.errors",
     "Judgement": "hertzchain.verdict.judgement",
     "Lammps": "hertzchain.engines.lammps",
@@ -55,7 +55,7 @@ _HOME = {
     "Wall": "hertzchain.scene.terms",
     "Yade": "hertzchain.engines.yade",
     "compare": "hertzchain.verdict.comparison",
-    "examine": "hertzchain.verdict.user_deck",
+    "examine": "hertzchain.verdict.deck",
     "judge": "hertzchain.verdict.results.judging",
     "peak_forces": "hertzchain.engines.native",
     "similar_peak_forces": "hertzchain.engines.native",

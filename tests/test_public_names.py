@@ -111,7 +111,7 @@ for option in ("--help", "--version"):
 
 def test_lint_loads_no_numpy() -> None:
     """It asks LAMMPS's dialect, and no LAMMPS."""
-    loaded = modules_after("import hertzchain.decks.lint.rules")
+    loaded = modules_after("import hertzchain.verdict.lint.rules")
     assert "hertzchain.engines.lammps.dialect" in loaded
     assert loaded & HEAVY == set()
 

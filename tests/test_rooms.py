@@ -43,7 +43,7 @@ upwards."""
 
 MOST_LINES = 400
 
-LONG = ("engines.native.kernels", "decks.lint.rules")
+LONG = ("engines.native.kernels", "verdict.lint.rules")
 """Numba's cache does not see changes in other files; a rule of lint is a function in one list."""
 
 

@@ -21,7 +21,7 @@ from hertzchain.engines.lammps import examine
 from hertzchain.engines.lammps.backend import run_in
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.scene.pulse import PROFILES, profile_named
-from hertzchain.verdict.user_deck.measured import readings_of_runs
+from hertzchain.verdict.deck.measured import readings_of_runs
 from validation.drawing import BACKENDS, new_figure
 from validation.drawing import PROFILES as PROFILE_STYLES
 from validation.rows import Row, did_not_run, largest, problems_as_text, row

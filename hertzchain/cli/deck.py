@@ -124,7 +124,7 @@ def lint(
     """
     from dataclasses import asdict
 
-    from hertzchain.decks.lint.rules import lint_file
+    from hertzchain.verdict.lint.rules import lint_file
 
     if scene is not None:
         instead = shlex.join(["hertzchain", "examine", str(scene), str(decks[0])])

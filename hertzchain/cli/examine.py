@@ -34,8 +34,8 @@ def examine(
     written.
     """
     from hertzchain.files import check_outputs, write_text
-    from hertzchain.report.user_deck import of_examination
-    from hertzchain.verdict import user_deck
+    from hertzchain.report.examination import of_examination
+    from hertzchain.verdict.deck import examine as examined
 
     shown = Shown(scene, [deck], as_json, plot, report, junit)
     check_outputs([scene, deck], [plot, report, junit, fix])
@@ -43,7 +43,7 @@ def examine(
     limit = options.to_time_limit(time_limit)
     loaded = options.load_scene(scene)
     with output.progress() as report_progress, output.compiling(report_progress):
-        examination = user_deck.examine(
+        examination = examined(
             loaded,
             deck,
             given,

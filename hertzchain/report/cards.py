@@ -42,8 +42,8 @@ def card_of(shown: object) -> Card:
 def document_of(verdict: Any) -> Document:
     """The document of a comparison, a judgement or an examination of a deck."""
     from hertzchain.report.comparison import of_comparison
+    from hertzchain.report.examination import of_examination
     from hertzchain.report.judgement import of_judgement
-    from hertzchain.report.user_deck import of_examination
 
     makers: Mapping[str, Callable[[Any], Document]] = {
         "Comparison": of_comparison,

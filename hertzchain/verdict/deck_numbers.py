@@ -13,7 +13,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import FoundDeck, Lammps
-from hertzchain.engines.lammps.user_deck.prober import DAMPED, DEPTHS
+from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS
 from hertzchain.errors import RunFailed
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.scene.scene import Scene

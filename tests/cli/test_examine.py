@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 from tests.command_line import Command, is_refused
-from tests.verdict.user_deck.corpus import FOLDER
+from tests.verdict.deck.corpus import FOLDER
 
 SCENE, DECK = FOLDER / "steel.toml", FOLDER / "in.steel_plain"
 

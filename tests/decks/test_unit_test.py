@@ -15,11 +15,11 @@ import yaml
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.cli import main
-from hertzchain.decks.lint.rules import lint
 from hertzchain.decks.unit_test import SEGMENTS, known_motion, let_go
 from hertzchain.decks.unit_test_deck import KnownMotion, Moment, unit_test
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import HertzchainError
+from hertzchain.verdict.lint.rules import lint
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
 

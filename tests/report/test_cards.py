@@ -21,8 +21,8 @@ from hertzchain.report.comparison import of_comparison
 from hertzchain.report.console import print_document, print_run
 from hertzchain.verdict.check import NOT_RUN, Check, Kind, unmeasured
 from tests.conftest import paper_scene
-from tests.verdict.user_deck.corpus import scene_of
-from tests.verdict.user_deck.made import changed, examined, found
+from tests.verdict.deck.corpus import scene_of
+from tests.verdict.deck.made import changed, examined, found
 
 MOST_LINES = 15  # of the issue
 

@@ -32,8 +32,8 @@ from tests.docs.test_docs import blocks
 from tests.oracles.json_schema import FOLDER, problems, read
 from tests.places import ROOT
 from tests.recordings import GAIN, write_scope
-from tests.verdict.user_deck.corpus import scene_of
-from tests.verdict.user_deck.made import changed, examined, found
+from tests.verdict.deck.corpus import scene_of
+from tests.verdict.deck.made import changed, examined, found
 
 SHORT = paper_scene("cosine", 1.0, 2.0, granules=8)
 

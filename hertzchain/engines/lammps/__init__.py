@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hertzchain.engines.lammps.backend import Lammps, run_many
-    from hertzchain.engines.lammps.user_deck.found import FoundDeck
-    from hertzchain.engines.lammps.user_deck.own import examine
+    from hertzchain.engines.lammps.reading.found import FoundDeck
+    from hertzchain.engines.lammps.reading.own import examine
 
 __all__ = ["FoundDeck", "Lammps", "examine", "run_many"]
 
-_WHERE = {"FoundDeck": "user_deck.found", "examine": "user_deck.own"}
+_WHERE = {"FoundDeck": "reading.found", "examine": "reading.own"}
 
 
 def __getattr__(name: str) -> Any:

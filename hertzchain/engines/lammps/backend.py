@@ -18,13 +18,13 @@ from hertzchain.engines.external.engine import Code, ExternalEngine
 from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.external.readings import BLOCK, reading_times, stops
-from hertzchain.engines.lammps import deck, reading
+from hertzchain.engines.lammps import deck, state
 from hertzchain.engines.lammps.binary import Binary, Program
 from hertzchain.engines.lammps.dialect import NO_STEP
 from hertzchain.engines.lammps.engine import command, engine, run, version_of
 from hertzchain.engines.lammps.isolation import Child
-from hertzchain.engines.lammps.user_deck.found import FoundDeck
-from hertzchain.engines.lammps.user_deck.own import (
+from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.own import (
     examine,
     examine_deck,
     examine_in,
@@ -119,7 +119,7 @@ class Lammps(ExternalEngine):
             return run_in(child, self, scene, record)
 
     def examine(self, scene: Scene) -> FoundDeck:
-        """Read from LAMMPS the numbers that it has for the deck of a scene; see ``user_deck.own``.
+        """Read from LAMMPS the numbers that it has for the deck of a scene; see ``reading.own``.
 
         Raises
         ------
@@ -237,15 +237,15 @@ class _Module:
         clock = _Clock(self.deadline)
         with engine() as lammps:
             made = deck.set_up(scene, self.pair_style, version_of(lammps))
-            command(lammps, made + reading.COMMANDS)
-            seen.begin(reading.granules(lammps))
+            command(lammps, made + state.COMMANDS)
+            seen.begin(state.granules(lammps))
             before = None
             for number, (leg, stride) in enumerate(zip(legs, strides, strict=True)):
                 command(lammps, "\n".join([*deck.leg_commands(leg, before), NO_STEP]))
                 before = leg
                 begin = time.perf_counter()
                 wall = None if scene.wall is None else np.zeros(BLOCK + 1)
-                shape = (len(reading.ARRAYS), scene.chain.granules, 3)
+                shape = (len(state.ARRAYS), scene.chain.granules, 3)
                 for reached, arrays in _read(lammps, leg, stride, shape, clock, wall):
                     of_wall = None if wall is None else wall[: reached.size].copy()
                     seen.update(number, reached, arrays[..., 0], of_wall)
@@ -267,18 +267,18 @@ def _read(
     """
     steps, times = stops(leg, stride), reading_times(leg, stride)
     arrays = np.zeros((min(times.size, BLOCK + 1), *shape))
-    reading.read(lammps, arrays[0])
+    state.read(lammps, arrays[0])
     if wall is not None:
-        wall[0] = reading.wall_force(lammps)
+        wall[0] = state.wall_force(lammps)
     for first in range(0, times.size - 1, BLOCK):
         block = steps[first : first + BLOCK + 1]
         for k, (done, stop) in enumerate(itertools.pairwise(block), start=1):
             begin = time.perf_counter()
             run(lammps, stop - done)
             clock.add_running(begin)
-            reading.read(lammps, arrays[k])
+            state.read(lammps, arrays[k])
             if wall is not None:
-                wall[k] = reading.wall_force(lammps)
+                wall[k] = state.wall_force(lammps)
         clock.stops += len(block) - 1
         yield times[first : first + len(block)], arrays[: len(block)]
         arrays[0] = arrays[len(block) - 1]

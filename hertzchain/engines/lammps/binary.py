@@ -20,7 +20,7 @@ from hertzchain.engines.external import readings
 from hertzchain.engines.external.dumps import read_blocks, read_frames
 from hertzchain.engines.external.observation import Observation
 from hertzchain.engines.external.program import find_program, run_program, work_folder
-from hertzchain.engines.lammps import deck, dialect, reading
+from hertzchain.engines.lammps import deck, dialect, state
 from hertzchain.engines.lammps.build import HOW_TO_GET_IT, all_said, find_mpiexec, look
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
@@ -153,7 +153,7 @@ class Binary:
             rest = dialect.write_dump(_REST, ("x", "mass", "radius"))
             columns = _COLUMNS if scene.wall is None else (*_COLUMNS, dialect.WALL_FORCE)
             made = deck.set_up(scene, self.pair_style, self.program.build.version)
-            lines = [made + reading.COMMANDS, rest]
+            lines = [made + state.COMMANDS, rest]
             for k, (before, leg, stride) in enumerate(
                 zip((None, *legs[:-1]), legs, strides, strict=True)
             ):

@@ -7,9 +7,9 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from hertzchain.decks.lint.scale import SCALES, Scale
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.quantities import to_si
+from hertzchain.verdict.lint.scale import SCALES, Scale
 
 DIMENSIONS = {
     "contact": "", "peak_force": "N", "time": "s", "step": "", "position": "m", "velocity": "m/s",

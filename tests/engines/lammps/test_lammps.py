@@ -13,11 +13,11 @@ import pytest
 import hertzchain as hc
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.external.readings import Granules, contact_forces, samples
-from hertzchain.engines.lammps import reading
+from hertzchain.engines.lammps import state
 from hertzchain.engines.lammps.deck import set_up
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.engines.lammps.reading import ARRAYS, granules, read
+from hertzchain.engines.lammps.state import ARRAYS, granules, read
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.engines.native.in_numpy import State, integrate
 from hertzchain.errors import RunFailed, SceneError
@@ -413,13 +413,13 @@ def test_a_long_run_is_seldom_stopped_to_be_watched(
     demo: hc.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     readings: list[int] = []
-    read = reading.read
+    read = state.read
 
     def counted(*arguments: Any) -> None:
         readings.append(1)
         read(*arguments)
 
-    monkeypatch.setattr(reading, "read", counted)
+    monkeypatch.setattr(state, "read", counted)
     # Of the processor's time: others may use the machine too.
     monkeypatch.setattr(time, "perf_counter", time.process_time)
     run = hc.Lammps(demo.end_time / 50_100).run(demo)

@@ -1,0 +1,241 @@
+"""Puts together what LAMMPS answered, in SI units and in the order from the shock."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading.found import (
+    Executed,
+    FoundDeck,
+    FoundFix,
+    FoundRun,
+    FoundWall,
+)
+from hertzchain.engines.lammps.reading.frozen import Applied
+from hertzchain.engines.lammps.reading.probing import Probes
+from hertzchain.engines.lammps.reading.walls import WallProbe
+from hertzchain.engines.lammps.reading.watching import Given, PeaksSeen, RunSeen
+
+
+@dataclass(frozen=True, eq=False)
+class Watched:
+    """What was seen of the deck as it is."""
+
+    version: str
+    commands: tuple[Executed, ...]
+    given: tuple[Given, ...]
+    runs: tuple[RunSeen, ...]
+    stopped: str
+    first_run: int
+    time: float
+    read_every: int
+    image_force: float
+    peaks: tuple[PeaksSeen, PeaksSeen]  # forwards and backwards
+    exerted: Mapping[int, FloatArray]
+    driven: NDArray[np.bool_]
+    driven_time: FloatArray
+    driven_ends: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    cleared: bool
+
+
+def found_of(
+    probes: Probes, seen: Watched, applied: Applied, backwards: bool | None = None
+) -> FoundDeck:
+    """What was found, from what was answered, seen of the deck as it is, and applied.
+
+    Whether granule 1 lies at the largest coordinate follows from that, unless it is known.
+    """
+    granules = probes.granules
+    units = granules.units
+    if backwards is None:
+        backwards = _is_reversed(probes, applied, seen.driven)
+    sign = -1.0 if backwards else 1.0
+
+    def turned(values: Any, axis: int = -1) -> Any:
+        return np.flip(values, axis) if backwards else values
+
+    def vectors(values: FloatArray, unit: float) -> FloatArray:
+        return np.asarray(turned(values, 0) * np.array([sign, 1.0, 1.0]) * unit)
+
+    origin = granules.position[-1 if backwards else 0, 0]
+
+    def places(values: FloatArray) -> FloatArray:
+        return np.asarray(turned(sign * (values - origin)) * units.length)
+
+    peaks = seen.peaks[int(backwards)]
+    order = granules.order
+    led = slice(None) if seen.driven[-1 if backwards else 0] else slice(0)
+    return FoundDeck(
+        version=seen.version,
+        commands=seen.commands,
+        first_run=seen.first_run,
+        units=units.name,
+        stopped=seen.stopped,
+        is_chain=granules.is_chain,
+        axis=_axis(granules.frame[0]),
+        direction=sign * granules.frame[0],
+        reversed=backwards,
+        ids=turned(granules.ids[order]),
+        types=turned(granules.types),
+        origin=granules.position[-1 if backwards else 0] @ granules.frame * units.length,
+        position=places(granules.position[:, 0]),
+        sideways=turned(
+            granules.position[:, 1:] - np.median(granules.position[:, 1:], axis=0), 0
+        )
+        * units.length,
+        radius=turned(granules.radius) * units.length,
+        mass=turned(granules.mass) * units.mass,
+        velocity=vectors(granules.velocity, units.velocity),
+        spin=vectors(granules.spin, 1 / units.time),
+        overlap=turned(probes.overlap) * units.length,
+        contact_force=turned(probes.contact_force) * units.force,
+        closing=turned(probes.closing) * units.velocity,
+        damped_overlap=turned(probes.damped_overlap) * units.length,
+        damped_force=turned(probes.damped_force) * units.force,
+        tangential_force=turned(probes.tangential_force) * units.force,
+        constant_force=vectors(applied.constant, units.force),
+        drag=turned(probes.drag) * units.drag,
+        walls=tuple(_wall(wall, backwards, origin, probes) for wall in probes.walls),
+        integrated=turned(probes.integrated),
+        boundary=granules.boundary,
+        image_gap=_image_gap(probes),
+        image_force=seen.image_force * units.force,
+        fixes=tuple(
+            FoundFix(
+                one.fix.style,
+                one.fix.command,
+                one.fix.moves,
+                turned(one.granules),
+                turned(one.largest, 0) * units.force,
+                turned(seen.exerted.get(one.fix.command, 0 * one.largest), 0) * units.force,
+            )
+            for one in applied.fixes
+        ),
+        runs=tuple(
+            FoundRun(run.start * units.time, run.dt * units.time, run.steps, run.command)
+            for run in seen.runs
+        ),
+        applied_time=applied.time * units.time,
+        applied_force=sign * turned(applied.force) * units.force,
+        applied_every=applied.every,
+        applied_sideways=applied.sideways * units.force,
+        peak_force=peaks.force * units.force,
+        peak_time=peaks.time * units.time,
+        peak_reading_error=peaks.error,
+        read_every=seen.read_every,
+        missed_overlap=peaks.missed * units.length,
+        driven=turned(seen.driven),
+        driven_time=seen.driven_time[led] * units.time,
+        driven_displacement=sign
+        * (seen.driven_ends[led, -1 if backwards else 0] - origin)
+        * units.length,
+        end_time=seen.time * units.time,
+        final_position=places(seen.position),
+        final_velocity=sign * turned(seen.velocity) * units.velocity,
+        remarks=_remarks(seen, probes),
+    )  # fmt: skip
+
+
+def _axis(direction: FloatArray) -> str:
+    """An axis by its name."""
+    first = int(np.argmax(np.abs(direction)))
+    return "xyz"[first] if abs(direction[first]) == 1 else "a diagonal"
+
+
+def nothing_seen(version: str, commands: tuple[Executed, ...], count: int) -> Watched:
+    """A deck that was not run."""
+    nothing = np.full(count, np.nan)
+    peaks = PeaksSeen(nothing[1:], nothing[1:], np.zeros(count - 1), math.nan)
+    return Watched(
+        version=version,
+        commands=commands,
+        given=(),
+        runs=(),
+        stopped="",
+        first_run=-1,
+        time=0.0,
+        read_every=1,
+        image_force=0.0,
+        peaks=(peaks, peaks),
+        exerted={},
+        driven=np.zeros(count, bool),
+        driven_time=np.zeros(0),
+        driven_ends=np.zeros((0, 2)),
+        position=nothing,
+        velocity=nothing,
+        cleared=False,
+    )
+
+
+def _is_reversed(probes: Probes, applied: Applied, driven: NDArray[np.bool_]) -> bool:
+    """Whether the shock acts on the granule at the largest coordinate."""
+    if applied.time.size > 1:
+        mean = (np.abs(applied.force[1:]) + np.abs(applied.force[:-1])) / 2
+        impulse = np.diff(applied.time) @ mean
+        if impulse.max() > 0:
+            where = _middle(impulse)
+            if where != 0:
+                return where > 0
+    if _middle(driven) != 0:
+        return _middle(driven) > 0
+    speed = np.abs(probes.granules.velocity[:, 0])
+    if speed.max() > 0 and _middle(speed) != 0:
+        return _middle(speed) > 0
+    walls = [wall.at_end for wall in probes.walls]
+    return len(walls) == 1 and not walls[0]
+
+
+def _middle(weight: FloatArray | NDArray[np.bool_]) -> float:
+    """On which side of the middle of the chain most of it is: below 0 near the start."""
+    place = np.linspace(-1, 1, weight.size) if weight.size > 1 else np.zeros(1)
+    return float(np.sum(weight * place))
+
+
+def _image_gap(probes: Probes) -> float | None:
+    granules = probes.granules
+    if not granules.periodic[0]:
+        return None
+    length = float(granules.high[0] - granules.low[0])
+    extent = float(granules.position[-1, 0] - granules.position[0, 0])
+    gap = length - extent - float(granules.radius[0] + granules.radius[-1])
+    return gap * granules.units.length
+
+
+def _wall(wall: WallProbe, backwards: bool, origin: float, probes: Probes) -> FoundWall:
+    units = probes.granules.units
+    sign = -1.0 if backwards else 1.0
+    return FoundWall(
+        end="last" if wall.at_end != backwards else "first",
+        position=sign * (wall.position - origin) * units.length,
+        overlap=wall.overlap * units.length,
+        force=wall.force * units.force,
+        closing=wall.closing * units.velocity,
+        damped_overlap=wall.damped_overlap * units.length,
+        damped_force=wall.damped_force * units.force,
+        tangential_force=wall.tangential_force * units.force,
+        command=wall.command,
+    )
+
+
+def _remarks(seen: Watched, probes: Probes) -> tuple[str, ...]:
+    remarks = []
+    if probes.why_not is not None:
+        remarks.append(f"the contacts of the granules were not asked: {probes.why_not}")
+    if seen.cleared:
+        remarks.append("what follows the clear after the first chain is another chain's")
+    for done in seen.commands:
+        words = done.text.split()
+        if words[0] == "fix" and words[3:4] == ["langevin"] and done.carried_out:
+            remarks.append(f"{done.file}:{done.line}: fix langevin pushes granules at random")
+        if words[0] == "velocity" and words[2:3] == ["create"]:
+            remarks.append(f"{done.file}:{done.line}: velocity create is random")
+    return tuple(dict.fromkeys(remarks))

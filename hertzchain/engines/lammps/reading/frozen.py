@@ -1,0 +1,269 @@
+"""The forces that a deck applies over its whole time, all granules staying where they are.
+
+What LAMMPS was given while the deck was watched is given to a second instance, but for the fixes
+that move granules: conditions and variables of the motion have their values from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading.allowed import LEADS, MOVES, OF_MOTION, QUIET
+from hertzchain.engines.lammps.reading.granules import Granules
+from hertzchain.engines.lammps.reading.hooks import BLOCK, Readings
+from hertzchain.engines.lammps.reading.player import DeckFix, Stage
+from hertzchain.engines.lammps.reading.prober import members
+from hertzchain.engines.lammps.reading.watching import Given, RunSeen, sizes
+from hertzchain.errors import HertzchainError
+
+_LEAST_READINGS = 400
+"""Readings of a run at least, however long no force has changed: chosen."""
+
+_UNCHANGED = 1e-12  # of the largest force: what formulas of other times round to
+
+
+@dataclass(frozen=True, eq=False)
+class FixSeen:
+    """A fix that exerts forces or moves granules, by increasing coordinate."""
+
+    fix: DeckFix
+    granules: NDArray[np.bool_]
+    largest: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Applied:
+    """Forces on granules over time, in the deck's units, by increasing coordinate.
+
+    ``force`` is along the chain, shape (readings, granules), without ``constant``, which has three
+    components, shape (granules, 3).
+    """
+
+    time: FloatArray
+    force: FloatArray
+    sideways: float
+    constant: FloatArray
+    every: int
+    fixes: tuple[FixSeen, ...]
+
+
+@dataclass
+class _Exerted:
+    """What one fix has exerted so far, by increasing coordinate, shape (granules, 3) each."""
+
+    first: FloatArray
+    lowest: FloatArray
+    highest: FloatArray
+    largest: FloatArray  # along and off the axis, shape (granules, 2)
+    readings: int = 0
+    from_start: bool = False
+
+    @classmethod
+    def nothing(cls, force: FloatArray, from_start: bool) -> _Exerted:
+        """Before the first readings, shape (readings, granules, 3)."""
+        largest = np.zeros((force.shape[1], 2))
+        return cls(force[0], force[0], force[0], largest, from_start=from_start)
+
+    def update(self, force: FloatArray) -> None:
+        """Take note of readings."""
+        self.lowest = np.minimum(self.lowest, force.min(axis=0))
+        self.highest = np.maximum(self.highest, force.max(axis=0))
+        self.largest = np.maximum(self.largest, sizes(force))
+        self.readings += len(force)
+
+    def constant(self, readings: int) -> FloatArray:
+        """What it has exerted at all of the readings, 0 where that has changed."""
+        if not self.from_start or self.readings < readings:
+            return np.zeros_like(self.first)
+        most = float(np.max(self.largest, initial=0.0))
+        return np.where(self.highest - self.lowest <= _UNCHANGED * most, self.first, 0.0)
+
+
+class Replay:
+    """Gives LAMMPS what it was given before, without motion; ``places`` are those in the deck.
+
+    It is also a ``Player`` of a deck whose motion does not come to its end. With ``leads`` the
+    granules that a fix leads, and no others, are moved.
+    """
+
+    def __init__(
+        self,
+        stage: Stage,
+        granules: Granules,
+        between: float,
+        places: Sequence[str] = (),
+        leads: bool = False,
+    ) -> None:
+        self._places, self._leads = places, leads
+        self._ends: list[FloatArray] = []
+        self._time_now = 0.0
+        self.runs: list[RunSeen] = []
+        self.first_run = -1
+        self.stage, self._granules, self._between = stage, granules, between
+        self._left_out: set[str] = set()
+        self._time: list[FloatArray] = []
+        self._force: list[FloatArray] = []  # of all fixes but walls, along the chain
+        self._sideways = 0.0  # largest change of what is off the axis
+        self._first_sideways: FloatArray | None = None
+        self._exerted: dict[int, _Exerted] = {}  # by command
+        self._masks: dict[int, tuple[DeckFix, NDArray[np.bool_]]] = {}
+        self._moves: dict[str, DeckFix] = {}
+        self._stride = 1  # steps between readings while forces change
+        self.every = 1
+
+    def play(self, given: Sequence[Given]) -> Applied:
+        """Play all commands; the forces that fixes but walls exert."""
+        end = 0.0
+        for one in given:
+            try:
+                end = self._play(one, end)
+            except HertzchainError as problem:
+                raise type(problem)(f"{self._places[one.index]}: {problem}") from None
+        return self._applied()
+
+    def _play(self, one: Given, time: float) -> float:
+        """Play a command; the time after it."""
+        if one.steps:
+            return self._run(one, time)
+        if one.words[0] == "clear":
+            self.stage.forget()
+            self._left_out.clear()
+        elif not self._leaves_out(one):
+            self.stage.give(one.text, list(one.words), one.index)
+        return time
+
+    def give(self, text: str, words: list[str], index: int) -> None:
+        """Give LAMMPS a command."""
+        self._play(Given(text, tuple(words), index), self._time_now)
+
+    def run(self, steps: int, keywords: str, index: int) -> None:
+        """Have LAMMPS take so many steps."""
+        start, dt = self._time_now, self.stage.lammps.dt()
+        text = f"run {steps} {keywords}".strip()
+        if steps and self.first_run < 0:
+            self.first_run = index
+        self._time_now = self._play(Given(text, ("run",), index, steps), start)
+        if steps:
+            self.runs.append(RunSeen(start, dt, steps, index))
+
+    def clear(self) -> bool:
+        """Forget all before the first run; the deck ends here after it."""
+        if not self.runs:
+            self._play(Given("clear", ("clear",), -1), 0.0)
+        return not self.runs
+
+    def applied(self) -> Applied:
+        """The forces that fixes but walls have exerted."""
+        return self._applied()
+
+    @property
+    def led(self) -> tuple[FloatArray, FloatArray]:
+        """Times, and places of the granules at both ends then, shape (readings, 2)."""
+        times, ends = [*self._time, np.zeros(0)], [*self._ends, np.zeros((0, 2))]
+        return np.concatenate(times), np.concatenate(ends)
+
+    def _leaves_out(self, one: Given) -> bool:
+        """Whether a command would move granules or end a run before its time."""
+        words = one.words
+        if words[0] == "fix" and len(words) > 3:
+            if words[3] in MOVES | OF_MOTION and not (self._leads and words[3] == LEADS):
+                self._left_out.add(words[1])
+                if words[3] != "halt":
+                    self._moves[words[1]] = DeckFix(words[1], words[2], words[3], one.index)
+                return True
+            self._left_out.discard(words[1])
+            return False
+        if words[0] in ("unfix", "fix_modify") and len(words) > 1:
+            if words[0] == "unfix":
+                self._moves.pop(words[1], None)
+            return words[1] in self._left_out
+        return words[0] == "velocity"
+
+    def _run(self, one: Given, start: float) -> float:
+        assert one.steps is not None
+        lammps = self.stage.lammps
+        self.stage.ready()
+        rest = np.zeros((self._granules.count, 3))
+        lammps.put({"v": rest, "omega": rest})
+        dt, first = lammps.dt(), lammps.step()
+        self._stride = max(1, int(self._between / dt))
+        self.stage.hooks.twice = self._stride > 1
+        self._longest = max(self._stride, one.steps // _LEAST_READINGS)
+        self.every = max(self.every, min(self._stride, max(one.steps, 1)))
+        acting = [fix for fix in self.stage.alive.values() if fix.style not in QUIET]
+        for fix in [*acting, *self._moves.values()]:
+            self._masks[fix.command] = fix, members(lammps, fix.group, self._granules)
+
+        def take(readings: Readings) -> None:
+            self._take(readings, np.asarray(start + (readings.step - first) * dt))
+
+        self.stage.hooks.run(one.text, one.steps, self._stride, take)
+        return start + one.steps * dt
+
+    def _take(self, readings: Readings, time: FloatArray) -> None:
+        hooks, granules = self.stage.hooks, self._granules
+        forces = np.moveaxis(readings.of_fixes, 1, 0)
+        total = np.zeros((time.size, granules.count, 3))
+        for source, force in zip(hooks.sources[1:], forces, strict=True):
+            assert source is not None
+            if self.stage.fixes[source].is_wall:
+                continue
+            own = granules.along(force)
+            total += own
+            if source not in self._exerted:
+                self._exerted[source] = _Exerted.nothing(own, from_start=not self._time)
+            self._exerted[source].update(own)
+        self._time.append(time)
+        if self._leads:
+            self._ends.append(granules.along(readings.position)[:, [0, -1], 0])
+        self._force.append(total[..., 0].copy())
+        if self._first_sideways is None:
+            self._first_sideways = total[0, :, 1:]
+        change = np.linalg.norm(total[..., 1:] - self._first_sideways, axis=-1)
+        self._sideways = max(self._sideways, float(np.max(change)))
+        still = time.size == BLOCK and not np.any(np.ptp(total, axis=0))
+        hooks.stride = min(10 * hooks.stride, self._longest) if still else self._stride
+
+    def _applied(self) -> Applied:
+        granules = self._granules
+        if not self._time:
+            return nothing_applied(granules)
+        time, force = np.concatenate(self._time), np.concatenate(self._force)
+        constant = np.zeros((granules.count, 3))
+        for exerted in self._exerted.values():
+            constant += exerted.constant(time.size)
+        force -= constant[:, 0]
+        largest = {number: exerted.largest for number, exerted in self._exerted.items()}
+        nothing = np.zeros((granules.count, 2))
+        fixes = tuple(
+            FixSeen(fix, mask, largest.get(number, nothing))
+            for number, (fix, mask) in sorted(self._masks.items())
+        )
+        kept = _needed(force)
+        return Applied(
+            time=time[kept],
+            force=force[kept],
+            sideways=self._sideways,
+            constant=constant,
+            every=self.every,
+            fixes=fixes,
+        )
+
+
+def nothing_applied(granules: Granules) -> Applied:
+    """No forces, of a deck that takes no step."""
+    constant = np.zeros((granules.count, 3))
+    return Applied(np.zeros(0), np.zeros((0, granules.count)), 0.0, constant, 1, ())
+
+
+def _needed(force: FloatArray) -> NDArray[np.bool_]:
+    """Which readings are not within a stretch of one force, shape (readings,)."""
+    changes = np.any(np.diff(force, axis=0) != 0, axis=1)
+    kept = np.ones(len(force), bool)
+    kept[1:-1] = changes[:-1] | changes[1:]
+    return kept

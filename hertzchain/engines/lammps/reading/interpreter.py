@@ -1,0 +1,311 @@
+"""Reads somebody's deck as LAMMPS does and gives it one command after another.
+
+Conditions, loops, jumps and includes are taken apart here, so that it is known of each command
+where it stands, and none that writes or runs anything else gets through. LAMMPS puts in the values
+of variables, and says which conditions hold.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from hertzchain.engines.lammps.reading.allowed import CONTROL, Rules, shown, steps_of
+from hertzchain.engines.lammps.reading.found import Executed
+from hertzchain.engines.lammps.reading.session import Session
+from hertzchain.engines.lammps.reading.text import (
+    Edits,
+    Line,
+    Word,
+    edited,
+    in_ascii,
+    quoted,
+    without_comment,
+    words_of,
+)
+from hertzchain.errors import HertzchainError, RunFailed
+from hertzchain.files import read_bytes
+
+_MOST_BYTES = 10_000_000  # of a deck or include; chosen, far above any deck written by hand
+_MOST_COMMANDS = 200_000  # carried out; chosen: a deck that makes more seems to have no end
+_LONGEST = 200  # characters of a command in messages
+_DEEPEST = 15  # files that include one another, as in LAMMPS itself
+
+
+class Player(Protocol):
+    """Who gives LAMMPS the commands, and may do more."""
+
+    def give(self, text: str, words: list[str], index: int) -> None:
+        """Give LAMMPS a command; the index is that of ``Executed``."""
+
+    def run(self, steps: int, keywords: str, index: int) -> None:
+        """Have LAMMPS take so many steps, with other keywords of ``run``."""
+
+    def clear(self) -> bool:
+        """Forget all; False if the deck ends here."""
+
+
+class Ended(Exception):
+    """The deck is over, or no more of it is wanted."""
+
+
+@dataclass
+class _Open:
+    """A file that is read, and the next line."""
+
+    name: str  # as the deck names it
+    path: Path
+    lines: list[Line]
+    next: int = 0
+
+    @functools.cached_property
+    def labels(self) -> dict[str, int]:
+        """Where each label stands, the first of that name."""
+        found: dict[str, int] = {}
+        for k, line in enumerate(self.lines):
+            words = words_of(without_comment(line.text))
+            if len(words) > 1 and words[0].value == "label":
+                found.setdefault(words[1].value, k)
+        return found
+
+
+@dataclass(frozen=True)
+class _Where:
+    """Where a command stands."""
+
+    file: str
+    line: int
+    written: str
+
+
+class Interpreter:
+    """Carries out a deck; ``commands`` grows as it goes on.
+
+    Parameters
+    ----------
+    lammps
+        That has no box.
+    name, path
+        The deck, as the user names it, and where it is.
+    variables
+        Values, by name, which replace those of ``index`` variables, as ``-var`` does.
+    player
+        Who gives LAMMPS the commands.
+    folder
+        Working folder, in which files are looked for first; by default that of the deck alone.
+    edits
+        Commands in place of others.
+    tell
+        Is told where each command stands, before it is carried out.
+    """
+
+    def __init__(
+        self,
+        lammps: Session,
+        name: str,
+        path: Path,
+        variables: Mapping[str, str],
+        player: Player,
+        *,
+        folder: Path | None = None,
+        edits: Edits | None = None,
+        tell: Callable[[str], object] = lambda _: None,
+    ) -> None:
+        self._lammps, self._player, self._tell = lammps, player, tell
+        folders = [path.parent] if folder is None else [folder, path.parent]
+        self._rules, self._edits = Rules(tuple(folders)), edits or {}
+        self._name, self._deck, self._variables = name, path, variables
+        self._files: list[_Open] = []
+        self._skips_jump = False
+        self.commands: list[Executed] = []
+        self.here: _Where | None = None
+
+    def play(self) -> None:
+        """Carry out the deck, up to its end."""
+        for name, value in self._variables.items():
+            # None of the deck's: a variable of this name and style in the deck is skipped then.
+            self._lammps.give(f"variable {name} index {' '.join(map(quoted, value.split()))}")
+        try:
+            self._read(self._name)
+        except Ended:
+            return
+        except HertzchainError as problem:
+            if self.here is None or str(problem).startswith(f"{self.here.file}:"):
+                raise
+            place = f"{self.here.file}:{self.here.line}"
+            raise type(problem)(f"{place}: {problem}") from None
+
+    def _read(self, name: str) -> None:
+        """Carry out the commands of a file."""
+        if len(self._files) >= _DEEPEST:
+            raise RunFailed(f"more than {_DEEPEST} files include one another")
+        self._files.append(self._opened(name))
+        while True:
+            file = self._files[-1]
+            if file.next >= len(file.lines):
+                break
+            line = file.lines[file.next]
+            file.next += 1
+            self._one(line.text, _Where(file.name, line.number, line.text))
+        self._files.pop()
+
+    def _opened(self, name: str) -> _Open:
+        path = self._deck if not self._files else self._rules.path(name)
+        try:
+            text = read_text(path)
+        except (OSError, ValueError) as problem:
+            reason = getattr(problem, "strerror", None) or problem
+            raise RunFailed(f"{name}: cannot be read ({reason})") from None
+        return _Open(name, path, edited(in_ascii(text), name, self._edits))
+
+    def _one(self, text: str, where: _Where) -> None:
+        """Carry out one command."""
+        text = without_comment(text)
+        if not text:
+            return
+        self.here = where
+        self._tell(f"{where.file}:{where.line}: {shown(text)[:_LONGEST]}")
+        if len(self.commands) >= _MOST_COMMANDS:
+            raise RunFailed(
+                f"the deck is not over after {_MOST_COMMANDS} commands: it seems to have no end"
+            )
+        if "$" in text:
+            text = in_ascii(self._lammps.expanded(text)).strip()
+        words = words_of(text)
+        if any("$" in word.raw and word.raw[0] not in "\"'" for word in words):
+            # LAMMPS would put in values once more than in the deck itself.
+            raise RunFailed(
+                "the value of a variable has a $: give the value itself, without another variable"
+            )
+        if not words:
+            return
+        name, values = words[0].value, [word.value for word in words[1:]]
+        if name in CONTROL:
+            index = self._note(text, where)
+            getattr(self, f"_{name}")(values, words, index, where)
+            return
+        given, why_not = self._rules.decide(words, text)
+        index = self._note(text, where, given is not None, why_not)
+        if given is not None:
+            self._player.give(given, [word.value for word in words_of(given)], index)
+
+    def _note(
+        self, text: str, where: _Where, carried_out: bool = True, why_not: str | None = None
+    ) -> int:
+        """Take note of a command; its index."""
+        written = shown(without_comment(where.written))
+        done = Executed(shown(text), where.file, where.line, written, carried_out, why_not)
+        self.commands.append(done)
+        return len(self.commands) - 1
+
+    # ---- What is carried out here: values are the words after the command's name.
+
+    def _include(self, values: list[str], _: list[Word], __: int, ___: _Where) -> None:
+        _need(values, 1, "include")
+        self._read(values[0])
+
+    def _label(self, *_: Any) -> None:
+        """Nothing: a jump looks for it in the file."""
+
+    def _jump(self, values: list[str], _: list[Word], __: int, ___: _Where) -> None:
+        _need(values, 1, "jump")
+        if self._skips_jump:
+            self._skips_jump = False
+            return
+        if values[0] == "SELF":
+            file = self._files[-1]
+            file.next = 0
+        else:
+            file = self._opened(values[0])
+            self._files[-1] = file
+        if len(values) > 1:
+            if values[1] not in file.labels:
+                raise RunFailed(f"jump finds no label {values[1]} in {file.name}")
+            file.next = file.labels[values[1]] + 1
+
+    def _next(self, values: list[str], words: list[Word], index: int, _: _Where) -> None:
+        _need(values, 1, "next")
+        self._player.give(" ".join(word.raw for word in words), ["next", *values], index)
+        # LAMMPS deletes the variables that have no further value, and skips the next jump.
+        if not all(self._lammps.has_variable(name) for name in values):
+            self._skips_jump = True
+
+    def _if(self, values: list[str], _: list[Word], __: int, where: _Where) -> None:
+        if len(values) < 3 or values[1] != "then":
+            raise RunFailed("if needs a condition in quotes, then, and commands in quotes")
+        body: list[str] = []
+        k, commands = 0, 2  # "then" stands after the first condition alone
+        while k < len(values):
+            chosen = values[k - 1] == "else" or self._lammps.holds(values[k])
+            k = k if values[k - 1] == "else" else k + commands
+            end = k
+            while end < len(values) and values[end] not in ("elif", "else"):
+                end += 1
+            if chosen:
+                body = values[k:end]
+                break
+            k, commands = end + 1, 1
+        for text in body:
+            self._one(text, where)
+
+    def _quit(self, *_: Any) -> None:
+        raise Ended
+
+    def _clear(self, *_: Any) -> None:
+        if not self._player.clear():
+            raise Ended
+        self._rules.missing.clear()
+
+    def _run(self, values: list[str], _: list[Word], index: int, where: _Where) -> None:
+        _need(values, 1, "run")
+        steps = steps_of(values[0])
+        now = self._lammps.step()
+        kept: list[str] = []
+        every: tuple[int, list[str]] | None = None
+        k = 1
+        starts = False
+        while k < len(values):
+            word = values[k]
+            if word == "upto":
+                steps = max(steps - now, 0)
+                k += 1
+            elif word in ("start", "stop", "pre", "post"):
+                kept += values[k : k + 2]
+                starts |= word == "start"
+                k += 2
+            elif word == "every":
+                _need(values[k:], 2, "run every")
+                every = steps_of(values[k + 1]), values[k + 2 :]
+                break
+            else:
+                raise RunFailed(f"run has no keyword {word}")
+        if every is None or every[0] == 0:
+            self._player.run(steps, " ".join(kept), index)
+            return
+        if not starts:
+            kept += ["start", str(now)]
+        if "stop" not in kept:
+            kept += ["stop", str(now + steps)]
+        pace, texts = every
+        done = 0
+        while done < steps or done == 0:
+            part = min(pace, steps - done)
+            self._player.run(part, " ".join(kept), index)
+            done += max(part, 1)
+            for text in texts:
+                if text != "NULL":
+                    self._one(text, where)
+
+
+def read_text(path: Path) -> str:
+    """The text of a deck; a mark of its byte order is no part of it. Raises OSError, ValueError."""
+    text = read_bytes(path, _MOST_BYTES).decode("utf-8-sig", errors="replace")
+    return text.replace("\r\n", "\n")
+
+
+def _need(values: list[str], least: int, name: str) -> None:
+    if len(values) < least:
+        raise RunFailed(f"{name} needs at least {least} word{'s' * (least > 1)} more")

@@ -1,0 +1,132 @@
+"""Reads the deck that this project generates for a scene: the same questions, and no motion.
+
+It is short, as only the corners of the shock and some steps between them are looked at, and needs
+no interpreter, as nothing in it has to be refused.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from hertzchain.engines.external.program import work_folder
+from hertzchain.engines.lammps import deck
+from hertzchain.engines.lammps.binary import Program
+from hertzchain.engines.lammps.engine import look
+from hertzchain.engines.lammps.reading.allowed import LEADS
+from hertzchain.engines.lammps.reading.assembling import found_of, nothing_seen
+from hertzchain.engines.lammps.reading.found import Executed, FoundDeck
+from hertzchain.engines.lammps.reading.frozen import Replay
+from hertzchain.engines.lammps.reading.interpreter import Ended, Player
+from hertzchain.engines.lammps.reading.player import Stage
+from hertzchain.engines.lammps.reading.reading import First, Start
+from hertzchain.engines.lammps.reading.text import lines_of, without_comment, words_of
+from hertzchain.limits import TIME_LIMIT, Deadline
+from hertzchain.scene.scene import Scene
+
+DEPTH = 0.01
+"""Overlap at which contacts are pressed [smallest radius], and a third, a tenth, a hundredth and
+three times of it: independent of the shock, so that forces have all digits even if it is weak."""
+
+_SCHEDULED_STEP = 0.01  # natural time units; step of the schedule whose corners are examined
+_STEPS_PER_LEG = 4  # readings of the applied force on a leg, besides its start
+
+
+def examine(
+    scene: Scene,
+    pair_style: str = "granular",
+    lmp: str | Path | None = None,
+    time_limit: float = TIME_LIMIT,
+) -> FoundDeck:
+    """Read from LAMMPS the numbers that it has for the generated deck of a scene.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    pair_style
+        ``granular`` (with hertz/material) or ``gran/hertz/history``.
+    lmp
+        A LAMMPS binary; by default its Python module, in this process.
+    time_limit
+        How long the binary may take to start [s].
+
+    Raises
+    ------
+    BackendMissing
+        If LAMMPS is not installed.
+    RunFailed
+        If LAMMPS stops with an error.
+    """
+    program = None if lmp is None else Program.find(str(lmp), 1, Deadline(time_limit))
+    with work_folder("LAMMPS") as folder:
+        return examine_in(folder, scene, pair_style, program)
+
+
+def examine_in(
+    folder: Path, scene: Scene, pair_style: str, program: Program | None = None
+) -> FoundDeck:
+    """The same in a folder that outlives the process, by a binary or the Python module."""
+    version = look()[0] if program is None else program.build.version
+    return examine_deck(folder, scene, own_deck(scene, pair_style, version), version, program)
+
+
+def examine_deck(
+    folder: Path, scene: Scene, text: str, version: str, program: Program | None
+) -> FoundDeck:
+    """The same of a deck that is written already, for a version of LAMMPS."""
+    start = Start(folder, program, alone=False)
+    with start.session() as lammps:
+        depth = DEPTH * float(np.min(scene.granules.radius))
+        first = First(Stage(lammps), scene, depth)
+        commands = _play(text, first)
+    assert first.probes is not None  # as the deck has a run
+    granules = first.probes.granules
+    with start.session() as lammps:
+        frozen = Replay(Stage(lammps), granules, 0.0)
+        _play(text, frozen)
+    applied = frozen.applied()
+    seen = nothing_seen(version, commands, granules.count)
+    seen = replace(seen, runs=tuple(frozen.runs), first_run=frozen.first_run)
+    leading = [fix.granules for fix in applied.fixes if fix.fix.style == LEADS]
+    if leading:
+        with start.session() as lammps:
+            lead = Replay(Stage(lammps), granules, 0.0, leads=True)
+            _play(text, lead)
+        time, ends = lead.led
+        driven = np.any(leading, axis=0)
+        seen = replace(seen, driven=driven, driven_time=time, driven_ends=ends)
+    return found_of(first.probes, seen, applied, backwards=False)
+
+
+def own_deck(scene: Scene, pair_style: str, version: str) -> str:
+    """The generated deck, with a few steps on each leg of the shock."""
+    legs = [
+        leg.in_steps(_STEPS_PER_LEG) for leg in scene.schedule(_SCHEDULED_STEP * scene.units.time)
+    ]
+    versions = () if scene.is_plain or scene.contact is None else (version,)
+    lines = [deck.set_up(scene, pair_style, *versions)]
+    for before, leg in zip((None, *legs[:-1]), legs, strict=True):
+        lines += [*deck.leg_commands(leg, before), f"run {leg.steps}"]
+    return "\n".join(lines) + "\n"
+
+
+def _play(text: str, player: Player) -> tuple[Executed, ...]:
+    """Give LAMMPS the commands of a deck, one after another; those that were given."""
+    commands: list[Executed] = []
+    for line in lines_of(text):
+        command = without_comment(line.text)
+        words = [word.value for word in words_of(command)]
+        if not words:
+            continue
+        commands.append(Executed(command, "generated", line.number, command))
+        try:
+            if words[0] == "run":
+                player.run(int(words[1]), "", len(commands) - 1)
+            else:
+                player.give(command, words, len(commands) - 1)
+        except Ended:
+            break
+    return tuple(commands)

@@ -1,0 +1,313 @@
+"""A LAMMPS binary that gets the commands of a deck through a pipe and answers in files.
+
+Forces between fixes are kept by ``fix store/force``; the deck's runs are cut where they are read.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import pty
+import re
+import subprocess
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.dumps import read_blocks, read_frames
+from hertzchain.engines.lammps.dialect import is_out_of_memory, not_enough_memory, write_dump
+from hertzchain.engines.lammps.reading.hooks import BLOCK, GranulesChanged, Readings
+from hertzchain.engines.lammps.reading.session import CONDITION, AnyHooks
+from hertzchain.engines.lammps.reading.text import quoted
+from hertzchain.errors import BackendMissing, RunFailed
+
+_MARK = "hertzchain:"  # begins a line of answers
+_MASK = "hertzchain_inside"
+_DUMP = "hertzchain.dump"
+_STATE = ("type", "x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz", "radius", "mass")
+_READ = ("x", "y", "z", "vx", "vy", "vz", "tqx", "tqy", "tqz")
+_VALUES = re.compile(r"\$(?:(?P<letter>\w)|\{(?P<name>\w+)\}|(?=\())")
+
+
+class Piped:
+    """A LAMMPS binary; a ``Session``.
+
+    Parameters
+    ----------
+    program
+        The binary.
+    version
+        Its version, year month day.
+    folder
+        Where it runs and leaves its files.
+    """
+
+    def __init__(self, program: str, version: str, folder: Path) -> None:
+        self.version, self.folder = version, folder
+        self._said = ""  # all that it said before its last answer
+        # A terminal: LAMMPS of 2021 to 2023 keeps what it says until a pipe is full, and later ones
+        # have an option for that.
+        terminal, its_end = pty.openpty()
+        try:
+            self._process = subprocess.Popen(  # noqa: S603 - the user's
+                [program, "-log", "none", "-nocite"],
+                cwd=folder,
+                stdin=subprocess.PIPE,
+                stdout=its_end,
+                stderr=its_end,
+                text=True,
+            )
+        except OSError as problem:
+            os.close(terminal)
+            raise BackendMissing(f"{program} cannot be started ({problem.strerror})") from None
+        finally:
+            os.close(its_end)
+        self._lines = os.fdopen(terminal, errors="replace")
+
+    def end(self) -> None:
+        """Kill it."""
+        self._process.kill()
+        self._process.wait()
+        for stream in (self._process.stdin, self._lines):
+            assert stream is not None
+            with suppress(OSError):
+                stream.close()
+
+    def give(self, text: str) -> None:
+        """Give it a command."""
+        self._ask(text, "done")
+
+    def expanded(self, text: str) -> str:
+        """A command with the values of variables outside quotes."""
+        found, k = "", 0
+        while k < len(text):
+            if text[k] in "\"'":
+                mark = text[k : k + 3] if text.startswith('"""', k) else text[k]
+                end = text.find(mark, k + len(mark))
+                end = len(text) if end < 0 else end + len(mark)
+                found, k = found + text[k:end], end
+                continue
+            match = _VALUES.match(text, k)
+            if match is None:
+                found, k = found + text[k], k + 1
+                continue
+            end = match.end() if match["letter"] or match["name"] else _closed(text, k + 1)
+            found, k = found + self._ask(None, text[k:end]), end
+        return found
+
+    def holds(self, condition: str) -> bool:
+        """Whether the condition of an ``if`` holds."""
+        yes, no = (quoted(f"variable {CONDITION} string {value}") for value in ("yes", "no"))
+        return (
+            self._ask(f"if {quoted(condition)} then {yes} else {no}", f"${{{CONDITION}}}") == "yes"
+        )
+
+    def has_variable(self, name: str) -> bool:
+        """Whether there is a variable."""
+        return self._ask(None, f"$(is_defined(variable,{name}))") == "1"
+
+    def step(self) -> int:
+        """The number of the step."""
+        return int(float(self._ask(None, "$(step)")))
+
+    def dt(self) -> float:
+        """The time step."""
+        return float(self._ask(None, "$(dt:%.17g)"))
+
+    def units(self) -> str:
+        """The name of the units."""
+        return self._system(r"Units\s*=\s*(\S+)")
+
+    def count(self) -> int:
+        """The number of granules."""
+        return int(float(self._ask(None, "$(count(all))")))
+
+    def box(self) -> tuple[FloatArray, FloatArray, list[bool]]:
+        """Lower and upper corner of the box, and along which axes it is periodic."""
+        low, high = (
+            np.array([float(self._ask(None, f"$({axis}{end}:%.17g)")) for axis in "xyz"])
+            for end in ("lo", "hi")
+        )
+        sides = self._system(r"Boundaries\s*=\s*(\S+ \S+ \S+)").split()
+        return low, high, [side == "p,p" for side in sides]
+
+    def atoms(self) -> Mapping[str, Any]:
+        """Arrays of granules in the order of their ids."""
+        found = self._dump(("id", *_STATE))
+        whole = {name: found[name].astype(np.int64) for name in ("id", "type")}
+        vectors = {
+            name: np.column_stack([found[part] for part in parts])
+            for name, parts in (("x", _STATE[1:4]), ("v", _STATE[4:7]), ("omega", _STATE[7:10]))
+        }
+        return {**whole, **vectors, "radius": found["radius"], "mass": found["mass"]}
+
+    def members(self, group: str) -> NDArray[np.bool_]:
+        """Which granules are in a group."""
+        self._ask(f"variable {_MASK} atom gmask({group})", "done")
+        return np.asarray(self._dump((f"v_{_MASK}",))[f"v_{_MASK}"] != 0)
+
+    def put(self, arrays: Mapping[str, FloatArray]) -> None:
+        """Replace ``x``, ``v`` or ``omega``, shape (granules, 3)."""
+        ids = self._dump(("id",))["id"].astype(np.int64)
+        parts = {"x": ("x", "y", "z"), "v": ("vx", "vy", "vz")}
+        lines = []
+        for k, number in enumerate(ids):
+            words = [f"set atom {number}"]
+            for name, values in arrays.items():
+                row = [f"{value!r}" for value in values[k].tolist()]
+                if name == "omega":
+                    words.append(" ".join(["omega", *row]))
+                else:
+                    words += map(" ".join, zip(parts[name], row, strict=True))
+            lines.append(" ".join(words))
+        self._ask("\n".join(lines), "done")
+
+    def hooks(self) -> AnyHooks:
+        """Hooks, of which there are none yet."""
+        return StoredForces(self)
+
+    def _system(self, pattern: str) -> str:
+        """What it says of its system, as a restart file may have it."""
+        self._ask("info system", "done")
+        found = re.search(pattern, self._said)
+        if found is None:
+            raise RunFailed("LAMMPS does not say what its system is: take another version")
+        return found[1]
+
+    def _dump(self, columns: tuple[str, ...]) -> dict[str, FloatArray]:
+        """Columns of all granules, in the order of their ids."""
+        path = self.folder / _DUMP
+        self._ask(write_dump(str(path), columns), "done")
+        values = read_frames(path, columns)[1][0]
+        return dict(zip(columns, values, strict=True))
+
+    def _ask(self, commands: str | None, answer: str) -> str:
+        """Give it commands; how it prints a text then."""
+        process = self._process
+        assert process.stdin is not None
+        lines = [commands] if commands else []
+        self._said = ""
+        with suppress(OSError):  # it has ended: what it said says why
+            process.stdin.write("\n".join([*lines, f'print "{_MARK}{answer}"', ""]))
+            process.stdin.flush()
+        with suppress(OSError):  # how a terminal says that nobody is there any more
+            for line in self._lines:
+                if line.startswith(_MARK):
+                    return line[len(_MARK) :].rstrip("\r\n")
+                self._said = (self._said + line)[-_KEPT:]
+        raise _failure(self._said, process.wait())
+
+
+_KEPT = 4096  # characters of what it says that are kept
+
+
+def _failure(said: str, status: int) -> RunFailed:
+    """Why LAMMPS has ended, from what it said last."""
+    if is_out_of_memory(said):
+        return not_enough_memory()
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    errors = [line for line in lines if "ERROR" in line]
+    reason = (errors or lines or [f"it ended with status {status}"])[0 if errors else -1]
+    return RunFailed(f"LAMMPS stopped: {reason}")
+
+
+def _closed(text: str, k: int) -> int:
+    """Where the bracket that opens at k is closed."""
+    depth = 0
+    for end in range(k, len(text)):
+        depth += (text[end] == "(") - (text[end] == ")")
+        if depth == 0:
+            return end + 1
+    raise RunFailed(f"a bracket is not closed: {text[k:]}")
+
+
+class StoredForces:
+    """Forces between fixes, kept by ``fix store/force``; see ``AnyHooks``."""
+
+    def __init__(self, lammps: Piped) -> None:
+        self._lammps = lammps
+        self.sources: list[int | None] = []
+        self._names: list[str] = []
+        self._numbers = itertools.count()
+        self.stride = 1
+        self.twice = False
+
+    def add(self, source: int | None) -> None:
+        """Read forces after the fixes that there are."""
+        name = f"hertzchain{next(self._numbers)}"
+        self._lammps.give(f"fix {name} all store/force")
+        self._names.append(name)
+        self.sources.append(source)
+
+    def remove(self, source: int) -> None:
+        """Read no forces after that fix any more."""
+        if source in self.sources:
+            place = self.sources.index(source)
+            self._lammps.give(f"unfix {self._names.pop(place)}")
+            self.sources.pop(place)
+
+    def run(self, text: str, steps: int, stride: int, take: Callable[[Readings], None]) -> None:
+        """Give LAMMPS a ``run`` and read its start, every ``stride``-th step and its end."""
+        lammps = self._lammps
+        # A force that comes and goes in step with readings would not show: its period is a round
+        # number of steps.
+        stride = _prime(stride) if self.twice else stride
+        keywords = text.split()[2:]
+        kept = " ".join(
+            f"{name} {value}"
+            for name, value in zip(keywords[::2], keywords[1::2], strict=True)
+            if name in ("start", "stop")
+        )
+        count, first = lammps.count(), lammps.step()
+        columns = (*_READ, *(f"f_{name}[{k}]" for name in self._names for k in (1, 2, 3)))
+        path = lammps.folder / "hertzchain.run"
+        path.unlink(missing_ok=True)
+        write = write_dump(str(path), columns, append=True)
+        ahead = kept or f"start {first} stop {first + steps}"
+        lammps.give(f"run 0 {' '.join(keywords)}".strip())
+        lammps.give(write)
+        if steps:
+            lammps.give(f'run {steps} pre no post no {ahead} every {stride} "{write}"')
+        ids = np.sort(lammps.atoms()["id"])
+        if ids.size != count:
+            raise GranulesChanged
+        for step, values in read_blocks(path, columns, BLOCK):
+            if values.shape[2] != count:
+                raise GranulesChanged
+            parts = np.moveaxis(values.reshape(len(step), -1, 3, count), 3, 2)
+            late = step != first
+            take(
+                Readings(
+                    step=step.astype(np.int64),
+                    half=np.zeros(len(step), bool),
+                    late=late,
+                    ids=np.broadcast_to(ids, (len(step), count)),
+                    position=parts[:, 0],
+                    velocity=parts[:, 1],
+                    torque=parts[:, 2],
+                    force=parts[:, 3:],
+                )
+            )
+
+
+def _prime(number: int) -> int:
+    """The largest prime from 7 on that is not above a number, else 1."""
+    for candidate in range(number, 6, -1):
+        if all(candidate % k for k in range(2, int(candidate**0.5) + 1)):
+            return candidate
+    return 1
+
+
+@contextmanager
+def piped(program: str, version: str, folder: Path) -> Iterator[Piped]:
+    """A session with a LAMMPS binary."""
+    session = Piped(program, version, folder)
+    try:
+        yield session
+    finally:
+        session.end()

@@ -1,0 +1,225 @@
+"""Asks LAMMPS for every number of a chain that somebody's deck has made, before it runs.
+
+Granules are put where the answer is that of one contact, one wall or one fix, and forces are read
+without a step. Nothing is put back: the instance is not used afterwards.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading.found import IntArray
+from hertzchain.engines.lammps.reading.granules import Granules
+from hertzchain.engines.lammps.reading.player import Stage
+from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS, SPIN_STEP, Prober, members
+from hertzchain.engines.lammps.reading.walls import WallProbe, walls_of
+from hertzchain.errors import RunFailed
+from hertzchain.scene.scene import Scene
+
+NOT_IN_A_ROW = "they do not lie in one row"
+NO_ROOM = "the box has no room for a row in which they touch"
+
+
+@dataclass(frozen=True, eq=False)
+class Probes:
+    """What LAMMPS answered, in the deck's units and by increasing coordinate; see ``FoundDeck``."""
+
+    granules: Granules
+    contact_time: float  # of the fastest contact, at the overlap that is expected
+    overlap: FloatArray
+    contact_force: FloatArray
+    closing: FloatArray
+    damped_overlap: FloatArray
+    damped_force: FloatArray
+    tangential_force: FloatArray
+    drag: FloatArray
+    walls: tuple[WallProbe, ...]
+    integrated: IntArray
+    why_not: str | None = None  # why nothing but the granules was asked
+
+
+def mirrored_probes(probes: Probes) -> Probes:
+    """What was found of contacts, from the other end."""
+    names = "overlap", "contact_force", "closing", "damped_overlap", "damped_force"
+    return replace(probes, **{name: np.flip(getattr(probes, name), -1) for name in names})
+
+
+def probe(stage: Stage, scene: Scene, depth: float | None = None) -> Probes:
+    """Ask LAMMPS for all numbers of the chain that it has now.
+
+    Contacts are pressed by about the scene's natural unit of length, or by a ``depth`` [m].
+    """
+    stage.ready()
+    prober = Prober(stage)
+    granules = prober.granules
+    integrated = _integrated(stage, granules)
+    for fix in list(stage.alive.values()):
+        if fix.moves:
+            stage.lammps.give(f"unfix {fix.name}")
+    unit = scene.units.length / _smallest(scene.granules.radius) * _smallest(granules.radius)
+    if depth is not None:
+        unit = depth / granules.units.length
+    why_not = _why_not(granules, unit)
+    if why_not is not None:
+        return _unasked(granules, scene, integrated, why_not)
+    try:
+        return _asked(prober, scene, unit, integrated)
+    except RunFailed as problem:  # such as neighbours without number, where radii are wrong
+        return _unasked(granules, scene, integrated, str(problem))
+
+
+def _asked(prober: Prober, scene: Scene, unit: float, integrated: IntArray) -> Probes:
+    """What LAMMPS answers where granules are put at overlaps of a ``unit``."""
+    granules = prober.granules
+    turns = [turn for turn in (0, 1) if granules.count > 1 + turn]
+    shape = (len(DEPTHS), granules.count - 1)
+    overlap, force = np.full(shape, np.nan), np.full(shape, np.nan)
+    for turn in turns:
+        for k, depth in enumerate(DEPTHS):
+            overlap[k, turn::2], force[k, turn::2] = _pressed(prober, turn, depth * unit, 0.0)
+    time = _contact_time(granules, overlap, force, scene)
+    shape = (len(DAMPED), granules.count - 1)
+    closing, damped_overlap, damped = (np.full(shape, np.nan) for _ in range(3))
+    tangential = np.zeros(granules.count)
+    drag = _drag(prober, unit / time)
+    walls = walls_of(prober, scene, unit, time)
+    for turn in turns:
+        for k, (depth, fraction) in enumerate(DAMPED):
+            closing[k, turn::2] = speed = fraction * unit / time
+            found = _pressed(prober, turn, depth * unit, speed)
+            damped_overlap[k, turn::2], damped[k, turn::2] = found
+    for turn in turns:
+        tangential = np.maximum(tangential, _friction(prober, turn, unit, time))
+    return Probes(
+        granules=granules,
+        contact_time=time,
+        overlap=overlap,
+        contact_force=force,
+        closing=closing,
+        damped_overlap=damped_overlap,
+        damped_force=damped,
+        tangential_force=tangential,
+        drag=drag,
+        walls=walls,
+        integrated=integrated,
+    )
+
+
+def _why_not(granules: Granules, unit: float) -> str | None:
+    """Why the contacts cannot be asked; None where they can."""
+    if np.any(granules.off_axis > granules.radius):
+        return NOT_IN_A_ROW
+    first = int(np.argmax(np.abs(granules.frame[0])))
+    for turn, depth in itertools.product((0, 1), DEPTHS):
+        place = _row(granules, turn, depth * unit)[:, 0]
+        shrinks = granules.boundary.split()[first][-1] in "sm"
+        outside = place[-1] >= granules.high[0] and not shrinks
+        if outside and not granules.periodic[0]:
+            return NO_ROOM
+    return None
+
+
+def _unasked(granules: Granules, scene: Scene, integrated: IntArray, why_not: str) -> Probes:
+    """Granules whose contacts, walls and drag were not asked."""
+    contacts = granules.count - 1
+    pressed, damped = (np.full((rows, contacts), np.nan) for rows in (len(DEPTHS), len(DAMPED)))
+    each = np.full(granules.count, np.nan)
+    return Probes(
+        granules=granules,
+        contact_time=scene.contact_time / granules.units.time,
+        overlap=pressed,
+        contact_force=pressed,
+        closing=damped,
+        damped_overlap=damped,
+        damped_force=damped,
+        tangential_force=each,
+        drag=each,
+        walls=(),
+        integrated=integrated,
+        why_not=why_not,
+    )
+
+
+def _smallest(values: FloatArray) -> float:
+    return float(np.min(values))
+
+
+def _integrated(stage: Stage, granules: Granules) -> IntArray:
+    """How many fixes move each granule, shape (granules,)."""
+    count = np.zeros(granules.count, np.int64)
+    for fix in stage.alive.values():
+        if fix.moves:
+            count += members(stage.lammps, fix.group, granules)
+    return count
+
+
+def _row(granules: Granules, turn: int, depth: float) -> FloatArray:
+    """Places on the axis where every other contact has a depth, and the others are as far apart."""
+    opened = np.full(granules.count - 1, -abs(depth))
+    opened[turn::2] = depth
+    place = np.zeros((granules.count, 3))
+    place[1:, 0] = np.cumsum(granules.reach - opened)
+    place[:, 0] += granules.position[0, 0]
+    place[:, 1:] = np.median(granules.position[:, 1:], axis=0)
+    return place
+
+
+def _pressed(
+    prober: Prober, turn: int, depth: float, speed: float
+) -> tuple[FloatArray, FloatArray]:
+    """Overlaps of every other contact and the forces there, with a closing speed."""
+    granules = prober.granules
+    velocity = np.zeros((granules.count, 3))
+    velocity[turn : granules.count - (granules.count - turn) % 2 : 2, 0] = speed / 2
+    velocity[turn + 1 :: 2, 0] = -speed / 2
+    rest = np.zeros_like(velocity)
+    seen, where = prober.ask(_row(granules, turn, depth), velocity, rest)
+    overlap = granules.reach - np.diff(where[:, 0])
+    # Of the granule behind each contact, which touches nothing else.
+    return overlap[turn::2], prober.of_pairs(seen)[turn + 1 :: 2, 0]
+
+
+def _contact_time(
+    granules: Granules, overlap: FloatArray, force: FloatArray, scene: Scene
+) -> float:
+    """The natural unit of time of the fastest contact at the largest overlap, in deck's units."""
+    if granules.count > 1:
+        mass = granules.mass[:-1] * granules.mass[1:] / (granules.mass[:-1] + granules.mass[1:])
+        largest = overlap[-1], force[-1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            times = np.sqrt(mass * largest[0] / largest[1])
+        good = times[np.isfinite(times) & (times > 0)]
+        if good.size:
+            return float(np.min(good))
+    return scene.contact_time / granules.units.time
+
+
+def _friction(prober: Prober, turn: int, depth: float, time: float) -> FloatArray:
+    """Force off the axis, or torque over radius, with spins and sideways velocities."""
+    granules = prober.granules
+    number = np.arange(granules.count)
+    # Neither alike nor opposite from one granule to the next, about any axis.
+    speed = depth / time * np.array([1 + 0.5 * np.cos(number + k) for k in range(3)]).T
+    sideways = speed * np.array([0.0, 1.0, 1.0])
+    prober.lammps.give(f"timestep {SPIN_STEP * time!r}")
+    spin = speed / granules.radius[:, np.newaxis]
+    seen, _ = prober.ask(_row(granules, turn, depth), sideways, spin, steps=2)
+    off = np.max(np.abs(prober.of_pairs(seen)[:, 1:]), axis=1)
+    torque = np.max(np.abs(granules.along(seen.torque[-1])), axis=1) / granules.radius
+    return np.asarray(np.maximum(off, torque))
+
+
+def _drag(prober: Prober, speed: float) -> FloatArray:
+    """Force of fixes but walls against a motion along the chain, over its velocity."""
+    granules = prober.granules
+    rest = np.zeros((granules.count, 3))
+    moving = np.zeros_like(rest)
+    moving[:, 0] = speed
+    still, _ = prober.ask(granules.position, rest, rest)
+    seen, _ = prober.ask(granules.position, moving, rest)
+    change = prober.of_fixes(seen, walls=False) - prober.of_fixes(still, walls=False)
+    return np.asarray(-change[:, 0] / speed)

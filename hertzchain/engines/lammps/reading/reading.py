@@ -1,0 +1,331 @@
+"""Reads somebody's deck: asks LAMMPS for its numbers, watches it run, replays it without motion."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from hertzchain.engines.external.program import work_folder
+from hertzchain.engines.lammps.binary import Program
+from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.reading.allowed import LEADS
+from hertzchain.engines.lammps.reading.assembling import Watched, found_of, nothing_seen
+from hertzchain.engines.lammps.reading.found import Executed, FoundDeck
+from hertzchain.engines.lammps.reading.frozen import Applied, Replay, nothing_applied
+from hertzchain.engines.lammps.reading.interpreter import Ended, Interpreter, Player
+from hertzchain.engines.lammps.reading.piped import piped
+from hertzchain.engines.lammps.reading.player import Stage
+from hertzchain.engines.lammps.reading.probing import Probes, probe
+from hertzchain.engines.lammps.reading.session import Session, module
+from hertzchain.engines.lammps.reading.text import Edits
+from hertzchain.engines.lammps.reading.watching import Given, Stopped, Watcher
+from hertzchain.errors import RunFailed, TooExpensive
+from hertzchain.limits import TIME_LIMIT, Deadline, bound_memory, check_time_limit, in_words
+from hertzchain.scene.scene import Scene
+
+_READINGS = 2000
+"""Readings of the applied force while the scene's shock lasts: a force that is held over more of
+them is seen, and a line between two is right to 1e-6 of a pulse."""
+
+_READ_EVERY = 0.2
+"""Contact times between two readings: the interpolation between them is right to 1e-6 then."""
+
+_SURE, _DENSER, _TRIES = 1e-5, 0.1, 3
+"""Error of the peaks by the distance of readings above which the deck is run again with readings
+that are so much denser, and how often at most: where the contacts are stiffer, or pressed harder,
+than the scene's."""
+
+
+class Reader:
+    """Reads a deck, with or without edits, as often as wanted, in one process; a context.
+
+    Parameters
+    ----------
+    path
+        The deck.
+    scene
+        The scene that the deck should be: it says at which overlaps, speeds and times LAMMPS is
+        asked, and nothing else.
+    variables
+        Values of variables by name, as ``-var`` gives them.
+    deadline
+        When all of it must be over.
+    lmp
+        A LAMMPS binary to be asked instead of the Python module, by path or name.
+    say
+        Is told what is being done.
+    """
+
+    def __init__(
+        self,
+        path: Path | str,
+        scene: Scene,
+        variables: Mapping[str, object] | Iterable[tuple[str, object]] = (),
+        deadline: Deadline | None = None,
+        lmp: str | Path | None = None,
+        say: Callable[[str], object] = lambda _: None,
+    ) -> None:
+        self._deck, self._scene, self._lmp, self._say = str(path), scene, lmp, say
+        self._variables = {name: str(value) for name, value in dict(variables).items()}
+        self._deadline = deadline or Deadline(TIME_LIMIT)
+        self._open = ExitStack()
+
+    def __enter__(self) -> Self:
+        self._folder = self._open.enter_context(work_folder("LAMMPS"))
+        self._child = self._open.enter_context(Child())
+        program = None if self._lmp is None else Program.find(str(self._lmp), 1, self._deadline)
+        self._start = Start(self._folder, program)
+        self._source = _Source(
+            self._deck, Path(self._deck).absolute(), Path.cwd(), self._variables, {}
+        )
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._open.close()
+
+    def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        left = min(self._deadline.left, self._until.left)
+        return self._child.call(function, self._start, *arguments, time_limit=left)
+
+    def read(self, edits: Edits | None = None, limit: float = math.inf) -> FoundDeck:
+        """Have LAMMPS read the deck with some edits, ask it for every number, run and watch it.
+
+        ``limit`` is for this reading alone [s].
+
+        Raises
+        ------
+        BackendMissing
+            If the LAMMPS module is not there or too old.
+        RunFailed
+            If the deck cannot be read, stops with an error before its first run, crashes LAMMPS,
+            needs what is not carried out here, or is not over in time.
+        """
+        self._until = Deadline(limit)
+        source = replace(self._source, edits=dict(edits or {}))
+        try:
+            return self._found(source)
+        except TooExpensive:
+            whole = in_words(self._deadline.limit)
+            raise TooExpensive(
+                f"{self._deck}: not over after {whole}: shorten the deck, if it is to end"
+                " at all, or raise the limit"
+            ) from None
+
+    def _found(self, source: _Source) -> FoundDeck:
+        self._say("asking LAMMPS what it makes of the deck")
+        begun: _Begun = self._call(_probe, source, self._scene)
+        probes, restarts = begun.probes, begun.restarts
+        if not probes.granules.is_chain:
+            nothing = nothing_seen(begun.version, begun.commands, probes.granules.count)
+            return found_of(probes, nothing, nothing_applied(probes.granules))
+        self._say("running the deck")
+        between = _READ_EVERY * probes.contact_time
+        for _ in range(_TRIES):
+            if restarts:
+                self._child.end()
+            seen: Watched = self._call(_watch, source, probes, between)
+            if max(peaks.error for peaks in seen.peaks) < _SURE or seen.read_every == 1:
+                break
+            if seen.stopped:
+                break
+            between *= _DENSER
+        self._say("reading the applied forces")
+        if restarts:
+            self._child.end()
+        each = _between(self._scene, probes)
+        if seen.stopped:
+            seen, applied = self._call(_freeze_stopped, source, seen, probes, each)
+        else:
+            places = tuple(f"{done.file}:{done.line}" for done in seen.commands)
+            applied = self._call(_freeze, seen.given, probes, each, places)
+        return found_of(probes, seen, applied)
+
+
+def read_deck(
+    path: Path | str,
+    scene: Scene,
+    variables: Mapping[str, object] | Iterable[tuple[str, object]] = (),
+    time_limit: float = TIME_LIMIT,
+    lmp: str | Path | None = None,
+) -> FoundDeck:
+    """Read a deck once: see ``Reader``, whose parameters and errors these are."""
+    check_time_limit(time_limit)
+    with Reader(path, scene, variables, Deadline(time_limit), lmp) as reader:
+        return reader.read()
+
+
+def _between(scene: Scene, probes: Probes) -> float:
+    """Time between two readings of the applied force, in the deck's unit."""
+    whole = scene.pulse_end if scene.pulse_end > 0 else scene.end_time
+    if probes.granules.units.name == "lj":
+        return whole / _READINGS * probes.contact_time / scene.contact_time
+    return whole / _READINGS / probes.granules.units.time
+
+
+# ---- In the process that runs LAMMPS
+
+
+@dataclass(frozen=True)
+class _Source:
+    """A deck: its name, where it is, the working folder, values of variables, and edits."""
+
+    name: str
+    path: Path
+    folder: Path
+    variables: Mapping[str, str]
+    edits: Edits = field(default_factory=dict)
+
+    def played_by(self, player: Player, lammps: Session) -> Interpreter:
+        """What carries out the deck."""
+        return Interpreter(
+            lammps, self.name, self.path, self.variables, player,
+            folder=self.folder, edits=self.edits, tell=_tell,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Begun:
+    """A deck up to its first run: its numbers, and whether it starts from a restart file."""
+
+    probes: Probes
+    version: str
+    commands: tuple[Executed, ...]
+    restarts: bool
+
+
+@dataclass(frozen=True)
+class Start:
+    """How LAMMPS is started, in a folder of its own: the Python module, or a binary."""
+
+    folder: Path
+    program: Program | None
+    alone: bool = True  # whether this process is for LAMMPS alone
+
+    def session(self) -> AbstractContextManager[Session]:
+        """A LAMMPS without a box."""
+        if self.alone:
+            os.chdir(self.folder)
+            bound_memory()  # a lattice a hundred times too fine makes a million times the granules
+        if self.program is None:
+            return module()
+        return piped(self.program.command[0], self.program.build.version, self.folder)
+
+
+def _tell(place: str) -> None:
+    """Say on standard error where the deck is: the last words of a process that crashes."""
+    os.write(2, f"{place}\n".encode())
+
+
+class First:
+    """Plays a deck up to its first run, and asks there."""
+
+    def __init__(self, stage: Stage, scene: Scene, depth: float | None = None) -> None:
+        self._stage, self._scene, self._depth = stage, scene, depth
+        self.probes: Probes | None = None
+
+    def give(self, text: str, words: list[str], index: int) -> None:
+        """Give LAMMPS a command."""
+        self._stage.give(text, words, index)
+
+    def run(self, steps: int, keywords: str, index: int) -> None:
+        """Ask for all numbers, where steps are taken."""
+        self._stage.ready()
+        if steps == 0:
+            self._stage.give(f"run 0 {keywords}", ["run"], index)
+            return
+        self.probes = probe(self._stage, self._scene, self._depth)
+        raise Ended
+
+    def clear(self) -> bool:
+        """Forget all."""
+        self._stage.forget()
+        return True
+
+
+def _probe(start: Start, source: _Source, scene: Scene) -> _Begun:
+    """What LAMMPS makes of the deck before its first run."""
+    with start.session() as lammps:
+        first = First(Stage(lammps), scene)
+        script = source.played_by(first, lammps)
+        script.play()
+        version = lammps.version
+    if first.probes is None:
+        raise RunFailed(f"{source.name}: the deck takes no step: it has no run, or ends before it")
+    # Pair style granular leaves memory undefined where it comes from a restart file (seen in
+    # 2025): in a process that has run LAMMPS before, the deck often stops.
+    restarts = any(done.text.startswith("read_restart") for done in script.commands)
+    return _Begun(first.probes, version, tuple(script.commands), restarts)
+
+
+def _watch(start: Start, source: _Source, probes: Probes, between: float) -> Watched:
+    with start.session() as lammps:
+        watcher, stopped = Watcher(Stage(lammps), probes, between), ""
+        script = source.played_by(watcher, lammps)
+        try:
+            script.play()
+        except Stopped as problem:
+            stopped = str(problem)
+        return Watched(
+            version=lammps.version,
+            commands=tuple(script.commands),
+            given=tuple(watcher.given),
+            runs=tuple(watcher.runs),
+            stopped=stopped,
+            first_run=watcher.first_run,
+            time=watcher.time,
+            read_every=watcher.read_every,
+            image_force=watcher.image_force,
+            peaks=(watcher.peaks(mirrored=False), watcher.peaks(mirrored=True)),
+            exerted=watcher.exerted,
+            driven=watcher.driven,
+            driven_time=np.concatenate([*watcher.driven_time, np.zeros(0)]),
+            driven_ends=np.concatenate([*watcher.driven_ends, np.zeros((0, 2))]),
+            position=watcher.position,
+            velocity=watcher.velocity,
+            cleared=watcher.cleared,
+        )
+
+
+def _freeze(
+    start: Start,
+    given: tuple[Given, ...],
+    probes: Probes,
+    between: float,
+    places: tuple[str, ...],
+) -> Applied:
+    with start.session() as lammps:
+        return Replay(Stage(lammps), probes.granules, between, places).play(given)
+
+
+def _freeze_stopped(
+    start: Start, source: _Source, seen: Watched, probes: Probes, between: float
+) -> tuple[Watched, Applied]:
+    """The forces of a deck whose motion stops, and its runs, as it plays without its motion."""
+    with start.session() as lammps:
+        frozen = Replay(Stage(lammps), probes.granules, between)
+        script = source.played_by(frozen, lammps)
+        script.play()
+    nothing = nothing_seen(seen.version, tuple(script.commands), probes.granules.count)
+    end = max((run.start + run.steps * run.dt for run in frozen.runs), default=0.0)
+    whole = replace(
+        nothing, runs=tuple(frozen.runs), first_run=frozen.first_run, time=end,
+        stopped=seen.stopped, driven=seen.driven,
+    )  # fmt: skip
+    if np.any(seen.driven) and not any(fix.fix.style == LEADS for fix in frozen.applied().fixes):
+        granules, time = probes.granules, frozen.led[0]
+        ways = np.outer(time, granules.velocity[[0, -1], 0])
+        whole = replace(whole, driven_time=time, driven_ends=granules.position[[0, -1], 0] + ways)
+    elif np.any(seen.driven):
+        with start.session() as lammps:
+            lead = Replay(Stage(lammps), probes.granules, between, leads=True)
+            source.played_by(lead, lammps).play()
+        time, ends = lead.led
+        whole = replace(whole, driven_time=time, driven_ends=ends)
+    return whole, frozen.applied()

@@ -1,0 +1,373 @@
+"""Runs somebody's deck as it is and watches the contacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.readings import contact_forces
+from hertzchain.engines.lammps.reading.allowed import LEADS, QUIET
+from hertzchain.engines.lammps.reading.hooks import GranulesChanged, Readings
+from hertzchain.engines.lammps.reading.law import law_of
+from hertzchain.engines.lammps.reading.player import Stage
+from hertzchain.engines.lammps.reading.prober import members
+from hertzchain.engines.lammps.reading.probing import Probes, mirrored_probes
+from hertzchain.errors import RunFailed
+from hertzchain.observables.damped_watch import DampedWatch
+from hertzchain.observables.peaks import PeakWatch
+from hertzchain.observables.samples import Samples
+
+_SURE = 1e3  # roundings of a coordinate, above which an overlap is one
+
+
+def sizes(force: FloatArray) -> FloatArray:
+    """Largest forces along and off the axis, (granules, 2), of (readings, granules, 3)."""
+    both = np.stack([np.abs(force[..., 0]), np.linalg.norm(force[..., 1:], axis=-1)], axis=-1)
+    return np.asarray(both.max(axis=0))
+
+
+class Stopped(RunFailed):
+    """A run that did not come to its end; what is known of the deck before it stays true."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """A command that LAMMPS was given; a run where ``steps`` is not None."""
+
+    text: str
+    words: tuple[str, ...]
+    index: int
+    steps: int | None = None
+
+
+@dataclass(frozen=True)
+class RunSeen:
+    """A run, in the deck's units: its start after that of the first, its step."""
+
+    start: float
+    dt: float
+    steps: int
+    command: int
+
+
+@dataclass
+class Watcher:
+    """Plays a deck to its end and keeps the peaks; a ``Player``.
+
+    All in the deck's units and by increasing coordinate. ``between`` is the time between two
+    readings, ``given`` what LAMMPS was given.
+    """
+
+    stage: Stage
+    probes: Probes
+    between: float
+    given: list[Given] = field(default_factory=list)
+    runs: list[RunSeen] = field(default_factory=list)
+    time: float = 0.0
+    read_every: int = 1
+    image_force: float = 0.0
+    first_run: int = -1
+    cleared: bool = False
+
+    def __post_init__(self) -> None:
+        count = self.probes.granules.count
+        self._forward = _Peaks(self.probes, mirrored=False)
+        self._backward: _Peaks | None = None
+        if any(not wall.at_end for wall in self.probes.walls):  # else they are those forwards
+            self._backward = _Peaks(self.probes, mirrored=True)
+        self.position = np.zeros(count)
+        self.velocity = np.zeros(count)
+        self.exerted: dict[
+            int, FloatArray
+        ] = {}  # largest force of each fix, along and off the axis
+        self._changed = False  # whether fixes have been made or ended since the last run
+        self.driven = np.zeros(count, bool)  # whatever presses them, in any run
+        self._steady = np.zeros(count, bool)  # flies as it does, while fix setforce takes forces
+        self.driven_time: list[FloatArray] = []
+        self.driven_ends: list[FloatArray] = []  # places of the granules at both ends
+
+    def give(self, text: str, words: list[str], index: int) -> None:
+        """Give LAMMPS a command."""
+        # One of the same id takes the place of that before.
+        is_new = words[0] == "fix" and words[1:2] and words[1] not in self.stage.alive
+        self._changed |= bool(is_new) or words[0] == "unfix"
+        self.stage.give(text, words, index)
+        self.given.append(Given(text, tuple(words), index))
+
+    def clear(self) -> bool:
+        """Forget all before the first run; the deck ends here after it."""
+        if self.runs:
+            self.cleared = True
+            return False
+        self.stage.forget()
+        self.given.append(Given("clear", ("clear",), -1))
+        return True
+
+    def run(self, steps: int, keywords: str, index: int) -> None:
+        """Have LAMMPS take so many steps, and read every so many of them."""
+        self.stage.ready()
+        text = f"run {steps} {keywords}".strip()
+        if steps == 0:
+            self.stage.give(text, ["run"], index)
+            self.given.append(Given(text, ("run",), index))
+            return
+        if self.first_run < 0:
+            self.first_run = index
+        lammps = self.stage.lammps
+        dt, first = lammps.dt(), lammps.step()
+        stride = max(1, min(steps, int(self.between / dt)))
+        self.read_every = max(self.read_every, stride)
+        if lammps.count() != self.probes.granules.count:
+            raise RunFailed(
+                "the deck makes or deletes granules after its first run: make the whole chain"
+                " before it"
+            )
+        self._free, self._led = self._moved()
+        if "pre no" not in keywords:  # which reads no start: it goes on where the run before ended
+            self._forward.begin(self._free)
+            if self._backward is not None:
+                self._backward.begin(self._free)
+        elif self._changed:
+            raise RunFailed(
+                "with pre no LAMMPS takes no note of fixes that were made or ended since the run"
+                " before: leave pre no out"
+            )
+        self._changed = False
+
+        def take(readings: Readings) -> None:
+            self._take(readings, np.asarray(self.time + (readings.step - first) * dt), dt)
+
+        try:
+            self.stage.hooks.run(text, steps, stride, take)
+        except GranulesChanged:
+            raise Stopped("granules left the box while it ran") from None
+        except RunFailed as problem:
+            raise Stopped(str(problem).split("; the step is too long")[0]) from None
+        done = lammps.step() - first
+        self.given.append(Given(text.replace(str(steps), str(done), 1), ("run",), index, done))
+        last = self.runs[-1] if self.runs else None
+        if last is not None and last.command == index and last.dt == dt:  # run every
+            self.runs[-1] = replace(last, steps=last.steps + done)
+        else:
+            self.runs.append(RunSeen(self.time, dt, done, index))
+        self.time += done * dt
+
+    def peaks(self, mirrored: bool) -> PeaksSeen:
+        """The peaks from either end of the chain, that of a wall at the other end the last."""
+        if not mirrored or self._backward is not None:
+            return (self._backward if mirrored and self._backward else self._forward).seen()
+        contacts = self.probes.granules.count - 1
+        seen = self._forward.seen()
+        force, time, missed = (
+            values[:contacts][::-1] for values in (seen.force, seen.time, seen.missed)
+        )
+        return PeaksSeen(force, time, missed, seen.error)
+
+    def _moved(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Which granules fixes move by their forces, and which they lead, shape (granules,)."""
+        granules = self.probes.granules
+        free, led = np.zeros(granules.count, bool), np.zeros(granules.count, bool)
+        for fix in self.stage.alive.values():
+            if fix.moves:
+                inside = members(self.stage.lammps, fix.group, granules)
+                if fix.style == LEADS:
+                    led |= inside
+                else:
+                    free |= inside
+        self._steady = self._takes_all_forces() & free & ~led
+        led |= self._steady
+        self.driven |= led
+        return free & ~led, led
+
+    def _takes_all_forces(self) -> NDArray[np.bool_]:
+        """Granules in motion that no force can change, shape (granules,): pistons, as some write.
+
+        No fix that exerts forces acts on them after ``setforce``.
+        """
+        granules, lammps = self.probes.granules, self.stage.lammps
+        taken = np.zeros(granules.count, bool)
+        along = int(np.argmax(np.abs(granules.frame[0])))
+        for fix in self.stage.alive.values():
+            inside = members(lammps, fix.group, granules)
+            if fix.style == "setforce":
+                taken |= inside & _is_zero("".join(fix.values[along : along + 1]))
+            elif fix.style not in QUIET:
+                taken &= ~inside
+        if not np.any(taken):
+            return taken
+        velocity = granules.along(np.asarray(lammps.atoms()["v"]))
+        return np.asarray(taken & (velocity[:, 0] != 0))
+
+    def _take(self, readings: Readings, time: FloatArray, dt: float) -> None:
+        granules = self.probes.granules
+        if not np.array_equal(readings.ids[-1], granules.ids):
+            raise GranulesChanged
+        if not np.all(np.isfinite(readings.position)) or not np.all(np.isfinite(readings.net)):
+            raise Stopped("the motion diverged")
+        place = granules.moved_from(granules.along(readings.position))
+        net = granules.along(readings.net)[..., 0]
+        velocity = granules.along(readings.velocity)[..., 0]
+        # Steps of velocity Verlet: a half step is missing where forces are added up.
+        acceleration = np.where(self._free, net / granules.mass, 0.0)
+        missing, late = (
+            np.where(flags, dt / 2, 0.0)[:, np.newaxis] for flags in (readings.half, readings.late)
+        )
+        velocity = velocity + missing * acceleration
+        pairs = granules.along(readings.of_pairs)[..., 0]
+        walls = np.zeros_like(pairs)
+        for source, force in zip(
+            self.stage.hooks.sources[1:], np.moveaxis(readings.of_fixes, 1, 0), strict=True
+        ):
+            assert source is not None
+            own = granules.along(force)
+            if self.stage.fixes[source].is_wall:
+                walls += own[..., 0]
+            known = self.exerted.setdefault(source, np.zeros((granules.count, 2)))
+            np.maximum(known, sizes(own), out=known)
+        seen = _Seen(time, late, place, velocity, acceleration, pairs, walls)
+        self.image_force = max(self.image_force, self._forward.take(seen))
+        if self._backward is not None:
+            self._backward.take(seen)
+        self.position, self.velocity = place[-1, :, 0], velocity[-1]
+        if self._led[0] or self._led[-1]:
+            self.driven_time.append(time)
+            self.driven_ends.append(place[:, [0, -1], 0])
+
+
+@dataclass(frozen=True, eq=False)
+class PeaksSeen:
+    """Peaks and their times, overlaps without a force, shape (contacts,); relative error."""
+
+    force: FloatArray
+    time: FloatArray
+    missed: FloatArray
+    error: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """Readings along the chain: places have three components, all others one."""
+
+    time: FloatArray
+    late: FloatArray  # how long before it were the velocities that damped contacts then
+    place: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    pairs: FloatArray
+    walls: FloatArray
+
+    def mirrored(self) -> _Seen:
+        """The same seen from the other end."""
+        place = self.place[:, ::-1].copy()
+        place[..., 0] *= -1
+        others = self.velocity, self.acceleration, self.pairs, self.walls
+        return _Seen(self.time, self.late, place, *(-values[:, ::-1] for values in others))
+
+
+def _is_zero(word: str) -> bool:
+    """Whether a word is the number 0."""
+    try:
+        return float(word) == 0
+    except ValueError:
+        return False
+
+
+class _Peaks:
+    """The peaks of contacts, a wall's at one end the last, from all readings and every second."""
+
+    def __init__(self, probes: Probes, mirrored: bool) -> None:
+        granules = probes.granules
+        self._mirrored, self._mass = mirrored, granules.mass
+        self._radius = granules.radius[::-1] if mirrored else granules.radius
+        wall = next((wall for wall in probes.walls if wall.at_end != mirrored), None)
+        place = None if wall is None else wall.position
+        self._wall = place if place is None or not mirrored else -place
+        contacts = granules.count - 1 + (wall is not None)
+        self._law = law_of(mirrored_probes(probes) if mirrored else probes, wall)
+        self.all, self.halved = (
+            PeakWatch(contacts)
+            if self._law is None
+            else DampedWatch(self._law, 1 / self._mass, wall is not None)
+            for _ in range(2)
+        )
+        self._rest = np.finfo(np.float64).eps * float(np.max(np.abs(granules.position)))
+        self.missed = np.zeros(contacts)  # largest overlap that grew without a force
+        self._last: Samples | None = None
+
+    def begin(self, free: NDArray[np.bool_]) -> None:
+        """A run begins: it may not continue what was before, and its forces move these granules."""
+        self._last = None
+        inverse_mass = np.where(free, 1 / self._mass, 0.0)
+        for watch in (self.all, self.halved):
+            if isinstance(watch, DampedWatch):
+                watch.inverse_mass = inverse_mass[::-1] if self._mirrored else inverse_mass
+
+    def take(self, seen: _Seen) -> float:
+        """Take note of readings; the largest force in contacts that are open."""
+        seen = seen.mirrored() if self._mirrored else seen
+        apart = np.linalg.norm(np.diff(seen.place, axis=1), axis=-1)
+        overlap = self._radius[:-1] + self._radius[1:] - apart
+        force = contact_forces(seen.pairs)
+        if self._wall is not None:
+            last = seen.place[:, -1:, 0] + self._radius[-1] - self._wall
+            overlap = np.concatenate([overlap, last], axis=1)
+            force = np.concatenate([force, -seen.walls[:, -1:]], axis=1)
+        touching = overlap > self._rest
+        stray = float(np.max(np.abs(np.where(touching, 0.0, force)), initial=0.0))
+        force = np.where(touching, force, 0.0)
+        samples = Samples(
+            time=seen.time,
+            displacement=seen.place[..., 0],
+            velocity=seen.velocity,
+            acceleration=seen.acceleration,
+            overlap=overlap,
+            contact_force=force,
+        )
+        growing = samples.overlap_derivatives[1] > 0
+        without = np.where(growing & (overlap > _SURE * self._rest) & (force <= 0), overlap, 0.0)
+        self.missed = np.maximum(self.missed, without.max(axis=0, initial=0.0))
+        if self._law is not None:
+            _, rate, growth = samples.overlap_derivatives
+            felt = rate - seen.late * growth
+            known = self._law.with_rate(force, overlap, felt, rate)
+            samples = replace(samples, contact_force=known)
+        if self._last is not None:
+            samples = _joined(self._last, samples)
+        self._last = _part(samples, slice(-1, None))
+        if samples.time.size > 1:
+            self.all.update(samples)
+            self.halved.update(_part(samples, _every_second(samples.time.size)))
+        return stray
+
+    def seen(self) -> PeaksSeen:
+        """What was found."""
+        return PeaksSeen(self.all.force, self.all.time, self.missed, self._error())
+
+    def _error(self) -> float:
+        """Relative error of the peaks: what half as many readings change by, or share."""
+        largest = float(np.max(self.all.force, initial=0.0))
+        if largest == 0:
+            return 0.0
+        counts = self.all.force > 1e-3 * largest
+        changes = np.abs(self.halved.force / np.where(counts, self.all.force, 1) - 1)[counts]
+        return max(float(np.max(changes)), self.all.reading_error)
+
+
+def _every_second(count: int) -> list[int]:
+    kept = list(range(0, count, 2))
+    return kept if kept[-1] == count - 1 else [*kept, count - 1]
+
+
+def _part(samples: Samples, which: slice | list[int]) -> Samples:
+    return Samples(
+        samples.time[which], samples.displacement[which], samples.velocity[which],
+        samples.acceleration[which], samples.overlap[which], samples.contact_force[which],
+    )  # fmt: skip
+
+
+def _joined(first: Samples, second: Samples) -> Samples:
+    names = ["time", "displacement", "velocity", "acceleration", "overlap", "contact_force"]
+    return Samples(*(np.concatenate([getattr(first, n), getattr(second, n)]) for n in names))

@@ -1,0 +1,212 @@
+"""The document of an examination of a user's deck."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hertzchain.report.document import Document, Failure, Finding, Listing, Peaks, Verdict
+from hertzchain.report.facts import number, shown_contacts
+from hertzchain.report.junit import ERROR, FAILURE, Case
+from hertzchain.report.style import LABELS
+
+if TYPE_CHECKING:
+    from hertzchain.engines.lammps.reading import Executed
+    from hertzchain.verdict.deck import DeckCheck, DeckExamination
+
+_NO_CHANGE = 1e-9  # relative change of peaks that is round-off (chosen)
+_MOST_FAILED = 10  # most failed contacts outside the transition on a terminal
+
+
+def of_examination(examination: DeckExamination) -> Document:
+    """Return the document of an examination of a user's deck."""
+    native, tolerance, found = examination.reference, examination.tolerance, examination.found
+    to_mend, small = examination.to_mend, examination.small
+    compared = len(examination.checks)
+    if examination.passed:
+        sentence = f"The deck is the scene: all {compared} checks passed."
+    elif to_mend:
+        count = "One thing is" if len(to_mend) == 1 else f"{len(to_mend)} things are"
+        sentence = f"{count} to mend in the deck."
+    else:
+        sentence = (
+            "No number of the deck alone is to blame, but its peaks are off: small differences add"
+            " up."
+        )
+    peaks = examination.checks[-1]
+    off = _share(peaks.effect)
+    if peaks.effect is None:
+        sentence += " None of its peaks can be judged."
+    else:
+        sentence += f" Its peaks are off by {off} at most, {tolerance:g} is allowed."
+    dt = max((run.dt for run in found.runs), default=0.0)
+    return Document(
+        kind="Examination of a deck",
+        name="examination",
+        numbers=examination.to_dict,
+        command="examine",
+        cases=tuple(_case(check) for check in examination.checks),
+        results={"native": native},
+        verdict=Verdict(
+            examination.passed,
+            sentence,
+            [*(Failure(one.name, _with_effect(one), _advice(one)) for one in to_mend),
+             *([] if peaks.passed else [Failure(peaks.name, peaks.sentence, _advice(peaks))])],
+            [*examination.remarks, *native.warnings],
+        ),
+        peaks=_peaks(examination),
+        drawn={"lammps": examination.peak_force},
+        limits=[("lammps", "tolerance", tolerance)],
+        facts=[
+            ("deck", _about(examination)),
+            ("checks", f"{sum(one.passed for one in examination.checks)} of {compared} passed"),
+            ("largest difference of the peaks", off),
+            ("largest time step", f"{dt:.4g} s"),
+            ("LAMMPS", found.version),
+        ],
+        remarks=_remarks(examination),
+        findings=[*_findings(examination), *(_small(one) for one in small)],
+        listings=_listings(examination),
+    )  # fmt: skip
+
+
+def _about(examination: DeckExamination) -> str:
+    """Return words for units and axis of a deck."""
+    found = examination.found
+    end = ", shocked at its upper end" if found.reversed else ""
+    return f"{examination.deck}: units {found.units}, the chain lies along {found.axis}{end}"
+
+
+def _share(effect: float | None) -> str:
+    """Return words for a relative change of peaks."""
+    if effect is None:
+        return "not known"
+    return f"{effect:.1e}" if math.isfinite(effect) else "infinitely much"
+
+
+def _advice(check: DeckCheck) -> str:
+    """Return advice on a check that failed."""
+    if check.place is None:
+        return "mend what is above it"
+    if not check.command:
+        return f"{check.place}: {check.place.written}"
+    return f"{check.place}, instead of “{check.place.written}”: {check.command}"
+
+
+def _effect(check: DeckCheck) -> str:
+    """What a check's difference does to the peaks; empty where that is not known."""
+    if check.effect is None:
+        return ""
+    if not math.isfinite(check.effect):
+        return "spoils the peaks"
+    return (
+        "changes no peak" if check.effect < _NO_CHANGE else f"changes peaks by {check.effect:.1e}"
+    )
+
+
+def _with_effect(check: DeckCheck) -> str:
+    """What was found, and what it does to the peaks, which is why it comes where it does."""
+    return f"{check.sentence} ({_effect(check)})" if _effect(check) else check.sentence
+
+
+def _findings(examination: DeckExamination) -> list[Finding]:
+    """What is to mend, line by line, with what is proven to be right."""
+    found = []
+    for one in examination.findings:
+        place, note = one.checks[0].place, ""
+        if one.follows is not None:
+            note = f"this follows from {one.follows + 1}"
+        elif one.with_others:
+            note = "right only together with all other corrections"
+        found.append(
+            Finding(
+                [_with_effect(check) for check in one.checks],
+                False,
+                "" if place is None else str(place),
+                "" if place is None else place.written,
+                [(f"{line.file}:{line.line}", line.written, line.commands)
+                 for line in one.correction],
+                note,
+            )
+        )  # fmt: skip
+    return found
+
+
+def _small(check: DeckCheck) -> Finding:
+    place = check.place
+    where, written = ("", "") if place is None else (str(place), place.written)
+    return Finding([_with_effect(check)], True, where, written)
+
+
+def _peaks(examination: DeckExamination) -> Peaks:
+    native, given = examination.reference, examination.peak_force
+    size = native.peak_force.size
+    judged = examination.judged[:size] & np.isfinite(given)
+    pressed = np.where(native.peak_force > 0, native.peak_force, np.nan)
+    off = given / pressed - 1
+    failed = np.flatnonzero(judged & ~(np.abs(off) <= examination.tolerance))
+
+    def row(k: int) -> list[str]:
+        passed = "pass" if abs(off[k]) <= examination.tolerance else "FAIL"
+        return [
+            str(native.contact[k]),
+            number(given[k], 9),
+            number(native.peak_force[k], 9),
+            "" if np.isnan(off[k]) else f"{off[k]:+.1e}",
+            passed if judged[k] else "not judged",
+        ]
+
+    shown = range(len(shown_contacts(native)))
+    label = LABELS["lammps"]
+    return Peaks(
+        "Peak force of each contact [N]: of the deck, and by the reference method",
+        [("contact", ""), (label, "[N]"), ("native", "[N]"), ("difference", ""), ("", "")],
+        row,
+        sorted({*shown, *failed[:_MOST_FAILED].tolist()}),
+    )
+
+
+def _case(check: DeckCheck) -> Case:
+    """Return a check as a test case, whose message has the difference."""
+    if check.passed:
+        return Case(check.name)
+    problem = ERROR if check.measured is None else FAILURE
+    lines = [check.sentence, f"reason: {check.reason}"]
+    if _effect(check):
+        lines.append(_effect(check))
+    if check.place is not None:
+        lines.append(f"{check.place}: {check.place.written}")
+        lines += [f"right: {command}" for command in check.command.splitlines()]
+    where = "" if check.place is None else f" ({check.place})"
+    return Case(check.name, problem, f"{check.sentence}{where}", "\n".join(lines))
+
+
+def _remarks(examination: DeckExamination) -> list[str]:
+    """Return sentences on parts not examined, and on commands left out."""
+    left = [
+        f"{one.file}:{one.line}: “{one.written.strip()}” was left out: {one.why_not}"
+        for one in _once(examination.left_out)
+    ]
+    return [*examination.remarks, *left]
+
+
+def _once(commands: Sequence[Executed]) -> list[Executed]:
+    """Return commands without the repetitions of a loop."""
+    return list({(one.file, one.line): one for one in commands}.values())
+
+
+def _listings(examination: DeckExamination) -> list[Listing]:
+    """Return the text of the deck's files, with sentences on wrong lines."""
+    marks: dict[tuple[str, int], list[tuple[bool, str]]] = {}
+    for check in (*examination.to_mend, *examination.small):
+        if check.place is not None:
+            said = f"{check.sentence}. Right: {check.command}" if check.command else check.sentence
+            marks.setdefault((check.place.file, check.place.line), []).append((check.passed, said))
+    return [
+        Listing(name, [(line, text, marks.get((name, line), []))
+                       for line, text in enumerate(content.splitlines(), start=1)])
+        for name, content in examination.texts
+    ]  # fmt: skip

@@ -1,0 +1,393 @@
+"""Corrections that may make a number of a deck the scene's, best guesses first; none is proven.
+
+A correction is a set of edits: what stands in place of some lines, one command each.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from hertzchain.verdict.deck.changes import at, before_first_run, without
+from hertzchain.verdict.deck.deck_check import Case, Changes, DeckCheck
+from hertzchain.verdict.deck.group_names import fixes_of, unused
+from hertzchain.verdict.deck.places import NUMBER, place_at
+from hertzchain.verdict.deck.right_commands import (
+    granule_commands,
+    has_type,
+    law_commands,
+    load_commands,
+    number,
+    piston_commands,
+    place_commands,
+    shock_commands,
+    velocity_commands,
+    wall_command,
+)
+
+MOST = 6  # corrections that are tried for one check (chosen)
+
+_COMMAND = re.compile(
+    r"(?:boundary|change_box|comm_modify|create_atoms|fix|group|lattice|neigh_modify|neighbor"
+    r"|pair_coeff|pair_modify|pair_style|region|run|set|timestep|units|variable|velocity|if"
+    r"|displace_atoms|delete_atoms|mass|newton)\s"
+)
+
+
+def corrections(case: Case, check: DeckCheck) -> tuple[Changes, ...]:
+    """Corrections that may help a failed check, without repetitions."""
+    tried: list[Changes] = []
+    by_types = [_by_types(case)] if check.name.startswith("stiffness of c") else []
+    by_types += [_by_types(case)] if check.name.startswith("stiffness of a") else []
+    for edits in [*by_types, *_guessed(case, check), *_special(case, check)]:
+        changes = any(lines != (where[2],) for where, lines in edits.items())
+        if edits and changes and edits not in tried:
+            tried.append(edits)
+    return tuple(tried[:MOST])
+
+
+def _guessed(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """The line of a check as its own number says, or without what should not be there."""
+    if check.place is None:
+        return
+    if _COMMAND.match(check.command):
+        yield {at(check.place): tuple(check.command.split("\n"))}
+    elif check.command.startswith("without"):
+        yield without(case, check.place)
+
+
+def _special(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """What the kind of a check needs, whatever line it was found at."""
+    for start, make in _MADE.items():
+        if check.name.startswith(start):
+            yield from make(case, check)
+            return
+
+
+# ---- Granules
+
+
+def _granules(case: Case, _: DeckCheck) -> Iterator[Changes]:
+    yield before_first_run(case, granule_commands(case))
+
+
+def _places(case: Case, _: DeckCheck) -> Iterator[Changes]:
+    yield before_first_run(case, place_commands(case))
+
+
+def _room(case: Case, _: DeckCheck) -> Iterator[Changes]:
+    """A box with room at both ends, that is not periodic along the chain."""
+    found, unit = case.found, case.units.length
+    if found.axis not in "xyz":
+        return
+    k = "xyz".index(found.axis)
+    # As LAMMPS has them: the chain may extend to smaller coordinates.
+    ends = found.origin[k] + found.direction[k] * case.scene.granules.position[[0, -1]]
+    widest = 4 * float(np.max(found.radius))
+    low, high = (float(np.min(ends)) - widest) / unit, (float(np.max(ends)) + widest) / unit
+    bounds = [*found.boundary.split(), "p", "p", "p"][:3]
+    bounds[k] = "f"
+    edits: Changes = {}
+    box = [one.text.split()[2] for one in found.commands if one.text.startswith("create_box")]
+    for one in found.commands:
+        words = one.text.split()
+        if words[:1] == ["boundary"] and bounds != found.boundary.split():
+            edits[at(one)] = (f"boundary {' '.join(bounds)}",)
+        is_box = words[:1] == ["region"] and words[1] in box and words[2:3] == ["block"]
+        if is_box and ("units" in words or _unit_lattice(case)):
+            words[3 + 2 * k : 5 + 2 * k] = number(low), number(high)
+            edits[at(one)] = (" ".join(words),)
+    yield edits
+    change = f"change_box all {found.axis} final {number(low)} {number(high)}"
+    if bounds != found.boundary.split():
+        change += f" boundary {' '.join(bounds)}"
+    yield before_first_run(case, [f"{change} units box"])
+
+
+def _unit_lattice(case: Case) -> bool:
+    """Whether lengths in regions are those of the box."""
+    made = [one.text.split()[1:3] for one in case.found.commands if one.text.startswith("lattice")]
+    return all(words[:1] == ["none"] or words[1:2] in (["1"], ["1.0"]) for words in made)
+
+
+def _velocities(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """Velocities at the start: none but that of a striker."""
+    commands = velocity_commands(case)
+    if check.place is not None and check.place.written.split()[0] == "velocity":
+        yield without(case, check.place)
+        yield {at(check.place): tuple(commands[:1] + commands[2:])}
+    yield before_first_run(case, commands)
+
+
+# ---- Contacts and walls
+
+
+def _by_types(case: Case) -> Changes:
+    """Moduli of materials in all lines that have others than those of their granules."""
+    found, granules, unit = case.found, case.scene.granules, case.units
+    edits: Changes = {}
+    count = min(found.types.size, granules.young_modulus.size)
+    for one in found.commands:
+        words, written = one.text.split(), one.written.split()
+        if words[:1] != ["pair_coeff"] or "hertz/material" not in words or len(words) < 7:
+            continue
+        law = words.index("hertz/material")
+        kinds = [k for k in range(count) if has_type(words[1], int(found.types[k]))]
+        materials = {(granules.young_modulus[k], granules.poisson_ratio[k]) for k in kinds}
+        if len(materials) != 1 or words[1] != words[2] or len(words) != len(written):
+            continue
+        modulus, poisson = materials.pop()
+        for place, right in ((law + 1, modulus / unit.pressure), (law + 3, poisson)):
+            is_number = NUMBER.fullmatch(written[place]) is not None
+            if is_number and abs(float(words[place]) - right) > 1e-9 * abs(right):
+                written[place] = number(float(right))
+        if written != one.written.split():
+            edits[at(one)] = (" ".join(written),)
+    return edits
+
+
+def _laws(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """Moduli, then the whole law in place of the deck's."""
+    if "wall" in check.name:
+        yield from _wall(case, check)
+        return
+    lines = law_commands(case)
+    places = [
+        at(one)
+        for one in case.found.commands
+        if one.carried_out and one.text.split()[0] in ("pair_style", "pair_coeff", "pair_modify")
+    ]
+    if not lines or not places:
+        return
+    gone = {where: (f"# {where[2]}",) for where in places}
+    yield {**gone, places[0]: tuple(lines)}
+    yield before_first_run(case, lines)
+
+
+def _wall(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """The wall of the scene, in place of the deck's or in front of the first run."""
+    command = wall_command(case)
+    if command is None:
+        return
+    where = check.place
+    if where is not None and re.match(r"fix\s+\S+\s+\S+\s+wall/", where.written):
+        words, new = where.written.split(), command.split()
+        yield {at(where): (" ".join([*words[:3], *new[3:]]),)}
+    yield before_first_run(case, [command])
+
+
+# ---- Forces
+
+
+def _loads(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """Gravity and precompression of the scene in place of the deck's."""
+    found, lines = case.found, load_commands(case)
+    acting = [
+        fix
+        for fix in found.fixes
+        if not fix.moves and fix.style in ("gravity", "addforce", "setforce", "efield")
+        and np.any(fix.largest[:, 0] > 0)
+        and not found.commands[fix.command].text.count("v_")
+    ]  # fmt: skip
+    gone: Changes = {}
+    for fix in acting:
+        gone |= without(case, place_at(found, fix.command))
+    if check.place is not None and check.place.written.startswith("fix"):
+        yield {at(check.place): tuple(lines)} if lines else without(case, check.place)
+    if gone:
+        first = at(place_at(found, acting[0].command))
+        yield {**gone, first: tuple(lines) or gone[first]}
+    yield before_first_run(case, lines)
+
+
+def _shock(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """The formula in place of the deck's; the whole shock in place of all of its forces."""
+    found, made = case.found, shock_commands(case)
+    shocks = [
+        fix
+        for fix in found.fixes
+        if not fix.moves
+        and fix.style in ("addforce", "setforce", "aveforce", "efield")
+        and not re.search(
+            r"\s0(?:\.0)?\s+0(?:\.0)?\s+0(?:\.0)?\s*$", found.commands[fix.command].text
+        )
+    ]
+    places = list(dict.fromkeys(at(place_at(found, fix.command)) for fix in shocks))
+    gone: Changes = {}
+    for fix in shocks:
+        gone |= without(case, place_at(found, fix.command))
+    if made is None:
+        yield gone
+        return
+    if check.place is not None and check.place.written.split()[0] == "variable":
+        yield {at(check.place): (made.variable,)}
+    if places:
+        yield {**gone, places[0]: (made.variable, *made.fix)}
+        constant = [fix for fix in shocks if "v_" not in found.commands[fix.command].text]
+        kept = [where for fix in constant for where in without(case, place_at(found, fix.command))]
+        if constant and len(constant) < len(shocks):  # static loads stay
+            moving = {where: lines for where, lines in gone.items() if where not in kept}
+            first = next(where for where in places if where in moving)
+            yield {**moving, first: (made.variable, *made.fix)}
+    else:
+        yield before_first_run(case, [made.variable, *made.fix])
+
+
+def _no_fix(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    if check.place is not None and check.place.written.split()[0] == "fix":
+        yield without(case, check.place)
+
+
+def _piston(case: Case, _: DeckCheck) -> Iterator[Changes]:
+    """The piston of the scene in place of what leads granules, or nothing."""
+    found = case.found
+    leading = [place_at(found, fix.command) for fix in found.fixes if fix.style == "move"]
+    lines = piston_commands(case) if case.scene.piston is not None else []
+    gone: Changes = {}
+    for place in leading:
+        gone |= without(case, place)
+    if leading and lines:
+        yield {**gone, at(leading[0]): tuple(lines)}
+    if leading and not lines:
+        yield {**gone, at(leading[0]): ("fix motion all nve",)}
+        yield gone
+    if not leading and lines:
+        group = next((line.split()[1] for line in lines if line.startswith("group")), "piston")
+        movers = [place_at(found, fix.command) for fix in found.fixes if fix.moves]
+        rest = [*lines[:-1], f"group others subtract all {lines[-1].split()[2] or group}",
+                lines[-1]]  # fmt: skip
+        for place in movers[:1]:
+            words = place.written.split()
+            yield {at(place): (*rest, " ".join([*words[:2], "others", *words[3:]]))}
+
+
+# ---- Steps
+
+
+def _step(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """A shorter time step, with as many more steps in each run; also without longer runs."""
+    found, place = case.found, check.place
+    if place is None or not _COMMAND.match(check.command) or not found.runs:
+        return
+    assert check.expected is not None
+    old, new = max(run.dt for run in found.runs), check.expected
+    shorter: Changes = {at(place): (check.command,)}
+    edits = dict(shorter)
+    last = min(found.end_time, case.start + case.scene.end_time)
+    for run in found.runs:
+        where = place_at(found, run.command)
+        words = where.written.split()
+        if run.dt == old and len(words) > 1 and words[0] == "run" and words[1].isdigit():
+            end = min(run.start + run.steps * old, last)
+            steps = max(1, math.ceil((end - run.start) / new * (1 - 1e-12)))
+            edits[at(where)] = (" ".join([words[0], str(steps), *words[2:]]),)
+    yield edits
+    yield shorter
+
+
+def _run(case: Case, _: DeckCheck) -> Iterator[Changes]:
+    """As many steps more as are missing."""
+    if not case.found.runs:
+        return
+    last = case.found.runs[-1]
+    missing = case.scene.end_time + case.start - case.found.end_time
+    more = math.ceil(missing / last.dt - 1e-6)
+    where = place_at(case.found, last.command)
+    yield {at(where): (where.written, f"run {more}")}
+
+
+def _movers(case: Case, _: DeckCheck) -> Iterator[Changes]:
+    """Each granule moved once."""
+    found = case.found
+    moving = [fix for fix in found.fixes if fix.moves]
+    movers = [place_at(found, fix.command) for fix in moving]
+    leads = [place_at(found, fix.command) for fix in moving if fix.style == "move"]
+    if leads and movers[0] not in leads:  # the others are moved by their forces
+        words, led = movers[0].written.split(), leads[0].written.split()[2]
+        others = f"group others subtract all {led}"
+        yield {at(movers[0]): (others, " ".join([*words[:2], "others", *words[3:]]))}
+    for place in reversed(movers[1:]):
+        yield without(case, place)
+    name = unused("motion", fixes_of(found))
+    for place in movers[:1]:
+        words = place.written.split()
+        yield {at(place): (" ".join([*words[:2], "all", *words[3:]]),)}
+    gone: Changes = {}
+    for place in movers:
+        gone |= without(case, place)
+    whole = before_first_run(case, [f"fix {name} all nve"])
+    yield {**gone, **whole}
+
+
+def _neighbours(case: Case, _: DeckCheck) -> Iterator[Changes]:
+    """A search for neighbours in each step, far enough; velocities of all of them."""
+    found = case.found
+    skin = number(0.5 * float(np.min(case.scene.granules.radius)) / case.units.length)
+    lines = [f"neighbor {skin} bin", "neigh_modify delay 0 every 1 check yes"]
+    gone: Changes = {
+        at(one): (f"# {one.written}",)
+        for one in found.commands
+        if one.text.split()[0] in ("neighbor", "neigh_modify", "comm_modify")
+    }
+    exclude: Changes = {where: lines for where, lines in gone.items() if "exclude" in lines[0]}
+    if exclude:
+        yield exclude
+    yield before_first_run(case, lines)
+    yield {**gone, **before_first_run(case, [*lines, "comm_modify mode single vel yes"])}
+
+
+def _motion(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """Without what is most likely to disturb the motion; with the scene's own force."""
+    if check.place is not None and check.place.written.split()[0] not in ("variable", "run"):
+        yield without(case, check.place)
+    if check.place is not None and check.place.written.split()[:1] == ["fix"]:
+        words = check.place.written.split()
+        yield {at(check.place): (" ".join([*words[:3], "nve"]),)}
+    if case.scene.ramps:
+        yield from _shock(case, check)
+
+
+_MADE: dict[str, Callable[[Case, DeckCheck], Iterator[Changes]]] = {
+    "number of granules": _room,
+    "radius": _granules,
+    "mass": _granules,
+    "distance": _places,
+    "contacts": _room,  # across the box, or none that can be asked
+    "place of the wall": _wall,
+    "wall in motion": _wall,
+    "wall at": _no_fix,
+    "wall": _wall,
+    "velocity": _velocities,
+    "spin": _velocities,
+    "stiffness": _laws,
+    "exponent": _laws,
+    "force of fix": _no_fix,
+    "force of contact": lambda case, check: iter([*_laws(case, check), *_neighbours(case, check)]),
+    "force of all": _laws,
+    "force of the wall": _wall,
+    "damping": _laws,
+    "friction": _laws,
+    "constant force across": _no_fix,
+    "constant force": _loads,
+    "drag": _no_fix,
+    "random": _no_fix,
+    "applied force": _shock,
+    "force after": _shock,
+    "peak of the applied": _shock,
+    "duration": _shock,
+    "rise time": _shock,
+    "end of the pulse": _shock,
+    "start of the pulse": _shock,
+    "granules that are pushed": _shock,
+    "granules that are led": _piston,
+    "displacement of the piston": _piston,
+    "time step": _step,
+    "end of the run": _run,
+    "integrators": _movers,
+    "neighbours": _neighbours,
+    "motion": _motion,
+}  # fmt: skip
+"""What makes corrections, by the beginning of the name of a check; the first that fits counts."""

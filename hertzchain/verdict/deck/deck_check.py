@@ -1,0 +1,248 @@
+"""A number of a deck against the scene: what differs, what it costs, and which line makes it."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading import FoundDeck
+from hertzchain.limits import Deadline
+from hertzchain.observables.peaks import judged_contacts
+from hertzchain.observables.result import Result
+from hertzchain.scene.scene import Scene
+from hertzchain.verdict.deck.measured import Law
+from hertzchain.verdict.deck.places import Place, with_number
+from hertzchain.verdict.deck.places import place as find_place
+from hertzchain.verdict.deck.twin import Twin, TwinRun, change_of_peaks, effect
+from hertzchain.verdict.lint.scale import Scale
+
+Indices = NDArray[np.intp]
+
+ROUND_OFF = 1e-9  # relative: decks of 17 digits have less; none of it is worth a remark (chosen)
+Changes = dict[tuple[str, int, str], tuple[str, ...]]
+"""What stands in place of commands of a deck: by file, line and how the command is written."""
+
+_WHICH = re.compile(r"(?: of| on| at)? (?:all |the )?(?:granules?|contacts?|wall)\b.*| \d+.*")
+
+_MOST_GROUPS = 3  # numbers that are wrong alike, each with a remark of its own (chosen)
+DIGITS = 10.0  # times the tolerance: what carried digits can make of one number (chosen)
+
+
+@dataclass(frozen=True)
+class DeckCheck:
+    """One number of a deck against what the scene has.
+
+    Parameters
+    ----------
+    name
+        What is compared, such as ``mass of granule 7``.
+    unit
+        Of both numbers; "" for a ratio or a count.
+    measured, expected
+        What the deck makes and what the scene has; None where there is no such number.
+    effect
+        Largest relative change of the peaks by this difference alone; None where it is not known.
+    passed
+        Whether the difference is small enough.
+    differs
+        Whether there is any above round-off: passed and different is worth a remark.
+    sentence
+        What was found and what is right.
+    reason
+        Why this is too much, or not.
+    place
+        The line of the deck that makes it; None where nothing differs.
+    command
+        What that line may be instead, one command a line; "" where that is not known. It is a
+        guess while a deck is compared, and proven in an examination.
+    corrections
+        Changes of the deck that may make it right, best guesses first.
+    """
+
+    name: str
+    unit: str
+    measured: float | None
+    expected: float | None
+    effect: float | None
+    passed: bool
+    differs: bool
+    sentence: str
+    reason: str
+    place: Place | None = None
+    command: str = ""
+    corrections: tuple[Changes, ...] = field(default=(), repr=False, compare=False)
+
+    @property
+    def kind(self) -> str:
+        """The name without which granules or contacts it is about."""
+        return _WHICH.sub("", self.name)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The check as JSON knows it."""
+        return {
+            "name": self.name,
+            "unit": self.unit,
+            "measured": _finite(self.measured),
+            "expected": _finite(self.expected),
+            "effect_on_peaks": _finite(self.effect),
+            "passed": bool(self.passed),
+            "differs": bool(self.differs),
+            "sentence": self.sentence,
+            "reason": self.reason,
+            "file": None if self.place is None else self.place.file,
+            "line": None if self.place is None else self.place.line,
+            "written": None if self.place is None else self.place.written,
+            "command": self.command or None,
+        }
+
+
+def _finite(value: float | None) -> float | None:
+    """A number for JSON, which has no word for what is not finite, and none of NumPy's."""
+    if value is None or not math.isfinite(value):
+        return None
+    return value if isinstance(value, int) else float(value)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What the checks of a deck share.
+
+    ``found`` is in SI units, ``units`` are those of the deck, ``start`` is when the shock begins in
+    the deck's time, ``near`` the largest overlap of each contact by the reference [m].
+    """
+
+    scene: Scene
+    found: FoundDeck
+    units: Scale
+    start: float
+    truth: Result
+    near: FloatArray
+    laws: tuple[Law, ...]
+    twin: Twin
+    expected: TwinRun
+    tolerance: float
+    deadline: Deadline
+
+    def effect(self, **numbers: object) -> float | None:
+        """What numbers of the deck in place of the scene's do to the peaks."""
+        return effect(self.twin, self.expected, self.judged, self.deadline, **numbers)
+
+    @property
+    def judged(self) -> NDArray[np.bool_]:
+        """Contacts that the deck has seen peak, and that count; a wall's is the last."""
+        passed = self.truth.peak_passed
+        if self.truth.wall_peak_passed is not None:
+            passed = np.append(passed, self.truth.wall_peak_passed)
+        return np.logical_and(passed, judged_contacts(self.truth.all_peaks))
+
+    @property
+    def settles(self) -> bool:
+        """Whether a drag lets the chain settle, and is gone when the shock begins."""
+        found = self.found
+        begins = [run.command for run in found.runs if run.start <= self.start * (1 + 1e-9)]
+        if self.start <= 0 or not begins or not np.any(np.nan_to_num(found.drag)):
+            return False
+        gone = {
+            one.text.split()[1]
+            for one in found.commands[: begins[-1]]
+            if one.carried_out and one.text.startswith("unfix ")
+        }
+        drags = [
+            one.text.split()[1]
+            for one in found.commands[: begins[-1]]
+            if one.carried_out and re.match(r"fix\s+\S+\s+\S+\s+viscous\s", one.text)
+        ]
+        return bool(drags) and set(drags) <= gone
+
+    @property
+    def whole_effect(self) -> float:
+        """How far the deck's own peaks are off, for what no chain along a line can show."""
+        return change_of_peaks(self.found.peak_force, self.truth.all_peaks, self.judged)
+
+    def allowed(self, change: float | None, relative: float) -> bool:
+        """Whether a difference is digits only: of a number (relative) and of the peaks."""
+        of_peaks = 0.0 if change is None else change
+        return of_peaks <= self.tolerance and abs(relative) <= DIGITS * self.tolerance
+
+    @property
+    def reason(self) -> str:
+        """Why a number may differ by as much as it may."""
+        return (
+            f"allowed is what changes no peak by more than {self.tolerance:g}, and"
+            f" {DIGITS * self.tolerance:g} of the number"
+        )
+
+
+def same(name: str, unit: str, measured: float, expected: float, why: str) -> DeckCheck:
+    """A check without a difference above round-off."""
+    return DeckCheck(
+        name, unit, measured, expected, 0.0, True, False, f"{name} is as in the scene", why
+    )
+
+
+def placed(
+    check: DeckCheck,
+    found: FoundDeck,
+    role: str,
+    numbers: Iterable[tuple[float, float]] = (),
+    fallback: str = "",
+    word: str = "",
+) -> DeckCheck:
+    """A check with its line and the right command, where it differs.
+
+    ``numbers`` are pairs in units of the deck: what the line may have, and what it should have.
+    ``fallback`` is the command where none of them stands there.
+    """
+    if not check.differs:
+        return check
+    pairs = [(old, new) for old, new in numbers if math.isfinite(old) and old != 0]
+    where = find_place(found, role, [old for old, _ in pairs], word)
+    command = with_number(where, [old for old, _ in pairs], [new for _, new in pairs])
+    return replace(check, place=where, command=command or fallback)
+
+
+def values(measured: float, expected: float, unit: str) -> str:
+    """Two numbers in a sentence, with as many digits as tell them apart."""
+    off = abs(measured - expected)
+    largest = max(abs(measured), abs(expected))
+    digits = 4
+    if 0 < off < largest:
+        digits = min(12, max(4, 2 - math.floor(math.log10(off / largest))))
+    end = f" {unit}" if unit else ""
+    return f"is {measured:.{digits}g}{end}, the scene has {expected:.{digits}g}{end}"
+
+
+def groups(relative: FloatArray) -> list[Indices]:
+    """Indices of numbers that differ by the same, the largest difference first.
+
+    ``relative`` is the difference of each number; those of round-off are left out.
+    """
+    left = np.flatnonzero(~(np.abs(relative) <= ROUND_OFF))
+    made: list[Indices] = []
+    while left.size and len(made) < _MOST_GROUPS - 1:
+        order = np.nan_to_num(np.abs(relative[left]), nan=np.inf)
+        first = relative[left[int(np.argmax(order))]]
+        alike = np.isclose(relative[left], first, rtol=1e-2, atol=0) | ~np.isfinite(relative[left])
+        made.append(left[alike])
+        left = left[~alike]
+    return [*made, left] if left.size else made
+
+
+def names(indices: Indices, size: int, what: str, first: int) -> str:
+    """Some granules or contacts in words, numbered from ``first``."""
+    numbers = (indices + first).tolist()
+    if len(numbers) == 1:
+        return f"{what} {numbers[0]}"
+    if len(numbers) == size:
+        return f"all {what}s"
+    if numbers[-1] - numbers[0] + 1 == len(numbers):
+        return f"{what}s {numbers[0]} to {numbers[-1]}"
+    shown = ", ".join(map(str, numbers[:4]))
+    return f"{what}s {shown}" + (f" and {len(numbers) - 4} more" if len(numbers) > 4 else "")

@@ -1,0 +1,281 @@
+"""The examination of a user's deck: LAMMPS reads it, every number is compared with the scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from hertzchain.engines.lammps.reading import Edits, FoundDeck, Reader
+from hertzchain.engines.native import Native
+from hertzchain.errors import RunFailed, SceneError, is_positive, require
+from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline, check_time_limit
+from hertzchain.observables.result import Result
+from hertzchain.scene.given import SceneLike, to_scene
+from hertzchain.scene.run import Run
+from hertzchain.scene.scene import Scene
+from hertzchain.showing import ShowProgress, telling
+from hertzchain.verdict.deck import step_checks
+from hertzchain.verdict.deck.contact_checks import contact_checks
+from hertzchain.verdict.deck.corrections import corrections
+from hertzchain.verdict.deck.deck_check import Case, DeckCheck
+from hertzchain.verdict.deck.examined import DeckExamination, Finding, by_command, in_order
+from hertzchain.verdict.deck.force_checks import force_checks
+from hertzchain.verdict.deck.granule_checks import granule_checks
+from hertzchain.verdict.deck.measured import laws, start_of_shock, stretches_of
+from hertzchain.verdict.deck.motion_checks import motion_checks
+from hertzchain.verdict.deck.piston_checks import piston_checks
+from hertzchain.verdict.deck.places import place
+from hertzchain.verdict.deck.proving import Prover, findings_of
+from hertzchain.verdict.deck.twin import run_twin, twin_of
+from hertzchain.verdict.deck.units import in_si
+
+_LONGEST = 100.0  # times the scene's end: a deck that runs longer is judged up to there (chosen)
+
+
+def examine(
+    scene: SceneLike,
+    deck: Path | str,
+    variables: Mapping[str, object] | None = None,
+    *,
+    tolerance: float = TOLERANCE,
+    lmp: str | None = None,
+    time_limit: float = TIME_LIMIT,
+    progress: ShowProgress = None,
+) -> DeckExamination:
+    """Compare somebody's LAMMPS deck with a scene, number by number, then its peaks.
+
+    LAMMPS itself reads the deck, in a process and a folder of its own; nothing that the deck would
+    write is written.
+
+    Parameters
+    ----------
+    scene
+        What the deck should compute, or the path of its file.
+    deck
+        The input script, with any axis and units of LAMMPS.
+    variables
+        As ``-var NAME VALUE`` of LAMMPS, by name.
+    tolerance
+        Largest relative difference of the peaks that passes; of every number what changes the
+        peaks by as much.
+    lmp
+        A LAMMPS binary to use instead of its Python module.
+    time_limit
+        How long LAMMPS and the reference may take together [s].
+    progress
+        True for a line in the terminal or notebook on what is being done, or a function that is
+        called with it.
+
+    Raises
+    ------
+    BackendMissing
+        If LAMMPS is not there.
+    SceneError
+        For a scene, a tolerance or a deck that cannot be.
+    RunFailed
+        If LAMMPS stops with an error, or the deck is none that can be examined.
+    """
+    scene = to_scene(scene)
+    allowed = "must be a number above 0 and below 1"
+    require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
+    if Path(deck).suffix.lower() == ".py":
+        allowed = "is a Python program, must be a LAMMPS input script, as lmp -in reads it"
+        raise SceneError("", None, allowed, file=deck)
+    check_time_limit(time_limit)
+    deadline = Deadline(time_limit)
+    with (
+        telling(progress) as say,
+        Reader(Path(deck), scene, variables or {}, deadline, lmp, say) as reader,
+    ):
+        examiner = _Examiner(scene, str(deck), reader, float(tolerance), deadline, say)
+        done, seconds = examiner.examined({}), deadline.limit - deadline.left
+        if done.to_mend and done.found.is_chain:
+            say("trying corrections")
+            prover = Prover(done, examiner.examined, seconds)
+            findings, edits = findings_of(prover)
+            remarks = (*done.remarks, *[_NOT_ALL] * prover.cut_short)
+            done = replace(done, findings=findings, edits=edits, remarks=remarks)
+    return replace(_with_commands(done), texts=_texts(Path(deck), done.found))
+
+
+_NOT_ALL = "not all corrections were tried: correct what is shown, and examine the deck again"
+
+
+@dataclass
+class _Examiner:
+    """Examines a deck with any edits; what the reference method finds is kept."""
+
+    scene: Scene
+    deck: str
+    reader: Reader
+    tolerance: float
+    deadline: Deadline
+    say: Callable[[str], object]
+    truths: dict[float, Result] = field(default_factory=dict)
+
+    def examined(self, edits: Edits, limit: float = math.inf) -> DeckExamination:
+        """The deck with edits, number by number; LAMMPS may take so long [s]."""
+        found = self.reader.read(edits, limit)
+        self.say("native: the reference method")
+        return compared(
+            self.scene, self.deck, found, self.tolerance, self.deadline, self.say, self.truths
+        )
+
+
+def _with_commands(done: DeckExamination) -> DeckExamination:
+    """Checks with the commands that are proven to be right, at their own lines."""
+    proven = {
+        (one.file, one.line): "\n".join(one.commands)
+        for finding in done.findings
+        for one in finding.correction
+    }
+
+    def command(check: DeckCheck) -> str:
+        place = check.place
+        return "" if place is None else proven.get((place.file, place.line), "")
+
+    checks = tuple(replace(check, command=command(check)) for check in done.checks)
+    by_name = {check.name: check for check in checks}
+    findings = tuple(
+        replace(one, checks=tuple(by_name[check.name] for check in one.checks))
+        for one in done.findings
+    )
+    return replace(done, checks=checks, findings=findings)
+
+
+def _texts(deck: Path, found: FoundDeck) -> tuple[tuple[str, str], ...]:
+    """The files that commands came from; of those that cannot be read any more there is no text."""
+    texts = []
+    for name in dict.fromkeys(one.file for one in found.commands):
+        paths = (deck, deck.parent / name, Path(name))
+        path = next((p for p in paths if p.is_file() and Path(name).name == p.name), None)
+        if path is not None:
+            texts.append((name, path.read_text(encoding="utf-8-sig", errors="replace")))
+    return tuple(texts)
+
+
+def compared(
+    scene: Scene,
+    deck: str,
+    found: FoundDeck,
+    tolerance: float,
+    deadline: Deadline,
+    progress: Callable[[str], object] = lambda _: None,
+    truths: dict[float, Result] | None = None,
+) -> DeckExamination:
+    """The examination of a deck that LAMMPS has read; ``truths`` keeps references by their ends."""
+    if not found.is_chain:
+        return _no_chain(scene, deck, found, tolerance, deadline)
+    found, units = in_si(found, scene)
+    start = start_of_shock(found, scene)
+    truths = {} if truths is None else truths
+    end = found.end_time - start
+    if found.stopped:  # no peak is judged
+        end = min(end, scene.end_time)
+    truth = truths[end] = truths.get(end) or _truth(scene, end, deadline)
+    known = truth.error_estimate
+    allowed = f"must be at least 10 times the error of the reference, {known:.1e}"
+    require(tolerance >= 10 * known, "tolerance", tolerance, allowed)
+    peaks = truth.all_peaks
+    near = (np.maximum(peaks, 1e-3 * np.max(peaks)) / scene.granules.stiffness) ** (2 / 3)
+    progress("what each number does to the peaks")
+    twin = twin_of(scene, stretches_of(found, scene, start))
+    case = Case(
+        scene, found, units, start, truth, near, tuple(laws(found, scene, near)), twin,
+        run_twin(twin, deadline), tolerance, deadline,
+    )  # fmt: skip
+    checks = [
+        *granule_checks(case),
+        *contact_checks(case),
+        *force_checks(case),
+        *piston_checks(case),
+        *step_checks.step_checks(case),
+    ]
+    if case.settles and any(
+        not check.passed and check.name.startswith("distance of granules") for check in checks
+    ):
+        raise RunFailed(
+            f"{deck}: its chain settles before the shock begins, and is examined as it stands"
+            " before its first run: have it settle in a deck of its own, and read what that"
+            " has written"
+        )
+    if not found.stopped:
+        checks += motion_checks(case, checks)
+    checks = in_order([_with_corrections(case, check) for check in checks])
+    peaks_of_deck = step_checks.peaks_check(case)
+    if not peaks_of_deck.passed and checks:
+        # Digits alone may add up: then the one with the largest effect is the one to mend.
+        first = checks[0]
+        peaks_of_deck = replace(peaks_of_deck, place=first.place)
+    return DeckExamination(
+        scene, deck, found, (*checks, peaks_of_deck), truth, case.judged, tolerance,
+        _remarks(case), findings=tuple(Finding(tuple(one)) for one in by_command(checks)),
+    )  # fmt: skip
+
+
+def _with_corrections(case: Case, check: DeckCheck) -> DeckCheck:
+    """A check without its guess of a command; with all that may be tried, if it failed."""
+    tried = () if check.passed else corrections(case, check)
+    return replace(check, command="", corrections=tried)
+
+
+def _no_chain(
+    scene: Scene, deck: str, found: FoundDeck, tolerance: float, deadline: Deadline
+) -> DeckExamination:
+    """The examination of granules that do not lie in one row: nothing else is compared."""
+    size = found.radius.size
+    across = np.round(found.sideways / np.min(found.radius)).astype(np.int64)
+    rows, each = np.unique(across, axis=0, return_counts=True)
+    kind = "do not lie in one row"
+    if 1 < len(rows) <= size // 2 and np.ptp(each) == 0:
+        kind = f"lie in {len(rows)} rows of {each[0]}, not in one"
+    check = DeckCheck(
+        "chain", "", None, None, None, False, True,
+        f"the deck is no chain: its {size} granules {kind}",
+        "other numbers and the run of what is no chain are not looked at: hertzchain lint has rules"
+        " for any deck", place(found, "granules"),
+    )  # fmt: skip
+    peaks = DeckCheck("peaks", "N", None, None, None, False, True, "the deck was not run",
+                      "it is no chain", check.place)  # fmt: skip
+    truth = Native("reference", time_limit=deadline.left).run(scene)
+    judged = np.zeros(truth.all_peaks.size, bool)
+    return DeckExamination(
+        scene, deck, found, (check, peaks), truth, judged, tolerance, (),
+        findings=(Finding((check,)),),
+    )  # fmt: skip
+
+
+def _truth(scene: Scene, end: float, deadline: Deadline) -> Result:
+    """The scene by the reference method, up to the end of the deck."""
+    if end <= 0:
+        raise RunFailed("this deck takes no step after its shock begins: it needs a run command")
+    same = abs(end / scene.end_time - 1) < 1e-9
+    watched = scene if same else replace(scene, run=Run(min(end, _LONGEST * scene.end_time)))
+    return Native("reference", time_limit=deadline.left).run(watched)
+
+
+def _remarks(case: Case) -> tuple[str, ...]:
+    """What was not looked at, and what was taken for what."""
+    found, remarks = case.found, list(case.found.remarks)
+    if found.units == "lj":
+        one = case.units
+        remarks.append(
+            f"in its lj units one length is {one.length:.6g} m, one mass {one.mass:.6g} kg and one"
+            f" time {one.time:.6g} s, by median radius, mass and stiffness: ratios are judged"
+        )
+    if case.start > 0:
+        remarks.append(
+            f"the shock begins {case.start:.6g} s after the start of the deck; numbers of granules"
+            " and contacts are those before its first run"
+        )
+    late = int(np.count_nonzero(~case.judged))
+    if late:
+        remarks.append(
+            f"{late} contacts are not judged: pressed too little, or not past their peaks when the"
+            " deck ended"
+        )
+    return tuple(remarks)

@@ -1,0 +1,98 @@
+"""Names of groups and fixes in commands that are shown as right: the deck's own, or new ones."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from hertzchain.engines.lammps.reading import FoundDeck
+from hertzchain.verdict.deck.places import Place, group_of, place_at
+
+_OF_ONE = re.compile(r"group\s+(\S+)\s+id\s+(\d+)\s*$")
+
+
+def on_granule(found: FoundDeck, granule: int, name: str, command: str) -> list[str]:
+    """A command for one granule alone, in which ``{group}`` stands for its group.
+
+    That is a group of the deck; where it has none, ``name`` or what comes near it, and the command
+    that makes it stands in front.
+    """
+    own = _group_of_granule(found, granule)
+    if own is not None:
+        return [command.format(group=own)]
+    new = unused(name, _groups(found))
+    return [f"group {new} id {int(found.ids[granule])}", command.format(group=new)]
+
+
+def first_alone(found: FoundDeck, fix: Place) -> tuple[Place, str]:
+    """The line by which a fix acts on granule 1 alone, and that line as it would be right.
+
+    That is the group of the fix where nothing else uses it, else the fix.
+    """
+    words = found.commands[fix.index].text.split()
+    if words[:1] != ["fix"]:
+        return fix, ""
+    group, where = words[2], group_of(found, fix)
+    if where != fix and not _is_used_besides(found, group, fix):
+        return where, f"group {group} id {int(found.ids[0])}"
+    written = re.sub(r"^(\s*fix\s+\S+\s+)\S+", r"\1{group}", _braced(fix.written), count=1)
+    return fix, "\n".join(on_granule(found, 0, "shock", written))
+
+
+def unused(name: str, taken: set[str]) -> str:
+    """A name that is not taken: this one, or it with a number."""
+    new, number = name, 2
+    while new in taken:
+        new, number = f"{name}{number}", number + 1
+    return new
+
+
+def fixes_of(found: FoundDeck) -> set[str]:
+    """The names of all fixes of a deck."""
+    return {words[1] for words in _commands(found, "fix") if len(words) > 1}
+
+
+def _groups(found: FoundDeck) -> set[str]:
+    return {words[1] for words in _commands(found, "group") if len(words) > 1} | {"all"}
+
+
+def _commands(found: FoundDeck, name: str) -> list[list[str]]:
+    """The words of the commands of a name that were carried out."""
+    lines = [one.text.split() for one in found.commands if one.carried_out]
+    return [words for words in lines if words[:1] == [name]]
+
+
+def _group_of_granule(found: FoundDeck, granule: int) -> str | None:
+    """A group of the deck with this granule alone."""
+    alone = np.arange(found.ids.size) == granule
+    made = [words[1] for words in _commands(found, "group") if len(words) > 1]
+    for fix in found.fixes:
+        name = found.commands[fix.command].text.split()[2]
+        if name in made and np.array_equal(fix.granules, alone):
+            return name
+    for one in found.commands:
+        match = _OF_ONE.match(one.text.strip())
+        if match is None or not one.carried_out or made.count(match[1]) != 1:
+            continue
+        if int(match[2]) == int(found.ids[granule]):
+            return match[1]
+    return None
+
+
+def _is_used_besides(found: FoundDeck, group: str, fix: Place) -> bool:
+    """Whether commands other than a fix use its group."""
+    for index, one in enumerate(found.commands):
+        words = one.text.split()
+        name, rest = words[:1], words[2 if words[:1] == ["fix"] else 1 :]
+        if name in (["unfix"], ["variable"]) or words[:2] == ["group", group]:
+            continue
+        here = place_at(found, index)
+        if one.carried_out and group in rest and (here.file, here.line) != (fix.file, fix.line):
+            return True
+    return False
+
+
+def _braced(text: str) -> str:
+    """A text of a deck as ``format`` gives it back."""
+    return text.replace("{", "{{").replace("}", "}}")

@@ -1,0 +1,218 @@
+"""Numbers of a deck from what its probes found: contact laws, damping, spacing, start of shock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading import FoundDeck, FoundWall
+from hertzchain.observables.damped_law import DampedLaw
+from hertzchain.scene.piston import Piston
+from hertzchain.scene.scene import Scene
+from hertzchain.verdict.deck.twin import Stretch
+
+_FITS = 1e-2  # of the largest force: a shock that begins at another time fits as well (chosen)
+_WHOLE = 0.02  # of a step: a start found so near to one is that (chosen)
+_QUIET = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12 is usual)
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """The force of one contact by its probes: ``stiffness`` overlap^``exponent`` near an overlap.
+
+    ``ratios`` is the force over Hertz's with the scene's stiffness at each try, not a number where
+    nothing was tried.
+    """
+
+    stiffness: float
+    exponent: float
+    ratios: FloatArray
+
+
+def law_of(overlap: FloatArray, force: FloatArray, stiffness: float, near: float) -> Law:
+    """The law of a contact from its forces at some overlaps, shape (tries,).
+
+    ``stiffness`` is what the scene has, ``near`` the overlap at which it matters most [m].
+    """
+    tried = np.isfinite(force) & (overlap > 0)
+    ratios = np.full(overlap.size, np.nan)
+    ratios[tried] = force[tried] / (stiffness * overlap[tried] ** 1.5)
+    order = np.argsort(overlap[tried])
+    depth, push = overlap[tried][order], force[tried][order]
+    pushing = push > 0
+    depth, push = depth[pushing], push[pushing]
+    if depth.size == 0:
+        return Law(0.0, 1.5, ratios)
+    if depth.size == 1:
+        return Law(float(push[0] / depth[0] ** 1.5), 1.5, ratios)
+    at = int(np.clip(np.searchsorted(depth, near), 1, depth.size - 1))
+    exponent = float(np.log(push[at] / push[at - 1]) / np.log(depth[at] / depth[at - 1]))
+    nearer = at if abs(depth[at] - near) < abs(depth[at - 1] - near) else at - 1
+    return Law(float(push[nearer] / depth[nearer] ** exponent), exponent, ratios)
+
+
+def laws(found: FoundDeck, scene: Scene, near: FloatArray) -> list[Law]:
+    """The law of each contact of a scene that the deck has, a wall's last."""
+    stiffness, count = scene.granules.stiffness, scene.chain.granules
+    between = min(count - 1, found.contact_force.shape[1])
+    made = [
+        law_of(found.overlap[:, k], found.contact_force[:, k], float(stiffness[k]), float(near[k]))
+        for k in range(between)
+    ]
+    wall = far_wall(found)
+    if scene.wall is not None and wall is not None and between == count - 1:
+        made.append(law_of(wall.overlap, wall.force, float(stiffness[-1]), float(near[-1])))
+    return made
+
+
+def far_wall(found: FoundDeck) -> FoundWall | None:
+    """The wall at the far end, if the deck has one."""
+    return next((wall for wall in found.walls if wall.end == "last"), None)
+
+
+@dataclass(frozen=True, eq=False)
+class Damper:
+    """What damping adds to the force of one contact, at each try [N], and what the scene's does."""
+
+    added: FloatArray
+    expected: FloatArray
+    elastic: FloatArray
+    closing: FloatArray  # m/s
+    overlap: FloatArray  # m
+
+
+def dampers(found: FoundDeck, scene: Scene, made: list[Law]) -> list[Damper]:
+    """Damping of each contact with a law, the wall's last; forces of elastic contacts by it."""
+    law = None if scene.contact is None else DampedLaw.of(scene)
+    between = found.contact_force.shape[1]
+    wall, dampings = far_wall(found), []
+    for k, one in enumerate(made):
+        if k < between:
+            overlap = found.damped_overlap[:, k]
+            closing, force = found.closing[:, k], found.damped_force[:, k]
+        else:
+            assert wall is not None
+            overlap, closing, force = wall.damped_overlap, wall.closing, wall.damped_force
+        tried = np.isfinite(force) & (overlap > 0)
+        overlap, closing, force = overlap[tried], closing[tried], force[tried]
+        elastic = one.stiffness * overlap**one.exponent
+        expected = np.zeros_like(overlap)
+        if law is not None:
+            contact = np.array([k])
+            added = law.damper(overlap[:, None], closing[:, None], contact)[:, 0]
+            expected = np.asarray(added, np.float64)
+        dampings.append(Damper(force - elastic, expected, elastic, closing, overlap))
+    return dampings
+
+
+def spacing(found: FoundDeck) -> FloatArray:
+    """Distance of neighbours along the chain [m], shape (granules - 1,)."""
+    return np.asarray(np.diff(found.position))
+
+
+def start_of_shock(found: FoundDeck, scene: Scene) -> float:
+    """When the shock begins in the deck's own time [s]: 0, or the start of one of its runs.
+
+    People let a chain settle before they push it. The start with which the forces are most like
+    those of the scene.
+    """
+    starts = [0.0, *(run.start for run in found.runs if run.start > 0)]
+    if not scene.ramps or found.applied_time.size == 0:
+        return 0.0
+    force = np.sum(found.applied_force, axis=1)
+    acts = np.flatnonzero(np.abs(force) > _QUIET * scene.peak_force)
+    if acts.size == 0:
+        return 0.0
+    first = found.applied_time[acts[0]]
+    starts = [start for start in starts if start <= first]
+
+    def misfit(start: float) -> float:
+        expected = scene.applied_force(found.applied_time - start)
+        return float(np.sum((force - expected) ** 2))
+
+    begun = min(starts, key=misfit)
+    # A formula may begin at any time: then that start fits, and none of a run does.
+    tried = first + scene.pulse_end * np.linspace(-0.05, 0.05, 41)
+    for _ in range(4):
+        best = float(min(tried, key=misfit))
+        tried = best + (tried[1] - tried[0]) * np.linspace(-1, 1, 21)
+    exact = np.max(np.abs(force - scene.applied_force(found.applied_time - best)))
+    step = found.runs[0].dt
+    if abs(best / step - round(best / step)) < _WHOLE:
+        best = round(best / step) * step
+    if best > 0 and exact < _FITS * scene.peak_force and misfit(best) < 0.25 * misfit(begun):
+        return best
+    return begun
+
+
+def readings_of_runs(found: FoundDeck) -> list[tuple[FloatArray, FloatArray]]:
+    """Times [s] and applied forces [N] of each run: where one ends and the next begins are two."""
+    time, force = found.applied_time, found.applied_force
+    pieces, first = [], 0
+    for k, run in enumerate(found.runs):
+        end, room = run.start + run.steps * run.dt, 1e-6 * run.dt + 1e-12 * abs(run.start)
+        last = first
+        while last < time.size and time[last] <= end + room:
+            last += 1
+            reached = last < time.size and abs(time[last - 1] - end) <= room
+            if reached and k + 1 < len(found.runs) and abs(time[last] - end) <= room:
+                break  # the next reading is the first one of the next run
+        pieces.append((time[first:last], force[first:last]))
+        first = last
+    return pieces
+
+
+def stretches_of(
+    found: FoundDeck,
+    scene: Scene,
+    start: float,
+    pushed: NDArray[np.intp] | None = None,
+    use_driven: bool = False,
+) -> tuple[Stretch, ...]:
+    """The runs of a deck with the scene's shock or, where granules are named, with the deck's.
+
+    With ``use_driven`` granule 1 moves as the deck leads it.
+    """
+    stretches = []
+    driven = found.driven_displacement if use_driven else None
+    readings = readings_of_runs(found) if pushed is not None else []
+    for k, run in enumerate(found.runs):
+        time = np.asarray(run.start - start + run.dt * np.arange(run.steps + 1), np.float64)
+        # Sums of steps may fall short of a corner by a rounding error.
+        expected = np.asarray(scene.applied_force(time + 1e-9 * run.dt), np.float64)
+        if pushed is None:
+            led = _led(scene, time) if driven is None else _interpolated(found, time + start)
+            stretches.append(Stretch(float(time[0]), run.dt, expected[:, np.newaxis], led))
+            continue
+        applied = np.zeros((time.size, pushed.size))
+        at, force = readings[k]
+        for column, granule in enumerate(pushed):
+            if at.size:  # the force is that of the line between two readings
+                applied[:, column] = np.interp(time, at - start, force[:, granule])
+        led = _led(scene, time) if driven is None else _interpolated(found, time + start)
+        stretches.append(Stretch(float(time[0]), run.dt, applied, led))
+    return tuple(stretches)
+
+
+def _led(scene: Scene, time: FloatArray) -> FloatArray:
+    """Displacement of the scene's piston [m]; of shape (0,) without one."""
+    return np.zeros(0) if scene.piston is None else displacement(scene.piston, time)
+
+
+def displacement(piston: Piston, time: FloatArray) -> FloatArray:
+    """How far a piston has moved at times from the start of the shock [m]."""
+    if piston.velocity is not None:
+        return np.asarray(piston.velocity * np.maximum(time, 0.0), np.float64)
+    assert piston.time is not None
+    assert piston.displacement is not None
+    return np.interp(time, piston.time, piston.displacement)
+
+
+def _interpolated(found: FoundDeck, time: FloatArray) -> FloatArray:
+    """Displacement of granule 1 where the deck leads it [m]; of shape (0,) where it does not."""
+    if found.driven_time.size == 0:
+        return np.zeros(0)
+    return np.interp(time, found.driven_time, found.driven_displacement)

@@ -1,0 +1,207 @@
+"""Corrections that are proven: the deck is read and run with each, and compared with the scene."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from hertzchain.engines.lammps.reading import Edits
+from hertzchain.errors import RunFailed
+from hertzchain.verdict.deck.deck_check import Changes, DeckCheck
+from hertzchain.verdict.deck.examined import Correction, DeckExamination, Finding, by_command
+
+_WORSE = 1e-2, 1e-5
+"""How much a correction may add to the error of a peak, as a share of it and in all: readings lie
+elsewhere, and the error of the steps changes with any number (chosen)."""
+
+_MOST_STEPS = 30  # corrections on top of one another (chosen)
+_PATIENCE = 8.0, 8.0  # what all proofs may take: readings of the deck, or seconds (chosen)
+
+Try = Callable[[Edits, float], DeckExamination]
+
+
+@dataclass
+class Prover:
+    """Tries edits of a deck and remembers what came out."""
+
+    first: DeckExamination
+    attempt: Try
+    seconds: float  # that the first examination took
+    cut_short: bool = False  # whether time was over before all were tried
+    _known: dict[object, DeckExamination | None] = field(default_factory=dict)
+    _begun: float = field(default_factory=time.monotonic)
+
+    @property
+    def left(self) -> float:
+        """Time for further proofs [s]."""
+        readings, seconds = _PATIENCE
+        return max(readings * self.seconds, seconds) - (time.monotonic() - self._begun)
+
+    def examined(self, edits: Edits) -> DeckExamination | None:
+        """The deck with edits; None where LAMMPS does not take it, or time is over."""
+        if not edits:
+            return self.first
+        key = frozenset(edits.items())
+        if key not in self._known:
+            if self.left <= 0:
+                self.cut_short = True
+                return None
+            try:
+                self._known[key] = self.attempt(edits, self.left)
+            except RunFailed:  # LAMMPS does not take it, or takes too long
+                self._known[key] = None
+        return self._known[key]
+
+    def proofs(
+        self, base: Edits, before: DeckExamination, checks: Sequence[DeckCheck], peaks: bool = True
+    ) -> Iterator[tuple[Edits, DeckExamination]]:
+        """Edits with which all of some checks pass, nothing else fails, and no peak is worse.
+
+        Those that leave no difference at all come first.
+        """
+        late = []
+        for whole, after in self._proofs(base, before, checks, peaks):
+            if _differing(after) + len(checks) <= _differing(before):
+                yield whole, after
+            else:
+                late.append((whole, after))
+        yield from late
+
+    def _proofs(
+        self, base: Edits, before: DeckExamination, checks: Sequence[DeckCheck], peaks: bool
+    ) -> Iterator[tuple[Edits, DeckExamination]]:
+        kinds = {check.kind for check in checks}
+        for check in checks:
+            for changes in check.corrections:
+                whole = combined(base, changes)
+                after = None if whole is None else self.examined(whole)
+                if whole is None or after is None:
+                    continue
+                left = [one for one in after.to_mend if one.kind in kinds]
+                if left and len(checks) > 1 and len(left) < len(checks):  # others on that line
+                    yield from self._proofs(whole, after, left, peaks)
+                elif not left and _is_no_worse(before, after, peaks):
+                    yield whole, after
+
+
+def findings_of(prover: Prover) -> tuple[tuple[Finding, ...], Edits]:
+    """What is to mend, command by command, with proven corrections; and all of these together."""
+    first = prover.first
+    groups = by_command(first.to_mend)
+    alone: list[tuple[Edits, DeckExamination] | None] = []
+    follows: list[int | None] = []
+    for checks in groups:
+        cause = _cause(checks, first, alone)
+        follows.append(cause)
+        proof = None
+        if cause is None:
+            proof = next(
+                ((edits, after) for edits, after in prover.proofs({}, first, checks)
+                 if _is_no_worse(first, after)), None,
+            )  # fmt: skip
+        alone.append(proof)
+    for k, checks in enumerate(groups):  # what comes later may be the cause of what comes first
+        if alone[k] is None and follows[k] is None:
+            follows[k] = _cause(checks, first, alone)
+    whole, steps = _together(prover)
+    findings = []
+    for checks, known, cause in zip(groups, alone, follows, strict=True):
+        correction: tuple[Correction, ...] = ()
+        with_others = False
+        if known is not None:
+            correction = first.corrections_of(known[0])
+        elif cause is None:
+            kinds = {check.kind for check in checks}
+            step = next((edits for named, edits in steps if named & kinds), None)
+            correction = () if step is None else first.corrections_of(step)
+            with_others = bool(correction)
+        findings.append(Finding(tuple(checks), correction, with_others, cause))
+    return tuple(findings), whole
+
+
+def _cause(
+    checks: Sequence[DeckCheck],
+    first: DeckExamination,
+    alone: Sequence[tuple[Edits, DeckExamination] | None],
+) -> int | None:
+    """Which correction makes some checks pass that are not its own."""
+    return next(
+        (k for k, known in enumerate(alone)
+         if known is not None and _is_gone(checks, first, known[1])), None,
+    )  # fmt: skip
+
+
+def _differing(done: DeckExamination) -> int:
+    """How many numbers are not the scene's."""
+    return sum(check.differs for check in done.checks[:-1])
+
+
+def _is_gone(checks: Sequence[DeckCheck], before: DeckExamination, after: DeckExamination) -> bool:
+    """Whether checks that failed pass in another examination, in which they were made."""
+    kinds = {check.kind for check in checks}
+    made = {check.kind for check in after.checks if check.passed}
+    failed = {check.kind for check in after.to_mend}
+    # Some checks are made where something is wrong alone: then they are gone with the others.
+    unmade = kinds - {check.kind for check in before.checks if check.passed} - made
+    return not kinds & failed and (kinds <= made | unmade) and not after.found.stopped
+
+
+def _is_no_worse(before: DeckExamination, after: DeckExamination, peaks: bool = True) -> bool:
+    """Whether nothing fails that passed before, and no peak is further off."""
+    if after.found.stopped and not before.found.stopped:
+        return False
+    passed = {check.kind for check in before.checks if check.passed}
+    passed -= {check.kind for check in before.to_mend}
+    if any(check.kind in passed for check in after.to_mend):
+        return False
+    if not peaks or before.found.stopped:
+        return True
+    count = min(before.judged.size, after.judged.size)
+    both = before.judged[:count] & after.judged[:count]
+    was, now = (one.error_of_peaks(both) for one in (before, after))
+    share, least = _WORSE
+    return bool(now <= was * (1 + share) + least)
+
+
+def _together(prover: Prover) -> tuple[Edits, list[tuple[set[str], Edits]]]:
+    """Corrections on top of one another, until nothing more helps; what each of them adds."""
+    edits: Edits = {}
+    done = prover.first
+    steps: list[tuple[set[str], Edits]] = []
+    for peaks in (True, False):  # errors that make up for one another: only all of them help
+        tried, state, own = edits, done, list[tuple[set[str], Edits]]()
+        stuck: set[str] = set()
+        for _ in range(_MOST_STEPS):
+            checks = next(
+                (group for group in by_command(state.to_mend)
+                 if not {check.kind for check in group} & stuck), None,
+            )  # fmt: skip
+            if checks is None:
+                break
+            kinds = {check.kind for check in checks}
+            proof = next(prover.proofs(tried, state, checks, peaks), None)
+            if proof is None:
+                stuck |= kinds
+                continue
+            added = {at: lines for at, lines in proof[0].items() if tried.get(at) != lines}
+            own.append((kinds, added))
+            tried, state = proof
+        if peaks or _is_no_worse(done, state):
+            edits, done = tried, state
+            steps += own
+        if done.passed:
+            break
+    return edits, steps
+
+
+def combined(base: Edits, changes: Changes) -> Edits | None:
+    """Changes on top of edits; None where a command that they change is not there any more."""
+    whole = dict(base)
+    for (file, line, written), lines in changes.items():
+        own = whole.get((file, line), (written,))
+        if written not in own:
+            return None
+        k = own.index(written)
+        whole[file, line] = (*own[:k], *lines, *own[k + 1 :])
+    return whole

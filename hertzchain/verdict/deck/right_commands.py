@@ -1,0 +1,278 @@
+"""The commands of a scene in the units, types and directions of somebody's deck."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.scene.pulse import PROFILES, Pulse, PulseTable
+from hertzchain.scene.sine import Sine
+from hertzchain.verdict.deck.contact_names import reduced_modulus
+from hertzchain.verdict.deck.deck_check import Case
+from hertzchain.verdict.deck.group_names import fixes_of, on_granule, unused
+from hertzchain.verdict.deck.places import place
+
+_MOST_LINES = 64  # commands that a correction may add, one for each granule (chosen)
+_MOST_ROWS = 40  # rows of a table that are written as one formula (chosen)
+_ALIKE = 1e-9  # relative: moduli of granules that are of one material
+
+
+def number(value: float) -> str:
+    """A number as commands have it."""
+    return f"{value:.10g}"
+
+
+def vector(case: Case, value: str) -> str:
+    """Three components of a value along the chain, from granule 1 on."""
+    parts = []
+    for share in case.found.direction.tolist():
+        if share == 0:
+            parts.append("0.0")
+        elif abs(share) == 1:
+            parts.append(value if share > 0 else f"-{value}".replace("--", ""))
+        else:
+            parts.append(number(float(value) * share))
+    return " ".join(parts)
+
+
+def _each(case: Case, keyword: Callable[[float], str], values: FloatArray) -> list[str]:
+    """Commands ``set`` that give each granule its number."""
+    found = case.found
+    if values.size != found.ids.size:
+        return []
+    if np.ptp(values) == 0:
+        return [f"set group all {keyword(values[0])}"]
+    of_types = {int(kind): values[found.types == kind] for kind in found.types}
+    if all(np.ptp(own) == 0 for own in of_types.values()):
+        return [f"set type {kind} {keyword(own[0])}" for kind, own in sorted(of_types.items())]
+    lines = [f"set atom {int(k)} {keyword(v)}" for k, v in zip(found.ids, values, strict=True)]
+    return lines if len(lines) <= _MOST_LINES else []
+
+
+def granule_commands(case: Case) -> list[str]:
+    """Diameters, then densities: a mass is made of both."""
+    granules, unit = case.scene.granules, case.units
+    volume = 4 / 3 * math.pi * granules.radius**3
+    density = granules.mass / volume / unit.density
+    return [
+        *_each(case, lambda v: f"diameter {number(v)}", 2 * granules.radius / unit.length),
+        *_each(case, lambda v: f"density {number(v)}", density),
+    ]
+
+
+def place_commands(case: Case) -> list[str]:
+    """All centres where the scene has them, from that of granule 1 on."""
+    found, place = case.found, case.scene.granules.position
+    if place.size != found.ids.size or place.size > _MOST_LINES:
+        return []
+    where = (found.origin + np.outer(place, found.direction)) / case.units.length
+    return [
+        f"set atom {int(k)} x {x:.17g} y {y:.17g} z {z:.17g}"
+        for k, (x, y, z) in zip(found.ids, where.tolist(), strict=True)
+    ]
+
+
+def velocity_commands(case: Case) -> list[str]:
+    """Velocities and spins at the start: none but that of a striker."""
+    commands = ["velocity all set 0.0 0.0 0.0 units box", "set group all omega 0.0 0.0 0.0"]
+    if case.scene.start_velocity > 0 and case.scene.piston is None:
+        speed = number(case.scene.start_velocity / case.units.velocity)
+        moving = f"velocity {{group}} set {vector(case, speed)} units box"
+        commands += on_granule(case.found, 0, "striker", moving)
+    return commands
+
+
+def has_type(kinds: str, kind: int) -> bool:
+    """Whether types as ``pair_coeff`` names them, such as ``2*4``, have one."""
+    low, star, high = kinds.partition("*")
+    if not star:
+        return low.isdigit() and int(low) == kind
+    return int(low or 1) <= kind <= int(high or kind)
+
+
+def damping_words(case: Case, k: int, version: str) -> tuple[str, str]:
+    """The number of a contact's damping in a deck, and the words behind its friction."""
+    contact, granules, unit = case.scene.contact, case.scene.granules, case.units
+    if contact is None:
+        return "0.0", ""
+    limit = "" if contact.attraction or version < "20220804" else " limit_damping"
+    if contact.restitution is not None:
+        return number(contact.restitution), f" damping coeff_restitution{limit}"
+    if contact.relaxation_time is not None:
+        rate = 2 * contact.relaxation_time * reduced_modulus(case, k)
+        mass = float(granules.contact_mass[min(k, granules.contact_mass.size - 1)])
+        return number(rate / mass * unit.length * unit.time), f" damping viscoelastic{limit}"
+    assert contact.coefficient is not None
+    return number(contact.coefficient / unit.mass * unit.time), f" damping velocity{limit}"
+
+
+_NO_FRICTION = "tangential linear_nohistory 0.0 0.0"
+
+
+def law_commands(case: Case) -> list[str]:
+    """Style and coefficients of the scene's contacts; empty where types cannot have them."""
+    found, granules = case.found, case.scene.granules
+    count = min(found.types.size, granules.mass.size)
+    between = granules.mass.size - 1
+    coefficients: dict[tuple[int, int], tuple[float, str, str]] = {}
+    for k in range(min(between, count - 1)):
+        low, high = sorted((int(found.types[k]), int(found.types[k + 1])))
+        normal = 4 / 3 * reduced_modulus(case, k) / case.units.pressure
+        eta, words = damping_words(case, k, found.version)
+        known = coefficients.setdefault((low, high), (normal, eta, words))
+        if abs(known[0] / normal - 1) > _ALIKE or known[1:] != (eta, words):
+            return []
+    if not coefficients:
+        return []
+    moduli = {(e, nu) for e, nu in zip(granules.young_modulus[:count],
+                                       granules.poisson_ratio[:count], strict=True)}  # fmt: skip
+    if len(set(coefficients.values())) == 1:
+        normal, eta, words = next(iter(coefficients.values()))
+        if len(moduli) == 1:
+            modulus, poisson = moduli.pop()
+            law = f"hertz/material {number(modulus / case.units.pressure)} {eta} {number(poisson)}"
+        else:
+            law = f"hertz {number(normal)} {eta}"
+        return ["pair_style granular", f"pair_coeff * * {law} {_NO_FRICTION}{words}"]
+    lines = ["pair_style granular"]
+    kinds = range(1, max(high for _, high in coefficients) + 1)
+    # Pairs that never touch need coefficients, too.
+    others = next(iter(coefficients.values()))
+    for pair in itertools.combinations_with_replacement(kinds, 2):
+        normal, eta, words = coefficients.get(pair, others)
+        lines.append(
+            f"pair_coeff {pair[0]} {pair[1]} hertz {number(normal)} {eta} {_NO_FRICTION}{words}"
+        )
+    return lines
+
+
+def wall_command(case: Case) -> str | None:
+    """The wall of the scene as a fix; None without a wall, or across a diagonal."""
+    scene, found, unit = case.scene, case.found, case.units
+    if scene.wall is None or found.axis not in "xyz":
+        return None
+    k = "xyz".index(found.axis)
+    beyond = float(scene.granules.radius[-1] + case.twin.opening[-1])
+    far = float(scene.granules.position[-1]) + beyond
+    where = number(float(found.origin[k] + found.direction[k] * far) / unit.length)
+    side = f"NULL {where}" if found.direction[k] > 0 else f"{where} NULL"
+    normal = number(4 / 3 * reduced_modulus(case, case.near.size - 1) / unit.pressure)
+    eta, words = damping_words(case, case.near.size - 1, found.version)
+    if scene.contact is None:  # a wall without damping needs a number for it in some versions
+        eta, words = "1e-300", " damping velocity"
+    old = place(found, "wall")
+    name = unused("wall", fixes_of(found))
+    if old is not None and old.written.split()[0] == "fix":
+        name = old.written.split()[1]
+    return (
+        f"fix {name} all wall/gran granular hertz {normal} {eta} {_NO_FRICTION}{words}"
+        f" {found.axis}plane {side}"
+    )
+
+
+def load_commands(case: Case) -> list[str]:
+    """Gravity and precompression of a scene."""
+    pressed, found, unit = case.scene.precompression, case.found, case.units
+    if pressed is None:
+        return []
+    commands, taken = [], fixes_of(found)
+    if pressed.gravity:
+        size = number(pressed.gravity / (unit.length / unit.time**2))
+        name = unused("gravity", taken)
+        commands.append(f"fix {name} all gravity {size} vector {vector(case, '1')}")
+    if pressed.force:
+        size = number(pressed.force / unit.force)
+        ends = [(0, "loaded", size)]
+        if case.scene.wall is None:
+            ends.append((found.ids.size - 1, "held", f"-{size}"))
+        for granule, name, value in ends:
+            load = f"fix {unused(f'load{granule + 1}', taken)} {{group}} addforce"
+            made = on_granule(found, granule, name, f"{load} {vector(case, value)}")
+            commands += made
+    return commands
+
+
+def piston_commands(case: Case) -> list[str]:
+    """The piston of a scene with a constant velocity; empty for a table."""
+    piston = case.scene.piston
+    if piston is None or piston.velocity is None:
+        return []
+    speed = number(piston.velocity / case.units.velocity)
+    name = unused("piston", fixes_of(case.found))
+    right = f"fix {name} {{group}} move linear {vector(case, speed)}"
+    return on_granule(case.found, 0, "pushed", right)
+
+
+@dataclass(frozen=True)
+class ShockCommands:
+    """The variable of a shock, and the commands of its fix."""
+
+    variable: str
+    fix: tuple[str, ...]
+
+
+def shock_commands(case: Case) -> ShockCommands | None:
+    """The commands of the scene's shock; None without a force, or for a table of many rows."""
+    formula = _formula(case)
+    if formula is None or case.found.axis not in "xyz":
+        return None
+    name, variable = _own_names(case)
+    minus = "-" if float(case.found.direction.sum()) < 0 else ""
+    parts = ["0.0"] * 3
+    parts["xyz".index(case.found.axis)] = f"v_{variable}"
+    fix = on_granule(case.found, 0, "shock", f"fix {name} {{group}} addforce {' '.join(parts)}")
+    text = f'variable {variable} equal "{minus}{formula}"'
+    return ShockCommands(text, tuple(fix))
+
+
+def _formula(case: Case) -> str | None:
+    """The force of the scene over the deck's time, in its units."""
+    shock, unit = case.scene.shock, case.units
+    begin = "time" if case.start == 0 else f"(time-{number(case.start / unit.time)})"
+    if isinstance(shock, Pulse):
+        assert case.scene.rise_time is not None
+        rise, end = case.scene.rise_time / unit.time, case.scene.pulse_end / unit.time
+        of_rise, of_decay = PROFILES[shock.profile]
+
+        def shape(kind: str, part: str) -> str:
+            return f"sin(PI/2*{part})^2" if kind == "cosine" else part
+
+        up = shape(of_rise, f"({begin}/{number(rise)})")
+        down = shape(of_decay, f"(({number(end)}-{begin})/{number(end - rise)})")
+        return (
+            f"{number(case.scene.peak_force / unit.force)}*(({begin}<{number(rise)})*{up}"
+            f"+({begin}>={number(rise)})*({begin}<{number(end)})*{down})"
+        )
+    if isinstance(shock, Sine):
+        turns = number(2 * math.pi * shock.frequency * unit.time)
+        last = number(shock.cycles / shock.frequency / unit.time)
+        size = number(shock.amplitude / unit.force)
+        return f"{size}*sin({turns}*{begin})*({begin}<{last})"
+    if isinstance(shock, PulseTable) and len(shock.time) <= _MOST_ROWS:
+        rows = [(t / unit.time, f / unit.force) for t, f in zip(shock.time, shock.force,
+                                                                 strict=True)]  # fmt: skip
+        pieces = []
+        for (t0, f0), (t1, f1) in itertools.pairwise(rows):
+            line = f"({number(f0)}+{number((f1 - f0) / (t1 - t0))}*({begin}-{number(t0)}))"
+            pieces.append(f"({begin}>={number(t0)})*({begin}<{number(t1)})*{line}")
+        return f"({'+'.join(pieces)})"
+    return None
+
+
+def _own_names(case: Case) -> tuple[str, str]:
+    """The fix and the variable of a deck's shock; names that are free where it has none."""
+    found = case.found
+    along = 4 + "xyz".index(found.axis)
+    lines = [one.text.split() for one in found.commands if one.carried_out]
+    of_time = {words[1] for words in lines if words[:1] == ["variable"] and "equal" in words[2:3]}
+    for words in reversed(lines):
+        name = "".join(words[along : along + 1]).removeprefix("v_")
+        if words[:1] == ["fix"] and words[3:4] == ["addforce"] and name in of_time:
+            return words[1], name
+    taken = {words[1] for words in lines if words[:1] == ["variable"]}
+    return unused("shock", fixes_of(found)), unused("F", taken)

@@ -1,7 +1,0 @@
-"""Somebody's own LAMMPS deck against a scene: what differs, what it costs, which line makes it."""
-
-from hertzchain.verdict.user_deck.deck_check import DeckCheck
-from hertzchain.verdict.user_deck.examined import DeckExamination
-from hertzchain.verdict.user_deck.examining import compared, examine
-
-__all__ = ["DeckCheck", "DeckExamination", "compared", "examine"]

@@ -1,0 +1,264 @@
+"""A deck read by the interpreter acts as in LAMMPS."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hertzchain.engines.lammps.engine import command, engine
+from hertzchain.engines.lammps.reading.interpreter import Interpreter
+from hertzchain.engines.lammps.reading.session import Module
+from hertzchain.engines.lammps.reading.text import lines_of, without_comment, words_of
+from hertzchain.errors import RunFailed
+
+pytestmark = pytest.mark.lammps
+
+
+class Player:
+    """Passes its commands to LAMMPS."""
+
+    def __init__(self, lammps: Any) -> None:
+        self.lammps = lammps
+        self.runs: list[tuple[int, str]] = []
+
+    def give(self, text: str, words: list[str], index: int) -> None:  # noqa: ARG002
+        """Give LAMMPS a command."""
+        command(self.lammps, text)
+
+    def run(self, steps: int, keywords: str, index: int) -> None:  # noqa: ARG002
+        """Take steps."""
+        self.runs.append((steps, keywords))
+        command(self.lammps, f"run {steps} {keywords}")
+
+    def clear(self) -> bool:
+        """Forget all."""
+        command(self.lammps, "clear")
+        return True
+
+
+BEADS = """units si
+atom_style sphere
+boundary f f f
+region box block -1 1 -1 1 -1 1
+create_box 1 box
+create_atoms 1 single 0 0 0
+create_atoms 1 single 0.1 0 0
+set group all diameter 0.02
+set group all density 1000
+velocity all set 0.1 0.2 0.3
+pair_style zero 0.05
+pair_coeff * *
+neighbor 0.01 bin
+fix motion all nve
+timestep 0.001
+"""
+
+DECKS = {
+    "loops": """
+variable a loop 3
+variable sum equal 0
+variable s string ""
+label outer
+variable b index x y z
+label inner
+variable s string "${s}$b$a"
+next b
+jump SELF inner
+next a
+jump SELF outer
+""",
+    "jump out of a loop": """
+variable n equal 0
+variable i loop 10
+label top
+if "$i > 4" then "jump SELF out"
+variable kept equal $i
+next i
+jump SELF top
+label out
+variable after equal ${kept}*10
+""",
+    "exhausted": """
+variable i loop 2
+next i
+next i
+jump SELF nowhere
+variable reached equal 1
+""",
+    "if": """
+variable x equal 3
+if "${x} < 2" then "variable y string low" elif "${x} < 4" "variable y string middle" &
+   "variable z string both" else "variable y string high"
+if "(${x} == 3) && !(${x} < 2)" then "variable w string yes" else "variable w string no"
+if 'abc != abd' then "variable t string differ"
+if "${x} > 5" then "variable u string big" elif "${x} > 4" "variable u string large" &
+ else 'variable u string small' "variable v string rest"
+""",
+    "continued, quoted, commented": '''
+variable a index 1   2 &
+   3 # a comment
+variable q string "with # inside"   # outside
+variable t string """with "both" inside"""
+variable c string 'single "double" inside'
+# a comment that goes on &
+variable swallowed string no
+variable d index one
+''',
+    "substituted": """
+variable k equal 2/3
+variable f format k %8.3f
+variable n string $(v_k*3:%.2f)
+variable m string $k_${k}_$(1+1)
+variable w equal v_k*2
+""",
+    "includes": """
+variable from string here
+include part.in
+variable back string ${from}
+if "1 == 1" then "include part.in" "variable twice string yes"
+""",
+    "jump to a file": """
+variable i index 1
+jump other.in there
+variable never string reached
+""",
+    "quit": """
+variable a string reached
+if "1 > 0" then quit
+variable b string never
+""",
+    "runs": BEADS
+    + """
+variable x equal xcm(all,x)
+variable here internal 0
+run 3
+run 10 upto
+run 4 pre no post no
+variable n equal 0
+run 7 every 2 "variable n equal ${n}+1" "displace_atoms all move 0.01 0 0"
+run 3 every 2 NULL
+run 5 start 0 stop 100
+variable steps equal $(step)
+""",
+    "clear": BEADS + "run 2\nclear\n" + BEADS + "run 3\nvariable steps equal $(step)\n",
+}
+
+FILES = {
+    "part.in": "variable from string part\nvariable counted index 7\njump SELF end\n"
+    "variable no string never\nlabel end\nvariable left string ${from}\n",
+    "other.in": "variable too_early string never\nlabel there\nvariable last string ${i}\n",
+}
+
+
+def state(lammps: Any) -> dict[str, Any]:
+    """Variables with their values, and where the granules are."""
+    names = lammps.available_ids("variable")
+    found: dict[str, Any] = {
+        name: str(lammps.extract_variable(name)) for name in names if "hertzchain" not in name
+    }
+    if lammps.extract_setting("box_exist"):
+        found["step"] = lammps.extract_global("ntimestep")
+        found["place"] = np.array(lammps.numpy.extract_atom("x")).tolist()
+    return found
+
+
+@pytest.mark.parametrize("name", DECKS)
+def test_a_deck_does_what_it_does_in_lammps(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same variables, steps and places, read here or by LAMMPS."""
+    monkeypatch.chdir(tmp_path)
+    deck = tmp_path / "in.mine"
+    deck.write_text(DECKS[name])
+    for file, text in FILES.items():
+        (tmp_path / file).write_text(text)
+    with engine() as lammps:
+        script = Interpreter(Module(lammps), "in.mine", deck, {}, Player(lammps))
+        script.play()
+        ours = state(lammps)
+    with engine() as lammps:
+        # LAMMPS ends the whole process where a deck says quit.
+        text = (
+            DECKS[name].split("variable b string never")[0].replace("then quit", 'then "echo none"')
+        )
+        deck.write_text(text)
+        lammps.file(str(deck))
+        assert ours == state(lammps)
+    assert len(ours) >= 1
+
+
+def test_where_each_command_stands(tmp_path: Path) -> None:
+    deck = tmp_path / "in.mine"
+    deck.write_text(
+        "variable i loop 2\nlabel top\n  variable a string &\n  it$i # why\n"
+        'next i\njump SELF top\ninclude part.in\nif "1==1" then "variable z string q"\n'
+    )
+    (tmp_path / "part.in").write_text("\n\nvariable p string p\n")
+    with engine() as lammps:
+        script = Interpreter(Module(lammps), "my/in.mine", deck, {}, Player(lammps))
+        script.play()
+    found = [(done.file, done.line, done.text) for done in script.commands]
+    mine, loop = "my/in.mine", (3, "variable a string it{}")
+    assert found[2] == (mine, loop[0], loop[1].format(1))
+    assert found[5] == (mine, loop[0], loop[1].format(2)) or found[6][2].endswith("it2")
+    assert ("part.in", 3, "variable p string p") in found
+    assert (mine, 8, "variable z string q") in found
+    assert script.commands[2].written == "variable a string it$i"
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "words"),
+    [
+        ("variable a string ok\njump SELF nowhere\n", 2, "finds no label nowhere"),
+        ("\n\ninclude none.in\n", 3, "none.in: cannot be read"),
+        ("label top\njump SELF top\n", 2, "seems to have no end"),
+        ("include in.mine\n", 1, "include one another"),
+        ("run many\n", 1, "is no number of steps"),
+        ("run -5\n", 1, "is no number of steps"),
+        ("variable a equal ${missing}\n", 1, "Substitution for illegal variable missing"),
+        ("if 1 1 1\n", 1, "if needs a condition"),
+        ("fix a all nve/nonsense\n", 1, "fix nve/nonsense is none of the fixes"),
+        ("pair_style granlar\n", 1, "LAMMPS stopped"),
+        ("pair_style python 1\n", 1, "pair_style python is none"),
+        ("pair_style hybrid granular python 1\n", 1, "pair_style hybrid is none"),
+        ('"""A chain\nof granules."""\n', 1, "is no command of LAMMPS: must be an input script"),
+        ("[chain]\n", 1, "is no command of LAMMPS"),
+        ("temper 10 10 1\n", 1, "temper is none of the commands"),
+        ("variable w world a b\n", 1, "a variable of style world is none that is known"),
+        ("include -\n", 1, "cannot be read"),
+    ],
+)
+def test_what_cannot_be_carried_out_is_one_sentence(
+    text: str, place: int, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hertzchain.engines.lammps.reading.interpreter._MOST_COMMANDS", 500)
+    deck = tmp_path / "in.mine"
+    deck.write_text(text)
+    with engine() as lammps, pytest.raises(RunFailed) as caught:
+        Interpreter(Module(lammps), "in.mine", deck, {}, Player(lammps)).play()
+    assert str(caught.value).startswith(f"in.mine:{place}: ")
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_variables_of_the_command_line_go_before_those_of_the_deck(tmp_path: Path) -> None:
+    deck = tmp_path / "in.mine"
+    deck.write_text("variable a index 1\nvariable b index 2\nvariable c equal v_a+v_b\n")
+    with engine() as lammps:
+        Interpreter(Module(lammps), "in.mine", deck, {"a": "40"}, Player(lammps)).play()
+        assert lammps.extract_variable("c") == 42
+
+
+def test_lines_and_words() -> None:
+    text = 'a &\n b\n"""x\n# y"""\n\nlast & \n'
+    assert [(line.number, line.text) for line in lines_of(text)][:2] == [
+        (1, "a  b"),
+        (3, '"""x\n# y"""'),
+    ]
+    assert without_comment("a '#' \"#\" # b") == "a '#' \"#\""
+    assert [word.value for word in words_of("a 'b \"c' \"\"\"d 'e\"\"\" f")] == [
+        "a", 'b "c', "d 'e", "f",
+    ]  # fmt: skip

@@ -1,0 +1,177 @@
+"""No deck writes files, runs other programs, or exceeds its time."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from hertzchain.engines.lammps.reading import read_deck
+from hertzchain.errors import HertzchainError, RunFailed, TooExpensive
+from tests.engines.lammps.reading.chains import SCENE, Deck
+from tests.processes import children
+
+pytestmark = pytest.mark.lammps
+
+slow = pytest.mark.slow
+
+MISCHIEF = """shell touch {0}/shell
+shell rm -rf {0}/kept
+dump d all custom 1 {0}/dump.* id x
+dump_modify d sort id
+log {0}/log
+write_data {0}/data
+write_restart {0}/restart
+write_dump all custom {0}/written id
+restart 1 {0}/again
+print "text" file {0}/print
+print "text" append {0}/print screen no
+print "text" "append" {0}/quoted
+info all out append {0}/info
+fix p all print 1 "text" file {0}/fixprint screen no
+fix a all ave/time 1 1 1 c_thermo_temp file {0}/avetime
+fix h all ave/histo 1 1 1 0 1 2 vx file {0}/histo mode vector
+variable e python f
+variable home getenv HOME
+if "1 == 1" then "shell touch {0}/nested" "print 'a' file {0}/nested_print"
+jump SELF go_on
+label never
+label go_on
+run 4 every 2 "shell touch {0}/every" "write_data {0}/every.data"
+unfix p
+undump d
+"""
+
+
+def test_nothing_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    there = tmp_path / "there"
+    there.mkdir()
+    (there / "kept").write_text("kept")
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    deck = Deck(more=MISCHIEF.format(there), steps=20).write(tmp_path)
+    relative = Deck(more=MISCHIEF.format("."), steps=20).write(tmp_path, "in.relative")
+    for path in (deck, relative):
+        found = read_deck(path, SCENE)
+        assert [run.steps for run in found.runs] == [4, 20]
+    assert [path.name for path in there.iterdir()] == ["kept"]
+    assert list(here.iterdir()) == []
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "here", "in.mine", "in.relative", "there",
+    ]  # fmt: skip
+    left_out = {done.text.split()[0] for done in found.commands if not done.carried_out}
+    assert left_out == {
+        "shell", "dump", "dump_modify", "undump", "log", "write_data", "write_restart",
+        "write_dump", "restart", "info", "fix", "unfix", "variable",
+    }  # fmt: skip
+    assert all(done.why_not for done in found.commands if not done.carried_out)
+    without = [done.text.split()[1] for done in found.commands if done.carried_out and done.why_not]
+    assert without == ['"text"', '"text"', '"text"', "a", "h", "'a'"]
+    nested = [done for done in found.commands if "nested" in done.text and not done.carried_out]
+    assert nested[0].text == "shell touch ./nested"
+    assert nested[0].written.startswith("if ")
+
+
+@pytest.mark.parametrize(
+    ("more", "run", "words"),
+    [
+        pytest.param("", "label a\nrun 0\njump SELF a", "not over after 2 s", id="endless"),
+        pytest.param(
+            "fix x all python/invoke 1 end_of_step f",
+            None,
+            "in.mine:25: fix python/invoke is none",
+            id="python",
+        ),
+        pytest.param(
+            "compute p all mliap model none",
+            None,
+            "in.mine:25: compute mliap is none",
+            id="code of a compute",
+        ),
+        pytest.param(
+            "",
+            "create_atoms 1 single 0 0.03 0\nunknown_thing 1",
+            "in.mine:27: unknown_thing is none",
+            id="unknown",
+            marks=slow,
+        ),
+        pytest.param(
+            "",
+            "run 10\ncreate_atoms 1 single 0 0.03 0\nrun 10",
+            "makes or deletes granules",
+            id="more granules",
+            marks=slow,
+        ),
+        pytest.param(
+            "",
+            "run 10\ngroup last id 4\ndelete_atoms group last\nrun 10",
+            "makes or deletes granules",
+            id="fewer granules",
+        ),
+        pytest.param("units real", None, "LAMMPS stopped", id="error", marks=slow),
+        pytest.param(
+            "",
+            "run 9\nunfix push\nrun 9 pre no",
+            "in.mine:28: with pre no LAMMPS takes no note",
+            id="pre no",
+            marks=slow,
+        ),
+        pytest.param(
+            f"variable a equal {'-' * 200_000}1\nvariable b equal $(v_a)",
+            None,
+            "in.mine:26: variable b equal $(v_a)",
+            id="crashes",
+        ),
+        pytest.param("include /dev/zero", None, "larger than 10 MB", id="no end", marks=slow),
+        pytest.param("", "print 'no run'", "takes no step", id="no run", marks=slow),
+        pytest.param("", "run 0", "takes no step", id="no step", marks=slow),
+        pytest.param(
+            "delete_atoms group all", None, "has made no granules", id="no granules", marks=slow
+        ),
+        pytest.param("run_style respa 2 2", None, "run_style is none", id="respa", marks=slow),
+    ],
+)
+def test_what_goes_wrong_is_one_sentence(
+    more: str, run: str | None, words: str, tmp_path: Path
+) -> None:
+    deck = Deck(more=more, run=run, steps=20).write(tmp_path)
+    before = children(os.getpid())
+    limit = 2.0 if run is not None and "label a" in run else 60.0
+    started = time.monotonic()
+    with pytest.raises(RunFailed) as caught:
+        read_deck(deck, SCENE, time_limit=limit)
+    assert isinstance(caught.value, TooExpensive) == (limit == 2.0)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert "Traceback" not in str(caught.value)
+    assert time.monotonic() - started < 60
+    assert children(os.getpid()) == before
+    assert [path.name for path in tmp_path.iterdir()] == ["in.mine"]
+
+
+@slow
+@pytest.mark.parametrize("units", ["real", "metal", "electron"])
+def test_units_of_atoms_are_refused(units: str, tmp_path: Path) -> None:
+    path = tmp_path / "in.mine"
+    path.write_text(Deck().text().replace("units si", f"units {units}"))
+    with pytest.raises(RunFailed, match=f"units {units} are those of atoms"):
+        read_deck(path, SCENE)
+
+
+def test_a_deck_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(HertzchainError, match=r"in\.none: cannot be read"):
+        read_deck(tmp_path / "in.none", SCENE)
+
+
+@slow
+def test_points_are_no_granules(tmp_path: Path) -> None:
+    path = tmp_path / "in.mine"
+    path.write_text(
+        "units si\nregion b block -1 1 -1 1 -1 1\ncreate_box 1 b\ncreate_atoms 1 single 0 0 0\n"
+        "mass 1 1\npair_style zero 0.1\npair_coeff * *\nfix 1 all nve\nrun 10\n"
+    )
+    with pytest.raises(RunFailed, match="no radius: take atom_style"):
+        read_deck(path, SCENE)

@@ -1,0 +1,517 @@
+"""Checks of a deck by their thresholds, on either side, without LAMMPS."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.engines.lammps.reading import FoundDeck, FoundWall
+from hertzchain.verdict.deck.measured import law_of
+from tests.verdict.deck.corpus import scene_of
+from tests.verdict.deck.made import STEP, by_name, changed, examined, first_guess, found
+
+
+@pytest.fixture(scope="module")
+def scene() -> hc.Scene:
+    return scene_of("steel")
+
+
+@pytest.fixture(scope="module")
+def right(scene: hc.Scene) -> FoundDeck:
+    """A deck that is the scene."""
+    return found(scene)
+
+
+def test_the_scene_itself_passes(scene: hc.Scene, right: FoundDeck) -> None:
+    done = examined(scene, right)
+    assert [check.sentence for check in done.checks if not check.passed or check.differs] == []
+    assert done.verdict == "pass"
+    assert done.checks[-1].name == "peaks"
+    assert done.checks[-1].effect == pytest.approx(7e-5, rel=0.05)  # its steps alone
+
+
+def times(name: str, factor: float, granule: int | None = None) -> Any:
+    """Makes one number of a deck so many times as large."""
+
+    def change(deck: FoundDeck) -> FoundDeck:
+        values = np.array(getattr(deck, name))
+        values[... if granule is None else granule] *= factor
+        return changed(deck, **{name: values})
+
+    return change
+
+
+def plus(name: str, index: Any, value: float) -> Any:
+    """Adds to one number of a deck."""
+
+    def change(deck: FoundDeck) -> FoundDeck:
+        values = np.array(getattr(deck, name))
+        values[index] += value
+        return changed(deck, **{name: values})
+
+    return change
+
+
+def stiffer(factor: float) -> Any:
+    """Multiply the stiffness of contacts, without a change of their granules."""
+    still, moving = times("contact_force", factor), times("damped_force", factor)
+    return lambda deck: moving(still(deck))
+
+
+# Peaks of a short pulse go as force^1.2 mass^-0.6 stiffness^0.4, those of a long one as the force:
+# by tolerances of 1e-3 about 1.0e-3 of the force, 2.1e-3 of the mass, 4.3e-3 of the stiffness.
+ALLOWED = {
+    "mass": (times("mass", 1 + 1e-3), times("mass", 1 + 8e-3)),
+    "peak of the applied": (times("applied_force", 1 + 5e-4), times("applied_force", 1 + 3e-3)),
+    "stiffness": (stiffer(1 + 1e-3), stiffer(1 + 9e-3)),
+    "distance of granules": (plus("position", slice(5, None), 1e-9),
+                             plus("position", slice(5, None), 2e-7)),
+    "velocity of granule 4": (None, plus("velocity", (3, 0), 1e-4)),
+    "velocity across": (plus("velocity", (3, 1), 1e-12), plus("velocity", (3, 1), 1e-4)),
+    "spin": (plus("spin", (3, 1), 1e-9), plus("spin", (3, 1), 1.0)),
+    "distance from": (plus("sideways", (3, 1), 1e-7), plus("sideways", (3, 1), 1e-5)),
+    "constant force": (plus("constant_force", (3, 0), 1e-9), plus("constant_force", (3, 0), 1e-3)),
+    "drag": (plus("drag", 3, 1e-9), plus("drag", 3, 1e-3)),
+    "friction": (plus("tangential_force", 3, 1e-8), plus("tangential_force", 3, 1.0)),
+    "damping": (plus("damped_force", (2, 3), 1e-9), plus("damped_force", (2, 3), 1.0)),
+    "integrators": (None, plus("integrated", 3, 1)),
+    "neighbours": (plus("missed_overlap", 3, 1e-8), plus("missed_overlap", 3, 1e-6)),
+}  # fmt: skip
+"""By the start of a check's name: a difference that passes and one that fails."""
+
+
+@pytest.mark.parametrize("name", ALLOWED)
+def test_both_sides_of_a_tolerance(name: str, scene: hc.Scene, right: FoundDeck) -> None:
+    little, much = ALLOWED[name]
+    if little is not None:
+        done = examined(scene, little(right))
+        assert [check.sentence for check in done.checks[:-1] if not check.passed] == []
+    check = by_name(examined(scene, much(right)), name)
+    assert not check.passed
+    assert check.place is not None
+    assert check.place.file == "in.made"
+    assert check.corrections
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [(1.02, "(1.02 times)"), (1 - 2e-5, "(2.0e-05 less)"), (1 + 2e-5, "(2.0e-05 more)")],
+)
+def test_a_small_difference_is_not_one_times(
+    factor: float, words: str, scene: hc.Scene, right: FoundDeck
+) -> None:
+    assert words in by_name(examined(scene, stiffer(factor)(right)), "stiffness").sentence
+
+
+@pytest.mark.parametrize(
+    ("granules", "name"),
+    [
+        ([3], "mass of granule 4"),
+        ([3, 4, 5], "mass of granules 4 to 6"),
+        ([3, 7], "mass of granules 4, 8"),
+        (list(range(20)), "mass of all granules"),
+    ],
+)
+def test_which_granules_are_wrong(
+    granules: list[int], name: str, scene: hc.Scene, right: FoundDeck
+) -> None:
+    mass = np.array(right.mass)
+    mass[granules] *= 1.1
+    check = by_name(examined(scene, changed(right, mass=mass)), "mass")
+    assert check.name == name
+
+
+def test_a_force_on_a_second_granule_is_that_of_its_group(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    applied = right.applied_force.copy()
+    applied[:, 2] = applied[:, 0]
+    wrong = [
+        check
+        for check in examined(scene, changed(right, applied_force=applied)).to_mend
+        if check.place is not None and check.place.written == "group first id 1"
+    ]
+    assert len(wrong) == 1
+    assert "granule 3" in wrong[0].sentence
+
+
+def with_group(deck: FoundDeck, made: str, fix: str = "fix 2 first addforce v_F 0 0") -> FoundDeck:
+    """A deck whose shock has another group, on granules 1 and 3."""
+    applied = deck.applied_force.copy()
+    applied[:, 2] = applied[:, 0]
+    commands = tuple(
+        replace(one, text=text, written=text)
+        for one in deck.commands
+        for text in (made if one.text == "group first id 1" else one.text,)
+        for text in (fix if text.startswith("fix 2") else text,)
+    )
+    both = np.isin(deck.ids, (1, 3))
+    fixes = (deck.fixes[0], replace(deck.fixes[1], granules=both))
+    return changed(deck, commands=commands, fixes=fixes, applied_force=applied)
+
+
+@pytest.mark.parametrize(
+    ("made", "fix", "line", "command"),
+    [
+        ("group push id 1 3", "fix 2 push addforce v_F 0 0", 9, "group push id 1"),
+        # Without a group of its own: a new one, whose name is free.
+        ("group shock id 4", "fix 2 all addforce v_F 0 0", 11,
+         "group shock2 id 1|fix 2 shock2 addforce v_F 0 0"),
+        ("group hit id 1", "fix 2 all addforce v_F 0 0", 11, "fix 2 hit addforce v_F 0 0"),
+    ],
+)  # fmt: skip
+def test_the_group_of_a_shock_keeps_its_name(
+    made: str, fix: str, line: int, command: str, scene: hc.Scene, right: FoundDeck
+) -> None:
+    done = examined(scene, with_group(right, made, fix))
+    check = by_name(done, "granules that are pushed")
+    assert check.place is not None
+    assert (check.place.line, "|".join(first_guess(check))) == (line, command)
+
+
+def test_a_group_that_others_use_stays(scene: hc.Scene, right: FoundDeck) -> None:
+    """The fix moves to a group of its own: the group of two granules is fixed elsewhere, too."""
+    deck = with_group(right, "group push id 1 3", "fix 2 push addforce v_F 0 0")
+    first = replace(deck.commands[9], text="fix 1 push nve", written="fix 1 push nve")
+    deck = changed(deck, commands=(*deck.commands[:9], first, *deck.commands[10:]))
+    check = by_name(examined(scene, deck), "granules that are pushed")
+    assert first_guess(check) == ("group shock id 1", "fix 2 shock addforce v_F 0 0")
+
+
+def test_a_formula_keeps_the_names_of_the_deck(scene: hc.Scene, right: FoundDeck) -> None:
+    """Another profile: the deck's variable, fix and group."""
+    time = right.applied_time
+    applied = right.applied_force.copy()
+    applied[:, 0] = np.where(time < 60e-6, 100 * np.sin(np.pi * time / 60e-6), 0.0)
+    check = by_name(examined(scene, changed(right, applied_force=applied)), "applied force over")
+    formula, both = (next(iter(changes.values())) for changes in check.corrections[:2])
+    assert formula[0].startswith('variable F equal "100*')
+    assert both == (formula[0], "fix 2 first addforce v_F 0.0 0.0")
+
+
+def test_a_force_that_is_limited_is_no_other_stiffness(scene: hc.Scene, right: FoundDeck) -> None:
+    force = right.contact_force.copy()
+    force[0, 4] *= 0.9  # at the smallest of three overlaps
+    done = examined(scene, changed(right, contact_force=force))
+    check = by_name(done, "force of contact 6 at other overlaps")
+    assert not check.passed
+    assert check.measured == pytest.approx(0.9, rel=1e-6)
+
+
+@pytest.mark.parametrize("longer", [0.5, 1.25])
+def test_a_pulse_that_lasts_longer(longer: float, scene: hc.Scene, right: FoundDeck) -> None:
+    applied = np.zeros_like(right.applied_force)
+    part = right.applied_time / (longer * 60e-6)
+    applied[:, 0] = np.where(part < 1, 100 * np.sin(np.pi * part) ** 2, 0.0)
+    check = by_name(examined(scene, changed(right, applied_force=applied)), "duration")
+    assert not check.passed
+    # Trials end 2e-6 from one another, and readings are 2e-7 s apart.
+    assert check.measured == pytest.approx(longer * 60e-6, rel=1e-4)
+    assert check.expected == pytest.approx(60e-6, rel=1e-12)
+
+
+def test_effects_are_those_of_other_scenes(scene: hc.Scene, right: FoundDeck) -> None:
+    """Compare the effect of a wrong mass on the peaks with native runs with this mass."""
+    heavier = replace(scene, chain=replace(scene.chain, density=1.05 * 7958.0))
+    one, other = (hc.Native("reference").run(each).peak_force for each in (scene, heavier))
+    check = by_name(examined(scene, times("mass", 1.05)(right)), "mass")
+    # Contacts alone whose peaks the end of the deck does not cut off; steps of 0.014 units.
+    assert check.effect == pytest.approx(float(np.max(np.abs(other / one - 1))), rel=1e-2)
+
+
+def test_two_differences_are_sorted_by_effect(scene: hc.Scene, right: FoundDeck) -> None:
+    both = times("mass", 0.9)(stiffer(1.02)(right))
+    # Its peaks are still the right ones: the motion is not that of its numbers.
+    first, second = (
+        check for check in examined(scene, both).to_mend if not check.name.startswith("motion")
+    )
+    assert first.name.startswith("mass")
+    assert second.name.startswith("stiffness")
+    assert first.effect is not None
+    assert second.effect is not None
+    assert first.effect > second.effect
+
+
+def test_peaks_decide_on_both_sides(scene: hc.Scene, right: FoundDeck) -> None:
+    assert examined(scene, times("peak_force", 1 + 8e-4)(right)).verdict == "pass"
+    done = examined(scene, times("peak_force", 1 + 2e-3)(right))
+    assert done.verdict == "fail"
+    assert not by_name(done, "motion").passed  # all numbers are right: something else acts
+    assert not done.checks[-1].passed
+
+
+def test_forces_of_round_off_are_no_motion(scene: hc.Scene, right: FoundDeck) -> None:
+    """A force on the wrong end, away from the chain, presses no contact: neither does the deck."""
+    pulled = np.array(right.applied_force)[:, ::-1]
+    count = scene.chain.granules
+    still = changed(
+        right, applied_force=pulled, peak_force=np.zeros(count - 1),
+        final_position=right.position, final_velocity=np.zeros(count),
+    )  # fmt: skip
+    moved = np.where(np.arange(count) == count - 1, 3e-3 / right.mass, 0.0)  # 100 N over 30 us
+    flies = changed(still, final_velocity=moved, final_position=right.position + moved * 4.7e-4)
+    for deck, is_motion in ((flies, False), (still, True)):
+        names = [check.name for check in examined(scene, deck).to_mend]
+        assert any(name.startswith("granules that are pushed") for name in names)
+        assert any(name.startswith("motion") for name in names) == is_motion
+
+
+def test_a_force_across_that_moves_all_alike(scene: hc.Scene, right: FoundDeck) -> None:
+    """Gravity leaves the peaks; the same force on one granule alone has their whole error."""
+    peaks = np.array(right.peak_force)
+    peaks[-1] *= 1.05
+    one, all_alike = np.zeros((2, scene.chain.granules, 3))
+    one[-1, 2], all_alike[:, 2] = 1e-3, 1e-3
+    for force, effect, moved in ((one, 0.05, False), (all_alike, 0.0, True)):
+        done = examined(scene, changed(right, constant_force=force, peak_force=peaks))
+        assert by_name(done, "constant force across").effect == pytest.approx(effect, rel=0.01)
+        assert any(check.name.startswith("motion") for check in done.to_mend) == moved
+
+
+def test_a_shift_of_all_granules_is_seen(scene: hc.Scene, right: FoundDeck) -> None:
+    """No peak tells a chain that is stopped as a whole, or moved."""
+    for change in (plus("final_velocity", ..., -0.05), plus("final_position", ..., 1e-5)):
+        done = examined(scene, change(right))
+        assert not by_name(done, "motion, by").passed
+        assert done.checks[-1].passed
+    assert examined(scene, plus("final_velocity", ..., -0.005)(right)).verdict == "pass"
+
+
+def test_the_end_of_a_run_that_is_ended_is_not_read(scene: hc.Scene, right: FoundDeck) -> None:
+    halt = replace(right.fixes[0], style="halt")
+    done = examined(scene, plus("final_velocity", ..., -0.05)(right))
+    assert not done.passed
+    ended = changed(right, fixes=(*right.fixes, halt))
+    assert examined(scene, plus("final_velocity", ..., -0.05)(ended)).passed
+
+
+def test_motion_without_an_odd_command_is_of_the_shock(scene: hc.Scene, right: FoundDeck) -> None:
+    check = by_name(examined(scene, times("peak_force", 1.01)(right)), "motion")
+    assert check.place is not None
+    assert check.place.written == "variable F equal v_F0*sin(PI*time/60e-6)^2*(time<60e-6)"
+    assert first_guess(check)[0].startswith("variable F equal")
+
+
+def test_a_tolerance_is_that_of_numbers_too(scene: hc.Scene, right: FoundDeck) -> None:
+    heavier = times("mass", 1 + 8e-3)(right)
+    assert not by_name(examined(scene, heavier), "mass").passed
+    assert by_name(examined(scene, heavier, 1e-2), "mass").passed
+
+
+def test_steps_that_are_too_long(scene: hc.Scene, right: FoundDeck) -> None:
+    run = right.runs[0]
+    for factor, passed in ((3, True), (8, False)):  # 6e-4 and 4.5e-3
+        runs = (replace(run, dt=factor * run.dt, steps=round(run.steps / factor) + 1),)
+        end = runs[0].dt * runs[0].steps
+        check = by_name(examined(scene, changed(right, runs=runs, end_time=end)), "time step")
+        assert check.passed == passed
+    assert check.place is not None
+    assert check.place.written == "timestep 2e-7"
+    words = first_guess(check)[0].split()
+    assert words[0] == "timestep"
+    assert float(words[1]) < 8 * run.dt
+
+
+def test_an_unstable_step(scene: hc.Scene, right: FoundDeck) -> None:
+    runs = (replace(right.runs[0], dt=2e-5, steps=25),)
+    check = by_name(examined(scene, changed(right, runs=runs)), "time step")
+    assert not check.passed
+    assert "longest stable" in check.sentence
+
+
+def test_a_deck_that_ends_early(scene: hc.Scene, right: FoundDeck) -> None:
+    runs = (replace(right.runs[0], steps=1000),)
+    done = examined(scene, changed(right, runs=runs, end_time=1000 * STEP))
+    check = by_name(done, "end of the run")
+    assert not check.passed
+    assert first_guess(check) == ("run 2500", "run 1500")
+    assert not done.judged[-1]  # not seen yet
+    assert done.judged[0]
+
+
+def test_a_wall_that_is_never_reached(scene: hc.Scene, right: FoundDeck) -> None:
+    depth = np.array([1e-6, 5e-6])
+    force = 2e10 * depth**1.5
+    beyond = float(right.position[-1]) + 4.75e-3
+    for room, passed in ((1e-2, True), (1e-5, False)):
+        wall = FoundWall("last", beyond + room, depth, force, depth, depth, force, 0.0, 4)
+        check = by_name(examined(scene, changed(right, walls=(wall,))), "wall at the far end")
+        assert check.passed == passed
+        assert check.differs
+
+
+@pytest.mark.parametrize(("column", "way"), [(0, "along"), (1, "across")])
+def test_a_fix_that_pushes_in_motion_alone(
+    column: int, way: str, scene: hc.Scene, right: FoundDeck
+) -> None:
+    """On either side of what counts as a force, and of readings at other times."""
+    shock = right.fixes[1]
+    for at_rest, in_motion, told in (
+        (0.0, 9e-5, False), (0.0, 1.2e-4, True), (50.0, 54.0, False), (50.0, 56.0, True),
+    ):  # fmt: skip
+        largest, moving = np.array(shock.largest), np.array(shock.largest_in_motion)
+        largest[5, column], moving[5, column] = at_rest, in_motion
+        fix = replace(shock, largest=largest, largest_in_motion=moving)
+        done = examined(scene, changed(right, fixes=(right.fixes[0], fix)))
+        names = [check.name for check in done.to_mend]
+        assert names == ([f"force of fix addforce {way} the chain"] if told else [])
+    assert "granule 6 in motion, and 50 N at rest" in done.to_mend[0].sentence
+    assert str(done.to_mend[0].place) == "in.made:11"
+
+
+@pytest.mark.parametrize(
+    ("granule", "column", "told"), [(0, 0, False), (0, 1, True), (5, 0, True), (5, 1, True)]
+)
+def test_a_fix_that_pushes_a_granule_that_is_led(
+    granule: int, column: int, told: bool, scene: hc.Scene, right: FoundDeck
+) -> None:
+    """A fix leads granule 1 along the chain: a force on it changes nothing, on others it does."""
+    driven = np.arange(scene.chain.granules) == 0
+    moving = np.zeros_like(right.fixes[0].largest)
+    moving[granule, column] = 1.0
+    fix = replace(right.fixes[1], largest=np.zeros_like(moving), largest_in_motion=moving)
+    done = examined(scene, changed(right, driven=driven, fixes=(right.fixes[0], fix)))
+    found = [check.name for check in done.to_mend if check.name.startswith("force of fix")]
+    way = ("along", "across")[column]
+    assert found == ([f"force of fix addforce {way} the chain"] if told else [])
+
+
+def test_a_chain_that_stays_at_rest_has_one_thing_to_mend(
+    scene: hc.Scene, right: FoundDeck
+) -> None:
+    """Its force is missing; that rounded places move it by 1e-20 m is nothing to mend."""
+    deck = changed(
+        right, applied_force=0 * right.applied_force, fixes=right.fixes[:1],
+        peak_force=0 * right.peak_force, final_velocity=0 * right.final_velocity,
+        final_position=right.position,
+    )  # fmt: skip
+    done = examined(scene, deck)
+    assert [check.name for check in done.to_mend] == ["applied force on granule 1"]
+
+
+def test_a_fix_that_has_ended_before_the_shock(scene: hc.Scene, right: FoundDeck) -> None:
+    """A chain that settles may be held until then; a shock that begins later has runs before."""
+    wait, command = 500 * STEP, right.fixes[1].command
+    held = replace(right.fixes[1], largest_in_motion=np.ones((scene.chain.granules, 2)))
+    runs = (
+        replace(right.runs[0], steps=500, command=command + 1),
+        replace(right.runs[0], start=wait, command=len(right.commands) - 1),
+    )
+    later = changed(
+        right, runs=runs, fixes=(right.fixes[0], held),
+        applied_time=np.append(0.0, right.applied_time + wait),
+        applied_force=np.vstack([right.applied_force[:1], right.applied_force]),
+        end_time=right.end_time + wait,
+    )  # fmt: skip
+    unfixed = replace(right.commands[command + 1], text="unfix 2")
+    commands = (*right.commands[: command + 1], unfixed, *right.commands[command + 2 :])
+    for deck, names in ((later, ["along", "across"]), (changed(later, commands=commands), [])):
+        told = [check.name.split()[4] for check in examined(scene, deck).to_mend]
+        assert told == names
+
+
+def test_a_wall_that_moves_away(scene: hc.Scene, right: FoundDeck) -> None:
+    depth = np.array([1e-6, 5e-6])
+    force, beyond = 2e10 * depth**1.5, float(right.position[-1]) + 4.75e-3 + 1e-2
+    wall = FoundWall("last", beyond, depth, force, depth, depth, force, 0.0, 4)
+    for missed, told in ((1e-8, False), (1e-6, True)):
+        overlaps = np.append(right.missed_overlap, missed)
+        done = examined(scene, changed(right, walls=(wall,), missed_overlap=overlaps))
+        assert [check.name for check in done.to_mend] == (["wall in motion"] if told else [])
+
+
+def test_a_law_of_no_power_is_no_damping(scene: hc.Scene, right: FoundDeck) -> None:
+    """Another force besides Hertz's, which counts where that is small."""
+    least = (slice(0, 1), slice(None))
+    more = plus("damped_force", least, 0.02 * right.damped_force[0])(right)
+    more = plus("contact_force", least, 0.02 * right.contact_force[0])(more)
+    names = [check.name for check in examined(scene, more).to_mend]
+    assert len(names) == 1
+    assert re.fullmatch("force of contact .* at other overlaps", names[0])
+
+
+@pytest.mark.parametrize("more", [0.0, 1e9])
+def test_damping_of_a_contact_without_an_elastic_force_comes_first(
+    more: float, scene: hc.Scene, right: FoundDeck
+) -> None:
+    """It has no size next to which it could be small, whatever the damping of another contact."""
+    elastic, damped = right.contact_force.copy(), right.damped_force.copy()
+    elastic[:, 1], damped[:, 1] = 0.0, 1e-3 * right.closing[:, 1]
+    damped[2, 5] += more * damped[2, 5]
+    done = examined(scene, changed(right, contact_force=elastic, damped_force=damped))
+    check = by_name(done, "damping of contact")
+    assert check.name == "damping of contact 3"
+    assert "the elastic force is 0 N" in check.sentence
+    assert check in done.to_mend
+
+
+def test_units_of_lj(scene: hc.Scene, right: FoundDeck) -> None:
+    """The same chain in arbitrary units: lengths of 2 mm, masses of 3 g, times of 5 us."""
+    length, mass, time = 2e-3, 3e-3, 5e-6
+    force = mass * length / time**2
+    per = {
+        length: ("position", "radius", "overlap", "damped_overlap", "final_position"),
+        mass: ("mass",),
+        time: ("applied_time", "peak_time", "end_time"),
+        force: ("contact_force", "damped_force", "applied_force", "peak_force"),
+        length / time: ("closing", "final_velocity"),
+    }
+    numbers = {name: getattr(right, name) / unit for unit, names in per.items() for name in names}
+    runs = (replace(right.runs[0], dt=STEP / time),)
+    fixes = tuple(
+        replace(fix, largest=fix.largest / force, largest_in_motion=fix.largest_in_motion / force)
+        for fix in right.fixes
+    )
+    scaled = changed(right, units="lj", runs=runs, fixes=fixes, **numbers)
+    done = examined(scene, scaled)
+    assert [check.sentence for check in done.checks if not check.passed] == []
+    assert any("one length is 0.002 m" in remark for remark in done.remarks)
+    weaker = times("applied_force", 0.9)(scaled)
+    assert not by_name(examined(scene, weaker), "peak of the applied").passed
+
+
+@pytest.mark.parametrize(
+    ("force", "stiffness", "exponent"),
+    [
+        ([0.0, 0.0, 0.0], 0.0, 1.5),  # nothing pushes
+        ([0.0, 0.0, 5.0 * 4**1.5], 5.0, 1.5),  # one overlap alone: Hertz's exponent is taken
+        ([3.0, 6.0, 12.0], 3.0, 1.0),
+        ([7.0, np.nan, 7.0 * 4**2], 7.0, 2.0),
+    ],
+)
+def test_the_law_of_a_contact(force: list[float], stiffness: float, exponent: float) -> None:
+    for order in (slice(None), slice(None, None, -1)):
+        law = law_of(np.array([1.0, 2.0, 4.0])[order], np.array(force)[order], 2.0, 3.9)
+        assert (law.stiffness, law.exponent) == pytest.approx((stiffness, exponent), rel=1e-14)
+
+
+def test_an_effect_without_bounds_is_null_in_json(scene: hc.Scene, right: FoundDeck) -> None:
+    done = examined(scene, plus("missed_overlap", 3, 1e-6)(right))
+    assert by_name(done, "neighbours").effect == np.inf
+    json.dumps(done.to_dict(), allow_nan=False)
+    (check,) = (one for one in done.to_dict()["checks"] if one["name"] == "neighbours")
+    assert check["effect_on_peaks"] is None
+
+
+def test_the_document(scene: hc.Scene, right: FoundDeck) -> None:
+    commands = [
+        replace(
+            one, text=one.text.replace("7958", "3979"), written=one.written.replace("7958", "3979")
+        )
+        for one in right.commands
+    ]
+    done = examined(scene, changed(times("mass", 0.5)(right), commands=tuple(commands)))
+    numbers = done.to_dict()
+    assert numbers["verdict"] == "fail"
+    first = next(one for one in numbers["checks"] if one["name"].startswith("mass"))
+    assert first["line"] == 2  # the variable that the density is
+    assert first_guess(done.to_mend[0]) == ("variable rho equal 7958",)
+    assert first["command"] is None  # as nothing is proven
+    frame = done.to_frame()
+    assert list(frame["name"]) == [check.name for check in done.checks]
