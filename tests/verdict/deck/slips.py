@@ -36,7 +36,7 @@ DEAD = {
         "striker_velocity", "velocity of granule 1", "set 1000", ("set 1.0", "set 1000.0")
     ),
     "force in dyn": slip("steel_plain", "peak of the applied", "F0 equal", ("100.0", "1e7")),
-    "modulus in GPa": slip("steel_plain", "stiffness", "hertz/material 193 ", ("193e9", "193")),
+    "modulus in GPa": slip("steel_plain", "force of", "hertz/material 193 ", ("193e9", "193")),
     "step in us": slip("steel_plain", "time step", "timestep 0.2", ("2e-7", "0.2")),
 }
 """Slips with which granules leave the box, by name: the numbers are known before the run."""
@@ -79,7 +79,7 @@ ALIVE = {
         "column", "constant force", "gravity", ("vector 0 0 -1", "vector 0 0 1")
     ),
     "force at the wrong end": slip(
-        "steel_plain", "granules that are pushed", "hit id 20", ("hit id 1\n", "hit id 20\n")
+        "steel_plain", "peak of the applied", "hit id 20", ("hit id 1\n", "hit id 20\n")
     ),
     "load pulls": slip(
         "precompressed",
