@@ -24,7 +24,7 @@ from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.case import Case
 from hertzchain.verdict.cause import likely_cause
 from hertzchain.verdict.mistakes import families_for
-from hertzchain.verdict.twin import velocity_verlet
+from hertzchain.verdict.step_mistakes import velocity_verlet
 
 if TYPE_CHECKING:
     import pandas
@@ -293,12 +293,11 @@ def _accuracy(reference: Result, dt: float, time_limit: float) -> Accuracy:
     scene = reference.scene
     legs = scene.schedule(dt)
     refuse_unstable(scene, legs, METHODS["velocity-verlet"].interval, "velocity-verlet")
-    found = velocity_verlet(scene, legs, Deadline(time_limit))
-    return Accuracy(
-        dt,
-        largest_difference(found.interpolated, reference.peak_force),
-        largest_difference(found.sampled, reference.peak_force),
+    interpolated, sampled = (
+        largest_difference(peaks, reference.peak_force)
+        for peaks in velocity_verlet(scene, legs, Deadline(time_limit))
     )
+    return Accuracy(dt, interpolated, sampled)
 
 
 def _like_steps(

@@ -1,26 +1,64 @@
-"""Mistakes by steps that are too long, and by peaks that are samples at those steps."""
+"""Mistakes by steps of velocity Verlet: too long, past corners, or samples in place of maxima."""
 
 from __future__ import annotations
 
 import contextlib
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.errors import RunFailed, StepUnstable, TooExpensive
+from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import stable_step
+from hertzchain.observables.history import Recorder
+from hertzchain.scene.pulse import Ramp
+from hertzchain.scene.scene import Scene
+from hertzchain.scene.schedule import Leg
 from hertzchain.verdict.case import Case, Mistake, fixed
-from hertzchain.verdict.twin import MOST_LEGS, steps_with_force, velocity_verlet
 
+_VERLET = METHODS["velocity-verlet"]
+_MOST_LEGS = 100_000  # most legs of one step (chosen): half a second
+
+# usual steps, over a power of ten of seconds (chosen)
 _ROUND = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5, 8.0)
-"""Usual steps, over a power of ten of seconds (chosen)."""
+_SHORTEST = 0.01  # fraction of the longest step: shorter ones change the peaks by 1e-5 or less
 
-_SHORTEST = 0.01
-"""Fraction of the longest step: shorter ones change the peaks by 1e-5 or less."""
+
+def velocity_verlet(
+    scene: Scene, legs: Sequence[Leg], deadline: Deadline
+) -> tuple[FloatArray, FloatArray]:
+    """Return peaks by velocity Verlet [N]: interpolated maxima, and the highest samples."""
+    unit, between = scene.units, slice(scene.chain.granules - 1)  # a wall's contact is the last
+    run = simulate(scene, legs, _VERLET.walker, deadline=deadline)
+    starts = np.concatenate([leg.start + leg.dt * np.arange(leg.steps) for leg in legs])
+    nodes = np.append(starts, legs[-1].end) / unit.time
+    # The highest sample is next to the peak: a second, equal run is sampled only there.
+    after = np.searchsorted(nodes, run.peaks.time[np.isfinite(run.peaks.time)])
+    near = np.clip(np.concatenate([after - 1, after, after + 1]), 0, nodes.size - 1)
+    recorder = Recorder(np.unique(nodes[near]), scene.chain.granules, scene.wall is not None)
+    simulate(scene, legs, _VERLET.walker, recorder, deadline=deadline)
+    sampled = np.max(recorder.contact_force, axis=0, initial=0.0)
+    return run.peaks.force[between] * unit.force, sampled[between] * unit.force
+
+
+def _past_corners(scene: Scene, dt: float) -> list[Leg] | None:
+    """Return equal steps that ignore the corners of the pulse; None for too many of them."""
+    in_pulse = math.ceil(min(scene.ramps[-1].end, scene.end_time) / dt) + 1
+    if in_pulse > _MOST_LEGS:
+        return None
+    nodes = dt * np.arange(in_pulse + 1, dtype=np.float64)
+    force = scene.applied_force(nodes)
+    legs = [
+        Leg(t0, t1, 1, Ramp(t0, t1, f0, f1, "linear"))
+        for t0, t1, f0, f1 in zip(nodes, nodes[1:], force, force[1:], strict=False)
+    ]
+    if (after := math.ceil(scene.end_time / dt) - in_pulse) > 0:
+        legs.append(Leg(float(nodes[-1]), float(nodes[-1] + after * dt), after, None))
+    return legs
 
 
 def known_step(case: Case) -> Iterator[Mistake]:
@@ -33,7 +71,7 @@ def round_steps(case: Case) -> Iterator[Mistake]:
     """Yield the same effects for usual steps, if none is given."""
     if case.dt is not None:
         return
-    longest = stable_step(case.scene, METHODS["velocity-verlet"].interval)
+    longest = stable_step(case.scene, _VERLET.interval)
     decades = range(math.floor(math.log10(_SHORTEST * longest)), math.ceil(math.log10(longest)))
     for decade, digits in itertools.product(decades, _ROUND):
         dt = float(f"{digits}e{decade}")
@@ -44,32 +82,26 @@ def round_steps(case: Case) -> Iterator[Mistake]:
 
 def _with_step(case: Case, dt: float) -> Iterator[Mistake]:
     """Yield the effects of one step."""
-    scene = case.scene
-    found = velocity_verlet(scene, scene.schedule(dt), case.deadline)
-    step = f"velocity Verlet with steps of {dt:.3g} s"
-    yield fixed(f"samples in place of maxima, {step}", found.sampled)
-    yield fixed(f"what {step} has", found.interpolated)
-    in_pulse = math.ceil(min(scene.ramps[-1].end, scene.end_time) / dt) + 1
-    if in_pulse > MOST_LEGS:
-        return
-    nodes = np.asarray(dt * np.arange(in_pulse + 1), np.float64)
-    after = max(0, math.ceil(scene.end_time / dt) - in_pulse)
-    legs = steps_with_force(nodes, scene.applied_force(nodes), after)
-    passing = velocity_verlet(scene, legs, case.deadline)
-    step += ", past the corners of the pulse"
-    yield fixed(f"what {step} has", passing.interpolated)
-    yield fixed(f"samples in place of maxima, {step}", passing.sampled)
+    scene, step = case.scene, f"velocity Verlet with steps of {dt:.3g} s"
+    for legs, how in (
+        (scene.schedule(dt), step),
+        (_past_corners(scene, dt), f"{step}, past the corners of the pulse"),
+    ):
+        if legs is not None:
+            interpolated, sampled = velocity_verlet(scene, legs, case.deadline)
+            yield fixed(f"samples in place of maxima, {how}", sampled)
+            yield fixed(f"what {how} has", interpolated)
 
 
 def long_steps(case: Case) -> Iterator[Mistake]:
     """Yield velocity Verlet with too long steps, whose length is fitted."""
     scene = case.scene
-    longest = 0.8 * stable_step(scene, METHODS["velocity-verlet"].interval)
+    longest = 0.8 * stable_step(scene, _VERLET.interval)
 
     def made(dt: float) -> FloatArray:
         try:
             run = simulate(
-                scene, scene.schedule(dt), METHODS["velocity-verlet"].walker,
+                scene, scene.schedule(dt), _VERLET.walker,
                 leave_behind=True, deadline=case.deadline,
             )  # fmt: skip
         except TooExpensive:

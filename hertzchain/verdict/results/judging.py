@@ -17,7 +17,7 @@ from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.verdict import judgement
 from hertzchain.verdict.judgement import Judgement
-from hertzchain.verdict.results.reading import Given, of_mapping, read
+from hertzchain.verdict.results.reading import of_mapping, read
 
 Results = Path | str | Sequence[Path | str] | Mapping[int, float] | ArrayLike
 """What can be judged; pandas tables are array-like, too."""
@@ -88,21 +88,23 @@ def judge(
             require(not columns, "columns", columns, allowed)
             require(units == "si", "units", units, allowed)
             peaks: Any = of_mapping(results, scene) if isinstance(results, Mapping) else results
-            given = Given(peaks)
-        else:
-            report_progress("reading results")
-            given = read(scene, source, columns or {}, units, dt)
-            how["sampling"] = given.sampling
-        found = judgement.judge(scene, given.peak_force, progress=report_progress, **how)
-    if given.sampling is None:
+            return judgement.judge(scene, peaks, progress=report_progress, **how)
+
+        report_progress("reading results")
+        given = read(scene, source, columns or {}, units, dt)
+        sampling = given.error if given.how else None
+        found = judgement.judge(
+            scene, given.peak_force, sampling=sampling, progress=report_progress, **how
+        )
+    if not given.how:
         return found
-    remarks = [given.remark]
-    rare = given.sampling > tolerance
+    remarks = [given.how]
+    rare = given.error > tolerance
     rare &= np.isfinite(given.peak_force) & (found.reference.peak_force > 0)
     if rare.any():
         by_digits = np.broadcast_to(given.by_digits, rare.shape)[rare]
         few, what = "samples so far apart", "write samples more often"
-        if np.median(by_digits / given.sampling[rare]) > 1 / 2:
+        if np.median(by_digits / given.error[rare]) > 1 / 2:
             few = "numbers of so few digits"
             what = "write more, such as dump custom with dump_modify format float %.15g"
         remarks.append(

@@ -67,17 +67,17 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
-    """Peaks from samples.
+    """Peaks that somebody brings, most from samples.
 
     Parameters
     ----------
     peak_force
-        Of contacts 2 ... N [N], shape (N - 1,).
+        Of contacts 2 ... N [N], shape (N - 1,), NaN where there is none.
     error
         How far off each may be, as a fraction, shape (N - 1,): by the distance of the samples and
-        the digits of positions.
+        the digits of positions; 0 for peaks that are given as such.
     how
-        Where they come from, as the end of a sentence.
+        Where they come from; empty for peaks that are given as such.
     by_digits
         The part of the error that the digits of the samples make, shape (N - 1,).
     """

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,36 +17,19 @@ from hertzchain.verdict.results import tables
 from hertzchain.verdict.results.dumped import granules_of, pairs_of
 from hertzchain.verdict.results.granules import last_digit, motion_of
 from hertzchain.verdict.results.motion import Motion, Sampled, peaks_of
-from hertzchain.verdict.results.roles import Asked, Columns, asked_for, columns_of, listed
+from hertzchain.verdict.results.roles import (
+    USUAL_OF_PEAKS,
+    Asked,
+    Columns,
+    asked_for,
+    columns_of,
+    listed,
+)
 
 if TYPE_CHECKING:
     import pandas
 
 _TRAJECTORIES = (".traj", ".extxyz", ".xyz")
-_USUAL = ("contact", "peak_force_N")  # columns of a table of peaks
-
-
-@dataclass(frozen=True, eq=False)
-class Given:
-    """Peaks that somebody brings.
-
-    Parameters
-    ----------
-    peak_force
-        Of contacts 2 ... N [N], shape (N - 1,), NaN where there is none.
-    sampling
-        How far off each may be by the distance of samples, as a fraction, shape (N - 1,); None for
-        peaks that are given as such.
-    by_digits
-        The part of that which the digits of the samples make, shape (N - 1,).
-    remark
-        A sentence on where they come from; empty for peaks that are given as such.
-    """
-
-    peak_force: FloatArray
-    sampling: FloatArray | None = None
-    by_digits: FloatArray | float = 0.0
-    remark: str = ""
 
 
 def read(
@@ -57,7 +38,7 @@ def read(
     columns: Mapping[str, str],
     units: str,
     dt: float | None,
-) -> Given:
+) -> Sampled:
     """The peaks of a file, of the files of a dump, or of a table.
 
     A SceneError says what cannot be used, and why.
@@ -81,12 +62,16 @@ def read(
     if is_dump:
         return _of_dump(scene, results, asked, dt)
     text = tables.text_of(content, path)
-    if not asked.names and _is_of_peaks(text):
-        return Given(_usual_rows(text, scene.chain.granules, path))
-    return _of_table(scene, tables.table_of(text, path), asked, dt, path)
+    table = tables.table_of(text, path, () if asked.names else USUAL_OF_PEAKS)
+    return _of_table(scene, table, asked, dt, path)
 
 
-def _of_dump(scene: Scene, paths: Sequence[Path], asked: Asked, dt: float | None) -> Given:
+def as_such(peak_force: FloatArray) -> Sampled:
+    """Peaks that are not from samples."""
+    return Sampled(peak_force, np.zeros_like(peak_force), "")
+
+
+def _of_dump(scene: Scene, paths: Sequence[Path], asked: Asked, dt: float | None) -> Sampled:
     """The peaks of a dump in one file or several."""
     frames: list[tables.Frame] = []
     left = tables.MOST_BYTES
@@ -105,37 +90,7 @@ def _of_dump(scene: Scene, paths: Sequence[Path], asked: Asked, dt: float | None
     return _sampled(scene, pairs_of(scene, frames, asked, file), "the dump", file)
 
 
-def _is_of_peaks(text: str) -> bool:
-    """Whether a text is CSV with the usual columns of peaks."""
-    header = [cell.strip(' "\r') for cell in text.lstrip().partition("\n")[0].split(",")]
-    return set(_USUAL) <= set(header)
-
-
-def _usual_rows(text: str, granules: int, path: Path) -> FloatArray:
-    """Peaks of CSV with the usual columns [N]; other columns may hold any text."""
-    try:
-        lines = csv.reader(io.StringIO(text, newline=""))
-        header, *rows = ([cell.strip() for cell in row] for row in lines if row)
-    except csv.Error as problem:
-        raise SceneError("", None, f"is no CSV file ({problem})", file=path) from None
-    if any(header.count(name) != 1 for name in _USUAL):
-        allowed = "must name the columns contact and peak_force_N, each once"
-        raise SceneError("first line", ",".join(header), allowed, file=path)
-    if not rows:
-        raise SceneError("", None, "has a header and no row of numbers", file=path)
-    at = [header.index(name) for name in _USUAL]
-    found: list[list[float]] = []
-    for number, row in enumerate(rows, start=1):
-        try:
-            found.append([float(row[column]) for column in at])
-        except (ValueError, IndexError):
-            allowed = "must have two numbers, in the columns contact and peak_force_N"
-            raise SceneError(f"row {number}", ",".join(row), allowed, file=path) from None
-    contacts, forces = np.array(found).T
-    return _by_contact(contacts, forces, _USUAL[1], granules, path)
-
-
-def _of_frame(scene: Scene, frame: Any, asked: Asked, dt: float | None) -> Given:
+def _of_frame(scene: Scene, frame: Any, asked: Asked, dt: float | None) -> Sampled:
     """The peaks of a pandas table."""
     numeric = frame.select_dtypes("number")
     names = tuple(str(name) for name in numeric.columns)
@@ -147,7 +102,7 @@ def _of_frame(scene: Scene, frame: Any, asked: Asked, dt: float | None) -> Given
 
 def _of_table(
     scene: Scene, table: tables.Table, asked: Asked, dt: float | None, file: object
-) -> Given:
+) -> Sampled:
     """Peaks of contacts row by row, or series of forces or positions in columns."""
     count = scene.chain.granules
     if len(table.names) == 1:
@@ -159,7 +114,7 @@ def _of_table(
     found = columns_of(table.names, asked, count, file)
     where = found.where
     if "peak_force" in where:
-        return Given(_rows(table, found, count, file))
+        return as_such(_rows(table, found, count, file))
     series = [role for role in ("contact_force", "net_force", "position") if role in where]
     if not series:
         allowed = (
@@ -216,7 +171,7 @@ def _rows(table: tables.Table, found: Columns, granules: int, file: object) -> F
         raise SceneError("", None, allowed, file=str(file))
     contacts = table.rows[:, found.where["contact"][0]]
     forces = table.rows[:, found.where["peak_force"][0]] * found.factor["peak_force"]
-    return _by_contact(contacts, forces, "peak_force", granules, file)
+    return _by_contact(contacts, forces, granules, file)
 
 
 def of_mapping(given: Mapping[int, float], scene: Scene) -> FloatArray:
@@ -225,11 +180,11 @@ def of_mapping(given: Mapping[int, float], scene: Scene) -> FloatArray:
         contacts, forces = np.array([*given.items()], np.float64).reshape(-1, 2).T
     except (TypeError, ValueError):
         raise SceneError("peak_force", None, "must map contacts to forces [N]") from None
-    return _by_contact(contacts, forces, "peak_force", scene.chain.granules, None)
+    return _by_contact(contacts, forces, scene.chain.granules, None)
 
 
 def _by_contact(
-    contacts: FloatArray, forces: FloatArray, name: str, granules: int, file: object
+    contacts: FloatArray, forces: FloatArray, granules: int, file: object
 ) -> FloatArray:
     """Peaks [N], (N - 1,), NaN for missing ones, of forces with the numbers of their contacts."""
     peaks = np.full(granules - 1, np.nan)
@@ -244,7 +199,7 @@ def _by_contact(
         elif not math.isnan(peaks[k]):
             allowed = "is given twice"
         elif not 0 <= force < math.inf:
-            wrong = name, force
+            wrong = "peak_force", force
             allowed = (
                 "must be finite and at least 0 [N]: turn the sign where forces that press are"
                 " negative, leave out contacts without a peak"
@@ -267,15 +222,15 @@ def _other_numbers(contacts: FloatArray, granules: int) -> str:
     return f", and these numbers begin with {least:g}: add {2 - least:g} to each"
 
 
-def _sampled(scene: Scene, motion: Motion, source: str, file: object) -> Given:
+def _sampled(scene: Scene, motion: Motion, source: str, file: object) -> Sampled:
     """The peaks of a motion, with a sentence on their sampling."""
-    found: Sampled = peaks_of(scene, motion, file)
+    found = peaks_of(scene, motion, file)
     apart = float(np.median(np.diff(motion.time)))
     distance = f"{apart:.3g} s" if motion.is_clock else f"{apart:.3g} steps"
     counts = found.peak_force > 1e-3 * np.max(found.peak_force)
     off = float(np.max(found.error[counts], initial=0.0))
-    remark = (
+    how = (
         f"peaks are from {found.how} ({source}), {motion.time.size} samples {distance} apart; they"
         f" may be off by up to {off:.1e} for that"
     )
-    return Given(found.peak_force, found.error, found.by_digits, remark)
+    return replace(found, how=how)

@@ -27,6 +27,7 @@ _USUAL = {
     "contact": ("contact",), "peak_force": ("peak_force_N",),
     "time": ("time", "time_s", "t", "v_time"), "step": ("step", "timestep"),
 }  # fmt: skip
+USUAL_OF_PEAKS = ("contact", "peak_force_N")  # columns of CSV next to which others hold any text
 _PREFIXES = {
     "position": ("x", "xu", "pos", "position"),
     "velocity": ("v", "vx", "vel", "velocity"),
@@ -101,7 +102,16 @@ def columns_of(header: Sequence[str], asked: Asked, granules: int, file: object)
             raise SceneError(f"column {role}", name, "stands for several columns", file=str(file))
         at[role] = tuple(sorted(found, key=lambda k: _in_order(header[k])))
     at = _usual(header, granules) | at
-    return Columns(at, {role: asked.factor(role, file) for role in at})
+    known = {"peak_force": "peak_force_N", "time": "time_s"}  # names that say their unit
+    return Columns(
+        at,
+        {
+            role: 1.0
+            if header[k[0]] == known.get(role) and role not in asked.names
+            else asked.factor(role, file)
+            for role, k in at.items()
+        },
+    )
 
 
 def _usual(header: Sequence[str], granules: int) -> dict[str, tuple[int, ...]]:

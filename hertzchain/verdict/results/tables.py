@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import gzip
 import io
@@ -88,37 +89,57 @@ def is_dump(content: bytes) -> bool:
     return content[:1000].lstrip()[:5] == b"ITEM:"
 
 
-def table_of(text: str, path: object) -> Table:
-    """The columns of a CSV file, of a log, or of the output of a fix."""
+def table_of(text: str, path: object, usual: Sequence[str] = ()) -> Table:
+    """The columns of a CSV file, of a log, or of the output of a fix.
+
+    CSV that has each of the ``usual`` columns once is read for them alone: others may hold text.
+    """
     lines = text.splitlines()
     thermo = list(_thermo(lines))
     if thermo or any(line.startswith("LAMMPS (") for line in lines[:20]):
         return _joined(thermo, path)
-    separator, decimal = signs_of(lines) or ("," if "," in text else " ", ".")
+    signs = signs_of(lines) or ("," if "," in text else " ", ".")
+    first = [cell.strip(' "') for cell in lines[0].split(",")] if lines else []
+    separator, decimal = (",", ".") if usual and set(usual) <= set(first) else signs
     rows: list[list[str]] = []
     where: list[int] = []
     heads: list[list[str]] = []
-    for number, line in enumerate(lines, start=1):
-        if line.startswith("#"):
-            heads.append(_cells(line[1:], separator))
-        elif line.strip():
-            rows.append(_cells(line, separator))
+    for number, row in _split(lines, separator, path):
+        if row[0].startswith("#"):
+            heads.append([cell for cell in (row[0][1:].strip(), *row[1:]) if cell])
+        else:
+            rows.append(row)
             where.append(number)
     if rows and not _is_number(rows[0][0], decimal):
         heads.append(rows.pop(0))
         where.pop(0)
     if not rows:
         raise SceneError("", None, "has no row of numbers", file=str(path))
+    if usual and heads and all(heads[-1].count(name) == 1 for name in usual):
+        at = [heads[-1].index(name) for name in usual]
+        rows = [[row[k] if k < len(row) else "" for k in at] for row in rows]
+        heads = [list(usual)]
     width = len(rows[0])
     head = next((head for head in reversed(heads) if len(head) == width), None)
     names = tuple(head or (str(k + 1) for k in range(width)))
     return Table(names, _numbers(rows, where, names, path, decimal))
 
 
-def _cells(line: str, separator: str) -> list[str]:
-    # A line may end with a separator.
-    words = line.split() if separator == " " else line.rstrip(f"{separator} ").split(separator)
-    return [cell.strip().strip('"') for cell in words]
+def _split(lines: Sequence[str], separator: str, path: object) -> Iterator[tuple[int, list[str]]]:
+    """Yield the number and the cells of each line that has any."""
+    if separator == " ":
+        yield from ((number, row) for number, line in enumerate(lines, 1) if (row := line.split()))
+        return
+    reader = csv.reader(lines, delimiter=separator)
+    try:
+        for row in reader:
+            cells = [cell.strip() for cell in row]
+            while cells and not cells[-1]:  # a line may end with separators
+                cells.pop()
+            if cells:
+                yield reader.line_num, cells
+    except csv.Error as problem:
+        raise SceneError("", None, f"is no CSV file ({problem})", file=str(path)) from None
 
 
 def _number(word: str, decimal: str = ".") -> float:
