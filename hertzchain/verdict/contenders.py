@@ -13,13 +13,19 @@ import numpy as np
 from hertzchain import theory
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.lammps import Lammps
-from hertzchain.engines.native import METHODS, Native, equations, simulate, simulate_in_numpy
+from hertzchain.engines.native import (
+    METHODS,
+    Native,
+    Simulation,
+    equations,
+    simulate,
+    simulate_in_numpy,
+)
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.damped_plan import first_tolerance
-from hertzchain.engines.native.damped_runs import (
-    simulate_damped,
-)
+from hertzchain.engines.native.damped_runs import simulate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
+from hertzchain.engines.native.refinement import Walker
 from hertzchain.engines.registry import label_of
 from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline
@@ -69,10 +75,14 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
     finer = {name: _halvings(*ends) for name, ends in _STEPS.items()}
     finer["reference"] = finer["reference"][::2]
     if scene.contact is not None:
-        return (*_damped_ones(finer["velocity-verlet"]), *_lammps_ones())
+        verlet = partial(_with_steps, simulate_damped_verlet)  # LAMMPS's scheme
+        steps = finer["velocity-verlet"]
+        by_steps = Contender("velocity-verlet, compiled", COMPILED, verlet, steps)
+        return (by_steps, *_with_accuracy(), *_lammps_ones())
     if not scene.is_plain:
         return (*_compiled_ones(finer), *_with_accuracy(), *_lammps_ones())
-    single = partial(_compiled, "srkn-6b", dtype=np.float32)  # cheapest for low accuracy
+    reference = METHODS["reference"]
+    single = _compiled(METHODS["srkn-6b"].walker, np.float32)  # cheapest for low accuracy
     return (
         *_formulas(scene, truth),
         *_map(scene),
@@ -80,14 +90,12 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
         Contender("srkn-6b, float32", COMPILED, single, finer["srkn-6b"][:11]),
         *_with_accuracy(),
         *(
-            Contender(f"{name}, NumPy", NUMPY, partial(_numpy, name), steps[:9:2])
+            Contender(f"{name}, NumPy", NUMPY, _numpy(METHODS[name].walker), steps[:9:2])
             for name, steps in finer.items()
             if name != "reference"
         ),
         # Its halved steps cost NumPy a second for any step at the start.
-        Contender(
-            "reference, NumPy", NUMPY, partial(_numpy, "reference"), (METHODS["reference"].step,)
-        ),
+        Contender("reference, NumPy", NUMPY, _numpy(reference.walker), (reference.step,)),
         Contender("DOP853, SciPy", SCIPY, _scipy, rtols=_decades(4, 12)),
         *_lammps_ones(),
     )
@@ -96,7 +104,7 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
 def _compiled_ones(steps: Mapping[str, tuple[float, ...]]) -> tuple[Contender, ...]:
     """Return each native method with its steps."""
     return tuple(
-        Contender(f"{name}, compiled", COMPILED, partial(_compiled, name), own)
+        Contender(f"{name}, compiled", COMPILED, _compiled(METHODS[name].walker), own)
         for name, own in steps.items()
     )
 
@@ -106,16 +114,6 @@ def _with_accuracy() -> tuple[Contender, ...]:
     return (
         Contender("rtol, with estimate", COMPILED, _with_estimate, rtols=_decades(2, 10)),
         Contender("rtol, without estimate", COMPILED, _without_estimate, rtols=_decades(2, 10)),
-    )
-
-
-def _damped_ones(steps: tuple[float, ...]) -> tuple[Contender, ...]:
-    """Return native's two methods for damped contacts, one of them with given steps."""
-    once = Contender("rtol, without estimate", COMPILED, _damped_once, rtols=_decades(2, 10))
-    return (
-        Contender("velocity-verlet, compiled", COMPILED, _damped_verlet, steps),
-        _with_accuracy()[0],
-        once,
     )
 
 
@@ -175,11 +173,11 @@ def _map(scene: Scene) -> tuple[Contender, ...]:
     if not np.any(np.isfinite(known)):
         return ()
     whole = known.size == scene.chain.granules - 1
-    return (Contender(MAP, MAP, _by_map, self_contained=whole),)
 
+    def run(scene: Scene, _: float) -> Outcome:
+        return _said(scene, theory.predict(scene).peak_force)
 
-def _by_map(scene: Scene, _: float) -> Outcome:
-    return _said(scene, theory.predict(scene).peak_force)
+    return (Contender(MAP, MAP, run, self_contained=whole),)
 
 
 def _said(scene: Scene, peak_force: FloatArray) -> Outcome:
@@ -188,13 +186,22 @@ def _said(scene: Scene, peak_force: FloatArray) -> Outcome:
     return Outcome(np.append(peak_force, unsaid), 0)
 
 
-def _compiled(
-    method: str, scene: Scene, step: float, dtype: type[np.floating[Any]] = np.float64
-) -> Outcome:
-    """Run a native method with given steps, without an error estimate."""
-    walker = METHODS[method].walker
-    run = simulate(scene, scene.schedule(step), walker, dtype=dtype, leave_behind=True)
+def _with_steps(integrated: Callable[..., Simulation], scene: Scene, step: float) -> Outcome:
+    """Run a method with given steps, without an error estimate."""
+    run = integrated(scene, scene.schedule(step))
     return Outcome(run.peaks.force * scene.units.force, run.evaluations)
+
+
+def _compiled(
+    walker: Walker, dtype: type[np.floating[Any]] = np.float64
+) -> Callable[[Scene, float], Outcome]:
+    """Return the run of a compiled method with given steps."""
+    return partial(_with_steps, partial(simulate, walker=walker, dtype=dtype, leave_behind=True))
+
+
+def _numpy(walker: Walker) -> Callable[[Scene, float], Outcome]:
+    """Return the run of a method in plain NumPy with given steps."""
+    return partial(_with_steps, partial(simulate_in_numpy, walker=walker))
 
 
 def _with_estimate(scene: Scene, rtol: float) -> Outcome:
@@ -205,29 +212,11 @@ def _with_estimate(scene: Scene, rtol: float) -> Outcome:
 
 def _without_estimate(scene: Scene, rtol: float) -> Outcome:
     """Run only the first run for a wanted accuracy, without the error estimate."""
-    chosen = plans.cheapest(rtol)
-    legs = scene.schedule(chosen.step * scene.contact_time)
-    run = simulate(scene, legs, chosen.walker, leave_behind=True)
-    return Outcome(run.peaks.force * scene.units.force, run.evaluations)
-
-
-def _damped_verlet(scene: Scene, step: float) -> Outcome:
-    """Run LAMMPS's scheme, without an error estimate."""
-    run = simulate_damped_verlet(scene, scene.schedule(step))
-    return Outcome(run.peaks.force * scene.units.force, run.evaluations)
-
-
-def _damped_once(scene: Scene, rtol: float) -> Outcome:
-    """Run the first run for a wanted accuracy, without those for its error."""
-    tolerance = first_tolerance(rtol)
-    run = simulate_damped(scene, tolerance, Deadline(TIME_LIMIT))
+    if scene.contact is None:
+        chosen = plans.cheapest(rtol)
+        return _compiled(chosen.walker)(scene, chosen.step * scene.contact_time)
+    run = simulate_damped(scene, first_tolerance(rtol), Deadline(TIME_LIMIT))
     return Outcome(run.peak_force * scene.units.force, run.evaluations)
-
-
-def _numpy(method: str, scene: Scene, step: float) -> Outcome:
-    """Run a native method in plain NumPy."""
-    run = simulate_in_numpy(scene, scene.schedule(step), METHODS[method].walker)
-    return Outcome(run.peaks.force * scene.units.force, run.evaluations)
 
 
 def _scipy(scene: Scene, rtol: float) -> Outcome:

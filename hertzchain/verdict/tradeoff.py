@@ -106,18 +106,11 @@ class Tradeoff:
         return table.astype(dict.fromkeys(("step_s", "natural_step", "rtol"), float))
 
     def _as_dict(self, row: Row) -> dict[str, Any]:
-        return {
-            "contender": row.contender,
-            "engine": row.engine,
-            "step_s": row.step,
-            "natural_step": row.natural_step,
-            "rtol": row.rtol,
-            "error": row.error,
-            "force_evaluations": row.force_evaluations,
-            "wall_time_s": row.wall_time,
-            "self_contained": row.self_contained,
-            "frontier": row in self.frontier,
+        in_seconds = ("step", "wall_time")
+        document = {
+            f"{key}_s" if key in in_seconds else key: value for key, value in vars(row).items()
         }
+        return {**document, "frontier": row in self.frontier}
 
 
 def tradeoff(
