@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.engines.native import METHODS
-from hertzchain.errors import BackendMissing, RunFailed, SceneError
+from hertzchain.errors import RunFailed, SceneError
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.report import style
 from hertzchain.verdict import tradeoff as module
@@ -363,14 +363,6 @@ def test_the_frontier_is_what_nothing_beats(rows: list[Row]) -> None:
         assert known(before) > known(after)
 
 
-def test_a_frontier_of_measured_rows(whole: Tradeoff) -> None:
-    alone = [row for row in whole.rows if row.self_contained]
-    assert whole.frontier
-    assert set(whole.frontier) <= set(alone)
-    for row in whole.frontier:
-        assert not any(beats(other, row) for other in alone)
-
-
 @given(ROWS)
 def test_the_cheapest_is_right_to_what_is_wanted(rows: list[Row]) -> None:
     found = cheapest(rows, 1e-6, 1e-12)
@@ -407,14 +399,6 @@ def test_the_table_has_what_json_has(whole: Tradeoff, tmp_path: Path) -> None:
     assert {"hertzchain", "numpy", "numba", "scipy", "python"} <= document["provenance"].keys()
     table.to_csv(tmp_path / "rows.csv", index=False)
     assert (tmp_path / "rows.csv").read_text(encoding="utf-8").count("\n") == len(table) + 1
-
-
-def test_without_lammps_a_measured_contender_raises(scene: hc.Scene) -> None:
-    def run(_: hc.Scene, __: float) -> Outcome:
-        raise BackendMissing("not there")
-
-    with pytest.raises(BackendMissing, match="not there"):
-        measured(Contender("x", "LAMMPS", run, steps=(0.1,)), scene, np.ones(11), 0.0)
 
 
 # Scenes with terms
