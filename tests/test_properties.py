@@ -20,7 +20,7 @@ from hypothesis.internal.constants_ast import Constants
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, simulate
-from hertzchain.engines.native.equations import acceleration
+from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.in_numpy import State, step
 from hertzchain.engines.native.methods import SRKN_11B
 from hertzchain.errors import Unpredictable
@@ -188,8 +188,9 @@ def powers_of_two_change_no_digit(scene: hc.Scene, a: int, b: int) -> None:
 
 def flight(state: State, steps: int) -> State:
     """The chain on its own, with steps of 0.1 natural time units."""
+    chain = Chain.plain(state.displacement.size)
     for _ in range(steps):
-        state = step(SRKN_11B, state, 0.0, 0.1, lambda _: 0.0)
+        state = step(chain, SRKN_11B, state, 0.0, 0.1, lambda _: 0.0)
     return state
 
 
@@ -199,7 +200,8 @@ def after_the_pulse(scene: hc.Scene) -> State:
     scene = replace(scene, run=hc.Run(end))
     legs = scene.schedule(0.1 * scene.units.time)
     found = simulate(scene, legs, METHODS["srkn-11b"].walker).state
-    return State(found.displacement, found.velocity, acceleration(found.displacement, 0.0))
+    pushed = Chain.plain(scene.chain.granules).acceleration(found.displacement, 0.0)
+    return State(found.displacement, found.velocity, pushed)
 
 
 @holds_for(scene=any_scene)

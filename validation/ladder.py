@@ -28,7 +28,7 @@ import hertzchain as hc
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import examine
-from hertzchain.engines.native.equations import contact_force
+from hertzchain.engines.native.equations import hertz
 from hertzchain.observables.peaks import SIGNIFICANT, largest_difference
 from hertzchain.scene.pulse import PROFILES, profile_named
 from hertzchain.scene.schedule import Leg
@@ -165,7 +165,7 @@ def force_at_rest(backend: str, _: bool) -> list[Sample]:
         if backend == "native":
             units = scene.units
             overlap = _OVERLAPS * material["radius"]
-            force = contact_force(overlap / units.length) * units.force
+            force = hertz(overlap / units.length) * units.force
             # Native has the mass only in its unit of time.
             mass = np.array([units.force * units.time**2 / units.length])
         else:

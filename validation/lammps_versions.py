@@ -26,13 +26,12 @@ from hertzchain.arrays import FloatArray
 from hertzchain.decks.known_answer import lay_out, looks_at_damped
 from hertzchain.decks.standalone import standalone
 from hertzchain.engines.native import METHODS, simulate
+from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.in_numpy import integrate
 from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.files import check_writable, write_text
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.observables.samples import Samples
-from hertzchain.scene.schedule import Leg
 from validation.gallery import FOLDER, GALLERY, Entry
 from validation.script import leave_with
 
@@ -106,14 +105,12 @@ def sampled_maxima(scene: hc.Scene, step: float, watch_every: int) -> FloatArray
         return _sampled_with_terms(scene, step, watch_every)
     largest, done = np.zeros(granules - 1), 0
 
-    def show(samples: Samples, _: Leg) -> None:
-        nonlocal done
+    legs = [leg.in_units(units.time, units.force) for leg in scene.schedule(step * units.time)]
+    walker, start = METHODS["velocity-verlet"].walker, np.zeros((2, granules))
+    for _, samples in integrate(Chain.plain(granules), legs, walker, start):
         at = np.arange(done, done + samples.time.size) % watch_every == 0
         np.maximum(largest, samples.contact_force[at].max(axis=0, initial=0.0), out=largest)
         done += samples.time.size - 1
-
-    legs = [leg.in_units(units.time, units.force) for leg in scene.schedule(step * units.time)]
-    integrate(np.zeros(granules), legs, METHODS["velocity-verlet"].walker, show)
     return largest
 
 

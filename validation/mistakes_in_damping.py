@@ -6,14 +6,15 @@ import math
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Any
 from unittest.mock import patch
 
 import hertzchain as hc
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.lammps.damping import tsuji
 from hertzchain.engines.native import damped_runs
-from hertzchain.engines.native.damped import Damped
+from hertzchain.engines.native.equations import Chain
 from hertzchain.scene import granules
 from hertzchain.theory.restitution import (
     collision_of,
@@ -83,19 +84,18 @@ def half_the_mass_at_walls() -> AbstractContextManager[Any]:
 
 def another(**other: Any) -> Plant:
     """The integrator gets another chain: its fields by their names."""
-    original = damped_runs.damped_contacts
 
-    def changed(scene: hc.Scene) -> Damped:
-        chain = original(scene)
+    def changed(scene: hc.Scene) -> Chain:
+        chain = Chain.of(scene)
         return replace(chain, **{key: change(chain) for key, change in other.items()})
 
-    return lambda: patch.object(damped_runs, "damped_contacts", changed)
+    return lambda: patch.object(damped_runs, "Chain", SimpleNamespace(of=changed))
 
 
-def without_the_last(chain: Damped) -> FloatArray:
+def without_the_last(chain: Chain) -> Array:
     """No damping in the last contact, which is a wall's where there is one."""
     damping = chain.damping.copy()
-    if chain.wall:
+    if chain.has_wall:
         damping[-1] = 0.0
     return damping
 

@@ -34,6 +34,14 @@ def compare(
             " where dashpots close at a speed."
         ),
     ] = None,
+    as_written: Annotated[
+        bool,
+        typer.Option(
+            "--as-written",
+            help="Compare native with Eq. 1 as written, in NumPy or SciPy, also where this takes"
+            " more than a second or two.",
+        ),
+    ] = False,
     time_limit: options.TimeLimit = "1 h",
     as_json: options.AsJson = False,
     plot: options.Plot = None,
@@ -65,7 +73,9 @@ def compare(
     engines = [ENGINES[name].make(time_limit=limit, **own[name]) for name in names]
     with output.progress() as report_progress, output.compiling(report_progress):
         record = None if report is None else record_times(loaded)
-        compared = comparison.compare(loaded, engines, record=record, progress=report_progress)
+        compared = comparison.compare(
+            loaded, engines, record=record, as_written=as_written, progress=report_progress
+        )
     shown.end(of_comparison(compared))
 
 

@@ -25,6 +25,8 @@ class MethodName(StrEnum):
     SRKN_6B = "srkn-6b"
     SRKN_11B = "srkn-11b"
     REFERENCE = "reference"
+    NUMPY = "numpy"
+    SCIPY = "scipy"
 
 
 def run(

@@ -10,7 +10,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.decks.unit_test_deck import KnownMotion, Moment
 from hertzchain.engines.native import Native
-from hertzchain.engines.native.equations import contact_force, net_force
+from hertzchain.engines.native.equations import hertz, net_force
 from hertzchain.engines.native.in_numpy import State
 from hertzchain.errors import SceneError
 from hertzchain.limits import RTOL
@@ -123,10 +123,10 @@ def _walk(
     def force(place: FloatArray, velocity: FloatArray) -> FloatArray:
         overlap = diameter - np.diff(place)
         if law is None:
-            passed_on = contact_force(overlap)
+            passed_on = hertz(overlap)
         else:
             passed_on = law.force(overlap, -np.diff(velocity), slice(0, overlap.size))
-        return np.asarray(net_force(passed_on, 0.0), np.float64)
+        return np.asarray(net_force(passed_on, 0.0, place.size), np.float64)
 
     place, pushed = start, force(start, velocity)
     found = [State(place, velocity, pushed)]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import Array
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.natural_units import NaturalUnits
 from hertzchain.scene.scene import Scene
@@ -28,8 +28,8 @@ class DampedLaw:
         Whether F may be negative; if not, negative values are set to 0.
     """
 
-    stiffness: FloatArray
-    damping: FloatArray
+    stiffness: Array
+    damping: Array
     exponent: float
     attraction: bool
 

@@ -28,7 +28,13 @@ from hertzchain.showing import ShownVerdict, ShowProgress, telling
 from hertzchain.verdict.check import FAILED, NOT_RUN, Check, unmeasured
 from hertzchain.verdict.deck_numbers import examined
 from hertzchain.verdict.formulas import Formulas, formulas
-from hertzchain.verdict.run_checks import balance_checks, code_checks, yardstick_check
+from hertzchain.verdict.run_checks import (
+    as_written_check,
+    balance_checks,
+    code_checks,
+    is_quickly_written,
+    yardstick_check,
+)
 
 if TYPE_CHECKING:
     import pandas
@@ -118,6 +124,7 @@ def compare(
     engines: Sequence[str | Simulator] | None = None,
     *,
     record: ArrayLike | None = None,
+    as_written: bool = False,
     progress: ShowProgress = None,
 ) -> Comparison:
     """Run every oracle on a scene, and judge the results.
@@ -136,6 +143,9 @@ def compare(
         Times at which each backend keeps displacement, velocity and contact force: increasing times
         [s] within the run, or a whole number of frames, equally spaced from 0 to the end; by
         default none.
+    as_written
+        Whether the reference is compared with Eq. 1 as ``engines/native/equations.py`` writes it
+        also where this takes longer than a second or two.
     progress
         True for a line in the terminal or notebook on what is being done, or a function that is
         called with each such line.
@@ -149,7 +159,7 @@ def compare(
     scene = to_scene(scene)
     given = _by_name(compared_by_default() if engines is None else engines)
     with telling(progress) as report_progress:
-        return _compared(scene, given, record, report_progress)
+        return _compared(scene, given, record, as_written, report_progress)
 
 
 def _by_name(engines: Sequence[str | Simulator]) -> dict[str, Simulator | None]:
@@ -183,6 +193,7 @@ def _compared(
     scene: Scene,
     given: Mapping[str, Simulator | None],
     record: ArrayLike | None,
+    as_written: bool,
     report_progress: Callable[[str], object],
 ) -> Comparison:
     """As ``compare``, with the engines by name."""
@@ -190,6 +201,11 @@ def _compared(
     report_progress("native: the reference method")
     native = reference.run(scene, record)
     checks = [*balance_checks(native), yardstick_check(native)]
+    if as_written or is_quickly_written(native):
+        report_progress("native: Eq. 1 as it is written")
+        checks.append(as_written_check(native, reference.time_limit))
+    else:
+        report_progress("native: Eq. 1 as it is written takes long; ask for it with --as-written")
     results, missing = {"native": native}, False
     for name in others():
         if name not in given:

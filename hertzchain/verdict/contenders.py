@@ -11,30 +11,19 @@ from typing import Any
 import numpy as np
 
 from hertzchain import theory
-from hertzchain.arrays import Array, FloatArray
+from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps import Lammps
-from hertzchain.engines.native import (
-    METHODS,
-    Native,
-    Simulation,
-    equations,
-    simulate,
-    simulate_in_numpy,
-)
+from hertzchain.engines.native import METHODS, Native, Simulation, simulate, simulate_in_numpy
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.damped_plan import first_tolerance
 from hertzchain.engines.native.damped_runs import simulate_damped
 from hertzchain.engines.native.damped_verlet import simulate_damped_verlet
 from hertzchain.engines.native.refinement import Walker
 from hertzchain.engines.registry import label_of
-from hertzchain.errors import RunFailed
 from hertzchain.limits import TIME_LIMIT, Deadline
-from hertzchain.observables.peaks import PeakWatch
 from hertzchain.observables.result import Result
-from hertzchain.observables.samples import Samples
 from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.schedule import Leg
 from hertzchain.theory.prediction import transition_peaks
 
 FORMULAS, MAP, COMPILED, NUMPY, SCIPY = "formulas", "map", "compiled", "NumPy", "SciPy"
@@ -42,9 +31,6 @@ LAMMPS = label_of("lammps")
 WAYS = (FORMULAS, MAP, COMPILED, NUMPY, SCIPY, LAMMPS)  # names of the ways to compute
 PLAIN_ONLY = (FORMULAS, MAP, NUMPY, SCIPY)
 """Ways that compute only uniform free chains under a pulse."""
-
-# natural time units between samples of SciPy's dense output: error 1e-12 of a peak
-_SCIPY_INTERVAL = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,49 +206,11 @@ def _without_estimate(scene: Scene, rtol: float) -> Outcome:
 
 
 def _scipy(scene: Scene, rtol: float) -> Outcome:
-    """Run SciPy's DOP853 from corner to corner of the pulse; peaks come from its dense output."""
-    from scipy.integrate import solve_ivp
+    """Run SciPy's DOP853 from corner to corner of the pulse, without an error estimate."""
+    from hertzchain.engines.native.in_scipy import simulate_in_scipy
 
-    units, granules = scene.units, scene.chain.granules
-    state, evaluations = np.zeros(2 * granules), 0
-    watch = PeakWatch(granules - 1)
-    for si in scene.schedule(math.inf):
-        leg = si.in_units(units.time, units.force)
-
-        def rates(time: float, state: Array, leg: Leg = leg) -> Array:
-            pushed = 0.0 if leg.ramp is None else leg.ramp.force(time)
-            return np.concatenate(
-                [state[granules:], equations.acceleration(state[:granules], pushed)]
-            )
-
-        # Overlaps ahead of the front are small: an equal absolute tolerance would leave noise.
-        found = solve_ivp(
-            rates, (leg.start, leg.end), state,
-            method="DOP853", rtol=rtol, atol=1e-3 * rtol, dense_output=True,
-        )  # fmt: skip
-        if not found.success or found.sol is None:
-            raise RunFailed(f"SciPy: {found.message}")
-        state, evaluations = found.y[:, -1], evaluations + found.nfev
-        count = math.ceil((leg.end - leg.start) / _SCIPY_INTERVAL) + 1
-        time = np.linspace(leg.start, leg.end, max(count, 2))
-        _show(watch, time, found.sol(time).T, leg)
-    return Outcome(watch.force * units.force, evaluations)
-
-
-def _show(watch: PeakWatch, time: FloatArray, states: FloatArray, leg: Leg) -> None:
-    """Find the peaks between states, shape (samples, 2 granules), as for all backends."""
-    displacement, velocity = np.split(states, 2, axis=1)
-    pressed = equations.overlap(displacement)
-    force = equations.contact_force(pressed)
-    applied = 0.0 if leg.ramp is None else leg.ramp.force(time)
-    pushed = equations.net_force(force, applied)
-    third = equations.jerk(
-        pressed, equations.overlap(velocity), 0.0 if leg.ramp is None else leg.ramp.force_rate(time)
-    )
-    samples = Samples(time, displacement, velocity, pushed, pressed, force, third)
-    # A contact that only touches may get a negative peak, which counts as none.
-    with np.errstate(invalid="ignore"):
-        watch.update(samples)
+    run = simulate_in_scipy(scene, rtol, Deadline(TIME_LIMIT))
+    return Outcome(run.peaks.force * scene.units.force, run.evaluations)
 
 
 def _lammps(scene: Scene, step: float, extrapolated: bool = False) -> Outcome:

@@ -10,9 +10,16 @@ import numpy as np
 
 from hertzchain.arrays import Array, FloatArray
 from hertzchain.engines.external.step_error import DAMPED_READINGS
-from hertzchain.engines.native import METHODS, Simulation, simulate, simulate_damped_verlet
+from hertzchain.engines.native import (
+    METHODS,
+    Simulation,
+    simulate,
+    simulate_damped_verlet,
+    simulate_in_numpy,
+)
+from hertzchain.engines.native.in_scipy import accurate_in_scipy
 from hertzchain.errors import RunFailed
-from hertzchain.limits import TIME_LIMIT, Deadline
+from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.error_bound import highest_rate
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result
@@ -60,6 +67,16 @@ REFERENCE_ERROR = Kind(
 _MANY_STEPS = 300_000
 """Steps from which on rounding errors of damped granules add up to more, as a random walk does:
 up to 1.5 times what is allowed below was seen after a million steps of granules with dashpots."""
+
+AS_WRITTEN = Kind(
+    "compiled against Eq. 1 as written",
+    "do not use this result; the compiled loops and hertzchain/engines/native/equations.py do not"
+    " say the same: please report the scene",
+)
+_QUICKLY_WRITTEN, _BY_SCIPY, _LONG_CHAIN = 250_000.0, 10.0, 1000.0
+"""Force evaluations of the reference up to which Eq. 1 as written is integrated by default: one to
+two seconds in NumPy; how many an evaluation counts with damped contacts, which SciPy integrates
+three times; granules that double the time of one (all measured)."""
 
 MOMENTUM = Kind(
     "momentum [N s]",
@@ -243,6 +260,41 @@ def yardstick_check(reference: Result) -> Check:
         YARDSTICK,
         "what is asked of the others, 1e-6; a reference that says more of its own error judges"
         " nothing",
+    )
+
+
+def is_quickly_written(reference: Result) -> bool:
+    """Return whether Eq. 1 as it is written takes about a second, by the reference's forces."""
+    harder = 1.0 if reference.scene.contact is None else _BY_SCIPY
+    size = 1 + reference.scene.chain.granules / _LONG_CHAIN
+    return reference.force_evaluations * size * harder <= _QUICKLY_WRITTEN
+
+
+def as_written_check(reference: Result, time_limit: float = TIME_LIMIT) -> Check:
+    """Check the compiled reference against Eq. 1 as ``equations`` writes it, in NumPy or SciPy."""
+    scene, deadline = reference.scene, Deadline(time_limit)
+    try:
+        if scene.contact is None:
+            method = METHODS["reference"]
+            legs = scene.schedule(method.step * scene.contact_time)
+            peaks = simulate_in_numpy(scene, legs, method.walker, deadline=deadline).peaks.force
+            tolerance = reference.error_estimate
+            reason = "its own error estimate; the same method and steps, so only round-off differs"
+        else:
+            by_scipy = accurate_in_scipy(scene, RTOL, deadline)
+            peaks = by_scipy.run.peaks.force
+            tolerance = by_scipy.bound + reference.error_estimate
+            reason = "its own error estimate plus that of SciPy with a wanted accuracy of 1e-6"
+    except RunFailed as problem:
+        return unmeasured(AS_WRITTEN, reference.backend, str(problem))
+    measured = np.asarray(reference.all_peaks / scene.units.force)
+    return within(
+        AS_WRITTEN,
+        reference.backend,
+        largest_difference(measured, peaks),
+        0.0,
+        tolerance,
+        f"{reason}; largest at contact {_farthest_peak(measured, peaks)}",
     )
 
 

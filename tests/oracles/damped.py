@@ -49,7 +49,7 @@ def peaks(
     tells displacement at the start and velocity between two corners of granule 1, whose inertia is
     0 then.
     """
-    k, c, gap, inertia = chain.stiffness, chain.damping, chain.gap, chain.inertia
+    k, c, gap, inertia = chain.stiffness, chain.damping, chain.gap, chain.inverse_mass
     size, contacts = inertia.size, chain.stiffness.size
 
     def contact_forces(y: Floats) -> Floats:
@@ -67,7 +67,7 @@ def peaks(
         net[:contacts] -= force
         net[1:] += force[: size - 1]
         net[0] += push(t)
-        return np.concatenate([y[size:], net * inertia + chain.pull])
+        return np.concatenate([y[size:], net * inertia + chain.constant])
 
     def below(curve: Any, contact: int, time: float) -> float:
         """The force of a contact, with the other sign."""
@@ -115,8 +115,8 @@ class Chain:
     stiffness: Floats
     damping: Floats
     gap: Floats
-    inertia: Floats
-    pull: Floats
+    inverse_mass: Floats
+    constant: Floats
     exponent: float
     attraction: bool
 
@@ -142,8 +142,8 @@ def peaks_of_scene(scene: hc.Scene, rtol: float) -> Floats:
         stiffness=stiffness * length**1.5 / force,
         damping=damping * length ** (exponent + 1) / time / force,
         gap=(each.gap - each.start_overlap) / length,
-        inertia=force * time**2 / length / mass,
-        pull=each.constant / mass * time**2 / length,
+        inverse_mass=force * time**2 / length / mass,
+        constant=each.constant / mass * time**2 / length,
         exponent=exponent,
         attraction=law.attraction,
     )

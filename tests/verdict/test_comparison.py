@@ -59,6 +59,7 @@ def test_both_backends_pass(both: hc.Comparison) -> None:
         "native: momentum [N s]",
         "native: energy [J]",
         "native: error of the reference",
+        "native: compiled against Eq. 1 as written",
         "lammps: granules",
         "lammps: position at rest [m]",
         "lammps: distance from the axis [m]",
@@ -92,6 +93,7 @@ def test_native_alone_has_no_checks_of_lammps(native_only: hc.Comparison) -> Non
         "native: momentum [N s]",
         "native: energy [J]",
         "native: error of the reference",
+        "native: compiled against Eq. 1 as written",
     }
     assert native_only.verdict == "pass"
     assert native_only.lammps is None

@@ -42,8 +42,12 @@ from hertzchain.scene.validity import (
 )
 
 if TYPE_CHECKING:
+    from hertzchain.engines.native.in_numpy import InNumpy
     from hertzchain.engines.native.preparation import Watched
 
+
+AS_WRITTEN = ("numpy", "scipy")
+"""Methods that integrate Eq. 1 as ``equations`` writes it."""
 
 _CLOSER = 1e-3
 """Accuracy of the second accurate run that tells an error, over that of the first (chosen)."""
@@ -69,14 +73,17 @@ class Native:
     ----------
     method
         ``reference``, ``srkn-11b``, ``srkn-6b``, ``dprkn-6``, ``rk4`` or ``velocity-verlet``; by
-        default the cheapest that gives peaks of accuracy ``rtol``.
+        default the cheapest that gives peaks of accuracy ``rtol``. ``numpy`` and ``scipy``
+        integrate Eq. 1 as ``equations.py`` writes it, a hundred times more slowly: elastic contacts
+        by the methods here in plain NumPy, any contacts by ``scipy.integrate.solve_ivp``.
     dt
         The largest step [s]; the default depends on the method: peaks right to about 1e-12
         (reference), 1e-8 (rk4), 1e-6 (velocity-verlet).
     rtol
-        Wanted relative accuracy of the peaks, from 1e-10 to 0.01; excludes method and dt, and is
-        1e-6 if none of the three is given. Where amplified rounding errors are larger,
-        ``error_estimate`` of the result has the accuracy reached.
+        Wanted relative accuracy of the peaks, from 1e-10 to 0.01; excludes dt and all methods but
+        ``numpy`` and ``scipy``. 1e-6 by default where neither a step nor another method is given.
+        Where amplified rounding errors are larger, ``error_estimate`` of the result has the
+        accuracy reached.
     peaks_only
         Whether only the peaks are wanted. Then, under one of the three pulses and after a striker
         on a uniform chain, granules that cannot change any peak are dropped, and displacement and
@@ -101,15 +108,22 @@ class Native:
 
     def __post_init__(self) -> None:
         if self.method is not None:
-            names = ", ".join(METHODS)
-            require(self.method in METHODS, "method", self.method, f"must be one of {names}")
+            known = (*METHODS, *AS_WRITTEN)
+            names = ", ".join(known)
+            require(self.method in known, "method", self.method, f"must be one of {names}")
         if self.dt is not None:
             require(is_positive(self.dt), "dt", self.dt, f"{POSITIVE} [s]")
         if self.rtol is not None:
-            alone = self.method is None and self.dt is None
+            alone = self.method in (None, *AS_WRITTEN) and self.dt is None
             allowed = "chooses method and step: leave out method and dt, or rtol"
             require(alone, "rtol", self.rtol, allowed)
             plans.check(self.rtol)
+        if self.method in AS_WRITTEN:
+            allowed = f"must be left out for method {self.method}, which drops no granules"
+            require(not self.peaks_only, "peaks_only", self.peaks_only, allowed)
+        if self.method == "scipy":
+            allowed = "must be left out for method scipy, which chooses its own steps"
+            require(self.dt is None, "dt", self.dt, allowed)
         check_time_limit(self.time_limit)
 
     def run(self, scene: SceneLike, record: ArrayLike | None = None) -> Result:
@@ -159,7 +173,10 @@ class Native:
             if scene.contact is not None:
                 law = DampedLaw.of(scene).in_units(scene.units)
             recorder = Recorder(times / scene.units.time, scene.chain.granules, wall, law)
-        if self.method is None and self.dt is None:
+        if self.method == "numpy":
+            allowed = "must be scipy or left out for damped contacts: NumPy integrates elastic ones"
+            require(scene.contact is None, "method", self.method, allowed)
+        if self.method in (None, *AS_WRITTEN) and self.dt is None:
             rtol = RTOL if self.rtol is None else self.rtol
             found = self._accurate_enough(scene, recorder, deadline, rtol)
             refuse_meaningless("native", found[-1], too_long=False)
@@ -168,6 +185,8 @@ class Native:
         else:
             found = self._as_asked(scene, recorder, deadline)
         method, dt, run, error = found
+        if self.method in AS_WRITTEN:
+            method = self.method
         units = scene.units
         peak_force = run.peaks.force * units.force
         refuse_deep_overlap(largest_overlap_ratio(scene, peak_force))
@@ -205,12 +224,12 @@ class Native:
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline
     ) -> tuple[str, float, Simulation, float]:
         """Return method, longest step [s], run and its error, with the given method and step."""
-        name = self.method or "reference"
+        name = self.method if self.method in METHODS else "reference"
         method = METHODS[name]
         dt = self.dt if self.dt is not None else method.step * scene.contact_time
         legs = method.walker.cut(scene.schedule(dt))
         refuse_unstable(scene, legs, method.interval, name)
-        prepared = Prepared.of(scene, deadline)
+        prepared = self._prepared(scene, deadline)
         run = prepared.simulate(legs, method.walker, recorder, leave_behind=self.peaks_only)
         longest = max(leg.dt for leg in legs)
         is_long = longest > SHORT * scene.contact_time
@@ -220,6 +239,14 @@ class Native:
             error = error_bound(prepared, legs, method, run)
         refuse_meaningless("native", error, is_long)
         return name, longest, run, error
+
+    def _prepared(self, scene: Scene, deadline: Deadline) -> Prepared | InNumpy:
+        """Return what integrates a scene with elastic contacts: compiled, or as it is written."""
+        if self.method != "numpy":
+            return Prepared.of(scene, deadline)
+        from hertzchain.engines.native.in_numpy import InNumpy
+
+        return InNumpy(scene, deadline)
 
     def _true_error(self, scene: Scene, run: Simulation, deadline: Deadline) -> float:
         """Return a bound of the error of a run's peaks: by accurate ones, and the error of these.
@@ -268,14 +295,19 @@ class Native:
         self, scene: Scene, recorder: Recorder | None, deadline: Deadline, rtol: float
     ) -> tuple[str, float, Simulation, float]:
         """Return method, longest step [s], run and its error, by what is cheapest for ``rtol``."""
+        if self.method == "scipy":
+            from hertzchain.engines.native.in_scipy import accurate_in_scipy, longest_step
+
+            by_scipy = accurate_in_scipy(scene, rtol, deadline, recorder)
+            return "scipy", longest_step(scene), by_scipy.run, by_scipy.bound
         if scene.contact is not None:
             return _adaptive(scene, recorder, deadline, rtol)
-        prepared = Prepared.of(scene, deadline)
+        prepared = self._prepared(scene, deadline)
         hard = amplifies_errors(scene)
         plan = plans.cheapest(rtol, hard=hard)
         before, cost, adaptive = math.inf, 0.0, None
         expensive, refined = math.inf, 1.0
-        if not (scene.is_plain or can_leave_behind(scene)):
+        if not (scene.is_plain or can_leave_behind(scene) or self.method == "numpy"):
             expensive, refined = _EXPENSIVE, 1 + _REFINED * float(np.mean(scene.granules.gap > 0))
         for left in reversed(range(plans.TRIES)):
             legs = plan.walker.cut(scene.schedule(plan.step * scene.contact_time))

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.native.equations import Chain
+from hertzchain.engines.native.kernel_input import padded
 from hertzchain.engines.native.methods import DOP853
 
 if TYPE_CHECKING:
@@ -20,42 +22,6 @@ _MOVING = 8
 
 _ROUNDED = 1e-14
 """Limit below which products of coefficients are 0 up to rounding; all others are far above."""
-
-
-@dataclass(frozen=True, eq=False)
-class Damped:
-    """A chain of damped contacts, natural units.
-
-    The force of a contact at overlap d > 0 is ``stiffness`` d^(3/2) + ``damping`` d^``exponent``
-    d', and 0 at d <= 0. Without ``attraction`` it is never below 0.
-
-    Parameters
-    ----------
-    stiffness, damping
-        Coefficients of the contacts, shape (contacts,).
-    inertia
-        1 / mass, shape (granules,), 0 for a piston.
-    gap
-        Gap of each contact at the start, shape (contacts,); negative for a static overlap.
-    pull
-        Acceleration by constant forces, shape (granules,).
-    exponent
-        q of all contacts: 0 (dashpot), 0.25 (restitution), 0.5 (viscoelastic).
-    attraction
-        Whether the force of a contact may be negative while it overlaps.
-    wall
-        Whether the last contact is a wall; then there are as many contacts as granules, otherwise
-        one less.
-    """
-
-    stiffness: FloatArray
-    inertia: FloatArray
-    gap: FloatArray
-    pull: FloatArray
-    damping: FloatArray
-    exponent: float
-    attraction: bool = False
-    wall: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +45,7 @@ class Simulated:
 
 
 def integrate_damped(
-    chain: Damped,
+    chain: Chain,
     rows: FloatArray,
     start: FloatArray,
     tolerance: float,
@@ -113,21 +79,15 @@ def integrate_damped(
     from hertzchain.engines.native import damped_advance, damped_kernel, kernels
     from hertzchain.engines.native.damped_contacts import Contacts
 
-    granules, contacts = chain.inertia.size, chain.stiffness.size
-    inertia = np.ascontiguousarray(chain.inertia, np.float64)
-
-    def padded(values: FloatArray) -> FloatArray:
-        """Return an array with an entry for the free end, which is never pressed."""
-        whole = np.zeros(granules)
-        whole[:contacts] = values
-        return whole
+    granules, contacts = chain.inverse_mass.size, chain.stiffness.size
+    inertia = np.ascontiguousarray(chain.inverse_mass, np.float64)
 
     made = Contacts(
-        padded(chain.stiffness),
-        padded(chain.damping),
-        padded(chain.gap),
+        padded(chain.stiffness, granules),
+        padded(chain.damping, granules),
+        padded(chain.gap, granules),
         inertia,
-        np.ascontiguousarray(chain.pull, np.float64),
+        np.ascontiguousarray(chain.constant, np.float64),
         np.maximum(inertia, np.append(inertia[1:], 0.0)),
         round(4 * chain.exponent),
         chain.attraction,
@@ -136,7 +96,7 @@ def integrate_damped(
         nothing = np.zeros((0, 0))
         record = kernels.Record(np.zeros(0), nothing, nothing, nothing)
     # The front of a wave moves granules smoothly, but not across a gap or under a static load.
-    has_front = start.size == 0 and not chain.gap.any() and not chain.pull.any()
+    has_front = start.size == 0 and not chain.gap.any() and not chain.constant.any()
     force, time = np.zeros(contacts), np.full(contacts, np.nan)
     found, displacement, velocity = damped_kernel.march(
         rows, _method(), made, start if start.size else np.zeros((2, granules)),

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hertzchain.engines.native.damped import Damped, Simulated, integrate_damped
+from hertzchain.engines.native.damped import Simulated, integrate_damped
 from hertzchain.engines.native.damped_plan import LONGEST, accurate
+from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import leg_rows, start_of
 from hertzchain.engines.native.simulation import End, Peaks, Simulation, stoppable
 from hertzchain.errors import RunFailed, TooExpensive
@@ -27,26 +28,6 @@ _ARRAYS = 51
 
 class TooMuchWork(RunFailed):
     """A run takes more work than it may, or its steps do not advance."""
-
-
-def damped_contacts(scene: Scene) -> Damped:
-    """The granules and contacts of a scene as the integrator takes them, natural units."""
-    granules, units, contact = scene.granules, scene.units, scene.contact
-    mass_unit = units.force * units.time**2 / units.length
-    damping, q = np.zeros(granules.stiffness.size), 0.5  # any exponent will do without damping
-    if contact is not None:
-        assert granules.damping is not None
-        damping, q = granules.damping, contact.exponent
-    return Damped(
-        stiffness=granules.stiffness * (units.length**1.5 / units.force),
-        inertia=mass_unit / granules.mass,
-        gap=(granules.gap - granules.static_overlap) / units.length,
-        pull=granules.constant_force / granules.mass * (units.time**2 / units.length),
-        damping=damping * (units.length**q * units.velocity / units.force),
-        exponent=q,
-        attraction=contact is not None and contact.attraction,
-        wall=scene.wall is not None,
-    )
 
 
 def longest_step(scene: Scene) -> float:
@@ -90,7 +71,7 @@ def simulate_damped(
         forces = np.zeros(recorder.contact_force.shape)
         record = kernels.Record(times, np.zeros(shape), np.zeros(shape), forces)
     control, longest = np.zeros(3), longest_step(scene) / scene.units.time
-    chain, start = damped_contacts(scene), start_of(scene)
+    chain, start = Chain.of(scene), start_of(scene)
     found: Simulated = stoppable(
         lambda: integrate_damped(
             chain, rows, start, tolerance, longest, record, control, most_work, longer

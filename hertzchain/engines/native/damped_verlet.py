@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.step_error import damped_interval_at
-from hertzchain.engines.native.damped_runs import damped_contacts
-from hertzchain.engines.native.kernel_input import leg_rows, start_of
-from hertzchain.engines.native.simulation import End, Peaks, Simulation
+from hertzchain.engines.native.equations import Chain
+from hertzchain.engines.native.kernel_input import leg_rows, padded
+from hertzchain.engines.native.sampled import simulation_of, state_at_start
+from hertzchain.engines.native.simulation import Simulation
 from hertzchain.limits import TIME_LIMIT, Deadline, refuse_memory
 from hertzchain.observables.damped_law import DampedLaw, true_forces
-from hertzchain.observables.damped_watch import DampedWatch
 from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.samples import Samples, closing
-from hertzchain.observables.work import work_done
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -47,46 +47,13 @@ def simulate_damped_verlet(
     scene, natural units, shape (2, granules). Raises StepUnstable if the motion diverges,
     TooExpensive if the run has taken longer than the deadline, an hour by default.
     """
-    chain = damped_contacts(scene)
-    law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
-    watch = DampedWatch(law, chain.inertia, chain.wall, scene.piston is not None)
-    moves = chain.inertia > 0  # all but a piston
-    mass = np.where(moves, 1 / np.where(moves, chain.inertia, 1.0), 0.0)
-    work = exchanged = 0.0
-    samples: Samples | None = None
-    for natural, seen in samples_of(scene, legs, deadline, start):
-        if samples is None:
-            work = _energy(law, mass, seen, 0)
-            exchanged = abs(work)
-        samples = seen
-        pushed = watch.piston_impulse
-        watch.update(samples, natural.dt / 2)
-        done_now = 0.0
-        if natural.stroke is not None:
-            done_now = (watch.piston_impulse - pushed) * natural.stroke.velocity
-        if natural.ramp is not None:
-            done_now = float(work_done(samples, natural.ramp))
-        work, exchanged = work + done_now, exchanged + abs(done_now)
-        if recorder is not None:
-            recorder.update(samples)
-    assert samples is not None
-    displacement, velocity = samples.displacement[-1], samples.velocity[-1]
-    energy = _energy(law, mass, samples, -1) - float(np.sum(mass * chain.pull * displacement))
-    if not abs(energy) <= 10 * exchanged:
-        raise diverged("native")
-    steps = sum(leg.steps for leg in legs)
-    return Simulation(
-        End(displacement, velocity),
-        Peaks(watch.force, watch.time, watch.passed),
-        work,
-        float(np.sum(mass * velocity)),
-        energy,
-        steps,
-        steps,
-        wall_impulse=watch.wall_impulse,
-        piston_impulse=watch.piston_impulse,
-        dissipated=watch.dissipated,
+    deadline = deadline or Deadline(TIME_LIMIT)
+    at_start, blocks = state_at_start(scene, added=start), samples_of(scene, legs, deadline, start)
+    run = simulation_of(
+        scene, Chain.of(scene), at_start, blocks, deadline, recorder, is_verlet=True
     )
+    steps = sum(leg.steps for leg in legs)
+    return replace(run, steps=steps, evaluations=steps)
 
 
 def samples_of(
@@ -105,17 +72,13 @@ def samples_of(
     from hertzchain.engines.native.damped_verlet_kernel import take_steps
 
     deadline = deadline or Deadline(TIME_LIMIT)
-    granules, chain = scene.chain.granules, damped_contacts(scene)
+    granules, chain = scene.chain.granules, Chain.of(scene)
     refuse_memory(8.0 * granules * 20 * _BLOCK)
     contacts = chain.stiffness.size
     made = verlet_contacts(scene)
     law = DampedLaw(chain.stiffness, chain.damping, chain.exponent, chain.attraction)
     u, v, f, a = (np.zeros(granules + 1) for _ in range(4))
-    own = start_of(scene)
-    for given in (own, start):
-        if given is not None and given.size:
-            u[:granules] += given[0]
-            v[:granules] += given[1]
+    u[:granules], v[:granules] = state_at_start(scene, added=start)
     unit = scene.units
     for leg, row in zip(legs, leg_rows(legs, unit), strict=True):
         stride = every or stride_of(scene, leg)
@@ -140,23 +103,16 @@ def verlet_contacts(scene: Scene) -> Contacts:
     """The chain of a scene with damped contacts as the compiled steps take it."""
     from hertzchain.engines.native.damped_verlet_kernel import Contacts
 
-    granules, chain = scene.chain.granules, damped_contacts(scene)
+    granules, chain = scene.chain.granules, Chain.of(scene)
     return Contacts(
-        _padded(chain.stiffness, granules),
-        _padded(chain.damping, granules),
-        _padded(chain.gap, granules),
-        np.ascontiguousarray(chain.inertia, np.float64),
-        np.ascontiguousarray(chain.pull, np.float64),
+        padded(chain.stiffness, granules),
+        padded(chain.damping, granules),
+        padded(chain.gap, granules),
+        np.ascontiguousarray(chain.inverse_mass, np.float64),
+        np.ascontiguousarray(chain.constant, np.float64),
         round(4 * chain.exponent),
         chain.attraction,
     )
-
-
-def _padded(values: FloatArray, granules: int) -> FloatArray:
-    """With an entry for the free end, where nothing presses."""
-    whole = np.zeros(granules)
-    whole[: values.size] = values
-    return whole
 
 
 def stride_of(scene: Scene, leg: Leg) -> int:
@@ -172,10 +128,3 @@ def _samples(time: FloatArray, states: FloatArray, gap: FloatArray, contacts: in
     u, v, a, f = (np.ascontiguousarray(states[:, k]) for k in range(4))
     overlap = closing(u, contacts) - gap[:contacts]
     return Samples(time, u, v, a, overlap, f[:, :contacts])
-
-
-def _energy(law: DampedLaw, mass: FloatArray, samples: Samples, which: int) -> float:
-    """Of motion and of contacts, at one of the samples."""
-    overlap = np.maximum(samples.overlap[which], 0.0)
-    kinetic = 0.5 * np.sum(mass * samples.velocity[which] ** 2)
-    return float(kinetic + 0.4 * np.sum(law.elastic(overlap) * overlap))

@@ -1,44 +1,161 @@
-"""Eq. 1 in natural units: mass, contact stiffness and largest applied force are 1."""
+"""Eq. 1 as it is written, with every term that a scene may have: the file to read first.
+
+Granule i has the displacement u_i along the chain. Contact i lies between granules i and i + 1; a
+wall is the last contact, with a neighbour that rests. In natural units (``scene.natural_units``)
+
+    overlap   d_i   = u_i - u_{i+1} - gap_i                    a static overlap is a negative gap
+    force     F_i   = k_i d_i^(3/2) + c_i d_i^q d_i'           where d_i > 0, otherwise 0
+    motion    u_i'' = (F_{i-1} - F_i) / m_i + constant_i       F_0 = F(t), the applied force
+
+Without attraction F_i is never below 0. Gravity and precompression are the constants. A striker is
+granule 1 with a velocity at the start. A piston is granule 1 with 1/m = 0: it moves by its strokes.
+The paper's chain has k = m = 1, no gap, no damping and no constants.
+
+``in_numpy`` and ``in_scipy`` integrate these lines; the compiled kernels are compared with them.
+"""
 
 from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from hertzchain.arrays import Array
+from hertzchain.scene.scene import Scene
 
 
-def overlap(displacement: Array) -> Array:
-    """Overlaps u_i - u_{i+1}, (..., granules - 1), of u, (..., granules); < 0 in a gap."""
-    return displacement[..., :-1] - displacement[..., 1:]
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """A chain in natural units, of one floating-point precision.
+
+    Parameters
+    ----------
+    stiffness
+        k of each contact, shape (contacts,): one less than granules, or as many with a wall.
+    inverse_mass
+        1 / m of each granule, shape (granules,); 0 for a piston.
+    gap
+        Gap of each contact at the start, shape (contacts,); negative for a static overlap.
+    constant
+        Acceleration by gravity and precompression, shape (granules,).
+    damping
+        c of each contact, shape (contacts,).
+    exponent
+        q of all contacts: 0 (dashpot), 0.25 (restitution), 0.5 (viscoelastic).
+    attraction
+        Whether the force of a damped contact may be negative while it overlaps.
+    """
+
+    stiffness: Array
+    inverse_mass: Array
+    gap: Array
+    constant: Array
+    damping: Array
+    exponent: float = 0.5
+    attraction: bool = False
+
+    @classmethod
+    def plain(cls, granules: int, dtype: type[np.floating[Any]] = np.float64) -> Chain:
+        """Return the paper's chain."""
+        none = np.zeros(granules - 1, dtype)
+        at_rest = np.zeros(granules, dtype)
+        return cls(none + dtype(1), at_rest + dtype(1), none, at_rest, none)
+
+    @classmethod
+    def of(cls, scene: Scene, dtype: type[np.floating[Any]] = np.float64) -> Chain:
+        """Return the chain of a scene."""
+        if scene.is_plain:
+            return cls.plain(scene.chain.granules, dtype)
+        granules, units, contact = scene.granules, scene.units, scene.contact
+        mass_unit = units.force * units.time**2 / units.length
+        damping, q = np.zeros(granules.stiffness.size), 0.5  # any q will do without damping
+        if contact is not None:
+            assert granules.damping is not None
+            damping, q = granules.damping, contact.exponent
+        stiffness, inverse_mass, gap, constant, damping = (
+            values.astype(dtype)
+            for values in (
+                granules.stiffness * (units.length**1.5 / units.force),
+                mass_unit / granules.mass,
+                (granules.gap - granules.static_overlap) / units.length,
+                granules.constant_force / granules.mass * (units.time**2 / units.length),
+                damping * (units.length**q * units.velocity / units.force),
+            )
+        )
+        attraction = contact is not None and contact.attraction
+        return cls(stiffness, inverse_mass, gap, constant, damping, q, attraction)
+
+    @functools.cached_property
+    def has_wall(self) -> bool:
+        """Whether the last contact is that with a wall."""
+        return self.stiffness.size == self.inverse_mass.size
+
+    @functools.cached_property
+    def is_damped(self) -> bool:
+        """Whether any contact loses energy."""
+        return bool(self.damping.any())
+
+    @functools.cached_property
+    def mass(self) -> Array:
+        """M of each granule, shape (granules,); 0 for a piston, which counts in no balance."""
+        moves = self.inverse_mass > 0
+        return np.where(moves, 1 / np.where(moves, self.inverse_mass, 1), 0)
+
+    def closing(self, motion: Array) -> Array:
+        """Return u_i - u_{i+1} of each contact, (..., contacts), from motions, (..., granules)."""
+        between = motion[..., :-1] - motion[..., 1:]
+        return np.concatenate([between, motion[..., -1:]], -1) if self.has_wall else between
+
+    def overlap(self, displacement: Array) -> Array:
+        """Return d_i, shape (..., contacts), of displacements, (..., granules)."""
+        return self.closing(displacement) - self.gap
+
+    def contact_force(self, overlap: Array, rate: Array | float = 0.0) -> Array:
+        """Return F_i of overlaps, (..., contacts); where damped, of their rates too."""
+        force = self.stiffness * hertz(overlap)
+        if self.is_damped:
+            damper = self.damping * np.maximum(overlap, 0) ** self.exponent * rate
+            force = force + np.where(overlap > 0, damper, 0)
+            if not self.attraction:
+                force = np.maximum(force, 0)
+        return force
+
+    def moved_by(self, force: Array, applied_force: Array | float) -> Array:
+        """Return u_i'', shape (..., granules), of F_i, (..., contacts), and F(t), (...)."""
+        net = net_force(force, applied_force, self.inverse_mass.size)
+        return self.inverse_mass * net + self.constant
+
+    def acceleration(
+        self, displacement: Array, applied_force: Array | float, velocity: Array | None = None
+    ) -> Array:
+        """Return u_i'' of a state, (..., granules); velocities are needed by damped contacts."""
+        rate = 0.0 if velocity is None else self.closing(velocity)
+        return self.moved_by(self.contact_force(self.overlap(displacement), rate), applied_force)
+
+    def jerk(self, overlap: Array, rate: Array, applied_rate: Array | float) -> Array:
+        """Return u_i''' of elastic contacts, shape (..., granules); F'(t) has the shape (...)."""
+        force_rate = 1.5 * self.stiffness * np.sqrt(np.maximum(overlap, 0)) * rate
+        return self.inverse_mass * net_force(force_rate, applied_rate, self.inverse_mass.size)
+
+    def energy(self, displacement: Array, velocity: Array) -> Any:
+        """Return the energy of motion and of the contacts of a state, without the constants."""
+        overlap = np.maximum(self.overlap(displacement), 0)
+        stored = 0.4 * np.sum(self.stiffness * hertz(overlap) * overlap)
+        return 0.5 * np.sum(self.mass * velocity**2) + stored
 
 
-def contact_force(overlap: Array) -> Array:
-    """Hertz force of each contact, shape (..., contacts); 0 where granules are apart (Eq. 1)."""
+def hertz(overlap: Array) -> Array:
+    """Return d^(3/2) of each contact; 0 where granules are apart."""
     pressed = np.maximum(overlap, 0)
     return pressed * np.sqrt(pressed)
 
 
-def net_force(contact_force: Array, applied_force: Array | float) -> Array:
-    """Return the net force on each granule, shape (..., granules) (Eq. 1).
-
-    It equals the acceleration, because the mass is 1. Contact forces have the shape (..., granules
-    - 1), F(t) on the first granule the shape (...).
-    """
-    *times, contacts = contact_force.shape
-    passed_on = np.zeros((*times, contacts + 2), contact_force.dtype)
-    passed_on[..., 0] = applied_force
-    passed_on[..., 1:-1] = contact_force
-    return passed_on[..., :-1] - passed_on[..., 1:]
-
-
-def jerk(overlap: Array, rate: Array, applied_rate: Array | float) -> Array:
-    """Return the time derivative of Eq. 1; that of a contact force is 3/2 overlap^(1/2) rate.
-
-    Overlaps and their rates have the shape (..., contacts), the applied F'(t) the shape (...).
-    """
-    return net_force(1.5 * np.sqrt(np.maximum(overlap, 0)) * rate, applied_rate)
-
-
-def acceleration(displacement: Array, applied_force: float) -> Array:
-    """Return the right-hand side of Eq. 1, shape (granules,)."""
-    return net_force(contact_force(overlap(displacement)), applied_force)
+def net_force(force: Array, applied_force: Array | float, granules: int) -> Array:
+    """Return F_{i-1} - F_i, shape (..., granules), of F_i, (..., contacts), and F(t), (...)."""
+    net = np.zeros((*force.shape[:-1], granules), force.dtype)
+    net[..., 0] = applied_force
+    net[..., 1:] += force[..., : granules - 1]
+    net[..., : force.shape[-1]] -= force
+    return net

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hertzchain.arrays import FloatArray
+from hertzchain.arrays import Array, FloatArray
+from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.methods import RungeKuttaNystrom, Stepper, SymplecticNystrom
 from hertzchain.errors import RunFailed
 from hertzchain.observables.history import Recorder
@@ -40,21 +41,22 @@ def terms_of(scene: Scene) -> Terms:
 
     if scene.is_plain:
         return kernels.PLAIN
-    granules, units, size = scene.granules, scene.units, scene.chain.granules
-    mass_unit = units.force * units.time**2 / units.length
-    stiffness = np.ones(size)  # the last stays 1 at a free end, which is never pressed
-    stiffness[: granules.stiffness.size] = granules.stiffness * (units.length**1.5 / units.force)
-    opening = granules.gap - granules.static_overlap
-    gap = np.zeros(size)
-    gap[: opening.size] = opening / units.length
+    chain = Chain.of(scene)
+    stiffness = np.ones(scene.chain.granules)  # the last stays 1 at a free end, never pressed
+    stiffness[: chain.stiffness.size] = chain.stiffness
     return kernels.Terms(
         stiffness,
-        mass_unit / granules.mass,
-        None if not opening.any() else gap,
-        None
-        if not granules.constant_force.any()
-        else granules.constant_force / granules.mass * (units.time**2 / units.length),
+        chain.inverse_mass,
+        padded(chain.gap, stiffness.size) if chain.gap.any() else None,
+        chain.constant if chain.constant.any() else None,
     )
+
+
+def padded(values: Array, granules: int) -> FloatArray:
+    """Return an array with an entry for the free end, which is never pressed."""
+    whole = np.zeros(granules)
+    whole[: values.size] = values
+    return whole
 
 
 def softest(scene: Scene) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from hertzchain.engines.native import plan as plans
 from hertzchain.engines.native.named_methods import Method
@@ -19,9 +20,16 @@ from hertzchain.observables.error_bound import (
 from hertzchain.observables.peaks import ESTIMATED, largest_difference
 from hertzchain.scene.schedule import Leg
 
+if TYPE_CHECKING:
+    from hertzchain.engines.native.in_numpy import InNumpy
+
 
 def estimate(
-    prepared: Prepared, legs: Sequence[Leg], plan: plans.Plan, run: Simulation, twice: bool
+    prepared: Prepared | InNumpy,
+    legs: Sequence[Leg],
+    plan: plans.Plan,
+    run: Simulation,
+    twice: bool,
 ) -> float:
     """Return an upper bound of the error of the peaks, from one run or two with other steps.
 
@@ -52,7 +60,9 @@ def _other_than(before: Sequence[Leg], legs: Sequence[Leg]) -> tuple[Leg, ...]:
     )
 
 
-def error_bound(prepared: Prepared, legs: Sequence[Leg], method: Method, run: Simulation) -> float:
+def error_bound(
+    prepared: Prepared | InNumpy, legs: Sequence[Leg], method: Method, run: Simulation
+) -> float:
     """Return an upper bound of the error of the peaks of a run with a given method and step."""
     scene = prepared.scene
     # Errors at steps of 0.6 natural time units and more do not predict those at longer steps.

@@ -93,6 +93,11 @@ class Simulation:
     piston_impulse: Scalar = 0.0  # integral of the force of the piston
     dissipated: Scalar = 0.0  # energy lost by damping
 
+    @property
+    def peak_force(self) -> Any:
+        """Peak force of each contact, shape (contacts,)."""
+        return self.peaks.force
+
 
 def simulate(
     scene: Scene,

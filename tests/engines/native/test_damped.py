@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from scipy.integrate._ivp import dop853_coefficients
 
 from hertzchain.engines.native import damped_advance, kernels
-from hertzchain.engines.native.damped import Damped, Simulated, integrate_damped
+from hertzchain.engines.native.damped import Simulated, integrate_damped
 from hertzchain.engines.native.damped_plan import accurate
+from hertzchain.engines.native.equations import Chain
 from hertzchain.engines.native.kernel_input import nothing_recorded
 from hertzchain.engines.native.marching import march
 from hertzchain.engines.native.methods import DOP853, SRKN_11B
@@ -34,11 +35,11 @@ def alpha_of(restitution: float) -> float:
 
 def two_spheres(exponent: float, damping: float, attraction: bool, tolerance: float) -> Simulated:
     """Two spheres that collide with k = m* = v = 1."""
-    chain = Damped(
+    chain = Chain(
         stiffness=np.ones(1),
-        inertia=np.full(2, 0.5),
+        inverse_mass=np.full(2, 0.5),
         gap=np.zeros(1),
-        pull=np.zeros(2),
+        constant=np.zeros(2),
         damping=np.array([damping]),
         exponent=exponent,
         attraction=attraction,
@@ -50,13 +51,13 @@ def returned(run: Simulated) -> float:
     return float(run.velocity[1] - run.velocity[0])
 
 
-def uniform(granules: int, exponent: float, damping: float, attraction: bool = False) -> Damped:
+def uniform(granules: int, exponent: float, damping: float, attraction: bool = False) -> Chain:
     """A chain of equal granules that just touch, k = m = 1."""
-    return Damped(
+    return Chain(
         stiffness=np.ones(granules - 1),
-        inertia=np.ones(granules),
+        inverse_mass=np.ones(granules),
         gap=np.zeros(granules - 1),
-        pull=np.zeros(granules),
+        constant=np.zeros(granules),
         damping=np.full(granules - 1, damping),
         exponent=exponent,
         attraction=attraction,
@@ -145,7 +146,7 @@ def test_momentum_and_energy(exponent: float, attraction: bool) -> None:
 def test_impulse_on_a_wall() -> None:
     free = uniform(8, RESTITUTION, 0.1)
     one = np.ones(8)
-    chain = replace(free, stiffness=one, gap=0 * one, damping=0.1 * one, wall=True)
+    chain = replace(free, stiffness=one, gap=0 * one, damping=0.1 * one)
     run = integrate_damped(chain, pulse(1.5, 2.5, 35.0), AT_REST, 1e-10, 0.8)
     # The energy lost by the chain; errors as those of the energy.
     assert run.wall_impulse == pytest.approx(2.0 - run.momentum, rel=1e-9)
@@ -175,7 +176,7 @@ def test_order_over_a_run(exponent: float) -> None:
 def test_order_in_a_smooth_stretch(exponent: float) -> None:
     """A pressed chain, whose contacts stay closed, with steps of one length."""
     load = np.array([1.0, 0.0, 0.0, 0.0, 0.0, -1.0])
-    chain = replace(uniform(6, exponent, 0.1), gap=-np.ones(5), pull=load)
+    chain = replace(uniform(6, exponent, 0.1), gap=-np.ones(5), constant=load)
     start = np.array([np.zeros(6), [0.3, -0.1, 0.2, 0.0, -0.2, 0.1]])
     loose = 1e3  # leaves steps as long as they may be
     velocities = [
@@ -204,7 +205,7 @@ def test_without_damping_it_is_the_other_kernel() -> None:
     assert ours.peak_time == pytest.approx(time, rel=0, abs=1e-4)
 
 
-def random_chain(seed: int, most: int) -> tuple[Damped, Floats, Floats]:
+def random_chain(seed: int, most: int) -> tuple[Chain, Floats, Floats]:
     """A random damped chain with its legs and its start: at rest under a pulse, or a striker."""
     draw = np.random.default_rng(seed)
     granules, wall = int(draw.integers(2, most + 1)), bool(draw.random() < 0.4)
@@ -227,9 +228,7 @@ def random_chain(seed: int, most: int) -> tuple[Damped, Floats, Floats]:
         if not wall:
             pull[-1] -= force / mass[-1]
     exponent = float(draw.choice([DASHPOT, RESTITUTION, VISCOELASTIC]))
-    chain = Damped(
-        stiffness, 1 / mass, gap, pull, damping, exponent, bool(draw.random() < 0.4), wall
-    )
+    chain = Chain(stiffness, 1 / mass, gap, pull, damping, exponent, bool(draw.random() < 0.4))
     end = float(draw.uniform(1.0, 1.8) * granules + 5)
     if draw.random() < 0.5:
         start = np.zeros((2, granules))
@@ -239,7 +238,7 @@ def random_chain(seed: int, most: int) -> tuple[Damped, Floats, Floats]:
     return chain, pulse(rise, fall, rise + fall + end, int(draw.integers(1, 3))), AT_REST
 
 
-def true_peaks(chain: Damped, rows: Floats, start: Floats) -> oracle.Found:
+def true_peaks(chain: Chain, rows: Floats, start: Floats) -> oracle.Found:
     """Compute the peaks by SciPy."""
 
     def push(time: float) -> float:
@@ -250,13 +249,13 @@ def true_peaks(chain: Damped, rows: Floats, start: Floats) -> oracle.Found:
                 return float(first + (last - first) * growth)
         return 0.0
 
-    at = start if start.size else np.zeros((2, chain.inertia.size))
+    at = start if start.size else np.zeros((2, chain.inverse_mass.size))
     return oracle.peaks(chain, push, [0.0, *rows[:, 1].tolist()], at)
 
 
-def longest_of(chain: Damped) -> float:
+def longest_of(chain: Chain) -> float:
     """0.8 of the time unit of the fastest contact."""
-    lightest = chain.inertia + np.append(chain.inertia[1:], 0.0)
+    lightest = chain.inverse_mass + np.append(chain.inverse_mass[1:], 0.0)
     fastest = np.max(chain.stiffness * lightest[: chain.stiffness.size] / 2)
     return float(0.8 / math.sqrt(fastest))
 
@@ -353,7 +352,7 @@ def test_the_bound_is_above_the_error(rtol: float) -> None:
             tolerance: float,
             longer: float,
             may_be_last: bool,  # noqa: ARG001 - nothing is recorded
-            given: tuple[Damped, Floats, Floats] = (chain, rows, start),
+            given: tuple[Chain, Floats, Floats] = (chain, rows, start),
             longest: float = longest,
         ) -> Simulated:
             return integrate_damped(*given, tolerance, longest, longer=longer)

@@ -10,7 +10,7 @@ import pytest
 import hertzchain as hc
 from hertzchain.engines.external.rescaling import Softening
 from hertzchain.engines.native import simulate_damped_verlet
-from hertzchain.engines.native.damped_runs import damped_contacts
+from hertzchain.engines.native.equations import Chain
 from hertzchain.errors import StepUnstable
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import largest_difference
@@ -28,7 +28,7 @@ def half_step_verlet(scene: hc.Scene, dt: float) -> tuple[np.ndarray, np.ndarray
 
     A step kicks half, drifts, forms forces with the velocities that are there, and kicks half.
     """
-    chain, size = damped_contacts(scene), scene.chain.granules
+    chain, size = Chain.of(scene), scene.chain.granules
     contacts, units = chain.stiffness.size, scene.units
     u, v = np.zeros(size + 1), np.zeros(size + 1)
     v[0] = scene.start_velocity / units.velocity
@@ -48,7 +48,7 @@ def half_step_verlet(scene: hc.Scene, dt: float) -> tuple[np.ndarray, np.ndarray
         net[0] += scene.applied_force(np.array(time * units.time)) / units.force
         net[:contacts] -= force
         net[1:] += force[: size - 1]
-        return np.asarray(net * chain.inertia + chain.pull)
+        return np.asarray(net * chain.inverse_mass + chain.constant)
 
     for leg in scene.schedule(dt):
         begin, h = leg.start / units.time, leg.dt / units.time

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.engines.native.damped_runs import damped_contacts
+from hertzchain.engines.native.equations import Chain
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL
 from tests.oracles import damped, terms_in_si
@@ -54,7 +54,7 @@ def judge(kind: str, number: int) -> bool:
 def true_peaks(scene: hc.Scene, rtol: float) -> Floats:
     """Compute peaks of damped contacts by SciPy [N], in natural units; the drive is in SI."""
     units, shock = scene.units, scene.shock
-    chain, end = damped_contacts(scene), scene.end_time / scene.units.time
+    chain, end = Chain.of(scene), scene.end_time / scene.units.time
     start = np.zeros((2, scene.chain.granules))
     more: dict[str, Any] = {}
     corners = [0.0]

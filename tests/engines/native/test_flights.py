@@ -11,7 +11,8 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.native import damped_advance
-from hertzchain.engines.native.damped import Damped, Simulated, integrate_damped
+from hertzchain.engines.native.damped import Simulated, integrate_damped
+from hertzchain.engines.native.equations import Chain
 from hertzchain.errors import TooExpensive
 from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL
@@ -130,7 +131,7 @@ def test_a_run_that_does_not_advance_is_one_sentence(monkeypatch: pytest.MonkeyP
 def test_a_load_presses_a_contact_again_that_has_not_opened(exponent: float) -> None:
     """Its damper had made the force 0 before; momentum and energy do not tell."""
     one = np.ones(1)
-    chain = Damped(one, one, 0.5 * one, 0.1 * one, 0.3 * one, exponent, False, True)
+    chain = Chain(one, one, 0.5 * one, 0.1 * one, 0.3 * one, exponent, False)
     start, rows = np.array([[0.0], [1.0]]), np.array([[0.0, 30.0, 1, 0, 0, 0, 0, 0.0]])
     run = integrate_damped(chain, rows, start, 1e-10, 0.8)
     true = damped.peaks(chain, lambda _: 0.0, [0.0, 30.0], start, 1e-11)

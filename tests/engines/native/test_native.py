@@ -13,7 +13,7 @@ from scipy.integrate import quad, solve_ivp
 import hertzchain as hc
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, simulate, simulate_in_numpy
-from hertzchain.engines.native.equations import acceleration, contact_force, net_force, overlap
+from hertzchain.engines.native.equations import Chain, net_force
 from hertzchain.engines.native.methods import SRKN_11B
 from hertzchain.engines.native.refinement import Fixed, Refined
 from hertzchain.errors import RunFailed
@@ -38,17 +38,18 @@ def natural_peaks(
 
 def test_forces_are_those_of_equation_1() -> None:
     displacement = np.array([3.0, 1.0, 0.75, 1.0])  # overlaps 2, 1/4 and a gap
-    assert overlap(displacement).tolist() == [2.0, 0.25, -0.25]
-    assert contact_force(overlap(displacement)) == pytest.approx(
+    chain = Chain.plain(4)
+    assert chain.overlap(displacement).tolist() == [2.0, 0.25, -0.25]
+    assert chain.contact_force(chain.overlap(displacement)) == pytest.approx(
         [2**1.5, 0.125, 0.0], rel=1e-15, abs=0
     )
     expected = [7 - 2**1.5, 2**1.5 - 0.125, 0.125, 0.0]
-    assert acceleration(displacement, 7.0) == pytest.approx(expected, rel=1e-15, abs=0)
+    assert chain.acceleration(displacement, 7.0) == pytest.approx(expected, rel=1e-15, abs=0)
 
 
 def test_internal_forces_cancel() -> None:
     forces = np.random.default_rng(1).random((5, 9))
-    assert np.sum(net_force(forces, 0.0), axis=1) == pytest.approx(np.zeros(5), abs=1e-15)
+    assert np.sum(net_force(forces, 0.0, 10), axis=1) == pytest.approx(np.zeros(5), abs=1e-15)
 
 
 def test_the_first_peaks_of_the_demo_scene(demo_reference: hc.Result) -> None:

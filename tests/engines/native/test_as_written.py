@@ -1,0 +1,170 @@
+"""Eq. 1 as it is written: in NumPy and SciPy, and the compiled loops held to it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain.observables.peaks import largest_difference
+from hertzchain.verdict.run_checks import as_written_check, balance_checks, is_quickly_written
+from tests.conftest import STEEL
+from tests.places import ROOT
+
+SCENES = ROOT / "validation" / "scenes"
+NAME = "native: compiled against Eq. 1 as written"
+
+# The two take seconds, the others less than one.
+LONG = {"terms/all_at_once", "terms/dimer"}
+SHIPPED = ["demo", *sorted(f"terms/{path.stem}" for path in (SCENES / "terms").glob("*.toml"))]
+
+
+def shipped(name: str) -> hc.Scene:
+    return hc.Scene.from_toml(SCENES / f"{name}.toml")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in SHIPPED]
+)
+def test_the_compiled_reference_agrees_and_the_check_is_there(name: str) -> None:
+    reference = hc.Native("reference").run(shipped(name))
+    assert is_quickly_written(reference)
+    check = as_written_check(reference)
+    assert (check.name, check.passed) == (NAME, True)
+    assert check.measured is not None
+    assert check.tolerance is not None
+    assert check.tolerance < 1e-6
+    if reference.scene.contact is None:
+        assert check.measured < 1e-13  # round-off of equal steps: at most 3.1e-14 was seen
+
+
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [
+        ("demo", "numpy"),
+        ("demo", "scipy"),
+        ("terms/piston", "numpy"),
+        ("terms/piston", "scipy"),
+        ("terms/striker_on_a_wall", "numpy"),
+        ("terms/precompressed", "numpy"),
+        ("terms/upright_column", "scipy"),
+        ("terms/damped_striker_on_a_wall", "scipy"),
+    ],
+)
+def test_runs_are_as_accurate_as_they_say(name: str, method: str) -> None:
+    scene = shipped(name)
+    found, true = (hc.Native(one).run(scene, record=7) for one in (method, "reference"))
+    assert found.method == method
+    assert found.error_estimate <= 1e-6
+    difference = largest_difference(found.all_peaks, true.all_peaks)
+    assert difference <= found.error_estimate + true.error_estimate
+    assert [check.name for check in balance_checks(found) if not check.passed] == []
+    assert found.history is not None
+    assert true.history is not None
+    # Forces at one time change faster than peaks, most at the front: at most 1.5e-6 was seen.
+    largest = float(np.max(true.all_peaks))
+    forces = found.history.contact_force / largest, true.history.contact_force / largest
+    assert forces[0] == pytest.approx(forces[1], rel=0, abs=3e-6)
+    high = true.peak_force > 0.01 * largest
+    # Times of maxima are as the root of their errors.
+    times = found.peak_time[high] / scene.units.time, true.peak_time[high] / scene.units.time
+    assert times[0] == pytest.approx(times[1], rel=0, abs=1e-3)
+
+
+def test_a_given_step_and_a_wanted_accuracy(demo: hc.Scene) -> None:
+    true = hc.Native("reference").run(demo)
+    by_step = hc.Native("numpy", dt=0.1 * demo.units.time).run(demo)
+    assert by_step.dt <= 0.1 * demo.units.time
+    for found in (by_step, hc.Native("scipy", rtol=1e-4).run(demo)):
+        assert largest_difference(found.peak_force, true.peak_force) <= found.error_estimate < 1e-4
+
+
+def test_what_is_not_supported_is_refused() -> None:
+    with pytest.raises(hc.HertzchainError, match="must be scipy or left out for damped contacts"):
+        hc.Native("numpy").run(shipped("terms/damped"))
+    with pytest.raises(hc.HertzchainError, match="must be left out for method scipy"):
+        hc.Native("scipy", dt=1e-6)
+    with pytest.raises(hc.HertzchainError, match="must be left out for method numpy"):
+        hc.Native("numpy", peaks_only=True)
+
+
+@pytest.mark.parametrize("name", ["demo", "terms/damped"])
+@pytest.mark.parametrize(("part", "passes"), [(3.0, False), (1 / 3, True)])
+def test_the_tolerance_of_the_check_on_both_sides(name: str, part: float, passes: bool) -> None:
+    reference = hc.Native("reference").run(shipped(name))
+    tolerance = as_written_check(reference).tolerance
+    assert tolerance is not None
+    wrong = replace(reference, peak_force=reference.peak_force * (1 + part * tolerance))
+    assert as_written_check(wrong).passed is passes
+
+
+def test_long_runs_are_left_out_unless_they_are_asked_for() -> None:
+    chain = hc.Chain(1000, **STEEL)
+    scene = hc.Scene(chain, hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0))
+    said: list[str] = []
+    left_out = hc.compare(scene, ["native"], progress=said.append)
+    assert NAME not in {check.name for check in left_out.checks}
+    assert any("--as-written" in line for line in said)
+    short = replace(scene, run=hc.Run(30 * scene.units.time))
+    assert NAME in {check.name for check in hc.compare(short, ["native"]).checks}
+    reference = hc.Native("reference").run(short)
+    many = replace(reference, force_evaluations=10**6)
+    assert not is_quickly_written(many)
+
+
+def test_a_time_limit_is_kept(demo: hc.Scene) -> None:
+    check = as_written_check(hc.Native("reference").run(demo), 1e-9)
+    assert (check.passed, check.measured) == (False, None)
+    assert "time limit" in check.reason
+
+
+PLANTED = [
+    ("kernels.py", "right *= stiffness[i]", "right *= stiffness[0]", "terms/taper"),
+    ("kernels.py", "net *= inertia[i]", "net *= inertia[0]", "terms/taper"),
+    ("kernels.py", "right = r * np.sqrt(r)", "right = 1.0000001 * r * np.sqrt(r)", "demo"),
+    ("kernels.py", "net += pull[i]", "net -= pull[i]", "terms/upright_column"),
+    ("damped_contacts.py", "* inertia[i] + pull[i]", "* inertia[i] - pull[i]", "loaded"),
+    ("damped_contacts.py", "factor = np.sqrt(root)", "factor = root", "terms/damped"),
+]
+"""File, what stands there, the mistake, and a scene that has the term."""
+
+JUDGE = """
+import sys
+import hertzchain as hc
+from hertzchain.verdict.run_checks import as_written_check
+assert hc.__file__.startswith(sys.argv[2]), hc.__file__
+reference = hc.Native("reference").run(hc.Scene.from_toml(sys.argv[1]))
+print("passed", as_written_check(reference).passed)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("file", "right", "wrong", "name"), PLANTED)
+def test_a_mistake_in_the_compiled_loops_is_found(
+    file: str, right: str, wrong: str, name: str, tmp_path: Path
+) -> None:
+    """A copy of the package, compiled with the mistake, fails the check."""
+    shutil.copytree(
+        ROOT / "hertzchain", tmp_path / "hertzchain", ignore=shutil.ignore_patterns("__pycache__")
+    )
+    path = tmp_path / "hertzchain" / "engines" / "native" / file
+    text = path.read_text(encoding="utf-8")
+    assert right in text
+    path.write_text(text.replace(right, wrong), encoding="utf-8")
+    scene = shipped("terms/damped" if name == "loaded" else name)
+    if name == "loaded":
+        scene = replace(scene, precompression=hc.Precompression(5.0))
+    scene.to_toml(tmp_path / "scene.toml")
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path)}
+    script = [sys.executable, "-c", JUDGE, str(tmp_path / "scene.toml"), str(tmp_path)]
+    done = subprocess.run(
+        script, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.stdout.strip() == "passed False", done.stderr
