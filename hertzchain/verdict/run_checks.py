@@ -17,7 +17,6 @@ from hertzchain.engines.native import (
     simulate_damped_verlet,
     simulate_in_numpy,
 )
-from hertzchain.engines.native.in_scipy import accurate_in_scipy
 from hertzchain.errors import RunFailed
 from hertzchain.limits import RTOL, TIME_LIMIT, Deadline
 from hertzchain.observables.error_bound import highest_rate
@@ -281,6 +280,8 @@ def as_written_check(reference: Result, time_limit: float = TIME_LIMIT) -> Check
             tolerance = reference.error_estimate
             reason = "its own error estimate; the same method and steps, so only round-off differs"
         else:
+            from hertzchain.engines.native.in_scipy import accurate_in_scipy
+
             by_scipy = accurate_in_scipy(scene, RTOL, deadline)
             peaks = by_scipy.run.peaks.force
             tolerance = by_scipy.bound + reference.error_estimate

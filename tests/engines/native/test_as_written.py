@@ -130,7 +130,8 @@ PLANTED = [
     ("kernels.py", "net *= inertia[i]", "net *= inertia[0]", "terms/taper"),
     ("kernels.py", "right = r * np.sqrt(r)", "right = 1.0000001 * r * np.sqrt(r)", "demo"),
     ("kernels.py", "net += pull[i]", "net -= pull[i]", "terms/upright_column"),
-    ("damped_contacts.py", "* inertia[i] + pull[i]", "* inertia[i] - pull[i]", "loaded"),
+    ("kernels.py", "r -= gap[i]", "r -= 0.999 * gap[i]", "terms/gapped"),
+    ("damped_contacts.py", "* inertia[i] + pull[i]", "* inertia[i] + 0.999 * pull[i]", "loaded"),
     ("damped_contacts.py", "factor = np.sqrt(root)", "factor = root", "terms/damped"),
 ]
 """File, what stands there, the mistake, and a scene that has the term."""
