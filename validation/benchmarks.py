@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import functools
 import itertools
+import os
+import platform
 import resource
 import shutil
 import subprocess
@@ -43,7 +45,6 @@ from hertzchain.scene.pulse import PROFILES
 from hertzchain.verdict.contenders import contenders
 from hertzchain.verdict.tradeoff import provenance
 from validation.drawing import BACKENDS, new_figure
-from validation.mpi import machine
 from validation.script import dated, facts_of, write_figure
 from validation.shipped import HERE, load
 
@@ -67,6 +68,17 @@ FIGURES: list[Measured] = []
 
 
 @pytest.fixture(scope="module", autouse=True)
+def machine() -> str:
+    """The processor and how many of its cores are here; not whose they are."""
+    name = platform.machine()
+    facts = Path("/proc/cpuinfo")
+    if facts.exists():
+        lines = facts.read_text(encoding="utf-8").splitlines()
+        models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+        name = models[0] if models else name
+    return f"{name}, {os.cpu_count()} cores"
+
+
 def _summary(request: pytest.FixtureRequest, pytestconfig: pytest.Config) -> Iterator[None]:
     """Print the figures when all are measured; keep those of a whole run."""
     yield

@@ -187,7 +187,7 @@ def by_name(option: str, given: list[str], example: str) -> dict[str, str]:
 NEEDS = {
     **dict.fromkeys(("isolate", "lmp", "ranks", "extrapolated"), "is for --backend lammps"),
     **dict.fromkeys(("watch_every", "pair_style", "atoms", "dump_every"), "is for --engine lammps"),
-    "frames": "goes with --trajectory FILE or --animate FILE",
+    "frames": "goes with --trajectory FILE",
     "record": "goes with -o FILE or --plot FILE",
     "contacts": "goes with --plot FILE or --record N",
     "coefficient": "goes with --scene FILE",

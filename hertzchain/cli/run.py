@@ -87,12 +87,6 @@ def run(
             help="Draw peaks, forces over time, and a map of both (png, pdf, svg).",
         ),
     ] = None,
-    animate: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Film the chain with its contact forces (.gif; .mp4 with ffmpeg)."
-        ),
-    ] = None,
     trajectory: Annotated[
         Path | None,
         typer.Option(
@@ -103,8 +97,7 @@ def run(
         int | None,
         typer.Option(
             min=2,
-            help="How many times --trajectory and --animate have, equally spaced. Default: 100;"
-            " 150.",
+            help="How many times --trajectory has, equally spaced. Default: 100.",
         ),
     ] = None,
     as_json: options.AsJson = False,
@@ -119,11 +112,9 @@ def run(
     options.refuse_without_need(
         plot is not None or record is not None, contacts=contacts is not None
     )
-    options.refuse_without_need(
-        trajectory is not None or animate is not None, frames=frames is not None
-    )
+    options.refuse_without_need(trajectory is not None, frames=frames is not None)
     numbers = None if contacts is None else options.to_contacts(contacts, loaded)
-    files = RunFiles(output, plot, animate, trajectory, record, frames, numbers)
+    files = RunFiles(output, plot, trajectory, record, frames, numbers)
     files.check(scene)
     options.refuse_without_need(backend == "lammps", isolate=isolate, lmp=lmp, ranks=ranks)
     parameters = _parameters(backend, method, step, rtol, extrapolated)

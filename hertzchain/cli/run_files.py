@@ -23,19 +23,18 @@ class RunFiles:
 
     Parameters
     ----------
-    output, plot, animate, trajectory
+    output, plot, trajectory
         Paths, as the options have them.
     record
         How many times are recorded for ``output``, which then has the motion, and for ``plot``.
     frames
-        How many times ``trajectory`` and ``animate`` have.
+        How many times ``trajectory`` has.
     contacts
         Numbers of the contacts that are plotted over time, and kept of the motion.
     """
 
     output: Path | None
     plot: Path | None
-    animate: Path | None
     trajectory: Path | None
     record: int | None
     frames: int | None
@@ -45,7 +44,7 @@ class RunFiles:
         """Raise an OutputError, before any work is done, for what cannot be written."""
         from hertzchain.files import check_outputs
 
-        check_outputs([scene], [self.output, self.plot, self.animate, self.trajectory])
+        check_outputs([scene], [self.output, self.plot, self.trajectory])
         if self.output is not None and self.record is None:
             from hertzchain.report.tables import check_result_format
 
@@ -58,10 +57,6 @@ class RunFiles:
             from hertzchain.report.figures import check_plot_format
 
             check_plot_format(self.plot)
-        if self.animate is not None:
-            from hertzchain.report.film import check_film_format
-
-            check_film_format(self.animate)
         if self.trajectory is not None:
             from hertzchain.report.trajectory import check_trajectory_format
 
@@ -83,9 +78,8 @@ class RunFiles:
     def _times(self, scene: Scene) -> dict[str, FloatArray]:
         """The times of each kind of file that shows motion [s]."""
         found: dict[str, FloatArray] = {}
-        if self.record is None and self.plot is self.animate is self.trajectory is None:
+        if self.record is None and self.plot is self.trajectory is None:
             return found
-        from hertzchain.report.film import FRAMES
         from hertzchain.report.run_figure import plot_times
         from hertzchain.report.trajectory import frame_times
 
@@ -93,8 +87,6 @@ class RunFiles:
             found["motion"] = found["plot"] = frame_times(scene, self.record)
         elif self.plot is not None:
             found["plot"] = plot_times(scene)
-        if self.animate is not None:
-            found["film"] = frame_times(scene, self.frames or FRAMES)
         if self.trajectory is not None:
             found["trajectory"] = frame_times(scene, self.frames or DEFAULT_FRAMES)
         return found
@@ -109,7 +101,6 @@ class RunFiles:
         times = self._times(result.scene)
         if not times:
             return
-        from hertzchain.report.film import write_film
         from hertzchain.report.motion import at_times, recorded_below, write_motion
         from hertzchain.report.run_figure import coarse_times, plot_run
         from hertzchain.report.trajectory import write_trajectory
@@ -132,7 +123,6 @@ class RunFiles:
         write_file("Plot", self.plot, lambda path: plot_run(moving["plot"], path, self.contacts))
         if coarse:
             say(coarse)
-        write_file("Film", self.animate, lambda path: write_film(moving["film"], path))
         write_file(
             "Trajectory", self.trajectory, lambda path: write_trajectory(moving["trajectory"], path)
         )

@@ -1,4 +1,4 @@
-"""The files of hertzchain run: motion, plots and films, and what is refused."""
+"""The files of hertzchain run: motion and plots, and what is refused."""
 
 from __future__ import annotations
 
@@ -8,11 +8,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from PIL import Image, ImageSequence
 
 from hertzchain.cli.options import to_contacts
 from hertzchain.cli.output import say
-from hertzchain.cli.run_files import RunFiles
 from hertzchain.errors import HertzchainError
 from hertzchain.report import run_figure
 from hertzchain.scene.scene import Scene
@@ -35,19 +33,16 @@ def test_all_files_of_one_run(hertzchain: Command) -> None:
     outcome = hertzchain(
         "run", SCENE, "--record", "20", "-o", "motion.csv", "--contacts", "10:20:5",
         "--plot", "run.svg", "--trajectory", "motion.xyz", "--frames", "3",
-        "--animate", "wave.gif",
     )  # fmt: skip
     assert outcome.status == 0, outcome
-    for what, name in (("Motion", "motion.csv"), ("Plot", "run.svg"), ("Film", "wave.gif")):
+    for what, name in (("Motion", "motion.csv"), ("Plot", "run.svg")):
         assert f"{what} written to {name}\n" in outcome.err
-    assert names() == ["motion.csv", "motion.xyz", "run.svg", "wave.gif"]
+    assert names() == ["motion.csv", "motion.xyz", "run.svg"]
     frame = pd.read_csv("motion.csv")
     assert frame["granule"].unique().tolist() == [10, 15, 20]
     times = np.linspace(0, Scene.from_toml(SCENE).end_time, 20)
     assert frame["time_s"].unique().tolist() == times.tolist()
     assert Path("motion.xyz").read_text().count("time_s=") == 3
-    with Image.open("wave.gif") as film:
-        assert len(list(ImageSequence.Iterator(film))) == 3
     # 20 times are too few for a picture.
     assert "recorded times are" in outcome.err
     assert "below its peak, which lies between two of the 20 times" in outcome.err
@@ -81,14 +76,6 @@ def test_contacts_are_those_of_the_plot(
     assert drawn == [[5, 9]]
 
 
-def test_a_film_has_six_seconds_unless_frames_are_given() -> None:
-    scene = Scene.from_toml(SCENE)
-    files = RunFiles(None, None, Path("wave.gif"), None, None, None, None)
-    times = files.times(scene)
-    assert times is not None
-    assert times.tolist() == np.linspace(0, scene.end_time, 150).tolist()  # 25 a second
-
-
 def test_lines_to_stderr_go_where_a_progress_bar_catches_them(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -109,9 +96,8 @@ def test_where_the_other_contacts_are(hertzchain: Command) -> None:
     [
         (("--record", "20"), ("--record", "-o FILE", "--plot FILE")),
         (("--contacts", "3"), ("--contacts", "--plot FILE")),
-        (("--frames", "3"), ("--frames", "--trajectory FILE", "--animate FILE")),
+        (("--frames", "3"), ("--frames", "--trajectory FILE")),
         (("--record", "20", "-o", "motion.json"), ("motion.json", ".npz")),
-        (("--animate", "wave.avi"), ("wave.avi", ".gif")),
         (("--plot", "run.gif"), ("run.gif", ".png")),
         (("--plot", "a.png", "-o", "a.png"), ("a.png",)),
         (("--plot", "a.png", "--contacts", "1"), ("--contacts 1", "2 to 60")),

@@ -1,8 +1,7 @@
-"""Recorded motion as files, pictures and films, read back and held against the result."""
+"""Recorded motion as files and pictures, read back and held against the result."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.colors import to_rgba
-from PIL import Image, ImageSequence
+from PIL import Image
 
 import hertzchain as hc
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.report.film import check_film_format, film, write_film
 from hertzchain.report.motion import (
     at_times,
     motion_arrays,
@@ -225,64 +223,3 @@ def test_a_plot_is_a_picture(tmp_path: Path, on_a_wall: hc.Result) -> None:
     plot_run(on_a_wall, tmp_path / "run.png")
     with Image.open(tmp_path / "run.png") as picture:
         assert picture.size == (1200, 1500)
-
-
-def test_a_film_has_a_frame_for_each_time(tmp_path: Path, on_a_wall: hc.Result) -> None:
-    assert on_a_wall.history is not None
-    few = at_times(on_a_wall, on_a_wall.history.time[10:13])
-    write_film(few, tmp_path / "wave.gif")
-    with Image.open(tmp_path / "wave.gif") as picture:
-        assert len(list(ImageSequence.Iterator(picture))) == 3
-        assert picture.size == (900, 360)
-    assert [path.name for path in tmp_path.iterdir()] == ["wave.gif"]
-
-
-def test_a_frame_shows_the_forces_and_the_granules_of_its_time(on_a_wall: hc.Result) -> None:
-    figure, show = film(on_a_wall)
-    chain, along = figure.axes[:2]
-    history = on_a_wall.history
-    assert history is not None
-    assert history.wall_force is not None
-    (granules,) = chain.collections
-    for frame in (5, 25):
-        show(frame)
-        force = np.append(history.contact_force[frame], history.wall_force[frame])
-        assert np.array_equal(along.lines[1].get_ydata(), force)
-        # The first granule is the striker, which nothing pushes from behind.
-        of_granules = np.maximum(np.append(0.0, force[:-1]), force)
-        assert np.array_equal(np.asarray(granules.get_array()), of_granules)
-        centres = np.array([path.get_extents().intervalx.mean() for path in granules.get_paths()])
-        enlarged = float(chain.get_title("right").split()[2])
-        displaced = WITH_A_WALL.granules.position + enlarged * history.displacement[frame]
-        assert centres == pytest.approx(displaced, abs=1e-9)
-
-
-def test_enlarged_overlaps_are_seen_and_granules_stay_in_their_chain(
-    result: hc.Result, on_a_wall: hc.Result
-) -> None:
-    """The largest overlap, or displacement, is drawn as it was chosen, rounded down to 1, 2, 5."""
-    for run in (result, on_a_wall):
-        assert run.history is not None
-        enlarged = float(film(run)[0].axes[0].get_title("right").split()[2].replace(",", ""))
-        overlap = enlarged * run.overlap_ratio / 0.25
-        length = float(np.ptp(run.scene.granules.position))
-        farthest = enlarged * np.max(np.abs(run.history.displacement)) / (0.06 * length)
-        assert 0.4 <= max(overlap, farthest) <= 1
-
-
-@pytest.mark.filterwarnings("error")
-def test_a_film_before_anything_moves_shows_the_chain(demo: hc.Scene) -> None:
-    late = hc.PulseTable((0.0, 1e-3, 1.1e-3), (0.0, 0.0, 50.0))
-    scene = replace(demo, shock=late, run=hc.Run(0.9e-3))
-    still = hc.Native().run(scene, record=3)
-    figure, _ = film(still)
-    assert figure.axes[0].get_title("right") == "displacements enlarged 1 times"
-    assert figure.axes[1].get_window_extent().width > 600  # of 900
-
-
-def test_a_film_that_cannot_be_written_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(OutputError, match=r"\.gif or \.mp4"):
-        check_film_format("wave.avi")
-    monkeypatch.setenv("PATH", "")
-    with pytest.raises(OutputError, match="ffmpeg"):
-        check_film_format("wave.mp4")

@@ -206,7 +206,7 @@ def test_a_backend_runs_with_its_parameters() -> None:
 def test_progress_is_told_before_each_part() -> None:
     told: list[str] = []
     hc.compare(paper_scene("cosine", 0.5, 2.0, granules=2), ["native"], progress=told.append)
-    assert told == ["native: the reference method"]
+    assert told == ["native: the reference method", "native: Eq. 1 as it is written"]
 
 
 # Rows

@@ -132,6 +132,7 @@ PLANTED = [
     ("kernels.py", "net += pull[i]", "net -= pull[i]", "terms/upright_column"),
     ("kernels.py", "r -= gap[i]", "r -= 0.999 * gap[i]", "terms/gapped"),
     ("damped_contacts.py", "* inertia[i] + pull[i]", "* inertia[i] + 0.999 * pull[i]", "loaded"),
+    ("damped_contacts.py", "* inertia[i] +", "* inertia[0] +", "terms/damped_striker_on_a_wall"),
     ("damped_contacts.py", "factor = np.sqrt(root)", "factor = root", "terms/damped"),
 ]
 """File, what stands there, the mistake, and a scene that has the term."""
@@ -161,7 +162,9 @@ def test_a_mistake_in_the_compiled_loops_is_found(
     path.write_text(text.replace(right, wrong), encoding="utf-8")
     scene = shipped("terms/damped" if name == "loaded" else name)
     if name == "loaded":
-        scene = replace(scene, precompression=hc.Precompression(5.0))
+        scene = replace(
+            scene, precompression=hc.Precompression(gravity=9.81), wall=hc.Wall("rigid")
+        )
     scene.to_toml(tmp_path / "scene.toml")
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path)}
     script = [sys.executable, "-c", JUDGE, str(tmp_path / "scene.toml"), str(tmp_path)]
