@@ -67,7 +67,6 @@ class Measured:
 FIGURES: list[Measured] = []
 
 
-@pytest.fixture(scope="module", autouse=True)
 def machine() -> str:
     """The processor and how many of its cores are here; not whose they are."""
     name = platform.machine()
@@ -79,6 +78,7 @@ def machine() -> str:
     return f"{name}, {os.cpu_count()} cores"
 
 
+@pytest.fixture(scope="module", autouse=True)
 def _summary(request: pytest.FixtureRequest, pytestconfig: pytest.Config) -> Iterator[None]:
     """Print the figures when all are measured; keep those of a whole run."""
     yield
