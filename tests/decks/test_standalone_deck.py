@@ -24,6 +24,9 @@ from validation.gallery import FOLDER, GALLERY, Entry
 from validation.lammps_versions import on_wall, sampled_maxima
 
 NUMBER = re.compile(r"(?<![\w.])\d+\.?\d*(?:e[-+]?\d+)?(?![\w.])")
+SHIPPED_QUICK = {"demo", "weak_shock", "pulse_table", "terms/damped", "terms/striker_on_a_wall"}
+"""Decks that the default suite writes again: each kind of force, contact and end."""
+
 ENTRIES = pytest.mark.parametrize("entry", GALLERY, ids=lambda entry: entry.scene)
 
 
@@ -93,7 +96,14 @@ def peaks(folder: Path) -> FloatArray:
     return np.asarray(table[:, 1])
 
 
-@ENTRIES
+@pytest.mark.parametrize(
+    "entry",
+    [
+        pytest.param(entry, marks=[] if entry.scene in SHIPPED_QUICK else pytest.mark.slow)
+        for entry in GALLERY
+    ],
+    ids=lambda entry: entry.scene,
+)
 def test_the_shipped_deck_is_the_generated_one(entry: Entry) -> None:
     shipped = (FOLDER / entry.name).read_text(encoding="utf-8")
     generated = entry.text()
@@ -147,7 +157,10 @@ def test_two_processors_find_the_same_peaks(tmp_path: Path) -> None:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("name", ["demo", "pulse_table", "weak_shock"])
+@pytest.mark.parametrize(
+    "name",
+    ["pulse_table", *(pytest.param(k, marks=pytest.mark.slow) for k in ("demo", "weak_shock"))],
+)
 def test_peaks_are_the_sampled_maxima_of_native_velocity_verlet(name: str, tmp_path: Path) -> None:
     entry = Entry(name, rtol=1e-5)
     scene = entry.load()

@@ -27,7 +27,7 @@ LINKED = [*sorted(DOCS.glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.m
 FENCE = re.compile(r"^(?P<ticks>`{3,})(?P<language>\S*)\s*$")
 MARK = re.compile(r"^<!-- not run: (?P<reason>.+) -->$")
 PROGRESS = re.compile(r"^hertzchain: [\d,]+ of [\d,]+ rows, .* left\n", re.MULTILINE)
-LONG = {"scenes.md", "sweeps.md", "validation.md"}
+LONG = {"damping.md", "pulses.md", "scenes.md", "sweeps.md", "tutorial.md", "validation.md"}
 """Pages that take seconds: slow tests, which CI runs every time."""
 
 PROCESSES = {"tutorial.md": 1}

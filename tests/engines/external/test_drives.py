@@ -66,7 +66,9 @@ def test_damped_contacts_at_the_same_steps(engine: str, name: str) -> None:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("name", ["column", "above the cut-off, wall"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("column", marks=pytest.mark.slow), "above the cut-off, wall"]
+)
 def test_comparisons(name: str) -> None:
     compared = hc.compare(SCENES[name])
     assert [check for check in compared.checks if not check.passed] == []
