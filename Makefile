@@ -8,10 +8,12 @@ REVISION ?= HEAD~1
 # Compiled Python is kept: the tests start hundreds of processes, and commands load in half the time.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-all validate figures picture notebooks extremes long-run tradeoff gallery decks versions engines cluster bench bench-before docs lint format lock clean help
+.PHONY: setup demo test test-all validate figures picture notebooks extremes long-run tradeoff gallery decks versions engines cluster bench bench-before docs lint format lock clean help
 
 help: ## list what there is to make
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+
+setup: $(STAMP) ## .venv with the project and all that its tests need
 
 demo: $(STAMP) ## one scene through Eq. 1, LAMMPS and the paper's formulas, side by side
 	$(BIN)/hertzchain compare validation/scenes/demo.toml --plot demo.png --report demo.html
@@ -72,14 +74,13 @@ tradeoff: $(STAMP) ## error against cost on 24 scenes, ten minutes; on an idle m
 docs: $(STAMP) ## the pages of docs/ as HTML, in docs/_build
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build
 
-lint: $(STAMP) ## ruff and mypy
-	$(BIN)/ruff check .
-	$(BIN)/ruff format --check .
-	$(BIN)/mypy
+lint: $(STAMP) ## ruff and mypy; all three are shown, whichever fails
+	@status=0; for check in "ruff check ." "ruff format --check ." mypy; do \
+	    $(BIN)/$$check || status=1; done; exit $$status
 
 format: $(STAMP) ## format the code and mend what ruff can mend
-	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
 
 # uv resolves for every supported Python and platform at once; pip installs from the result.
 lock: $(STAMP) ## write requirements.lock
