@@ -1,10 +1,17 @@
-"""Decks as users write them, and their expected results; scenes are in the same folder."""
+"""Decks as users write them: right ones, and ones with mistakes in them.
+
+The deck ``in.SCENE`` or ``in.SCENE_STYLE`` computes the scene ``SCENE.toml``.
+"""
 
 from __future__ import annotations
 
+import re
 import shutil
-from dataclasses import dataclass, field
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import hertzchain as hc
 from hertzchain.engines.lammps.engine import engine
@@ -14,66 +21,72 @@ FOLDER = ROOT / "tests" / "decks" / "user"
 
 
 @dataclass(frozen=True)
-class Deck:
-    """A deck, its scene, variables of its command line, and how it differs where it should."""
+class Mistake:
+    """A deck, texts in it and what stands in their place.
 
-    scene: str
-    name: str
-    variables: dict[str, str] = field(default_factory=dict)
-    right: bool = True
+    ``check`` is the start of the name of a check that must fail, ``line`` part of the line that
+    must be blamed for it.
+    """
 
-
-VARIABLES = {"n": "20", "F0": "100", "dt": "2e-7"}
-
-DECKS = (
-    Deck("steel", "in.steel_plain"),  # a loop of create_atoms, a formula of time
-    Deck("steel", "in.steel_history"),  # lattice, gran/hertz/history, nve/sphere, two runs
-    Deck("steel", "in.steel_cgs"),  # along y
-    Deck("steel", "in.steel_micro"),  # along z
-    Deck("steel", "in.steel_nano"),
-    Deck("steel", "in.steel_lj"),  # ratios alone are judged
-    Deck("steel", "in.steel_reversed"),  # pushed at the upper end
-    Deck("steel", "in.steel_data"),  # read_data, include, step*dt
-    Deck("steel", "in.steel_restart"),  # read_restart
-    Deck("steel", "in.steel_variables", VARIABLES),  # index variables, run upto
-    Deck("steel", "in.steel_variables", right=False),  # and their defaults, which are others
-    Deck("steel", "in.steel_if"),  # if then else, dump, write_data and shell, which are left out
-    Deck("steel", "in.steel_if", {"style": "history"}),
-    Deck("steel", "in.steel_hybrid"),  # pair_style hybrid, a fix given a second time
-    Deck("steel", "in.steel_cwiggle"),
-    Deck("steel", "in.random_places", right=False),  # no chain at all
-    Deck("glass", "in.glass_ramps"),  # ramp() in two runs
-    Deck("glass", "in.glass_random_order"),  # ids in no order, along z
-    Deck("glass", "in.glass_every"),  # variable file: a force held for two steps
-    Deck("striker", "in.striker_velocity"),  # region groups
-    Deck("striker", "in.striker_set"),  # set vy, downwards, cgs
-    Deck("striker_wall", "in.striker_wall"),  # wall/gran granular
-    Deck("table", "in.table_vector"),  # pieces of index variables
-    Deck("table", "in.table_formula"),  # all pieces in one formula, continued with &
-    Deck("dimer", "in.dimer"),  # two materials, mixed by LAMMPS
-    Deck("dimer", "in.dimer_pairs"),  # granular hertz
-    Deck("precompressed", "in.precompressed"),
-    Deck("column", "in.column"),  # gravity on purpose, a floor
-    Deck("viscoelastic", "in.viscoelastic"),
-    Deck("restitution", "in.restitution"),
-    Deck("gapped", "in.gapped"),
-    Deck("piston", "in.piston"),
-    Deck("striker", "in.piston", right=False),  # moved, where it should fly
-)
+    deck: str
+    check: str
+    line: str
+    changes: tuple[str, ...]
 
 
-def scene_of(name: str) -> hc.Scene:
-    """A scene of the corpus."""
-    return hc.Scene.from_toml(FOLDER / f"{name}.toml")
+def _table(name: str) -> dict[str, Any]:
+    return tomllib.loads((FOLDER / name).read_text(encoding="utf-8"))
 
 
-def copied(folder: Path, deck: Deck) -> Path:
-    """A deck in a folder of its own, with all that it reads."""
-    shutil.copytree(FOLDER, folder, dirs_exist_ok=True)
-    if deck.name == "in.steel_restart":
+DECKS: dict[str, list[str]] = {
+    **{file.name[3:]: [file.name[3:]] for file in sorted(FOLDER.glob("in.*"))},
+    **_table("right.toml"),
+}
+"""Right decks by name: the file, old text, new text, and so on."""
+del DECKS["make_restart"]
+
+VARIABLES = {"steel_variables": {"n": "20", "F0": "100", "dt": "2e-7"}}
+"""What decks need as ``-var`` of LAMMPS, by file."""
+
+MISTAKES = {
+    name: Mistake(deck, check, line, tuple(changes))
+    for name, (deck, check, line, *changes) in _table("mistakes.toml")["one"].items()
+}
+
+UNFIXED: list[str] = _table("mistakes.toml")["unfixed"]
+"""Mistakes that are found, but that no proven correction makes right."""
+
+PAIRS: list[list[str]] = _table("mistakes.toml")["pairs"]
+"""Mistakes that are planted together."""
+
+
+def scene_of(deck: str) -> hc.Scene:
+    """A scene of the folder, by its name or that of a deck."""
+    return hc.Scene.from_toml(FOLDER / f"{deck.split('_', maxsplit=1)[0]}.toml")
+
+
+def copied(folder: Path, deck: str, changes: Sequence[str] = ()) -> Path:
+    """A deck in a folder of its own, with all that it reads, and with changes.
+
+    A text is changed in the first of these files that has it, the deck before what it reads.
+    """
+    path = folder / f"in.{deck}"
+    text = (FOLDER / path.name).read_text(encoding="utf-8")
+    read = re.findall(r"\S+\.(?:data|inc|txt)\b", text)
+    files = [path.name, *(name for name in read if (FOLDER / name).exists())]
+    if "chain.restart" in text:
+        files += ["in.make_restart", "chain.data", "material.inc"]
+    for name in files:
+        shutil.copy(FOLDER / name, folder)
+    for old, new in zip(changes[::2], changes[1::2], strict=True):
+        texts = {name: (folder / name).read_bytes().decode() for name in files}
+        name = next((name for name, text in texts.items() if old in text), None)
+        assert name is not None, old
+        (folder / name).write_bytes(texts[name].replace(old, new).encode())
+    if "chain.restart" in text:
         with engine() as lammps:
             commands = (folder / "in.make_restart").read_text(encoding="utf-8")
             for name in ("chain.data", "material.inc", "chain.restart"):
                 commands = commands.replace(name, str(folder / name))
             lammps.commands_string(commands)
-    return folder / deck.name
+    return path

@@ -1,9 +1,10 @@
-"""Each planted mistake is found, with the line that makes it and the right command."""
+"""Each planted mistake is found, with the line that makes it; what is printed as right is right."""
 
 from __future__ import annotations
 
 import json
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,57 +16,32 @@ import hertzchain as hc
 from hertzchain.report.examination import of_examination
 from hertzchain.report.junit import to_xml
 from hertzchain.report.page import page_of
-from tests.verdict.deck.corpus import Deck, copied, scene_of
-from tests.verdict.deck.mistakes import ELSEWHERE, PAIRS, PLAIN, Mistake
-from tests.verdict.deck.slips import ALIVE, DEAD
+from tests.verdict.deck.corpus import MISTAKES, PAIRS, UNFIXED, Mistake, copied, scene_of
 
 pytestmark = pytest.mark.lammps
 
-QUICK = {"wall place"}
-"""Mistakes that the default suite looks for: a second each."""
+QUICK = {"piston in mm/s", "modulus of type 1", "tsuji with e = 1", "wall inside", "no hold"}
+"""Mistakes that the default suite looks for: two seconds each."""
 
-QUICK_SLIPS = {"piston in mm/s", "modulus of type 1", "tsuji with e = 1"}
-"""Slips that it corrects: two seconds each."""
-
-
-def planted(folder: Path, *mistakes: Mistake) -> Path:
-    """A deck of the corpus with mistakes in it."""
-    path = copied(folder, Deck(mistakes[0].scene, mistakes[0].deck))
-    for mistake in mistakes:
-        file = folder / (mistake.file or mistake.deck)
-        text = file.read_text(encoding="utf-8")
-        for old, new in mistake.change:
-            assert old in text, old
-            text = text.replace(old, new)
-        file.write_text(text, encoding="utf-8")
-    return path
+WORSE = 1e-2, 1e-5
+"""How far off a peak may be after a correction: a share of what it was, and in all. Peaks are read
+between steps, which lie elsewhere in a corrected run."""
 
 
 def is_found(examined: hc.DeckExamination, mistake: Mistake) -> None:
-    """Assert that a check of the mistake failed, and names its line and the right command."""
-    said = [
-        (check.name, str(check.place), check.place and check.place.written, check.command)
-        for check in examined.checks
-        if not check.passed
+    """Assert that a check of the mistake failed, and that its line is blamed or corrected."""
+    blamed = [
+        (
+            check.name,
+            [check.place.written if check.place else "", *(one.written for one in by.correction)],
+        )
+        for by in examined.findings
+        for check in by.checks
     ]
-    found = [
-        check
-        for check in examined.to_mend
-        if check.name.startswith(mistake.check)
-        and check.place is not None
-        and (mistake.line in check.place.written or mistake.line in lines_of(examined, check))
-    ]
-    assert found, said
-
-
-def lines_of(examined: hc.DeckExamination, check: hc.DeckCheck) -> str:
-    """The lines that the correction of a check changes, as they are written."""
-    return "\n".join(
-        line.written
-        for finding in examined.findings
-        if check in finding.checks
-        for line in finding.correction
-    )
+    assert any(
+        name.startswith(mistake.check) and any(mistake.line in line for line in lines)
+        for name, lines in blamed
+    ), blamed
 
 
 def is_reported(examined: hc.DeckExamination) -> None:
@@ -76,22 +52,73 @@ def is_reported(examined: hc.DeckExamination) -> None:
     xml = to_xml([document.suite("scene", datetime.now(UTC), 1.0)])
     for check in examined.to_mend:
         assert escape(check.sentence) in page
-        assert xml.count("<failure") + xml.count("<error") > len(examined.to_mend) - 1
+    assert xml.count("<failure") + xml.count("<error") >= len(examined.to_mend)
 
 
-def marked(mistakes: dict[str, Mistake]) -> list[object]:
-    return [
-        pytest.param(one, id=name, marks=[] if name in QUICK else pytest.mark.slow)
-        for name, one in mistakes.items()
-    ]
+def with_corrections(
+    examined: hc.DeckExamination, path: Path, findings: Sequence[int]
+) -> hc.DeckExamination:
+    """The examination of the deck with the corrections of some findings alone."""
+    edits = {
+        (line.file, line.line): line.commands
+        for k in findings
+        for line in examined.findings[k].correction
+    }
+    path.write_text(replace(examined, edits=edits).fix, encoding="utf-8")
+    return hc.examine(examined.scene, path)
 
 
-@pytest.mark.parametrize("mistake", [*marked(PLAIN), *marked(ELSEWHERE)])
-def test_one_mistake(mistake: Mistake, tmp_path: Path) -> None:
-    examined = hc.examine(scene_of(mistake.scene), planted(tmp_path, mistake))
+def nothing_is_worse(before: hc.DeckExamination, after: hc.DeckExamination) -> None:
+    """Assert that nothing fails that passed, and that no peak is further off."""
+    passed = {check.kind for check in before.checks if check.passed}
+    assert not passed & {check.kind for check in after.to_mend}
+    both = before.judged & after.judged
+    was, now = before.error_of_peaks(both), after.error_of_peaks(both)
+    share, least = WORSE
+    assert before.found.stopped or now <= was * (1 + share) + least
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(one, marks=[] if one in QUICK else pytest.mark.slow) for one in MISTAKES],
+)
+def test_a_mistake_is_found_and_corrected(name: str, tmp_path: Path) -> None:
+    mistake = MISTAKES[name]
+    path = copied(tmp_path, mistake.deck, mistake.changes)
+    examined = hc.examine(scene_of(mistake.deck), path)
     assert examined.verdict == "fail"
     is_found(examined, mistake)
     is_reported(examined)
+    fixed = tmp_path / "in.fixed"
+    fixed.write_text(examined.fix, encoding="utf-8")
+    right = hc.examine(examined.scene, fixed).verdict == "pass"
+    assert right == (name not in UNFIXED)
+    printed = [k for k, finding in enumerate(examined.findings) if finding.correction]
+    together = [k for k in printed if examined.findings[k].with_others]
+    for tried in [*([k] for k in printed if k not in together), *([printed] if together else [])]:
+        after = with_corrections(examined, fixed, tried)
+        corrected = {check.kind for k in tried for check in examined.findings[k].checks}
+        assert not corrected & {check.kind for check in after.to_mend}
+        nothing_is_worse(examined, after)
+
+
+def test_few_mistakes_are_not_corrected() -> None:
+    assert len(MISTAKES) >= 60
+    assert len(UNFIXED) <= len(MISTAKES) // 10
+    assert set(UNFIXED) <= set(MISTAKES)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("pair", PAIRS, ids="-".join)
+def test_two_mistakes(pair: list[str], tmp_path: Path) -> None:
+    first, second = (MISTAKES[name] for name in pair)
+    path = copied(tmp_path, first.deck, first.changes + second.changes)
+    examined = hc.examine(scene_of(first.deck), path)
+    is_found(examined, first)
+    is_found(examined, second)
+    fixed = tmp_path / "in.fixed"
+    fixed.write_text(examined.fix, encoding="utf-8")
+    assert hc.examine(examined.scene, fixed).verdict == "pass"
 
 
 SAID = {
@@ -109,50 +136,9 @@ SAID = {
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "words"), SAID.items(), ids=SAID)
 def test_what_damping_does_is_said(name: str, words: str, tmp_path: Path) -> None:
-    mistake = ELSEWHERE[name]
-    done = hc.examine(scene_of(mistake.scene), planted(tmp_path, mistake))
+    mistake = MISTAKES[name]
+    done = hc.examine(scene_of(mistake.deck), copied(tmp_path, mistake.deck, mistake.changes))
     assert re.fullmatch(words, done.to_mend[0].sentence)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("pair", PAIRS, ids="-".join)
-def test_two_mistakes(pair: tuple[str, str], tmp_path: Path) -> None:
-    both = [PLAIN[name] for name in pair]
-    examined = hc.examine(scene_of("steel"), planted(tmp_path, *both))
-    assert examined.verdict == "fail"
-    for mistake in both:
-        is_found(examined, mistake)
-
-
-@pytest.mark.parametrize(
-    "slip",
-    [
-        pytest.param(one, id=name, marks=[] if name in QUICK_SLIPS else pytest.mark.slow)
-        for name, one in {**DEAD, **ALIVE, **PLAIN, **ELSEWHERE}.items()
-    ],
-)
-def test_a_slip_is_corrected(slip: Mistake, tmp_path: Path) -> None:
-    """The deck with all corrections is the scene's; each that is shown makes nothing worse."""
-    scene, path = scene_of(slip.scene), planted(tmp_path, slip)
-    examined = hc.examine(scene, path)
-    assert examined.verdict == "fail"
-    assert any(check.name.startswith(slip.check) for check in examined.to_mend)
-    fixed = tmp_path / "in.fixed"
-    fixed.write_text(examined.fix, encoding="utf-8")
-    assert hc.examine(scene, fixed).verdict == "pass"
-    passed = {check.kind for check in examined.checks if check.passed}
-    for finding in examined.findings:
-        if finding.with_others or not finding.correction:
-            continue
-        alone = {(line.file, line.line): line.commands for line in finding.correction}
-        fixed.write_text(replace(examined, edits=alone).fix, encoding="utf-8")
-        after = hc.examine(scene, fixed)
-        mine = {check.kind for check in finding.checks}
-        assert not mine & {check.kind for check in after.to_mend}
-        assert not passed & {check.kind for check in after.to_mend}
-        both = examined.judged & after.judged
-        was, now = examined.error_of_peaks(both), after.error_of_peaks(both)
-        assert examined.found.stopped or now <= was * 1.01 + 1e-5
 
 
 def test_rows_are_no_chain(tmp_path: Path) -> None:
