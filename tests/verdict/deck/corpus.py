@@ -48,15 +48,20 @@ del DECKS["make_restart"]
 VARIABLES = {"steel_variables": {"n": "20", "F0": "100", "dt": "2e-7"}}
 """What decks need as ``-var`` of LAMMPS, by file."""
 
+_PLANTED = _table("mistakes.toml")
+
 MISTAKES = {
     name: Mistake(deck, check, line, tuple(changes))
-    for name, (deck, check, line, *changes) in _table("mistakes.toml")["one"].items()
+    for name, (deck, check, line, *changes) in _PLANTED["one"].items()
 }
 
-UNFIXED: list[str] = _table("mistakes.toml")["unfixed"]
+DEFECTS: list[str] = _PLANTED["defects"]
+"""Mistakes with which ``examine`` does something wrong."""
+
+UNFIXED: list[str] = _PLANTED["unfixed"]
 """Mistakes that are found, but that no proven correction makes right."""
 
-PAIRS: list[list[str]] = _table("mistakes.toml")["pairs"]
+PAIRS: list[list[str]] = _PLANTED["pairs"]
 """Mistakes that are planted together."""
 
 
