@@ -12,7 +12,7 @@ from tests.verdict.deck.corpus import DECKS, VARIABLES, copied, scene_of
 
 pytestmark = pytest.mark.lammps
 
-QUICK = {"steel_cgs", "wall", "struck", "a diagonal", "a piston by setforce", "steel_variables"}
+QUICK = {"steel_cgs", "struck", "a diagonal", "a piston by setforce"}
 """Those that the default suite examines: about a second each."""
 
 NOT_TAKEN = {
