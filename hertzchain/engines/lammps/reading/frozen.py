@@ -147,9 +147,9 @@ class Replay:
         text = f"run {steps} {keywords}".strip()
         if steps and self.first_run < 0:
             self.first_run = index
-        self._time_now = self._play(Given(text, ("run",), index, steps), start)
         if steps:
             self.runs.append(RunSeen(start, dt, steps, index))
+        self._time_now = self._play(Given(text, ("run",), index, steps), start)
 
     def clear(self) -> bool:
         """Forget all before the first run; the deck ends here after it."""

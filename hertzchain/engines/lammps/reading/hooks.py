@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.engine import command
+from hertzchain.errors import RunFailed
 
 BLOCK = 256  # readings handed on at a time
 _NEVER = 1_000_000_000  # steps between two additions of what the fix itself would add: nothing
@@ -150,10 +151,10 @@ class Hooks:
         except Exception:
             if self._problem is None:
                 raise
-        if self._problem is not None:
-            raise self._problem
         self._hand_on()
         self._next = _NOWHERE
+        if self._problem is not None:
+            raise self._problem
 
     @property
     def _wide(self) -> bool:
@@ -227,5 +228,8 @@ class Hooks:
         )
 
 
-class GranulesChanged(Exception):
+class GranulesChanged(RunFailed):
     """The number of granules is not what it was when the run began."""
+
+    def __init__(self, problem: str = "granules leave the box") -> None:
+        super().__init__(problem)

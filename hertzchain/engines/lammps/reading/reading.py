@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
@@ -311,7 +311,8 @@ def _freeze_stopped(
     with start.session() as lammps:
         frozen = Replay(Stage(lammps), probes.granules, between)
         script = source.played_by(frozen, lammps)
-        script.play()
+        with suppress(RunFailed):  # LAMMPS refuses to run such granules even at rest
+            script.play()
     nothing = nothing_seen(seen.version, tuple(script.commands), probes.granules.count)
     end = max((run.start + run.steps * run.dt for run in frozen.runs), default=0.0)
     whole = replace(
@@ -325,7 +326,8 @@ def _freeze_stopped(
     elif np.any(seen.driven):
         with start.session() as lammps:
             lead = Replay(Stage(lammps), probes.granules, between, leads=True)
-            source.played_by(lead, lammps).play()
+            with suppress(RunFailed):  # it is known how they are led before that
+                source.played_by(lead, lammps).play()
         time, ends = lead.led
         whole = replace(whole, driven_time=time, driven_ends=ends)
     return whole, frozen.applied()
