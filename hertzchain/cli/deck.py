@@ -120,7 +120,8 @@ def lint(
 ) -> None:
     """Look for known traps in anybody's LAMMPS deck of a chain; status 1 where there is one.
 
-    Notes, which cost time only or may be meant, leave the status at 0. LAMMPS is not needed.
+    Notes, which cost time only or may be meant, leave the status at 0. LAMMPS reads the deck, and
+    takes no step; where it is missing, the text alone is read.
     """
     from dataclasses import asdict
 

@@ -19,9 +19,9 @@ from hertzchain.decks.unit_test import SEGMENTS, known_motion, let_go
 from hertzchain.decks.unit_test_deck import KnownMotion, Moment, unit_test
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import HertzchainError
-from hertzchain.verdict.lint.rules import lint
 from tests import scenes
 from tests.conftest import STEEL, paper_scene
+from tests.verdict.lint.test_lint import lint
 
 DATE = "Sat Nov 21 12:00:00 2026"
 
@@ -209,6 +209,7 @@ def test_the_file_gives_raw_material_and_full_digits() -> None:
     assert [float(velocity) for velocity in velocities] == motion.start.velocity.tolist()
 
 
+@pytest.mark.lammps
 def test_the_commands_of_the_file_are_clean() -> None:
     config = read(text_of("demo"))
     made = "".join(f"variable {line}\n" for line in config["variables"].splitlines())

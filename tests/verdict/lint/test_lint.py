@@ -6,11 +6,14 @@ import json
 import re
 import subprocess
 import sys
+import tempfile
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
+from _pytest.mark.structures import ParameterSet
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -20,11 +23,12 @@ from hertzchain.decks.layout import KnownAnswer, Layout
 from hertzchain.decks.standalone import standalone
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
+from hertzchain.engines.lammps.reading import looking
+from hertzchain.engines.lammps.reading.reading import Start
 from hertzchain.errors import HertzchainError
-from hertzchain.verdict.lint.deck import Deck
 from hertzchain.verdict.lint.finding import Finding
-from hertzchain.verdict.lint.rules import RULES, lint, lint_file
-from hertzchain.verdict.lint.script import parse
+from hertzchain.verdict.lint.rules import RULES, findings, lint_file
+from hertzchain.verdict.lint.script import script_of
 from tests import scenes
 from tests.command_line import Command
 from tests.conftest import STEEL
@@ -389,24 +393,6 @@ TRAPS = {
         "fix motion all nve",
         "fix motion all nve\nfix down all gravity 9.81 vector 1 0 0",
     ),
-    "no 2/3 in Kn": Trap(
-        "stiffness-of-material",
-        "error",
-        STYLE,
-        "variable E equal 193e9\nvariable nu equal 0.3\nvariable K equal ${E}/(1-${nu}^2)\n"
-        "pair_style gran/hertz/history ${K} NULL 0.0 0.0 0.0 0\npair_coeff * *",
-        "peaks",
-        0.01,
-    ),
-    "no 2/3 in Kn, by its comment": Trap(
-        "stiffness-of-material",
-        "error",
-        STYLE,
-        "# steel: E = 193 GPa, nu = 0.3\n"
-        "pair_style gran/hertz/history 2.1209e11 NULL 0.0 0.0 0.0 0\npair_coeff * *",
-        "peaks",
-        0.01,
-    ),
     "no step": Trap("step-default", "note", "timestep 5e-8\n", ""),
     "a dump of every step": Trap(
         "dump-every-step", "note", "run 1000", "dump a all xyz 1 d\nrun 1000"
@@ -425,6 +411,19 @@ def planted(trap: Trap, text: str = CLEAN) -> str:
     return text
 
 
+def lint(text: str, variables: dict[str, str] | None = None) -> list[Finding]:
+    """The findings in a text, LAMMPS being asked in this process."""
+
+    def here(path: Path, given: dict[str, str], _: float) -> looking.Look:
+        return looking.looked(Start(path.parent, None, alone=False), path, path.parent, given)
+
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(looking, "look", here)
+        path = Path(folder) / "in.chain"
+        path.write_text(text, encoding="utf-8")
+        return lint_file(path, variables)
+
+
 def bad(findings: list[Finding]) -> list[Finding]:
     return [finding for finding in findings if finding.severity != "note"]
 
@@ -433,7 +432,17 @@ def test_nothing_is_said_of_a_clean_deck() -> None:
     assert lint(CLEAN) == []
 
 
-@pytest.mark.parametrize("name", TRAPS)
+FIRST = {trap.rule: name for name, trap in reversed(TRAPS.items())}
+"""A trap of each rule: those that the default suite looks for."""
+
+
+def each(names: Iterable[str]) -> list[ParameterSet]:
+    quick = set(FIRST.values())
+    return [pytest.param(k, marks=[] if k in quick else [pytest.mark.slow]) for k in names]
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("name", each(TRAPS))
 def test_a_planted_trap_is_found(name: str) -> None:
     trap = TRAPS[name]
     text = planted(trap)
@@ -443,7 +452,7 @@ def test_a_planted_trap_is_found(name: str) -> None:
 
 
 def test_every_rule_has_a_planted_trap() -> None:
-    elsewhere = {"no-deck", "elsewhere", "no-run"}  # tests of their own
+    elsewhere = {"no-deck", "elsewhere", "no-run", "no-chain"}  # tests of their own
     assert {trap.rule for trap in TRAPS.values()} | elsewhere == set(RULES)
 
 
@@ -455,7 +464,6 @@ def test_all_traps_in_one_deck_are_found() -> None:
         "no ghost velocities",
         "skin of other units",
         "step*dt",
-        "periodic by default",
         "classic wall",
         "gran/hooke",
     ):
@@ -493,7 +501,7 @@ def clean_peaks() -> FloatArray:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("name", [n for n, trap in TRAPS.items() if trap.effect == "peaks"])
+@pytest.mark.parametrize("name", each(n for n, trap in TRAPS.items() if trap.effect == "peaks"))
 def test_a_trap_moves_the_peaks(name: str, clean_peaks: FloatArray) -> None:
     moved = np.abs(peaks(planted(TRAPS[name])) / clean_peaks - 1)[:20]
     assert np.max(moved) > TRAPS[name].by
@@ -524,15 +532,19 @@ def test_without_units_a_lattice_is_another_one() -> None:
 
 
 MEANT = {
+    "in.damped": ["damping"],
     "in.damped_striker_on_a_wall": ["damping"] * 4,
     "in.gapped": ["not-touching"],
-    "in.precompressed": ["not-touching"],
-    "in.sine": ["not-touching"],
 }
 """Findings in shipped decks whose granules are apart, pressed or damped on purpose."""
 
 
-@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.name)
+@pytest.mark.lammps
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(p, marks=[pytest.mark.slow] * (p.name != "in.demo")) for p in SHIPPED],
+    ids=lambda path: path.name,
+)
 def test_nothing_else_is_said_of_shipped_decks(path: Path) -> None:
     assert [finding.rule for finding in lint_file(path)] == MEANT.get(path.name, [])
 
@@ -547,12 +559,16 @@ def generated(scene: hc.Scene, watch_every: int, pair_style: str = "granular") -
 
 @pytest.mark.parametrize("watch_every", [0, 2])
 @pytest.mark.parametrize("pair_style", PAIR_STYLES)
-@pytest.mark.parametrize("name", ["demo", *scenes.NAMES[::4]])
+@pytest.mark.parametrize(
+    "name", ["demo", *(pytest.param(k, marks=pytest.mark.slow) for k in scenes.NAMES[::4])]
+)
 def test_nothing_is_said_of_generated_decks(name: str, pair_style: str, watch_every: int) -> None:
     assert lint(generated(scenes.load(name), watch_every, pair_style)) == []
 
 
-@pytest.mark.parametrize("radius", [1e-6, 1e-4, 4.75e-3, 0.3, 50.0])
+@pytest.mark.parametrize(
+    "radius", [1e-6, 50.0, *(pytest.param(r, marks=pytest.mark.slow) for r in (1e-4, 0.3))]
+)
 def test_nothing_is_said_of_generated_decks_of_any_size(radius: float) -> None:
     pulse = hc.PulseTable((0.0, 1e-5, 2e-5, 5e-5), (10.0, 40.0, 100.0, 30.0))
     scene = hc.Scene(hc.Chain(10, **{**STEEL, "radius": radius}), pulse)
@@ -571,7 +587,7 @@ def test_a_chain_far_from_its_images_may_be_periodic() -> None:
 
 
 def test_a_deck_that_follows_a_long_table_is_read_in_seconds() -> None:
-    times = np.linspace(0, 1e-4, 2001)
+    times = np.linspace(0, 1e-4, 501)
     table = hc.PulseTable(tuple(times), tuple(100 * np.sin(np.pi * times / 1e-4) ** 2))
     scene = hc.Scene(hc.Chain(10, **STEEL), table)
     assert lint(generated(scene, 1)) == []
@@ -649,7 +665,7 @@ run 5000
 def test_of_a_heap_only_damping_is_noted() -> None:
     found = lint(HEAP)
     said = {(finding.rule, finding.severity) for finding in found}
-    assert said == {("damping", "note"), ("attraction", "note")}
+    assert said == {("damping", "note"), ("attraction", "note"), ("no-chain", "note")}
 
 
 def test_included_files_are_not_guessed_at() -> None:
@@ -682,58 +698,6 @@ def test_later_commands_count() -> None:
     assert lint(text) == []
 
 
-@pytest.mark.parametrize(
-    ("style", "digits"),
-    [
-        (STYLE, 1e-14),  # the same formula, but for rounding
-        (
-            f"pair_style gran/hertz/history {KN} NULL 0.0 0.0 0.0 0\npair_coeff * *",
-            1e-4,
-        ),  # KN has five
-    ],
-)
-def test_the_stiffness_of_a_deck_is_that_of_equation_1(style: str, digits: float) -> None:
-    assert STYLE in CLEAN
-    found = Deck(parse(CLEAN.replace(STYLE, style))).stiffness
-    assert found == pytest.approx(hc.Chain(30, **STEEL).contact_stiffness, rel=digits, abs=0)
-
-
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("2*v_R", 0.0095),
-        ("-2^2", 4.0),  # unary minus binds more strongly, as LAMMPS has it
-        ("2^3^2", 64.0),  # from left to right, as LAMMPS has it
-        ("1.5e-3+.5", 0.5015),
-        ("7%4-10/4", 0.5),
-        ("(1<2)*(2>=2)&&!0", 1.0),
-        ("ternary(1>2,3,sqrt(16))", 4.0),
-        ("round(-2.5)+ceil(0.1)+floor(1.9)", 0.0),  # halves upwards, as LAMMPS has it
-        ("round(2.4)*10+round(-2.6)", 17.0),
-        ("v_twice/v_R", 2.0),
-    ],
-)
-@pytest.mark.lammps
-def test_formulas_have_the_value_that_lammps_gives_them(text: str, value: float) -> None:
-    set_up = "variable R index 4.75e-3\nvariable twice equal 2*v_R\n"
-    script = parse(set_up)
-    assert script.value(text, 99) == pytest.approx(value, rel=1e-15, abs=0)
-    if "ternary" in text:  # since 29 Aug 2024
-        return
-    with engine() as lammps:
-        command(lammps, f'{set_up}variable y equal "{text}"')
-        # Evaluated twice: round-off only.
-        assert lammps.extract_variable("y") == pytest.approx(value, rel=1e-15, abs=0)
-
-
-@pytest.mark.parametrize(
-    "text", ["v_unknown", "c_x[1]", "1/0", "9^9^9^9", "sqrt(-1)", "(1", "1)", "", "random(1,2,3)",
-             "(" * 5000, "-" * 5000 + "1", "1+" * 4000 + "1 1", "v_loop", "abs(1,2)", "atan2(1)"]
-)  # fmt: skip
-def test_what_cannot_be_known_has_no_value(text: str) -> None:
-    assert parse("variable loop equal v_loop+1\n").value(text, 99) is None
-
-
 def test_words_are_split_as_lammps_splits_them() -> None:
     text = """\
 variable a index 3   # a comment
@@ -742,27 +706,16 @@ if "${a} > 2" then "set group all diameter 1.0" &
     "run $( v_a + 1 )" else 'run 7'
 print \"\"\"two
 lines\"\"\"
-run $(2*v_a:%.17g) every 2 "set group all density 1"
+run $(2*v_a:%.17g) every ${a} "set group all density 1"
 """
-    commands = parse(text).commands
+    commands = script_of(Path("in.chain"), text, {})
     assert [(c.line, c.words) for c in commands] == [
         (1, ("variable", "a", "index", "3")),
         (2, ("print", "a # that is none")),
-        (3, ("if", "3 > 2", "then", "set group all diameter 1.0", "run 4.0", "else", "run 7")),
-        (3, ("set", "group", "all", "diameter", "1.0")),
-        (3, ("run", "4.0")),
-        (3, ("run", "7")),
+        (3, ("if", "3 > 2", "then", "set group all diameter 1.0", "run $(v_a+1)", "else", "run 7")),
         (5, ("print", "two\nlines")),
-        (7, ("run", "6.0", "every", "2", "set group all density 1")),
-        (7, ("set", "group", "all", "density", "1")),
+        (7, ("run", "$(2*v_a:%.17g)", "every", "3", "set group all density 1")),
     ]
-
-
-def test_an_index_variable_keeps_its_first_value() -> None:
-    text = (
-        "variable a index 1\nvariable a index 2\nvariable a delete\nvariable a index 3\nrun ${a}\n"
-    )
-    assert parse(text).commands[-1].words == ("run", "3")
 
 
 MORE_WORDS = 'set fix run if variable jump label next ${R} $(v_R) $( & # " \' """ v_push * 0 -1 nan'
@@ -777,8 +730,13 @@ def test_any_text_gives_findings(examples: int) -> None:
     settings(max_examples=examples)(given(st.text(max_size=300))(has_findings))()
 
 
+def of_text(text: str) -> list[Finding]:
+    """The findings in a text alone."""
+    return findings(script_of(Path("in.chain"), text, {}))
+
+
 def has_findings(text: str) -> None:
-    assert all(finding.rule in RULES for finding in lint(text))
+    assert all(finding.rule in RULES for finding in of_text(text))
 
 
 CHANGES = st.lists(st.tuples(st.integers(0, 400), st.sampled_from(["", "drop", "twice", *WORDS])))
@@ -795,7 +753,7 @@ def is_found_or_not(changes: list[tuple[int, str]], text: str) -> None:
     for place, new in changes:
         at = place % len(pieces)
         pieces[at] = {"drop": "", "twice": pieces[at] * 2}.get(new, new)
-    for finding in lint("".join(pieces)):
+    for finding in of_text("".join(pieces)):
         assert finding.line >= 1
         assert finding.text == " ".join(finding.text.split()) or "\n" in "".join(pieces)
 
@@ -815,9 +773,9 @@ HOSTILE = (
 def test_a_hostile_text_is_soon_read() -> None:
     # In another process, so that one that never ends can be stopped; it says how far it came.
     code = (
-        "import json, sys; from hertzchain.verdict.lint.rules import lint;"
+        "import json, sys; from tests.verdict.lint.test_lint import of_text;"
         " from tests.effort import effort;"
-        " [print(effort(lambda: lint(text)), flush=True) for text in json.load(sys.stdin)]"
+        " [print(effort(lambda: of_text(text)), flush=True) for text in json.load(sys.stdin)]"
     )
     done = subprocess.run(
         [sys.executable, "-c", code],
@@ -925,5 +883,8 @@ def test_variables_of_the_command_line(tmp_path: Path, hertzchain: Command) -> N
 
 
 def test_numpy_is_not_needed() -> None:
-    code = "from hertzchain.verdict.lint.rules import lint; lint('units si\\nrun 1\\n')"
+    code = (
+        "from pathlib import Path; from hertzchain.verdict.lint.rules import *;"
+        " findings(script_of(Path('a'), 'units si\\nrun 1\\n', {}))"
+    )
     assert "numpy" not in modules_after(code)

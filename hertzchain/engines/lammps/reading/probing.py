@@ -63,7 +63,7 @@ def probe(stage: Stage, scene: Scene, depth: float | None = None) -> Probes:
     unit = scene.units.length / _smallest(scene.granules.radius) * _smallest(granules.radius)
     if depth is not None:
         unit = depth / granules.units.length
-    why_not = _why_not(granules, unit)
+    why_not = obstacle(granules, unit)
     if why_not is not None:
         return _unasked(granules, scene, integrated, why_not)
     try:
@@ -80,7 +80,7 @@ def _asked(prober: Prober, scene: Scene, unit: float, integrated: IntArray) -> P
     overlap, force = np.full(shape, np.nan), np.full(shape, np.nan)
     for turn in turns:
         for k, depth in enumerate(DEPTHS):
-            overlap[k, turn::2], force[k, turn::2] = _pressed(prober, turn, depth * unit, 0.0)
+            overlap[k, turn::2], force[k, turn::2] = pressed(prober, turn, depth * unit, 0.0)
     time = _contact_time(granules, overlap, force, scene)
     shape = (len(DAMPED), granules.count - 1)
     closing, damped_overlap, damped = (np.full(shape, np.nan) for _ in range(3))
@@ -90,7 +90,7 @@ def _asked(prober: Prober, scene: Scene, unit: float, integrated: IntArray) -> P
     for turn in turns:
         for k, (depth, fraction) in enumerate(DAMPED):
             closing[k, turn::2] = speed = fraction * unit / time
-            found = _pressed(prober, turn, depth * unit, speed)
+            found = pressed(prober, turn, depth * unit, speed)
             damped_overlap[k, turn::2], damped[k, turn::2] = found
     for turn in turns:
         tangential = np.maximum(tangential, _friction(prober, turn, unit, time))
@@ -109,8 +109,8 @@ def _asked(prober: Prober, scene: Scene, unit: float, integrated: IntArray) -> P
     )
 
 
-def _why_not(granules: Granules, unit: float) -> str | None:
-    """Why the contacts cannot be asked; None where they can."""
+def obstacle(granules: Granules, unit: float) -> str | None:
+    """Why contacts cannot be asked at overlaps of a unit; None where they can."""
     if np.any(granules.off_axis > granules.radius):
         return NOT_IN_A_ROW
     first = int(np.argmax(np.abs(granules.frame[0])))
@@ -168,9 +168,7 @@ def _row(granules: Granules, turn: int, depth: float) -> FloatArray:
     return place
 
 
-def _pressed(
-    prober: Prober, turn: int, depth: float, speed: float
-) -> tuple[FloatArray, FloatArray]:
+def pressed(prober: Prober, turn: int, depth: float, speed: float) -> tuple[FloatArray, FloatArray]:
     """Overlaps of every other contact and the forces there, with a closing speed."""
     granules = prober.granules
     velocity = np.zeros((granules.count, 3))

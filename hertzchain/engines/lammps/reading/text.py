@@ -44,19 +44,21 @@ def lines_of(text: str) -> list[Line]:
     LAMMPS looks for ``&`` before it looks for comments: a comment that ends with it goes on, too.
     """
     found: list[Line] = []
-    joined, start = "", None
+    pieces: list[str] = []
+    quotes, start = 0, None
     for number, line in enumerate(text.split("\n"), start=1):
         start = number if start is None else start
-        joined += line.rstrip()
-        if joined.endswith("&"):
-            joined = joined[:-1]
-        elif joined.count(_TRIPLE) % 2:
-            joined += "\n"
+        piece = line.rstrip()
+        quotes += piece.count(_TRIPLE)
+        if piece.endswith("&"):
+            pieces.append(piece[:-1])
+        elif quotes % 2:
+            pieces.append(f"{piece}\n")
         else:
-            found.append(Line(joined, start, number))
-            joined, start = "", None
-    if joined.strip():
-        found.append(Line(joined, start or 1, text.count("\n") + 1))
+            found.append(Line("".join([*pieces, piece]), start, number))
+            pieces, quotes, start = [], 0, None
+    if "".join(pieces).strip():
+        found.append(Line("".join(pieces), start or 1, text.count("\n") + 1))
     return found
 
 

@@ -1,0 +1,318 @@
+"""What LAMMPS makes of somebody's deck without taking a step: granules, forces over time, contacts.
+
+Runs are skipped: the clock is set on, so that formulas of forces have the values that they will
+have. No scene is needed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.external.program import work_folder
+from hertzchain.engines.lammps.isolation import Child
+from hertzchain.engines.lammps.reading.found import Executed
+from hertzchain.engines.lammps.reading.granules import Granules, granules_of
+from hertzchain.engines.lammps.reading.interpreter import Ended, Interpreter
+from hertzchain.engines.lammps.reading.player import DeckFix, Stage
+from hertzchain.engines.lammps.reading.prober import Prober
+from hertzchain.engines.lammps.reading.probing import obstacle, pressed
+from hertzchain.engines.lammps.reading.reading import Start
+from hertzchain.engines.lammps.reading.session import Module
+from hertzchain.errors import HertzchainError, RunFailed
+
+_READINGS, _ALL_READINGS = 400, 4000
+"""Readings of a force in one run, and in all runs (chosen: a pulse of three levels shows)."""
+
+_MOST_GRANULES = 2000  # whose contacts are asked (chosen)
+
+_DEPTHS = 1e-4, 1e-3  # overlaps over the smallest radius at which contacts are asked (chosen)
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A run with at least one step that was skipped: command, steps, step, start [deck's units]."""
+
+    command: int
+    steps: int
+    dt: float
+    start: float
+
+
+@dataclass(frozen=True, eq=False)
+class Pushing:
+    """A ``fix addforce``, in the deck's units.
+
+    Parameters
+    ----------
+    command, unfix
+        Indices of the command that made it and of that which ended it; None where none did.
+    granules
+        How many it pushes.
+    runs
+        Numbers of the runs during which it acted.
+    force
+        At readings during these runs, shape (readings, 3); None where it is not known.
+    """
+
+    command: int
+    unfix: int | None
+    granules: int
+    runs: tuple[int, ...]
+    force: FloatArray | None
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What LAMMPS makes of a deck.
+
+    Parameters
+    ----------
+    commands
+        As they were carried out, up to where LAMMPS stopped.
+    stopped
+        Why it did; empty where the deck was read to its end.
+    granules
+        Before the first run; None where there are none.
+    runs, pushes
+        In their order.
+    stiffness, exponent
+        A and p in F = A d^p of each contact, shape (contacts,); None where they are not known.
+    """
+
+    commands: tuple[Executed, ...]
+    stopped: str
+    granules: Granules | None
+    runs: tuple[Planned, ...]
+    pushes: tuple[Pushing, ...]
+    stiffness: FloatArray | None = None
+    exponent: FloatArray | None = None
+
+
+def look(path: Path, variables: Mapping[str, str], time_limit: float) -> Look:
+    """Have LAMMPS look at a deck in a process of its own.
+
+    Raises BackendMissing without a LAMMPS module, RunFailed if it crashes, TooExpensive if it is
+    not done in time [s].
+    """
+    with work_folder("LAMMPS") as folder, Child() as child:
+        found: Look = child.call(
+            looked, Start(folder, None), path, Path.cwd(), dict(variables), time_limit=time_limit
+        )
+    return found
+
+
+def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str]) -> Look:
+    """The same in this process."""
+    whole = path if path.is_absolute() else folder / path
+    with start.session() as lammps:
+        assert isinstance(lammps, Module)
+        looker = _Looker(Stage(lammps), lammps)
+        script = Interpreter(lammps, str(path), whole, variables, looker, folder=folder)
+        stopped = ""
+        try:
+            script.play()
+        except HertzchainError as problem:
+            stopped = str(problem)
+        found = Look(
+            tuple(script.commands), stopped, looker.granules, tuple(looker.runs), looker.pushes()
+        )
+    granules = found.granules
+    if granules is None or not 1 < granules.count <= _MOST_GRANULES or not granules.is_chain:
+        return found
+    with contextlib.suppress(RunFailed), start.session() as lammps:
+        presser = _Presser(Stage(lammps))
+        Interpreter(lammps, str(path), whole, variables, presser, folder=folder).play()
+        if presser.law is not None:
+            return replace(found, stiffness=presser.law[0], exponent=presser.law[1])
+    return found
+
+
+@dataclass
+class _Force:
+    """A force that acts, and its readings so far; ``known`` is whether all of them are."""
+
+    fix: DeckFix
+    granules: int
+    runs: list[int] = field(default_factory=list)
+    values: list[list[float]] = field(default_factory=list)
+    known: bool = True
+
+
+class _Looker:
+    """Plays a deck without its runs."""
+
+    def __init__(self, stage: Stage, lammps: Module) -> None:
+        self._stage, self._lammps = stage, lammps
+        self.granules: Granules | None = None
+        self.runs: list[Planned] = []
+        self._time, self._left = 0.0, _ALL_READINGS
+        self._acting: dict[str, _Force] = {}
+        self._done: list[Pushing] = []
+        self._texts: dict[str, str] = {}  # of the formulas of variables
+
+    def give(self, text: str, words: list[str], index: int) -> None:
+        """Give LAMMPS a command, but for one that moves granules."""
+        if words[0] == "minimize":
+            return
+        self._stage.give(text, words, index)
+        if words[0] == "variable" and len(words) > 3:
+            self._texts[words[1]] = " ".join(words[3:])
+        elif words[0] in ("fix", "unfix") and len(words) > 1:
+            self._end(words[1], index)
+            if words[3:4] == ["addforce"]:
+                fix = self._stage.fixes[index]
+                pushed = self._lammps.members(fix.group)
+                for word in fix.values[:3]:
+                    each = self._each(word, fix.group)
+                    pushed = pushed if each is None else pushed & (each != 0)
+                self._acting[words[1]] = _Force(fix, int(np.count_nonzero(pushed)))
+
+    def _each(self, word: str, group: str) -> FloatArray | None:
+        """Values of an atom-style variable; None for any other word."""
+        name = word[2:]
+        if not word.startswith("v_") or self._style(name) != "atom":
+            return None
+        value = self._lammps.lammps.extract_variable(name, group)
+        return None if value is None else np.asarray(value)[np.argsort(self._ids())]
+
+    def _ids(self) -> FloatArray:
+        return np.asarray(self._lammps.lammps.numpy.extract_atom("id")[: self._lammps.count()])
+
+    def _style(self, name: str) -> str:
+        """The style of a variable, of those that forces may follow."""
+        lammps = self._lammps.lammps
+        kind = lammps.lib.lammps_extract_variable_datatype(lammps.lmp, name.encode())
+        return {0: "equal", 1: "atom"}.get(int(kind), "")
+
+    def _end(self, name: str, index: int | None) -> None:
+        """Take note of a force that has ended."""
+        force = self._acting.pop(name, None)
+        if force is not None:
+            values = np.array(force.values).reshape(-1, 3) if force.known else None
+            self._done.append(
+                Pushing(force.fix.command, index, force.granules, tuple(force.runs), values)
+            )
+
+    def pushes(self) -> tuple[Pushing, ...]:
+        """All forces, those that act to the end the last."""
+        for name in list(self._acting):
+            self._end(name, None)
+        return tuple(self._done)
+
+    def run(self, steps: int, keywords: str, index: int) -> None:
+        """Set the clock on over a run, and read the forces."""
+        if not steps:
+            self._lammps.give(f"run 0 {keywords}".strip())
+            return
+        if self.granules is None:
+            self.granules = granules_of(self._lammps, self._stage.boundary)
+        first, dt = self._lammps.step(), self._lammps.dt()
+        self.runs.append(Planned(index, steps, dt, self._time))
+        count = min(steps, _READINGS, max(2, self._left))
+        self._left -= count
+        for force in self._acting.values():
+            force.runs.append(len(self.runs) - 1)
+        for step in np.unique(np.linspace(0, steps, count + 1).astype(int)).tolist():
+            self._set_clock(first + step, self._time + step * dt)
+            for force in self._acting.values():
+                self._read(force)
+        self._time += steps * dt
+
+    def _set_clock(self, step: int, time: float) -> None:
+        """Set ``step`` and ``time``; ``reset_timestep`` refuses where a fix follows them."""
+        lammps = self._lammps.lammps
+        extract = lammps.lib["lammps_extract_global"]  # a function of its own: types stay
+        extract.argtypes, extract.restype = [ctypes.c_void_p, ctypes.c_char_p], ctypes.c_void_p
+        for name, kind, value in (
+            (b"ntimestep", ctypes.c_int64, step),
+            (b"atimestep", ctypes.c_int64, step),
+            (b"atime", ctypes.c_double, time),
+        ):
+            kind.from_address(extract(lammps.lmp, name)).value = value
+
+    def _read(self, force: _Force) -> None:
+        values = [self._value(word) for word in (*force.fix.values, "0", "0", "0")[:3]]
+        known = [value for value in values if value is not None]
+        force.known &= len(known) == len(values)
+        force.values.append(known if force.known else [0.0, 0.0, 0.0])
+
+    def _value(self, word: str) -> float | None:
+        """A component of a force now; None where it is not known without a step."""
+        if word == "NULL":
+            return 0.0
+        if not word.startswith("v_"):
+            return float(word)
+        if self._style(word[2:]) != "equal" or self._follows_runs(word, 0):
+            return None
+        try:
+            return float(self._lammps.lammps.extract_variable(word[2:]))
+        except Exception:  # a formula that LAMMPS cannot evaluate here, whatever the reason
+            return None
+
+    def _follows_runs(self, text: str, depth: int) -> bool:
+        """Whether a formula asks for what is counted while LAMMPS runs."""
+        if re.search(r"\b(elapsed|elaplong|[cf]_\w+)", text):
+            return True
+        names = re.findall(r"\bv_(\w+)", text)
+        return depth > 10 or any(
+            self._follows_runs(self._texts.get(name, ""), depth + 1) for name in names
+        )
+
+    def clear(self) -> bool:
+        """Forget all before the first run; the deck ends here after it."""
+        if not self.runs:
+            self._stage.forget()
+        return not self.runs
+
+
+class _Presser:
+    """Plays a deck up to its first run, and presses its contacts."""
+
+    def __init__(self, stage: Stage) -> None:
+        self._stage = stage
+        self.law: tuple[FloatArray, FloatArray] | None = None
+
+    def give(self, text: str, words: list[str], index: int) -> None:
+        """Give LAMMPS a command."""
+        if words[0] != "minimize":
+            self._stage.give(text, words, index)
+
+    def run(self, steps: int, keywords: str, index: int) -> None:
+        """Press all contacts where steps are taken."""
+        del index
+        if steps:
+            self._press()
+            raise Ended
+        self._stage.lammps.give(f"run 0 {keywords}".strip())
+
+    def clear(self) -> bool:
+        """Forget all."""
+        self._stage.forget()
+        return True
+
+    def _press(self) -> None:
+        self._stage.ready()
+        prober = Prober(self._stage)
+        granules = prober.granules
+        for fix in list(self._stage.alive.values()):
+            if fix.moves:
+                self._stage.lammps.give(f"unfix {fix.name}")
+        unit = float(np.min(granules.radius))
+        if obstacle(granules, max(_DEPTHS) * unit) is not None:
+            return
+        shape = len(_DEPTHS), granules.count - 1
+        overlap, force = np.full(shape, np.nan), np.full(shape, np.nan)
+        for turn in range(min(2, granules.count - 1)):
+            for k, depth in enumerate(_DEPTHS):
+                overlap[k, turn::2], force[k, turn::2] = pressed(prober, turn, depth * unit, 0.0)
+        with np.errstate(all="ignore"):
+            exponent = np.diff(np.log(force), axis=0)[0] / np.diff(np.log(overlap), axis=0)[0]
+            self.law = force[-1] / overlap[-1] ** exponent, exponent

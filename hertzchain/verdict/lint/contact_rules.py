@@ -1,0 +1,311 @@
+"""Rules of lint on contact laws: between granules, and with walls."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from hertzchain.engines.lammps import dialect
+from hertzchain.engines.lammps.damping import BEFORE_ROOT_2, tsuji
+from hertzchain.verdict.lint.deck import Deck, Law
+from hertzchain.verdict.lint.finding import Found, Severity
+from hertzchain.verdict.lint.script import Command, number
+
+NO_DAMPING = 1e-100
+"""Numbers for damping up to this are 0, in all units (chosen)."""
+
+
+def _damping(deck: Deck) -> Found:
+    """Hertz's law itself has no damping."""
+    for law in deck.laws:
+        damping, word = law.command.after("damping"), law.numbers[1]
+        value = number(word)
+        if law.normal == "mdr":
+            continue
+        if damping == "none":
+            text = (
+                f"damping none is an error in LAMMPS {dialect.NO_DAMPING_NONE}: leave the word out"
+                f" and give 0.0 as the second number of {law.normal}, which damps nothing"
+            )
+            yield law.command, "error", text
+        elif value is not None and damping in ("tsuji", "coeff_restitution"):
+            yield from _restitution(law, damping, value, "note" if deck.no_chain else "warning")
+        elif _damps(value):
+            text = (
+                f"the second number of {law.normal}, {word}, damps the contacts: energy is lost,"
+                " and peaks are lower than those of Hertz's law; 0.0 damps nothing"
+            )
+            yield law.command, "note", text
+    style = deck.pair_style
+    classic = style is not None and style.words[1].startswith("gran/") and len(style.words) > 4
+    if style is not None and classic and _damps(number(style.words[4])):
+        text = (
+            f"gamma_n = {style.words[4]} damps the contacts: energy is lost, and peaks are"
+            " lower than those of Hertz's law; 0.0 damps nothing"
+        )
+        yield style, "note", text
+
+
+def _damps(value: float | None) -> bool:
+    """Whether a number damps: some write 1e-300 for 0, where LAMMPS would divide by it."""
+    return value is not None and abs(value) > NO_DAMPING
+
+
+def _restitution(law: Law, damping: str, value: float, other: Severity) -> Found:
+    """Damping laws whose number is a coefficient of restitution; ``other``: it gives another."""
+    undamped = "leave the damping out and give 0.0 there, which damps nothing"
+    if value == 0:
+        what = "the tenth peak loses 73 %" if damping == "tsuji" else "positions become NaN"
+        text = (
+            f"with damping {damping} the second number of {law.normal} is a coefficient of"
+            f" restitution: 0 damps the most ({what}), it does not switch damping off; {undamped}"
+        )
+        yield law.command, "error", text
+    elif value == 1 and damping == "tsuji":
+        text = (
+            "damping tsuji with a restitution of 1 is not zero: its fitted polynomial leaves some"
+            f" (peaks are lower by up to 0.2 %); {undamped}"
+        )
+        yield law.command, "warning", text
+    elif value != 1:
+        text = (
+            f"damping {damping} with a restitution of {value:g}: energy is lost, and peaks are"
+            " lower than those of Hertz's law"
+        )
+        yield law.command, "note", text
+        if damping == "tsuji" and 0 < value < 1:
+            from hertzchain.theory.restitution import of_ratio  # loads NumPy
+
+            pulls = "limit_damping" not in law.command.words
+            given = of_ratio(tsuji(value, root_2=False) / math.sqrt(5), pulls)
+            text = (
+                f"damping tsuji with {value:g} gives a restitution of {given:.3g} in LAMMPS"
+                f" {BEFORE_ROOT_2}, and another in later ones: hertzchain restitution {value:g}"
+                " lists what to write"
+            )
+            yield law.command, other, text
+
+
+def _attraction(deck: Deck) -> Found:
+    """Damping that is not limited pulls as a contact opens."""
+    text = (
+        "damping without limit_damping makes contacts pull as they open, which dry granules cannot:"
+        " write limit_damping at the end of this command (LAMMPS since 29 Sep 2021)"
+    )
+    severity: Severity = "note" if deck.no_chain else "warning"
+    for law in deck.laws:
+        words = law.command.words
+        known = law.normal in ("hooke", "hertz", "hertz/material")
+        if known and _damps(number(law.numbers[1])) and not {"none", "limit_damping"} & set(words):
+            yield law.command, severity, text
+    style = deck.pair_style
+    if style is None or not style.words[1].startswith("gran/") or len(style.words) < 5:
+        return
+    if _damps(number(style.words[4])) and "limit_damping" not in style.words:
+        yield style, severity, text
+
+
+_SMALL = 1e-2  # a Poisson's ratio that no material of granules has (chosen)
+
+
+def _poisson_ratio(deck: Deck) -> Found:
+    """The order of the numbers is E, damping, Poisson's ratio."""
+    for law in deck.laws:
+        if law.normal not in ("hertz/material", "dmt", "jkr"):
+            continue
+        damping, poisson = number(law.numbers[1]), number(law.numbers[2])
+        if poisson is None or damping is None:
+            continue
+        order = f"the numbers of {law.normal} are E, damping, Poisson's ratio, in this order"
+        if not -1 < poisson <= 0.5:
+            yield law.command, "error", f"{order}: a Poisson's ratio of {poisson:g} cannot be"
+        elif abs(poisson) < _SMALL and 0 < damping <= 0.5:
+            text = (
+                f"{order}: here the ratio is {poisson:g} and the damping {damping:g}; if they are"
+                " in each other's place, contacts are too soft, by 9 % for a ratio of 0.3"
+            )
+            yield law.command, "warning", text
+
+
+def _tangential(deck: Deck) -> Found:
+    """A tangential law has to be named, and its stiffness is divided by."""
+    for law in deck.laws:
+        if "tangential" not in law.command.words:
+            text = (
+                "the tangential law is missing, which is an error: without friction it is"
+                f" {dialect.NO_FRICTION}"
+            )
+            yield law.command, "error", text
+    style = deck.pair_style
+    if style is not None and style.words[1] in ("gran/hertz/history", "gran/hooke/history"):
+        given = style.words[3] if len(style.words) > 3 else None
+        if number(given) == 0:
+            text = (
+                "Kt = 0: where granules slide LAMMPS divides by it; write NULL (2/7 of Kn) and a"
+                " friction of 0.0 as the fifth number, which takes the tangential force away"
+            )
+            yield style, "warning", text
+
+
+def _several_materials(deck: Deck) -> Found:
+    """The gran styles have one stiffness for all granules."""
+    style = deck.pair_style
+    if style is None or not style.words[1].startswith("gran/"):
+        return
+    for box in deck.named("create_box"):
+        types = number(" ".join(box.words[1:2]))
+        if types is not None and types > 1:
+            text = (
+                f"{types:.0f} types of granules, but {style.words[1]} has one Kn for all of them:"
+                " take pair_style granular with hertz/material for each pair of types, unless all"
+                " are of one material"
+            )
+            yield style, "warning", text
+
+
+def _mixed_pairs(deck: Deck) -> Found:
+    """Pairs of two types that LAMMPS mixes by itself."""
+    if deck.pair_style is None or deck.pair_style.words[1] != "granular" or deck.is_partial:
+        return
+    types = [number(" ".join(box.words[1:2])) for box in deck.named("create_box")]
+    if len(types) != 1 or types[0] is None or not 2 <= types[0] <= _MOST_TYPES:
+        return
+    count = int(types[0])
+    given: set[tuple[int, int]] = set()
+    for command in deck.named("pair_coeff"):
+        first, second = (_types_of(word, count) for word in (*command.words[1:3], "", "")[:2])
+        if not first or not second:
+            return
+        given |= {(min(i, j), max(i, j)) for i in first for j in second}
+    missing = [(i, j) for i in range(1, count + 1) for j in range(i, count + 1)]
+    missing = [pair for pair in missing if pair not in given and pair[0] != pair[1]]
+    laws = [law.command for law in deck.laws if law.command.name == "pair_coeff"]
+    if missing and laws:
+        i, j = missing[0]
+        more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+        text = (
+            f"there is no pair_coeff {i} {j}{more}: LAMMPS mixes the laws of both types, and those"
+            " of 2021 and 2022 leave out the contact radius (an overlap of 1 um of granules of 9.5"
+            f" mm presses 20,000 times too hard); write pair_coeff {i} {j} ... as for one type"
+        )
+        yield laws[-1], "warning", text
+
+
+_MOST_TYPES = 100  # a deck with more is not looked at pair by pair
+
+
+def _types_of(word: str, count: int) -> range | None:
+    """The types of a word such as 2, *, 2*3; None for one that cannot be known."""
+    match = re.fullmatch(r"(\d*)(\*?)(\d*)", word)
+    if not word or match is None or (not match[2] and match[3]):
+        return None
+    first = int(match[1] or 1)
+    last = first if not match[2] else int(match[3] or count)
+    return range(first, last + 1)
+
+
+def _wall(deck: Deck) -> Found:
+    """Walls of granules."""
+    for wall in deck.fixes("wall/gran", "wall/gran/region"):
+        words = wall.words
+        if words[4:5] == ("hertz/history",) and number(" ".join(words[7:8])) == 0:
+            text = (
+                "wall/gran hertz/history with gamma_n = 0 makes positions NaN at the first touch"
+                f" ({dialect.WALL_IS_NAN}): write wall/gran granular hertz K 0.0"
+                f" {dialect.NO_FRICTION} with K = 4/3 E*"
+            )
+            yield wall, "error", text
+        elif words[4:5] == ("granular",) and words[5:6] != ("hertz",) and not deck.no_chain:
+            text = (
+                "a wall of this law is an elastic half-space of the given material, no rigid wall:"
+                " for a rigid one halve its compliance, that is give it twice E"
+            )
+            yield wall, "note", text
+            if words[5:6] == ("hertz/material",):
+                yield wall, "warning", _WALL_OF_MATERIAL
+        ends = _planes(wall)
+        if ends is not None and deck.diameter is not None and ends[1] - ends[0] <= deck.diameter:
+            text = (
+                "both planes of this wall can touch the same granule, which feels the nearer one"
+                " alone: write a fix for each plane"
+            )
+            yield wall, "warning", text
+
+
+_WALL_OF_MATERIAL = (
+    "LAMMPS of 2021 and 2022 makes this wall 1 + nu times too stiff: give the stiffness itself,"
+    " granular hertz K with K = 4/3 E*"
+)
+
+
+def _planes(wall: Command) -> tuple[float, float] | None:
+    """Where both planes of a wall across an axis are; None unless there are two that are known."""
+    for axis in ("xplane", "yplane", "zplane"):
+        if axis in wall.words:
+            at = wall.words.index(axis)
+            low, high = (number(word) for word in (*wall.words[at + 1 : at + 3], "", "")[:2])
+            return None if low is None or high is None else (low, high)
+    return None
+
+
+def _not_hertz(deck: Deck) -> Found:
+    """Laws between granules that are not Hertz's."""
+    style = deck.pair_style
+    if style is None:
+        if deck.runs and not deck.is_partial:
+            text = (
+                "there is no pair style: granules do not feel one another; write pair_style"
+                f" granular and {_HERTZ}"
+            )
+            yield deck.runs[0], "error", text
+        return
+    names = [word for word in style.words[1:] if re.match("[a-z]", word)]
+    if names[:1] in (["gran/history"], ["gran/no_history"], ["gran/hertzian"]):
+        yield style, "error", f"{names[0]} is of LAMMPS before 2008: today write gran/hertz/history"
+    elif names[:1] in (["hybrid"], ["hybrid/overlay"], ["hybrid/scaled"]):
+        pass
+    elif not deck.is_granular:
+        text = (
+            f"pair_style {style.words[1]} is no contact of spheres: Hertz's law is pair_style"
+            f" granular with {_HERTZ}"
+        )
+        if "$" not in style.words[1]:
+            yield style, "error", text
+    elif style.words[1].startswith("gran/hooke"):
+        yield style, "error", _HOOKE.format(style.words[1])
+    yield from _of_laws(deck)
+
+
+def _of_laws(deck: Deck) -> Found:
+    """Normal laws of pair style granular that are not Hertz's."""
+    for law in deck.laws:
+        if law.command.name != "pair_coeff":
+            continue
+        if law.normal == "hooke":
+            yield law.command, "error", _HOOKE.format("hooke")
+        elif law.normal in ("dmt", "jkr"):
+            cohesion = law.numbers[3]
+            if law.normal == "jkr" or number(cohesion) != 0:
+                text = (
+                    f"{law.normal} adds cohesion to Hertz's law ({cohesion}; 0.1 J/m^2 moved peaks"
+                    " of about 150 N by 0.1 %): hertz/material has none"
+                )
+                yield law.command, "warning", text
+        elif law.normal == "mdr":
+            text = "mdr is an elastic-plastic law, not Hertz's: hertz/material is elastic"
+            yield law.command, "warning", text
+
+
+_HERTZ = f"pair_coeff * * {dialect.hertz('E', 'nu')} {dialect.NO_FRICTION}"
+
+
+_HOOKE = (
+    "{} is a linear spring, not Hertz's law: there are no solitary waves in it (with a stiffness"
+    " of 1e7 N/m the tenth peak is 88 instead of 158 N); take hertz/material, or gran/hertz/history"
+)
+
+
+RULES = (
+    _not_hertz, _damping, _attraction, _poisson_ratio, _tangential, _several_materials,
+    _mixed_pairs, _wall,
+)  # fmt: skip

@@ -1,0 +1,221 @@
+"""Rules of lint on the granules of a deck: how they are made, where they lie, their neighbours."""
+
+from __future__ import annotations
+
+from hertzchain.verdict.lint.deck import Deck
+from hertzchain.verdict.lint.finding import Found
+from hertzchain.verdict.lint.script import Command, number
+
+_TOUCHING = 1e-9  # relative; sites that differ by less from a diameter differ by rounding
+
+
+def _density_before_diameter(deck: Deck) -> Found:
+    """The mass is made when the density is set, with the diameter of that moment."""
+    pending: Command | None = None
+    last = max((command.place for command, _ in deck.given("density")), default=-1)
+    for command in deck.named("set"):
+        density, diameter = command.after("density"), command.after("diameter")
+        words = command.words
+        if density is not None and (
+            diameter is None or words.index("density") > words.index("diameter")
+        ):
+            pending = command if diameter is None else None
+        elif density is not None:
+            yield command, "error", _DENSITY
+            pending = None
+        elif diameter is not None and pending is not None:
+            covers = pending.words[1:3] == words[1:3] or "all" in (words[2], pending.words[2])
+            if covers and last < command.place:
+                yield pending, "error", _DENSITY
+            pending = None
+
+
+_DENSITY = (
+    "the density is set before the diameter, so that granules keep the mass that the old diameter"
+    " made (1e6 times too large for a radius of 5 mm, and only the first one moves): set the"
+    " diameter first, then the density"
+)
+
+
+def _diameter_missing(deck: Deck) -> Found:
+    """Granules that are created have diameter 1 and density 1."""
+    created = deck.named("create_atoms")
+    brought = deck.named("read_data", "molecule") or deck.is_partial
+    if not created or brought or not deck.is_granular or deck.no_chain:
+        return
+    given = {word for command in deck.named("set") for word in command.words}
+    if "diameter" not in given:
+        text = (
+            "no diameter is set: granules that are created have diameter 1 in the units of the"
+            " deck; write set group all diameter ..., then density ..."
+        )
+        yield created[0], "error", text
+    elif not {"density", "mass"} & given:
+        text = (
+            "no density is set: granules keep the mass 0.5236 that diameter 1 and density 1 made,"
+            " whatever their diameter is now; write set group all density ... after the diameter"
+        )
+        yield created[0], "error", text
+
+
+def _mass_set(deck: Deck) -> Found:
+    """A mass that is set takes the place of that of the density."""
+    for command, _ in deck.given("mass"):
+        text = "this mass takes the place of 4/3 pi R^3 density: leave it out, or the density"
+        yield command, "warning", text
+
+
+def _ghost_velocity(deck: Deck) -> Found:
+    """Contact laws of granules ask for the velocities of ghosts."""
+    wanted = [command.after("vel") == "yes" for command in deck.named("comm_modify")]
+    wanted += [command.after("vel") == "yes" for command in deck.named("communicate")]
+    if deck.is_granular and not any(wanted) and not deck.is_partial:
+        text = (
+            "comm_modify vel yes is missing: pair styles of granules need the velocities of ghost"
+            " granules, and LAMMPS stops at the first run; write it before the pair style"
+        )
+        yield deck.pair_style, "error", text
+
+
+def _skin(deck: Deck) -> Found:
+    """The skin is a length, and its default belongs to the units, not to the granules."""
+    if deck.diameter is None or deck.diameter <= 0 or not deck.is_granular or deck.is_partial:
+        return
+    given = [command for command in deck.named("neighbor") if len(command.words) > 1]
+    skin = deck.skin
+    where = given[-1] if given else next(iter(deck.runs), None)
+    if skin is None or where is None:
+        return
+    radius = deck.diameter / 2
+    origin = "the skin is" if given else f"without a neighbor command the skin is {deck.units}'s"
+    wanted = f"write neighbor {radius / 2:.3g} bin, half a radius"
+    if skin >= 2 * radius:
+        text = (
+            f"{origin} {skin:g}, {skin / radius:.3g} radii: {1 + skin / deck.diameter:.4g} granules"
+            " ahead count as neighbours instead of 1 (a chain with R = 50 um at the default of"
+            f" 1 mm: steps take twice as long); {wanted}"
+        )
+        yield where, "warning", text
+    elif skin < radius / 1000:
+        text = (
+            f"{origin} {skin:g}, {skin / radius:.1g} of a radius: neighbours are looked for again"
+            f" nearly every step (steps take up to four times as long); {wanted}"
+        )
+        yield where, "warning", text
+
+
+def _neighbours(deck: Deck) -> Found:
+    """Neighbour lists that are built too often, or leave contacts out."""
+    if not deck.is_granular:
+        return
+    for command in deck.named("neigh_modify"):
+        if "exclude" in command.words:
+            text = (
+                "neigh_modify exclude takes contacts away: granules of the excluded pairs pass"
+                " through one another; leave it out of a chain"
+            )
+            yield command, "warning", text
+        if command.after("check") == "no":
+            text = (
+                "check no builds the neighbour list whether or not a granule has moved (every 10"
+                " steps: they take up to three times as long), and misses contacts where one has"
+                " moved further than half the skin; write neigh_modify delay 0 every 1 check yes"
+            )
+            yield command, "note", text
+
+
+def _units(deck: Deck) -> Found:
+    """Numbers that do not belong to the units."""
+    if not deck.is_granular or deck.is_partial or deck.units != "lj":
+        return
+    moduli = [number(law.numbers[0]) for law in deck.laws if law.normal == "hertz/material"]
+    real = [modulus for modulus in moduli if modulus is not None and modulus >= 1e8]
+    sizes = [number(word) for _, word in deck.given("diameter")]
+    if real and any(size is not None and size < 0.2 for size in sizes):
+        command = next(iter(deck.named("units")), None)
+        said = "units lj" if command else "without a units command they are lj"
+        text = (
+            f"{said}, but E = {real[0]:g} and the diameter look like SI: skin (0.3), step (0.005)"
+            " and lattice (a density, not a spacing) mean something else there; write units si"
+        )
+        yield command, "error", text
+
+
+def _atom_style(deck: Deck) -> Found:
+    """Granules need radius and density of their own."""
+    if not deck.is_granular or deck.is_partial or deck.named("read_restart"):
+        return
+    styles = deck.named("atom_style")
+    if not any({"sphere", "bpm/sphere"} & set(style.words) for style in styles):
+        text = "granules need atom_style sphere, which has a radius for each: LAMMPS stops without"
+        yield (styles[-1] if styles else deck.pair_style), "error", text
+
+
+def _periodic(deck: Deck) -> Found:
+    """Images of a chain that meet it, or are ghosts that cost time."""
+    command = deck.boundary[1]
+    granules = deck.granules
+    where = command or next(iter(deck.named("create_box", "read_data")), None)
+    said = "" if command else " (without a boundary command all are)"
+    if granules is None or deck.skin is None:
+        if deck.is_granular and command is None and not deck.is_partial:
+            text = (
+                "without a boundary command the box is periodic: if the granules lie in a row,"
+                " write boundary f f f and leave room around them"
+            )
+            yield where, "note", text
+        return
+    room = 2 * (2 * float(granules.radius.max()) + deck.skin)
+    box, place = granules.high - granules.low, granules.position
+    narrow = [
+        granules.periodic[k] and box[k] <= place[:, k].max() - place[:, k].min() + room
+        for k in range(3)
+    ]
+    names = ["xyz"[int(abs(direction).argmax())] for direction in granules.frame]
+    across = [name for name, is_narrow in zip(names[1:], narrow[1:], strict=True) if is_narrow]
+    if across:
+        text = (
+            f"{' and '.join(sorted(across))} {'are' if len(across) > 1 else 'is'} periodic{said}:"
+            " every granule has images as ghosts if the box is narrow, and a step takes twice as"
+            " long (8.3 instead of 3.8 us for 30 granules); write boundary f f f with room around"
+            " the chain"
+        )
+        yield where, "warning", text
+    if narrow[0]:
+        text = (
+            f"{names[0]} is periodic{said}: the chain has no free ends where the box is not longer"
+            " than it, the last granule meets the first; write boundary f f f with room at both"
+            " ends"
+        )
+        yield where, "warning", text
+
+
+def _not_touching(deck: Deck) -> Found:
+    """Granules of a chain touch without force, but for gaps and loads that are meant."""
+    granules = deck.granules
+    if granules is None or not deck.is_granular:
+        return
+    gap = (granules.position[1:, 0] - granules.position[:-1, 0]) / granules.reach - 1
+    widest, deepest = float(gap.max()), float(gap.min())
+    made = deck.named("lattice", "create_atoms", "read_data", "displace_atoms")
+    if not made:
+        return
+    if widest > _TOUCHING:
+        text = (
+            f"neighbours are up to {1 + widest:.10g} sums of their radii apart: granules do not"
+            f" touch, gaps of {widest:.1e} of a diameter (with 1e-3 peaks are off by 113 %)"
+        )
+        yield made[0], "warning", text
+    if deepest < -_TOUCHING and not (deck.is_loaded or granules.velocity.any()):
+        text = (
+            f"neighbours are down to {1 + deepest:.10g} sums of their radii apart: granules press"
+            f" one another from the start, overlaps of {-deepest:.1e} of a diameter, and spring"
+            " apart where nothing holds the ends (with 1e-3 peaks are off by 92 %)"
+        )
+        yield made[0], "warning", text
+
+
+RULES = (
+    _units, _atom_style, _density_before_diameter, _diameter_missing, _mass_set, _not_touching,
+    _periodic, _ghost_velocity, _skin, _neighbours,
+)  # fmt: skip

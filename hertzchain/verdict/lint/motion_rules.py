@@ -1,0 +1,297 @@
+"""Rules of lint on what moves granules: fixes, forces over time, gravity, velocities, steps."""
+
+from __future__ import annotations
+
+import math
+import re
+from itertools import pairwise
+
+from hertzchain.engines.lammps import dialect
+from hertzchain.verdict.lint.deck import Deck
+from hertzchain.verdict.lint.finding import Found
+from hertzchain.verdict.lint.script import Command, names_in, number
+
+_LEVELS = 3  # forces held in turn that are no pulse with corners: two are a rectangle and its end
+_LOOKS = 4  # in a row at which a force is the same: a level, no part of a ramp
+_HELD = 0.8  # of all looks at a force, at which a staircase is on a level; some meet its corners
+
+
+_MOVER = re.compile(r"(nve|nvt|npt|nph|rigid|move$|brownian|ehex|controller|python|freeze)")
+
+
+def _motion(deck: Deck) -> Found:
+    """Somebody has to move the granules, and only one."""
+    movers = [fix for fix in deck.fixes() if _MOVER.match(fix.words[3])]
+    first = next(iter(deck.runs), None)
+    if first is not None and not movers and not deck.is_partial and deck.pair_style is not None:
+        text = "no fix moves the granules, nothing happens: write fix motion all nve"
+        yield first, "error", text
+    gone = {command.word(1): command.place for command in deck.named("unfix")}
+    seen: dict[str, Command] = {}
+    for fix in movers:
+        other = seen.get(fix.words[2])
+        if other is not None and other.word(1) != fix.word(1):
+            still = not other.place < gone.get(other.words[1], -1) < fix.place
+            if still:
+                text = (
+                    f"granules of group {fix.words[2]} are moved twice each step, here and by fix"
+                    f" {other.words[1]} (peaks off by 20 %): keep one"
+                )
+                yield fix, "error", text
+        seen[fix.words[2]] = fix
+
+
+def _no_run(deck: Deck) -> Found:
+    """A deck with granules that never runs, perhaps as the command is misspelt."""
+    granules = deck.named("create_atoms", "read_data")
+    if granules and deck.pair_style is not None and not deck.runs and not deck.is_partial:
+        text = "there is no run, so nothing happens: write timestep ... and run ..., so spelt"
+        yield granules[-1], "warning", text
+
+
+def _thermostat(deck: Deck) -> Found:
+    """Fixes that take motion from the granules or give some."""
+    for fix in deck.fixes():
+        style = fix.words[3]
+        if re.match(r"(nvt|npt|nph|langevin|temp/|nve/limit|press/)", style):
+            text = (
+                f"fix {style} changes velocities by something else than forces, and the wave with"
+                " them: fix nve is all that a chain needs"
+            )
+            yield fix, "error", text
+        elif style.startswith("viscous"):
+            text = f"fix {style} damps every granule: peaks are lower than those of Hertz's law"
+            yield fix, "note", text
+
+
+_TIME_WORDS = {"step", "time", "elapsed", "elaplong"}
+
+
+def _acting(deck: Deck, fix: Command) -> tuple[list[Command], Command | None]:
+    """The runs during which a fix acts, and the command that ends it."""
+    later = [c for c in deck.commands if c.place > fix.place]
+    end = next((c for c in later if c.name in ("fix", "unfix") and c.word(1) == fix.word(1)), None)
+    last = math.inf if end is None else end.place
+    return [run for run in deck.runs if fix.place < run.place < last], end
+
+
+def _formulas(deck: Deck) -> list[tuple[Command, str]]:
+    """Forces that follow a variable, and its name."""
+    fixes = deck.fixes("addforce")
+    each = ((fix, word) for fix in fixes for word in fix.words[4:7])
+    return [(fix, word[2:]) for fix, word in each if word.startswith("v_")]
+
+
+def _force_clock(deck: Deck) -> Found:
+    """Which of LAMMPS's clocks a force follows."""
+    steps = deck.named("timestep")
+    for fix, variable in _formulas(deck):
+        runs, _ = _acting(deck, fix)
+        if not runs:
+            continue
+        names = names_in(f"v_{variable}", deck.commands, runs[-1].place)
+        made = [c.place for c in deck.named("variable") if c.word(1) == variable]
+        if {"step", "dt"} <= names:
+            changed = [run for run in runs if _has_new_step(deck, run)]
+            if changed:
+                text = (
+                    "the force follows step*dt, and timestep has been changed after steps were"
+                    " taken: its clock jumps there (peaks off by 32 %); write time instead"
+                )
+                yield changed[0], "error", text
+                continue
+            said = ", as it does in this deck" if len(steps) > 1 else ""
+            text = (
+                "the force follows step*dt, which is the time only as long as timestep never"
+                f" changes{said}; write time instead"
+            )
+            yield fix, "warning" if said else "note", text
+        elif "elapsed" in names:
+            again = [
+                after
+                for before, after in pairwise(runs)
+                if not any(before.place < place < after.place for place in made)
+            ]
+            if again:
+                text = (
+                    "the force follows elapsed, which starts at 0 again with each run (peaks off"
+                    " by 32 %); write time instead"
+                )
+                yield again[0], "error", text
+            elif runs[-1] is not deck.runs[0]:
+                text = (
+                    "the force follows elapsed, which counts from the start of this run, not of"
+                    " the simulation; time does not start again"
+                )
+                yield runs[-1], "note", text
+
+
+def _has_new_step(deck: Deck, run: Command) -> bool:
+    """Whether a run goes on with another step after steps of another length."""
+    first = deck.runs[0].place
+    changes = [c for c in deck.named("timestep") if c.place < run.place]
+    before = [c for c in changes if c.place < first]
+    return (
+        bool(changes)
+        and changes[-1].place > first
+        and (not before or before[-1].word(1) != changes[-1].word(1))
+    )
+
+
+def _force_frozen(deck: Deck) -> Found:
+    """A formula that is filled in once is a number."""
+    for fix in deck.fixes("addforce", "setforce"):
+        for word in fix.raw[4:7]:
+            match = re.fullmatch(r"\$\{(\w+)\}|\$\(\s*v_(\w+)\s*(?::[^)]*)?\)", word)
+            name = match and (match[1] or match[2])
+            if name and _TIME_WORDS & names_in(f"v_{name}", deck.commands, fix.place):
+                text = (
+                    f"{word} is filled in once, when the line is read: the force stays at the"
+                    f" value of that moment; write v_{name}, which follows the time"
+                )
+                yield fix, "error", text
+
+
+def _force_left_on(deck: Deck) -> Found:
+    """A formula is evaluated every step, also when it gives 0."""
+    for fix, _ in _formulas(deck):
+        runs, end = _acting(deck, fix)
+        if runs and end is None:
+            text = (
+                "LAMMPS evaluates the formula of the force at every step until the end, about 4 us"
+                " each, and a periodic pulse begins again: end the run with the pulse, then unfix"
+                f" {fix.word(1)}"
+            )
+            yield fix, "note", text
+
+
+def _force_cut(deck: Deck) -> Found:
+    """A force that is dropped while it pushes."""
+    made = {c.index: c.word(1) for c in deck.named("variable")}
+    for push in deck.pushes:
+        end, fix = deck.carried_out(push.unfix), deck.carried_out(push.command)
+        if end is None or fix is None or push.force is None or not push.force.size:
+            continue
+        # A ramp that ends as high as it goes, or a formula in pieces, may end with a jump.
+        names = {word[2:] for word in fix.words[4:7] if word.startswith("v_")}
+        last_run = deck.look.runs[push.runs[-1]].command if deck.look else 0
+        pieces = any(made.get(k) in names for k in range(push.command, last_run))
+        sizes = abs(push.force).max(axis=1)
+        last, peak = float(sizes[-1]), float(sizes.max())
+        if names and not pieces and peak > 0 and 1e-3 < last / peak < 0.999:
+            text = (
+                f"the force is dropped while it is {last:.4g}, {last / peak:.2g} of its largest"
+                " value: let the runs before end with the pulse (steps times timestep)"
+            )
+            yield end, "warning", text
+
+
+def _force_on_all(deck: Deck) -> Found:
+    """A shock hits one end."""
+    known = {push.command: push.granules for push in deck.pushes}
+    for fix in deck.fixes("addforce"):
+        many = "every granule" if fix.word(2) == "all" and not known else None
+        count = known.get(-1 if fix.index is None else fix.index, 0)
+        if count > 1:
+            many = f"the {count} granules of group {fix.word(2)}"
+        zero = all(number(word) == 0 or word == "NULL" for word in fix.words[4:7])
+        if many and not zero:
+            text = (
+                f"the force acts on {many}, on each in full: group first id 1, and fix"
+                f" {fix.word(1)} first addforce, push one end"
+            )
+            yield fix, "warning", text
+
+
+def _force_in_steps(deck: Deck) -> Found:
+    """A pulse follows the time; one in steps has another shape."""
+    for fix in deck.fixes("addforce"):
+        count = number(fix.after("every"))
+        if "every" in fix.words[7:] and count is not None and count > 1:
+            text = (
+                f"with every {count:g} the force is there at one of {count:g} steps only: the"
+                f" granule gets 1/{count:g} of the momentum; leave the words out"
+            )
+            yield fix, "error", text
+    held: dict[str, list[tuple[Command, float]]] = {}
+    every = set() if deck.look is None else set(range(len(deck.look.runs)))
+    for push in deck.pushes:
+        fixed = deck.carried_out(push.command)
+        if fixed is None or push.force is None or set(push.runs) == every:
+            continue
+        size = push.force[:, abs(push.force).max(axis=0).argmax()]
+        if any(word.startswith("v_") for word in fixed.words[4:7]):
+            yield from _stairs(fixed, size.tolist())
+        elif size[0]:
+            held.setdefault(fixed.word(2), []).append((fixed, float(size[0])))
+    for group, forces in held.items():
+        levels = [forces[0], *(b for a, b in pairwise(forces) if a[1] != b[1])]
+        if len(levels) >= _LEVELS:
+            text = (
+                f"the force on group {group} changes in {len(levels)} steps, "
+                f"{', '.join(f'{size:g}' for _, size in levels[:3])}, ..., each held for a while:"
+                " a pulse is a formula of time, variable push equal ... and fix ... addforce v_push"
+                " 0.0 0.0"
+            )
+            yield levels[0][0], "warning", text
+
+
+def _stairs(fix: Command, values: list[float]) -> Found:
+    """A formula with several values, each held for a while."""
+    largest = max(map(abs, values), default=0.0)
+    held: list[list[float]] = []  # neighbours that are the same
+    for value in values:
+        if held and abs(value - held[-1][0]) <= 1e-9 * largest:
+            held[-1].append(value)
+        else:
+            held.append([value])
+    levels = [group for group in held if group[0] and len(group) >= _LOOKS]
+    looks = sum(len(group) for group in held if group[0])
+    if len(levels) >= _LEVELS and sum(map(len, levels)) >= _HELD * looks:
+        text = (
+            f"the formula of the force has {len(levels)} levels up to {largest:.4g}, each held for"
+            " a while: the pulse is a staircase, whose corners make waves of their own; write a"
+            " formula that follows time without floor, round, ceil or ternary"
+        )
+        yield fix, "warning", text
+
+
+def _random_velocities(deck: Deck) -> Found:
+    """Granules of a chain start at rest, but for a striker."""
+    for command in deck.named("velocity") if deck.is_granular else ():
+        if command.word(2) == "create":
+            text = (
+                f"granules of group {command.word(1)} start with random velocities of temperature"
+                f" {command.raw[3] if len(command.raw) > 3 else ''}, in all directions: a chain"
+                " starts at rest (leave the command out), a striker with velocity first set V 0 0"
+                " units box"
+            )
+            yield command, "error", text
+
+
+def _step_default(deck: Deck) -> Found:
+    """A deck that leaves the step to LAMMPS."""
+    default, first = dialect.DEFAULT_STEP.get(deck.units), next(iter(deck.runs), None)
+    if first is None or default is None or deck.is_partial or not deck.is_granular:
+        return
+    before = [c for c in deck.named("timestep") if c.place < first.place]
+    if not before and not deck.fixes("dt/reset"):
+        text = f"no timestep is given before this run: in units {deck.units} it is {default:g}"
+        yield first, "note", text
+
+
+def _dump_every_step(deck: Deck) -> Found:
+    """Output that costs more than the simulation."""
+    for command in deck.named("dump"):
+        if number(command.word(4)) == 1:
+            text = (
+                "a dump of every step costs about 50 us a step for 30 granules, which themselves"
+                " take 4 to 8: write every 10 steps and interpolate, a contact lasts hundreds"
+            )
+            yield command, "note", text
+
+
+RULES = (
+    _motion, _no_run, _thermostat, _force_clock, _force_frozen, _force_left_on, _force_cut,
+    _force_on_all, _force_in_steps, _random_velocities, _step_default, _dump_every_step,
+)  # fmt: skip

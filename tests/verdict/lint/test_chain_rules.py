@@ -1,0 +1,123 @@
+"""Rules of lint on the chain that LAMMPS makes of a deck: steps, forces over time, gravity."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hertzchain.engines.lammps.engine import command, engine
+from tests.verdict.lint.test_lint import CLEAN, TRAPS, lint, planted
+
+pytestmark = pytest.mark.lammps
+
+
+@pytest.mark.parametrize(("factor", "found"), [(0.99, False), (1.01, True)])
+def test_springs_have_an_exact_limit(factor: float, found: bool) -> None:
+    mass = np.pi / 6 * 0.0095**3 * 7958
+    limit = float(np.sqrt(mass / 1e7) / np.cos(np.pi / 60))
+    text = CLEAN.replace("hertz/material 193e9 0.0 0.3", "hooke 1e7 0.0")
+    text = text.replace("run 3000", f"timestep {factor * limit!r}\nrun 100")
+    assert ("step-length" in {finding.rule for finding in lint(text)}) is found
+
+
+@pytest.mark.parametrize(("factor", "grown"), [(0.99, False), (1.01, True)])
+def test_lammps_is_unstable_above_that_limit(factor: float, grown: bool) -> None:
+    """Granules pressed into one another, between two that are held, so that none lets go."""
+    mass = np.pi / 6 * (1.01 * 0.0095) ** 3 * 7958
+    limit = float(np.sqrt(mass / 1e7) / np.cos(np.pi / 60))
+    text = CLEAN.split("group first")[0].replace("hertz/material 193e9 0.0 0.3", "hooke 1e7 0.0")
+    text = text.replace("diameter $(2*v_R)", "diameter $(2*v_R*1.01)")
+    with engine() as lammps:
+        command(lammps, text)
+        command(lammps, "group ends id 1 30\nfix still ends setforce 0.0 0.0 0.0")
+        command(lammps, "group middle subtract all ends")
+        command(lammps, "velocity middle create 1e15 4711\nvelocity middle set NULL 0 0")
+        command(lammps, f"timestep {factor * limit!r}\nrun 0")
+        before = lammps.get_thermo("ke")
+        command(lammps, "run 200")
+        after = lammps.get_thermo("ke")
+    assert (after > 100 * before) is grown
+
+
+@pytest.mark.parametrize(
+    ("vector", "found"),
+    [
+        ("vector 0 1 0", "error"),
+        ("vector 1 1 0", "error"),
+        ("vector -1 0 0", "warning"),
+        ("chute 0", "error"),
+        ("chute 90", "warning"),
+        ("spherical 0 90", "warning"),
+        ("spherical 90 90", "error"),
+    ],
+)
+def test_where_gravity_points(vector: str, found: str) -> None:
+    text = CLEAN.replace("fix motion", f"fix down all gravity 9.81 {vector}\nfix motion")
+    assert {f.severity for f in lint(text) if f.rule == "gravity"} == {found}
+    wall = "fix w all wall/gran granular hertz 1e11 0.0 tangential linear_nohistory 0.0 0.0"
+    along = text.replace("fix motion", f"{wall} xplane NULL 0.28025\nfix motion")
+    assert bool([f for f in lint(along) if f.rule == "gravity"]) is (found == "error")
+    across = text.replace("fix motion", f"{wall} yplane -0.00475 NULL\nfix motion")
+    assert not [f for f in lint(across) if f.rule == "gravity"]
+
+
+@pytest.mark.parametrize(("step", "found"), [(0.198, False), (0.202, True)])
+def test_from_a_fifth_of_the_natural_time_on_steps_are_long(step: float, found: bool) -> None:
+    mass, modulus = np.pi / 6 * 0.0095**3 * 7958, 193e9 / (2 * (1 - 0.3**2))
+    stiffness = 4 / 3 * modulus * np.sqrt(0.0095 / 4)
+    unit = float(np.sqrt(mass) / (stiffness ** (1 / 3) * 100 ** (1 / 6)))  # under 100 N
+    text = CLEAN.replace("unfix shock\nrun 3000", f"timestep {step * unit!r}\nrun 100")
+    assert [f.severity for f in lint(text) if f.rule == "step-length"] == ["warning"] * found
+
+
+def said(text: str, rule: str) -> bool:
+    return rule in {finding.rule for finding in lint(text)}
+
+
+LANDINGS = "25*(floor(v_s)+ternary(v_s-floor(v_s)<{0},(v_s-floor(v_s))/{0},1))*(v_s<4)".replace(
+    "v_s", "(time/2.5e-5)"
+)
+"""A formula of four ramps, each for a part of 25 us that is filled in, and a level after each."""
+
+
+@pytest.mark.parametrize(
+    ("push", "found"),
+    [
+        ("50*(1-cos(2*PI*time/1e-4))", False),
+        ("100*(time<1e-4)", False),  # a rectangle
+        ("100*(time<5e-5)+50*(time>=5e-5)*(time<1e-4)", False),  # two levels
+        ("(time<5e-6)*time/5e-6*100+(time>=5e-6)*100", False),  # a ramp, then one level
+        ("100*ternary(time<5e-5,time/5e-5,2-time/5e-5)*(time<1e-4)", False),
+        ("10*ceil(10*sin(PI*time/1e-4))*(time<1e-4)", True),
+        ("10*round(10*sin(PI*time/1e-4))*(time<1e-4)", True),
+        (LANDINGS.format(0.5), False),  # as long on ramps as on levels
+        (LANDINGS.format(0.3), False),
+        (LANDINGS.format(0.1), True),
+    ],
+)
+def test_which_formulas_are_staircases(push: str, found: bool) -> None:
+    assert said(CLEAN.replace("50*(1-cos(2*PI*time/1e-4))", f'"{push}"'), "force-in-steps") is found
+
+
+def test_static_loads_are_no_staircase_and_push_one_granule_each() -> None:
+    held = "".join(f"fix p{k} first addforce {k} 0.0 0.0\n" for k in (1, 2, 3))
+    text = CLEAN.replace("timestep 5e-8", f"group last id 30\n{held}timestep 5e-8")
+    assert lint(text) == []
+
+
+def test_messages_have_the_numbers_of_the_deck() -> None:
+    def sentence(name: str, rule: str) -> str:
+        return next(f.text for f in lint(planted(TRAPS[name])) if f.rule == rule)
+
+    assert "collide at 1 make" in sentence("unstable steps of a striker", "step-length")
+    assert "for contacts of this deck, whatever" in sentence("unstable springs", "step-length")
+    assert "temperature 1e20" in sentence("thermal velocities", "random-velocities")
+    assert "the 10 granules of group first" in sentence("a force on ten", "force-on-all")
+    assert "has 9 levels" in sentence("a force in ten steps", "force-in-steps")
+    assert "3 steps, 14, 85, 14" in sentence("a force in runs", "force-in-steps")
+    assert "gravity of 9.81 pulls across" in sentence("gravity across", "gravity")
+
+
+def test_an_empty_variable_of_the_caller_is_read() -> None:
+    """A command line refuses one."""
+    assert {finding.rule for finding in lint("print ${a}\n", {"a": ""})} == {"no-deck"}
