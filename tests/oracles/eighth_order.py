@@ -71,16 +71,13 @@ class Truth:
     Parameters
     ----------
     force
-        The largest force of each contact from 0 to the end of the run [N], shape (N - 1,).
-    rising
-        Whether a contact was still being pressed harder at the end, shape (N - 1,).
+        The largest force of each contact from 0 to the end of the run [N], a wall's last.
     error
         Largest relative difference of the peaks of at least 1e-3 of the largest to those of a run
         with other steps and a wider tolerance.
     """
 
     force: Floats
-    rising: NDArray[np.bool_]
     error: float
 
     def error_of(self, force: Floats) -> float:
@@ -99,15 +96,15 @@ def solve(scene: hc.Scene) -> Truth:
     ArithmeticError
         If it takes too many steps: a chaotic scene.
     """
-    fine, rising = peaks(scene)
+    fine, _ = peaks(scene)
     rough, _ = peaks(scene, 0.8 * CAP, 10 * TOLERANCE)
-    return Truth(fine, rising, Truth(fine, rising, 0.0).error_of(rough))
+    return Truth(fine, Truth(fine, 0.0).error_of(rough))
 
 
 def peaks(
     scene: hc.Scene, cap: float = CAP, tolerance: float = TOLERANCE
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """Force and ``rising`` of one run, with other steps where asked."""
+    """Force of one run, with other steps where asked, and which contacts rise at its end."""
     chain, shock, end = scene.chain, scene.shock, scene.end_time
     mass = 4 / 3 * math.pi * chain.radius**3 * chain.density
     # Two equal spheres: 4/3 E* sqrt(R*), with E* = E / (2 (1 - nu^2)) and R* = R / 2.

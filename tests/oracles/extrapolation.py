@@ -1,0 +1,475 @@
+"""Chains with any terms by extrapolated midpoints: judges the package's results.
+
+Nothing here is the package's: neither method, events, applied force nor search for maxima. Only the
+numbers of a scene are read. With the units of these numbers,
+
+    m_i u_i'' = F_{i-1} - F_i + m_i constant_i,    F = k d^(3/2) + c d^q d'    where granules touch
+
+and, without attraction, never below 0.
+
+- A step is the modified midpoint rule with 2, 4, ... 12 parts, extrapolated to order 12 (Gragg;
+  Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.9).
+- The law of each contact is kept over a step, whichever way it goes; a step in which one opens or
+  closes, or in which a damper begins or ends to pull, is taken again and ends there. Where a
+  damper's force has no derivative, just after it closed, the error estimate shortens steps.
+- A maximum is found by steps of the method itself, to where the force does not grow any more.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+import hertzchain as hc
+from tests.oracles.eighth_order import Truth
+
+Floats = NDArray[np.float64]
+
+TOLERANCE = 1e-14
+"""Of the error estimate of a step, over the largest overlap and velocity so far."""
+
+CAP = 0.1
+"""The longest step, in time units of the fastest contact."""
+
+TOUCH = 1e-13
+"""Gap up to which a contact that has closed has not opened, over the length of the scene."""
+
+MOST_STEPS = 500_000
+"""Some ten seconds for 30 granules (chosen); granules that collide over and over take more."""
+
+_COLUMNS = 6
+
+_OPEN, _PRESSED, _CUT = 0, 1, 2
+"""What a contact is: apart, pressed, or closed with a damper that would pull."""
+
+
+class Numbers(NamedTuple):
+    """A chain, in any units: granules first, then contacts, a wall's last."""
+
+    inverse_mass: Floats  # 0 for a piston
+    constant: Floats  # acceleration of each granule
+    stiffness: Floats
+    gap: Floats  # negative for a static overlap
+    damping: Floats
+    exponent: float  # q
+    attraction: bool
+    length: float  # what overlaps and errors are compared with
+    time: float  # of the fastest contact
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Peak force of each contact, a wall's last, and displacement and velocity at the end."""
+
+    peak_force: Floats
+    displacement: Floats
+    velocity: Floats
+
+
+def solve(scene: hc.Scene) -> Truth:
+    """Peaks of a scene [N], and how far they can be trusted.
+
+    Raises ArithmeticError where granules collide over and over.
+    """
+    fine, rough = (
+        peaks(scene, tolerance, cap).peak_force
+        for tolerance, cap in ((TOLERANCE, CAP), (10 * TOLERANCE, 0.8 * CAP))
+    )
+    return Truth(fine, Truth(fine, 0.0).error_of(rough))
+
+
+def peaks(scene: hc.Scene, tolerance: float = TOLERANCE, cap: float = CAP) -> Found:
+    """Peaks [N] and the end [m, m/s] of a scene."""
+    chain, shock = numbers_of(scene), scene.shock
+    start = np.zeros((2, chain.inverse_mass.size))
+    if isinstance(shock, hc.Striker):
+        start[1, 0] = shock.velocity
+    return integrate(chain, pieces_of(scene), strokes_of(scene), start, tolerance, cap)
+
+
+def numbers_of(scene: hc.Scene) -> Numbers:
+    """Masses, stiffnesses, dampers, gaps and loads from radii and materials, SI units."""
+    size, chain, wall, law = scene.chain.granules, scene.chain, scene.wall, scene.contact
+    columns = {
+        name: np.array(np.broadcast_to(getattr(chain, name), size), np.float64)
+        for name in ("radius", "young_modulus", "poisson_ratio", "density")
+    }
+    if isinstance(scene.shock, hc.Striker):
+        for name, values in columns.items():
+            own = getattr(scene.shock, name)
+            if own is not None:
+                values[0] = own
+    radius, modulus, nu, density = columns.values()
+    mass = density * 4 * math.pi / 3 * radius**3
+    soft = (1 - nu**2) / modulus
+    stiffness = 4 / 3 / (soft[:-1] + soft[1:]) / np.sqrt(1 / radius[:-1] + 1 / radius[1:])
+    gap = np.array(np.broadcast_to(chain.gap, size), np.float64)[1:]
+    contact_mass = mass[:-1] * mass[1:] / (mass[:-1] + mass[1:])
+    is_piston = isinstance(scene.shock, hc.Piston)
+    if is_piston:
+        contact_mass[0] = mass[1]
+    if wall is not None:
+        other = {
+            "rigid": 0.0,
+            "same": soft[-1],
+            "elastic": (1 - (wall.poisson_ratio or 0) ** 2) / (wall.young_modulus or 1),
+        }[wall.kind]
+        stiffness = np.append(stiffness, 4 / 3 / (soft[-1] + other) * math.sqrt(radius[-1]))
+        gap, contact_mass = np.append(gap, wall.gap), np.append(contact_mass, mass[-1])
+    pressed = scene.precompression
+    force, gravity = (0.0, 0.0) if pressed is None else (pressed.force, pressed.gravity)
+    static = np.array([force + gravity * sum(mass[: k + 1]) for k in range(stiffness.size)])
+    constant = np.full(size, float(gravity))
+    constant[0] += force / mass[0]
+    if wall is None:
+        constant[-1] -= force / mass[-1]
+    exponent, damping = 0.0, np.zeros(stiffness.size)
+    if law is not None and law.restitution is not None:
+        log = math.log(law.restitution)
+        alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)
+        exponent, damping = 0.25, alpha * np.sqrt(contact_mass * stiffness)
+    elif law is not None and law.relaxation_time is not None:
+        exponent, damping = 0.5, 1.5 * law.relaxation_time * stiffness
+    elif law is not None:
+        damping += law.coefficient or 0.0
+    inverse_mass = 1 / mass
+    if is_piston:
+        inverse_mass[0] = constant[0] = 0.0
+    largest = max(float(np.max(static)), scene.peak_force)
+    length = (largest / float(np.max(stiffness))) ** (2 / 3)
+    shortest = math.sqrt(float(np.min(contact_mass / stiffness)) / math.sqrt(length))
+    return Numbers(
+        inverse_mass, constant, stiffness, gap - (static / stiffness) ** (2 / 3),
+        damping, exponent, law is not None and law.attraction, length, shortest,
+    )  # fmt: skip
+
+
+def pieces_of(scene: hc.Scene) -> Floats:
+    """Start, force there, end and force there, and shape of each piece of the applied force.
+
+    Shapes are 0 for none, 1 for a line, 2 for half a cosine (Eq. 2); 3 is a sine, with amplitude
+    and frequency in place of the forces. Pieces of a piston are those of its strokes.
+    """
+    shock, end = scene.shock, scene.end_time
+    if isinstance(shock, hc.Sine):
+        pieces = [(0.0, shock.amplitude, shock.cycles / shock.frequency, shock.frequency, 3.0)]
+    elif isinstance(shock, hc.Piston):
+        corners = [0.0, *(time for time in shock.time or () if time > 0)]
+        pieces = [(begin, 0.0, stop, 0.0, 0.0) for begin, stop in pairwise(corners)]
+    else:
+        shapes = {"linear": 1.0, "cosine": 2.0}
+        pieces = [
+            (ramp.start, ramp.start_force, ramp.end, ramp.end_force, shapes[ramp.shape])
+            for ramp in scene.ramps
+        ]
+    if not pieces or pieces[0][0] > 0:
+        pieces.insert(0, (0.0, 0.0, pieces[0][0] if pieces else 0.0, 0.0, 0.0))
+    pieces.append((pieces[-1][2], 0.0, math.inf, 0.0, 0.0))
+    return np.array([(b, f, min(e, end), g, s) for b, f, e, g, s in pieces if b < min(e, end)])
+
+
+def strokes_of(scene: hc.Scene) -> Floats:
+    """Displacement at the start of each piece and velocity in it, of a piston; else no rows."""
+    shock = scene.shock
+    if not isinstance(shock, hc.Piston):
+        return np.zeros((0, 2))
+    pieces = pieces_of(scene)
+    if shock.velocity is not None:
+        return np.array([(shock.velocity * begin, shock.velocity) for begin in pieces[:, 0]])
+    assert shock.time is not None
+    assert shock.displacement is not None
+    place = np.interp(pieces[:, 0], shock.time, shock.displacement)
+    later = np.interp(pieces[:, 2], shock.time, shock.displacement)
+    return np.column_stack([place, (later - place) / (pieces[:, 2] - pieces[:, 0])])
+
+
+def integrate(
+    chain: Numbers,
+    pieces: Floats,
+    strokes: Floats,
+    start: Floats,
+    tolerance: float = TOLERANCE,
+    cap: float = CAP,
+) -> Found:
+    """Integrate a chain from a displacement and velocity of each granule, shape (2, granules)."""
+    highest, state = np.zeros(chain.stiffness.size), start.ravel().copy()
+    if not _march(chain, pieces, strokes, state, tolerance, cap * chain.time, highest):
+        raise ArithmeticError(f"more than {MOST_STEPS} steps")
+    return Found(highest, *np.split(state, 2))
+
+
+_compiled = njit(cache=True, error_model="numpy")
+
+
+@_compiled
+def _push(piece: Any, time: float) -> float:
+    if piece[4] == 0:
+        return 0.0
+    if piece[4] == 3:
+        return float(piece[1] * math.sin(2 * math.pi * piece[3] * (time - piece[0])))
+    passed = (time - piece[0]) / (piece[2] - piece[0])
+    if piece[4] == 2:
+        passed = math.sin(0.5 * math.pi * passed) ** 2
+    return float(piece[1] + (piece[3] - piece[1]) * passed)
+
+
+@_compiled
+def _overlap(chain: Any, y: Any, i: int) -> float:
+    size = chain.inverse_mass.size
+    return float(y[i] - (y[i + 1] if i + 1 < size else 0.0) - chain.gap[i])
+
+
+@_compiled
+def _closing(chain: Any, y: Any, i: int) -> float:
+    size = chain.inverse_mass.size
+    return float(y[size + i] - (y[size + i + 1] if i + 1 < size else 0.0))
+
+
+@_compiled
+def _law(chain: Any, y: Any, i: int) -> float:
+    """Force of a contact that is pressed."""
+    d = max(_overlap(chain, y, i), 0.0)
+    force = chain.stiffness[i] * d * math.sqrt(d)
+    if chain.damping[i] > 0:
+        force += chain.damping[i] * d**chain.exponent * _closing(chain, y, i)
+    return float(force)
+
+
+@_compiled
+def _law_rate(chain: Any, y: Any, slope: Any, i: int) -> float:
+    """Its time derivative."""
+    d, w = max(_overlap(chain, y, i), 0.0), _closing(chain, y, i)
+    rate = 1.5 * chain.stiffness[i] * math.sqrt(d) * w
+    if chain.damping[i] > 0:
+        rate += chain.damping[i] * d**chain.exponent * _closing(chain, slope, i)
+        if chain.exponent > 0 and d > 0:
+            rate += chain.damping[i] * chain.exponent * d ** (chain.exponent - 1) * w * w
+    return float(rate)
+
+
+@_compiled
+def _slope(chain: Any, y: Any, push: float, is_at: Any, slope: Any) -> None:
+    """Velocities and accelerations."""
+    size, behind = chain.inverse_mass.size, push
+    for i in range(size):
+        ahead = 0.0
+        if i < chain.stiffness.size and is_at[i] == _PRESSED:
+            ahead = _law(chain, y, i)
+        slope[i] = y[size + i]
+        slope[size + i] = (behind - ahead) * chain.inverse_mass[i] + chain.constant[i]
+        behind = ahead
+
+
+@_compiled
+def _step(
+    chain: Any, y: Any, slope: Any, piece: Any, time: float, h: float, is_at: Any, room: Any,
+    after: Any,
+) -> None:  # fmt: skip
+    """Fill in the state after a step, and leave two extrapolated increments in ``room``."""
+    width = y.size
+    before, now, next_slope = room[_COLUMNS], room[_COLUMNS + 1], room[_COLUMNS + 2]
+    for column in range(_COLUMNS):
+        parts = 2 * (column + 1)
+        part = h / parts
+        for i in range(width):
+            before[i], now[i] = 0.0, part * slope[i]
+        for m in range(1, parts):
+            for i in range(width):
+                after[i] = y[i] + now[i]
+            _slope(chain, after, _push(piece, time + m * part), is_at, next_slope)
+            for i in range(width):
+                before[i], now[i] = now[i], before[i] + 2 * part * next_slope[i]
+        for i in range(width):
+            room[column, i] = now[i]
+        for other in range(column - 1, -1, -1):
+            weight = 1 / (((column + 1) / (other + 1)) ** 2 - 1)
+            for i in range(width):
+                room[other, i] = room[other + 1, i] + weight * (room[other + 1, i] - room[other, i])
+    for i in range(width):
+        after[i] = y[i] + room[0, i]
+
+
+@_compiled
+def _turn(
+    chain: Any, y: Any, slope: Any, piece: Any, time: float, h: float, is_at: Any, room: Any,
+    probe: Any, probe_slope: Any, i: int, is_of_force: bool,
+) -> float:  # fmt: skip
+    """Step to where the closing speed of a contact, or its force's rate, changes its sign.
+
+    It has the other sign after h. Returns the time into the step; ``probe`` is the state there.
+    """
+    first = _law_rate(chain, y, slope, i) if is_of_force else _closing(chain, y, i)
+    low, high = 0.0, h
+    while high - low > 1e-8 * h:
+        x = 0.5 * (low + high)
+        _step(chain, y, slope, piece, time, x, is_at, room, probe)
+        value = _closing(chain, probe, i)
+        if is_of_force:
+            _slope(chain, probe, _push(piece, time + x), is_at, probe_slope)
+            value = _law_rate(chain, probe, probe_slope, i)
+        if (value >= 0) == (first >= 0):
+            low = x
+        else:
+            high = x
+    return high
+
+
+@_compiled
+def _beyond(chain: Any, y: Any, i: int, is_at: Any) -> float:
+    """How far a contact has left what it is, as a length; negative before it has."""
+    d, touch = _overlap(chain, y, i), TOUCH * chain.length
+    if is_at[i] == _OPEN:
+        return float(d)
+    if chain.attraction or chain.damping[i] == 0:
+        return float(-d - touch)
+    force = _law(chain, y, i) / (chain.stiffness[i] * math.sqrt(chain.length))
+    return float(max(-d - touch, force if is_at[i] == _CUT else -force - touch))
+
+
+@_compiled
+def _farthest(chain: Any, y: Any, is_at: Any) -> float:
+    farthest = -math.inf
+    for i in range(chain.stiffness.size):
+        farthest = max(farthest, _beyond(chain, y, i, is_at))
+    return farthest
+
+
+@_compiled
+def _change(chain: Any, y: Any, is_at: Any) -> None:
+    """What contacts are that have left what they were."""
+    for i in range(chain.stiffness.size):
+        if _beyond(chain, y, i, is_at) > 0:
+            if is_at[i] != _OPEN and _overlap(chain, y, i) < -TOUCH * chain.length:
+                is_at[i] = _OPEN
+            else:
+                is_at[i] = _CUT if is_at[i] == _PRESSED else _PRESSED
+
+
+@_compiled
+def _end_of_step(  # noqa: PLR0912 - one search, as calls cost more than branches
+
+    chain: Any, y: Any, slope: Any, piece: Any, time: float, h: float, is_at: Any, room: Any,
+    after: Any, after_slope: Any, probe: Any, probe_slope: Any,
+) -> float:  # fmt: skip
+    """Where the first contact leaves what it is, h if none does; ``after`` is the state there."""
+    low, high = 0.0, h
+    at_low, at_high = _farthest(chain, y, is_at), _farthest(chain, after, is_at)
+    for i in range(chain.stiffness.size):
+        # One that does so within the step, and comes back.
+        near = h * (abs(_closing(chain, y, i)) + abs(_closing(chain, after, i)))
+        if _beyond(chain, y, i, is_at) + near < 0:
+            continue
+        for is_of_force in (False, True):
+            if is_of_force and (chain.attraction or chain.damping[i] == 0 or is_at[i] == _OPEN):
+                continue
+            first, last = _closing(chain, y, i), _closing(chain, after, i)
+            if is_of_force:
+                first = _law_rate(chain, y, slope, i)
+                last = _law_rate(chain, after, after_slope, i)
+            if (first > 0) != (last > 0):
+                x = _turn(
+                    chain, y, slope, piece, time, h, is_at, room, probe, probe_slope, i,
+                    is_of_force,
+                )  # fmt: skip
+                value = _farthest(chain, probe, is_at)
+                if value > 0 and x < high:
+                    high, at_high = x, value
+    if at_high <= 0 or at_low > 0:
+        return h
+    # Regula falsi; the value at an end that stays is halved (Illinois).
+    side = 0
+    while high - low > 1e-15 * h and at_high > 1e-17 * chain.length:
+        x = high - at_high * (high - low) / (at_high - at_low)
+        if not low < x < high:
+            x = 0.5 * (low + high)
+            if not low < x < high:
+                break
+        _step(chain, y, slope, piece, time, x, is_at, room, after)
+        value = _farthest(chain, after, is_at)
+        if value > 0:
+            high, at_high = x, value
+            at_low *= 0.5 if side > 0 else 1.0
+            side = 1
+        else:
+            low, at_low = x, value
+            at_high *= 0.5 if side < 0 else 1.0
+            side = -1
+    _step(chain, y, slope, piece, time, high, is_at, room, after)
+    _slope(chain, after, _push(piece, time + high), is_at, after_slope)
+    return high
+
+
+@_compiled
+def _read(chain: Any, y: Any, is_at: Any, highest: Any) -> None:
+    for i in range(chain.stiffness.size):
+        if is_at[i] == _PRESSED:
+            highest[i] = max(highest[i], _law(chain, y, i))
+
+
+@_compiled
+def _march(  # noqa: PLR0912 - one loop, as calls cost more than branches
+    chain: Any, pieces: Any, strokes: Any, y: Any, tolerance: float, cap: float, highest: Any
+) -> bool:
+    """Fill in the largest force of each contact and the state at the end; return whether it was."""
+    size, contacts = chain.inverse_mass.size, chain.stiffness.size
+    slope, after_slope, probe_slope = np.zeros(2 * size), np.zeros(2 * size), np.zeros(2 * size)
+    after, probe = np.zeros(2 * size), np.zeros(2 * size)
+    room = np.zeros((_COLUMNS + 3, 2 * size))
+    is_at = np.full(contacts, _OPEN)
+    for i in range(contacts):
+        if _overlap(chain, y, i) >= -TOUCH * chain.length:
+            is_at[i] = _PRESSED
+    deepest, fastest, steps = chain.length, chain.length / chain.time, 0
+    for p in range(pieces.shape[0]):
+        piece = pieces[p]
+        time, stop = piece[0], piece[2]
+        if strokes.shape[0]:
+            y[0], y[size] = strokes[p]
+        h = min(cap, (stop - time) / 16)
+        while time < stop:
+            _change(chain, y, is_at)
+            _read(chain, y, is_at, highest)
+            for i in range(contacts):
+                deepest = max(deepest, _overlap(chain, y, i))
+            for i in range(size):
+                fastest = max(fastest, abs(y[size + i]))
+            _slope(chain, y, _push(piece, time), is_at, slope)
+            steps += 1
+            if steps > MOST_STEPS:
+                return False
+            is_last = time + 1.01 * h >= stop
+            if is_last:
+                h = stop - time
+            _step(chain, y, slope, piece, time, h, is_at, room, after)
+            wrong = 0.0
+            for i in range(2 * size):
+                scale = (deepest if i < size else fastest) * tolerance
+                wrong = max(wrong, abs(room[0, i] - room[1, i]) / scale)
+            if wrong > 1 and h > 1e-12 * cap and h > 4e-16 * time:
+                h *= max(0.1, 0.8 * wrong ** (-1 / 11))
+                continue
+            grown = min(cap, h * min(4.0, 0.8 * max(wrong, 1e-20) ** (-1 / 11)))
+            _slope(chain, after, _push(piece, time + h), is_at, after_slope)
+            x = _end_of_step(
+                chain, y, slope, piece, time, h, is_at, room, after, after_slope, probe,
+                probe_slope,
+            )  # fmt: skip
+            for i in range(contacts):
+                if (
+                    is_at[i] == _PRESSED
+                    and max(_law(chain, y, i), _law(chain, after, i)) > 0.5 * highest[i]
+                    and _law_rate(chain, y, slope, i) >= 0 > _law_rate(chain, after, after_slope, i)
+                ):
+                    _turn(chain, y, slope, piece, time, x, is_at, room, probe, probe_slope, i, True)
+                    highest[i] = max(highest[i], _law(chain, probe, i))
+            _read(chain, after, is_at, highest)
+            y[:] = after
+            time = stop if is_last and x == h else time + x
+            h = grown
+    return True
