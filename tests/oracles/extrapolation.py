@@ -90,7 +90,10 @@ def peaks(scene: hc.Scene, tolerance: float = TOLERANCE, cap: float = CAP) -> Fo
     start = np.zeros((2, chain.inverse_mass.size))
     if isinstance(shock, hc.Striker):
         start[1, 0] = shock.velocity
-    return integrate(chain, pieces_of(scene), strokes_of(scene), start, tolerance, cap)
+    pieces = pieces_of(scene)
+    return integrate(
+        chain, pieces, strokes_of(scene, pieces), start, scene.end_time, tolerance, cap
+    )
 
 
 def numbers_of(scene: hc.Scene) -> Numbers:
@@ -156,7 +159,7 @@ def pieces_of(scene: hc.Scene) -> Floats:
     Shapes are 0 for none, 1 for a line, 2 for half a cosine (Eq. 2); 3 is a sine, with amplitude
     and frequency in place of the forces. Pieces of a piston are those of its strokes.
     """
-    shock, end = scene.shock, scene.end_time
+    shock = scene.shock
     if isinstance(shock, hc.Sine):
         pieces = [(0.0, shock.amplitude, shock.cycles / shock.frequency, shock.frequency, 3.0)]
     elif isinstance(shock, hc.Piston):
@@ -171,15 +174,14 @@ def pieces_of(scene: hc.Scene) -> Floats:
     if not pieces or pieces[0][0] > 0:
         pieces.insert(0, (0.0, 0.0, pieces[0][0] if pieces else 0.0, 0.0, 0.0))
     pieces.append((pieces[-1][2], 0.0, math.inf, 0.0, 0.0))
-    return np.array([(b, f, min(e, end), g, s) for b, f, e, g, s in pieces if b < min(e, end)])
+    return np.array([piece for piece in pieces if piece[0] < min(piece[2], scene.end_time)])
 
 
-def strokes_of(scene: hc.Scene) -> Floats:
+def strokes_of(scene: hc.Scene, pieces: Floats) -> Floats:
     """Displacement at the start of each piece and velocity in it, of a piston; else no rows."""
     shock = scene.shock
     if not isinstance(shock, hc.Piston):
         return np.zeros((0, 2))
-    pieces = pieces_of(scene)
     if shock.velocity is not None:
         return np.array([(shock.velocity * begin, shock.velocity) for begin in pieces[:, 0]])
     assert shock.time is not None
@@ -194,12 +196,13 @@ def integrate(
     pieces: Floats,
     strokes: Floats,
     start: Floats,
+    end: float,
     tolerance: float = TOLERANCE,
     cap: float = CAP,
 ) -> Found:
     """Integrate a chain from a displacement and velocity of each granule, shape (2, granules)."""
     highest, state = np.zeros(chain.stiffness.size), start.ravel().copy()
-    if not _march(chain, pieces, strokes, state, tolerance, cap * chain.time, highest):
+    if not _march(chain, pieces, strokes, state, end, tolerance, cap * chain.time, highest):
         raise ArithmeticError(f"more than {MOST_STEPS} steps")
     return Found(highest, *np.split(state, 2))
 
@@ -414,7 +417,14 @@ def _read(chain: Any, y: Any, is_at: Any, highest: Any) -> None:
 
 @_compiled
 def _march(  # noqa: PLR0912 - one loop, as calls cost more than branches
-    chain: Any, pieces: Any, strokes: Any, y: Any, tolerance: float, cap: float, highest: Any
+    chain: Any,
+    pieces: Any,
+    strokes: Any,
+    y: Any,
+    end: float,
+    tolerance: float,
+    cap: float,
+    highest: Any,
 ) -> bool:
     """Fill in the largest force of each contact and the state at the end; return whether it was."""
     size, contacts = chain.inverse_mass.size, chain.stiffness.size
@@ -428,7 +438,7 @@ def _march(  # noqa: PLR0912 - one loop, as calls cost more than branches
     deepest, fastest, steps = chain.length, chain.length / chain.time, 0
     for p in range(pieces.shape[0]):
         piece = pieces[p]
-        time, stop = piece[0], piece[2]
+        time, stop = piece[0], min(piece[2], end)
         if strokes.shape[0]:
             y[0], y[size] = strokes[p]
         h = min(cap, (stop - time) / 16)

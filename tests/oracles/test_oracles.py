@@ -92,8 +92,10 @@ def test_speeds_after_a_collision(name: str) -> None:
     assert (after - before) / 0.1 == pytest.approx(expected, rel=1e-7, abs=0)
 
 
-def test_two_solvers_of_a_plain_chain() -> None:
+@pytest.mark.parametrize("end", [1.0, 0.1], ids=["whole", "ends while the force falls"])
+def test_two_solvers_of_a_plain_chain(end: float) -> None:
     scene = paper_scene("cosine-triangular", 0.3, 3.0, 12)
+    scene = replace(scene, run=hc.Run(end * scene.end_time))
     truth, other = eighth_order.solve(scene), extrapolation.solve(scene)
     assert truth.error_of(other.force) < 1e-12  # 3e-13 seen, in 53 bits against 80
     assert other.error < 1e-11

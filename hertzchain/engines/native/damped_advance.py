@@ -23,6 +23,7 @@ from hertzchain.engines.native.damped_events import (
     begins,
     cost,
     earliest,
+    first_maximum,
     hidden_maximum,
     in_wrong_mode,
     keep_ends,
@@ -143,12 +144,14 @@ def advance(
     root = 4 if c.quarters == 1 else 2
     evaluate(u0, v0, a0, f0, r0, p0, on, leg, time, hi, c)
     keep_ends(peak_force, peak_time, f0, time, hi)
-    changed = False
+    # Steps that runs with other tolerances have, too: their differences do not tell its errors.
+    changed, is_shared = False, True
     while status == DONE and time < end and not (changed and until_change):
         rate = max(rate_of_dampers(u0, on, hi, c), stable / longest)
         following = min(following, stable / rate)
         strength = max(1.0, min(rate / _STRONG, tolerance / _FINEST))
         h, tried, target, smooth, changed = following, 0, -1, following, False
+        is_cut = False
         progress[3] += STEP
         if time + 1.01 * h >= end:
             h = end - time
@@ -202,11 +205,17 @@ def advance(
                 h /= 4
                 smooth = h
                 continue
+            if is_shared and after == end and not fresh:
+                # Where the maximum is at the end of a step, nothing is interpolated.
+                s = first_maximum(u0, v0, a0, r0, u1, v1, a1, r1, f0, f1, peak_force, h, hi, c)
+                if s < 1.0:
+                    h, is_cut = h * s, True
+                    continue
             progress[2] = 0
             break
         if progress[2] > 0:
             break
-        begin, time = time, after
+        begin, time, is_shared = time, after, is_cut
         steps += 1
         for item in range(4):
             total[item] += gained[item]

@@ -7,7 +7,9 @@ import pytest
 
 import hertzchain as hc
 from tests.oracles import damped as oracle
+from tests.oracles import extrapolation
 from tests.oracles.bounds import check_answers
+from validation.random_drives import random_hard_scene
 from validation.random_scenes import random_damped_scene
 
 TOLERANCES = (1e-3, 1e-6, 1e-8)
@@ -26,6 +28,15 @@ def judge(number: int) -> None:
     scene = random_damped_scene(np.random.default_rng([13, number]), LONGEST, LONGEST_TIME)
     coarse, true = (oracle.peaks_of_scene(scene, rtol) for rtol in (1e-11, 1e-13))
     check_answers(scene, [(hc.Native(rtol=rtol), rtol) for rtol in TOLERANCES], coarse, true)
+
+
+def test_a_maximum_in_a_step_as_long_as_its_leg() -> None:
+    """Every run that tells the error has this step: 1.7e-7 by interpolation, the whole bound."""
+    scene = random_hard_scene(np.random.default_rng([7, 1, 20364]), 30, 200.0, is_damped=True)
+    result = hc.Native(rtol=4.183e-6).run(scene)
+    error = extrapolation.solve(scene).error_of(result.all_peaks)
+    assert error <= result.error_estimate
+    assert error < 1e-9  # 2.5e-10 by the steps
 
 
 @pytest.mark.parametrize("number", [50])
