@@ -103,8 +103,12 @@ def first_order_safety(scene: Scene, rising: bool) -> float:
     In 1,200 random scenes errors were up to 3.4 times the estimate where granules fly towards
     others, and up to 1.8 times elsewhere.
     """
-    flying = scene.striker is not None or bool(np.any(scene.granules.gap > 0))
-    return 6.0 if flying or rising else 3.0
+    return 6.0 if fly_at_others(scene) or rising else 3.0
+
+
+def fly_at_others(scene: Scene) -> bool:
+    """Return whether granules fly towards others: those of a striker, or with gaps."""
+    return scene.striker is not None or bool(np.any(scene.granules.gap > 0))
 
 
 def stable_step(scene: Scene, interval: float) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -17,6 +18,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.step_error import (
     extrapolation_error,
     interpolation_error,
+    least_gain,
     rival_error,
 )
 from hertzchain.errors import StepUnstable, Unpredictable
@@ -350,3 +352,16 @@ def test_an_extrapolation_from_few_steps_is_believed_less(steps: int, factor: in
     legs = (Leg(0.0, 0.1 * scene.units.time, steps, None), Leg(0.0, 0.0, 4, None))
     found = [extrapolation_error(scene, legs, difference, peaks) for difference in (0.0, 1e-3)]
     assert found[1] - found[0] == pytest.approx(factor * 1e-3, rel=1e-9)
+
+
+@pytest.mark.parametrize(("velocity", "factor"), [(0.0, 4), (0.1, 6)])
+def test_an_extrapolation_of_damped_contacts_is_believed_less_where_granules_fly(
+    velocity: float, factor: int
+) -> None:
+    scene = paper_scene("cosine", 2.0, 2.0, 10)
+    law = hc.Contact("restitution", restitution=0.9)
+    shock = hc.Striker(velocity) if velocity else scene.shock
+    scene, peaks = replace(scene, shock=shock, contact=law), PeakWatch(9)
+    legs = (Leg(0.0, 0.01 * scene.units.time, 100, None),)
+    assert extrapolation_error(scene, legs, 1e-3, peaks) == pytest.approx(factor * 1e-3, rel=1e-12)
+    assert least_gain(scene) == (2 if velocity else 4)

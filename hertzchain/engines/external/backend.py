@@ -247,9 +247,9 @@ class _Runner:
                 continue
             found = [step_error.extrapolate(*pair, self.order) for pair in itertools.pairwise(runs)]
             after, last = found[-1], runs[-1]
-            # Halving the steps reduces the error at least by 4.
+            gain = step_error.least_gain(self.scene)
             difference = max(
-                largest_difference(one[0], other[0], ESTIMATED) / 4**later
+                largest_difference(one[0], other[0], ESTIMATED) / gain**later
                 for later, (other, one) in enumerate(itertools.pairwise(reversed(found)))
             )
             by_steps = step_error.extrapolation_error(self.scene, finer, difference, last.peaks)

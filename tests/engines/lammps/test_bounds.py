@@ -17,6 +17,7 @@ from hertzchain.errors import Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.comparison import compare
 from tests.conftest import STEEL
+from validation.random_drives import random_hard_scene
 
 pytestmark = pytest.mark.lammps
 
@@ -96,6 +97,14 @@ def test_extrapolated_runs_that_agree_by_chance() -> None:
     result = hc.Lammps(rtol=3e-3, extrapolated=True).run(scene)
     error = largest_difference(result.all_peaks, truth(scene).all_peaks)
     assert 1e-4 < error < result.error_estimate < 3e-3
+
+
+def test_extrapolated_runs_of_granules_that_fly_at_others() -> None:
+    """Three extrapolations within a fifth of the error of the last, 1.0014 of the bound once."""
+    scene = random_hard_scene(np.random.default_rng([7, 1, 20047]), 30, 200.0, is_damped=True)
+    result = hc.Lammps(rtol=3.35e-3, extrapolated=True).run(scene)
+    error = largest_difference(result.all_peaks, truth(scene).all_peaks)
+    assert 7e-4 < error < result.error_estimate < 3.35e-3
 
 
 def test_readings_too_rare_for_a_dashpot_say_so() -> None:
