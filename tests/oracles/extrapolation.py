@@ -63,6 +63,26 @@ class Numbers(NamedTuple):
     time: float  # of the fastest contact
 
 
+class Start(NamedTuple):
+    """A step's start: displacements and velocities, their slope, the drive, what contacts are."""
+
+    y: Floats
+    slope: Floats
+    piece: Floats
+    time: float
+    is_at: Any
+
+
+class End(NamedTuple):
+    """A step's end: displacements and velocities, their slope, columns of increments, scratch."""
+
+    y: Floats
+    slope: Floats
+    columns: Floats
+    before: Floats
+    now: Floats
+
+
 @dataclass(frozen=True, eq=False)
 class Found:
     """Peak force of each contact, a wall's last, and displacement and velocity at the end."""
@@ -201,8 +221,9 @@ def integrate(
     cap: float = CAP,
 ) -> Found:
     """Integrate a chain from a displacement and velocity of each granule, shape (2, granules)."""
-    highest, state = np.zeros(chain.stiffness.size), start.ravel().copy()
-    if not _march(chain, pieces, strokes, state, end, tolerance, cap * chain.time, highest):
+    state = start.ravel().copy()
+    highest, is_done = _march(chain, pieces, strokes, state, end, tolerance, cap * chain.time)
+    if not is_done:
         raise ArithmeticError(f"more than {MOST_STEPS} steps")
     return Found(highest, *np.split(state, 2))
 
@@ -258,7 +279,7 @@ def _law_rate(chain: Any, y: Any, slope: Any, i: int) -> float:
 
 @_compiled
 def _slope(chain: Any, y: Any, push: float, is_at: Any, slope: Any) -> None:
-    """Velocities and accelerations."""
+    """Fill in velocities and accelerations."""
     size, behind = chain.inverse_mass.size, push
     for i in range(size):
         ahead = 0.0
@@ -270,53 +291,47 @@ def _slope(chain: Any, y: Any, push: float, is_at: Any, slope: Any) -> None:
 
 
 @_compiled
-def _step(
-    chain: Any, y: Any, slope: Any, piece: Any, time: float, h: float, is_at: Any, room: Any,
-    after: Any,
-) -> None:  # fmt: skip
-    """Fill in the state after a step, and leave two extrapolated increments in ``room``."""
-    width = y.size
-    before, now, next_slope = room[_COLUMNS], room[_COLUMNS + 1], room[_COLUMNS + 2]
+def _step(chain: Any, start: Any, h: float, end: Any) -> None:
+    """Fill in state and slope after a step; the last two columns tell its error."""
+    columns, before, now = end.columns, end.before, end.now
     for column in range(_COLUMNS):
         parts = 2 * (column + 1)
         part = h / parts
-        for i in range(width):
-            before[i], now[i] = 0.0, part * slope[i]
+        before[:] = 0.0
+        now[:] = part * start.slope
         for m in range(1, parts):
-            for i in range(width):
-                after[i] = y[i] + now[i]
-            _slope(chain, after, _push(piece, time + m * part), is_at, next_slope)
-            for i in range(width):
-                before[i], now[i] = now[i], before[i] + 2 * part * next_slope[i]
-        for i in range(width):
-            room[column, i] = now[i]
+            end.y[:] = start.y + now
+            push = _push(start.piece, start.time + m * part)
+            _slope(chain, end.y, push, start.is_at, end.slope)
+            for i in range(now.size):
+                before[i], now[i] = now[i], before[i] + 2 * part * end.slope[i]
+        columns[column] = now
         for other in range(column - 1, -1, -1):
             weight = 1 / (((column + 1) / (other + 1)) ** 2 - 1)
-            for i in range(width):
-                room[other, i] = room[other + 1, i] + weight * (room[other + 1, i] - room[other, i])
-    for i in range(width):
-        after[i] = y[i] + room[0, i]
+            for i in range(now.size):
+                higher = columns[other + 1, i]
+                columns[other, i] = higher + weight * (higher - columns[other, i])
+    end.y[:] = start.y + columns[0]
+    _slope(chain, end.y, _push(start.piece, start.time + h), start.is_at, end.slope)
 
 
 @_compiled
-def _turn(
-    chain: Any, y: Any, slope: Any, piece: Any, time: float, h: float, is_at: Any, room: Any,
-    probe: Any, probe_slope: Any, i: int, is_of_force: bool,
-) -> float:  # fmt: skip
-    """Step to where the closing speed of a contact, or its force's rate, changes its sign.
+def _rate(chain: Any, state: Any, i: int, is_of_force: bool) -> float:
+    """How fast the force of a contact grows, or its overlap."""
+    if is_of_force:
+        return _law_rate(chain, state.y, state.slope, i)
+    return _closing(chain, state.y, i)
 
-    It has the other sign after h. Returns the time into the step; ``probe`` is the state there.
-    """
-    first = _law_rate(chain, y, slope, i) if is_of_force else _closing(chain, y, i)
+
+@_compiled
+def _turn(chain: Any, start: Any, h: float, probe: Any, i: int, is_of_force: bool) -> float:
+    """Step to where the force of a contact, or its overlap, is largest or smallest within h."""
+    is_growing = _rate(chain, start, i, is_of_force) >= 0
     low, high = 0.0, h
     while high - low > 1e-8 * h:
         x = 0.5 * (low + high)
-        _step(chain, y, slope, piece, time, x, is_at, room, probe)
-        value = _closing(chain, probe, i)
-        if is_of_force:
-            _slope(chain, probe, _push(piece, time + x), is_at, probe_slope)
-            value = _law_rate(chain, probe, probe_slope, i)
-        if (value >= 0) == (first >= 0):
+        _step(chain, start, x, probe)
+        if (_rate(chain, probe, i, is_of_force) >= 0) == is_growing:
             low = x
         else:
             high = x
@@ -355,46 +370,43 @@ def _change(chain: Any, y: Any, is_at: Any) -> None:
 
 
 @_compiled
-def _end_of_step(  # noqa: PLR0912 - one search, as calls cost more than branches
+def _seen_beyond(chain: Any, start: Any, h: float, end: Any, probe: Any) -> float:
+    """Return where in a step a contact is seen to have left what it is; or infinity.
 
-    chain: Any, y: Any, slope: Any, piece: Any, time: float, h: float, is_at: Any, room: Any,
-    after: Any, after_slope: Any, probe: Any, probe_slope: Any,
-) -> float:  # fmt: skip
-    """Where the first contact leaves what it is, h if none does; ``after`` is the state there."""
-    low, high = 0.0, h
-    at_low, at_high = _farthest(chain, y, is_at), _farthest(chain, after, is_at)
+    That is at its end, or in between if the contact comes back.
+    """
+    seen = h if _farthest(chain, end.y, start.is_at) > 0 else math.inf
     for i in range(chain.stiffness.size):
-        # One that does so within the step, and comes back.
-        near = h * (abs(_closing(chain, y, i)) + abs(_closing(chain, after, i)))
-        if _beyond(chain, y, i, is_at) + near < 0:
+        near = h * (abs(_closing(chain, start.y, i)) + abs(_closing(chain, end.y, i)))
+        if _beyond(chain, start.y, i, start.is_at) + near < 0:
             continue
+        may_pull = chain.damping[i] > 0 and not chain.attraction and start.is_at[i] != _OPEN
         for is_of_force in (False, True):
-            if is_of_force and (chain.attraction or chain.damping[i] == 0 or is_at[i] == _OPEN):
+            if is_of_force and not may_pull:
                 continue
-            first, last = _closing(chain, y, i), _closing(chain, after, i)
-            if is_of_force:
-                first = _law_rate(chain, y, slope, i)
-                last = _law_rate(chain, after, after_slope, i)
-            if (first > 0) != (last > 0):
-                x = _turn(
-                    chain, y, slope, piece, time, h, is_at, room, probe, probe_slope, i,
-                    is_of_force,
-                )  # fmt: skip
-                value = _farthest(chain, probe, is_at)
-                if value > 0 and x < high:
-                    high, at_high = x, value
-    if at_high <= 0 or at_low > 0:
-        return h
+            if (_rate(chain, start, i, is_of_force) > 0) != (_rate(chain, end, i, is_of_force) > 0):
+                x = _turn(chain, start, h, probe, i, is_of_force)
+                if _farthest(chain, probe.y, start.is_at) > 0:
+                    seen = min(seen, x)
+    return seen
+
+
+@_compiled
+def _until_change(chain: Any, start: Any, high: float, end: Any) -> float:
+    """Step to where the first contact leaves what it is, which one has done after ``high``."""
+    low, side = 0.0, 0
+    _step(chain, start, high, end)
+    at_low = _farthest(chain, start.y, start.is_at)
+    at_high = _farthest(chain, end.y, start.is_at)
     # Regula falsi; the value at an end that stays is halved (Illinois).
-    side = 0
-    while high - low > 1e-15 * h and at_high > 1e-17 * chain.length:
+    while high - low > 1e-15 * high and at_high > 1e-17 * chain.length:
         x = high - at_high * (high - low) / (at_high - at_low)
         if not low < x < high:
             x = 0.5 * (low + high)
             if not low < x < high:
                 break
-        _step(chain, y, slope, piece, time, x, is_at, room, after)
-        value = _farthest(chain, after, is_at)
+        _step(chain, start, x, end)
+        value = _farthest(chain, end.y, start.is_at)
         if value > 0:
             high, at_high = x, value
             at_low *= 0.5 if side > 0 else 1.0
@@ -403,8 +415,7 @@ def _end_of_step(  # noqa: PLR0912 - one search, as calls cost more than branche
             low, at_low = x, value
             at_high *= 0.5 if side < 0 else 1.0
             side = -1
-    _step(chain, y, slope, piece, time, high, is_at, room, after)
-    _slope(chain, after, _push(piece, time + high), is_at, after_slope)
+    _step(chain, start, high, end)
     return high
 
 
@@ -416,70 +427,71 @@ def _read(chain: Any, y: Any, is_at: Any, highest: Any) -> None:
 
 
 @_compiled
-def _march(  # noqa: PLR0912 - one loop, as calls cost more than branches
-    chain: Any,
-    pieces: Any,
-    strokes: Any,
-    y: Any,
-    end: float,
-    tolerance: float,
-    cap: float,
-    highest: Any,
-) -> bool:
-    """Fill in the largest force of each contact and the state at the end; return whether it was."""
+def _read_within(chain: Any, start: Any, h: float, end: Any, probe: Any, highest: Any) -> None:
+    for i in range(chain.stiffness.size):
+        if (
+            start.is_at[i] == _PRESSED
+            and max(_law(chain, start.y, i), _law(chain, end.y, i)) > 0.5 * highest[i]
+            and _rate(chain, start, i, True) >= 0 > _rate(chain, end, i, True)
+        ):
+            _turn(chain, start, h, probe, i, True)
+            highest[i] = max(highest[i], _law(chain, probe.y, i))
+
+
+@_compiled
+def _end(width: int) -> Any:
+    return End(
+        np.zeros(width), np.zeros(width), np.zeros((_COLUMNS, width)), np.zeros(width),
+        np.zeros(width),
+    )  # fmt: skip
+
+
+@_compiled
+def _march(
+    chain: Any, pieces: Any, strokes: Any, y: Any, stop: float, tolerance: float, cap: float
+) -> Any:
+    """The largest force of each contact, and whether ``stop`` was reached; y is the state then."""
     size, contacts = chain.inverse_mass.size, chain.stiffness.size
-    slope, after_slope, probe_slope = np.zeros(2 * size), np.zeros(2 * size), np.zeros(2 * size)
-    after, probe = np.zeros(2 * size), np.zeros(2 * size)
-    room = np.zeros((_COLUMNS + 3, 2 * size))
-    is_at = np.full(contacts, _OPEN)
+    highest, slope, is_at = np.zeros(contacts), np.zeros(2 * size), np.full(contacts, _OPEN)
+    end, probe = _end(2 * size), _end(2 * size)
     for i in range(contacts):
         if _overlap(chain, y, i) >= -TOUCH * chain.length:
             is_at[i] = _PRESSED
     deepest, fastest, steps = chain.length, chain.length / chain.time, 0
     for p in range(pieces.shape[0]):
         piece = pieces[p]
-        time, stop = piece[0], min(piece[2], end)
+        time, until = piece[0], min(piece[2], stop)
         if strokes.shape[0]:
             y[0], y[size] = strokes[p]
-        h = min(cap, (stop - time) / 16)
-        while time < stop:
+        h = min(cap, (until - time) / 16)
+        while time < until:
+            steps += 1
+            if steps > MOST_STEPS:
+                return highest, False
             _change(chain, y, is_at)
             _read(chain, y, is_at, highest)
             for i in range(contacts):
                 deepest = max(deepest, _overlap(chain, y, i))
-            for i in range(size):
-                fastest = max(fastest, abs(y[size + i]))
+            fastest = max(fastest, np.max(np.abs(y[size:])))
             _slope(chain, y, _push(piece, time), is_at, slope)
-            steps += 1
-            if steps > MOST_STEPS:
-                return False
-            is_last = time + 1.01 * h >= stop
+            start = Start(y, slope, piece, time, is_at)
+            is_last = time + 1.01 * h >= until
             if is_last:
-                h = stop - time
-            _step(chain, y, slope, piece, time, h, is_at, room, after)
-            wrong = 0.0
-            for i in range(2 * size):
-                scale = (deepest if i < size else fastest) * tolerance
-                wrong = max(wrong, abs(room[0, i] - room[1, i]) / scale)
-            if wrong > 1 and h > 1e-12 * cap and h > 4e-16 * time:
-                h *= max(0.1, 0.8 * wrong ** (-1 / 11))
+                h = until - time
+            _step(chain, start, h, end)
+            wrong = np.abs(end.columns[0] - end.columns[1]) / tolerance
+            error = max(np.max(wrong[:size]) / deepest, np.max(wrong[size:]) / fastest)
+            if error > 1 and h > 1e-12 * cap and h > 4e-16 * time:
+                h *= max(0.1, 0.8 * error ** (-1 / 11))
                 continue
-            grown = min(cap, h * min(4.0, 0.8 * max(wrong, 1e-20) ** (-1 / 11)))
-            _slope(chain, after, _push(piece, time + h), is_at, after_slope)
-            x = _end_of_step(
-                chain, y, slope, piece, time, h, is_at, room, after, after_slope, probe,
-                probe_slope,
-            )  # fmt: skip
-            for i in range(contacts):
-                if (
-                    is_at[i] == _PRESSED
-                    and max(_law(chain, y, i), _law(chain, after, i)) > 0.5 * highest[i]
-                    and _law_rate(chain, y, slope, i) >= 0 > _law_rate(chain, after, after_slope, i)
-                ):
-                    _turn(chain, y, slope, piece, time, x, is_at, room, probe, probe_slope, i, True)
-                    highest[i] = max(highest[i], _law(chain, probe, i))
-            _read(chain, after, is_at, highest)
-            y[:] = after
-            time = stop if is_last and x == h else time + x
+            grown = min(cap, h * min(4.0, 0.8 * max(error, 1e-20) ** (-1 / 11)))
+            seen = _seen_beyond(chain, start, h, end, probe)
+            if seen <= h:
+                x = _until_change(chain, start, seen, end)
+                h, is_last = x, is_last and x == h
+            _read_within(chain, start, h, end, probe, highest)
+            _read(chain, end.y, is_at, highest)
+            y[:] = end.y
+            time = until if is_last else time + h
             h = grown
-    return True
+    return highest, True
