@@ -173,6 +173,14 @@ def numbers_of(scene: hc.Scene) -> Numbers:
     )  # fmt: skip
 
 
+def numbers_of_chain(chain: Any, time: float) -> Numbers:
+    """The numbers of a chain in natural units; ``time`` is that of its fastest contact."""
+    return Numbers(
+        chain.inverse_mass, chain.constant, chain.stiffness, chain.gap, chain.damping,
+        chain.exponent, chain.attraction, 1.0, time,
+    )  # fmt: skip
+
+
 def pieces_of(scene: hc.Scene) -> Floats:
     """Start, force there, end and force there, and shape of each piece of the applied force.
 

@@ -1,4 +1,4 @@
-"""Random damped scenes: native's errors, judged by SciPy, are within their bounds."""
+"""Random damped scenes: native's errors are within their bounds."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from tests.oracles import damped as oracle
 from tests.oracles import extrapolation
 from tests.oracles.bounds import check_answers
 from validation.random_drives import random_hard_scene
@@ -15,7 +14,7 @@ from validation.random_scenes import random_damped_scene
 TOLERANCES = (1e-3, 1e-6, 1e-8)
 
 LONGEST, LONGEST_TIME = 12, 60.0
-"""Granules and natural time units of a scene: SciPy takes about a second for one."""
+"""Granules and natural time units of a scene."""
 
 BLOCK = 10
 """Scenes of one slow test."""
@@ -24,10 +23,9 @@ SCENES = 300
 
 
 def judge(number: int) -> None:
-    """Return whether each answer of a random scene is within its own bound, or refused."""
+    """Assert that each answer of a random scene is within its own bound, or refused."""
     scene = random_damped_scene(np.random.default_rng([13, number]), LONGEST, LONGEST_TIME)
-    coarse, true = (oracle.peaks_of_scene(scene, rtol) for rtol in (1e-11, 1e-13))
-    check_answers(scene, [(hc.Native(rtol=rtol), rtol) for rtol in TOLERANCES], coarse, true)
+    check_answers(scene, [(hc.Native(rtol=rtol), rtol) for rtol in TOLERANCES])
 
 
 def test_a_maximum_in_a_step_as_long_as_its_leg() -> None:
@@ -39,7 +37,7 @@ def test_a_maximum_in_a_step_as_long_as_its_leg() -> None:
     assert error < 1e-9  # 2.5e-10 by the steps
 
 
-@pytest.mark.parametrize("number", [50])
+@pytest.mark.parametrize("number", range(50, 60))
 def test_random_damped_scenes(number: int) -> None:
     judge(number)
 

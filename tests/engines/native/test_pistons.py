@@ -1,4 +1,4 @@
-"""Pistons by the native backend: closed forms, identities, balances, and SciPy."""
+"""Pistons by the native backend: closed forms, identities, balances, and another solver."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from hertzchain.engines.native import METHODS, simulate
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
-from tests.oracles import terms_in_si
+from tests.oracles import extrapolation
+from tests.oracles.bounds import check_answers
 
 Floats = NDArray[np.float64]
 
@@ -202,29 +203,17 @@ def test_a_piston_at_rest_holds_the_static_load() -> None:
     assert result.peak_force == pytest.approx(result.static_force, rel=1e-14, abs=0)
 
 
-QUICK = ("gaps, wall",)
-"""SciPy takes seconds for each."""
-
-
-@pytest.mark.parametrize(
-    "name",
-    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in SCENES],
-)
-def test_peaks_vs_scipy(name: str) -> None:
+@pytest.mark.parametrize("name", SCENES)
+def test_peaks_and_velocities(name: str) -> None:
     scene = SCENES[name]
-    coarse, true = (terms_in_si.peaks(scene, rtol, 5000) for rtol in (1e-11, 1e-12))
-    unsure = largest_difference(coarse.peak_force, true.peak_force)
-    assert unsure < 1e-7
     asked: list[tuple[Any, float]] = [(hc.Native(rtol=rtol), rtol) for rtol in (1e-3, 1e-6, 1e-9)]
     asked += [(hc.Native(method), 1.0) for method in METHODS]
-    for native, rtol in asked:
-        result = native.run(scene)
-        assert result.error_estimate <= rtol
-        error = largest_difference(result.all_peaks, true.peak_force)
-        assert error <= result.error_estimate + unsure
-    largest = np.max(np.abs(true.velocity))
-    precise = hc.Native(rtol=1e-9).run(scene).velocity
-    assert precise == pytest.approx(true.velocity, rel=0, abs=1e-6 * largest)
+    found = check_answers(scene, asked)
+    assert len(found) == len(asked)
+    true = extrapolation.peaks(scene).velocity
+    largest = np.max(np.abs(true))
+    # After many collisions; 3e-9 seen.
+    assert found[2].velocity == pytest.approx(true, rel=0, abs=1e-8 * largest)
 
 
 def test_steps_that_are_too_long_diverge_and_say_so() -> None:
