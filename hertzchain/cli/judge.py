@@ -25,8 +25,7 @@ def judge(
         typer.Argument(
             metavar="FILE",
             help="CSV with the columns contact, peak_force_N, or samples of forces or positions:"
-            " tables, LAMMPS logs and dumps (all files of one dump), trajectories of ASE; text may"
-            " be gzipped.",
+            " tables, LAMMPS logs and dumps (all files of one dump), which may be gzipped.",
         ),
     ],
     column: Annotated[

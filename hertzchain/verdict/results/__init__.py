@@ -1,1 +1,1 @@
-"""Results of other codes as people have them: tables, logs, dumps and trajectories."""
+"""Results of other codes as people have them: tables, logs and dumps."""

@@ -3,140 +3,151 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
 from hertzchain.scene.scene import Scene
-from hertzchain.verdict.results.granules import Recorded, last_digit
-from hertzchain.verdict.results.motion import Motion
+from hertzchain.verdict.results.motion import Motion, along_the_chain, begins_at_the_end, last_digit
 from hertzchain.verdict.results.roles import Asked, listed
 from hertzchain.verdict.results.tables import Frame
 
-_VECTORS = (
-    ("position", ("x", "y", "z")),
-    ("position", ("xu", "yu", "zu")),
-    ("position", ("xs", "ys", "zs")),
-    ("position", ("xsu", "ysu", "zsu")),
-    ("velocity", ("vx", "vy", "vz")),
-    ("net_force", ("fx", "fy", "fz")),
-)
-_SCALED = {name: k % 3 for k, name in enumerate(("xs", "ys", "zs", "xsu", "ysu", "zsu"))}
-"""Columns of places in units of the box, with their axes."""
+_VECTORS = {
+    "position": (("x", "y", "z"), ("xu", "yu", "zu"), ("xs", "ys", "zs"), ("xsu", "ysu", "zsu")),
+    "velocity": (("vx", "vy", "vz"),),
+    "net_force": (("fx", "fy", "fz"),),
+}
+_SCALED = ("xs", "ys", "zs", "xsu", "ysu", "zsu")  # places in units of the box
+_ACROSS = 1e-3  # fraction of the length of a chain by which places across it may differ (chosen)
 
 
-def granules_of(frames: Sequence[Frame], asked: Asked, file: object) -> Recorded:
-    """What a dump of granules has, in the order of their ids, SI units."""
-    names = frames[0].names
-    ids = asked.names.get("id", "id")
-    if ids not in names:
-        raise SceneError("column id", ids, "is no column of the dump", file=str(file))
-    order = [np.argsort(frame.rows[:, names.index(ids)]) for frame in frames]
-    sizes = {len(frame.rows) for frame in frames}
-    if len(sizes) > 1:
-        allowed = f"has frames of {min(sizes)} to {max(sizes)} granules: some were lost"
-        raise SceneError("", None, allowed, file=str(file))
-    columns = _vectors(names, asked, file)
+def granules_of(
+    scene: Scene, frames: Sequence[Frame], asked: Asked, dt: float | None, file: str
+) -> Motion:
+    """Return the motion in a dump of granules, along any axis, from the pushed end on."""
+    counts = {len(frame.table.rows) for frame in frames}
+    if counts != {scene.chain.granules}:
+        allowed = (
+            f"has frames of {listed([str(count) for count in sorted(counts)])} granules, the scene"
+            f" {scene.chain.granules}: dump those of the chain alone, all of them"
+        )
+        raise SceneError("", None, allowed, file=file)
+    order = [np.argsort(_column(frame, asked.names.get("id", "id"))[:, 0]) for frame in frames]
     values: dict[str, FloatArray] = {}
-    grains = {"position": 0.0, "net_force": 0.0}
-    for role, three in columns.items():
-        factor = asked.factor(role, file)
-        raw = np.zeros((len(frames), max(sizes), 3))
-        for axis, name in enumerate(three):
-            if name in names:
-                k = names.index(name)
-                raw[:, :, axis] = [f.rows[o, k] for f, o in zip(frames, order, strict=True)]
-            elif len(three) == 1:
-                raise SceneError(f"column {role}", name, "is no column of the dump", file=str(file))
-        if role in grains:
-            grains[role] = last_digit(raw) * factor
-        if set(three) & _SCALED.keys():
-            bounds = _bounds(frames, file)[:, [_SCALED[name] for name in three]]
-            extent = bounds[:, :, 1] - bounds[:, :, 0]
+    grains = {}
+    for role, names in _columns(frames[0].table.names, asked, file).items():
+        raw = np.zeros((len(frames), scene.chain.granules, 3))
+        for axis, name in enumerate(names):
+            if name in frames[0].table.names:
+                raw[:, :, axis] = [
+                    _column(f, name)[o, 0] for f, o in zip(frames, order, strict=True)
+                ]
+        grains[role] = last_digit(raw) * asked.factor(role, file)
+        if set(names) & set(_SCALED):
+            lower, extent = _box(frames, file)
             grains[role] *= float(extent.max())
-            raw = bounds[:, np.newaxis, :, 0] + raw * extent[:, np.newaxis]
-        values[role] = raw * factor
-    time = None
+            raw = lower + raw * extent
+        values[role] = raw * asked.factor(role, file)
+    axis = _axis(values, file)
+    steps, times = (np.array([getattr(f, kind) for f in frames]) for kind in ("step", "time"))
+    time, is_clock = steps, False
     if all(frame.time is not None for frame in frames):
-        scale = asked.factor("time", file)
-        time = np.array([frame.time for frame in frames], np.float64) * scale
-    steps = np.array([frame.step for frame in frames])
-    grain, force_grain = grains["position"], grains["net_force"]
-    return Recorded(steps, time, values, grain, force_grain, "the dump of granules")
+        time, is_clock = times.astype(np.float64) * asked.factor("time", file), True
+    elif dt is not None:
+        time, is_clock = steps * dt, True
+    motion = Motion(
+        time,
+        is_clock,
+        grain=grains.get("position", 0.0),
+        force_grain=grains.get("net_force", 0.0),
+    )
+    values = {role: array[:, :, axis] for role, array in values.items()}
+    return along_the_chain(motion.with_values(values))
 
 
-def _vectors(names: Sequence[str], asked: Asked, file: object) -> dict[str, tuple[str, ...]]:
-    """The columns of places, velocities and forces: three, or the one along the chain."""
+def _column(frame: Frame, name: str) -> FloatArray:
+    return frame.table.numbers([frame.table.names.index(name)])
+
+
+def _columns(names: Sequence[str], asked: Asked, file: str) -> dict[str, tuple[str, ...]]:
+    """Return the columns of places, velocities and forces: three, or the one along the chain."""
     found: dict[str, tuple[str, ...]] = {}
-    for role, three in _VECTORS:
-        if set(three) & set(names):
-            found.setdefault(role, three)
-    for role in ("position", "velocity", "net_force"):
+    for role, vectors in _VECTORS.items():
         if role in asked.names:
             found[role] = (asked.names[role],)
-    if not {"position", "net_force"} & found.keys():
-        allowed = f"has {listed(names)}, must have x, vx, fx (or xu, or y, z) of granules"
-        raise SceneError("", None, allowed, file=str(file))
+            if asked.names[role] not in names:
+                allowed = "is no column of the dump"
+                raise SceneError(f"column {role}", asked.names[role], allowed, file=file)
+        elif any(set(three) & set(names) for three in vectors):
+            found[role] = next(three for three in vectors if set(three) & set(names))
+    if asked.names.get("id", "id") not in names or not {"position", "net_force"} & found.keys():
+        allowed = f"has {listed(names)}, must have id, and x, vx, fx (or xu, or y, z) of granules"
+        raise SceneError("", None, allowed, file=file)
     return found
 
 
-def _bounds(frames: Sequence[Frame], file: object) -> FloatArray:
-    """Bounds of the box of each frame, shape (frames, 3, 2)."""
+def _box(frames: Sequence[Frame], file: str) -> tuple[FloatArray, FloatArray]:
+    """Return lower bounds and extents of the box of each frame, shapes (frames, 1, 3)."""
     boxes = [frame.box for frame in frames if frame.box is not None]
     if len(boxes) < len(frames):
         allowed = "has scaled places (xs) and no upright box: dump x or xu instead"
-        raise SceneError("", None, allowed, file=str(file))
-    return np.array(boxes)
+        raise SceneError("", None, allowed, file=file)
+    bounds = np.array(boxes)[:, np.newaxis]
+    return bounds[..., 0], bounds[..., 1] - bounds[..., 0]
 
 
-def pairs_of(scene: Scene, frames: Sequence[Frame], asked: Asked, file: object) -> Motion:
-    """Contact forces of a dump of pairs: two ids, and the force of their contact."""
-    names, count = frames[0].names, scene.chain.granules
-    roles = {
-        role: asked.names[role] for role in ("id1", "id2", "contact_force") if role in asked.names
-    }
-    if not roles:
-        whole = [
-            name
-            for k, name in enumerate(names)
-            if all(np.array_equal(f.rows[:, k], np.round(f.rows[:, k])) for f in frames)
-            and any(np.any(f.rows[:, k] > 0) for f in frames)
-        ]
-        others = [name for name in names if name not in whole]
-        if len(whole) == 2 and len(others) == 1:
-            roles = {"id1": whole[0], "id2": whole[1], "contact_force": others[0]}
-    if set(roles) != {"id1", "id2", "contact_force"} or not set(roles.values()) <= set(names):
+def _axis(values: dict[str, FloatArray], file: str) -> int:
+    """Return the axis that granules lie along, or along which forces act."""
+    if "position" not in values:
+        return int(np.argmax(np.abs(values["net_force"]).max(axis=(0, 1))))
+    extent = np.ptp(values["position"][0], axis=0)
+    across, along = np.sort(extent)[1:]
+    if across > _ACROSS * along:
+        allowed = (
+            f"has granules that are not in a row along x, y or z: they differ by {across:.3g} m"
+            " across it"
+        )
+        raise SceneError("", None, allowed, file=file)
+    return int(np.argmax(extent))
+
+
+def pairs_of(
+    scene: Scene, frames: Sequence[Frame], asked: Asked, dt: float | None, file: str
+) -> Motion:
+    """Return contact forces of a dump of pairs: two ids, and the force of their contact."""
+    names, count = frames[0].table.names, scene.chain.granules
+    rows = [frame.table.numbers(range(len(names))) for frame in frames]
+    wanted = [asked.names.get(role, "") for role in ("id1", "id2", "contact_force")]
+    if not any(wanted):  # two columns of whole numbers, and one of others
+        known = np.concatenate(rows)
+        whole = np.all(known == np.round(known), axis=0) & np.any(known > 0, axis=0)
+        wanted = [names[k] for k in np.argsort(~whole, kind="stable")]
+        wanted = wanted if np.count_nonzero(whole) == 2 and len(names) == 3 else []
+    if not wanted or not set(wanted) <= set(names):
         allowed = (
             f"is a dump of pairs with {listed(names)}: say which are what with --column"
             " id1=NAME --column id2=NAME --column contact_force=NAME (compute property/local"
             " patom1 patom2, and compute pair/local force)"
         )
-        raise SceneError("", None, allowed, file=str(file))
-    k1, k2, kf = (names.index(roles[role]) for role in ("id1", "id2", "contact_force"))
+        raise SceneError("", None, allowed, file=file)
     force = np.zeros((len(frames), count - 1))
-    for row, frame in zip(force, frames, strict=True):
-        first = np.minimum(frame.rows[:, k1], frame.rows[:, k2]).astype(np.int64)
-        last = np.maximum(frame.rows[:, k1], frame.rows[:, k2]).astype(np.int64)
-        beyond = (first < 1) | (last > count) | (last - first != 1)
-        pressed = np.abs(frame.rows[:, kf]) > 0
-        if np.any(beyond & pressed):
-            k = int(np.flatnonzero(beyond & pressed)[0])
+    for frame, values in zip(force, rows, strict=True):
+        *ids, given = values[:, [names.index(name) for name in wanted]].T
+        first, last = (ends.astype(np.int64) for ends in (np.minimum(*ids), np.maximum(*ids)))
+        inside = (first >= 1) & (last <= count) & (last - first == 1)
+        for k in np.flatnonzero(~inside & (given != 0))[:1]:
             allowed = (
                 f"granules {first[k]} and {last[k]} press one another: contacts of the scene are"
                 f" between granules 1 to {count} that follow one another"
             )
-            raise SceneError("", None, allowed, file=str(file))
-        row[first[~beyond] - 1] = frame.rows[~beyond, kf]
+            raise SceneError("", None, allowed, file=file)
+        frame[first[inside] - 1] = given[inside]
     if np.all(force <= 0):  # a code that counts pushes as negative
         force = -force
+    if begins_at_the_end(force):
+        force = force[:, ::-1]
     steps = np.array([frame.step for frame in frames])
-    factor = asked.factor("contact_force", file)
-    grain = last_digit(force) * factor
-    motion = Motion(steps, False, contact_force=force * factor, force_grain=grain)
-    first_peak, last_peak = (int(np.argmax(force[:, k])) for k in (0, -1))
-    if last_peak < first_peak:  # the wave comes from the other end
-        assert motion.contact_force is not None
-        return replace(motion, contact_force=motion.contact_force[:, ::-1])
-    return motion
+    time, is_clock = (steps, False) if dt is None else (steps * dt, True)
+    unit = asked.factor("contact_force", file)
+    return Motion(time, is_clock, contact_force=force * unit, force_grain=last_digit(force) * unit)

@@ -45,10 +45,9 @@ def judge(
         forces, or an array of shape (N - 1,) with NaN for missing peaks.
 
         Or a pandas table, or a file, gzipped or not: CSV or columns of numbers, a log of LAMMPS,
-        the output of ``fix ave/time`` or ``fix print``, a text dump of granules or of pairs, or a
-        trajectory that ASE reads (``.traj``, ``.extxyz``, ``.xyz``). Tables have peaks (contact,
-        peak_force), or samples over time of contact_force, net_force, position or velocity, a
-        column for each contact or granule.
+        the output of ``fix ave/time`` or ``fix print``, or a text dump of granules or of pairs.
+        Tables have peaks (contact, peak_force), or samples over time of contact_force, net_force,
+        position or velocity, a column for each contact or granule.
 
         Or a list of files that together are one dump.
     columns

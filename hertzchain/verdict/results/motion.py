@@ -6,6 +6,8 @@ engines; else a polynomial goes through the samples around the highest one.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +19,9 @@ from hertzchain.observables.peaks import PeakWatch, judged_contacts
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.scene import Scene
 
+_OF_GRANULES = ("position", "velocity", "net_force")
+_MOVED = 0.05  # fraction of the largest value from which an end of the chain has moved (chosen)
+_LOOKED_AT = 2000  # numbers of a file whose digits are counted (chosen)
 _FEWEST = 7  # samples: a curve of sixth degree goes through so many
 _SIXTH = 4.0
 """Times the difference of curves of sixth and fourth degree: the error of the former is at most 3.2
@@ -64,6 +69,54 @@ class Motion:
     grain: float = 0.0
     force_grain: float = 0.0
 
+    def with_values(self, values: Mapping[str, FloatArray]) -> Motion:
+        """Return the motion with other arrays, by name."""
+        return replace(self, **values)  # type: ignore[arg-type]
+
+    def each(self, change: Callable[[FloatArray], FloatArray], *names: str) -> Motion:
+        """Return the motion with some of its arrays changed, as far as they are known."""
+        arrays = {name: getattr(self, name) for name in names}
+        return self.with_values(
+            {name: change(array) for name, array in arrays.items() if array is not None}
+        )
+
+
+def along_the_chain(motion: Motion) -> Motion:
+    """Return the motion of granules in the order of a scene: along the chain, from the pushed end.
+
+    Granules stand in any order, along a negative axis, or are pushed at the last one.
+    """
+    if motion.position is not None:
+        order = np.argsort(motion.position[0], kind="stable")
+        motion = motion.each(lambda array: array[:, order], *_OF_GRANULES)
+    moved = motion.net_force if motion.net_force is not None else motion.velocity
+    if moved is None and motion.position is not None:
+        moved = motion.position - motion.position[0]
+    if moved is not None and begins_at_the_end(moved):
+        motion = motion.each(lambda array: -array[:, ::-1], *_OF_GRANULES)
+    return motion.each(lambda array: array - array[0, 0], "position")
+
+
+def begins_at_the_end(values: FloatArray) -> bool:
+    """Return whether the last column changes before the first, shape (samples, columns)."""
+    counts = np.abs(values) > _MOVED * np.max(np.abs(values))
+    first, last = (np.flatnonzero(counts[:, k]) for k in (0, -1))
+    return bool(last.size and (not first.size or last[0] < first[0]))
+
+
+def last_digit(values: FloatArray) -> float:
+    """Return the unit of the last digit that the largest of some numbers have; 0 for 15 digits.
+
+    The numbers have equally many significant digits, or decimals.
+    """
+    some = np.abs(values[values != 0])
+    if not some.size:
+        return 0.0
+    words = [f"{value:.14e}" for value in some[:: max(1, some.size // _LOOKED_AT)]]
+    digits = max(len(word.partition("e")[0].rstrip("0").replace(".", "")) for word in words)
+    exponent = math.floor(math.log10(float(np.max(some))))
+    return 0.0 if digits >= 15 else float(10.0 ** (exponent - digits + 1))
+
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
@@ -96,7 +149,9 @@ def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
             " files of a dump that has one for each frame"
         )
         raise SceneError("", None, allowed, file=str(file))
-    motion = _without_repeated(motion)
+    # A code writes a sample twice, at the end of a run and at the start of the next.
+    once = np.append(True, np.diff(motion.time) != 0)
+    motion = motion.each(lambda array: array[once], "time", *_OF_GRANULES, "contact_force")
     if not np.all(np.diff(motion.time) > 0):
         allowed = "has times or steps that do not increase: give the samples of one run, in order"
         raise SceneError("", None, allowed, file=str(file))
@@ -128,18 +183,6 @@ def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
         allowed = f"says nothing of contact forces in such a scene: it must have {needed}"
         raise SceneError("", None, allowed, file=str(file))
     return min(found, key=lambda one: _typical(one.peak_force, one.error))
-
-
-def _without_repeated(motion: Motion) -> Motion:
-    """The samples without those that a code writes twice, at the end of a run and at the next."""
-    kept = np.append(True, np.diff(motion.time) != 0)
-    if kept.all():
-        return motion
-    arrays = ("time", "position", "velocity", "net_force", "contact_force")
-    values = {name: getattr(motion, name) for name in arrays}
-    return replace(
-        motion, **{name: array[kept] for name, array in values.items() if array is not None}
-    )
 
 
 def _typical(force: FloatArray, error: FloatArray) -> float:

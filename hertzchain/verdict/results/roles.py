@@ -24,15 +24,15 @@ UNITS = (*SCALES, "lj")
 """Styles of LAMMPS's units that numbers can be in; those of lj have no scale."""
 
 _USUAL = {
-    "contact": ("contact",), "peak_force": ("peak_force_N",),
+    "contact": ("contact",), "peak_force": ("peak_force_n",),
     "time": ("time", "time_s", "t", "v_time"), "step": ("step", "timestep"),
 }  # fmt: skip
-USUAL_OF_PEAKS = ("contact", "peak_force_N")  # columns of CSV next to which others hold any text
+_FORCE = ("f", "fx", "force")  # of granules or contacts, by their number
 _PREFIXES = {
     "position": ("x", "xu", "pos", "position"),
     "velocity": ("v", "vx", "vel", "velocity"),
-    "force": ("f", "fx", "force"),
-    "contact_force": ("fc", "contact", "contact_force"),
+    "net_force": _FORCE,
+    "contact_force": (*_FORCE, "fc", "contact", "contact_force"),
 }
 _LONGEST = 40  # characters of a name in a message (chosen)
 _NUMBERED = re.compile(r"(?:[vcf]_)?([A-Za-z][A-Za-z_]*?)_?\[?(\d+)\]?(?:_[A-Za-z/]+)?")
@@ -41,10 +41,10 @@ _SPEC = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]*[^\W\d][^\[\]]*)\]
 
 @dataclass(frozen=True)
 class Columns:
-    """Columns of a table by what they are, and what their numbers are worth in SI."""
+    """Columns of a table for one role, and what their numbers are worth in SI."""
 
-    where: Mapping[str, tuple[int, ...]]
-    factor: Mapping[str, float]
+    where: tuple[int, ...]
+    factor: float
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Asked:
     factors: Mapping[str, float]
     scale: Scale | None  # of columns without a unit of their own; None for lj
 
-    def factor(self, role: str, file: object) -> float:
+    def factor(self, role: str, file: str) -> float:
         """What a number is worth in SI."""
         if role in self.factors or not DIMENSIONS[role]:
             return self.factors.get(role, 1.0)
@@ -64,7 +64,7 @@ class Asked:
                 "units lj have no scale: give the unit of each column, such as --column"
                 f" '{role}={self.names.get(role, 'NAME')} [0.5 {DIMENSIONS[role]}]'"
             )
-            raise SceneError("", None, allowed, file=str(file))
+            raise SceneError("", None, allowed, file=file)
         scale = self.scale
         return {
             "N": scale.force, "s": scale.time, "m": scale.length, "m/s": scale.velocity,
@@ -88,53 +88,44 @@ def asked_for(columns: Mapping[str, str], units: str) -> Asked:
     return Asked(names, factors, SCALES.get(units))
 
 
-def columns_of(header: Sequence[str], asked: Asked, granules: int, file: object) -> Columns:
-    """Which columns of a table are what; a SceneError says what has to be named."""
-    at: dict[str, tuple[int, ...]] = {}
+def columns_of(header: Sequence[str], asked: Asked, granules: int, file: str) -> dict[str, Columns]:
+    """Return columns of a table by role; a SceneError says what has to be named."""
+    at = _usual(header, granules)
     for role, name in asked.names.items():
         found = [k for k, one in enumerate(header) if one == name]
-        if not found:
-            found = [k for k, one in enumerate(header) if fnmatch.fnmatchcase(one, name)]
+        found = found or [k for k, one in enumerate(header) if fnmatch.fnmatchcase(one, name)]
         if not found:
             allowed = f"is no column of the file, which has {listed(header)}"
-            raise SceneError(f"column {role}", name, allowed, file=str(file))
-        if role not in SEVERAL and len(found) > 1:
-            raise SceneError(f"column {role}", name, "stands for several columns", file=str(file))
-        at[role] = tuple(sorted(found, key=lambda k: _in_order(header[k])))
-    at = _usual(header, granules) | at
-    known = {"peak_force": "peak_force_N", "time": "time_s"}  # names that say their unit
-    return Columns(
-        at,
-        {
-            role: 1.0
-            if header[k[0]] == known.get(role) and role not in asked.names
-            else asked.factor(role, file)
-            for role, k in at.items()
-        },
-    )
+            raise SceneError(f"column {role}", name, allowed, file=file)
+        at[role] = sorted(found, key=lambda k: _in_order(header[k]))
+    columns = {}
+    for role, where in at.items():
+        wanted = granules - (role == "contact_force") if role in SEVERAL else 1
+        if len(where) != wanted:
+            allowed = f"stands for {len(where)} columns of the file, must be {wanted}"
+            name = asked.names.get(role, role)
+            raise SceneError(f"column {role}", name, allowed, file=file)
+        says_its_unit = role not in asked.names and header[where[0]] in ("peak_force_N", "time_s")
+        columns[role] = Columns(tuple(where), 1.0 if says_its_unit else asked.factor(role, file))
+    return columns
 
 
-def _usual(header: Sequence[str], granules: int) -> dict[str, tuple[int, ...]]:
-    """Columns that are known by their names."""
-    at: dict[str, tuple[int, ...]] = {}
+def _usual(header: Sequence[str], granules: int) -> dict[str, list[int]]:
+    """Return columns that are known by their names, by role."""
+    at: dict[str, list[int]] = {}
     for role, names in _USUAL.items():
-        found = [k for k, one in enumerate(header) if one.lower() in (n.lower() for n in names)]
+        found = [k for k, one in enumerate(header) if one.lower() in names]
         if len(found) == 1:
-            at[role] = (found[0],)
-    groups: dict[str, list[tuple[int, int]]] = {}
+            at[role] = found
+    groups: dict[str, list[int]] = {}
     for k, one in enumerate(header):
-        match = _NUMBERED.fullmatch(one)
-        if match:
-            groups.setdefault(match[1].lower(), []).append((int(match[2]), k))
+        if match := _NUMBERED.fullmatch(one):
+            groups.setdefault(match[1].lower(), []).append(k)
     for prefix, members in groups.items():
-        role = next((r for r, prefixes in _PREFIXES.items() if prefix in prefixes), "")
-        if not role or len(members) not in (granules - 1, granules):
-            continue
-        per_granule = len(members) == granules
-        if role == "force":
-            role = "net_force" if per_granule else "contact_force"
-        if per_granule != (role == "contact_force"):
-            at.setdefault(role, tuple(k for _, k in sorted(members)))
+        for role, prefixes in _PREFIXES.items():
+            wanted = granules - (role == "contact_force")
+            if prefix in prefixes and len(members) == wanted:
+                at.setdefault(role, sorted(members, key=lambda k: _in_order(header[k])))
     return at
 
 
