@@ -112,8 +112,7 @@ def _cases(judgement: Judgement) -> tuple[Case, ...]:
 def _facts(judgement: Judgement, judged: int, failed: int) -> list[tuple[str, str]]:
     """Return label and value of facts on all contacts together."""
     reference, missing = judgement.reference, judgement.missing
-    pressed = judged_peaks(reference, judgement.given)
-    rare = int(np.count_nonzero(pressed)) - judged
+    rare = judgement.sampled_too_rarely
     weak = reference.contact.size - missing - judged - rare
     counts = [f"{judged} judged", f"{failed} failed", f"{missing} not given"]
     if weak:

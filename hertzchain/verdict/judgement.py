@@ -12,15 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray, or_none
 from hertzchain.engines.native import METHODS, Native
-from hertzchain.errors import POSITIVE, RunFailed, SceneError, is_positive, require
-from hertzchain.limits import TIME_LIMIT, TOLERANCE, Deadline
+from hertzchain.errors import RunFailed, SceneError, is_positive, require
+from hertzchain.limits import Deadline
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.error_bound import refuse_unstable, stable_step
 from hertzchain.observables.peaks import judged_contacts, largest_difference
 from hertzchain.observables.result import Result
-from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.scene import Scene
-from hertzchain.showing import ShownVerdict, ShowProgress, telling
+from hertzchain.showing import ShownVerdict
 from hertzchain.verdict.case import Case
 from hertzchain.verdict.cause import likely_cause
 from hertzchain.verdict.mistakes import families_for
@@ -118,6 +117,12 @@ class Judgement(ShownVerdict):
         return int(np.count_nonzero(np.isnan(self.given)))
 
     @property
+    def sampled_too_rarely(self) -> int:
+        """Number of contacts that are not judged for the distance of their samples alone."""
+        rare = judged_peaks(self.reference, self.given) & ~self.judged
+        return int(np.count_nonzero(rare))
+
+    @property
     def largest_difference(self) -> float | None:
         """Largest difference of the judged contacts; None where there are none."""
         judged = self.judged
@@ -201,37 +206,18 @@ class Judgement(ShownVerdict):
         }
 
 
-def judge(
-    scene: SceneLike,
-    peak_force: ArrayLike,
-    *,
-    tolerance: float = TOLERANCE,
-    dt: float | None = None,
-    sampling: FloatArray | None = None,
-    time_limit: float = TIME_LIMIT,
-    progress: ShowProgress = None,
-) -> Judgement:
-    """Judge peak forces [N], shape (N - 1,), as ``hertzchain.judge`` does.
+def judged(
+    scene: Scene, peak_force: ArrayLike, tolerance: float, dt: float | None,
+    sampling: FloatArray | None, time_limit: float, report_progress: Callable[[str], object],
+) -> Judgement:  # fmt: skip
+    """Judge peak forces of all contacts [N], shape (N - 1,), as ``hertzchain.judge`` does.
 
     ``sampling`` is the relative error of each by the distance of its samples, shape (N - 1,): see
     ``Judgement``.
     """
-    scene = to_scene(scene)
     allowed = "must be a number above 0 and below 1"
     require(is_positive(tolerance) and tolerance < 1, "tolerance", tolerance, allowed)
-    require(dt is None or is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
     given = _given(scene, peak_force)
-    allowed = "must be given for at least one contact"
-    require(not np.all(np.isnan(given)), "peak_force", None, allowed)
-    with telling(progress) as report_progress:
-        return _judged(scene, given, tolerance, dt, sampling, time_limit, report_progress)
-
-
-def _judged(
-    scene: Scene, given: FloatArray, tolerance: float, dt: float | None,
-    sampling: FloatArray | None, time_limit: float, report_progress: Callable[[str], object],
-) -> Judgement:  # fmt: skip
-    """As ``judge``, of peaks [N] of all contacts."""
     report_progress("native: the reference method")
     reference = Native("reference", time_limit=time_limit).run(scene)
     known = reference.error_estimate
@@ -282,6 +268,8 @@ def _given(scene: Scene, given: ArrayLike) -> FloatArray:
     except (TypeError, ValueError):
         raise SceneError("peak_force", given, allowed) from None
     require(values.shape == (contacts,), "number of peak_force", values.size, allowed)
+    allowed = "must be given for at least one contact"
+    require(not np.all(np.isnan(values)), "peak_force", None, allowed)
     possible = bool(np.all(np.isnan(values) | (np.isfinite(values) & (values >= 0))))
     allowed = "must be finite and at least 0 [N], which presses, or NaN where there is none"
     require(possible, "peak_force", None, allowed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gzip
 import random
 from collections.abc import Callable
@@ -86,7 +87,6 @@ def off(found: FloatArray, true: FloatArray) -> FloatArray:
 
 WAYS: dict[str, Callable[[Samples], Motion]] = {
     "all": lambda r: Motion(r.time, True, r.position, r.velocity, r.net_force),
-    "positions and velocities": lambda r: Motion(r.time, True, r.position, r.velocity),
     "positions": lambda r: Motion(r.time, True, r.position),
     "net forces": lambda r: Motion(r.time, True, net_force=r.net_force),
     "contact forces": lambda r: Motion(r.time, False, contact_force=r.contact_force),
@@ -111,7 +111,6 @@ def test_peaks_are_off_by_no_more_than_is_said(name: str, apart: float) -> None:
     ("way", "least"),
     [
         ("all", 1e-8),
-        ("positions and velocities", 1e-8),
         ("positions", 1e-6),
         ("net forces", 1e-6),
         ("contact forces", 1e-6),
@@ -359,8 +358,8 @@ def test_digits_that_are_too_few_are_the_reason_given(files: Path) -> None:
     """``dump atom`` writes six digits of the box, here 3e-7 m where overlaps are 5e-6 m."""
     judged = hc.judge(SCENE, files / "few.dump")
     assert not judged.judged.any()
-    assert "11 contacts are not judged, as numbers of so few digits may be off" in judged.remarks[1]
-    assert "dump_modify format float %.15g" in judged.remarks[1]
+    assert "11 contacts are not judged, as samples so far apart, or numbers" in judged.remarks[1]
+    assert judged.remarks[1].endswith("dump_modify format float %.15g")
     true = judged.reference.peak_force
     assert judged.sampling is not None
     assert np.all(off(judged.given, true) <= judged.sampling[true > 1e-3 * true.max()])
@@ -404,6 +403,25 @@ def test_a_run_of_lammps_is_judged(files: Path, hertzchain: Command) -> None:
     assert "samples 20 steps apart" in " ".join(shown.out.split())
     other = replace(SCENE, shock=hc.Pulse("cosine", 101.0, 2.0, rise_time=5e-5))
     assert hc.judge(other, files / "log.lammps").verdict == "fail"
+
+
+@pytest.mark.parametrize(("across", "is_a_chain"), [(3e-3, False), (3e-4, True)])
+def test_granules_stand_in_a_row(
+    across: float, is_a_chain: bool, run: Samples, tmp_path: Path
+) -> None:
+    """The middle granule is beside the others, by a fraction of the length of the chain."""
+    beside = np.zeros(N)
+    beside[N // 2] = across * (run.position[0, -1] - run.position[0, 0])
+    text = "".join(
+        HEAD.replace("\n0\n", f"\n{step}\n", 1)
+        + "ITEM: ATOMS id x y\n"
+        + "".join(f"{k + 1} {x:.15g} {beside[k]:.15g}\n" for k, x in enumerate(places))
+        for step, places in enumerate(run.position)
+    )
+    (tmp_path / "dump").write_text(text, encoding="utf-8")
+    refused = pytest.raises(SceneError, match="not in a row along x, y or z: they differ by")
+    with contextlib.nullcontext() if is_a_chain else refused:
+        read(SCENE, [tmp_path / "dump"], {}, "si", None)
 
 
 # Tables

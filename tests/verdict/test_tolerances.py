@@ -19,7 +19,7 @@ from hertzchain.observables.error_bound import highest_rate
 from hertzchain.observables.result import LostDigits
 from hertzchain.verdict import run_checks
 from hertzchain.verdict.check import Check, Kind, within
-from hertzchain.verdict.judgement import Judgement, judge
+from hertzchain.verdict.judgement import Judgement, judged
 from hertzchain.verdict.run_checks import (
     balance_checks,
     reference_check,
@@ -345,13 +345,13 @@ def test_contacts_that_are_sampled_too_rarely_are_not_judged() -> None:
 
 def test_a_contact_is_judged_from_a_thousandth_of_the_largest() -> None:
     reference = accurate("free")
-    for part, judged in ((3e-3, True), (3.3e-4, False)):
+    for part, counts in ((3e-3, True), (3.3e-4, False)):
         weak = reference.peak_force.copy()
         weak[3] = part * weak.max()
         found = Judgement(
             replace(reference, peak_force=weak), weak, 1e-3, None, None, (), None, None
         )
-        assert found.judged.tolist() == [True, True, True, judged]
+        assert found.judged.tolist() == [True, True, True, counts]
 
 
 def test_a_tolerance_is_ten_times_the_error_of_the_reference() -> None:
@@ -368,7 +368,7 @@ def test_a_cause_leaves_what_is_allowed_with_samples(sampling: float | None, nam
     wave = 1 + 1e-3 * np.cos(np.linspace(0, 2 * np.pi, 15))
     peaks = 1e-3 * hc.Native("reference").run(scene).peak_force * wave
     errors = None if sampling is None else np.full(15, sampling)
-    found = judge(scene, peaks, tolerance=5e-4, sampling=errors)
+    found = judged(scene, peaks, 5e-4, None, errors, 60.0, lambda _: None)
     assert ("in units of kN" in (found.cause or "")) is named
 
 

@@ -8,15 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from hertzchain.errors import POSITIVE, is_positive, require
 from hertzchain.limits import TIME_LIMIT, TOLERANCE
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.showing import ShowProgress, telling
-from hertzchain.verdict import judgement
-from hertzchain.verdict.judgement import Judgement
+from hertzchain.verdict.judgement import Judgement, judged
 from hertzchain.verdict.results.reading import of_mapping, read
 
 Results = Path | str | Sequence[Path | str] | Mapping[int, float] | ArrayLike
@@ -79,36 +77,28 @@ def judge(
     """
     scene = to_scene(scene)
     require(dt is None or is_positive(dt), "dt", dt, f"{POSITIVE} [s]")
-    how: dict[str, Any] = {"tolerance": tolerance, "dt": dt, "time_limit": time_limit}
+    given = None
     with telling(progress) as report_progress:
         source = _source(results)
-        if source is None:
+        if source is not None:
+            report_progress("reading results")
+            given = read(scene, source, columns or {}, units, dt)
+            peaks: Any = given.peak_force
+        else:
             allowed = "is for files and tables: leave it out, and give forces in N"
             require(not columns, "columns", columns, allowed)
             require(units == "si", "units", units, allowed)
-            peaks: Any = of_mapping(results, scene) if isinstance(results, Mapping) else results
-            return judgement.judge(scene, peaks, progress=report_progress, **how)
-
-        report_progress("reading results")
-        given = read(scene, source, columns or {}, units, dt)
-        sampling = given.error if given.how else None
-        found = judgement.judge(
-            scene, given.peak_force, sampling=sampling, progress=report_progress, **how
-        )
-    if not given.how:
+            peaks = of_mapping(results, scene) if isinstance(results, Mapping) else results
+        sampling = given.error if given is not None and given.how else None
+        found = judged(scene, peaks, tolerance, dt, sampling, time_limit, report_progress)
+    if given is None or not given.how:
         return found
     remarks = [given.how]
-    rare = given.error > tolerance
-    rare &= np.isfinite(given.peak_force) & (found.reference.peak_force > 0)
-    if rare.any():
-        by_digits = np.broadcast_to(given.by_digits, rare.shape)[rare]
-        few, what = "samples so far apart", "write samples more often"
-        if np.median(by_digits / given.error[rare]) > 1 / 2:
-            few = "numbers of so few digits"
-            what = "write more, such as dump custom with dump_modify format float %.15g"
+    if found.sampled_too_rarely:
         remarks.append(
-            f"{np.count_nonzero(rare)} contacts are not judged, as {few} may be off by more than"
-            f" the tolerance of {tolerance:.1e}: {what}"
+            f"{found.sampled_too_rarely} contacts are not judged, as samples so far apart, or"
+            f" numbers of so few digits, may be off by more than the tolerance of {tolerance:.1e}:"
+            " write samples more often, with dump_modify format float %.15g"
         )
     return replace(found, remarks=(*remarks, *found.remarks))
 

@@ -131,14 +131,16 @@ class Sampled:
         the digits of positions; 0 for peaks that are given as such.
     how
         Where they come from; empty for peaks that are given as such.
-    by_digits
-        The part of the error that the digits of the samples make, shape (N - 1,).
     """
 
     peak_force: FloatArray
     error: FloatArray
     how: str
-    by_digits: FloatArray | float = 0.0
+
+    @property
+    def largest_error(self) -> float:
+        """The error of the contacts that count."""
+        return float(np.max(self.error[judged_contacts(self.peak_force)], initial=0.0))
 
 
 def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
@@ -158,43 +160,47 @@ def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
     found: list[Sampled] = []
     forces = _contact_forces(scene, motion, file)
     if forces is not None:
-        direct = motion.contact_force is not None
-        how = "contact forces" if direct else "net forces on the granules, added up"
+        how = "contact forces" if motion.contact_force is not None else "net forces, added up"
         peaks = _through_samples(motion.time, forces, f"samples of {how}")
-        lost = (
-            _DIGITS * motion.force_grain / np.where(peaks.peak_force > 0, peaks.peak_force, np.inf)
-        )
-        found.append(replace(peaks, error=peaks.error + lost, by_digits=lost))
-    position = motion.position
-    if position is not None and scene.contact is None and scene.piston is None:
-        forces_of_law = _by_hertz(scene, position)
-        # Without a net force it is not known what a wall does to the last granule.
-        moved = motion.net_force is not None or scene.wall is None
-        if motion.velocity is not None and motion.is_clock and moved:
-            found.append(_between_samples(scene, motion, forces, forces_of_law))
-        if not found:
+        found.append(_with_digits(peaks, _DIGITS * motion.force_grain, peaks.peak_force))
+    # Overlaps under which dampers and pistons press are not known from places.
+    if motion.position is not None and scene.contact is None and scene.piston is None:
+        if motion.velocity is not None and motion.net_force is not None and motion.is_clock:
+            assert forces is not None
+            peaks = _between_samples(scene, motion, forces)
+        else:
             how = "samples of positions, by Hertz's law of the scene"
-            peaks = _through_samples(motion.time, forces_of_law, how)
-            found.append(_with_grain(scene, peaks, motion.grain))
+            peaks = _through_samples(motion.time, _by_hertz(scene, motion.position), how)
+        stiffness = scene.granules.stiffness[: peaks.peak_force.size]
+        overlap = (np.maximum(peaks.peak_force, 0.0) / stiffness) ** (2 / 3)
+        # Force goes as overlap^(3/2); both positions are off by half a digit at most.
+        found.append(_with_digits(peaks, 1.5 * motion.grain, overlap))
     if not found:
-        needed = "forces of contacts, or net forces on all granules"
-        if scene.contact is None and scene.piston is None:
-            needed += ", or their positions"
-        allowed = f"says nothing of contact forces in such a scene: it must have {needed}"
+        allowed = (
+            "says nothing of contact forces in such a scene: it must have forces of contacts, or"
+            " net forces on all granules, or for elastic contacts without a piston their positions"
+        )
         raise SceneError("", None, allowed, file=str(file))
-    return min(found, key=lambda one: _typical(one.peak_force, one.error))
+    return min(found, key=lambda one: one.largest_error)
 
 
-def _typical(force: FloatArray, error: FloatArray) -> float:
-    """The error of the contacts that count, by which two ways are compared."""
-    return float(np.max(error[judged_contacts(force)], initial=0.0))
+def _with_digits(peaks: Sampled, lost: float, size: FloatArray) -> Sampled:
+    """Return peaks with the error by the digits that numbers of a size are written with."""
+    return replace(peaks, error=peaks.error + lost / np.where(size > 0, size, np.inf))
 
 
 def _contact_forces(scene: Scene, motion: Motion, file: object) -> FloatArray | None:
     """Force in each contact [N], (samples, contacts), as given or from net forces."""
     if motion.contact_force is not None:
-        _refuse_negative(motion.contact_force, file)
-        return motion.contact_force
+        force = motion.contact_force
+        pushes, pulls = np.count_nonzero(force < 0), np.count_nonzero(force > 0)
+        if -np.min(force) > np.max(force) and pulls <= _PULLS * pushes:
+            allowed = (
+                "has contact forces that are negative where granules press (the largest is"
+                f" {np.min(force):.4g} N): turn their sign"
+            )
+            raise SceneError("", None, allowed, file=str(file))
+        return force
     if motion.net_force is None:
         return None
     own = motion.net_force - scene.granules.constant_force
@@ -214,18 +220,6 @@ def _contact_forces(scene: Scene, motion: Motion, file: object) -> FloatArray | 
     return applied[:, np.newaxis] - np.cumsum(own[:, :-1], axis=1)
 
 
-def _refuse_negative(force: FloatArray, file: object) -> None:
-    """Refuse contact forces that count pushes as negative: hardly any pulls, and none as much."""
-    lowest = float(np.min(force))
-    pushes, pulls = np.count_nonzero(force < 0), np.count_nonzero(force > 0)
-    if -lowest > np.max(force) and pulls <= _PULLS * pushes:
-        allowed = (
-            f"has contact forces that are negative where granules press (the largest is"
-            f" {lowest:.4g} N): turn their sign"
-        )
-        raise SceneError("", None, allowed, file=str(file))
-
-
 def _by_hertz(scene: Scene, position: FloatArray) -> FloatArray:
     """Contact forces of overlaps by the law of the scene [N], (samples, contacts)."""
     pressed = np.maximum(_overlaps(scene, position), 0.0)
@@ -237,67 +231,36 @@ def _overlaps(scene: Scene, position: FloatArray) -> FloatArray:
     return np.asarray(radius[:-1] + radius[1:] - np.diff(position, axis=1))
 
 
-def _between_samples(
-    scene: Scene, motion: Motion, forces: FloatArray | None, of_law: FloatArray
-) -> Sampled:
-    """Peaks by the interpolation of engines, from positions, velocities and forces."""
+def _between_samples(scene: Scene, motion: Motion, forces: FloatArray) -> Sampled:
+    """Return peaks by the interpolation of engines, from positions, velocities and net forces."""
     assert motion.position is not None
     assert motion.velocity is not None
-    granules, time = scene.granules, motion.time
-    how = "positions, velocities and net forces between the samples"
-    if forces is None:
-        forces, how = of_law, "positions and velocities between the samples, by Hertz's law"
-    if motion.net_force is not None:
-        net = motion.net_force
-    else:
-        # As far as the scene knows: its law, and what it applies.
-        net = np.broadcast_to(granules.constant_force, motion.position.shape).copy()
-        net[:, 0] += scene.applied_force(time) if scene.ramps else 0.0
-        net[:, :-1] -= forces
-        net[:, 1:] += forces
+    assert motion.net_force is not None
     overlap = _overlaps(scene, motion.position)
     pressed = overlap > 2 * motion.grain
-    samples = Samples(
-        time=time,
-        displacement=motion.position - granules.position,
-        velocity=motion.velocity,
-        acceleration=net / granules.mass,
-        overlap=overlap,
-        contact_force=np.where(pressed, np.maximum(forces, 0.0), 0.0),
+    samples = (
+        motion.time,
+        motion.position - scene.granules.position,
+        motion.velocity,
+        motion.net_force / scene.granules.mass,
+        overlap,
+        np.where(pressed, np.maximum(forces, 0.0), 0.0),
     )
-    peaks = _watched(samples, slice(None))
-    fewer = [_watched(samples, slice(first, None, 2)) for first in (0, 1)]
+    peaks, *fewer = (
+        _watched(Samples(*(array[first::apart] for array in samples)))
+        for first, apart in ((0, 1), (0, 2), (1, 2))
+    )
     highest = np.where(peaks > 0, peaks, 1.0)
     change = np.max([np.abs(other / highest - 1) for other in fewer], axis=0)
     error = np.where(peaks > 0, _HERMITE * change, 0.0)
-    return _with_grain(scene, Sampled(peaks, _robust(peaks, error), how), motion.grain)
+    how = "positions, velocities and net forces between the samples"
+    return Sampled(peaks, _robust(peaks, error), how)
 
 
-def _watched(samples: Samples, which: slice) -> FloatArray:
-    """The peaks of some of the samples."""
+def _watched(samples: Samples) -> FloatArray:
     watch = PeakWatch(samples.overlap.shape[1])
-    some = (
-        array[which]
-        for array in (
-            samples.time,
-            samples.displacement,
-            samples.velocity,
-            samples.acceleration,
-            samples.overlap,
-            samples.contact_force,
-        )
-    )
-    watch.update(Samples(*some))
+    watch.update(samples)
     return np.asarray(watch.force, np.float64)
-
-
-def _with_grain(scene: Scene, peaks: Sampled, grain: float) -> Sampled:
-    """Peaks with what the last digit of positions may have cost them besides."""
-    stiffness = scene.granules.stiffness[: peaks.peak_force.size]
-    overlap = (np.maximum(peaks.peak_force, 0.0) / stiffness) ** (2 / 3)
-    # Force goes as overlap^(3/2); both positions are off by half a digit at most.
-    lost = 1.5 * grain / np.where(overlap > 0, overlap, np.inf)
-    return replace(peaks, error=peaks.error + lost, by_digits=lost)
 
 
 def _through_samples(time: FloatArray, force: FloatArray, how: str) -> Sampled:

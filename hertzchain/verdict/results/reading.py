@@ -10,7 +10,6 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError
-from hertzchain.observables.peaks import judged_contacts
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.results import tables
 from hertzchain.verdict.results.dumped import granules_of, pairs_of
@@ -147,9 +146,8 @@ def _sampled(scene: Scene, motion: Motion, source: str, file: str) -> Sampled:
     found = peaks_of(scene, motion, file)
     apart = float(np.median(np.diff(motion.time)))
     distance = f"{apart:.3g} s" if motion.is_clock else f"{apart:.3g} steps"
-    off = float(np.max(found.error[judged_contacts(found.peak_force)], initial=0.0))
     how = (
         f"peaks are from {found.how} ({source}), {motion.time.size} samples {distance} apart; they"
-        f" may be off by up to {off:.1e} for that"
+        f" may be off by up to {found.largest_error:.1e} for that"
     )
     return replace(found, how=how)
