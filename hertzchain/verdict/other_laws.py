@@ -19,28 +19,15 @@ _STEP = 0.1  # natural time units: error 1e-5 of the peaks, mostly the same as w
 
 @dataclass(frozen=True)
 class Law:
-    """A force between granules, overlap^exponent, with damping or drag."""
+    """An elastic force between granules, overlap^exponent."""
 
     exponent: float = 1.5  # 3/2 for Hertz; a multiple of 1/4
     pulls: bool = False  # whether contacts pull as hard as they push
-    # damping of contacts: overlap^damping_exponent times the rate; drag: velocity
-    damped_by: str = "nothing"
-    damping_exponent: float = 0.0  # 0: dashpot, 1/4: Tsuji, 1/2: viscoelastic spheres
 
-    def forces(
-        self, u: FloatArray, v: FloatArray, damping: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return the elastic and the whole force of each contact, shape (contacts, chains)."""
-        overlap = u[:-1] - u[1:]
-        pressed = np.maximum(overlap, 0.0)
-        elastic = _power(pressed, self.exponent)
-        if self.pulls:
-            elastic = elastic - _power(pressed - overlap, self.exponent)
-        if self.damped_by != "contact":
-            return elastic, elastic
-        # A dashpot, which has the exponent 0, acts only on closed contacts.
-        rate = (v[:-1] - v[1:]) * (overlap > 0)
-        return elastic, elastic + damping * _power(pressed, self.damping_exponent) * rate
+    def force(self, overlap: FloatArray) -> FloatArray:
+        """Return the force of each contact."""
+        pushed = _power(np.maximum(overlap, 0.0), self.exponent)
+        return pushed - _power(np.maximum(-overlap, 0.0), self.exponent) if self.pulls else pushed
 
 
 HERTZ = Law()
@@ -76,15 +63,21 @@ class _Highest:
 
 
 def peaks(
-    scene: Scene, law: Law, damping: FloatArray, stretched: FloatArray, deadline: Deadline
-) -> tuple[FloatArray, FloatArray]:
-    """Peaks of many chains under one law over F0: of the elastic force and of the whole force.
+    scene: Scene,
+    law: Law,
+    deadline: Deadline,
+    stretched: FloatArray | float = 1.0,
+    damping: FloatArray | float = 0.0,
+    drag: FloatArray | float = 0.0,
+) -> FloatArray:
+    """Return peaks of the elastic forces of many chains under one law over F0, (chains, contacts).
 
-    Both have the shape (chains, contacts), not finite where a motion diverged. ``damping`` and
-    ``stretched`` have a coefficient, in natural units with stiffness 1, and a factor of the pulse's
-    duration for each chain, shape (chains,). All advance side by side by RK4. Raises TooExpensive
-    if they are not done by the deadline.
+    They are not finite where a motion diverged. Each chain has a factor of the pulse's duration, a
+    damping of its contacts, which goes as overlap^(1/2) times the rate, and a drag, which goes as
+    the velocity of each granule, in natural units with stiffness 1: shape (chains,). All advance
+    side by side by RK4. Raises TooExpensive if they are not done by the deadline.
     """
+    stretched, damping, drag = np.broadcast_arrays(np.atleast_1d(stretched), damping, drag)
     granules, unit = scene.chain.granules, scene.units.time
     pulse_end = scene.ramps[-1].end / unit * float(np.max(stretched))
     end = pulse_end + float(watched_time(granules, scene.momentum_ratio * np.min(stretched)))
@@ -94,15 +87,16 @@ def peaks(
     h = end / steps
     half = np.arange(2 * steps + 1)[:, np.newaxis] * h / 2
     applied = scene.applied_force(half * unit / stretched) / scene.units.force
-    highest, highest_whole = (_Highest((granules - 1, stretched.size)) for _ in range(2))
+    highest = _Highest((granules - 1, stretched.size))
 
     def acceleration(u: FloatArray, v: FloatArray, pushed: FloatArray) -> tuple[FloatArray, ...]:
-        elastic, whole = law.forces(u, v, damping)
-        a = np.concatenate([pushed[np.newaxis], whole])
+        overlap = u[:-1] - u[1:]
+        elastic = whole = law.force(overlap)
+        if damping.any():
+            whole = elastic + damping * np.sqrt(np.maximum(overlap, 0.0)) * (v[:-1] - v[1:])
+        a = np.concatenate([pushed[np.newaxis], whole]) - drag * v
         a[:-1] -= whole
-        if law.damped_by == "drag":
-            a -= damping * v
-        return a, elastic, whole
+        return a, elastic
 
     u, v = np.zeros((2, granules, stretched.size))
     with np.errstate(over="ignore", invalid="ignore"):  # motions that diverge
@@ -110,21 +104,17 @@ def peaks(
             if deadline.left < 0:
                 raise deadline.passed()
             first, middle, last = applied[2 * k : 2 * k + 3]
-            a1, elastic, whole = acceleration(u, v, first)
+            a1, elastic = acceleration(u, v, first)
             highest.update(elastic)
-            if whole is not elastic:
-                highest_whole.update(whole)
             v2 = v + h / 2 * a1
-            a2, *_ = acceleration(u + h / 2 * v, v2, middle)
+            a2, _ = acceleration(u + h / 2 * v, v2, middle)
             v3 = v + h / 2 * a2
-            a3, *_ = acceleration(u + h / 2 * v2, v3, middle)
+            a3, _ = acceleration(u + h / 2 * v2, v3, middle)
             v4 = v + h * a3
-            a4, *_ = acceleration(u + h * v3, v4, last)
+            a4, _ = acceleration(u + h * v3, v4, last)
             u = u + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
             v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-    if law.damped_by != "contact":
-        highest_whole = highest
-    return highest.force.T, highest_whole.force.T
+    return highest.force.T
 
 
 _OTHERS = {
@@ -133,8 +123,6 @@ _OTHERS = {
     "contact force that goes as overlap^(5/4)": Law(exponent=1.25),
     "contact force that goes as overlap^2": Law(exponent=2.0),
 }
-_LATE = Law(damped_by="contact", damping_exponent=0.5)
-_DRAG = Law(damped_by="drag")
 
 # trial coefficients of damping, natural units: dense near 0
 _FORWARD = np.linspace(0.0, 1.25, 14) ** 2
@@ -149,18 +137,15 @@ def other_contacts(case: Case) -> Iterator[Mistake]:
     for text, law in _OTHERS.items():
 
         def made(logs: FloatArray, law: Law = law) -> FloatArray:
-            found, _ = peaks(case.scene, law, 0 * logs, np.exp(logs), case.deadline)
-            return found * case.scene.units.force
+            return peaks(case.scene, law, case.deadline, np.exp(logs)) * case.scene.units.force
 
         def words(log: float, text: str = text, law: Law = law) -> str:
             times = math.exp(2 * law.exponent * log)
             return f"{text}, with {times:.3g} times the stiffness at F0"
 
         yield Mistake(words, search=_by_curve(np.linspace(-2.0, 2.0, 17), made))
-    one = np.zeros(1)
     by_hertz, pulling = (
-        peaks(case.scene, law, one, one + 1, case.deadline)[0][0]
-        for law in (HERTZ, Law(pulls=True))
+        peaks(case.scene, law, case.deadline)[0] for law in (HERTZ, Law(pulls=True))
     )
     yield fixed("contacts that pull", _corrected(case, pulling, by_hertz))
 
@@ -169,9 +154,8 @@ def late_forces(case: Case) -> Iterator[Mistake]:
     """Yield late or early forces, which act like damping, and a drag."""
     units = case.scene.units
 
-    def made(law: Law, damping: FloatArray) -> FloatArray:
-        tried = np.append(damping, 0.0)
-        found = peaks(case.scene, law, tried, np.ones_like(tried), case.deadline)[law is _DRAG]
+    def made(trials: FloatArray, acting: str) -> FloatArray:
+        found = peaks(case.scene, HERTZ, case.deadline, **{acting: np.append(trials, 0.0)})
         return _corrected(case, found[:-1], found[-1])
 
     def drag(x: float) -> str:
@@ -191,9 +175,9 @@ def late_forces(case: Case) -> Iterator[Mistake]:
             " spheres that the peaks leave out"
         )
 
-    yield Mistake(drag, search=_by_curve(_OF_DRAG * _FORWARD, lambda x: made(_DRAG, x)))
+    yield Mistake(drag, search=_by_curve(_OF_DRAG * _FORWARD, lambda x: made(x, "drag")))
     both = np.concatenate([_BACKWARD, _FORWARD])
-    yield Mistake(late, search=_by_curve(both, lambda x: made(_LATE, x)))
+    yield Mistake(late, search=_by_curve(both, lambda x: made(x, "damping")))
 
 
 def _corrected(case: Case, found: FloatArray, by_hertz: FloatArray) -> FloatArray:
