@@ -54,7 +54,7 @@ class _Fitted:
 
     contact: Contact
     log: float  # logarithm of the coefficient, natural units
-    left: float
+    uncertainty: float  # relative
 
 
 _NOTHING = Found(None, math.inf)
@@ -79,11 +79,11 @@ def damping(case: Case) -> Iterator[Mistake]:
 
 def _search(case: Case, law: DampingLaw, pulls: bool, without: float) -> Found:
     """Find the coefficient of a law, and whether contacts pull under it."""
-    found = _fit(case, law, pulls, _TRIALS)
+    found = _fit(case, law, pulls, _TRIALS, without)
     if found.left > case.size / 2:
         return _NOTHING
     trials = found.value.log + 0.1 * np.linspace(-1.0, 1.0, 5)
-    other_way = _fit(case, law, not pulls, trials)
+    other_way = _fit(case, law, not pulls, trials, without)
     if other_way.left < found.left / _BETTER:
         found = other_way
     if found.left > without / _BETTER or _is_own(case.scene, found.value):
@@ -91,8 +91,12 @@ def _search(case: Case, law: DampingLaw, pulls: bool, without: float) -> Found:
     return found
 
 
-def _fit(case: Case, law: DampingLaw, attraction: bool, logs: FloatArray) -> Found:
-    """Fit the coefficient of a law; nothing where none can be tried, or none helps."""
+def _fit(case: Case, law: DampingLaw, attraction: bool, logs: FloatArray, without: float) -> Found:
+    """Fit the coefficient of a law; nothing where none can be tried, or none helps.
+
+    Damping changes peaks in proportion to its coefficient, so the part that it leaves of what they
+    differ by without any is about the relative uncertainty.
+    """
 
     @functools.cache
     def made(log: float) -> FloatArray:
@@ -108,7 +112,8 @@ def _fit(case: Case, law: DampingLaw, attraction: bool, logs: FloatArray) -> Fou
     if not math.isfinite(found.left):
         return _NOTHING
     contact = contact_of(case.scene, law, math.exp(found.value), attraction)
-    return replace(found, value=_Fitted(contact, found.value, found.left))
+    uncertainty = min(max(_HIDDEN * found.left / without, _KNOWN_TO), 1.0)
+    return replace(found, value=_Fitted(contact, found.value, uncertainty))
 
 
 def contact_of(scene: Scene, law: DampingLaw, strength: float, attraction: bool) -> Contact:
@@ -148,7 +153,7 @@ def _is_own(scene: Scene, found: _Fitted) -> bool:
 
 def _in_words(case: Case, found: _Fitted, base: bool) -> str:
     own, same = case.scene.contact, False
-    text = described(found.contact, _uncertainty(case, found))
+    text = described(found.contact, found.uncertainty)
     if own is not None:
         same = own.damping == found.contact.damping
         text += f" in place of {(_value if same else described)(own, _KNOWN_TO)}"
@@ -181,20 +186,6 @@ def _value(contact: Contact, uncertainty: float) -> str:
         return f"{contact.relaxation_time:.{digits}g} s"
     assert contact.coefficient is not None
     return f"{contact.coefficient:.{digits}g} kg/s"
-
-
-def _uncertainty(case: Case, found: _Fitted) -> float:
-    """Relative uncertainty of a coefficient, from the residual and the change of peaks with it."""
-    step = 0.01
-    law, attraction = found.contact.damping, found.contact.attraction
-    here, there = (
-        case.of(replace(case.scene, contact=contact_of(case.scene, law, strength, attraction)))
-        for strength in (math.exp(found.log), math.exp(found.log - step))
-    )
-    slope = replace(case, given=here).residual(there) / step
-    if not slope > 0:
-        return 1.0
-    return min(max(_HIDDEN * found.left / slope, _KNOWN_TO), 1.0)
 
 
 def known_factors(scene: Scene) -> dict[str, float]:

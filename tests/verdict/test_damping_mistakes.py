@@ -38,6 +38,11 @@ def peaks_of(scene: hc.Scene) -> FloatArray:
     return hc.Native(rtol=1e-7).run(scene).peak_force
 
 
+def case_of(given: FloatArray) -> Case:
+    reference = hc.Native("reference").run(ELASTIC)
+    return Case(ELASTIC, reference, given, np.ones(15, bool), None, 1e-6, Deadline(60.0))
+
+
 def with_ratio(factor: float) -> hc.Scene:
     """A restitution of 0.8 whose coefficient is off by a factor."""
     e = of_ratio(factor * damping_ratio(0.8), pulls=True)
@@ -149,6 +154,18 @@ def test_uncertain_digits_are_left_out(law: DampingLaw, size: float) -> None:
     assert abs(float(number[1]) - true) <= 1.001 * unit
 
 
+def test_a_coefficient_is_as_uncertain_as_is_said() -> None:
+    """Errors of steps hide in the coefficient: dashpots, steps of 0.1 natural time units."""
+    scene = replace(ELASTIC, contact=ASKED["dashpot"])
+    given = hc.Native("velocity-verlet", 0.1 * ELASTIC.units.time).run(scene).peak_force
+    case = case_of(given)
+    *_, dashpots = damping(case)
+    found = dashpots.tried(case)
+    off = abs(math.exp(found.value.log) / strength_of(ELASTIC, ASKED["dashpot"]) - 1)
+    # 0.72 of it, measured.
+    assert found.value.uncertainty / 3 < off < found.value.uncertainty
+
+
 @pytest.mark.slow
 def test_other_numbers_and_forces_of_a_damped_scene_are_named() -> None:
     scene = replace(ELASTIC, contact=ASKED["restitution"])
@@ -208,7 +225,6 @@ def test_weak_and_strong_damping_is_found_between_trials(law: DampingLaw) -> Non
     for strength in np.geomspace(3e-5, 1.5, 12):
         contact = contact_of(ELASTIC, law, float(strength), attraction=False)
         given = peaks_of(replace(ELASTIC, contact=contact))
-        reference = hc.Native("reference").run(ELASTIC)
-        case = Case(ELASTIC, reference, given, np.ones(15, bool), None, 1e-6, Deadline(60.0))
+        case = case_of(given)
         best = min(mistake.tried(case).left for mistake in damping(case))
         assert best < 0.01 * case.size
