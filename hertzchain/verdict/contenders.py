@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -58,60 +58,41 @@ def contenders(scene: Scene, truth: Result) -> tuple[Contender, ...]:
 
     A further contender is an entry here, a further way is a name in ``WAYS`` and ``report.style``.
     """
-    finer = {name: _halvings(*ends) for name, ends in _STEPS.items()}
-    finer["reference"] = finer["reference"][::2]
-    if scene.contact is not None:
-        verlet = partial(_with_steps, simulate_damped_verlet)  # LAMMPS's scheme
-        steps = finer["velocity-verlet"]
-        by_steps = Contender("velocity-verlet, compiled", COMPILED, verlet, steps)
-        return (by_steps, *_with_accuracy(), *_lammps_ones())
+    steps = {name: _halvings(*ends) for name, ends in _STEPS.items()}
+    steps["reference"] = steps["reference"][::2]
+    compiled = {name: _compiled(METHODS[name].walker) for name in steps}
+    if scene.contact is not None:  # LAMMPS's scheme alone
+        compiled = {"velocity-verlet": partial(_with_steps, simulate_damped_verlet)}
+    by_steps = [
+        Contender(f"{name}, compiled", COMPILED, run, steps[name]) for name, run in compiled.items()
+    ]
+    users = [
+        Contender("rtol, with estimate", COMPILED, _with_estimate, rtols=_decades(2, 10)),
+        Contender("rtol, without estimate", COMPILED, _without_estimate, rtols=_decades(2, 10)),
+    ]
+    extrapolated = partial(_lammps, extrapolated=True)
+    lammps = [
+        Contender(LAMMPS, LAMMPS, _lammps, _halvings(0.4, 0.4 / 2**9)[::2]),
+        Contender(f"{LAMMPS}, extrapolated", LAMMPS, extrapolated, _halvings(0.4, 0.4 / 2**7)[::2]),
+    ]
     if not scene.is_plain:
-        return (*_compiled_ones(finer), *_with_accuracy(), *_lammps_ones())
-    reference = METHODS["reference"]
+        return (*by_steps, *users, *lammps)
     single = _compiled(METHODS["srkn-6b"].walker, np.float32)  # cheapest for low accuracy
+    # The reference's halved steps cost NumPy a second for any step at the start.
+    in_numpy = {name: own[:9:2] for name, own in steps.items()}
+    in_numpy["reference"] = (METHODS["reference"].step,)
     return (
         *_formulas(scene, truth),
         *_map(scene),
-        *_compiled_ones(finer),
-        Contender("srkn-6b, float32", COMPILED, single, finer["srkn-6b"][:11]),
-        *_with_accuracy(),
+        *by_steps,
+        Contender("srkn-6b, float32", COMPILED, single, steps["srkn-6b"][:11]),
+        *users,
         *(
-            Contender(f"{name}, NumPy", NUMPY, _numpy(METHODS[name].walker), steps[:9:2])
-            for name, steps in finer.items()
-            if name != "reference"
+            Contender(f"{name}, NumPy", NUMPY, _numpy(METHODS[name].walker), own)
+            for name, own in in_numpy.items()
         ),
-        # Its halved steps cost NumPy a second for any step at the start.
-        Contender("reference, NumPy", NUMPY, _numpy(reference.walker), (reference.step,)),
         Contender("DOP853, SciPy", SCIPY, _scipy, rtols=_decades(4, 12)),
-        *_lammps_ones(),
-    )
-
-
-def _compiled_ones(steps: Mapping[str, tuple[float, ...]]) -> tuple[Contender, ...]:
-    """Return each native method with its steps."""
-    return tuple(
-        Contender(f"{name}, compiled", COMPILED, _compiled(METHODS[name].walker), own)
-        for name, own in steps.items()
-    )
-
-
-def _with_accuracy() -> tuple[Contender, ...]:
-    """Return native as users run it, with a wanted accuracy."""
-    return (
-        Contender("rtol, with estimate", COMPILED, _with_estimate, rtols=_decades(2, 10)),
-        Contender("rtol, without estimate", COMPILED, _without_estimate, rtols=_decades(2, 10)),
-    )
-
-
-def _lammps_ones() -> tuple[Contender, ...]:
-    return (
-        Contender(LAMMPS, LAMMPS, _lammps, _halvings(0.4, 0.4 / 2**9)[::2]),
-        Contender(
-            f"{LAMMPS}, extrapolated",
-            LAMMPS,
-            partial(_lammps, extrapolated=True),
-            _halvings(0.4, 0.4 / 2**7)[::2],
-        ),
+        *lammps,
     )
 
 

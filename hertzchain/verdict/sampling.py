@@ -30,7 +30,7 @@ def samples(case: Case) -> Iterator[Mistake]:
     unit = case.scene.units.time
     time = case.reference.peak_time[case.judged] / unit
     bend = _shape(case, np.array([-0.02, 0.0, 0.02]), 2)[0]
-    h = math.sqrt(12 * max(float(np.mean(lower / bend)), 0.0))
+    h = mean_interval(lower, bend)
     if not 1e-4 < h < 1.0:
         return
     shape = _shape(case, h * np.linspace(-0.7, 0.7, 5), 4)
@@ -59,6 +59,14 @@ def samples(case: Case) -> Iterator[Mistake]:
         lambda step: f"samples in place of maxima, {step:.6g} s apart, of an accurate run",
         search=search,
     )
+
+
+def mean_interval(lower: FloatArray, bend: FloatArray) -> float:
+    """Return the interval of samples that lower peaks by ``bend`` times the square of a distance.
+
+    Distances are as often long as short, up to half of it: their mean square is h^2 / 12.
+    """
+    return math.sqrt(12 * max(float(np.mean(lower / bend)), 0.0))
 
 
 def _shape(case: Case, offsets: FloatArray, degree: int) -> FloatArray:

@@ -307,6 +307,12 @@ def test_what_ends_a_cause() -> None:
     assert list(round_steps(replace(case, dt=1e-6))) == []
 
 
+def test_the_interval_of_samples_follows_from_their_mean() -> None:
+    distance = np.random.default_rng(0).uniform(-0.1, 0.1, 10_000)
+    found = sampling.mean_interval(-0.4 * distance**2, np.full(10_000, -0.4))
+    assert found == pytest.approx(0.2, rel=0.02)  # the mean of 10,000 squares is known to 1 %
+
+
 @pytest.mark.lammps
 @pytest.mark.parametrize(
     ("change", "words"),
