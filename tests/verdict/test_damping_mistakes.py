@@ -17,9 +17,7 @@ from hertzchain.scene.terms import DAMPING, DampingLaw
 from hertzchain.theory.restitution import damping_ratio, of_ratio
 from hertzchain.verdict.case import Case
 from hertzchain.verdict.damping_mistakes import (
-    contact_of,
     damping,
-    known_factors,
     strength_of,
 )
 from hertzchain.verdict.mistakes import families_for
@@ -109,12 +107,6 @@ def test_damping_is_named(asked: hc.Contact | None, made: hc.Contact | None, wor
     assert re.match(words, (found.cause or "").partition("; leaves")[0]), found.cause or found.hint
 
 
-def test_factors_of_a_uniform_mass_need_one() -> None:
-    free = replace(ELASTIC, contact=ASKED["restitution"])
-    assert "m in place of m*" in known_factors(free)
-    assert "m in place of m*" not in known_factors(replace(free, wall=hc.Wall("rigid")))
-
-
 def test_noise_does_not_look_like_weak_damping_or_pulling() -> None:
     noise = 1 + 1e-3 * np.random.default_rng(1).standard_normal(15)
     for asked, made in ((ASKED["restitution"], None), (None, ASKED["dashpot"])):
@@ -122,15 +114,6 @@ def test_noise_does_not_look_like_weak_damping_or_pulling() -> None:
         cause = hc.judge(replace(ELASTIC, contact=asked), peaks).cause or ""
         assert cause.startswith("no damping; leaves" if asked else "damping by dashpots of 3 kg/s")
         assert "contacts that pull" not in cause
-
-
-def test_right_peaks_and_noise_have_no_cause() -> None:
-    scene = replace(ELASTIC, contact=ASKED["restitution"])
-    right = hc.judge(scene, peaks_of(scene), tolerance=1e-6)
-    assert (right.verdict, right.cause, right.remarks) == ("pass", None, ())
-    noise = np.random.default_rng(1).standard_normal(15)
-    wrong = hc.judge(scene, peaks_of(scene) * (1 + 0.01 * noise))
-    assert (wrong.verdict, wrong.cause) == ("fail", None)
 
 
 @pytest.mark.parametrize(
@@ -166,20 +149,6 @@ def test_a_coefficient_is_as_uncertain_as_is_said() -> None:
     assert found.value.uncertainty / 3 < off < found.value.uncertainty
 
 
-@pytest.mark.slow
-def test_other_numbers_and_forces_of_a_damped_scene_are_named() -> None:
-    scene = replace(ELASTIC, contact=ASKED["restitution"])
-    peaks = peaks_of(scene)
-    assert "in units of kN" in (hc.judge(scene, 1e-3 * peaks).cause or "")
-    assert "from the far end" in (hc.judge(scene, peaks[::-1]).cause or "")
-    viscoelastic = replace(ELASTIC, contact=ASKED["viscoelastic"])
-    assert isinstance(ELASTIC.shock, hc.Pulse)
-    harder = replace(ELASTIC.shock, rise_time=ELASTIC.rise_time, momentum_ratio=None)
-    harder = replace(harder, peak_force=110.0)
-    found = hc.judge(viscoelastic, peaks_of(replace(viscoelastic, shock=harder))).cause or ""
-    assert found.startswith("applied force 1.1 times that of the scene")
-
-
 def test_with_other_terms_damping_alone_is_tried() -> None:
     """Before a wall, behind a striker; elastic scenes with terms, too."""
     chain = hc.Chain(12, **STEEL)
@@ -207,24 +176,3 @@ def test_a_step_of_damped_contacts_is_only_remarked() -> None:
     assert found.remarks == (
         "what velocity Verlet has at that step is not known of damped contacts",
     )
-
-
-@pytest.mark.parametrize("law", ASKED)
-def test_strengths_are_coefficients_in_natural_units(law: DampingLaw) -> None:
-    for strength in (1e-5, 0.1, 2.0):
-        contact = contact_of(ELASTIC, law, strength, attraction=True)
-        assert contact.attraction
-        # 1 - e keeps ten digits of the smallest.
-        assert strength_of(ELASTIC, contact) == pytest.approx(strength, rel=1e-10, abs=0)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("law", ASKED)
-def test_weak_and_strong_damping_is_found_between_trials(law: DampingLaw) -> None:
-    """Two coefficients in a decade are tried; a law is found in between as well."""
-    for strength in np.geomspace(3e-5, 1.5, 12):
-        contact = contact_of(ELASTIC, law, float(strength), attraction=False)
-        given = peaks_of(replace(ELASTIC, contact=contact))
-        case = case_of(given)
-        best = min(mistake.tried(case).left for mistake in damping(case))
-        assert best < 0.01 * case.size

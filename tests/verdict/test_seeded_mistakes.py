@@ -7,7 +7,6 @@ import math
 from dataclasses import replace
 from types import ModuleType
 
-import numpy as np
 import pytest
 
 import hertzchain as hc
@@ -16,15 +15,13 @@ from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.check import Check
-from hertzchain.verdict.deck_numbers import EXAMINED, number_checks
-from tests.conftest import STEEL, paper_scene
+from hertzchain.verdict.deck_numbers import number_checks
+from tests.conftest import paper_scene
 from validation import mistakes, table3, table4
 from validation.mistakes import (
     APPLIED,
     GRANULE_MASS,
     MISTAKES,
-    SAME_PEAKS,
-    TANGENTIAL,
     compared,
     small_scene,
 )
@@ -98,12 +95,6 @@ def test_without_a_mistake_nothing_is_caught(pair_style: str, read_every: int | 
     assert comparison.verdict == "pass"
 
 
-def test_a_plant_that_finds_no_place_says_so() -> None:
-    plant = in_set_up(("gran/none", "gran/other"))
-    with plant(), pytest.raises(ValueError, match="there is no 'gran/none'"):
-        deck.set_up(small_scene(), "granular")
-
-
 # By how much
 
 
@@ -130,22 +121,6 @@ def test_what_is_below_the_tolerance_is_not_seen() -> None:
 
 
 @pytest.mark.lammps
-def test_density_before_diameter_is_the_mass_of_a_unit_diameter() -> None:
-    check = seen(planted("density set before diameter").plant, GRANULE_MASS)
-    # LAMMPS gives every granule the diameter 1 at first.
-    assert check.measured == pytest.approx(math.pi / 6 * STEEL["density"], rel=1e-14, abs=0)
-
-
-@pytest.mark.lammps
-def test_missing_contacts_are_named() -> None:
-    check = seen(planted("contact 7 missing").plant, STIFFNESS)
-    assert check.reason.endswith("no force in contact 7")
-    assert check.measured == pytest.approx(
-        0.0, abs=EXAMINED * small_scene().chain.contact_stiffness
-    )
-
-
-@pytest.mark.lammps
 @pytest.mark.parametrize("contact", [2, 7])
 def test_the_contact_that_is_off_is_named(contact: int) -> None:
     scene = small_scene()
@@ -166,63 +141,12 @@ def test_the_contact_that_is_off_is_named(contact: int) -> None:
 
 
 @pytest.mark.lammps
-def test_the_motion_names_the_missing_contact_too() -> None:
-    comparison = compared(planted("contact 7 missing"))
-    peaks = next(check for check in comparison.checks if check.name == SAME_PEAKS)
-    assert peaks.reason.endswith("largest at contact 7")
-    assert peaks.measured == 1.0
-    displacement = next(check for check in comparison.checks if "displacement" in check.name)
-    # Granule 6 flies on alone.
-    assert displacement.reason.endswith("largest at granule 6")
-
-
-@pytest.mark.lammps
 @pytest.mark.parametrize("steps", [1, -1])
 def test_a_late_force_is_off_by_what_it_grows_in_a_step(steps: int) -> None:
     what = "force one step late" if steps > 0 else "force one step early"
     check = seen(planted(what).plant, APPLIED)
     # Four steps a leg: over the cosine rise the largest growth in one is sin(45 degrees) / 2 of F0.
     assert abs(size(check)) == pytest.approx(100 * math.sqrt(0.5) / 2, rel=1e-9, abs=0)
-
-
-@pytest.mark.lammps
-def test_a_late_corner_is_off_by_the_slope_of_the_ramp() -> None:
-    late = planted("step to the first corner a thousandth late")
-    # Where the leg ends the linear decay has lost 0.001 F0, and the cosine its second order.
-    expected = 100 * (1e-3 - (math.pi / 2 * 1e-3) ** 2)
-    assert size(seen(late.plant, APPLIED)) == pytest.approx(expected, rel=1e-5, abs=0)
-    pulse = planted("first corner of the pulse a thousandth late")
-    # The rise is that much too slow: pi / 4 * 0.001 F0 halfway, where it is steepest.
-    assert size(seen(pulse.plant, APPLIED)) == pytest.approx(0.1, rel=0.01, abs=0)
-
-
-@pytest.mark.lammps
-def test_tsuji_damps_even_with_restitution_1() -> None:
-    """Its polynomial is 3e-4 at e = 1; the force it adds is linear in the velocity."""
-    check = seen(planted("damping tsuji with e = 1").plant, DAMPING)
-    coefficients = (1.2728, -4.2783, 11.087, -22.348, 27.467, -18.022, 4.8218)
-    damping = sum(coefficients)
-    # alpha sqrt(m* F / overlap) v over F, largest at a hundredth of the overlap u, with u over the
-    # contact time at 3 u as the velocity.
-    expected = damping * 100**1.25 * 3**0.25
-    # A sum of terms of 27 that cancel to 3e-4.
-    assert abs(size(check)) == pytest.approx(expected, rel=1e-9, abs=0)
-
-
-@pytest.mark.lammps
-def test_friction_that_does_nothing_is_no_mistake() -> None:
-    """``linear_nohistory 1.0 0.5`` takes its damping from the normal one, which is 0.
-
-    A deck with it gives the same forces in any motion at all, so nothing can tell it apart.
-    """
-    check = seen(mistakes.with_friction("linear_nohistory 1.0 0.5"), TANGENTIAL)
-    assert check.measured == 0.0
-    # With damping in the base deck the mistake is seen at once.
-    damped = in_set_up(
-        ("${young_modulus} 0.0 ", "${young_modulus} 1e-3 "),
-        ("linear_nohistory 0.0 0.0", "linear_nohistory 1.0 0.5"),
-    )
-    assert not seen(damped, TANGENTIAL).passed
 
 
 # Mistakes outside of decks
@@ -262,11 +186,6 @@ def test_eq6_as_printed_fails_the_tables(script: ModuleType) -> None:
         assert max(off) > 20
 
 
-def test_eq6_as_printed_does_not_decide_the_verdict() -> None:
-    with mistakes.printed_formula():
-        assert hc.compare(small_scene(), ["native"]).verdict == "pass"
-
-
 # The number of granules
 
 
@@ -294,76 +213,6 @@ def test_one_granule_more_is_refused_and_named() -> None:
 
 
 # Examined numbers
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize("pair_style", PAIR_STYLES)
-@pytest.mark.parametrize(
-    "scene",
-    [
-        hc.Scene(
-            hc.Chain(8, **STEEL),
-            hc.PulseTable((1e-5, 3e-5, 4e-5, 7e-5), (20.0, 100.0, 60.0, 10.0)),
-        ),
-        hc.Scene(
-            hc.Chain(8, **STEEL),
-            hc.PulseTable((0.0, 3e-5, 7e-5), (20.0, 100.0, 60.0)),
-            hc.Run(5e-5),
-        ),
-        hc.Scene(
-            hc.Chain(60, **STEEL), hc.Pulse("cosine", 1e-9, 2.0, momentum_ratio=1.0)
-        ),  # a shock too weak for LAMMPS to follow
-        hc.Scene(
-            hc.Chain(30, **{**STEEL, "radius": 1e-7}),
-            hc.Pulse("triangular", 1e-12, 10.0, momentum_ratio=1e-3),
-        ),
-        hc.Scene(
-            hc.Chain(30, **{**STEEL, "radius": 100.0, "young_modulus": 1e5}),
-            hc.Pulse("cosine-triangular", 1.0, 1.01, momentum_ratio=50.0),
-        ),
-    ],
-    ids=["table with jumps", "ends in the pulse", "weak", "small", "large"],
-)
-def test_any_scene_passes_its_examination(scene: hc.Scene, pair_style: str) -> None:
-    assert failed(tuple(number_checks(scene, examine(scene, pair_style)))) == set()
-
-
-@pytest.mark.lammps
-def test_what_is_examined_is_not_trivial() -> None:
-    """Two overlaps, forces that grow between them, and the corners of the pulse from both sides."""
-    scene = small_scene()
-    found = examine(scene)
-    radius = scene.chain.radius
-    for overlap, fraction in zip(found.overlap[-2:], (0.01, 0.03), strict=True):
-        assert overlap == pytest.approx(fraction * radius, rel=1e-12, abs=0)
-    assert np.all(found.contact_force[-1] > 2 * found.contact_force[-2])
-    first, second = scene.ramps
-    time = found.applied_time
-    assert [float(time[k]) for k in (0, 4, 5, 9)] == pytest.approx(
-        [0.0, first.end, first.end, second.end], rel=1e-14, abs=0
-    )
-    # The corner from both sides; the end of the pulse; nothing after it.
-    force = found.applied_force[:, 0]
-    assert force[[4, 5]] == pytest.approx(100.0, rel=1e-14, abs=0)
-    assert force[9] == pytest.approx(0.0, abs=1e-10)
-    assert np.max(np.abs(force[10:])) < 1e-10
-
-
-@pytest.mark.lammps
-def test_forces_that_are_no_numbers_fail() -> None:
-    scene = small_scene()
-    found = examine(scene)
-    nothing = np.full_like(found.contact_force, np.nan)
-    wrong = replace(
-        found,
-        contact_force=nothing,
-        damped_force=np.nan * found.damped_force,
-        applied_force=found.applied_force * np.nan,
-    )
-    checks = number_checks(scene, wrong)
-    bad = {STIFFNESS, "lammps: contact exponent", DAMPING, APPLIED}
-    assert failed(tuple(checks)) == bad
-    assert all(check.measured is None for check in checks if check.name in bad)
 
 
 @pytest.mark.lammps
