@@ -24,7 +24,8 @@ from hertzchain.engines.native import kernel_input, simulate_in_numpy, simulatio
 from hertzchain.engines.native.simulation import Prepared
 from hertzchain.observables.peaks import PeakWatch
 from hertzchain.scene import schedule
-from hertzchain.scene.pulse import Pulse, Ramp
+from hertzchain.scene.pulse import Pulse
+from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.schedule import Leg
 from hertzchain.verdict import run_checks
 from validation import peak_forces

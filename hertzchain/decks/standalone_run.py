@@ -14,7 +14,8 @@ from hertzchain.engines.external.terms import LET_GO_PISTON, stroke_commands
 from hertzchain.engines.lammps.dialect import LET_GO, NO_STEP, PUSH
 from hertzchain.observables.peaks import SIGNIFICANT
 from hertzchain.scene.piston import Stroke
-from hertzchain.scene.pulse import PROFILES, SHAPES, Pulse, PulseTable
+from hertzchain.scene.pulse import PROFILES, Pulse, PulseTable
+from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 
 
@@ -132,7 +133,7 @@ def _pieces(scene: Scene, made: Softening) -> list[Piece]:
     shock, pieces = scene.shock, []
     if isinstance(shock, Pulse):
         elapsed = "(time-$(v_begin:%.17g))/$(v_finish-v_begin:%.17g)"
-        rise, decay = (SHAPES[shape].formula.format(elapsed) for shape in PROFILES[shock.profile])
+        rise, decay = (SHAPES[shape].for_lammps(elapsed) for shape in PROFILES[shock.profile])
         force = "$(v_peak_force:%.17g)"
         pieces = [
             Piece(f"rise ({PROFILES[shock.profile][0]})", "0", "v_t0", f"{force}*{rise}"),

@@ -8,7 +8,7 @@ import numpy as np
 
 from hertzchain.observables import hermite
 from hertzchain.observables.samples import Samples
-from hertzchain.scene.pulse import Ramp
+from hertzchain.scene.ramp import Ramp
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 

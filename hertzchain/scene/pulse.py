@@ -1,76 +1,21 @@
 """The shock: the force on the first granule over time (Eq. 2), as ramps between corners.
 
 Every pulse here is a sequence of ramps: the rise and the decay of the three profiles of Table 1,
-or the lines between the rows of a table. Between two corners the force is smooth; at a corner it,
-or one of its derivatives, jumps.
+or the lines between the rows of a table.
 """
 
 from __future__ import annotations
 
 import itertools
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, cast
-
-import numpy as np
+from typing import Literal, cast
 
 from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
 from hertzchain.files import read_rows
 from hertzchain.scene.chain import short_repr, to_plain_numbers
-
-
-@dataclass(frozen=True)
-class Shape:
-    """Shape of a ramp: growth of the force from 0 to 1 over the part s of the ramp, from 0 to 1."""
-
-    growth: Callable[[Any], Any]  # growth at s
-    rate: Callable[[Any], Any]  # derivative of the growth at s
-    integral: Callable[[float], float]  # integral of the growth from 0 to s
-    area: float  # the integral from 0 to 1
-    formula: str  # growth as a formula of LAMMPS and LIGGGHTS, {} for s
-    is_curved: bool  # whether its impulse needs several steps, however short the ramp
-
-
-def _cosine_integral(s: float) -> float:
-    """(x - sin x) / 2 pi at x = pi s, without loss of digits where x is small."""
-    x = math.pi * s
-    series = x**3 / 6 * (1 - x**2 / 20 * (1 - x**2 / 42 * (1 - x**2 / 72)))
-    return (series if x < 0.1 else x - math.sin(x)) / (2 * math.pi)
-
-
-SHAPES = {
-    "linear": Shape(lambda s: s, np.ones_like, lambda s: s * s / 2, 0.5, "{}", is_curved=False),
-    # (1 - cos) / 2 would lose all digits just after the start.
-    "cosine": Shape(
-        lambda s: np.sin(np.pi / 2 * s) ** 2,
-        lambda s: np.pi / 2 * np.sin(np.pi * s),
-        _cosine_integral,
-        0.5,
-        "sin(PI/2*{})^2",
-        is_curved=True,
-    ),
-    "quarter-sine": Shape(
-        lambda s: np.sin(np.pi / 2 * s),
-        lambda s: np.pi / 2 * np.cos(np.pi / 2 * s),
-        lambda s: 4 / math.pi * math.sin(math.pi / 4 * s) ** 2,
-        2 / math.pi,
-        "sin(PI/2*{})",
-        is_curved=True,
-    ),
-    "quarter-cosine": Shape(
-        lambda s: 2 * np.sin(np.pi / 4 * s) ** 2,
-        lambda s: np.pi / 2 * np.sin(np.pi / 2 * s),
-        lambda s: 4 * _cosine_integral(s / 2),
-        1 - 2 / math.pi,
-        "2*sin(PI/4*{})^2",
-        is_curved=True,
-    ),
-}
-"""Shapes by name. ``cosine`` is half a period of 1 - cos; the two quarters are those of a sine,
-from 0 to its crest and from the crest to 0.
-"""
+from hertzchain.scene.ramp import Ramp
 
 Profile = Literal["cosine", "triangular", "cosine-triangular"]
 """Names of the profiles of Table 1."""
@@ -88,62 +33,6 @@ _MOST_BYTES = 5_000_000
 """Largest size of a pulse table [bytes], chosen: about 200,000 rows, read in a second and run in a
 minute.
 """
-
-
-@dataclass(frozen=True)
-class Ramp:
-    """A ramp: the force goes from one value to another between two corners.
-
-    Parameters
-    ----------
-    start, end
-        Times of the corners [s], ``start < end``.
-    start_force, end_force
-        Force at each corner, on the side of this ramp [N].
-    shape
-        A name of ``SHAPES``.
-
-    Raises
-    ------
-    SceneError
-        For a shape that is not one of them.
-    """
-
-    start: float
-    end: float
-    start_force: float
-    end_force: float
-    shape: str
-
-    def __post_init__(self) -> None:
-        if self.shape not in SHAPES:
-            raise SceneError("shape", self.shape, f"must be one of {', '.join(SHAPES)}")
-
-    def force(self, time: Any) -> Any:
-        """The force at a time, or an array of times, between the corners [N] (Eq. 2)."""
-        s = (time - self.start) / (self.end - self.start)
-        growth = SHAPES[self.shape].growth(s)
-        return self.start_force + (self.end_force - self.start_force) * growth
-
-    def force_rate(self, time: Any) -> Any:
-        """Time derivative of the force at a time, or an array of times [N/s]."""
-        duration = self.end - self.start
-        s = (time - self.start) / duration
-        return (self.end_force - self.start_force) / duration * SHAPES[self.shape].rate(s)
-
-    @property
-    def impulse(self) -> float:
-        """Integral of the force over the whole ramp [N s]."""
-        area = SHAPES[self.shape].area
-        mean = (1 - area) * self.start_force + area * self.end_force
-        return mean * (self.end - self.start)
-
-    def impulse_until(self, time: float) -> float:
-        """Integral of the force from the start of the ramp to a time inside it [N s]."""
-        duration = self.end - self.start
-        s = (time - self.start) / duration
-        grown = SHAPES[self.shape].integral(s)
-        return duration * (self.start_force * s + (self.end_force - self.start_force) * grown)
 
 
 def profile_named(name: object, key: str = "profile") -> Profile:

@@ -23,7 +23,8 @@ from hertzchain.scene.natural_units import (
     slowness,
 )
 from hertzchain.scene.piston import Piston
-from hertzchain.scene.pulse import Pulse, PulseTable, Ramp
+from hertzchain.scene.pulse import Pulse, PulseTable
+from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.reading import read_parts, texts_of
 from hertzchain.scene.representable import are_normal, hold_digits
 from hertzchain.scene.run import Run

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from hertzchain.errors import TooExpensive
 from hertzchain.scene.piston import Stroke
-from hertzchain.scene.pulse import Ramp
+from hertzchain.scene.ramp import Ramp
 
 MOST_STEPS = 1e10
 """Largest number of steps on one leg (chosen): days of work for LAMMPS, weeks for NumPy."""

@@ -8,7 +8,7 @@ from numbers import Integral
 
 from hertzchain.errors import POSITIVE, is_finite, is_positive, require
 from hertzchain.scene.chain import to_plain_numbers
-from hertzchain.scene.pulse import Ramp
+from hertzchain.scene.ramp import Ramp
 
 _MOST_CYCLES = 50_000
 """Most cycles (chosen): as many corners as a pulse table can have rows, about 200,000."""

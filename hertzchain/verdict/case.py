@@ -15,7 +15,8 @@ from hertzchain.engines.native import Native, plan, simulate
 from hertzchain.errors import RunFailed, SceneError, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.result import Result
-from hertzchain.scene.pulse import Pulse, Ramp
+from hertzchain.scene.pulse import Pulse
+from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import lay_steps
 

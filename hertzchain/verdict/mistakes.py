@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.scene.pulse import PROFILES, Pulse, PulseTable, Ramp
+from hertzchain.scene.pulse import PROFILES, Pulse, PulseTable
+from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.case import Case, Found, Mistake, fixed
 from hertzchain.verdict.damping_mistakes import damping

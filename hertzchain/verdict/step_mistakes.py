@@ -15,7 +15,7 @@ from hertzchain.errors import RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.history import Recorder
-from hertzchain.scene.pulse import Ramp
+from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.verdict.case import Case, Mistake, fixed

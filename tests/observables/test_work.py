@@ -15,7 +15,7 @@ from scipy.integrate import quad
 from hertzchain.arrays import Array
 from hertzchain.observables.samples import Samples
 from hertzchain.observables.work import contact_impulse, work_done
-from hertzchain.scene.pulse import Ramp
+from hertzchain.scene.ramp import Ramp
 
 
 def samples_of(first: Callable[[Array, int], Array], time: Array, jerk: bool = True) -> Samples:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import hertzchain as hc
 from hertzchain.errors import TooExpensive
-from hertzchain.scene.pulse import Ramp
+from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.schedule import Leg, lay_steps
 
 RISE = Ramp(0.0, 1.0, 0.0, 5.0, "cosine")

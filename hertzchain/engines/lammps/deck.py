@@ -17,7 +17,7 @@ from hertzchain.engines.lammps.dialect import (
 )
 from hertzchain.errors import require
 from hertzchain.scene.chain import Chain
-from hertzchain.scene.pulse import SHAPES, Ramp
+from hertzchain.scene.ramp import SHAPES, Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -123,5 +123,5 @@ def force_formula(ramp: Ramp) -> str:
     """Return the force on a ramp as a LAMMPS formula of the elapsed ``time``."""
     elapsed = f"(time-{ramp.start!r})" if ramp.start else "time"
     fraction = f"{elapsed}/{ramp.end - ramp.start!r}"
-    growth = SHAPES[ramp.shape].formula.format(fraction)
+    growth = SHAPES[ramp.shape].for_lammps(fraction)
     return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")

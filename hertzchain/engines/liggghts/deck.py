@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.engines.external.terms import LET_GO_PISTON, PISTON_MOTION, stroke_commands
 from hertzchain.engines.liggghts import terms_deck
-from hertzchain.scene.pulse import SHAPES
+from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import refuse_terms
@@ -111,7 +111,7 @@ def force_formula(leg: Leg) -> str:
     assert ramp is not None
     assert ramp.start == leg.start
     fraction = f"elapsed*{leg.dt / (ramp.end - ramp.start)!r}"
-    growth = SHAPES[ramp.shape].formula.format(fraction)
+    growth = SHAPES[ramp.shape].for_lammps(fraction)
     return f"{ramp.start_force!r}+{ramp.end_force - ramp.start_force!r}*{growth}".replace("+-", "-")
 
 

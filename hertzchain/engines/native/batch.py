@@ -34,7 +34,8 @@ from hertzchain.observables.result import Result
 from hertzchain.scene.chain import MOST_GRANULES
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
-from hertzchain.scene.pulse import PROFILES, SHAPES, Profile, Pulse
+from hertzchain.scene.pulse import PROFILES, Profile, Pulse
+from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import overlap_ratio, refuse_deep_overlap
 from hertzchain.scene.watching import watched_time

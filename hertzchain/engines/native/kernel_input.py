@@ -15,6 +15,7 @@ from hertzchain.errors import RunFailed
 from hertzchain.observables.history import Recorder
 from hertzchain.scene.natural_units import NaturalUnits
 from hertzchain.scene.pulse import Pulse
+from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -74,20 +75,19 @@ def start_of(scene: Scene) -> FloatArray:
     return start
 
 
-_CODES = {"linear": 1, "cosine": 2, "quarter-sine": 2, "quarter-cosine": 2}
-
-
 def code_of(shape: str) -> int:
-    """Return the kernels' number of a shape of ramps; RunFailed for an unknown shape."""
-    if shape not in _CODES:
+    """Return the kernels' number of a shape of ramps; RunFailed for a shape without one."""
+    code = SHAPES[shape].code
+    if code is None:
         raise RunFailed(f"the kernels have no formula for a ramp of shape {shape}")
-    return _CODES[shape]
+    return code
 
 
 def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
     """Return legs [s, N] for the kernels, in natural units, shape (legs, 8).
 
-    A quarter of a sine is half of a cosine ramp, whose other half no leg reaches.
+    A quarter of a sine is half of a cosine ramp, whose other half no leg reaches; half of the
+    growth is in that half.
     """
     rows = []
     for leg in legs:
@@ -96,10 +96,9 @@ def leg_rows(legs: Sequence[Leg], units: NaturalUnits) -> FloatArray:
             ramp = leg.ramp
             start, end = ramp.start / units.time, ramp.end / units.time
             first, last = ramp.start_force / units.force, ramp.end_force / units.force
-            if ramp.shape == "quarter-sine":
-                start, first = 2 * start - end, 2 * first - last
-            elif ramp.shape == "quarter-cosine":
-                end, last = 2 * end - start, 2 * last - first
+            low, high = SHAPES[ramp.shape].part
+            start, end = (start - low * end) / (1 - low), (end - (1 - high) * start) / high
+            first, last = (first - low * last) / (1 - low), (last - (1 - high) * first) / high
             row[3:8] = code_of(ramp.shape), start, end, first, last
         if leg.stroke is not None:
             row[6] = leg.stroke.displacement_at(leg.start) / units.length

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from hertzchain.engines.native.methods import Stepper
-from hertzchain.scene.pulse import SHAPES
+from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.schedule import Leg
 
 

@@ -24,8 +24,8 @@ from numpy.typing import ArrayLike
 
 from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.engines.yade import terms_deck
-from hertzchain.errors import RunFailed
 from hertzchain.scene.chain import Chain
+from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.scene.validity import refuse_terms
@@ -53,9 +53,10 @@ def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     bounds, geometry, law, loads = terms_deck.loops(scene)
     physics, damping = terms_deck.damping(scene)
     piston, stroke = terms_deck.piston(legs, rows_each=1 if scene.contact is None else 2)
+    shapes = "\n".join(f'        "{k}": {shape.for_numpy("part")},' for k, shape in SHAPES.items())
     made = _MOTION.format(
-        start=start, bounds=bounds, geometry=geometry, law=law, loads=loads, physics=physics,
-        damping=damping, piston=piston, stroke=stroke,
+        start=start, shapes=shapes, bounds=bounds, geometry=geometry, law=law, loads=loads,
+        physics=physics, damping=damping, piston=piston, stroke=stroke,
     )  # fmt: skip
     return f"""\
 import numpy as np
@@ -100,14 +101,9 @@ def _row(leg: Leg, stride: int) -> _Row:
         return leg.steps, leg.dt, stride, "none", 0.0, 0.0, 0.0
     # A leg starts where its ramp starts.
     assert ramp.start == leg.start
-    if ramp.shape not in _SHAPES:
-        raise RunFailed(f"the script for Yade has no formula for a ramp of shape {ramp.shape}")
     growth, fraction = ramp.end_force - ramp.start_force, leg.dt / (ramp.end - ramp.start)
     return leg.steps, leg.dt, stride, ramp.shape, ramp.start_force, growth, fraction
 
-
-_SHAPES = ("linear", "cosine", "quarter-sine", "quarter-cosine")
-"""Shapes of ramps with a formula in ``_MOTION``."""
 
 _BODIES = """
 steel = FrictMat(
@@ -131,10 +127,7 @@ def applied_force():
     part = done * fraction
     grown = {{
         "none": 0.0,
-        "linear": part,
-        "cosine": np.sin(np.pi / 2 * part) ** 2,
-        "quarter-sine": np.sin(np.pi / 2 * part),
-        "quarter-cosine": 2 * np.sin(np.pi / 4 * part) ** 2,
+{shapes}
     }}
     return start + growth * grown[shape]
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.pulse import PROFILES, Pulse, PulseTable
+from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.sine import Sine
 from hertzchain.verdict.deck.contact_names import reduced_modulus
 from hertzchain.verdict.deck.deck_check import Case
@@ -239,11 +240,8 @@ def _formula(case: Case) -> str | None:
         rise, end = case.scene.rise_time / unit.time, case.scene.pulse_end / unit.time
         of_rise, of_decay = PROFILES[shock.profile]
 
-        def shape(kind: str, part: str) -> str:
-            return f"sin(PI/2*{part})^2" if kind == "cosine" else part
-
-        up = shape(of_rise, f"({begin}/{number(rise)})")
-        down = shape(of_decay, f"(({number(end)}-{begin})/{number(end - rise)})")
+        up = SHAPES[of_rise].for_lammps(f"({begin}/{number(rise)})")
+        down = SHAPES[of_decay].for_lammps(f"(({number(end)}-{begin})/{number(end - rise)})")
         return (
             f"{number(case.scene.peak_force / unit.force)}*(({begin}<{number(rise)})*{up}"
             f"+({begin}>={number(rise)})*({begin}<{number(end)})*{down})"

@@ -33,7 +33,7 @@ from hertzchain.errors import (
     Unpredictable,
 )
 from hertzchain.observables.peaks import largest_difference
-from hertzchain.scene.pulse import Ramp
+from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.schedule import Leg
 from hertzchain.verdict.check import Check
 from hertzchain.verdict.run_checks import balance_checks, same_steps_checks

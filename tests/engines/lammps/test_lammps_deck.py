@@ -15,7 +15,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.deck import force_formula, leg_commands, set_up
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import command, engine
-from hertzchain.scene.pulse import Ramp
+from hertzchain.scene.ramp import Ramp
 from tests import scenes
 from tests.conftest import STEEL
 
