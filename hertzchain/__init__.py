@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from hertzchain.scene.run import Run
     from hertzchain.scene.scene import Scene
     from hertzchain.scene.sine import Sine
-    from hertzchain.scene.terms import Contact, Precompression, Striker, Wall
+    from hertzchain.scene.striker import Striker
+    from hertzchain.scene.terms import Contact, Precompression, Wall
     from hertzchain.sweeps import Sweep, sweep
     from hertzchain.verdict.comparison import Comparison, compare
     from hertzchain.verdict.deck import DeckCheck, DeckExamination, examine
@@ -50,7 +51,7 @@ _HOME = {
     "Run": "hertzchain.scene.run",
     "Scene": "hertzchain.scene.scene",
     "Sine": "hertzchain.scene.sine",
-    "Striker": "hertzchain.scene.terms",
+    "Striker": "hertzchain.scene.striker",
     "Sweep": "hertzchain.sweeps",
     "Wall": "hertzchain.scene.terms",
     "Yade": "hertzchain.engines.yade",

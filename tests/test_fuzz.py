@@ -14,7 +14,7 @@ import pytest
 import hertzchain as hc
 from hertzchain import files
 from hertzchain.errors import OutputError, SceneError
-from hertzchain.scene.pulse import read_pulse_table
+from hertzchain.scene.shock_table import read_table
 from tests.conftest import STEEL
 from tests.effort import effort
 
@@ -205,7 +205,7 @@ def fuzz(folder: Path, count: int, seed: int) -> tuple[int, int]:
         try:
             if kind == "table":
                 _written(table, content)
-                said = outcome(lambda: read_pulse_table(table))
+                said = outcome(lambda: read_table(hc.PulseTable, table))
             else:
                 _written(path, content)
                 said = outcome(lambda: there_and_back(path))
@@ -290,7 +290,10 @@ def test_an_array_is_shown_on_one_line(demo: hc.Scene) -> None:
     assert str(caught.value).isprintable()
 
 
-READERS: list[Callable[[Path], object]] = [hc.Scene.from_toml, read_pulse_table]
+READERS: list[Callable[[Path], object]] = [
+    hc.Scene.from_toml,
+    lambda path: read_table(hc.PulseTable, path),
+]
 
 posix = pytest.mark.skipif(os.name != "posix", reason="has other pipes and devices")
 

@@ -13,10 +13,10 @@ from hertzchain.engines.external.rescaling import NONE, Softening, loss_of_coord
 from hertzchain.engines.external.terms import LET_GO_PISTON, stroke_commands
 from hertzchain.engines.lammps.dialect import LET_GO, NO_STEP, PUSH
 from hertzchain.observables.peaks import SIGNIFICANT
-from hertzchain.scene.piston import Stroke
 from hertzchain.scene.pulse import PROFILES, Pulse, PulseTable
 from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.shock import Stroke
 
 
 @dataclass(frozen=True)

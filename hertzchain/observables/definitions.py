@@ -15,7 +15,7 @@ from importlib.metadata import version
 from typing import Any
 
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.sections import scene_as_json
+from hertzchain.scene.sections import sections_of
 
 DEFINITIONS = 1
 """Raised where a number that is right comes to mean another thing; not where digits improve."""
@@ -24,7 +24,7 @@ DEFINITIONS = 1
 def context_of(scene: Scene) -> dict[str, Any]:
     """What a JSON document on a scene needs next to its numbers: the scene, contacts, versions."""
     return {
-        "scene": scene_as_json(scene),
+        "scene": sections_of(scene),
         "contacts": list(range(2, scene.chain.granules + 1)),
         "definitions": DEFINITIONS,
         "hertzchain": version("hertzchain"),

@@ -7,11 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hertzchain.observables.result import Result
-from hertzchain.scene.piston import Piston
-from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.sine import Sine
-from hertzchain.scene.terms import Striker
 
 if TYPE_CHECKING:
     from hertzchain.verdict.check import Check
@@ -19,30 +15,7 @@ if TYPE_CHECKING:
 
 def describe(scene: Scene) -> str:
     """Return one line that describes a scene."""
-    shock, count = scene.shock, scene.chain.granules
-    if isinstance(shock, Striker):
-        kind = f"striker at {shock.velocity:.6g} m/s on {count - 1} granules"
-    elif isinstance(shock, Piston):
-        how = (
-            f"at {shock.velocity:.6g} m/s"
-            if shock.velocity is not None
-            else f"table of {len(shock.rows)} rows, up to {shock.fastest:.6g} m/s,"
-        )
-        kind = f"piston {how} on {count - 1} granules"
-    elif isinstance(shock, Sine):
-        kind = (
-            f"sine of {shock.amplitude:.6g} N, {shock.cycles} cycles at {shock.frequency:.6g} Hz,"
-            f" on {count} granules"
-        )
-    else:
-        kind = (
-            f"pulse table of {len(shock.time)} rows"
-            if isinstance(shock, PulseTable)
-            else f"{shock.profile} pulse, n = {shock.duration_ratio:g}"
-        )
-        kind += (
-            f", LM_ratio = {scene.momentum_ratio:.6g}, {shock.peak_force:.6g} N on {count} granules"
-        )
+    kind = scene.shock.in_words(scene)
     others = [term for term in scene.terms if term not in ("striker", "piston")]
     return f"{kind}, with {', '.join(others)}" if others else kind
 

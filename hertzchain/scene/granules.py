@@ -9,8 +9,8 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.chain import MATERIAL, Chain, granule_mass
-from hertzchain.scene.piston import Piston
-from hertzchain.scene.terms import Contact, Precompression, Striker, Wall
+from hertzchain.scene.shock import Shock
+from hertzchain.scene.terms import Contact, Precompression, Wall
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,18 +74,17 @@ class Granules:
 
 def granules_of(
     chain: Chain,
-    first: Striker | Piston | None,
+    shock: Shock | None,
     wall: Wall | None,
     pressed: Precompression | None,
     contact: Contact | None,
 ) -> Granules:
-    """Return the granules of a chain with its striker or piston, wall, loads and damping."""
+    """Return the granules of a chain with its shock, wall, loads and damping."""
     values = {key: np.broadcast_to(getattr(chain, key), chain.granules) for key in MATERIAL}
-    if isinstance(first, Striker):
+    if shock is not None and shock.material:
         values = {key: np.array(value, np.float64) for key, value in values.items()}
-        for key, value in values.items():
-            own = getattr(first, key)
-            value[0] = value[0] if own is None else own
+        for key, own in shock.material.items():
+            values[key][0] = own
     radius, density = values["radius"], values["density"]
     mass = np.asarray(granule_mass(radius, density), np.float64)
     plane = plane_modulus(values["young_modulus"], values["poisson_ratio"])
@@ -101,7 +100,7 @@ def granules_of(
         constant[0] += pressed.force
         if wall is None:
             constant[-1] -= pressed.force
-    if isinstance(first, Piston):  # at rest the piston is held by the same static load
+    if shock is not None and shock.is_driven:  # at rest the same static load holds it
         mass, constant[0] = np.append(math.inf, mass[1:]), 0.0
     damping = None
     if contact is not None:

@@ -3,40 +3,20 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import cast
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
 from hertzchain.scene.chain import short_repr, to_plain_numbers
-from hertzchain.scene.pulse import check_times, read_table
+from hertzchain.scene.shock import Shock, Stroke
+from hertzchain.scene.shock_table import check_times
 
-
-@dataclass(frozen=True)
-class Stroke:
-    """A stroke: the piston moves at one velocity until its next stroke begins.
-
-    Parameters
-    ----------
-    start
-        Time at which the stroke begins [s].
-    displacement
-        Displacement of the piston at that time [m].
-    velocity
-        Velocity from then on [m/s].
-    """
-
-    start: float
-    displacement: float
-    velocity: float
-
-    def displacement_at(self, time: float) -> float:
-        """Displacement at a time of the stroke [m]."""
-        return self.displacement + self.velocity * (time - self.start)
+if TYPE_CHECKING:
+    from hertzchain.scene.scene import Scene
 
 
 @dataclass(frozen=True, repr=False)
-class Piston:
+class Piston(Shock):
     """A piston: granule 1 moves at a constant velocity or along a measured displacement.
 
     Its mass has no effect; it collides like a granule of infinite mass.
@@ -59,6 +39,12 @@ class Piston:
     SceneError
         For a value outside what is stated above; the row of a table is named.
     """
+
+    profiles = ("piston",)
+    noun = "piston"
+    keys = ("velocity",)
+    column = ("displacement", "displacement_m")
+    is_driven = True
 
     velocity: float | None = None
     time: tuple[float, ...] | None = None
@@ -99,12 +85,6 @@ class Piston:
             require(is_finite(stroke.velocity), key, None, allowed)
 
     @property
-    def rows(self) -> tuple[tuple[float, float], ...]:
-        """Time [s] and displacement [m] of each row of the table."""
-        columns = cast("tuple[float, ...]", self.time), cast("tuple[float, ...]", self.displacement)
-        return tuple(zip(*columns, strict=True))
-
-    @property
     def strokes(self) -> tuple[Stroke, ...]:
         """Strokes of the motion; the first starts at time 0, the last has no end."""
         if self.velocity is not None:
@@ -130,15 +110,32 @@ class Piston:
         )
 
     @property
-    def end(self) -> float:
-        """Time of the last change of the velocity [s]; 0 where it is constant."""
-        return self.strokes[-1].start
+    def impact_velocity(self) -> float:
+        """The largest speed [m/s]."""
+        return self.fastest
 
+    @property
+    def start_velocity(self) -> float:
+        """Velocity at the start [m/s]."""
+        return self.strokes[0].velocity
 
-def read_piston_table(path: Path, name: str | None = None) -> Piston:
-    """Read a table: CSV, header ``time_s,displacement_m``. A SceneError says what is wrong."""
-    time, displacement = read_table(path, name, "displacement_m")
-    try:
-        return Piston(None, time, displacement, name or str(path))
-    except SceneError as problem:
-        raise SceneError(problem.key, problem.value, problem.allowed, file=path) from None
+    def momentum(self, scene: Scene) -> float:
+        """What granule 2 takes from the fastest stroke in a collision [N s]."""
+        return 2 * float(scene.granules.contact_mass[0]) * self.fastest
+
+    def stretched(self, time: float, length: float, modulus: float) -> Piston:
+        """The piston of a similar scene; see ``Shock``."""
+        if self.velocity is not None:
+            return replace(self, velocity=length / time * self.velocity)
+        return replace(
+            self,
+            time=tuple(time * row for row, _ in self.rows),
+            displacement=tuple(length * place for _, place in self.rows),
+        )
+
+    def in_words(self, scene: Scene) -> str:
+        """One line that describes the piston, with the number of granules."""
+        how = f"table of {len(self.rows)} rows, up to {self.fastest:.6g} m/s,"
+        if self.velocity is not None:
+            how = f"at {self.velocity:.6g} m/s"
+        return f"piston {how} on {scene.chain.granules - 1} granules"

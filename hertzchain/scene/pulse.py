@@ -8,14 +8,20 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Literal, cast
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Literal, cast
 
+import numpy as np
+
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
-from hertzchain.files import read_rows
 from hertzchain.scene.chain import short_repr, to_plain_numbers
 from hertzchain.scene.ramp import Ramp
+from hertzchain.scene.shock import Shock
+from hertzchain.scene.shock_table import check_times
+
+if TYPE_CHECKING:
+    from hertzchain.scene.scene import Scene
 
 Profile = Literal["cosine", "triangular", "cosine-triangular"]
 """Names of the profiles of Table 1."""
@@ -27,23 +33,16 @@ PROFILES: dict[Profile, tuple[str, str]] = {
 }
 """Shapes of the rise and the decay for each profile of Table 1."""
 
-_IN_FILES = ", or table, sine or piston in a scene file"
 
-_MOST_BYTES = 5_000_000
-"""Largest size of a pulse table [bytes], chosen: about 200,000 rows, read in a second and run in a
-minute.
-"""
-
-
-def profile_named(name: object, key: str = "profile") -> Profile:
-    """Return the name of a profile of Table 1; a SceneError about the key for any other."""
+def profile_named(name: object) -> Profile:
+    """Return the name of a profile of Table 1; a SceneError for any other."""
     known = isinstance(name, str) and name in PROFILES
-    require(known, key, name, f"must be one of {', '.join(PROFILES)}{_IN_FILES}")
+    require(known, "profile", name, f"must be one of {', '.join(PROFILES)}")
     return cast(Profile, name)
 
 
 @dataclass(frozen=True)
-class Pulse:
+class Pulse(Shock):
     """One of the paper's three pulses (Table 1), in SI units.
 
     Parameters
@@ -62,6 +61,10 @@ class Pulse:
     SceneError
         For a value outside what is stated above.
     """
+
+    profiles = tuple(PROFILES)
+    noun = "pulse"
+    keys = ("profile", "peak_force", "duration_ratio", "momentum_ratio", "rise_time")
 
     profile: Profile
     peak_force: float
@@ -94,8 +97,15 @@ class Pulse:
             require(is_positive(self.rise_time), "rise_time", self.rise_time, f"{POSITIVE} [s]")
         to_plain_numbers(self)
 
-    def ramps(self, rise_time: float) -> tuple[Ramp, Ramp]:
+    @property
+    def profile_name(self) -> str:
+        """The name in ``profile`` of a scene file."""
+        return self.profile
+
+    def ramps(self, rise_time: float | None = None) -> tuple[Ramp, Ramp]:
         """Rise and decay for a rise time t0 [s] (Eq. 2 with Table 1)."""
+        rise_time = self.rise_time if rise_time is None else rise_time
+        assert rise_time is not None
         rise, decay = PROFILES[self.profile]
         end = self.duration_ratio * rise_time
         return (
@@ -103,9 +113,17 @@ class Pulse:
             Ramp(rise_time, end, self.peak_force, 0.0, decay),
         )
 
+    def stretched(self, time: float, length: float, modulus: float) -> Pulse:
+        """The pulse of a similar scene; see ``Shock``."""
+        return self if self.rise_time is None else replace(self, rise_time=time * self.rise_time)
+
+    def in_words(self, scene: Scene) -> str:
+        """One line that describes the pulse, with the number of granules."""
+        return f"{self.profile} pulse, n = {self.duration_ratio:g}, {of_force(scene)}"
+
 
 @dataclass(frozen=True, repr=False)
-class PulseTable:
+class PulseTable(Shock):
     """A measured pulse: force linear between rows, zero before the first and after the last.
 
     Parameters
@@ -123,6 +141,11 @@ class PulseTable:
     SceneError
         For a table outside what is stated above; the row is named.
     """
+
+    profiles = ("table",)
+    noun = "pulse table"
+    keys = ()
+    column = ("force", "force_N")
 
     time: tuple[float, ...]
     force: tuple[float, ...]
@@ -151,65 +174,30 @@ class PulseTable:
 
     def ramps(self) -> tuple[Ramp, ...]:
         """The lines between the rows."""
-        rows = list(zip(self.time, self.force, strict=True))
         return tuple(
-            Ramp(t0, t1, f0, f1, "linear") for (t0, f0), (t1, f1) in itertools.pairwise(rows)
+            Ramp(t0, t1, f0, f1, "linear") for (t0, f0), (t1, f1) in itertools.pairwise(self.rows)
         )
 
+    def force_at(self, time: FloatArray, ramps: Sequence[Ramp]) -> FloatArray:
+        """The force at any times [N]; fast also for many rows."""
+        return np.interp(time, self.time, self.force, left=0.0, right=0.0)
 
-def check_times(times: Sequence[float], values: Sequence[float], column: str) -> None:
-    """Raise a SceneError for times of a table that do not increase, or too few of them or values.
+    def stretched(self, time: float, length: float, modulus: float) -> PulseTable:
+        """The table of a similar scene; see ``Shock``."""
+        return replace(self, time=tuple(time * row for row in self.time))
 
-    ``column`` is the name of the values; they are not looked at themselves.
-    """
-    rows = len(times)
-    require(rows >= 2, "rows", rows, f"must be at least 2 rows of time_s and {column}")
-    allowed = f"must be {rows}, as those of time_s"
-    require(rows == len(values), f"rows of {column}", len(values), allowed)
-    earliest = None
-    for row, time in enumerate(times, start=1):
-        key = f"time_s in row {row}"
-        require(is_finite(time), key, time, "must be a finite number [s]")
-        require(
-            time >= 0 if earliest is None else time > earliest,
-            key,
-            time,
-            "must be at least 0" if earliest is None else f"must be above {earliest}",
-        )
-        earliest = time
+    def stronger(self, factor: float) -> PulseTable:
+        """The table with another force, at the same times."""
+        return replace(self, force=tuple(factor * value for value in self.force))
+
+    def in_words(self, scene: Scene) -> str:
+        """One line that describes the table, with the number of granules."""
+        return f"pulse table of {len(self.time)} rows, {of_force(scene)}"
 
 
-def read_pulse_table(path: Path, name: str | None = None) -> PulseTable:
-    """Read a pulse table: CSV, header ``time_s,force_N``. A SceneError says what is wrong."""
-    time, force = read_table(path, name, "force_N")
-    try:
-        return PulseTable(time, force, name or str(path))
-    except SceneError as problem:
-        raise SceneError(problem.key, problem.value, problem.allowed, file=path) from None
-
-
-def read_table(
-    path: Path, name: str | None, column: str
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Times and values of a CSV file with the header ``time_s`` and ``column``.
-
-    A SceneError says what is wrong; ``name`` is that of the file in a scene file.
-    """
-    try:
-        header, rows = read_rows(path, _MOST_BYTES)
-    except ValueError as problem:
-        allowed = f"cannot be read ({problem}); must be a CSV file"
-        raise SceneError("shock.file", name, allowed, None if name else path) from None
-    expected = f"time_s,{column}"
-    if ",".join(header) != expected:
-        raise SceneError("first line", ",".join(header), f"must be {expected}", file=path)
-    columns: tuple[list[float], list[float]] = ([], [])
-    for number, row in enumerate(rows, start=1):
-        try:
-            time, value = (float(cell) for cell in row)
-        except ValueError:
-            allowed = f"must be two numbers, {expected}"
-            raise SceneError(f"row {number}", ",".join(row), allowed, file=path) from None
-        columns[0].append(time)
-        columns[1].append(value)
-    return tuple(columns[0]), tuple(columns[1])
+def of_force(scene: Scene) -> str:
+    """Words for what every pulse of a scene has."""
+    return (
+        f"LM_ratio = {scene.momentum_ratio:.6g}, {scene.peak_force:.6g} N on"
+        f" {scene.chain.granules} granules"
+    )

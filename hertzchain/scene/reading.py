@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
 from hertzchain.errors import SceneError, did_you_mean, require
 from hertzchain.files import read_bytes
 from hertzchain.scene.chain import Chain
-from hertzchain.scene.piston import Piston, read_piston_table
-from hertzchain.scene.pulse import Pulse, PulseTable, profile_named, read_pulse_table
+from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.quantities import to_si
 from hertzchain.scene.run import Run
 from hertzchain.scene.segments import expand, granule_table, read_granule_table
 from hertzchain.scene.shock import Shock
-from hertzchain.scene.sine import Sine
-from hertzchain.scene.terms import DAMPING, WALLS, Contact, Precompression, Striker, Wall
+from hertzchain.scene.shock_table import lines_of, read_table
+from hertzchain.scene.shocks import OF_PROFILE
+from hertzchain.scene.striker import Striker
+from hertzchain.scene.terms import DAMPING, WALLS, Contact, Precompression, Wall
 
 _Kind = TypeVar("_Kind")
 
@@ -44,15 +45,6 @@ UNITS = {
     "amplitude": "N",
     "frequency": "Hz",
     "cycles": "",
-}
-_OPTIONAL = {
-    Chain: {"gap"},
-    Pulse: {"momentum_ratio", "rise_time"},
-    Run: {"end_time"},
-    Striker: {"radius", "young_modulus", "poisson_ratio", "density"},
-    Wall: {"young_modulus", "poisson_ratio", "gap"},
-    Precompression: {"force", "gravity"},
-    Contact: {"restitution", "relaxation_time", "coefficient", "attraction"},
 }
 _CHOICES: dict[tuple[str, str], Iterable[str]] = {
     ("contact", "damping"): DAMPING,
@@ -102,39 +94,20 @@ def texts_of(
         table = path.with_suffix(".granules.csv")
         texts[table] = granule_table(chain)
         document["chain"] = {"file": table.name}
-    if (rows := _table_of(shock)) is not None:
+    if (rows := lines_of(shock)) is not None:
         table = path.with_suffix(".csv")
         allowed = "must not end in .csv: the table of the shock is written under that name"
         require(table != path, "path", str(path), allowed)
         texts[table] = "\n".join(rows) + "\n"
-        document["shock"] = {"profile": profile_of(shock), "file": table.name}
-    elif isinstance(shock, Striker):
-        document["striker"] = _given(shock)
+        document["shock"] = {"profile": shock.profile_name, "file": table.name}
     else:
-        document["shock"] = {"profile": profile_of(shock), **_given(shock)}
+        profile = {"profile": shock.profile_name} if shock.section == "shock" else {}
+        document[shock.section] = profile | _given(shock)
     others = {"wall": wall, "precompression": precompression, "contact": contact, "run": run}
     for name, part in others.items():
         if part is not None and (values := _given(part)):
             document[name] = values
     return {**texts, path: tomli_w.dumps(document)}
-
-
-def profile_of(shock: Shock) -> str:
-    """Return the name of a shock in ``profile`` of a scene file; "striker" for a striker."""
-    if isinstance(shock, Pulse):
-        return shock.profile
-    return {PulseTable: "table", Sine: "sine", Piston: "piston", Striker: "striker"}[type(shock)]
-
-
-def _table_of(shock: Shock) -> list[str] | None:
-    """Return the lines of the CSV file of a shock; None if it has none."""
-    if isinstance(shock, PulseTable):
-        rows, name = list(zip(shock.time, shock.force, strict=True)), "force_N"
-    elif isinstance(shock, Piston) and shock.velocity is None:
-        rows, name = list(shock.rows), "displacement_m"
-    else:
-        return None
-    return [f"time_s,{name}", *(f"{time!r},{value!r}" for time, value in rows)]
 
 
 def _load(path: Path) -> dict[str, Any]:
@@ -217,23 +190,19 @@ def _shock_of(document: Mapping[str, Any], folder: Path) -> Shock:
 
 
 def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
+    """Read a shock; its ``profile`` comes first, because the other keys depend on it."""
     profile = section.get("profile")
-    if profile == "table":
-        name = _file_alone(section, 'profile = "table"')
-        return read_pulse_table(folder / name, name)
-    if profile == "piston" and "file" in section:
-        name = _file_alone(section, 'profile = "piston" and a file')
-        return read_piston_table(folder / name, name)
-    if profile == "sine":
-        return _section("shock", section, Sine, ("profile",))
-    if profile == "piston":
-        given = {key: value for key, value in section.items() if key != "profile"}
-        known = {"velocity": "m/s"}
-        values = quantities("shock", given, known, ("profile", "file"))
-        return _made("shock", section, Piston, values)
-    if "profile" in section:  # checked before the other keys, which depend on it
-        profile_named(profile, "shock.profile")
-    return _section("shock", section, Pulse)
+    kind: type[Shock] = Pulse
+    if "profile" in section:
+        known = isinstance(profile, str) and profile in OF_PROFILE
+        allowed = f"must be one of {', '.join(OF_PROFILE)}"
+        require(known, "shock.profile", profile, allowed)
+        kind = OF_PROFILE[str(profile)]
+    if kind.column is not None and ("file" in section or not kind.keys):
+        name = _file_alone(section, f'profile = "{profile}"{" and a file" if kind.keys else ""}')
+        return read_table(kind, folder / name, name)
+    besides = ("profile",) if kind.column is None else ("profile", "file")
+    return _section("shock", section, kind, [key for key in besides if key not in kind.keys])
 
 
 def _file_alone(section: Mapping[str, Any], what: str) -> str:
@@ -270,10 +239,11 @@ def _section(
     name: str, section: Mapping[str, Any], kind: Callable[..., _Kind], besides: Iterable[str] = ()
 ) -> _Kind:
     """Build one frozen object from its section; errors name the key with its section."""
-    known = [item.name for item in fields(kind)]  # type: ignore[arg-type]
+    items = {item.name: item for item in fields(kind)}  # type: ignore[arg-type]
+    known = list(getattr(kind, "keys", items))
     values = quantities(name, section, known, besides)
     values = {key: value for key, value in values.items() if key not in besides}
-    optional = _OPTIONAL.get(kind, set())  # type: ignore[call-overload]
+    optional = {key for key, item in items.items() if item.default is not MISSING}
     for key in known:
         choices = _CHOICES.get((name, key))
         missing = "missing" if choices is None else f"missing, must be one of {', '.join(choices)}"

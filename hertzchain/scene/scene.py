@@ -7,6 +7,7 @@ import itertools
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -23,15 +24,15 @@ from hertzchain.scene.natural_units import (
     slowness,
 )
 from hertzchain.scene.piston import Piston
-from hertzchain.scene.pulse import Pulse, PulseTable
+from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.reading import read_parts, texts_of
 from hertzchain.scene.representable import are_normal, hold_digits
 from hertzchain.scene.run import Run
 from hertzchain.scene.schedule import Leg, lay_steps, lay_strokes
 from hertzchain.scene.shock import Shock
-from hertzchain.scene.sine import Sine
-from hertzchain.scene.terms import ALL_TERMS, Contact, Precompression, Striker, Wall
+from hertzchain.scene.striker import Striker
+from hertzchain.scene.terms import ALL_TERMS, Contact, Precompression, Wall
 from hertzchain.scene.together import refuse_impossible
 from hertzchain.scene.watching import squeezing_force, watched_time, watched_with_terms
 from hertzchain.showing import Shown
@@ -158,6 +159,11 @@ class Scene(Shown):
         return not self.terms
 
     @property
+    def pulse(self) -> Pulse | None:
+        """The pulse, or None for a shock that is none of the paper's three."""
+        return self.shock if isinstance(self.shock, Pulse) else None
+
+    @property
     def striker(self) -> Striker | None:
         """The striker, or None where a force pushes granule 1."""
         return self.shock if isinstance(self.shock, Striker) else None
@@ -171,7 +177,7 @@ class Scene(Shown):
     def granules(self) -> Granules:
         """All granules and contacts, with striker or piston, wall, precompression and damping."""
         held = self.wall, self.precompression, self.contact
-        return granules_of(self.chain, self.striker or self.piston, *held)
+        return granules_of(self.chain, self.shock, *held)
 
     @functools.cached_property
     def _shock_units(self) -> NaturalUnits:
@@ -193,11 +199,11 @@ class Scene(Shown):
 
         For a piston this is the peak if it hits granule 2 with its largest speed.
         """
-        if not isinstance(self.shock, Striker | Piston):
-            return self.shock.peak_force
-        shock, (stiffness, mass) = self.shock, self._first_contact
-        velocity = shock.velocity if isinstance(shock, Striker) else shock.fastest
-        return impact_force(stiffness, mass / 2, velocity)
+        shock: Any = self.shock
+        if shock.impact_velocity is None:
+            return float(shock.peak_force)
+        stiffness, mass = self._first_contact
+        return impact_force(stiffness, mass / 2, shock.impact_velocity)
 
     @functools.cached_property
     def units(self) -> NaturalUnits:
@@ -228,12 +234,12 @@ class Scene(Shown):
     @property
     def rise_time(self) -> float | None:
         """Rise time t0 [s]; None for a shock other than the three pulses."""
-        if not isinstance(self.shock, Pulse):
+        if (pulse := self.pulse) is None:
             return None
-        if self.shock.rise_time is not None:
-            return self.shock.rise_time
-        assert self.shock.momentum_ratio is not None
-        return self.shock.momentum_ratio * self._unit_rise_time(self.shock)
+        if pulse.rise_time is not None:
+            return pulse.rise_time
+        assert pulse.momentum_ratio is not None
+        return pulse.momentum_ratio * self._unit_rise_time(pulse)
 
     @property
     def momentum_ratio(self) -> float:
@@ -243,12 +249,12 @@ class Scene(Shown):
         the ``peak_force``. The impulse of a sine is that of half a cycle; the impulse of a piston
         is what granule 2 takes from its fastest stroke in a collision.
         """
-        if not isinstance(self.shock, Pulse):
-            return self._shock_momentum / self._unit_momentum
-        if self.shock.momentum_ratio is not None:
-            return self.shock.momentum_ratio
-        assert self.shock.rise_time is not None
-        return self.shock.rise_time / self._unit_rise_time(self.shock)
+        if (pulse := self.pulse) is None:
+            return self.shock.momentum(self) / self._unit_momentum
+        if pulse.momentum_ratio is not None:
+            return pulse.momentum_ratio
+        assert pulse.rise_time is not None
+        return pulse.rise_time / self._unit_rise_time(pulse)
 
     def _unit_rise_time(self, pulse: Pulse) -> float:
         """t0_hat [s]: the rise time at which the impulse is L_SW(F0). The area is F0 n t0 / 2."""
@@ -259,38 +265,23 @@ class Scene(Shown):
         """L_SW of a solitary wave of height F0 [N s]: the momentum at LM_ratio = 1."""
         return MOMENTUM_IN_NATURAL_UNITS * self._shock_units.momentum
 
-    @property
-    def _shock_momentum(self) -> float:
-        """Momentum of the shock in LM_ratio [N s]."""
-        if isinstance(self.shock, Sine):
-            return self.shock.half_cycle_impulse
-        if isinstance(self.shock, Piston):
-            return self._first_contact[1] * self.shock.fastest
-        return self.impulse + self.start_momentum
-
     @functools.cached_property
     def ramps(self) -> tuple[Ramp, ...]:
         """The applied force as ramps between its corners [s, N]; none for a striker or piston."""
-        if isinstance(self.shock, Striker | Piston):
-            return ()
-        if isinstance(self.shock, PulseTable | Sine):
-            return self.shock.ramps()
-        assert self.rise_time is not None
-        return self.shock.ramps(self.rise_time)
+        pulse = self.pulse
+        return self.shock.ramps() if pulse is None else pulse.ramps(self.rise_time)
 
     @property
     def pulse_end(self) -> float:
         """End of the force, or of a piston's last change of velocity [s]; 0 for a striker."""
-        if self.piston is not None:
-            return self.piston.end
+        if strokes := self.shock.strokes:
+            return strokes[-1].start
         return self.ramps[-1].end if self.ramps else 0.0
 
     @property
     def start_velocity(self) -> float:
         """Velocity of granule 1 at the start [m/s]; all others are at rest."""
-        if self.piston is not None:
-            return self.piston.strokes[0].velocity
-        return self.shock.velocity if isinstance(self.shock, Striker) else 0.0
+        return self.shock.start_velocity
 
     @property
     def start_momentum(self) -> float:
@@ -345,29 +336,21 @@ class Scene(Shown):
         if self.is_plain:
             watched = watched_time(self.chain.granules, self.momentum_ratio)
             return self.ramps[-1].end + float(watched) * self.units.time
-        ratio, momentum = self.momentum_ratio, self._shock_momentum
-        if isinstance(self.shock, Sine) and ratio < 1:
-            # Short cycles do not matter: the load is at least the amplitude and gives waves this
-            # speed.
-            ratio, momentum = 1.0, self._unit_momentum
+        ratio, momentum = self.momentum_ratio, self.shock.momentum(self)
+        if ratio < (least := self.shock.least_ratio):
+            ratio, momentum = least, least * self._unit_momentum
         of_shock = self._shock_units, ratio, momentum
         watched = watched_with_terms(self.granules, *of_shock, wall=self.wall is not None)
         return self.pulse_end + watched
 
     def applied_force(self, time: FloatArray) -> FloatArray:
         """F(t) [N] at any times [s], also before and after the pulse; shape of ``time``."""
-        if isinstance(self.shock, PulseTable):
-            return np.interp(time, self.shock.time, self.shock.force, left=0.0, right=0.0)
-        force = np.zeros_like(time, np.float64)
-        for ramp in self.ramps:
-            inside = (time >= ramp.start) & (time < ramp.end)
-            force = np.where(inside, ramp.force(time), force)
-        return force
+        return self.shock.force_at(time, self.ramps)
 
     def schedule(self, dt: float) -> tuple[Leg, ...]:
         """Return a run's steps of at most ``dt`` [s]; steps end at the shock's corners."""
-        if self.piston is not None:
-            return lay_strokes(self.piston.strokes, self.end_time, dt)
+        if strokes := self.shock.strokes:
+            return lay_strokes(strokes, self.end_time, dt)
         return lay_steps(self.ramps, self.end_time, dt)
 
 

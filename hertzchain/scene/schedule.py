@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hertzchain.errors import TooExpensive
-from hertzchain.scene.piston import Stroke
 from hertzchain.scene.ramp import Ramp
+from hertzchain.scene.shock import Stroke
 
 MOST_STEPS = 1e10
 """Largest number of steps on one leg (chosen): days of work for LAMMPS, weeks for NumPy."""

@@ -5,36 +5,21 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from hertzchain.scene.piston import Piston
-from hertzchain.scene.pulse import PulseTable
-from hertzchain.scene.reading import profile_of
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.shock import Shock
-from hertzchain.scene.sine import Sine
-
-
-def scene_as_json(scene: Scene) -> dict[str, dict[str, Any]]:
-    """A scene as its file has it, in SI: a JSON object for each section, each a key for a value.
-
-    Tables stand in it by their columns: those of a pulse or a piston as ``time_s`` and ``force_N``
-    or ``displacement_m``, those of unlike granules as lists with one number for each.
-    """
-    sections = sections_of(scene)
-    if isinstance(scene.shock, PulseTable):
-        sections["shock"] = {"profile": profile_of(scene.shock), **sections["shock"]}
-    return sections
 
 
 def sections_of(scene: Scene) -> dict[str, dict[str, Any]]:
-    """The values of a scene in SI by section and key, as JSON knows them.
+    """A scene as its file has it, in SI: a JSON object for each section, each a key for a value.
 
-    What is not given is left out. Unlike granules are lists, or the segments of the scene file.
+    What is not given is left out. Tables stand in it by their columns: those of a pulse or a piston
+    as ``time_s`` and ``force_N`` or ``displacement_m``, those of unlike granules as lists with one
+    number for each, or as the segments of the scene file.
     """
     chain, shock = scene.chain, scene.shock
-    of_shock = _of_shock(shock)
     sections = {
         "chain": dict(_given(chain) if chain.section is None else chain.section),
-        "striker" if scene.striker else "shock": of_shock,
+        shock.section: _of_shock(shock),
         "wall": _given(scene.wall),
         "precompression": _given(scene.precompression),
         "contact": _given(scene.contact),
@@ -48,14 +33,11 @@ def sections_of(scene: Scene) -> dict[str, dict[str, Any]]:
 
 def _of_shock(shock: Shock) -> dict[str, Any]:
     """The section of a shock; a table stands in it by its columns."""
-    if isinstance(shock, PulseTable):
-        return {"time_s": list(shock.time), "force_N": list(shock.force)}
-    if isinstance(shock, Piston) and shock.velocity is None:
-        time, displacement = (list(column) for column in zip(*shock.rows, strict=True))
-        return {"profile": "piston", "time_s": time, "displacement_m": displacement}
-    if isinstance(shock, Piston | Sine):
-        return {"profile": profile_of(shock), **_given(shock)}
-    return _given(shock)
+    values = {} if shock.section != "shock" else {"profile": shock.profile_name}
+    if shock.column is None or not shock.rows:
+        return values | _given(shock)
+    time, value = (list(column) for column in zip(*shock.rows, strict=True))
+    return {**values, "time_s": time, shock.column[1]: value}
 
 
 def _given(part: Any) -> dict[str, Any]:

@@ -1,11 +1,135 @@
-"""Shocks of a chain: a force on granule 1, or granule 1 itself as striker or piston."""
+"""What all shocks have in common: a force on granule 1, or granule 1 itself as striker or piston.
+
+A shock is a frozen dataclass, derived from ``Shock``, and an entry in ``shocks.SHOCKS``. Nothing
+else asks which one it is, except for what holds for one alone (see ``Scene.pulse``).
+"""
 
 from __future__ import annotations
 
-from hertzchain.scene.piston import Piston
-from hertzchain.scene.pulse import Pulse, PulseTable
-from hertzchain.scene.sine import Sine
-from hertzchain.scene.terms import Striker
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-Shock = Pulse | PulseTable | Sine | Piston | Striker
-"""Any shock of a scene."""
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.scene.ramp import Ramp
+
+if TYPE_CHECKING:
+    from hertzchain.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A stroke: the piston moves at one velocity until its next stroke begins.
+
+    Parameters
+    ----------
+    start
+        Time at which the stroke begins [s].
+    displacement
+        Displacement of the piston at that time [m].
+    velocity
+        Velocity from then on [m/s].
+    """
+
+    start: float
+    displacement: float
+    velocity: float
+
+    def displacement_at(self, time: float) -> float:
+        """Displacement at a time of the stroke [m]."""
+        return self.displacement + self.velocity * (time - self.start)
+
+
+@dataclass(frozen=True)
+class Shock:
+    """A shock: an applied force, or a motion of granule 1.
+
+    A force has its largest value as ``peak_force`` [N]. What is stated here is a force without a
+    table that leaves granule 1 at rest at the start; a shock overrides what differs.
+    """
+
+    profiles: ClassVar[tuple[str, ...]]
+    """Names in ``profile`` of a scene file; the first is the class's own."""
+    noun: ClassVar[str]
+    """Words for it in a sentence."""
+    keys: ClassVar[tuple[str, ...]]
+    """Fields that are keys of its section; a field with a default may be left out."""
+    section: ClassVar[str] = "shock"
+    """Section in a scene file."""
+    column: ClassVar[tuple[str, str] | None] = None
+    """Field of a table's values, and their column in a CSV file; None for a shock without one."""
+    is_driven: ClassVar[bool] = False
+    """Whether granule 1 moves as prescribed, so that no force changes its motion."""
+    least_ratio: ClassVar[float] = 0.0
+    """Least LM_ratio that the default end of a run counts with."""
+
+    @property
+    def profile_name(self) -> str:
+        """The name in ``profile`` of a scene file."""
+        return self.profiles[0]
+
+    @property
+    def rows(self) -> tuple[tuple[float, float], ...]:
+        """Time [s] and value of each row of the table; none where there is no table."""
+        own: Any = self
+        if self.column is None or own.time is None:
+            return ()
+        return tuple(zip(own.time, getattr(self, self.column[0]), strict=True))
+
+    @property
+    def impact_velocity(self) -> float | None:
+        """Largest velocity with which granule 1 hits granule 2 [m/s]; None for a force."""
+        return None
+
+    @property
+    def start_velocity(self) -> float:
+        """Velocity of granule 1 at the start [m/s]."""
+        return 0.0
+
+    @property
+    def strokes(self) -> tuple[Stroke, ...]:
+        """Strokes of a driven granule 1; the first starts at time 0, the last has no end."""
+        return ()
+
+    @property
+    def material(self) -> Mapping[str, float]:
+        """Properties of granule 1 that differ from the chain's, by their names in ``Chain``."""
+        return {}
+
+    def ramps(self) -> tuple[Ramp, ...]:
+        """The force as ramps."""
+        return ()
+
+    def force_at(self, time: FloatArray, ramps: Sequence[Ramp]) -> FloatArray:
+        """The force at any times, also outside of its ramps [N], of the shape of ``time``."""
+        force = np.zeros_like(time, np.float64)
+        for ramp in ramps:
+            inside = (time >= ramp.start) & (time < ramp.end)
+            force = np.where(inside, ramp.force(time), force)
+        return force
+
+    def momentum(self, scene: Scene) -> float:
+        """The momentum that its LM_ratio compares with that of a solitary wave [N s]."""
+        return scene.impulse + scene.start_momentum
+
+    def check_load(self, load: float) -> None:
+        """Raise a SceneError if a static load [N] on granule 1 is too small."""
+
+    def stretched(self, time: float, length: float, modulus: float) -> Self:
+        """The shock of a similar scene with the same forces.
+
+        Arguments are the ratios of its times, lengths and Young's moduli to the true ones.
+        """
+        raise NotImplementedError
+
+    def stronger(self, factor: float) -> Self:
+        """The shock with another force, at the same times."""
+        own: Any = self
+        stronger: Self = replace(own, peak_force=factor * own.peak_force)
+        return stronger
+
+    def in_words(self, scene: Scene) -> str:
+        """One line that describes the shock of a scene, with the number of granules."""
+        raise NotImplementedError

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Integral
+from typing import TYPE_CHECKING
 
 from hertzchain.errors import POSITIVE, is_finite, is_positive, require
 from hertzchain.scene.chain import to_plain_numbers
 from hertzchain.scene.ramp import Ramp
+from hertzchain.scene.shock import Shock
+
+if TYPE_CHECKING:
+    from hertzchain.scene.scene import Scene
 
 _MOST_CYCLES = 50_000
 """Most cycles (chosen): as many corners as a pulse table can have rows, about 200,000."""
@@ -23,7 +28,7 @@ _QUARTERS = (
 
 
 @dataclass(frozen=True)
-class Sine:
+class Sine(Shock):
     """The force amplitude * sin(2 pi frequency t) on granule 1, for some cycles, in SI units.
 
     It comes on top of the static load, which must be at least the amplitude: an actuator pushes
@@ -43,6 +48,12 @@ class Sine:
     SceneError
         For a value outside what is stated above.
     """
+
+    profiles = ("sine",)
+    noun = "sine"
+    keys = ("amplitude", "frequency", "cycles")
+    # The load is at least the amplitude: whatever the cycles, waves have its speed.
+    least_ratio = 1.0
 
     amplitude: float
     frequency: float
@@ -77,3 +88,30 @@ class Sine:
             forces = start * self.amplitude, end * self.amplitude
             ramps.append(Ramp(begin, stop, *forces, shape))
         return tuple(ramps)
+
+    def momentum(self, scene: Scene) -> float:
+        """The impulse of half a cycle [N s]."""
+        return self.half_cycle_impulse
+
+    def check_load(self, load: float) -> None:
+        """Refuse an amplitude above the static load [N]."""
+        allowed = (
+            f"must be at most the static load, [precompression] force = {load:g} N: an actuator"
+            " pushes granule 1, and cannot pull it"
+        )
+        require(self.amplitude <= load, "shock.amplitude", self.amplitude, allowed)
+
+    def stretched(self, time: float, length: float, modulus: float) -> Sine:
+        """The sine of a similar scene; see ``Shock``."""
+        return replace(self, frequency=self.frequency / time)
+
+    def stronger(self, factor: float) -> Sine:
+        """The sine with another amplitude."""
+        return replace(self, amplitude=factor * self.amplitude)
+
+    def in_words(self, scene: Scene) -> str:
+        """One line that describes the sine, with the number of granules."""
+        return (
+            f"sine of {self.amplitude:.6g} N, {self.cycles} cycles at {self.frequency:.6g} Hz,"
+            f" on {scene.chain.granules} granules"
+        )

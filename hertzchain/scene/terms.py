@@ -41,35 +41,6 @@ NOT_NEGATIVE = "must be a finite number of at least 0"
 
 
 @dataclass(frozen=True)
-class Striker:
-    """A striker: granule 1 flies into the others, which are at rest; no force pushes it.
-
-    Parameters
-    ----------
-    velocity
-        Velocity of granule 1 at the start [m/s], above 0.
-    radius, young_modulus, poisson_ratio, density
-        Properties of granule 1 that differ from the chain's, as in ``Chain``; None for equal ones.
-
-    Raises
-    ------
-    SceneError
-        For a value that is not possible.
-    """
-
-    velocity: float
-    radius: float | None = None
-    young_modulus: float | None = None
-    poisson_ratio: float | None = None
-    density: float | None = None
-
-    def __post_init__(self) -> None:
-        require(is_positive(self.velocity), "velocity", self.velocity, f"{POSITIVE} [m/s]")
-        check_material(self, optional=True)
-        to_plain_numbers(self)
-
-
-@dataclass(frozen=True)
 class Wall:
     """A plane wall at the far end, across the chain.
 

@@ -6,7 +6,7 @@ from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.run import Run
 from hertzchain.scene.shock import Shock
-from hertzchain.scene.sine import Sine
+from hertzchain.scene.shocks import SHOCKS
 from hertzchain.scene.terms import Contact, Precompression, Wall
 
 
@@ -24,7 +24,8 @@ def refuse_impossible(
     least its amplitude.
     """
     require(isinstance(chain, Chain), "chain", chain, "must be a Chain")
-    allowed = "must be a Pulse, a PulseTable, a Sine, a Piston or a Striker"
+    *others, last = (f"a {kind.__name__}" for kind in SHOCKS)
+    allowed = f"must be {', '.join(others)} or {last}"
     require(isinstance(shock, Shock), "shock", shock, allowed)
     require(isinstance(run, Run), "run", run, "must be a Run")
     require(isinstance(wall, Wall | None), "wall", wall, "must be a Wall or None")
@@ -32,13 +33,7 @@ def refuse_impossible(
     require(isinstance(pressed, Precompression | None), "precompression", pressed, allowed)
     allowed = "must be a Contact or None"
     require(isinstance(contact, Contact | None), "contact", contact, allowed)
-    if isinstance(shock, Sine):
-        load = 0.0 if pressed is None else pressed.force
-        allowed = (
-            f"must be at most the static load, [precompression] force = {load:g} N: an actuator"
-            " pushes granule 1, and cannot pull it"
-        )
-        require(shock.amplitude <= load, "shock.amplitude", shock.amplitude, allowed)
+    shock.check_load(0.0 if pressed is None else pressed.force)
     if pressed is None:
         return
     if wall is None and pressed.gravity:

@@ -33,7 +33,7 @@ def unusual_values(scene: Scene) -> list[str]:
     """
     parts: dict[str, Any] = {
         "chain": scene.chain,
-        "striker" if scene.striker else "shock": scene.shock,
+        scene.shock.section: scene.shock,
         "wall": scene.wall,
         "precompression": scene.precompression,
         "contact": scene.contact,

@@ -14,7 +14,7 @@ import numpy as np
 from hertzchain.errors import SceneError
 from hertzchain.scene.chain import MATERIAL
 from hertzchain.scene.piston import Piston
-from hertzchain.scene.reading import profile_of, read_chain
+from hertzchain.scene.reading import read_chain
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
 from hertzchain.scene.shock import Shock
@@ -106,7 +106,7 @@ def _reason(name: str, scene: Scene) -> str:
         "chain": "each granule has its own; describe them by [[chain.segments]] in the scene file",
         "shock": "the scene has a [striker] and no [shock]"
         if scene.striker
-        else f"a shock of profile {profile_of(scene.shock)} has no such key, or has it in a file",
+        else f"a shock of profile {scene.shock.profile_name} has no such key, or has it in a file",
     }.get(section, f"the scene has no [{section}]; add the section to its file{more}")
 
 
@@ -149,7 +149,7 @@ def changed(base: Scene, values: Mapping[str, Any]) -> Scene:
         chain = read_chain(_with_keys(chain.section, of["chain"]))
     else:
         chain = _replaced("chain", chain, of["chain"])
-    shock = "striker" if base.striker else "shock"
+    shock = base.shock.section
     return Scene(
         chain,
         _replaced(shock, base.shock, of[shock]),
@@ -190,7 +190,7 @@ def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
         "chain.granules": scene.chain.granules,
         "chain.gap": sections["chain"].get("gap", 0.0),
         "wall.gap": sections.get("wall", {}).get("gap", 0.0),
-        "shock.profile": profile_of(scene.shock),
+        "shock.profile": scene.shock.profile_name,
         "shock.peak_force": float(scene.peak_force),
     }
     found = {}

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.scene.pulse import PROFILES, Pulse, PulseTable
+from hertzchain.scene.pulse import PROFILES
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.case import Case, Found, Mistake, fixed
@@ -42,7 +42,7 @@ _AREAS = {HALF_SINE: 2 / np.pi, RECTANGLE: 1.0}
 
 def with_rise_time(scene: Scene) -> Scene:
     """Return the same scene with the rise time in seconds, which stays in another chain."""
-    if not isinstance(scene.shock, Pulse):
+    if scene.pulse is None:
         return scene
     return _pulsed(scene, momentum_ratio=None, rise_time=scene.rise_time)
 
@@ -60,12 +60,7 @@ def _stiffer(scene: Scene, factor: float) -> Scene:
 
 
 def _pushed(scene: Scene, factor: float) -> Scene:
-    shock = scene.shock
-    if isinstance(shock, Pulse):
-        return _pulsed(scene, peak_force=factor * shock.peak_force)
-    assert isinstance(shock, PulseTable)
-    force = tuple(factor * value for value in shock.force)
-    return replace(scene, shock=PulseTable(shock.time, force, shock.file))
+    return replace(scene, shock=scene.shock.stronger(factor))
 
 
 def _stiffness(case: Case) -> Iterator[Mistake]:
@@ -140,8 +135,8 @@ def _where_known(peak_force: FloatArray) -> Callable[[Case], Found]:
 
 def _pulse(case: Case) -> Iterator[Mistake]:
     """Yield another profile, another duration ratio, and a force held constant in steps."""
-    scene, pulse = with_rise_time(case.scene), case.scene.shock
-    if not isinstance(pulse, Pulse):
+    scene, pulse = with_rise_time(case.scene), case.scene.pulse
+    if pulse is None:
         return
     n, rise_time = pulse.duration_ratio, scene.rise_time
     assert rise_time is not None

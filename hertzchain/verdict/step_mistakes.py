@@ -11,6 +11,7 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.native import METHODS, simulate
+from hertzchain.engines.native.named_methods import Method
 from hertzchain.errors import RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import stable_step
@@ -20,7 +21,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 from hertzchain.verdict.case import Case, Mistake, fixed
 
-_VERLET = METHODS["velocity-verlet"]
+_VERLET: Method = METHODS["velocity-verlet"]
 _MOST_LEGS = 100_000  # most legs of one step (chosen): half a second
 
 # usual steps, over a power of ten of seconds (chosen)

@@ -25,7 +25,7 @@ from hertzchain.observables.result import LostDigits
 from hertzchain.pulses.measured import measured_pulse
 from hertzchain.pulses.recording import read_recording
 from hertzchain.pulses.signal import Given, pulse_of
-from hertzchain.scene.sections import scene_as_json
+from hertzchain.scene.sections import sections_of
 from hertzchain.verdict.tradeoff import tradeoff
 from tests.conftest import STEEL, paper_scene
 from tests.docs.test_docs import blocks
@@ -312,7 +312,7 @@ def scene_from(sections: dict[str, Any], folder: Path) -> hc.Scene:
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_scenes_come_back_from_json(path: Path, tmp_path: Path) -> None:
     scene = hc.Scene.from_toml(path)
-    sections = through_json(scene_as_json(scene))
+    sections = through_json(sections_of(scene))
     assert problems(sections, "parts.json", "/$defs/scene") == []
     assert scene_from(sections, tmp_path) == scene
 

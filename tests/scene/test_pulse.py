@@ -20,9 +20,10 @@ from hertzchain.engines.liggghts import deck as liggghts
 from hertzchain.engines.native import METHODS, simulate
 from hertzchain.engines.yade import deck as yade
 from hertzchain.errors import RunFailed, SceneError
-from hertzchain.scene.pulse import PROFILES, Profile, profile_named, read_pulse_table
+from hertzchain.scene.pulse import PROFILES, Profile, profile_named
 from hertzchain.scene.ramp import SHAPES, Ramp, Shape
 from hertzchain.scene.schedule import Leg
+from hertzchain.scene.shock_table import read_table
 
 F0, T0 = 100.0, 70e-6
 """Peak force [N] and rise time [s] of the pulses here."""
@@ -283,7 +284,7 @@ def test_an_impossible_table_is_an_error_with_its_row(
 def test_a_pulse_table_is_read(tmp_path: Path, text: str) -> None:
     path = tmp_path / "pulse.csv"
     path.write_text(text, encoding="utf-8", newline="")
-    table = read_pulse_table(path, "pulse.csv")
+    table = read_table(hc.PulseTable, path, "pulse.csv")
     assert table.time == (0.0, 1e-5, 3e-5)
     assert table.force == (0.0, 100.0, 0.5)
     assert table.file == "pulse.csv"
@@ -321,7 +322,7 @@ def test_an_impossible_file_is_an_error_with_its_name(
     path = tmp_path / "pulse.csv"
     path.write_bytes(content)
     with pytest.raises(SceneError) as caught:
-        read_pulse_table(path)
+        read_table(hc.PulseTable, path)
     assert str(path) in str(caught.value)
     assert words in str(caught.value)
 
@@ -329,7 +330,7 @@ def test_an_impossible_file_is_an_error_with_its_name(
 @pytest.mark.parametrize("name", ["missing.csv", ".", "with\0nul.csv", "x" * 5000])
 def test_a_file_that_cannot_be_read_is_an_error(tmp_path: Path, name: str) -> None:
     with pytest.raises(SceneError, match="must be a CSV file"):
-        read_pulse_table(tmp_path / name)
+        read_table(hc.PulseTable, tmp_path / name)
 
 
 def test_the_names_of_profiles_are_typed() -> None:

@@ -24,7 +24,8 @@ def scene_of_depth(depth: float, momentum_ratio: float = 2.0) -> hc.Scene:
     """A scene whose overlap under F0 is a fraction of the radius."""
     scene = paper_scene("cosine-triangular", momentum_ratio, 2.0, granules=8)
     force = scene.chain.contact_stiffness * (depth * scene.chain.radius) ** 1.5
-    return replace(scene, shock=replace(scene.shock, peak_force=force))
+    assert scene.pulse is not None
+    return replace(scene, shock=replace(scene.pulse, peak_force=force))
 
 
 def test_the_overlap_is_that_of_the_history() -> None:

@@ -49,7 +49,7 @@ class Planting:
 
     def pulse(self, **other: object) -> FloatArray:
         """Peaks under another pulse."""
-        shock = replace(self.in_seconds.shock, **other)  # type: ignore[arg-type]
+        shock = replace(self.in_seconds.shock, **other)
         return exact(replace(self.in_seconds, shock=shock))
 
     def samples(self, h: float) -> FloatArray:

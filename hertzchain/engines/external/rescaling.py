@@ -17,12 +17,9 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.peaks import SIGNIFICANT, judged_contacts
 from hertzchain.observables.samples import Samples
-from hertzchain.scene.piston import Piston
-from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
-from hertzchain.scene.sine import Sine
-from hertzchain.scene.terms import Contact, Striker
+from hertzchain.scene.terms import Contact
 
 TOLERABLE = 1e-9  # predicted relative error of the peaks up to which a scene is computed unchanged
 _DEEPEST = 0.8  # deepest overlap expected [radii]: second neighbours touch where two add up to 2
@@ -53,17 +50,7 @@ class Softening:
     def scene(self, scene: Scene) -> Scene:
         """Return the similar scene, with another Young's modulus and scaled times."""
         shock, run, wall, pressed = scene.shock, scene.run, scene.wall, scene.precompression
-        if isinstance(shock, PulseTable):
-            shock = replace(shock, time=tuple(self.time * time for time in shock.time))
-        elif isinstance(shock, Striker):
-            own = self._modulus(shock.young_modulus)
-            shock = replace(shock, velocity=self.time * shock.velocity, young_modulus=own)
-        elif isinstance(shock, Sine):
-            shock = replace(shock, frequency=shock.frequency / self.time)
-        elif isinstance(shock, Piston):
-            shock = self._piston(shock)
-        elif shock.rise_time is not None:
-            shock = replace(shock, rise_time=self.time * shock.rise_time)
+        shock = shock.stretched(self.time, self.length, 1 / 8.0**self.power)
         if run.end_time is not None:
             run = replace(run, end_time=self.time * run.end_time)
         if wall is not None:
@@ -87,17 +74,6 @@ class Softening:
             contact,
             relaxation_time=None if relaxation is None else self.time * relaxation,
             coefficient=None if coefficient is None else coefficient / self.time,
-        )
-
-    def _piston(self, piston: Piston) -> Piston:
-        """Return the piston of the similar scene: it moves as overlaps and times scale."""
-        if piston.velocity is not None:
-            return replace(piston, velocity=self.time * piston.velocity)
-        rows = piston.rows
-        return replace(
-            piston,
-            time=tuple(self.time * time for time, _ in rows),
-            displacement=tuple(self.length * place for _, place in rows),
         )
 
     def _modulus(self, young_modulus: Any) -> Any:

@@ -10,8 +10,8 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import RunFailed
 from hertzchain.scene.granules import Granules
-from hertzchain.scene.piston import Stroke
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.shock import Stroke
 
 _MOST_GRANULES = 100_000
 """Most differing granules (chosen): a deck names each of them, in ten seconds."""

@@ -1,0 +1,16 @@
+"""All shocks: one entry each, read by whatever lists or reads them."""
+
+from __future__ import annotations
+
+from hertzchain.scene.piston import Piston
+from hertzchain.scene.pulse import Pulse, PulseTable
+from hertzchain.scene.shock import Shock
+from hertzchain.scene.sine import Sine
+from hertzchain.scene.striker import Striker
+
+SHOCKS: tuple[type[Shock], ...] = (Pulse, PulseTable, Sine, Piston, Striker)
+
+OF_PROFILE = {
+    name: shock for shock in SHOCKS if shock.section == "shock" for name in shock.profiles
+}
+"""Shocks by their names in ``profile`` of a section [shock]."""

@@ -1,0 +1,73 @@
+"""The striker: granule 1 flies into the others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from hertzchain.errors import POSITIVE, is_positive, require
+from hertzchain.scene.chain import MATERIAL, check_material, to_plain_numbers
+from hertzchain.scene.shock import Shock
+
+if TYPE_CHECKING:
+    from hertzchain.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class Striker(Shock):
+    """A striker: granule 1 flies into the others, which are at rest; no force pushes it.
+
+    Parameters
+    ----------
+    velocity
+        Velocity of granule 1 at the start [m/s], above 0.
+    radius, young_modulus, poisson_ratio, density
+        Properties of granule 1 that differ from the chain's, as in ``Chain``; None for equal ones.
+
+    Raises
+    ------
+    SceneError
+        For a value that is not possible.
+    """
+
+    profiles = ("striker",)
+    noun = "striker"
+    keys = ("velocity", *MATERIAL)
+    section = "striker"
+
+    velocity: float
+    radius: float | None = None
+    young_modulus: float | None = None
+    poisson_ratio: float | None = None
+    density: float | None = None
+
+    def __post_init__(self) -> None:
+        require(is_positive(self.velocity), "velocity", self.velocity, f"{POSITIVE} [m/s]")
+        check_material(self, optional=True)
+        to_plain_numbers(self)
+
+    @property
+    def impact_velocity(self) -> float:
+        """The velocity [m/s]."""
+        return self.velocity
+
+    @property
+    def start_velocity(self) -> float:
+        """The velocity [m/s]."""
+        return self.velocity
+
+    @property
+    def material(self) -> Mapping[str, float]:
+        """Properties that differ from the chain's, by name."""
+        own = {key: getattr(self, key) for key in MATERIAL}
+        return {key: value for key, value in own.items() if value is not None}
+
+    def stretched(self, time: float, length: float, modulus: float) -> Striker:
+        """The striker of a similar scene; see ``Shock``."""
+        own = None if self.young_modulus is None else modulus * self.young_modulus
+        return replace(self, velocity=length / time * self.velocity, young_modulus=own)
+
+    def in_words(self, scene: Scene) -> str:
+        """One line that describes the striker, with the number of other granules."""
+        return f"striker at {self.velocity:.6g} m/s on {scene.chain.granules - 1} granules"
