@@ -7,7 +7,6 @@ for all granules and forces with the same LM_ratio, n and N.
 
 from __future__ import annotations
 
-import math
 from importlib.metadata import version
 
 from hertzchain.decks import standalone_run, standalone_terms
@@ -16,7 +15,6 @@ from hertzchain.engines.external.rescaling import NONE, Softening, predicted_los
 from hertzchain.engines.lammps.deck import GRANULES, MOTION, SKIN, START, parameters
 from hertzchain.engines.lammps.dialect import NO_STEP, OLDEST, PAIR_STYLES, write_dump
 from hertzchain.errors import SceneError
-from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import refuse_terms
 
@@ -80,7 +78,7 @@ Atoms # sphere
 def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int) -> list[str]:
     run = f"lmp -in {layout.name}"
     # Not F0 for these shocks, whose times would stay the same: the example has to be checked.
-    times = not isinstance(scene.shock, Pulse) or scene.shock.momentum_ratio is None
+    times = scene.pulse is None or scene.pulse.momentum_ratio is None
     example = "watch 1           " if times or layout.atoms == "data" else "young_modulus 70e9"
     changing = "any parameter below is changed"
     if layout.atoms == "data":
@@ -117,25 +115,25 @@ def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int)
 
 
 def _parameters(scene: Scene, layout: Layout, made: Softening) -> list[str]:
-    shock = scene.shock
+    pulse = scene.pulse
     lines = ["# ---- Parameters"]
     chain = parameters(scene.chain)
     if layout.atoms == "data":
         chain = [line for line in chain if line.split()[1] in ("young_modulus", "poisson_ratio")]
         lines.append("# Number, size and density of the granules stand in the data file.")
     lines += chain
-    if isinstance(shock, Pulse):
+    if pulse is not None:
         lines += [
-            f"variable peak_force index {shock.peak_force!r} # F0 [N]",
-            f"variable duration_ratio index {shock.duration_ratio!r} # n: pulse over rise time",
+            f"variable peak_force index {pulse.peak_force!r} # F0 [N]",
+            f"variable duration_ratio index {pulse.duration_ratio!r} # n: pulse over rise time",
         ]
-        if shock.momentum_ratio is not None:
+        if pulse.momentum_ratio is not None:
             lines.append(
-                f"variable momentum_ratio index {shock.momentum_ratio!r} # LM_ratio: momentum over"
+                f"variable momentum_ratio index {pulse.momentum_ratio!r} # LM_ratio: momentum over"
                 " that of a wave as high"
             )
         else:
-            lines.append(f"variable rise_time index {shock.rise_time!r} # t0 [s]")
+            lines.append(f"variable rise_time index {pulse.rise_time!r} # t0 [s]")
     end = "0" if scene.run.end_time is None else repr(scene.run.end_time)
     lines += [
         f"variable end_time index {end} # s; 0: long enough for every contact",
@@ -182,9 +180,9 @@ def _consequences(scene: Scene, made: Softening) -> list[str]:
         f"variable stiffness equal sqrt(2*v_radius)*{modulus}/(3*(1-v_poisson_ratio^2))",
         "variable mass equal 4/3*PI*v_radius^3*v_density",
     ]
-    shock = scene.shock
-    if isinstance(shock, PulseTable):
-        lines.append(f"variable peak_force equal {shock.peak_force!r}")
+    pulse = scene.pulse
+    if pulse is None:
+        lines.append(f"variable peak_force equal {scene.peak_force!r}")
     lines += [
         "# Natural units of length [m] and time [s]: the overlap under F0, and what goes with it",
         "variable unit_length equal (v_peak_force/v_stiffness)^(2/3)",
@@ -193,15 +191,13 @@ def _consequences(scene: Scene, made: Softening) -> list[str]:
         'variable wave_momentum equal "139/32*v_peak_force^(5/6)* &',
         f'    ((1-v_poisson_ratio^2)*v_radius^4*v_density^1.5/{modulus})^(1/3)"',
     ]
-    if isinstance(shock, PulseTable):
-        impulse = math.fsum(ramp.impulse for ramp in scene.ramps)
-        lines.append(f"variable LM equal {stretch}{impulse!r}/v_wave_momentum")
-        pulse_end = f"{stretch}{shock.time[-1]!r}"
+    if pulse is None:
+        lines.append(f"variable LM equal {stretch}{scene.impulse!r}/v_wave_momentum")
+        pulse_end = f"{stretch}{scene.pulse_end!r}"
     else:
         lines.append("# Rise time t0 [s]: the area of the pulse is F0 n t0 / 2")
         unit = "2*v_wave_momentum/(v_duration_ratio*v_peak_force)"
-        assert isinstance(shock, Pulse)
-        if shock.momentum_ratio is not None:
+        if pulse.momentum_ratio is not None:
             lines += ["variable LM equal v_momentum_ratio", f"variable t0 equal v_LM*{unit}"]
         else:
             lines += [f"variable t0 equal {stretch}v_rise_time", f"variable LM equal v_t0/({unit})"]

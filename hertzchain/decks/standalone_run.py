@@ -13,7 +13,6 @@ from hertzchain.engines.external.rescaling import NONE, Softening, loss_of_coord
 from hertzchain.engines.external.terms import LET_GO_PISTON, stroke_commands
 from hertzchain.engines.lammps.dialect import LET_GO, NO_STEP, PUSH
 from hertzchain.observables.peaks import SIGNIFICANT
-from hertzchain.scene.pulse import PROFILES, Pulse, PulseTable
 from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.shock import Stroke
@@ -130,34 +129,28 @@ def trajectory_commands(layout: Layout) -> list[str]:
 
 def _pieces(scene: Scene, made: Softening) -> list[Piece]:
     """Return the legs of ``scene.schedule`` as formulas."""
-    shock, pieces = scene.shock, []
-    if isinstance(shock, Pulse):
-        elapsed = "(time-$(v_begin:%.17g))/$(v_finish-v_begin:%.17g)"
-        rise, decay = (SHAPES[shape].for_lammps(elapsed) for shape in PROFILES[shock.profile])
-        force = "$(v_peak_force:%.17g)"
+    pieces, ramps = [], scene.ramps
+    elapsed = "(time-$(v_begin:%.17g))/$(v_finish-v_begin:%.17g)"
+    grown = [SHAPES[ramp.shape].for_lammps(elapsed) for ramp in ramps]
+    if scene.pulse is not None:
+        (rise, decay), force = ramps, "$(v_peak_force:%.17g)"
+        fall = f"{force}*(1-{grown[1]})"
         pieces = [
-            Piece(f"rise ({PROFILES[shock.profile][0]})", "0", "v_t0", f"{force}*{rise}"),
-            Piece(
-                f"decay ({PROFILES[shock.profile][1]})",
-                "v_t0",
-                "v_pulse_end",
-                f"{force}*(1-{decay})",
-            ),
+            Piece(f"rise ({rise.shape})", "0", "v_t0", f"{force}*{grown[0]}"),
+            Piece(f"decay ({decay.shape})", "v_t0", "v_pulse_end", fall),
         ]
     else:
-        assert isinstance(shock, PulseTable)
         stretch = "" if made == NONE else "v_stretch*"
-        if shock.time[0] > 0:
-            pieces.append(Piece("no force", "0", f"{stretch}{shock.time[0]!r}"))
-        for ramp in scene.ramps:
+        if ramps[0].start > 0:
+            pieces.append(Piece("no force", "0", f"{stretch}{ramps[0].start!r}"))
+        for ramp, growth in zip(ramps, grown, strict=True):
             change = f"({ramp.end_force!r}-{ramp.start_force!r})"
             pieces.append(
                 Piece(
                     f"from {ramp.start_force:g} N to {ramp.end_force:g} N",
                     f"{stretch}{ramp.start!r}",
                     f"{stretch}{ramp.end!r}",
-                    f"{ramp.start_force!r}+{change}"
-                    "*(time-$(v_begin:%.17g))/$(v_finish-v_begin:%.17g)",
+                    f"{ramp.start_force!r}+{change}*{growth}",
                 )
             )
     pieces.append(Piece("no force any more", "v_pulse_end", "v_end"))
@@ -342,7 +335,7 @@ Change = tuple[str, str, float]
 
 
 def _changes(scene: Scene, layout: Layout, made: Softening) -> list[Change]:
-    shock, chain, unit = scene.shock, scene.chain, scene.units.time
+    pulse, chain, unit = scene.pulse, scene.chain, scene.units.time
     end = scene.end_time / unit
     # The highest peaks expected, 5 F0, press three times as deep; from R on second neighbours
     # touch. A softened chain is as soft as this allows.
@@ -357,8 +350,8 @@ def _changes(scene: Scene, layout: Layout, made: Softening) -> list[Change]:
             end,
         ),
     ]
-    if isinstance(shock, Pulse):
-        n, ratio = shock.duration_ratio, scene.momentum_ratio
+    if pulse is not None:
+        n, ratio = pulse.duration_ratio, scene.momentum_ratio
         changed += [
             (f"abs(v_duration_ratio/{n!r}-1)>1e-9", "n is not {} any more", n),
             (f"abs(v_LM/{ratio!r}-1)>1e-9", "LM_ratio is not {} any more", ratio),

@@ -13,7 +13,6 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, StepUnstable, Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.natural_units import force_scale
-from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -36,7 +35,7 @@ def amplifies_errors(scene: Scene) -> bool:
     meets flying granules.
     """
     short = is_short(scene.momentum_ratio, scene.chain.granules)
-    return not scene.is_plain or not isinstance(scene.shock, Pulse) or bool(short)
+    return not scene.is_plain or scene.pulse is None or bool(short)
 
 
 def second_order_safety(natural_step: float, rising: bool, is_plain: bool = True) -> float:

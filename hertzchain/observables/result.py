@@ -20,7 +20,6 @@ from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
 from hertzchain.scene.natural_units import slowness
-from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import largest_overlap_ratio, overlap_warning
 from hertzchain.showing import ShownRun
@@ -208,7 +207,7 @@ class Result(ShownRun):
             2 * chain.radius,
             slowness(chain.contact_stiffness, chain.granule_mass / 2),
         )
-        return wave if isinstance(self.scene.shock, Pulse) else wave.without_errors()
+        return wave.without_errors() if self.scene.pulse is None else wave
 
     @property
     def overlap_ratio(self) -> float:

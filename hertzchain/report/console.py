@@ -22,7 +22,6 @@ from hertzchain.report.facts import (
     similar_scene,
     with_unit,
 )
-from hertzchain.scene.pulse import Pulse
 from hertzchain.theory import Prediction, peak_map
 from hertzchain.theory.prediction import constants
 
@@ -132,7 +131,7 @@ def print_prediction(console: Console, prediction: Prediction) -> None:
         console.print(table(("contact", "map", *("Eq. 6", "Eq. 9") * 2), rows))
         print_left_out(console, len(known) - len(shown), known[-1]["contact"])
         print_facts(console, _predicted_facts(prediction))
-    if isinstance(prediction.scene.shock, Pulse) and prediction.scene.is_plain:
+    if prediction.scene.pulse is not None and prediction.scene.is_plain:
         console.print()
         rows = [
             (one.name, f"{one.paper:.6f}", f"{one.exact:.6f}", f"{one.difference:+.2%}")

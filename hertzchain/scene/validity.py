@@ -11,7 +11,6 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import OverlapTooLarge, RunFailed
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.natural_units import force_scale
-from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 
 DOUBTFUL_OVERLAP = 0.01
@@ -49,8 +48,8 @@ def largest_overlap_ratio(scene: Scene, peak_force: FloatArray) -> float:
 
 def refuse_hopeless_overlap(scene: Scene) -> None:
     """Raise OverlapTooLarge, before a run, for a pulse or load certain to exceed the limit."""
-    if scene.is_plain and isinstance(scene.shock, Pulse) and scene.run.end_time is None:
-        force = _SURE_FORCE * force_scale(scene.momentum_ratio) * scene.shock.peak_force
+    if scene.is_plain and scene.pulse is not None and scene.run.end_time is None:
+        force = _SURE_FORCE * force_scale(scene.momentum_ratio) * scene.peak_force
         refuse_deep_overlap(overlap_ratio(scene.chain, force))
     if scene.precompression is not None:
         refuse_deep_overlap(largest_overlap_ratio(scene, scene.granules.static_force))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.scene.shocks import OF_PROFILE
 from hertzchain.theory.peak_map import FAR_FIELD_ERROR, PEAK_ERROR
 
 if TYPE_CHECKING:
@@ -301,13 +302,15 @@ def columns_of(
     unlike = "segments" in chain or any(isinstance(value, list) for value in chain.values())
     of_terms = any(name not in PARAMETERS for name in varied)
     held = any(section in scene for section in ("striker", "wall", "precompression", "contact"))
-    profile = scene.get("shock", {}).get("profile")
-    held = held or profile == "piston"
+    profile = scene.get("shock", {}).get("profile", "")
+    shock = OF_PROFILE.get(profile)
+    held = held or (shock is not None and shock.is_driven)
     if not (of_terms or unlike or "gap" in chain or held):
         return ALL
     kept = [name for name in PARAMETERS if name.partition(".")[0] in {*scene, "run"}]
-    if profile in ("sine", "piston"):
-        kept = [name for name in kept if not name.startswith("shock.") or name in _OF_EVERY_SHOCK]
+    if shock is not None and shock.keys:
+        own = {*_OF_EVERY_SHOCK, *(f"shock.{key}" for key in shock.keys)}
+        kept = [name for name in kept if not name.startswith("shock.") or name in own]
     of_chain = [name for name in kept if name.startswith("chain.")]
     gap = ["chain.gap"] if isinstance(chain.get("gap"), float) or "chain.gap" in varied else []
     segments = [name for name in varied if _SEGMENT.fullmatch(name)]

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.given import SceneLike, to_scene
-from hertzchain.scene.pulse import PulseTable
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
@@ -145,7 +144,7 @@ class Design:
 
     def scene(self, parameters: Mapping[str, NDArray[Any]], k: int) -> Scene:
         """Return the k-th scene of these parameters."""
-        if not self.is_plain:
+        if not self.is_plain or self.base.pulse is None:
             varied = {axis.name: parameters[axis.name][k].item() for axis in self.axes}
             return changed(self.base, varied)
         return _with(self.base, {name: values[k].item() for name, values in parameters.items()})
@@ -163,11 +162,7 @@ class Design:
 
 def _as_before(base: Scene) -> dict[str, Any]:
     """Return the sections of a plain scene in the form that all folders of sweeps have."""
-    shock: dict[str, Any] = (
-        {"time_s": base.shock.time, "force_N": base.shock.force}
-        if isinstance(base.shock, PulseTable)
-        else asdict(base.shock)
-    )
+    shock = sections_of(base)["shock"] if base.pulse is None else asdict(base.pulse)
     chain = asdict(base.chain)
     del chain["gap"]  # 0
     return {"chain": chain, "shock": shock, "run": asdict(base.run)}
@@ -241,8 +236,6 @@ def _check(found: Design, name: str, value: Value) -> None:
     """Refuse a value that is impossible in every scene."""
     scene = found.base
     section, _, key = name.partition(".")
-    is_table = section == "shock" and isinstance(scene.shock, PulseTable)
-    require(not is_table, name, None, "cannot vary: the shock is a pulse table")
     _check_granules(name, value)
     if not found.is_plain:
         _check_with_terms(found, name, value)
@@ -307,13 +300,11 @@ def _problem(base: Scene, values: Mapping[str, Value]) -> SceneError | None:
 
 def _flat(scene: Scene) -> dict[str, Any]:
     """Return the parameters of a scene by name; NaN for those that it does not have."""
-    chain, shock = scene.chain, scene.shock
+    chain, pulse = scene.chain, scene.pulse
     flat: dict[str, Any] = {f"chain.{key}": value for key, value in asdict(chain).items()}
-    if isinstance(shock, PulseTable):
-        pulse: dict[str, Any] = {"profile": "table", "peak_force": shock.peak_force}
-    else:
-        pulse = asdict(shock)
-    flat |= {f"shock.{key}": value for key, value in pulse.items()}
+    of_shock = {"profile": scene.shock.profile_name, "peak_force": scene.peak_force}
+    of_shock |= {} if pulse is None else asdict(pulse)
+    flat |= {f"shock.{key}": value for key, value in of_shock.items()}
     flat["run.end_time"] = scene.run.end_time
     # 100 becomes 100.0: a column has one type, however the scene file gives its numbers.
     given = {name: np.nan if flat.get(name) is None else flat[name] for name in PARAMETERS}
@@ -322,12 +313,13 @@ def _flat(scene: Scene) -> dict[str, Any]:
 
 
 def _with(base: Scene, flat: Mapping[str, Any]) -> Scene:
-    """Return a scene with these parameters; NaN stands for a parameter that is not given."""
+    """Return a scene of a pulse with these parameters; NaN stands for one that is not given."""
     given = {name: None if value != value else value for name, value in flat.items()}  # noqa: PLR0124
     of: dict[str, dict[str, Any]] = {"chain": {}, "shock": {}, "run": {}}
     for name, value in given.items():
         section, _, key = name.partition(".")
         of[section][key] = value
-    shock = base.shock if isinstance(base.shock, PulseTable) else replace(base.shock, **of["shock"])
+    assert base.pulse is not None
+    shock = replace(base.pulse, **of["shock"])
     chain, run = replace(base.chain, **of["chain"]), Run(**of["run"])
     return replace(base, chain=chain, shock=shock, run=run)

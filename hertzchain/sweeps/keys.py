@@ -13,13 +13,10 @@ import numpy as np
 
 from hertzchain.errors import SceneError
 from hertzchain.scene.chain import MATERIAL
-from hertzchain.scene.piston import Piston
 from hertzchain.scene.reading import read_chain
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.sections import sections_of
-from hertzchain.scene.shock import Shock
-from hertzchain.scene.sine import Sine
-from hertzchain.sweeps.columns import OTHER_MEASURE, PARAMETERS, TERMS
+from hertzchain.sweeps.columns import OTHER_MEASURE, PARAMETERS, TERMS, is_whole
 
 _Part = TypeVar("_Part")
 
@@ -29,7 +26,7 @@ _KNOWN = (*PARAMETERS, *TERMS)
 
 
 def names_of(scene: Scene) -> tuple[str, ...]:
-    """Return the parameters of a scene that can vary, and those of a pulse table, which cannot."""
+    """Return the parameters of a scene that can vary."""
     sections = sections_of(scene)
     chain = sections["chain"]
     segments = chain.get("segments", [])
@@ -43,22 +40,14 @@ def names_of(scene: Scene) -> tuple[str, ...]:
         found += [f"chain.segments.{number}.{key}" for key in keys]
         for place in range(1, len(cell) + 1):
             found += [f"chain.segments.{number}.cell.{place}.{key}" for key in _OF_GRANULE]
+    shock = scene.shock
+    of_shock = [f"shock.{key}" for key in shock.keys if not shock.rows]  # no key of a table varies
     others = [
         name
         for name in _KNOWN
-        if not name.startswith("chain.")
-        and (not name.startswith("shock.") or name in _names_of_shock(scene.shock))
+        if not name.startswith("chain.") and (not name.startswith("shock.") or name in of_shock)
     ]
     return (*found, *(name for name in others if name.partition(".")[0] in {*sections, "run"}))
-
-
-def _names_of_shock(shock: Shock) -> tuple[str, ...]:
-    """Return the parameters of a shock that can vary, and those of a pulse table, which cannot."""
-    if isinstance(shock, Piston):
-        return ("shock.velocity",) if shock.velocity is not None else ()
-    if isinstance(shock, Sine):
-        return ("shock.amplitude", "shock.frequency", "shock.cycles")
-    return PARAMETERS
 
 
 def full_name(name: object, scene: Scene) -> str:
@@ -197,7 +186,7 @@ def base_values(scene: Scene, names: Collection[str]) -> dict[str, Any]:
     for name in names:
         section, _, key = name.partition(".")
         value = known.get(name, sections.get(section, {}).get(key))
-        if isinstance(value, float | int) and name not in ("chain.granules", "shock.cycles"):
+        if isinstance(value, float | int) and not is_whole(name):
             value = float(value)  # a column has one type, also where a file has 100 for 100.0
         found[name] = np.nan if value is None or isinstance(value, list) else value
     return found

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hertzchain.engines.native import Native
 from hertzchain.errors import BackendMissing, HertzchainError, RunFailed, TooExpensive
 from hertzchain.limits import RTOL, usable_cores
-from hertzchain.scene.pulse import PulseTable, profile_named
+from hertzchain.scene.pulse import profile_named
 from hertzchain.scene.scene import Scene
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.natural import Natural, natural
@@ -73,8 +73,7 @@ def measure(
         for row in np.nonzero(alone)[0].tolist():
             try:
                 scene = design.scene(given, row)
-                is_table = isinstance(scene.shock, PulseTable)
-                if is_table or not (design.is_plain or scene.striker):
+                if not scene.striker and not (design.is_plain and scene.pulse):
                     rows.set_measures(row, scene.momentum_ratio, scene.rise_time)
                 run(rows, row, scene)
             except BackendMissing:

@@ -13,7 +13,6 @@ from hertzchain.engines.lammps import Lammps
 from hertzchain.engines.native import Native
 from hertzchain.errors import SceneError
 from hertzchain.limits import RTOL
-from hertzchain.scene.pulse import PulseTable
 from hertzchain.sweeps.design import Design
 from hertzchain.sweeps.natural import natural
 
@@ -74,8 +73,8 @@ def is_batched(design: Design, backend: Backend) -> bool:
     if not isinstance(backend, Native) or backend.method is not None or backend.dt is not None:
         return False
     varies = any(axis.name == "run.end_time" for axis in design.axes)
-    is_table = isinstance(design.base.shock, PulseTable)
-    return design.is_plain and not is_table and not varies and design.base.run.end_time is None
+    fits = design.is_plain and design.base.pulse is not None
+    return fits and not varies and design.base.run.end_time is None
 
 
 def part_size(design: Design, backend: Backend) -> int:

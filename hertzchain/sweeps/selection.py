@@ -234,8 +234,6 @@ def _same_in_all(
     if any(key_of(name) == "granules" for name in axes):  # keys of a segment: the chain's own vary
         varies.add("chain.granules")
     same = {name: base[name] for name in IN_TITLES if name in base and name not in varies}
-    if "shock.force_N" in base:
-        same["shock.profile"] = "table"
     for name, axis in axes.items():
         if name in fixed_to or axis.count == 1:
             same[name] = axis.at(np.array([fixed_to.get(name, 0)]))[0]

@@ -242,7 +242,7 @@ def predict(scene: SceneLike) -> Prediction:
         If granules would be pressed into one another by more than a radius.
     """
     scene = to_scene(scene)
-    chain, pulse = scene.chain, scene.shock
+    chain, pulse = scene.chain, scene.pulse
     nothing = np.full(min(chain.granules, peak_map.LAST_CONTACT) - 1, np.nan)
     if not scene.is_plain:
         has = ", ".join(scene.terms)
@@ -251,8 +251,9 @@ def predict(scene: SceneLike) -> Prediction:
             f" {has}"
         )
         return Prediction(scene, missing, None, nothing)
-    if not isinstance(pulse, Pulse):
-        missing = "the shock is a pulse table: Eqs. 3 to 9 and the map are about Table 1's profiles"
+    if pulse is None:
+        what = scene.shock.noun
+        missing = f"the shock is a {what}: Eqs. 3 to 9 and the map are about Table 1's profiles"
         return Prediction(scene, missing, None, nothing)
     ratio, n = scene.momentum_ratio, pulse.duration_ratio
     note = paper.outside_range(ratio, n)
@@ -291,9 +292,9 @@ def transition_peaks(scene: Scene, p: int, wave_force: float) -> tuple[FloatArra
 
 def _shock(scene: Scene) -> tuple[Pulse, float]:
     """Return pulse and rise time [s] of a scene that has them."""
-    assert isinstance(scene.shock, Pulse)
+    assert scene.pulse is not None
     assert scene.rise_time is not None
-    return scene.shock, scene.rise_time
+    return scene.pulse, scene.rise_time
 
 
 @functools.cache

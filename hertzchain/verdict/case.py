@@ -15,7 +15,6 @@ from hertzchain.engines.native import Native, plan, simulate
 from hertzchain.errors import RunFailed, SceneError, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.observables.result import Result
-from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import lay_steps
@@ -104,7 +103,7 @@ class Case:
         try:
             if scene.contact is not None:
                 return self._damped(scene)
-            if ramps is None and not _is_calibrated(scene):
+            if ramps is None and not plan.is_calibrated(scene):
                 run = Native(rtol=_RTOL, peaks_only=True, time_limit=max(self.deadline.left, 1e-3))
                 return run.run(scene).peak_force
             chosen = plan.cheapest(_RTOL, checked=False)
@@ -186,14 +185,6 @@ class Mistake:
 def fixed(words: str, peak_force: FloatArray) -> Mistake:
     """Return a mistake without a parameter."""
     return Mistake(lambda _: words, lambda _: peak_force)
-
-
-def _is_calibrated(scene: Scene) -> bool:
-    """Return whether one run is as accurate as its plan says: a second run need not check it."""
-    pulse, granules = scene.shock, scene.chain.granules
-    if not scene.is_plain or not isinstance(pulse, Pulse) or scene.run.end_time is not None:
-        return False
-    return bool(plan.is_known(scene.momentum_ratio, pulse.duration_ratio, granules))
 
 
 def _valleys(values: Sequence[float]) -> list[int]:

@@ -22,7 +22,6 @@ from hertzchain.engines.native.refinement import Walker
 from hertzchain.engines.registry import label_of
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.observables.result import Result
-from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.theory.prediction import transition_peaks
 
@@ -122,7 +121,7 @@ _STEPS = {
 def _formulas(scene: Scene, truth: Result) -> tuple[Contender, ...]:
     """Return Eqs. 6 and 9 at their contacts, with p and F_SW of the truth."""
     p, wave_force = truth.transition_granules, truth.solitary_wave.peak_force
-    if p is None or wave_force is None or not isinstance(scene.shock, Pulse):
+    if p is None or wave_force is None or scene.pulse is None:
         return ()
 
     def run(which: int, scene: Scene, _: float) -> Outcome:

@@ -10,7 +10,6 @@ import numpy as np
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
 from hertzchain.observables.result import Result
-from hertzchain.scene.pulse import Pulse
 from hertzchain.theory import solitary_wave as exact
 from hertzchain.theory.prediction import transition_peaks
 
@@ -59,13 +58,13 @@ def formulas(reference: Result) -> Formulas:
     if not scene.is_plain:
         reason = f"Eqs. 3 to 9 are about uniform free chains, this one has {', '.join(scene.terms)}"
         return Formulas(reason, None, None, nothing, nothing, None, None)
-    if not isinstance(scene.shock, Pulse):
-        reason = "the shock is a pulse table: Eqs. 3 to 9 are about the profiles of Table 1"
+    if (pulse := scene.pulse) is None:
+        reason = f"the shock is a {scene.shock.noun}: Eqs. 3 to 9 are about the profiles of Table 1"
         return Formulas(reason, None, None, nothing, nothing, None, None)
     if p is None or wave.peak_force is None:
         reason = "the transition does not end within this chain and run: no p, no F_SW"
         return Formulas(reason, None, None, nothing, nothing, None, None)
-    chain, pulse, rise_time = scene.chain, scene.shock, scene.rise_time
+    chain, rise_time = scene.chain, scene.rise_time
     assert rise_time is not None
     eq6, eq9 = nothing.copy(), nothing.copy()
     eq6[: p - 1], eq9[:p] = transition_peaks(scene, p, wave.peak_force)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 
 NEAR = 0.003  # largest relative distance of a fitted factor from a known one that is named
@@ -57,8 +56,8 @@ def slips_of_stretch(scene: Scene) -> dict[str, float]:
         # Spheres have the diameter 1 of LAMMPS when they get their mass.
         "density set before the diameter": (2 * radius) ** 1.5,
     }
-    if isinstance(scene.shock, Pulse):
-        n = scene.shock.duration_ratio
+    if scene.pulse is not None:
+        n = scene.pulse.duration_ratio
         known |= {"duration taken for rise time": n, "rise time taken for duration": 1 / n}
     return known
 

@@ -296,7 +296,7 @@ def test_a_pulse_table_varies_with_its_chain_alone() -> None:
     shock = hc.PulseTable((0.0, 1e-5, 2e-5), (0.0, 100.0, 0.0))
     scene = replace(SHORT, shock=shock)
     assert design(scene, {"chain.granules": "8,12"}).scenes == 2
-    with pytest.raises(SceneError, match="the shock is a pulse table"):
+    with pytest.raises(SceneError, match="a shock of profile table has no such key"):
         design(scene, {"shock.peak_force": "1,2"})
 
 

@@ -34,7 +34,7 @@ from hertzchain.observables.result import Result
 from hertzchain.scene.chain import MOST_GRANULES
 from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS
-from hertzchain.scene.pulse import PROFILES, Profile, Pulse
+from hertzchain.scene.pulse import PROFILES, Profile
 from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import overlap_ratio, refuse_deep_overlap
@@ -136,7 +136,7 @@ def _peaks_of(scenes: Sequence[Scene], rtol: float, time_limit: float) -> Batch:
             of_scene[: len(row)] = row
         return padded
 
-    known = np.array([_is_known(scene) for scene in scenes])
+    known = np.array([plans.is_calibrated(scene) for scene in scenes])
     leaves = np.array([can_leave_behind(scene) for scene in scenes])
     found = _accurate_enough(legs, known, granules, rtol, leaves, time_limit, usable_cores())
     force = np.array([scene.units.force for scene in scenes])[:, None]
@@ -253,13 +253,6 @@ def similar_peak_forces(
     return _accurate_enough(
         legs, known, granules, rtol, leaves, time_limit, cores or usable_cores()
     )
-
-
-def _is_known(scene: Scene) -> bool:
-    pulse = scene.shock
-    if not scene.is_plain or not isinstance(pulse, Pulse) or scene.run.end_time is not None:
-        return False
-    return bool(plans.is_known(scene.momentum_ratio, pulse.duration_ratio, scene.chain.granules))
 
 
 def _accurate_enough(

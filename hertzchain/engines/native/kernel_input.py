@@ -14,7 +14,6 @@ from hertzchain.engines.native.methods import RungeKuttaNystrom, Stepper, Symple
 from hertzchain.errors import RunFailed
 from hertzchain.observables.history import Recorder
 from hertzchain.scene.natural_units import NaturalUnits
-from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -32,7 +31,7 @@ def can_leave_behind(scene: Scene) -> bool:
     After a second push a broad packet can break up into waves stronger than any before. A push is a
     pulse, or a striker of any size. Different granules, gaps and walls reflect waves.
     """
-    single = isinstance(scene.shock, Pulse) and scene.is_plain
+    single = scene.pulse is not None and scene.is_plain
     return single or scene.terms == ("striker",)
 
 

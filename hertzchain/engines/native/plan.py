@@ -19,6 +19,7 @@ from hertzchain.engines.native.methods import SRKN_6B, SRKN_11B
 from hertzchain.engines.native.refinement import Refined
 from hertzchain.errors import is_finite, require
 from hertzchain.observables.error_bound import is_short
+from hertzchain.scene.scene import Scene
 
 TIGHTEST, LOOSEST = 1e-10, 0.01
 """Range of accuracies that can be asked for; below it round-off and opening contacts decide."""
@@ -133,6 +134,14 @@ def is_known(momentum_ratio: Any, duration_ratio: Any, granules: int) -> Any:
     known &= (duration_ratio >= short) & (duration_ratio <= long)
     is_long = np.logical_not(is_short(momentum_ratio, granules))
     return known & is_long & (granules <= _KNOWN_GRANULES)
+
+
+def is_calibrated(scene: Scene) -> bool:
+    """Return whether one run of a scene is as accurate as its plan says, without a second one."""
+    pulse, granules = scene.pulse, scene.chain.granules
+    if pulse is None or not scene.is_plain or scene.run.end_time is not None:
+        return False
+    return bool(is_known(scene.momentum_ratio, pulse.duration_ratio, granules))
 
 
 @functools.lru_cache

@@ -29,7 +29,6 @@ from hertzchain.observables.error_bound import diverged
 from hertzchain.observables.history import Recorder
 from hertzchain.observables.peaks import any_rising
 from hertzchain.scene.natural_units import force_scale
-from hertzchain.scene.pulse import Pulse
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -277,7 +276,7 @@ def _least_time(scene: Scene, rows: FloatArray, stages: int, leave_behind: bool)
     while all granules fly.
     """
     granules = scene.chain.granules
-    single = scene.is_plain and isinstance(scene.shock, Pulse)
+    single = scene.is_plain and scene.pulse is not None
     speed = 0.4 * math.pow(force_scale(scene.momentum_ratio), 1 / 6)
     may_fly = not scene.is_plain and not scene.granules.constant_force.any()
     evaluations = 0.0
