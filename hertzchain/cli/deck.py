@@ -13,10 +13,12 @@ import typer
 from hertzchain.cli import options
 from hertzchain.cli.output import DONE, OUT_OF_TOLERANCE, print_json, progress
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
-from hertzchain.engines.registry import others
+from hertzchain.engines.registry import ENGINES
 from hertzchain.errors import HertzchainError
 
-Engine = StrEnum("Engine", {name.upper(): name for name in others()})  # type: ignore[misc]
+Engine = StrEnum(  # type: ignore[misc]
+    "Engine", {name.upper(): name for name, engine in ENGINES.items() if engine.deck}
+)
 Atoms = StrEnum("Atoms", ("CREATE", "DATA"))  # source of the granules of a deck
 PairStyle = StrEnum("PairStyle", {style: style for style in PAIR_STYLES})  # type: ignore[misc]
 LAMMPS, GRANULAR = Engine("lammps"), PairStyle("granular")
@@ -67,7 +69,7 @@ def deck(
     piston, wall, static loads or damping have decks for LAMMPS alone, of pair style granular.
     """
     from hertzchain.decks import known_answer
-    from hertzchain.decks.standalone import data_file, standalone
+    from hertzchain.decks.standalone import data_file
     from hertzchain.files import check_outputs, write_texts
 
     loaded = options.load_scene(scene)
@@ -88,22 +90,16 @@ def deck(
     longest = options.to_seconds("--dt", dt)
     with progress() as report_progress:
         report_progress("native: the step, and what the deck has to find")
-        if engine is not LAMMPS:
-            text = known_answer.FOREIGN[engine.value](loaded, longest, rtol, scene.stem)
-        else:
-            layout = known_answer.lay_out(
-                loaded,
-                longest,
-                rtol,
-                watch_every,
-                pair_style=pair_style.value,
-                atoms=atoms.value,
-                data_file="" if data is None else data.name,
-                dump_every=dump_every,
-                title=scene.stem,
-                name="THIS_FILE" if output is None else output.name,
-            )
-            text = standalone(loaded, layout, known_answer.known_answer(loaded, layout))
+        how = {
+            "watch_every": watch_every,
+            "pair_style": pair_style.value,
+            "atoms": atoms.value,
+            "data_file": "" if data is None else data.name,
+            "dump_every": dump_every,
+            "name": "THIS_FILE" if output is None else output.name,
+        }
+        write = getattr(known_answer, ENGINES[engine.value].deck)
+        text = write(loaded, longest, rtol, scene.stem, **(how if engine is LAMMPS else {}))
     if output is None:
         typer.echo(text, nl=False)
     elif data is None:

@@ -75,7 +75,7 @@ def _other_codes() -> list[Finding]:
         if engine.program is None:
             continue
         path = shutil.which(engine.program)
-        how = f"only for --backend {engine.name}; apt install {engine.program}"
+        how = f"only for --backend {engine.name}; {engine.load().INSTALL}"
         text = how if path is None else f"{path}, not tried"
         findings.append(Finding(engine.label, path is not None, text, needed=False))
     return findings

@@ -12,6 +12,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.decks import standalone_terms
 from hertzchain.decks.layout import ROOM, ROUNDING, KnownAnswer, Layout, whole_step
+from hertzchain.decks.standalone import standalone
 from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.engines.native import METHODS, Native, simulate
 from hertzchain.engines.native.damped_verlet import samples_of, simulate_damped_verlet
@@ -254,6 +255,15 @@ def _verlet_peaks(scene: Scene, legs: Sequence[Leg], start: FloatArray | None = 
     return np.asarray(run.peaks.force)
 
 
+def lammps_deck(scene: Scene, dt: float | None, rtol: float | None, title: str, **how: Any) -> str:
+    """Return a deck for LAMMPS that finds the peaks of a scene and compares them with true ones.
+
+    ``how`` has the samples and the keywords of ``Layout``.
+    """
+    layout = lay_out(scene, dt, rtol, title=title, **how)
+    return standalone(scene, layout, known_answer(scene, layout))
+
+
 def yade_deck(scene: Scene, dt: float | None, rtol: float | None, title: str) -> str:
     """Script for Yade that finds the peaks of a scene and compares them with the true ones."""
     from hertzchain.engines.yade.deck import READING_INTERVAL, deck
@@ -279,9 +289,6 @@ def liggghts_deck(scene: Scene, dt: float | None, rtol: float | None, title: str
     step = deck_step(scene, dt, rtol) * scene.units.time
     _refuse_lost_digits(scene, scene.schedule(step))
     return deck(scene, step, Native("velocity-verlet", step).run(scene).velocity, title)
-
-
-FOREIGN = {"liggghts": liggghts_deck, "yade": yade_deck}  # decks of other codes than LAMMPS
 
 
 _SOFTER = "take --engine lammps, whose deck computes a softer chain of the same forces"

@@ -47,7 +47,10 @@ MARKERS = {
 
 @dataclass(frozen=True)
 class Engine:
-    """Registry entry of an engine: all that the rest of the package knows of it."""
+    """Registry entry of an engine: all that the rest of the package knows of it.
+
+    The factory of one with a ``program`` says how to install it, as ``INSTALL``.
+    """
 
     name: str  # name in options, JSON and columns
     label: str  # name in text and plots
@@ -59,6 +62,7 @@ class Engine:
     compared: bool = False  # compared by default
     swept: bool = False  # can measure the scenes of sweeps
     program: str | None = None  # program that a user has to install, if any
+    deck: str = ""  # function of decks.known_answer that writes its deck; empty for none
 
     def __post_init__(self) -> None:
         if self.marker not in MARKERS:
@@ -66,9 +70,12 @@ class Engine:
 
     def make(self, **parameters: Any) -> Simulator:
         """Return the engine with numerical parameters: a frozen object with ``run``."""
-        factory = getattr(importlib.import_module(self.home), self.factory)
-        made: Simulator = factory(**parameters)
+        made: Simulator = self.load()(**parameters)
         return made
+
+    def load(self) -> Any:
+        """Return the factory."""
+        return getattr(importlib.import_module(self.home), self.factory)
 
 
 # Colours of Okabe and Ito, distinct for colour-blind readers.
@@ -79,15 +86,15 @@ _ALL = (
     ),
     Engine(
         "lammps", "LAMMPS", "hertzchain.engines.lammps", "Lammps",
-        "#0072B2", "o", "dash", compared=True, swept=True,
+        "#0072B2", "o", "dash", compared=True, swept=True, deck="lammps_deck",
     ),
     Engine(
         "liggghts", "LIGGGHTS", "hertzchain.engines.liggghts", "Liggghts",
-        "#CC79A7", "x", "dot", program="liggghts",
+        "#CC79A7", "x", "dot", program="liggghts", deck="liggghts_deck",
     ),
     Engine(
         "yade", "Yade", "hertzchain.engines.yade", "Yade",
-        "#E69F00", "+", "dashdot", program="yade",
+        "#E69F00", "+", "dashdot", program="yade", deck="yade_deck",
     ),
 )  # fmt: skip
 

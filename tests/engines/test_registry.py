@@ -109,10 +109,16 @@ def test_run_knows_it(folder: Path) -> None:
 def test_doctor_knows_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(
         ENGINES, "dummy",
-        Engine("dummy", "Dummy", "dummy", "Dummy", "#56B4E9", "D", "dot", program="no-such-one"),
+        Engine("dummy", "Dummy", __name__, "Installed", "#56B4E9", "D", "dot", program="none"),
     )  # fmt: skip
     (found,) = [one for one in diagnosis._other_codes() if one.name == "Dummy"]
-    assert found.text == "only for --backend dummy; apt install no-such-one"
+    assert found.text == "only for --backend dummy; brew install dummy"
+
+
+class Installed:
+    """An engine that says how to install it."""
+
+    INSTALL = "brew install dummy"
 
 
 def test_doctor_says_what_optional_packages_are_for(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -156,8 +156,8 @@ class ProgramEngine(ExternalEngine):
     FILE: ClassVar[str]
     """Name of the deck in the folder in which the program runs."""
 
-    PACKAGE: ClassVar[str]
-    """The package of the program, for ``apt install``."""
+    INSTALL: ClassVar[str]
+    """Command that installs the program."""
 
     ENVIRONMENT: ClassVar[dict[str, str]] = {}
     """Environment variables of the program."""
@@ -185,7 +185,7 @@ class ProgramEngine(ExternalEngine):
         """Refuse a scene that the code cannot simulate; the default refuses none."""
 
     def _code(self, scene: Scene, deadline: Deadline) -> Code:
-        program = find_program(self.program, f"install it with: apt install {self.PACKAGE}")
+        program = find_program(self.program, f"install it with: {self.INSTALL}")
         self._refuse(scene)
 
         def run(

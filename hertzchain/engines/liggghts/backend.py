@@ -56,7 +56,7 @@ class Liggghts(ProgramEngine):
 
     LABEL: ClassVar[str] = "LIGGGHTS"
     FILE: ClassVar[str] = "in.chain"
-    PACKAGE: ClassVar[str] = "liggghts"
+    INSTALL: ClassVar[str] = "apt install liggghts"
     FASTEST: ClassVar[tuple[float, float]] = (0.3e-6, 8e-9)  # 4e-6 measured with 60 granules
     TERMS: ClassVar[tuple[str, ...]] = ALL_TERMS
     ENVIRONMENT: ClassVar[dict[str, str]] = {"OMP_NUM_THREADS": "1"}

@@ -52,7 +52,7 @@ class Yade(ProgramEngine):
 
     LABEL: ClassVar[str] = "Yade"
     FILE: ClassVar[str] = "chain.py"
-    PACKAGE: ClassVar[str] = "yade"
+    INSTALL: ClassVar[str] = "apt install yade"
     FASTEST: ClassVar[tuple[float, float]] = (3e-6, 1e-7)  # 4e-5 and 4e-7 measured
     TERMS: ClassVar[tuple[str, ...]] = ALL_TERMS
     # Yade's own Python cannot use the modules of this one.
