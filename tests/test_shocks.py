@@ -1,0 +1,190 @@
+"""Every shock of the registry goes through all that takes a scene; a new one is tried as it is."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hertzchain as hc
+from hertzchain import theory
+from hertzchain.decks import known_answer
+from hertzchain.engines.external.rescaling import Softening
+from hertzchain.engines.liggghts import deck as liggghts
+from hertzchain.engines.registry import ENGINES
+from hertzchain.engines.yade import deck as yade
+from hertzchain.errors import HertzchainError
+from hertzchain.report.facts import describe
+from hertzchain.scene.reading import UNITS
+from hertzchain.scene.sections import sections_of
+from hertzchain.scene.shock import Shock
+from hertzchain.scene.shocks import SHOCKS
+from hertzchain.scene.starters import STARTERS, write_starter
+from hertzchain.scene.usual import USUAL
+from hertzchain.verdict.apart import applied_force
+from hertzchain.verdict.mistakes import with_rise_time
+from tests.command_line import Command
+from tests.decks.test_standalone_deck import run, verdict
+from tests.oracles.json_schema import problems
+from tests.report.test_json_schema import scene_from, through_json
+
+GRANULES = 6
+
+
+def scenes_of(kind: type[Shock], folder: Path) -> list[hc.Scene]:
+    """Short scenes of all starters of ``hertzchain init`` without further terms but a load."""
+    found = []
+    for name in STARTERS:
+        scene = hc.Scene.from_toml(write_starter(name, folder / f"{name}.toml")[0])
+        free = scene.wall is None and scene.contact is None and scene.chain.section is None
+        if type(scene.shock) is kind and free:
+            found.append(replace(scene, chain=replace(scene.chain, granules=GRANULES)))
+    return found
+
+
+@pytest.fixture(params=SHOCKS, ids=lambda kind: kind.__name__)
+def scene(request: pytest.FixtureRequest, tmp_path: Path) -> hc.Scene:
+    """A short scene with this shock."""
+    scenes = scenes_of(request.param, tmp_path)
+    assert scenes, "a shock has a starter: a scene for hertzchain init"
+    return scenes[0]
+
+
+def numbers_of(shock: Shock) -> list[str]:
+    """The keys of a shock in its section that are numbers here."""
+    return [key for key in shock.keys if isinstance(getattr(shock, key), float | int)]
+
+
+def test_a_shock_is_public_and_its_class_complete(scene: hc.Scene) -> None:
+    shock = scene.shock
+    assert getattr(hc, type(shock).__name__) is type(shock)
+    assert shock.noun in describe(scene)
+    assert all(key in UNITS for key in numbers_of(shock))
+    with_unit = [key for key in numbers_of(shock) if UNITS[key] not in ("", "s")]
+    assert all(key in USUAL for key in with_unit), "a range of usual values, for wrong units"
+
+
+def test_files_and_json(scene: hc.Scene, tmp_path: Path) -> None:
+    """A scene comes back from both; schema and reference page know its shock."""
+    scene.to_toml(tmp_path / "own.toml")
+    assert hc.Scene.from_toml(tmp_path / "own.toml") == scene
+    sections = through_json(sections_of(scene))
+    assert problems(sections, "parts.json", "/$defs/scene") == []
+    assert scene_from(sections, tmp_path) == scene
+    page = Path("docs/scene-reference.md").read_text(encoding="utf-8")
+    words = [*(f"`{key}`" for key in scene.shock.keys), f'"{scene.shock.profile_name}"']
+    if scene.shock.section != "shock":
+        words[-1] = f"[{scene.shock.section}]"
+    assert [word for word in words if word not in page] == []
+
+
+def test_the_force_is_that_of_its_own_formula(scene: hc.Scene) -> None:
+    """Ramps against a formula that shares nothing with them."""
+    time = np.linspace(0, 1.1, 1201) * max(scene.pulse_end, scene.units.time)
+    largest = max(float(np.max(np.abs(scene.applied_force(time)))), scene.peak_force)
+    # Rounding of times at the corners, over a rise of a few hundredths of the pulse.
+    assert applied_force(scene, time) == pytest.approx(
+        scene.applied_force(time), abs=1e-12 * largest
+    )
+
+
+def test_a_similar_scene_has_the_same_peaks(scene: hc.Scene) -> None:
+    own, similar = (hc.Native(rtol=1e-9).run(one) for one in (scene, Softening(3).scene(scene)))
+    # All factors are powers of two, but for roots of them: rounding.
+    assert similar.all_peaks == pytest.approx(own.all_peaks, rel=1e-11)
+    assert similar.scene.end_time == pytest.approx(8 * scene.end_time, rel=1e-14)
+
+
+@pytest.mark.lammps
+def test_compare_and_its_page(scene: hc.Scene, tmp_path: Path, hertzchain: Command) -> None:
+    """Native, LAMMPS and Eq. 1 as written agree; momentum, energy and generated deck are right."""
+    scene.to_toml(tmp_path / "own.toml")
+    done = hertzchain(
+        "compare", tmp_path / "own.toml", "--json", "--report", tmp_path / "page.html"
+    )
+    document = done.json()
+    assert done.status == 0, [check for check in document["checks"] if not check["passed"]]
+    assert any("Eq. 1 as written" in check["name"] for check in document["checks"])
+    assert problems(document, "compare.json") == []
+    assert describe(scene) in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def test_other_engines_have_its_force(scene: hc.Scene) -> None:
+    """Their decks are pure text; the ramps of each leg stand in it."""
+    legs = scene.schedule(0.5 * scene.units.time)
+    texts = [writer(scene, legs, [1] * len(legs)) for writer in (liggghts.watched, yade.watched)]
+    for leg in legs:
+        if leg.ramp is not None:
+            assert all(repr(leg.ramp.end_force - leg.ramp.start_force) in text for text in texts)
+
+
+@pytest.mark.lammps
+@pytest.mark.parametrize("engine", [name for name, one in ENGINES.items() if one.deck])
+def test_decks(scene: hc.Scene, engine: str, tmp_path: Path) -> None:
+    """That of LAMMPS passes in it; of others those with terms are refused in one sentence."""
+    write = getattr(known_answer, ENGINES[engine].deck)
+    if engine != "lammps" and not scene.is_plain:
+        with pytest.raises(HertzchainError, match="take a scene without"):
+            write(scene, None, 1e-3, "trial")
+        return
+    path = tmp_path / "in.chain"
+    path.write_text(write(scene, None, 1e-3, "trial"), encoding="utf-8")
+    if engine == "lammps":
+        status, screen = run(path, tmp_path)
+        assert (status, verdict(screen)) == (0, "PASS"), screen
+
+
+def test_predict(scene: hc.Scene) -> None:
+    found = theory.predict(scene)
+    assert problems(through_json(found.to_dict()), "predict.json") == []
+    if scene.is_plain and scene.pulse is None:
+        assert f"the shock is a {scene.shock.noun}:" in str(found.missing)
+
+
+def test_sweep_every_number(scene: hc.Scene) -> None:
+    """Each number of a shock can vary, and the rows are runs of their scenes."""
+    for key in numbers_of(scene.shock):
+        name, value = f"{scene.shock.section}.{key}", getattr(scene.shock, key)
+        values = [value, 2 * value] if isinstance(value, int) else [value, 0.9 * value]
+        table = hc.sweep(scene, {name: values}, backends="native").to_frame()
+        assert table["failure"].isna().all(), table["failure"]
+        peaks = [
+            hc.Native().run(replace(scene, shock=replace(scene.shock, **{key: one}))).all_peaks
+            for one in values
+        ]
+        # Both are right to 1e-6.
+        assert table["largest_peak_force_N"].tolist() == pytest.approx(
+            [max(one) for one in peaks], rel=2e-6
+        )
+        assert table[name].tolist() == values
+
+
+def test_batch(scene: hc.Scene) -> None:
+    stronger = replace(scene, run=hc.Run(0.9 * scene.end_time))
+    batch = hc.peak_forces([scene, stronger], rtol=1e-6)
+    for k, one in enumerate((scene, stronger)):
+        # Both are right to 1e-6.
+        own = hc.Native(rtol=1e-6).run(one).all_peaks
+        assert batch.peak_force[k] == pytest.approx(own, rel=2e-6, abs=1e-9 * max(own))
+
+
+def test_a_wrong_force_is_named(scene: hc.Scene) -> None:
+    """The mistakes of a judgement know the shock, where it is not the only one with its terms."""
+    if not scene.is_plain:
+        return
+    scene = with_rise_time(replace(scene, chain=replace(scene.chain, granules=12)))
+    wrong = hc.Native().run(replace(scene, shock=scene.shock.stronger(1.3)))
+    found = hc.judge(scene, wrong.peak_force)
+    assert "applied force 1.3 times" in json.dumps(through_json(found.to_dict()))
+
+
+def test_commands(scene: hc.Scene, tmp_path: Path, hertzchain: Command) -> None:
+    """``run`` prints its words, ``predict`` ends well."""
+    scene.to_toml(tmp_path / "own.toml")
+    done = hertzchain("run", tmp_path / "own.toml")
+    assert done.status == 0, done.err
+    assert scene.shock.noun in done.out
+    assert hertzchain("predict", tmp_path / "own.toml").status == 0
