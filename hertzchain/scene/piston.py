@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
 from hertzchain.scene.chain import short_repr, to_plain_numbers
-from hertzchain.scene.shock import Shock, Stroke
+from hertzchain.scene.shock import Shock, Stroke, key
 from hertzchain.scene.shock_table import check_times
 
 if TYPE_CHECKING:
@@ -42,11 +42,13 @@ class Piston(Shock):
 
     profiles = ("piston",)
     noun = "piston"
-    keys = ("velocity",)
     column = ("displacement", "displacement_m")
     is_driven = True
 
-    velocity: float | None = None
+    velocity: float | None = field(
+        default=None,
+        metadata=key("velocity of the piston [m/s]", "velocity {:.4g} m/s", "m/s", (1e-5, 1e3)),
+    )
     time: tuple[float, ...] | None = None
     displacement: tuple[float, ...] | None = None
     file: str | None = field(default=None, compare=False)

@@ -17,7 +17,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
 from hertzchain.scene.chain import short_repr, to_plain_numbers
 from hertzchain.scene.ramp import Ramp
-from hertzchain.scene.shock import Shock
+from hertzchain.scene.shock import Shock, key
 from hertzchain.scene.shock_table import check_times
 
 if TYPE_CHECKING:
@@ -64,13 +64,16 @@ class Pulse(Shock):
 
     profiles = tuple(PROFILES)
     noun = "pulse"
-    keys = ("profile", "peak_force", "duration_ratio", "momentum_ratio", "rise_time")
 
-    profile: Profile
-    peak_force: float
-    duration_ratio: float
-    momentum_ratio: float | None = None
-    rise_time: float | None = None
+    profile: Profile = field(metadata=key("profile", "{} pulse", None, kind="str"))
+    peak_force: float = field(metadata=key("F0 [N]", "F0 = {:.4g} N", "N", (1e-6, 1e7)))
+    duration_ratio: float = field(metadata=key("n", "n = {:.4g}"))
+    momentum_ratio: float | None = field(
+        default=None, metadata=key("LM_ratio", "LM_ratio = {:.4g}")
+    )
+    rise_time: float | None = field(
+        default=None, metadata=key("rise time t0 [s]", "t0 = {:.4g} s", "s")
+    )
 
     def __post_init__(self) -> None:
         profile_named(self.profile)
@@ -144,7 +147,6 @@ class PulseTable(Shock):
 
     profiles = ("table",)
     noun = "pulse table"
-    keys = ()
     column = ("force", "force_N")
 
     time: tuple[float, ...]
@@ -181,6 +183,10 @@ class PulseTable(Shock):
     def force_at(self, time: FloatArray, ramps: Sequence[Ramp]) -> FloatArray:
         """The force at any times [N]; fast also for many rows."""
         return np.interp(time, self.time, self.force, left=0.0, right=0.0)
+
+    def by_formula(self, time: FloatArray) -> FloatArray:
+        """The force at any times [N]."""
+        return self.force_at(time, ())
 
     def stretched(self, time: float, length: float, modulus: float) -> PulseTable:
         """The table of a similar scene; see ``Shock``."""

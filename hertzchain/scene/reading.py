@@ -17,7 +17,7 @@ from hertzchain.scene.run import Run
 from hertzchain.scene.segments import expand, granule_table, read_granule_table
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.shock_table import lines_of, read_table
-from hertzchain.scene.shocks import OF_PROFILE
+from hertzchain.scene.shocks import KEYS, OF_PROFILE
 from hertzchain.scene.striker import Striker
 from hertzchain.scene.terms import DAMPING, WALLS, Contact, Precompression, Wall
 
@@ -29,22 +29,15 @@ UNITS = {
     "young_modulus": "Pa",
     "poisson_ratio": "",
     "density": "kg/m^3",
-    "peak_force": "N",
-    "duration_ratio": "",
-    "momentum_ratio": "",
-    "rise_time": "s",
     "end_time": "s",
     "gap": "m",
-    "velocity": "m/s",
     "force": "N",
     "gravity": "m/s^2",
     "radius_ratio": "",
     "restitution": "",
     "relaxation_time": "s",
     "coefficient": "kg/s",
-    "amplitude": "N",
-    "frequency": "Hz",
-    "cycles": "",
+    **{name: key.unit for name, key in KEYS.items() if key.unit is not None},
 }
 _CHOICES: dict[tuple[str, str], Iterable[str]] = {
     ("contact", "damping"): DAMPING,
@@ -198,11 +191,13 @@ def _shock(section: Mapping[str, Any], folder: Path) -> Shock:
         allowed = f"must be one of {', '.join(OF_PROFILE)}"
         require(known, "shock.profile", profile, allowed)
         kind = OF_PROFILE[str(profile)]
-    if kind.column is not None and ("file" in section or not kind.keys):
-        name = _file_alone(section, f'profile = "{profile}"{" and a file" if kind.keys else ""}')
+    if kind.column is not None and ("file" in section or not kind.own_keys()):
+        name = _file_alone(
+            section, f'profile = "{profile}"{" and a file" if kind.own_keys() else ""}'
+        )
         return read_table(kind, folder / name, name)
     besides = ("profile",) if kind.column is None else ("profile", "file")
-    return _section("shock", section, kind, [key for key in besides if key not in kind.keys])
+    return _section("shock", section, kind, [key for key in besides if key not in kind.own_keys()])
 
 
 def _file_alone(section: Mapping[str, Any], what: str) -> str:
@@ -240,7 +235,7 @@ def _section(
 ) -> _Kind:
     """Build one frozen object from its section; errors name the key with its section."""
     items = {item.name: item for item in fields(kind)}  # type: ignore[arg-type]
-    known = list(getattr(kind, "keys", items))
+    known = list(kind.own_keys() if isinstance(kind, type) and issubclass(kind, Shock) else items)
     values = quantities(name, section, known, besides)
     values = {key: value for key, value in values.items() if key not in besides}
     optional = {key for key, item in items.items() if item.default is not MISSING}

@@ -7,7 +7,7 @@ else asks which one it is, except for what holds for one alone (see ``Scene.puls
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -17,6 +17,36 @@ from hertzchain.scene.ramp import Ramp
 
 if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class Key:
+    """A key of a section: all that files, sweeps and plots know of it.
+
+    Parameters
+    ----------
+    label
+        The label on an axis.
+    title
+        The form in a title of a value that is the same in all scenes.
+    unit
+        The SI unit; None for what is no number.
+    usual
+        The range without a remark on the unit; None for no remarks.
+    kind
+        Type of its values: float, int or str.
+    """
+
+    label: str
+    title: str
+    unit: str | None = ""
+    usual: tuple[float, float] | None = None
+    kind: str = "float"
+
+
+def key(*args: Any, **more: Any) -> dict[str, Key]:
+    """Return the metadata of a field that is a key; arguments are those of ``Key``."""
+    return {"key": Key(*args, **more)}
 
 
 @dataclass(frozen=True)
@@ -54,8 +84,6 @@ class Shock:
     """Names in ``profile`` of a scene file; the first is the class's own."""
     noun: ClassVar[str]
     """Words for it in a sentence."""
-    keys: ClassVar[tuple[str, ...]]
-    """Fields that are keys of its section; a field with a default may be left out."""
     section: ClassVar[str] = "shock"
     """Section in a scene file."""
     column: ClassVar[tuple[str, str] | None] = None
@@ -64,6 +92,11 @@ class Shock:
     """Whether granule 1 moves as prescribed, so that no force changes its motion."""
     least_ratio: ClassVar[float] = 0.0
     """Least LM_ratio that the default end of a run counts with."""
+
+    @classmethod
+    def own_keys(cls) -> dict[str, Key]:
+        """The fields that are keys of its section; one with a default may be left out."""
+        return {one.name: one.metadata["key"] for one in fields(cls) if one.metadata}
 
     @property
     def profile_name(self) -> str:
@@ -109,6 +142,10 @@ class Shock:
             inside = (time >= ramp.start) & (time < ramp.end)
             force = np.where(inside, ramp.force(time), force)
         return force
+
+    def by_formula(self, time: FloatArray) -> FloatArray:
+        """The force at any times from 0 on [N], by a formula that shares nothing with the ramps."""
+        return np.zeros_like(time, np.float64)
 
     def momentum(self, scene: Scene) -> float:
         """The momentum that its LM_ratio compares with that of a solitary wave [N s]."""

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from numbers import Integral
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from hertzchain.arrays import FloatArray
 from hertzchain.errors import POSITIVE, is_finite, is_positive, require
 from hertzchain.scene.chain import to_plain_numbers
 from hertzchain.scene.ramp import Ramp
-from hertzchain.scene.shock import Shock
+from hertzchain.scene.shock import Shock, key
 
 if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
@@ -51,13 +54,14 @@ class Sine(Shock):
 
     profiles = ("sine",)
     noun = "sine"
-    keys = ("amplitude", "frequency", "cycles")
     # The load is at least the amplitude: whatever the cycles, waves have its speed.
     least_ratio = 1.0
 
-    amplitude: float
-    frequency: float
-    cycles: int
+    amplitude: float = field(
+        metadata=key("amplitude of the force [N]", "amplitude {:.4g} N", "N", (1e-6, 1e7))
+    )
+    frequency: float = field(metadata=key("frequency [Hz]", "{:.4g} Hz", "Hz", (0.1, 1e8)))
+    cycles: int = field(metadata=key("cycles", "{} cycles", kind="int"))
 
     def __post_init__(self) -> None:
         require(is_positive(self.amplitude), "amplitude", self.amplitude, f"{POSITIVE} [N]")
@@ -88,6 +92,11 @@ class Sine(Shock):
             forces = start * self.amplitude, end * self.amplitude
             ramps.append(Ramp(begin, stop, *forces, shape))
         return tuple(ramps)
+
+    def by_formula(self, time: FloatArray) -> FloatArray:
+        """The force at any times from 0 on [N]."""
+        force = self.amplitude * np.sin(2 * math.pi * self.frequency * time)
+        return np.where(time < self.cycles / self.frequency, force, 0.0)
 
     def momentum(self, scene: Scene) -> float:
         """The impulse of half a cycle [N s]."""

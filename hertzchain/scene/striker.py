@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from hertzchain.errors import POSITIVE, is_positive, require
 from hertzchain.scene.chain import MATERIAL, check_material, to_plain_numbers
-from hertzchain.scene.shock import Shock
+from hertzchain.scene.shock import Shock, key
 
 if TYPE_CHECKING:
     from hertzchain.scene.scene import Scene
@@ -33,14 +33,31 @@ class Striker(Shock):
 
     profiles = ("striker",)
     noun = "striker"
-    keys = ("velocity", *MATERIAL)
     section = "striker"
 
-    velocity: float
-    radius: float | None = None
-    young_modulus: float | None = None
-    poisson_ratio: float | None = None
-    density: float | None = None
+    velocity: float = field(
+        metadata=key("velocity of the striker [m/s]", "striker at {:.4g} m/s", "m/s", (1e-5, 1e3))
+    )
+    radius: float | None = field(
+        default=None,
+        metadata=key("radius of the striker [m]", "striker of R = {:.4g} m", "m", (1e-6, 0.5)),
+    )
+    young_modulus: float | None = field(
+        default=None,
+        metadata=key(
+            "Young's modulus of the striker [Pa]", "striker of E = {:.4g} Pa", "Pa", (1e5, 2e12)
+        ),
+    )
+    poisson_ratio: float | None = field(
+        default=None,
+        metadata=key("Poisson's ratio of the striker", "striker of Poisson's ratio {:.4g}"),
+    )
+    density: float | None = field(
+        default=None,
+        metadata=key(
+            "density of the striker [kg/m³]", "striker of {:.4g} kg/m³", "kg/m^3", (10.0, 3e4)
+        ),
+    )
 
     def __post_init__(self) -> None:
         require(is_positive(self.velocity), "velocity", self.velocity, f"{POSITIVE} [m/s]")

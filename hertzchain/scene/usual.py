@@ -8,18 +8,16 @@ import numpy as np
 
 from hertzchain.scene.reading import UNITS
 from hertzchain.scene.scene import Scene
+from hertzchain.scene.shocks import KEYS
 
 USUAL = {
     "radius": (1e-6, 0.5),  # grains of powder to boulders
     "young_modulus": (1e5, 2e12),  # soft gels to diamond
     "density": (10.0, 3e4),  # foams to osmium
-    "peak_force": (1e-6, 1e7),
     "force": (1e-6, 1e7),
-    "amplitude": (1e-6, 1e7),
-    "velocity": (1e-5, 1e3),
-    "frequency": (0.1, 1e8),
     "gravity": (1e-6, 1e4),
     "relaxation_time": (1e-12, 1.0),
+    **{name: key.usual for name, key in KEYS.items() if key.usual is not None},
 }
 """Ranges without a remark, in SI units; chosen: a thousand times beyond steel, glass and polymers
 of 1 mm to 5 cm under 1 mN to 10 kN, or the range of real materials.

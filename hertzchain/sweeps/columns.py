@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.scene.shocks import OF_PROFILE
+from hertzchain.scene.pulse import Pulse
+from hertzchain.scene.shock import Shock
+from hertzchain.scene.shocks import OF_PROFILE, SHOCKS
 from hertzchain.theory.peak_map import FAR_FIELD_ERROR, PEAK_ERROR
 
 if TYPE_CHECKING:
@@ -48,17 +50,21 @@ class Column:
     of_batch: Callable[[BatchFound], Any] | None = None
 
 
+def _of_shock(kind: type[Shock]) -> list[Column]:
+    """Return the columns of the keys of a shock."""
+    return [
+        Column(f"{kind.section}.{name}", key.label, key.kind, key.title)
+        for name, key in kind.own_keys().items()
+    ]
+
+
 _PARAMETERS = (
     Column("chain.granules", "granules N", "int", "{} granules"),
     Column("chain.radius", "radius R [m]", title="R = {:.4g} m"),
     Column("chain.young_modulus", "Young's modulus E [Pa]", title="E = {:.4g} Pa"),
     Column("chain.poisson_ratio", "Poisson's ratio", title="Poisson's ratio {:.4g}"),
     Column("chain.density", "density [kg/m³]", title="{:.4g} kg/m³"),
-    Column("shock.profile", "profile", "str", "{} pulse"),
-    Column("shock.peak_force", "F0 [N]", title="F0 = {:.4g} N"),
-    Column("shock.duration_ratio", "n", title="n = {:.4g}"),
-    Column("shock.momentum_ratio", "LM_ratio", title="LM_ratio = {:.4g}"),
-    Column("shock.rise_time", "rise time t0 [s]", title="t0 = {:.4g} s"),
+    *_of_shock(Pulse),
     Column("run.end_time", "end of the run [s]", title="until {:.4g} s"),
 )
 
@@ -66,21 +72,7 @@ PARAMETERS = tuple(column.name for column in _PARAMETERS)  # that can vary, by s
 
 _TERMS = (
     Column("chain.gap", "gap before each granule [m]", title="gaps of {:.4g} m"),
-    Column("striker.velocity", "velocity of the striker [m/s]", title="striker at {:.4g} m/s"),
-    Column("striker.radius", "radius of the striker [m]", title="striker of R = {:.4g} m"),
-    Column(
-        "striker.young_modulus", "Young's modulus of the striker [Pa]",
-        title="striker of E = {:.4g} Pa",
-    ),
-    Column(
-        "striker.poisson_ratio", "Poisson's ratio of the striker",
-        title="striker of Poisson's ratio {:.4g}",
-    ),
-    Column("striker.density", "density of the striker [kg/m³]", title="striker of {:.4g} kg/m³"),
-    Column("shock.velocity", "velocity of the piston [m/s]", title="velocity {:.4g} m/s"),
-    Column("shock.amplitude", "amplitude of the force [N]", title="amplitude {:.4g} N"),
-    Column("shock.frequency", "frequency [Hz]", title="{:.4g} Hz"),
-    Column("shock.cycles", "cycles", "int", "{} cycles"),
+    *(column for kind in SHOCKS for column in _of_shock(kind) if column.name not in PARAMETERS),
     Column("wall.kind", "wall", "str", "{} wall"),
     Column("wall.young_modulus", "Young's modulus of the wall [Pa]", title="wall of E = {:.4g} Pa"),
     Column(
@@ -308,8 +300,8 @@ def columns_of(
     if not (of_terms or unlike or "gap" in chain or held):
         return ALL
     kept = [name for name in PARAMETERS if name.partition(".")[0] in {*scene, "run"}]
-    if shock is not None and shock.keys:
-        own = {*_OF_EVERY_SHOCK, *(f"shock.{key}" for key in shock.keys)}
+    if shock is not None and shock.own_keys():
+        own = {*_OF_EVERY_SHOCK, *(f"shock.{key}" for key in shock.own_keys())}
         kept = [name for name in kept if not name.startswith("shock.") or name in own]
     of_chain = [name for name in kept if name.startswith("chain.")]
     gap = ["chain.gap"] if isinstance(chain.get("gap"), float) or "chain.gap" in varied else []

@@ -41,7 +41,7 @@ def names_of(scene: Scene) -> tuple[str, ...]:
         for place in range(1, len(cell) + 1):
             found += [f"chain.segments.{number}.cell.{place}.{key}" for key in _OF_GRANULE]
     shock = scene.shock
-    of_shock = [f"shock.{key}" for key in shock.keys if not shock.rows]  # no key of a table varies
+    of_shock = [f"shock.{key}" for key in shock.own_keys() if not shock.rows]
     others = [
         name
         for name in _KNOWN

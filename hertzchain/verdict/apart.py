@@ -11,9 +11,7 @@ import numpy as np
 
 from hertzchain import theory
 from hertzchain.arrays import FloatArray
-from hertzchain.scene.pulse import Pulse, PulseTable
 from hertzchain.scene.scene import Scene
-from hertzchain.scene.sine import Sine
 
 
 def start_of(scene: Scene) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -44,14 +42,7 @@ def start_of(scene: Scene) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 def applied_force(scene: Scene, time: FloatArray) -> FloatArray:
     """F(t) [N] by Table 1 or the pulse table, not by the schedule's ramps; of the shape of time."""
-    if isinstance(scene.shock, Pulse):
-        assert scene.rise_time is not None
-        return theory.applied_force(time, scene.shock, scene.rise_time)
-    if isinstance(scene.shock, Sine):
-        shock = scene.shock
-        force = shock.amplitude * np.sin(2 * math.pi * shock.frequency * time)
-        return np.where(time < shock.cycles / shock.frequency, force, 0.0)
-    if isinstance(scene.shock, PulseTable):
-        table = scene.shock
-        return np.asarray(np.interp(time, table.time, table.force, left=0.0, right=0.0))
-    return np.zeros_like(time)
+    if scene.pulse is None:
+        return scene.shock.by_formula(time)
+    assert scene.rise_time is not None
+    return theory.applied_force(time, scene.pulse, scene.rise_time)
