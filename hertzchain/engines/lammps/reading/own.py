@@ -22,6 +22,7 @@ from hertzchain.engines.lammps.reading.frozen import Replay
 from hertzchain.engines.lammps.reading.interpreter import Ended, Player
 from hertzchain.engines.lammps.reading.player import Stage
 from hertzchain.engines.lammps.reading.reading import First, Start
+from hertzchain.engines.lammps.reading.sizes import Sizes
 from hertzchain.engines.lammps.reading.text import lines_of, without_comment, words_of
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.scene import Scene
@@ -79,8 +80,7 @@ def examine_deck(
     """The same of a deck that is written already, for a version of LAMMPS."""
     start = Start(folder, program, alone=False)
     with start.session() as lammps:
-        depth = DEPTH * float(np.min(scene.granules.radius))
-        first = First(Stage(lammps), scene, depth)
+        first = First(Stage(lammps), replace(Sizes.of(scene), overlap=DEPTH))
         commands = _play(text, first)
     assert first.probes is not None  # as the deck has a run
     granules = first.probes.granules

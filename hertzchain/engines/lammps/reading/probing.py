@@ -16,9 +16,9 @@ from hertzchain.engines.lammps.reading.found import IntArray
 from hertzchain.engines.lammps.reading.granules import Granules
 from hertzchain.engines.lammps.reading.player import Stage
 from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS, SPIN_STEP, Prober, members
+from hertzchain.engines.lammps.reading.sizes import Sizes
 from hertzchain.engines.lammps.reading.walls import WallProbe, walls_of
 from hertzchain.errors import RunFailed
-from hertzchain.scene.scene import Scene
 
 NOT_IN_A_ROW = "they do not lie in one row"
 NO_ROOM = "the box has no room for a row in which they touch"
@@ -48,11 +48,8 @@ def mirrored_probes(probes: Probes) -> Probes:
     return replace(probes, **{name: np.flip(getattr(probes, name), -1) for name in names})
 
 
-def probe(stage: Stage, scene: Scene, depth: float | None = None) -> Probes:
-    """Ask LAMMPS for all numbers of the chain that it has now.
-
-    Contacts are pressed by about the scene's natural unit of length, or by a ``depth`` [m].
-    """
+def probe(stage: Stage, sizes: Sizes) -> Probes:
+    """Ask LAMMPS for all numbers of the chain that it has now, at overlaps of about these sizes."""
     stage.ready()
     prober = Prober(stage)
     granules = prober.granules
@@ -60,19 +57,20 @@ def probe(stage: Stage, scene: Scene, depth: float | None = None) -> Probes:
     for fix in list(stage.alive.values()):
         if fix.moves:
             stage.lammps.give(f"unfix {fix.name}")
-    unit = scene.units.length / _smallest(scene.granules.radius) * _smallest(granules.radius)
-    if depth is not None:
-        unit = depth / granules.units.length
+    unit = sizes.overlap * float(np.min(granules.radius))
+    time = sizes.without_contacts(granules.units, stage.lammps.dt())
     why_not = obstacle(granules, unit)
     if why_not is not None:
-        return _unasked(granules, scene, integrated, why_not)
+        return _unasked(granules, time, integrated, why_not)
     try:
-        return _asked(prober, scene, unit, integrated)
+        return _asked(prober, sizes, unit, time, integrated)
     except RunFailed as problem:  # such as neighbours without number, where radii are wrong
-        return _unasked(granules, scene, integrated, str(problem))
+        return _unasked(granules, time, integrated, str(problem))
 
 
-def _asked(prober: Prober, scene: Scene, unit: float, integrated: IntArray) -> Probes:
+def _asked(
+    prober: Prober, sizes: Sizes, unit: float, expected: float, integrated: IntArray
+) -> Probes:
     """What LAMMPS answers where granules are put at overlaps of a ``unit``."""
     granules = prober.granules
     turns = [turn for turn in (0, 1) if granules.count > 1 + turn]
@@ -81,12 +79,12 @@ def _asked(prober: Prober, scene: Scene, unit: float, integrated: IntArray) -> P
     for turn in turns:
         for k, depth in enumerate(DEPTHS):
             overlap[k, turn::2], force[k, turn::2] = pressed(prober, turn, depth * unit, 0.0)
-    time = _contact_time(granules, overlap, force, scene)
+    time = _contact_time(granules, overlap, force, expected)
     shape = (len(DAMPED), granules.count - 1)
     closing, damped_overlap, damped = (np.full(shape, np.nan) for _ in range(3))
     tangential = np.zeros(granules.count)
     drag = _drag(prober, unit / time)
-    walls = walls_of(prober, scene, unit, time)
+    walls = walls_of(prober, sizes.wall_gap, unit, time)
     for turn in turns:
         for k, (depth, fraction) in enumerate(DAMPED):
             closing[k, turn::2] = speed = fraction * unit / time
@@ -123,14 +121,14 @@ def obstacle(granules: Granules, unit: float) -> str | None:
     return None
 
 
-def _unasked(granules: Granules, scene: Scene, integrated: IntArray, why_not: str) -> Probes:
+def _unasked(granules: Granules, time: float, integrated: IntArray, why_not: str) -> Probes:
     """Granules whose contacts, walls and drag were not asked."""
     contacts = granules.count - 1
     pressed, damped = (np.full((rows, contacts), np.nan) for rows in (len(DEPTHS), len(DAMPED)))
     each = np.full(granules.count, np.nan)
     return Probes(
         granules=granules,
-        contact_time=scene.contact_time / granules.units.time,
+        contact_time=time,
         overlap=pressed,
         contact_force=pressed,
         closing=damped,
@@ -142,10 +140,6 @@ def _unasked(granules: Granules, scene: Scene, integrated: IntArray, why_not: st
         integrated=integrated,
         why_not=why_not,
     )
-
-
-def _smallest(values: FloatArray) -> float:
-    return float(np.min(values))
 
 
 def _integrated(stage: Stage, granules: Granules) -> IntArray:
@@ -182,9 +176,9 @@ def pressed(prober: Prober, turn: int, depth: float, speed: float) -> tuple[Floa
 
 
 def _contact_time(
-    granules: Granules, overlap: FloatArray, force: FloatArray, scene: Scene
+    granules: Granules, overlap: FloatArray, force: FloatArray, expected: float
 ) -> float:
-    """The natural unit of time of the fastest contact at the largest overlap, in deck's units."""
+    """The natural unit of time of the fastest contact at the largest overlap, or the expected."""
     if granules.count > 1:
         mass = granules.mass[:-1] * granules.mass[1:] / (granules.mass[:-1] + granules.mass[1:])
         largest = overlap[-1], force[-1]
@@ -193,7 +187,7 @@ def _contact_time(
         good = times[np.isfinite(times) & (times > 0)]
         if good.size:
             return float(np.min(good))
-    return scene.contact_time / granules.units.time
+    return expected
 
 
 def _friction(prober: Prober, turn: int, depth: float, time: float) -> FloatArray:

@@ -24,15 +24,12 @@ from hertzchain.engines.lammps.reading.piped import piped
 from hertzchain.engines.lammps.reading.player import Stage
 from hertzchain.engines.lammps.reading.probing import Probes, probe
 from hertzchain.engines.lammps.reading.session import Session, module
+from hertzchain.engines.lammps.reading.sizes import Sizes
 from hertzchain.engines.lammps.reading.text import Edits
 from hertzchain.engines.lammps.reading.watching import Given, Stopped, Watcher
 from hertzchain.errors import RunFailed, TooExpensive
 from hertzchain.limits import TIME_LIMIT, Deadline, bound_memory, check_time_limit, in_words
 from hertzchain.scene.scene import Scene
-
-_READINGS = 2000
-"""Readings of the applied force while the scene's shock lasts: a force that is held over more of
-them is seen, and a line between two is right to 1e-6 of a pulse."""
 
 _READ_EVERY = 0.2
 """Contact times between two readings: the interpolation between them is right to 1e-6 then."""
@@ -52,7 +49,7 @@ class Reader:
         The deck.
     scene
         The scene that the deck should be: it says at which overlaps, speeds and times LAMMPS is
-        asked, and nothing else.
+        probed, and nothing else. Without one they follow from the deck's own contacts.
     variables
         Values of variables by name, as ``-var`` gives them.
     deadline
@@ -66,13 +63,14 @@ class Reader:
     def __init__(
         self,
         path: Path | str,
-        scene: Scene,
+        scene: Scene | None = None,
         variables: Mapping[str, object] | Iterable[tuple[str, object]] = (),
         deadline: Deadline | None = None,
         lmp: str | Path | None = None,
         say: Callable[[str], object] = lambda _: None,
     ) -> None:
-        self._deck, self._scene, self._lmp, self._say = str(path), scene, lmp, say
+        self._deck, self._lmp, self._say = str(path), lmp, say
+        self._sizes = Sizes() if scene is None else Sizes.of(scene)
         self._variables = {name: str(value) for name, value in dict(variables).items()}
         self._deadline = deadline or Deadline(TIME_LIMIT)
         self._open = ExitStack()
@@ -120,7 +118,7 @@ class Reader:
 
     def _found(self, source: _Source) -> FoundDeck:
         self._say("asking LAMMPS what it makes of the deck")
-        begun: _Begun = self._call(_probe, source, self._scene)
+        begun: _Begun = self._call(_probe, source, self._sizes)
         probes, restarts = begun.probes, begun.restarts
         if not probes.granules.is_chain:
             nothing = nothing_seen(begun.version, begun.commands, probes.granules.count)
@@ -139,7 +137,7 @@ class Reader:
         self._say("reading the applied forces")
         if restarts:
             self._child.end()
-        each = _between(self._scene, probes)
+        each = self._sizes.between(probes.granules.units, probes.contact_time)
         if seen.stopped:
             seen, applied = self._call(_freeze_stopped, source, seen, probes, each)
         else:
@@ -150,7 +148,7 @@ class Reader:
 
 def read_deck(
     path: Path | str,
-    scene: Scene,
+    scene: Scene | None = None,
     variables: Mapping[str, object] | Iterable[tuple[str, object]] = (),
     time_limit: float = TIME_LIMIT,
     lmp: str | Path | None = None,
@@ -159,14 +157,6 @@ def read_deck(
     check_time_limit(time_limit)
     with Reader(path, scene, variables, Deadline(time_limit), lmp) as reader:
         return reader.read()
-
-
-def _between(scene: Scene, probes: Probes) -> float:
-    """Time between two readings of the applied force, in the deck's unit."""
-    whole = scene.pulse_end if scene.pulse_end > 0 else scene.end_time
-    if probes.granules.units.name == "lj":
-        return whole / _READINGS * probes.contact_time / scene.contact_time
-    return whole / _READINGS / probes.granules.units.time
 
 
 # ---- In the process that runs LAMMPS
@@ -226,8 +216,8 @@ def _tell(place: str) -> None:
 class First:
     """Plays a deck up to its first run, and asks there."""
 
-    def __init__(self, stage: Stage, scene: Scene, depth: float | None = None) -> None:
-        self._stage, self._scene, self._depth = stage, scene, depth
+    def __init__(self, stage: Stage, sizes: Sizes) -> None:
+        self._stage, self._sizes = stage, sizes
         self.probes: Probes | None = None
 
     def give(self, text: str, words: list[str], index: int) -> None:
@@ -240,7 +230,7 @@ class First:
         if steps == 0:
             self._stage.give(f"run 0 {keywords}", ["run"], index)
             return
-        self.probes = probe(self._stage, self._scene, self._depth)
+        self.probes = probe(self._stage, self._sizes)
         raise Ended
 
     def clear(self) -> bool:
@@ -249,10 +239,10 @@ class First:
         return True
 
 
-def _probe(start: Start, source: _Source, scene: Scene) -> _Begun:
+def _probe(start: Start, source: _Source, sizes: Sizes) -> _Begun:
     """What LAMMPS makes of the deck before its first run."""
     with start.session() as lammps:
-        first = First(Stage(lammps), scene)
+        first = First(Stage(lammps), sizes)
         script = source.played_by(first, lammps)
         script.play()
         version = lammps.version

@@ -11,7 +11,6 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.hooks import Readings
 from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS, SPIN_STEP, Prober
 from hertzchain.errors import RunFailed
-from hertzchain.scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,12 +28,16 @@ class WallProbe:
     command: int
 
 
-def walls_of(prober: Prober, scene: Scene, unit: float, time: float) -> tuple[WallProbe, ...]:
-    """The walls across the chain, by pushing the granule at each end outwards."""
+def walls_of(prober: Prober, gap: float, unit: float, time: float) -> tuple[WallProbe, ...]:
+    """The walls across the chain, by pushing the granule at each end outwards.
+
+    They are expected behind a ``gap`` [m], and looked for up to twice that.
+    """
     stage = prober.stage
     if not any(fix.is_wall for fix in stage.alive.values()):
         return ()
-    found = [_Wall(prober, at_end, unit).found(scene, time) for at_end in (False, True)]
+    gap /= prober.granules.units.length
+    found = [_Wall(prober, at_end, unit).found(gap, time) for at_end in (False, True)]
     return tuple(wall for wall in found if wall is not None)
 
 
@@ -62,10 +65,9 @@ class _Wall:
         force = self._prober.of_fixes(seen, walls=True)[self._number]
         return float(placed[self._number, 0]), float(-self._sign * force[0]), force, seen
 
-    def _limit(self, scene: Scene) -> float:
-        """How far outwards the granule may go [length]: the scene's gap and a radius."""
+    def _limit(self, gap: float) -> float:
+        """How far outwards the granule may go [length]: twice the gap and a radius."""
         granules = self._prober.granules
-        gap = 0.0 if scene.wall is None else scene.wall.gap / granules.units.length
         farthest = self._radius + 2 * gap
         first = int(np.argmax(np.abs(granules.frame[0])))
         if granules.boundary.split()[first][-1 if self._at_end else 0] in "sm":
@@ -73,15 +75,14 @@ class _Wall:
         box = granules.high[0] - self._start if self._at_end else self._start - granules.low[0]
         return min(farthest, 0.999 * float(box)) if box > 0 else 0.0
 
-    def found(self, scene: Scene, time: float) -> WallProbe | None:
+    def found(self, gap: float, time: float) -> WallProbe | None:
         """The wall, or None if the granule meets none."""
-        gap = 0.0 if scene.wall is None else scene.wall.gap / self._prober.granules.units.length
-        onset = self._onset(self._limit(scene), gap - self._radius)
+        onset = self._onset(self._limit(gap), gap - self._radius)
         if onset is None:
             return None
         reach = onset + self._sign * self._radius
         deepest = max(DEPTHS) * self._unit
-        room = abs(self._limit(scene) - self._sign * (onset - self._start))
+        room = abs(self._limit(gap) - self._sign * (onset - self._start))
         unit = self._unit * min(1.0, room / deepest) if room > 0 else self._unit
         tries = [self._ask(onset + self._sign * depth * unit) for depth in DEPTHS[1:]]
         damped = []

@@ -102,6 +102,24 @@ def test_every_number_is_found(deck: Deck, tmp_path: Path) -> None:
     assert not found.missed_overlap.any()
 
 
+@pytest.mark.parametrize("units", ["cgs", pytest.param("nano", marks=slow)])
+def test_a_deck_is_read_without_a_scene(units: str, tmp_path: Path) -> None:
+    path = Deck(units, "y").write(tmp_path)
+    found, with_scene = read_deck(path), read_deck(path, SCENE)
+    for name in ("radius", "mass", "position", "velocity", "integrated"):
+        assert np.array_equal(getattr(found, name), getattr(with_scene, name))
+    pressed = found.overlap > 0
+    np.testing.assert_allclose(
+        found.contact_force[pressed], STIFFNESS * found.overlap[pressed] ** 1.5, rtol=1e-11
+    )
+    # Pressed by a thousandth of the radius and what DEPTHS makes of it.
+    np.testing.assert_allclose(found.overlap[4], 4e-6, rtol=1e-9)
+    np.testing.assert_allclose(found.applied_force[:, 0], pulse(found.applied_time), atol=20e-11)
+    # Steps between readings follow from contacts at another overlap than the scene's.
+    np.testing.assert_allclose(found.peak_force, with_scene.peak_force, rtol=1e-6)
+    assert found.stopped == ""
+
+
 def whole_deck(scene: hc.Scene, dt: float) -> str:
     """Return the commands of the backend as a deck."""
     lines, before = [set_up(scene)], None
