@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading import FoundDeck
+from hertzchain.engines.lammps.reading.units import Units
 from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import judged_contacts
 from hertzchain.observables.result import Result
@@ -21,7 +22,6 @@ from hertzchain.verdict.deck.measured import Law
 from hertzchain.verdict.deck.places import Place, with_number
 from hertzchain.verdict.deck.places import place as find_place
 from hertzchain.verdict.deck.twin import Twin, TwinRun, change_of_peaks, effect
-from hertzchain.verdict.lint.scale import Scale
 
 Indices = NDArray[np.intp]
 
@@ -120,7 +120,7 @@ class Case:
 
     scene: Scene
     found: FoundDeck
-    units: Scale
+    units: Units
     start: float
     truth: Result
     near: FloatArray

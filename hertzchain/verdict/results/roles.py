@@ -7,9 +7,9 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from hertzchain.engines.lammps.reading.units import UNITS, Units
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.quantities import to_si
-from hertzchain.verdict.lint.scale import SCALES, Scale
 
 DIMENSIONS = {
     "contact": "", "peak_force": "N", "time": "s", "step": "", "position": "m", "velocity": "m/s",
@@ -20,7 +20,7 @@ DIMENSIONS = {
 SEVERAL = ("position", "velocity", "net_force", "contact_force")
 """What there is a column of for each granule or contact."""
 
-UNITS = (*SCALES, "lj")
+STYLES = (*UNITS, "lj")
 """Styles of LAMMPS's units that numbers can be in; those of lj have no scale."""
 
 _USUAL = {
@@ -53,7 +53,7 @@ class Asked:
 
     names: Mapping[str, str]
     factors: Mapping[str, float]
-    scale: Scale | None  # of columns without a unit of their own; None for lj
+    scale: Units | None  # of columns without a unit of their own; None for lj
 
     def factor(self, role: str, file: str) -> float:
         """What a number is worth in SI."""
@@ -73,7 +73,7 @@ class Asked:
 
 def asked_for(columns: Mapping[str, str], units: str) -> Asked:
     """Read what was said of columns, NAME or NAME [UNIT], and the style of units of the others."""
-    require(units in UNITS, "units", units, f"must be one of {', '.join(UNITS)}")
+    require(units in STYLES, "units", units, f"must be one of {', '.join(STYLES)}")
     names, factors = {}, {}
     for role, spec in columns.items():
         require(role in DIMENSIONS, "column", role, f"must be one of {', '.join(DIMENSIONS)}")
@@ -85,7 +85,7 @@ def asked_for(columns: Mapping[str, str], units: str) -> Asked:
             require(bool(DIMENSIONS[role]), f"column {role}", spec, allowed)
             number = match["unit"] if match["unit"][:1].isdigit() else f"1 {match['unit']}"
             factors[role] = to_si(f"column {role}", number, DIMENSIONS[role])
-    return Asked(names, factors, SCALES.get(units))
+    return Asked(names, factors, UNITS.get(units))
 
 
 def columns_of(header: Sequence[str], asked: Asked, granules: int, file: str) -> dict[str, Columns]:

@@ -17,6 +17,7 @@ from hertzchain.engines.lammps.reading.found import (
     FoundFix,
     FoundRun,
     FoundWall,
+    scaled,
 )
 from hertzchain.engines.lammps.reading.frozen import Applied
 from hertzchain.engines.lammps.reading.probing import Probes
@@ -55,7 +56,6 @@ def found_of(
     Whether granule 1 lies at the largest coordinate follows from that, unless it is known.
     """
     granules = probes.granules
-    units = granules.units
     if backwards is None:
         backwards = _is_reversed(probes, applied, seen.driven)
     sign = -1.0 if backwards else 1.0
@@ -63,22 +63,22 @@ def found_of(
     def turned(values: Any, axis: int = -1) -> Any:
         return np.flip(values, axis) if backwards else values
 
-    def vectors(values: FloatArray, unit: float) -> FloatArray:
-        return np.asarray(turned(values, 0) * np.array([sign, 1.0, 1.0]) * unit)
+    def vectors(values: FloatArray) -> FloatArray:
+        return np.asarray(turned(values, 0) * np.array([sign, 1.0, 1.0]))
 
     origin = granules.position[-1 if backwards else 0, 0]
 
     def places(values: FloatArray) -> FloatArray:
-        return np.asarray(turned(sign * (values - origin)) * units.length)
+        return np.asarray(turned(sign * (values - origin)))
 
     peaks = seen.peaks[int(backwards)]
     order = granules.order
     led = slice(None) if seen.driven[-1 if backwards else 0] else slice(0)
-    return FoundDeck(
+    found = FoundDeck(
         version=seen.version,
         commands=seen.commands,
         first_run=seen.first_run,
-        units=units.name,
+        units=granules.units.name,
         stopped=seen.stopped,
         is_chain=granules.is_chain,
         axis=_axis(granules.frame[0]),
@@ -86,63 +86,62 @@ def found_of(
         reversed=backwards,
         ids=turned(granules.ids[order]),
         types=turned(granules.types),
-        origin=granules.position[-1 if backwards else 0] @ granules.frame * units.length,
+        origin=granules.position[-1 if backwards else 0] @ granules.frame,
         position=places(granules.position[:, 0]),
         sideways=turned(
             granules.position[:, 1:] - np.median(granules.position[:, 1:], axis=0), 0
-        )
-        * units.length,
-        radius=turned(granules.radius) * units.length,
-        mass=turned(granules.mass) * units.mass,
-        velocity=vectors(granules.velocity, units.velocity),
-        spin=vectors(granules.spin, 1 / units.time),
-        overlap=turned(probes.overlap) * units.length,
-        contact_force=turned(probes.contact_force) * units.force,
-        closing=turned(probes.closing) * units.velocity,
-        damped_overlap=turned(probes.damped_overlap) * units.length,
-        damped_force=turned(probes.damped_force) * units.force,
-        tangential_force=turned(probes.tangential_force) * units.force,
-        constant_force=vectors(applied.constant, units.force),
-        drag=turned(probes.drag) * units.drag,
-        walls=tuple(_wall(wall, backwards, origin, probes) for wall in probes.walls),
+        ),
+        radius=turned(granules.radius),
+        mass=turned(granules.mass),
+        velocity=vectors(granules.velocity),
+        spin=vectors(granules.spin),
+        overlap=turned(probes.overlap),
+        contact_force=turned(probes.contact_force),
+        closing=turned(probes.closing),
+        damped_overlap=turned(probes.damped_overlap),
+        damped_force=turned(probes.damped_force),
+        tangential_force=turned(probes.tangential_force),
+        constant_force=vectors(applied.constant),
+        drag=turned(probes.drag),
+        walls=tuple(_wall(wall, backwards, origin) for wall in probes.walls),
         integrated=turned(probes.integrated),
         boundary=granules.boundary,
         image_gap=_image_gap(probes),
-        image_force=seen.image_force * units.force,
+        image_force=seen.image_force,
         fixes=tuple(
             FoundFix(
                 one.fix.style,
                 one.fix.command,
                 one.fix.moves,
                 turned(one.granules),
-                turned(one.largest, 0) * units.force,
-                turned(seen.exerted.get(one.fix.command, 0 * one.largest), 0) * units.force,
+                turned(one.largest, 0),
+                turned(seen.exerted.get(one.fix.command, 0 * one.largest), 0),
             )
             for one in applied.fixes
         ),
         runs=tuple(
-            FoundRun(run.start * units.time, run.dt * units.time, run.steps, run.command)
+            FoundRun(run.start, run.dt, run.steps, run.command)
             for run in seen.runs
         ),
-        applied_time=applied.time * units.time,
-        applied_force=sign * turned(applied.force) * units.force,
+        applied_time=applied.time,
+        applied_force=sign * turned(applied.force),
         applied_every=applied.every,
-        applied_sideways=applied.sideways * units.force,
-        peak_force=peaks.force * units.force,
-        peak_time=peaks.time * units.time,
+        applied_sideways=applied.sideways,
+        peak_force=peaks.force,
+        peak_time=peaks.time,
         peak_reading_error=peaks.error,
         read_every=seen.read_every,
-        missed_overlap=peaks.missed * units.length,
+        missed_overlap=peaks.missed,
         driven=turned(seen.driven),
-        driven_time=seen.driven_time[led] * units.time,
+        driven_time=seen.driven_time[led],
         driven_displacement=sign
-        * (seen.driven_ends[led, -1 if backwards else 0] - origin)
-        * units.length,
-        end_time=seen.time * units.time,
+        * (seen.driven_ends[led, -1 if backwards else 0] - origin),
+        end_time=seen.time,
         final_position=places(seen.position),
-        final_velocity=sign * turned(seen.velocity) * units.velocity,
+        final_velocity=sign * turned(seen.velocity),
         remarks=_remarks(seen, probes),
     )  # fmt: skip
+    return scaled(found, granules.units)
 
 
 def _axis(direction: FloatArray) -> str:
@@ -206,22 +205,20 @@ def _image_gap(probes: Probes) -> float | None:
         return None
     length = float(granules.high[0] - granules.low[0])
     extent = float(granules.position[-1, 0] - granules.position[0, 0])
-    gap = length - extent - float(granules.radius[0] + granules.radius[-1])
-    return gap * granules.units.length
+    return length - extent - float(granules.radius[0] + granules.radius[-1])
 
 
-def _wall(wall: WallProbe, backwards: bool, origin: float, probes: Probes) -> FoundWall:
-    units = probes.granules.units
+def _wall(wall: WallProbe, backwards: bool, origin: float) -> FoundWall:
     sign = -1.0 if backwards else 1.0
     return FoundWall(
         end="last" if wall.at_end != backwards else "first",
-        position=sign * (wall.position - origin) * units.length,
-        overlap=wall.overlap * units.length,
-        force=wall.force * units.force,
-        closing=wall.closing * units.velocity,
-        damped_overlap=wall.damped_overlap * units.length,
-        damped_force=wall.damped_force * units.force,
-        tangential_force=wall.tangential_force * units.force,
+        position=sign * (wall.position - origin),
+        overlap=wall.overlap,
+        force=wall.force,
+        closing=wall.closing,
+        damped_overlap=wall.damped_overlap,
+        damped_force=wall.damped_force,
+        tangential_force=wall.tangential_force,
         command=wall.command,
     )
 

@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, TypeVar, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading.units import Units
 
 IntArray = NDArray[np.signedinteger[Any]]
+
+Length = Annotated[float, "length"]
+Lengths = Annotated[FloatArray, "length"]
+Masses = Annotated[FloatArray, "mass"]
+Time = Annotated[float, "time"]
+Times = Annotated[FloatArray, "time"]
+Velocities = Annotated[FloatArray, "velocity"]
+Spins = Annotated[FloatArray, "spin"]
+Force = Annotated[float, "force"]
+Forces = Annotated[FloatArray, "force"]
+Drags = Annotated[FloatArray, "drag"]
+"""Numbers, with the unit of a deck that they are in (``Units``)."""
+
+_Found = TypeVar("_Found", "FoundDeck", "FoundFix", "FoundRun", "FoundWall")
 
 
 @dataclass(frozen=True)
@@ -53,8 +68,8 @@ class FoundRun:
         Index of its command.
     """
 
-    start: float
-    dt: float
+    start: Time
+    dt: Time
     steps: int
     command: int
 
@@ -84,8 +99,8 @@ class FoundFix:
     command: int
     moves: bool
     granules: NDArray[np.bool_]
-    largest: FloatArray
-    largest_in_motion: FloatArray
+    largest: Forces
+    largest_in_motion: Forces
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,13 +124,13 @@ class FoundWall:
     """
 
     end: str
-    position: float
-    overlap: FloatArray
-    force: FloatArray
-    closing: FloatArray
-    damped_overlap: FloatArray
-    damped_force: FloatArray
-    tangential_force: float
+    position: Length
+    overlap: Lengths
+    force: Forces
+    closing: Velocities
+    damped_overlap: Lengths
+    damped_force: Forces
+    tangential_force: Force
     command: int
 
 
@@ -230,41 +245,53 @@ class FoundDeck:
     reversed: bool
     ids: IntArray
     types: IntArray
-    origin: FloatArray
-    position: FloatArray
-    sideways: FloatArray
-    radius: FloatArray
-    mass: FloatArray
-    velocity: FloatArray
-    spin: FloatArray
-    overlap: FloatArray
-    contact_force: FloatArray
-    closing: FloatArray
-    damped_overlap: FloatArray
-    damped_force: FloatArray
-    tangential_force: FloatArray
-    constant_force: FloatArray
-    drag: FloatArray
+    origin: Lengths
+    position: Lengths
+    sideways: Lengths
+    radius: Lengths
+    mass: Masses
+    velocity: Velocities
+    spin: Spins
+    overlap: Lengths
+    contact_force: Forces
+    closing: Velocities
+    damped_overlap: Lengths
+    damped_force: Forces
+    tangential_force: Forces
+    constant_force: Forces
+    drag: Drags
     walls: tuple[FoundWall, ...]
     integrated: IntArray
     boundary: str
-    image_gap: float | None
-    image_force: float
+    image_gap: Annotated[float | None, "length"]
+    image_force: Force
     fixes: tuple[FoundFix, ...]
     runs: tuple[FoundRun, ...]
-    applied_time: FloatArray
-    applied_force: FloatArray
+    applied_time: Times
+    applied_force: Forces
     applied_every: int
-    applied_sideways: float
-    peak_force: FloatArray
-    peak_time: FloatArray
+    applied_sideways: Force
+    peak_force: Forces
+    peak_time: Times
     peak_reading_error: float
     read_every: int
-    missed_overlap: FloatArray
+    missed_overlap: Lengths
     driven: NDArray[np.bool_]
-    driven_time: FloatArray
-    driven_displacement: FloatArray
-    end_time: float
-    final_position: FloatArray
-    final_velocity: FloatArray
+    driven_time: Times
+    driven_displacement: Lengths
+    end_time: Time
+    final_position: Lengths
+    final_velocity: Velocities
     remarks: tuple[str, ...]
+
+
+def scaled(found: _Found, units: Units) -> _Found:
+    """What was found, of which every number is multiplied by its unit."""
+    changed: dict[str, Any] = {}
+    for name, kind in get_type_hints(type(found), include_extras=True).items():
+        value = getattr(found, name)
+        if name in ("walls", "fixes", "runs"):
+            changed[name] = tuple(scaled(part, units) for part in value)
+        elif hasattr(kind, "__metadata__") and value is not None:
+            changed[name] = value * getattr(units, kind.__metadata__[0])
+    return replace(found, **changed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from hertzchain.errors import RunFailed
@@ -9,7 +10,7 @@ from hertzchain.errors import RunFailed
 
 @dataclass(frozen=True)
 class Units:
-    """A deck's units of length, mass and time [m, kg, s]; 1 for lj, which has none."""
+    """A deck's units of length, mass and time [m, kg, s], whose force is mass x acceleration."""
 
     name: str
     length: float
@@ -18,33 +19,60 @@ class Units:
 
     @property
     def velocity(self) -> float:
-        """[m/s]."""
+        """Unit of velocity [m/s]."""
         return self.length / self.time
 
     @property
+    def acceleration(self) -> float:
+        """Unit of acceleration [m/s^2]."""
+        return self.velocity / self.time
+
+    @property
+    def spin(self) -> float:
+        """Unit of angular velocity [1/s]."""
+        return 1 / self.time
+
+    @property
     def force(self) -> float:
-        """[N]."""
-        return self.mass * self.length / self.time**2
+        """Unit of force [N]."""
+        return self.mass * self.acceleration
 
     @property
     def drag(self) -> float:
-        """Force over velocity [N s/m]."""
+        """Unit of force over velocity [N s/m]."""
         return self.mass / self.time
 
+    @property
+    def pressure(self) -> float:
+        """Unit of Young's modulus [Pa]."""
+        return self.force / self.length**2
 
-_KNOWN = {
-    "si": (1.0, 1.0, 1.0),
-    "cgs": (1e-2, 1e-3, 1.0),
-    "micro": (1e-6, 1e-15, 1e-6),
-    "nano": (1e-9, 1e-21, 1e-9),
-    "lj": (1.0, 1.0, 1.0),
+    @property
+    def density(self) -> float:
+        """Unit of density [kg/m^3]."""
+        return self.mass / self.length**3
+
+    @property
+    def stiffness(self) -> float:
+        """Unit of A in F = A overlap^(3/2) [N m^(-3/2)]."""
+        return self.force / (self.length * math.sqrt(self.length))
+
+
+UNITS = {
+    "si": Units("si", 1.0, 1.0, 1.0),
+    "cgs": Units("cgs", 1e-2, 1e-3, 1.0),
+    "micro": Units("micro", 1e-6, 1e-15, 1e-6),
+    "nano": Units("nano", 1e-9, 1e-21, 1e-9),
 }
+"""LAMMPS's styles of units with a scale; ``lj`` takes any, those of atoms have factors."""
 
 
 def units_of(name: str) -> Units:
-    """The units of a deck by LAMMPS's name; RunFailed for those of atoms."""
-    if name not in _KNOWN:
+    """The units of a deck by LAMMPS's name, 1 for lj; RunFailed for those of atoms."""
+    if name == "lj":
+        return Units(name, 1.0, 1.0, 1.0)
+    if name not in UNITS:
         raise RunFailed(
             f"units {name} are those of atoms: give the granules in si, cgs, micro, nano or lj"
         )
-    return Units(name, *_KNOWN[name])
+    return UNITS[name]
