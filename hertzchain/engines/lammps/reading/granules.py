@@ -84,7 +84,7 @@ def granules_of(lammps: Session, boundary: str) -> Granules:
     if lammps.count() == 0:
         raise RunFailed("the deck has made no granules when it runs for the first time")
     each = lammps.atoms()
-    low, high, periodic = lammps.box()
+    (low, high), periodic = lammps.box(), lammps.periodic()
     place = each["x"]
     first = int(np.argmax(np.ptp(place, axis=0)))
     chosen = [first, *(k for k in range(3) if k != first)]

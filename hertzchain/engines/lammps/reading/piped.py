@@ -22,8 +22,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.dumps import read_blocks, read_frames
 from hertzchain.engines.lammps.dialect import is_out_of_memory, not_enough_memory, write_dump
 from hertzchain.engines.lammps.reading.hooks import BLOCK, GranulesChanged, Readings
-from hertzchain.engines.lammps.reading.session import CONDITION, AnyHooks
-from hertzchain.engines.lammps.reading.text import quoted
+from hertzchain.engines.lammps.reading.session import AnyHooks, Session
 from hertzchain.errors import BackendMissing, RunFailed
 
 _MARK = "hertzchain:"  # begins a line of answers
@@ -31,11 +30,10 @@ _MASK = "hertzchain_inside"
 _DUMP = "hertzchain.dump"
 _STATE = ("type", "x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz", "radius", "mass")
 _READ = ("x", "y", "z", "vx", "vy", "vz", "tqx", "tqy", "tqz")
-_VALUES = re.compile(r"\$(?:(?P<letter>\w)|\{(?P<name>\w+)\}|(?=\())")
 
 
-class Piped:
-    """A LAMMPS binary; a ``Session``.
+class Piped(Session):
+    """A LAMMPS binary.
 
     Parameters
     ----------
@@ -82,59 +80,18 @@ class Piped:
         """Give it a command."""
         self._ask(text, "done")
 
-    def expanded(self, text: str) -> str:
-        """A command with the values of variables outside quotes."""
-        found, k = "", 0
-        while k < len(text):
-            if text[k] in "\"'":
-                mark = text[k : k + 3] if text.startswith('"""', k) else text[k]
-                end = text.find(mark, k + len(mark))
-                end = len(text) if end < 0 else end + len(mark)
-                found, k = found + text[k:end], end
-                continue
-            match = _VALUES.match(text, k)
-            if match is None:
-                found, k = found + text[k], k + 1
-                continue
-            end = match.end() if match["letter"] or match["name"] else _closed(text, k + 1)
-            found, k = found + self._ask(None, text[k:end]), end
-        return found
-
-    def holds(self, condition: str) -> bool:
-        """Whether the condition of an ``if`` holds."""
-        yes, no = (quoted(f"variable {CONDITION} string {value}") for value in ("yes", "no"))
-        return (
-            self._ask(f"if {quoted(condition)} then {yes} else {no}", f"${{{CONDITION}}}") == "yes"
-        )
-
-    def has_variable(self, name: str) -> bool:
-        """Whether there is a variable."""
-        return self._ask(None, f"$(is_defined(variable,{name}))") == "1"
-
-    def step(self) -> int:
-        """The number of the step."""
-        return int(float(self._ask(None, "$(step)")))
-
-    def dt(self) -> float:
-        """The time step."""
-        return float(self._ask(None, "$(dt:%.17g)"))
+    def printed(self, text: str) -> str:
+        """How it prints a text."""
+        return self._ask(None, text)
 
     def units(self) -> str:
         """The name of the units."""
         return self._system(r"Units\s*=\s*(\S+)")
 
-    def count(self) -> int:
-        """The number of granules."""
-        return int(float(self._ask(None, "$(count(all))")))
-
-    def box(self) -> tuple[FloatArray, FloatArray, list[bool]]:
-        """Lower and upper corner of the box, and along which axes it is periodic."""
-        low, high = (
-            np.array([float(self._ask(None, f"$({axis}{end}:%.17g)")) for axis in "xyz"])
-            for end in ("lo", "hi")
-        )
+    def periodic(self) -> list[bool]:
+        """Along which axes the box is periodic."""
         sides = self._system(r"Boundaries\s*=\s*(\S+ \S+ \S+)").split()
-        return low, high, [side == "p,p" for side in sides]
+        return [side == "p,p" for side in sides]
 
     def atoms(self) -> Mapping[str, Any]:
         """Arrays of granules in the order of their ids."""
@@ -214,16 +171,6 @@ def _failure(said: str, status: int) -> RunFailed:
     errors = [line for line in lines if "ERROR" in line]
     reason = (errors or lines or [f"it ended with status {status}"])[0 if errors else -1]
     return RunFailed(f"LAMMPS stopped: {reason}")
-
-
-def _closed(text: str, k: int) -> int:
-    """Where the bracket that opens at k is closed."""
-    depth = 0
-    for end in range(k, len(text)):
-        depth += (text[end] == "(") - (text[end] == ")")
-        if depth == 0:
-            return end + 1
-    raise RunFailed(f"a bracket is not closed: {text[k:]}")
 
 
 class StoredForces:

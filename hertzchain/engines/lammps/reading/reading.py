@@ -204,7 +204,7 @@ class Start:
             os.chdir(self.folder)
             bound_memory()  # a lattice a hundred times too fine makes a million times the granules
         if self.program is None:
-            return module()
+            return module(self.folder)
         return piped(self.program.command[0], self.program.build.version, self.folder)
 
 

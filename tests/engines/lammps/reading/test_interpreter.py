@@ -176,7 +176,7 @@ def test_a_deck_does_what_it_does_in_lammps(
     for file, text in FILES.items():
         (tmp_path / file).write_text(text)
     with engine() as lammps:
-        script = Interpreter(Module(lammps), "in.mine", deck, {}, Player(lammps))
+        script = Interpreter(Module(lammps, tmp_path), "in.mine", deck, {}, Player(lammps))
         script.play()
         ours = state(lammps)
     with engine() as lammps:
@@ -198,7 +198,7 @@ def test_where_each_command_stands(tmp_path: Path) -> None:
     )
     (tmp_path / "part.in").write_text("\n\nvariable p string p\n")
     with engine() as lammps:
-        script = Interpreter(Module(lammps), "my/in.mine", deck, {}, Player(lammps))
+        script = Interpreter(Module(lammps, tmp_path), "my/in.mine", deck, {}, Player(lammps))
         script.play()
     found = [(done.file, done.line, done.text) for done in script.commands]
     mine, loop = "my/in.mine", (3, "variable a string it{}")
@@ -238,7 +238,7 @@ def test_what_cannot_be_carried_out_is_one_sentence(
     deck = tmp_path / "in.mine"
     deck.write_text(text)
     with engine() as lammps, pytest.raises(RunFailed) as caught:
-        Interpreter(Module(lammps), "in.mine", deck, {}, Player(lammps)).play()
+        Interpreter(Module(lammps, tmp_path), "in.mine", deck, {}, Player(lammps)).play()
     assert str(caught.value).startswith(f"in.mine:{place}: ")
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -248,7 +248,7 @@ def test_variables_of_the_command_line_go_before_those_of_the_deck(tmp_path: Pat
     deck = tmp_path / "in.mine"
     deck.write_text("variable a index 1\nvariable b index 2\nvariable c equal v_a+v_b\n")
     with engine() as lammps:
-        Interpreter(Module(lammps), "in.mine", deck, {"a": "40"}, Player(lammps)).play()
+        Interpreter(Module(lammps, tmp_path), "in.mine", deck, {"a": "40"}, Player(lammps)).play()
         assert lammps.extract_variable("c") == 42
 
 

@@ -101,7 +101,7 @@ def test_commands_are_those_of_the_module(name: str, lmp: str, tmp_path: Path) -
         (tmp_path / file).write_text(text)
     done = []
     with engine() as lammps:
-        script = Interpreter(Module(lammps), "in.mine", deck, {}, Player(lammps))
+        script = Interpreter(Module(lammps, tmp_path), "in.mine", deck, {}, Player(lammps))
         script.play()
         done.append([(one.text, one.line) for one in script.commands])
 
