@@ -25,22 +25,31 @@ def near(known: dict[str, float], factor: float) -> list[str]:
     return [name for name, q in known.items() if abs(factor / q - 1) < min(NEAR, 0.1 * abs(q - 1))]
 
 
+def slips_of_stiffness(scene: Scene) -> dict[str, float]:
+    """Return factors of slips on the stiffness of a contact."""
+    nu = float(scene.granules.poisson_ratio[0])
+    return {
+        "effective modulus E/(1 - nu^2) in place of half of it": 2.0,
+        "effective modulus E in place of E/(2 (1 - nu^2))": 2 * (1 - nu**2),
+        "effective modulus halved twice": 0.5,
+        "E in place of E/(1 - nu^2)": 1 - nu**2,
+        "1 - nu in place of 1 - nu^2": 1 + nu,
+        "shear modulus in place of E": 0.5 / (1 + nu),
+        "the factor 2/3 is missing": 1.5,
+        "the factor 4/3 is missing": 0.75,
+        "R in place of the effective radius R/2": 2**0.5,
+        "E in dyn/cm^2 taken for Pa": 10.0,
+        "E in GPa taken for Pa": 1e-9,
+        "E in MPa taken for Pa": 1e-6,
+    }
+
+
 def slips_of_stretch(scene: Scene) -> dict[str, float]:
     """Return factors of slips in chain and pulse on the length of the pulse in natural units.
 
     The length goes as the cube root of the stiffness, and inversely as the root of the mass.
     """
-    nu, radius = scene.chain.poisson_ratio, scene.chain.radius
-    known = {
-        "effective modulus E/(1 - nu^2) in place of half of it": 2 ** (1 / 3),
-        "effective modulus E in place of E/(2 (1 - nu^2))": (2 * (1 - nu**2)) ** (1 / 3),
-        "effective modulus halved twice": 0.5 ** (1 / 3),
-        "E in place of E/(1 - nu^2)": (1 - nu**2) ** (1 / 3),
-        "1 - nu in place of 1 - nu^2": (1 + nu) ** (1 / 3),
-        "shear modulus in place of E": (0.5 / (1 + nu)) ** (1 / 3),
-        "the factor 2/3 is missing": 1.5 ** (1 / 3),
-        "the factor 4/3 is missing": 0.75 ** (1 / 3),
-        "R in place of the effective radius R/2": 2 ** (1 / 6),
+    known = {name: factor ** (1 / 3) for name, factor in slips_of_stiffness(scene).items()} | {
         "diameter taken for radius": 2 ** (-4 / 3),
         "radius taken for diameter": 2 ** (4 / 3),
         "diameter taken for radius in the mass": 8**-0.5,
@@ -48,13 +57,10 @@ def slips_of_stretch(scene: Scene) -> dict[str, float]:
         "half the mass": 2**0.5,
         "twice the mass": 0.5**0.5,
         "density in g/cm^3 taken for kg/m^3": 1e3**0.5,
-        "E in dyn/cm^2 taken for Pa": 10 ** (1 / 3),
         "radius in cm taken for m": 100 ** (-4 / 3),
         "radius in mm taken for m": 1000 ** (-4 / 3),
-        "E in GPa taken for Pa": 1e-9 ** (1 / 3),
-        "E in MPa taken for Pa": 1e-6 ** (1 / 3),
         # Spheres have the diameter 1 of LAMMPS when they get their mass.
-        "density set before the diameter": (2 * radius) ** 1.5,
+        "density set before the diameter": (2 * scene.chain.radius) ** 1.5,
     }
     if scene.pulse is not None:
         n = scene.pulse.duration_ratio

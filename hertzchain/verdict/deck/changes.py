@@ -2,11 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 
 from hertzchain.engines.lammps.reading import Executed
-from hertzchain.verdict.deck.deck_check import Case, Changes
-from hertzchain.verdict.deck.places import Place
+from hertzchain.verdict.deck.deck_check import Case, DeckCheck
+from hertzchain.verdict.deck.places import Changes, Place
+
+WITHOUT = "without this command"
+"""What a command should be that makes what the scene has not."""
+
+_COMMAND = re.compile(
+    r"(?:boundary|change_box|comm_modify|create_atoms|fix|group|lattice|neigh_modify|neighbor"
+    r"|pair_coeff|pair_modify|pair_style|region|run|set|timestep|units|variable|velocity|if"
+    r"|displace_atoms|delete_atoms|mass|newton)\s"
+)
+
+
+def guessed(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """The line of a check as its own number says, or without what should not be there."""
+    if check.place is not None and _COMMAND.match(check.command):
+        yield {at(check.place): tuple(check.command.split("\n"))}
+    elif check.place is not None and check.command == WITHOUT:
+        yield without(case, check.place)
 
 
 def at(place: Place | Executed) -> tuple[str, int, str]:

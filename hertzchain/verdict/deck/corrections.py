@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
-from hertzchain.verdict.deck.changes import at, before_first_run, without
-from hertzchain.verdict.deck.deck_check import Case, Changes, DeckCheck
+from hertzchain.verdict.deck.changes import at, before_first_run, guessed, without
+from hertzchain.verdict.deck.deck_check import Case, DeckCheck
 from hertzchain.verdict.deck.group_names import fixes_of, unused
-from hertzchain.verdict.deck.places import NUMBER, place_at
+from hertzchain.verdict.deck.places import NUMBER, Changes, place_at
 from hertzchain.verdict.deck.right_commands import (
     granule_commands,
     has_type,
@@ -28,57 +28,20 @@ from hertzchain.verdict.deck.right_commands import (
     wall_command,
 )
 
-MOST = 6  # corrections that are tried for one check (chosen)
-
-_COMMAND = re.compile(
-    r"(?:boundary|change_box|comm_modify|create_atoms|fix|group|lattice|neigh_modify|neighbor"
-    r"|pair_coeff|pair_modify|pair_style|region|run|set|timestep|units|variable|velocity|if"
-    r"|displace_atoms|delete_atoms|mass|newton)\s"
-)
-
-
-def corrections(case: Case, check: DeckCheck) -> tuple[Changes, ...]:
-    """Corrections that may help a failed check, without repetitions."""
-    tried: list[Changes] = []
-    by_types = [_by_types(case)] if check.name.startswith("stiffness of c") else []
-    by_types += [_by_types(case)] if check.name.startswith("stiffness of a") else []
-    for edits in [*by_types, *_guessed(case, check), *_special(case, check)]:
-        changes = any(lines != (where[2],) for where, lines in edits.items())
-        if edits and changes and edits not in tried:
-            tried.append(edits)
-    return tuple(tried[:MOST])
-
-
-def _guessed(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """The line of a check as its own number says, or without what should not be there."""
-    if check.place is None:
-        return
-    if _COMMAND.match(check.command):
-        yield {at(check.place): tuple(check.command.split("\n"))}
-    elif check.command.startswith("without"):
-        yield without(case, check.place)
-
-
-def _special(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """What the kind of a check needs, whatever line it was found at."""
-    for start, make in _MADE.items():
-        if check.name.startswith(start):
-            yield from make(case, check)
-            return
-
-
 # ---- Granules
 
 
-def _granules(case: Case, _: DeckCheck) -> Iterator[Changes]:
+def granules(case: Case, _: DeckCheck) -> Iterator[Changes]:
+    """Diameters and densities of the scene."""
     yield before_first_run(case, granule_commands(case))
 
 
-def _places(case: Case, _: DeckCheck) -> Iterator[Changes]:
+def places(case: Case, _: DeckCheck) -> Iterator[Changes]:
+    """All centres where the scene has them."""
     yield before_first_run(case, place_commands(case))
 
 
-def _room(case: Case, _: DeckCheck) -> Iterator[Changes]:
+def room(case: Case, _: DeckCheck) -> Iterator[Changes]:
     """A box with room at both ends, that is not periodic along the chain."""
     found, unit = case.found, case.units.length
     if found.axis not in "xyz":
@@ -113,7 +76,7 @@ def _unit_lattice(case: Case) -> bool:
     return all(words[:1] == ["none"] or words[1:2] in (["1"], ["1.0"]) for words in made)
 
 
-def _velocities(case: Case, check: DeckCheck) -> Iterator[Changes]:
+def velocities(case: Case, check: DeckCheck) -> Iterator[Changes]:
     """Velocities at the start: none but that of a striker."""
     commands = velocity_commands(case)
     if check.place is not None and check.place.written.split()[0] == "velocity":
@@ -149,25 +112,41 @@ def _by_types(case: Case) -> Changes:
     return edits
 
 
-def _laws(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """Moduli, then the whole law in place of the deck's."""
+def moduli(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """Moduli by types, then the whole law."""
+    if "wall" not in check.name:
+        yield _by_types(case)
+    yield from laws(case, check)
+
+
+def laws(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """The law of the scene in place of the deck's."""
     if "wall" in check.name:
-        yield from _wall(case, check)
+        yield from wall(case, check)
         return
     lines = law_commands(case)
-    places = [
-        at(one)
+    own = [
+        one
         for one in case.found.commands
         if one.carried_out and one.text.split()[0] in ("pair_style", "pair_coeff", "pair_modify")
     ]
-    if not lines or not places:
+    if not lines or not own:
         return
-    gone = {where: (f"# {where[2]}",) for where in places}
-    yield {**gone, places[0]: tuple(lines)}
+    new = lines
+    if own[0].text.split() == lines[0].split():  # the style stays
+        own, new = own[1:], lines[1:]
+    gone: Changes = {at(one): (f"# {one.written}",) for one in own}
+    yield {**gone, **{at(one): tuple(new) for one in own[:1]}}
     yield before_first_run(case, lines)
 
 
-def _wall(case: Case, check: DeckCheck) -> Iterator[Changes]:
+def forces(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """The law of the scene; neighbours that are all seen."""
+    yield from laws(case, check)
+    yield from neighbours(case, check)
+
+
+def wall(case: Case, check: DeckCheck) -> Iterator[Changes]:
     """The wall of the scene, in place of the deck's or in front of the first run."""
     command = wall_command(case)
     if command is None:
@@ -182,7 +161,7 @@ def _wall(case: Case, check: DeckCheck) -> Iterator[Changes]:
 # ---- Forces
 
 
-def _loads(case: Case, check: DeckCheck) -> Iterator[Changes]:
+def loads(case: Case, check: DeckCheck) -> Iterator[Changes]:
     """Gravity and precompression of the scene in place of the deck's."""
     found, lines = case.found, load_commands(case)
     acting = [
@@ -203,7 +182,7 @@ def _loads(case: Case, check: DeckCheck) -> Iterator[Changes]:
     yield before_first_run(case, lines)
 
 
-def _shock(case: Case, check: DeckCheck) -> Iterator[Changes]:
+def shock(case: Case, check: DeckCheck) -> Iterator[Changes]:
     """The formula in place of the deck's; the whole shock in place of all of its forces."""
     found, made = case.found, shock_commands(case)
     shocks = [
@@ -236,12 +215,13 @@ def _shock(case: Case, check: DeckCheck) -> Iterator[Changes]:
         yield before_first_run(case, [made.variable, *made.fix])
 
 
-def _no_fix(case: Case, check: DeckCheck) -> Iterator[Changes]:
+def no_fix(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """The deck without a fix."""
     if check.place is not None and check.place.written.split()[0] == "fix":
         yield without(case, check.place)
 
 
-def _piston(case: Case, _: DeckCheck) -> Iterator[Changes]:
+def piston(case: Case, _: DeckCheck) -> Iterator[Changes]:
     """The piston of the scene in place of what leads granules, or nothing."""
     found = case.found
     leading = [place_at(found, fix.command) for fix in found.fixes if fix.style == "move"]
@@ -267,14 +247,13 @@ def _piston(case: Case, _: DeckCheck) -> Iterator[Changes]:
 # ---- Steps
 
 
-def _step(case: Case, check: DeckCheck) -> Iterator[Changes]:
+def step(case: Case, check: DeckCheck) -> Iterator[Changes]:
     """A shorter time step, with as many more steps in each run; also without longer runs."""
-    found, place = case.found, check.place
-    if place is None or not _COMMAND.match(check.command) or not found.runs:
+    found, shorter = case.found, next(guessed(case, check), None)
+    if shorter is None or not found.runs:
         return
     assert check.expected is not None
     old, new = max(run.dt for run in found.runs), check.expected
-    shorter: Changes = {at(place): (check.command,)}
     edits = dict(shorter)
     last = min(found.end_time, case.start + case.scene.end_time)
     for run in found.runs:
@@ -288,7 +267,7 @@ def _step(case: Case, check: DeckCheck) -> Iterator[Changes]:
     yield shorter
 
 
-def _run(case: Case, _: DeckCheck) -> Iterator[Changes]:
+def run(case: Case, _: DeckCheck) -> Iterator[Changes]:
     """As many steps more as are missing."""
     if not case.found.runs:
         return
@@ -299,7 +278,7 @@ def _run(case: Case, _: DeckCheck) -> Iterator[Changes]:
     yield {at(where): (where.written, f"run {more}")}
 
 
-def _movers(case: Case, _: DeckCheck) -> Iterator[Changes]:
+def movers(case: Case, _: DeckCheck) -> Iterator[Changes]:
     """Each granule moved once."""
     found = case.found
     moving = [fix for fix in found.fixes if fix.moves]
@@ -322,7 +301,7 @@ def _movers(case: Case, _: DeckCheck) -> Iterator[Changes]:
     yield {**gone, **whole}
 
 
-def _neighbours(case: Case, _: DeckCheck) -> Iterator[Changes]:
+def neighbours(case: Case, _: DeckCheck) -> Iterator[Changes]:
     """A search for neighbours in each step, far enough; velocities of all of them."""
     found = case.found
     skin = number(0.5 * float(np.min(case.scene.granules.radius)) / case.units.length)
@@ -339,7 +318,7 @@ def _neighbours(case: Case, _: DeckCheck) -> Iterator[Changes]:
     yield {**gone, **before_first_run(case, [*lines, "comm_modify mode single vel yes"])}
 
 
-def _motion(case: Case, check: DeckCheck) -> Iterator[Changes]:
+def motion(case: Case, check: DeckCheck) -> Iterator[Changes]:
     """Without what is most likely to disturb the motion; with the scene's own force."""
     if check.place is not None and check.place.written.split()[0] not in ("variable", "run"):
         yield without(case, check.place)
@@ -347,47 +326,4 @@ def _motion(case: Case, check: DeckCheck) -> Iterator[Changes]:
         words = check.place.written.split()
         yield {at(check.place): (" ".join([*words[:3], "nve"]),)}
     if case.scene.ramps:
-        yield from _shock(case, check)
-
-
-_MADE: dict[str, Callable[[Case, DeckCheck], Iterator[Changes]]] = {
-    "number of granules": _room,
-    "radius": _granules,
-    "mass": _granules,
-    "distance": _places,
-    "contacts": _room,  # across the box, or none that can be asked
-    "place of the wall": _wall,
-    "wall in motion": _wall,
-    "wall at": _no_fix,
-    "wall": _wall,
-    "velocity": _velocities,
-    "spin": _velocities,
-    "stiffness": _laws,
-    "exponent": _laws,
-    "force of fix": _no_fix,
-    "force of contact": lambda case, check: iter([*_laws(case, check), *_neighbours(case, check)]),
-    "force of all": _laws,
-    "force of the wall": _wall,
-    "damping": _laws,
-    "friction": _laws,
-    "constant force across": _no_fix,
-    "constant force": _loads,
-    "drag": _no_fix,
-    "random": _no_fix,
-    "applied force": _shock,
-    "force after": _shock,
-    "peak of the applied": _shock,
-    "duration": _shock,
-    "rise time": _shock,
-    "end of the pulse": _shock,
-    "start of the pulse": _shock,
-    "granules that are pushed": _shock,
-    "granules that are led": _piston,
-    "displacement of the piston": _piston,
-    "time step": _step,
-    "end of the run": _run,
-    "integrators": _movers,
-    "neighbours": _neighbours,
-    "motion": _motion,
-}  # fmt: skip
-"""What makes corrections, by the beginning of the name of a check; the first that fits counts."""
+        yield from shock(case, check)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -19,16 +18,12 @@ from hertzchain.observables.peaks import judged_contacts
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.deck.measured import Law
-from hertzchain.verdict.deck.places import Place, with_number
-from hertzchain.verdict.deck.places import place as find_place
+from hertzchain.verdict.deck.places import Changes, Place
 from hertzchain.verdict.deck.twin import Twin, TwinRun, change_of_peaks, effect
 
 Indices = NDArray[np.intp]
 
 ROUND_OFF = 1e-9  # relative: decks of 17 digits have less; none of it is worth a remark (chosen)
-Changes = dict[tuple[str, int, str], tuple[str, ...]]
-"""What stands in place of commands of a deck: by file, line and how the command is written."""
-
 _WHICH = re.compile(r"(?: of| on| at)? (?:all |the )?(?:granules?|contacts?|wall)\b.*| \d+.*")
 
 _MOST_GROUPS = 3  # numbers that are wrong alike, each with a remark of its own (chosen)
@@ -60,8 +55,7 @@ class DeckCheck:
     place
         The line of the deck that makes it; None where nothing differs.
     command
-        What that line may be instead, one command a line; "" where that is not known. It is a
-        guess while a deck is compared, and proven in an examination.
+        What is proven to be right in place of that line, one command a line; "" where nothing is.
     corrections
         Changes of the deck that may make it right, best guesses first.
     """
@@ -171,41 +165,29 @@ class Case:
         of_peaks = 0.0 if change is None else change
         return of_peaks <= self.tolerance and abs(relative) <= DIGITS * self.tolerance
 
-    @property
-    def reason(self) -> str:
+    def reason(self, relative: float) -> str:
         """Why a number may differ by as much as it may."""
-        return (
-            f"allowed is what changes no peak by more than {self.tolerance:g}, and"
-            f" {DIGITS * self.tolerance:g} of the number"
-        )
+        digits = f", and {DIGITS * self.tolerance:g} of the number" if relative else ""
+        return f"allowed is what changes no peak by more than {self.tolerance:g}{digits}"
 
+    def contact_name(self, indices: Indices) -> str:
+        """Contacts by the paper's numbers; the wall by its name."""
+        if self.is_wall(indices):
+            return "the wall"
+        return names(indices, len(self.laws), "contact", 2)
 
-def same(name: str, unit: str, measured: float, expected: float, why: str) -> DeckCheck:
-    """A check without a difference above round-off."""
-    return DeckCheck(
-        name, unit, measured, expected, 0.0, True, False, f"{name} is as in the scene", why
-    )
+    def is_wall(self, indices: Indices) -> bool:
+        """Whether a contact is that of the wall."""
+        return self.scene.wall is not None and int(indices[0]) + 1 == self.near.size
 
-
-def placed(
-    check: DeckCheck,
-    found: FoundDeck,
-    role: str,
-    numbers: Iterable[tuple[float, float]] = (),
-    fallback: str = "",
-    word: str = "",
-) -> DeckCheck:
-    """A check with its line and the right command, where it differs.
-
-    ``numbers`` are pairs in units of the deck: what the line may have, and what it should have.
-    ``fallback`` is the command where none of them stands there.
-    """
-    if not check.differs:
-        return check
-    pairs = [(old, new) for old, new in numbers if math.isfinite(old) and old != 0]
-    where = find_place(found, role, [old for old, _ in pairs], word)
-    command = with_number(where, [old for old, _ in pairs], [new for _, new in pairs])
-    return replace(check, place=where, command=command or fallback)
+    def reduced_modulus(self, k: int) -> float:
+        """E* of a contact of the scene [Pa]."""
+        granules = self.scene.granules
+        if k + 1 < granules.mass.size:
+            reduced = 1 / (1 / granules.radius[k] + 1 / granules.radius[k + 1])
+        else:
+            reduced = granules.radius[-1]
+        return float(0.75 * granules.stiffness[k] / math.sqrt(reduced))
 
 
 def values(measured: float, expected: float, unit: str) -> str:

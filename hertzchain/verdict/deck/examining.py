@@ -18,18 +18,13 @@ from hertzchain.scene.given import SceneLike, to_scene
 from hertzchain.scene.run import Run
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShowProgress, telling
-from hertzchain.verdict.deck import step_checks
-from hertzchain.verdict.deck.contact_checks import contact_checks
-from hertzchain.verdict.deck.corrections import corrections
 from hertzchain.verdict.deck.deck_check import Case, DeckCheck
 from hertzchain.verdict.deck.examined import DeckExamination, Finding, by_command, in_order
-from hertzchain.verdict.deck.force_checks import force_checks
-from hertzchain.verdict.deck.granule_checks import granule_checks
 from hertzchain.verdict.deck.measured import laws, start_of_shock, stretches_of
-from hertzchain.verdict.deck.motion_checks import motion_checks
-from hertzchain.verdict.deck.piston_checks import piston_checks
+from hertzchain.verdict.deck.numbers import all_checks
 from hertzchain.verdict.deck.places import place
 from hertzchain.verdict.deck.proving import Prover, findings_of
+from hertzchain.verdict.deck.run_numbers import peaks_check
 from hertzchain.verdict.deck.twin import run_twin, twin_of
 from hertzchain.verdict.deck.units import in_si
 
@@ -188,25 +183,8 @@ def compared(
         scene, found, units, start, truth, near, tuple(laws(found, scene, near)), twin,
         run_twin(twin, deadline), tolerance, deadline,
     )  # fmt: skip
-    checks = [
-        *granule_checks(case),
-        *contact_checks(case),
-        *force_checks(case),
-        *piston_checks(case),
-        *step_checks.step_checks(case),
-    ]
-    if case.settles and any(
-        not check.passed and check.name.startswith("distance of granules") for check in checks
-    ):
-        raise RunFailed(
-            f"{deck}: its chain settles before the shock begins, and is examined as it stands"
-            " before its first run: have it settle in a deck of its own, and read what that"
-            " has written"
-        )
-    if not found.stopped:
-        checks += motion_checks(case, checks)
-    checks = in_order([_with_corrections(case, check) for check in checks])
-    peaks_of_deck = step_checks.peaks_check(case)
+    checks = in_order(all_checks(case, deck))
+    peaks_of_deck = peaks_check(case)
     if not peaks_of_deck.passed and checks:
         # Digits alone may add up: then the one with the largest effect is the one to mend.
         first = checks[0]
@@ -215,12 +193,6 @@ def compared(
         scene, deck, found, (*checks, peaks_of_deck), truth, case.judged, tolerance,
         _remarks(case), findings=tuple(Finding(tuple(one)) for one in by_command(checks)),
     )  # fmt: skip
-
-
-def _with_corrections(case: Case, check: DeckCheck) -> DeckCheck:
-    """A check without its guess of a command; with all that may be tried, if it failed."""
-    tried = () if check.passed else corrections(case, check)
-    return replace(check, command="", corrections=tried)
 
 
 def _no_chain(

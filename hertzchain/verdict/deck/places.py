@@ -9,6 +9,12 @@ from dataclasses import dataclass
 
 from hertzchain.engines.lammps.reading import Executed, FoundDeck
 
+Changes = dict[tuple[str, int, str], tuple[str, ...]]
+"""What stands in place of commands of a deck: by file, line and how the command is written."""
+
+Pairs = Sequence[tuple[float, float]]
+"""As what a wrong and a right number may stand in a line, in units of the deck."""
+
 NUMBER = re.compile(r"(?<![\w.$])[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
 
 _SAME = 2e-3  # relative: a number that stands in a line is the one that was measured (chosen)
@@ -90,13 +96,13 @@ def is_same(number: float, other: float) -> bool:
     return math.isclose(number, other, rel_tol=_SAME)
 
 
-def place(
-    found: FoundDeck,
-    role: str,
-    numbers: Sequence[float] = (),
-    word: str = "",
-    until: int | None = None,
-) -> Place | None:
+def is_of(found: FoundDeck, index: int, role: str) -> bool:
+    """Whether a command is one of those that can make a number of a role."""
+    text = f"{found.commands[index].text} "
+    return any(re.match(rf"\s*(?:{pattern})", text) for pattern in ROLES[role])
+
+
+def place(found: FoundDeck, role: str, stands: Pairs = (), word: str = "") -> Place | None:
     """The line that makes a number of a role; a missing command is where the first run starts.
 
     Parameters
@@ -105,44 +111,57 @@ def place(
         The deck.
     role
         A key of ``ROLES``.
-    numbers
-        The measured number in units of the deck, and what else it may stand as: the line where one
-        of them stands, among the commands of the role and the variables that they use.
+    stands
+        As what the measured and the right number may stand in units of the deck: the line where one
+        of the measured stands, among the commands of the role and the variables that they use.
     word
         Text that the command should have, such as the identifier of a fix.
-    until
-        Commands before this one alone are looked at; all of them by default.
     """
-    commands = found.commands if until is None else found.commands[:until]
-    patterns = [re.compile(rf"\s*(?:{pattern})") for pattern in ROLES[role]]
+    commands, pairs = found.commands, _known(stands)
     mains = [
-        index
-        for index, one in enumerate(commands)
-        if one.carried_out and any(pattern.match(f"{one.text} ") for pattern in patterns)
+        index for index, one in enumerate(commands) if one.carried_out and is_of(found, index, role)
     ]
     # In styles of the family gran, pair_coeff * * says nothing.
     empty = [index for index in mains if commands[index].text.split()[1:] == ["*", "*"]]
     mains = [index for index in mains if index not in empty] or mains
-    worded = [index for index in mains if word and word in commands[index].text]
-    mains = worded or mains
+    mains = [index for index in mains if word and word in commands[index].text] or mains
     if not mains:
-        return None if role in _FALLBACK else place(found, "run", until=None)
+        return None if role in _FALLBACK else place(found, "run")
     for index in reversed(mains):
         for at in (index, *_variables(commands, index)):
-            if any(is_same(n, m) for n in numbers_in(commands[at].written) for m in numbers):
-                return _place(commands, at)
-    if numbers:  # a formula may make it: a command whose numbers are those, substituted
-        for index in reversed(mains):
-            if any(is_same(n, m) for n in numbers_in(commands[index].text) for m in numbers):
-                return _place(commands, index)
-    return _place(commands, mains[-1])
+            for number in numbers_in(commands[at].written):
+                if any(is_same(number, old) for old, _ in pairs):
+                    # A right number that others use, too, is only taken for another one here.
+                    is_right = any(is_same(number, new) for _, new in pairs)
+                    taken = at != index and is_right and _is_used_besides(commands, at, index)
+                    return place_at(found, index if taken else at)
+    for index in reversed(mains):  # a formula may make it: its numbers stand there, substituted
+        numbers = numbers_in(commands[index].text)
+        if any(is_same(number, old) for number in numbers for old, _ in pairs):
+            return place_at(found, index)
+    return place_at(found, mains[-1])
+
+
+def _known(stands: Pairs) -> list[tuple[float, float]]:
+    """Pairs whose wrong number can be recognized."""
+    return [(old, new) for old, new in stands if math.isfinite(old) and old != 0]
+
+
+def _is_used_besides(commands: Sequence[Executed], variable: int, index: int) -> bool:
+    """Whether commands other than one and its like use a variable, but for other variables."""
+    name, kind = commands[variable].written.split()[1], commands[index].text.split()[0]
+    return any(
+        one.carried_out and one.text.split()[0] not in ("variable", kind)
+        and name in _names(one.written)
+        for one in commands
+    )  # fmt: skip
 
 
 def formula_of(found: FoundDeck, where: Place) -> Place:
     """The variable that makes a force change in time, used at a place; else the place itself."""
     for at in reversed(_variables(found.commands, where.index)):
         if _CHANGES.search(found.commands[at].written):
-            return _place(found.commands, at)
+            return place_at(found, at)
     return where
 
 
@@ -152,17 +171,13 @@ def group_of(found: FoundDeck, where: Place) -> Place:
     for at in range(where.index - 1, -1, -1):
         words = found.commands[at].text.split()
         if words[:2] == ["group", name] and found.commands[at].carried_out:
-            return _place(found.commands, at)
+            return place_at(found, at)
     return where
 
 
 def place_at(found: FoundDeck, index: int) -> Place:
     """The line of a command."""
-    return _place(found.commands, index)
-
-
-def _place(commands: Sequence[Executed], index: int) -> Place:
-    one = commands[index]
+    one = found.commands[index]
     return Place(one.file, one.line, one.written.strip(), index)
 
 
@@ -190,16 +205,18 @@ def _names(text: str) -> set[str]:
     return {next(name for name in names if name) for names in found}
 
 
-def with_number(where: Place | None, old: Sequence[float], new: Sequence[float]) -> str | None:
-    """The line with each old number replaced by its new one; None where none of them stands in it.
+def with_number(found: FoundDeck, where: Place, stands: Pairs) -> str | None:
+    """The line with its wrong number replaced by the right one; None where none stands in it.
 
-    ``old`` and ``new`` are in units of the deck and of one length; the first that fits counts.
+    The first pair that fits counts. A line of a loop is not taken with its variables substituted.
     """
-    if where is None:
-        return None
-    for before, after in zip(old, new, strict=True):
-        for match in NUMBER.finditer(where.written):
-            if is_same(float(match.group()), before):
-                start, end = match.span()
-                return f"{where.written[:start]}{after:.10g}{where.written[end:]}"
+    texts = [where.written]
+    if sum((one.file, one.line) == (where.file, where.line) for one in found.commands) == 1:
+        texts.append(found.commands[where.index].text)
+    for text in texts:
+        for old, new in _known(stands):
+            for match in NUMBER.finditer(text):
+                if is_same(float(match.group()), old):
+                    start, end = match.span()
+                    return f"{text[:start]}{new:.10g}{text[end:]}"
     return None

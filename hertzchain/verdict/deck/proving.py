@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 
 from hertzchain.engines.lammps.reading import Edits
 from hertzchain.errors import RunFailed
-from hertzchain.verdict.deck.deck_check import Changes, DeckCheck
+from hertzchain.verdict.deck.deck_check import DeckCheck
 from hertzchain.verdict.deck.examined import Correction, DeckExamination, Finding, by_command
+from hertzchain.verdict.deck.places import Changes
 
 _WORSE = 1e-2, 1e-5
 """How much a correction may add to the error of a peak, as a share of it and in all: readings lie

@@ -13,7 +13,6 @@ from hertzchain.arrays import FloatArray
 from hertzchain.scene.pulse import PROFILES, Pulse, PulseTable
 from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.sine import Sine
-from hertzchain.verdict.deck.contact_names import reduced_modulus
 from hertzchain.verdict.deck.deck_check import Case
 from hertzchain.verdict.deck.group_names import fixes_of, on_granule, unused
 from hertzchain.verdict.deck.places import place
@@ -105,7 +104,7 @@ def damping_words(case: Case, k: int, version: str) -> tuple[str, str]:
     if contact.restitution is not None:
         return number(contact.restitution), f" damping coeff_restitution{limit}"
     if contact.relaxation_time is not None:
-        rate = 2 * contact.relaxation_time * reduced_modulus(case, k)
+        rate = 2 * contact.relaxation_time * case.reduced_modulus(k)
         mass = float(granules.contact_mass[min(k, granules.contact_mass.size - 1)])
         return number(rate / mass * unit.length * unit.time), f" damping viscoelastic{limit}"
     assert contact.coefficient is not None
@@ -123,7 +122,7 @@ def law_commands(case: Case) -> list[str]:
     coefficients: dict[tuple[int, int], tuple[float, str, str]] = {}
     for k in range(min(between, count - 1)):
         low, high = sorted((int(found.types[k]), int(found.types[k + 1])))
-        normal = 4 / 3 * reduced_modulus(case, k) / case.units.pressure
+        normal = 4 / 3 * case.reduced_modulus(k) / case.units.pressure
         eta, words = damping_words(case, k, found.version)
         known = coefficients.setdefault((low, high), (normal, eta, words))
         if abs(known[0] / normal - 1) > _ALIKE or known[1:] != (eta, words):
@@ -162,7 +161,7 @@ def wall_command(case: Case) -> str | None:
     far = float(scene.granules.position[-1]) + beyond
     where = number(float(found.origin[k] + found.direction[k] * far) / unit.length)
     side = f"NULL {where}" if found.direction[k] > 0 else f"{where} NULL"
-    normal = number(4 / 3 * reduced_modulus(case, case.near.size - 1) / unit.pressure)
+    normal = number(4 / 3 * case.reduced_modulus(case.near.size - 1) / unit.pressure)
     eta, words = damping_words(case, case.near.size - 1, found.version)
     if scene.contact is None:  # a wall without damping needs a number for it in some versions
         eta, words = "1e-300", " damping velocity"

@@ -1,0 +1,326 @@
+"""Contacts of a deck: stiffness, exponent, cutoffs, walls, images."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading import FoundWall
+from hertzchain.verdict.deck import corrections
+from hertzchain.verdict.deck.changes import WITHOUT
+from hertzchain.verdict.deck.deck_check import Case, Indices, groups, values
+from hertzchain.verdict.deck.measured import far_wall, law_of
+from hertzchain.verdict.deck.number import Difference, Number, same
+from hertzchain.verdict.deck.places import NUMBER, Pairs, place
+from hertzchain.verdict.slips import near, slips_of_stiffness
+
+_EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
+_BENT = 0.01  # of the force at other overlaps than the largest expected (chosen)
+_MIXED = "2023"  # before, LAMMPS mixes E and nu of a wall with themselves (measured: 2022)
+QUIET = 1e-7  # of a contact force: forces below are round-off (chosen)
+_NO_FORCE = 1e-6  # of Hertz's: a contact with less pushes not at all (chosen)
+
+
+@dataclass(frozen=True, eq=False)
+class _Laws:
+    """The laws of a deck's contacts, each of shape (contacts,): k, p, and their faults.
+
+    ``ratio`` is the force over Hertz's at the overlap that matters: a law of another exponent has a
+    stiffness in another unit.
+    """
+
+    stiffness: FloatArray
+    exponent: FloatArray
+    ratio: FloatArray
+    missing: NDArray[np.bool_]
+    bent: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, case: Case) -> _Laws:
+        stiffness = np.array([law.stiffness for law in case.laws])
+        exponent = np.array([law.exponent for law in case.laws])
+        near, expected = case.near[: stiffness.size], _expected(case)
+        ratio = stiffness * near ** (exponent - 1.5) / expected
+        missing = ~(ratio > _NO_FORCE)
+        bent = ~missing & (np.abs(exponent - 1.5) > _EXPONENT)
+        return cls(stiffness, exponent, ratio, missing, bent)
+
+
+def _expected(case: Case) -> FloatArray:
+    return case.scene.granules.stiffness[: len(case.laws)]
+
+
+def is_tried(case: Case) -> bool:
+    """Whether any contact of a deck was tried."""
+    return bool(case.laws) and bool(np.any(np.isfinite(case.found.contact_force)))
+
+
+def role_of(case: Case, alike: Indices) -> str:
+    """Which commands make the force of some contacts: a key of ``ROLES``."""
+    return "wall" if case.is_wall(alike) else "contacts"
+
+
+def _unknown(case: Case) -> list[Difference]:
+    if not case.laws or is_tried(case):
+        return []
+    return [Difference(None, None, effect=case.whole_effect,
+                       sentence="the contacts of the deck could not be asked")]  # fmt: skip
+
+
+def _missing(case: Case) -> list[Difference]:
+    if not is_tried(case):
+        return []
+    made = []
+    excluding = [
+        index
+        for index, one in enumerate(case.found.commands)
+        if one.carried_out and re.match(r"neigh_modify\s.*\bexclude\s+(?!none)", one.text)
+    ]
+    for alike in groups(np.where(_Laws.of(case).missing, -1.0, 0.0)):
+        stiffness = np.array(case.twin.stiffness)
+        stiffness[alike] = 0.0
+        who, k = case.contact_name(alike), int(alike[0])
+        made.append(
+            Difference(
+                0.0, _expected(case)[k], f"force of {who}", changes={"stiffness": stiffness},
+                sentence=f"no force in {who} at overlaps of {case.near[k]:.2g} m",
+                role=role_of(case, alike), at=excluding[-1] if excluding else None,
+                command=WITHOUT if excluding else "",
+            )
+        )  # fmt: skip
+    return made
+
+
+def _exponent(case: Case) -> list[Difference]:
+    if not is_tried(case):
+        return []
+    made, laws = [], _Laws.of(case)
+    for alike in groups(np.where(laws.bent, laws.exponent - 1.5, 0.0)):
+        powers, stiffness = np.array(case.twin.exponent), np.array(case.twin.stiffness)
+        powers[alike], stiffness[alike] = laws.exponent[alike], laws.stiffness[alike]
+        who, k = case.contact_name(alike), int(alike[0])
+        made.append(
+            Difference(
+                laws.exponent[k], 1.5, f"exponent of {who}", role=role_of(case, alike),
+                changes={"exponent": powers, "stiffness": stiffness},
+                sentence=f"the force of {who} goes as overlap^{laws.exponent[k]:.3g}, the scene has"
+                f" Hertz's overlap^1.5; at {case.near[k]:.2g} m it is {laws.ratio[k]:.3g} times"
+                " Hertz's",
+            )
+        )  # fmt: skip
+    return made or [same(laws.exponent[0], 1.5)]
+
+
+def _stiffness(case: Case) -> list[Difference]:
+    if not is_tried(case):
+        return []
+    made, laws, expected = [], _Laws.of(case), _expected(case)
+    ratio = laws.ratio
+    for alike in groups(np.where(laws.missing | laws.bent, 0.0, ratio * _by_radius(case) - 1)):
+        k, who = int(alike[np.argmax(np.abs(ratio[alike] - 1))]), case.contact_name(alike)
+        stiffness = np.array(case.twin.stiffness)
+        stiffness[alike] *= ratio[alike]
+        measured, right = float(ratio[k] * expected[k]), float(expected[k])
+        made.append(
+            Difference(
+                measured, right, f"stiffness of {who}", relative=float(ratio[k] - 1),
+                changes={"stiffness": stiffness}, role=role_of(case, alike),
+                sentence=f"stiffness of {who} {values(measured, right, 'N m^-1.5')}"
+                f" ({_times(ratio[k])}{_slip(case, who, float(ratio[k]))})",
+                stands=_moduli(case, k, float(ratio[k])),
+            )
+        )  # fmt: skip
+    return made or [same(laws.stiffness[0], expected[0])]
+
+
+def _by_radius(case: Case) -> FloatArray:
+    """What makes up for wrong radii in stiffnesses: they have checks of their own."""
+
+    def effective(radius: FloatArray) -> FloatArray:
+        return np.asarray(radius[:-1] * radius[1:] / (radius[:-1] + radius[1:]))
+
+    right, mine = effective(case.scene.granules.radius), effective(case.found.radius)
+    factor = np.ones(len(case.laws))
+    count = min(factor.size, right.size, mine.size)
+    factor[:count] = np.sqrt(right[:count] / mine[:count])
+    first = [law.ratios[np.isfinite(law.ratios)][:1] for law in case.laws]
+    fits = [one.size > 0 and abs(one[0] * f - 1) < 1e-6
+            for one, f in zip(first, factor, strict=True)]  # fmt: skip
+    return np.where(fits, factor, 1.0)
+
+
+def _times(ratio: float) -> str:
+    """A ratio in a sentence; its difference from 1 where four digits would not show it."""
+    if f"{ratio:.4g}" != "1":
+        return f"{ratio:.4g} times"
+    return f"{abs(ratio - 1):.1e} {'less' if ratio < 1 else 'more'}"
+
+
+def _slip(case: Case, who: str, ratio: float) -> str:
+    """The usual slip that makes a stiffness so many times too large, in words."""
+    slips = slips_of_stiffness(case.scene)
+    if who == "the wall" and case.found.version < _MIXED:
+        text = "for a wall of hertz/material: give hertz and 4/3 of its effective modulus"
+        nu = float(case.scene.granules.poisson_ratio[0])
+        slips = {f"LAMMPS of {case.found.version[:4]} takes E/(2(1-nu)) {text}": 1 + nu}
+    names = near(slips, ratio)
+    return f": {' or '.join(names)}" if names else ""
+
+
+def _moduli(case: Case, k: int, ratio: float) -> Pairs:
+    """As what the wrong and the right stiffness of a contact may stand in a line, deck's units."""
+    granules, unit = case.scene.granules, case.units.pressure
+    right = 4 / 3 * case.reduced_modulus(k) / unit
+    if k + 1 >= granules.mass.size:  # a wall has no modulus in the line, but its own stiffness
+        return [(right * ratio, right)]
+    modulus, poisson = float(granules.young_modulus[k]), float(granules.poisson_ratio[k])
+    where = place(case.found, "contacts")
+    text = "" if where is None else case.found.commands[where.index].text
+    written = re.search(r"hertz/material\s+(\S+)\s+\S+\s+(\S+)", text)
+    pairs = [(modulus * ratio / unit, modulus / unit)]
+    pairs += [(share * right * ratio, share * right) for share in (1.0, 0.75, 1.5)]
+    if written is None:
+        return pairs
+    if abs(float(written[2]) / poisson - 1 if poisson else 0) > 1e-6:
+        return [(float(written[2]), poisson), *pairs]
+    return [(float(written[1]), float(written[1]) / ratio), *pairs]
+
+
+def elsewhere(case: Case) -> list[Difference]:
+    """Forces that are Hertz's at the largest overlap, but not at all others."""
+    if not is_tried(case):
+        return []
+    laws = _Laws.of(case)
+    wrong = laws.missing | laws.bent
+    fair = ~wrong & (np.abs(laws.ratio * _by_radius(case) - 1) <= 10 * case.tolerance)
+    for k, law in enumerate(case.laws if fair.all() else ()):
+        ratios = law.ratios[np.isfinite(law.ratios)]
+        if ratios.size == 0:
+            continue
+        reference = law.stiffness * case.near[k] ** (law.exponent - 1.5) / _expected(case)[k]
+        off = ratios / reference - 1
+        at = int(np.argmax(np.abs(off)))
+        if abs(off[at]) > _BENT:
+            alike = np.array([k])
+            who = case.contact_name(alike)
+            return [
+                Difference(
+                    ratios[at], 1.0, f"force of {who} at other overlaps", effect=case.whole_effect,
+                    role=role_of(case, alike),
+                    sentence=f"the force of {who} is {ratios[at]:.3g} times Hertz's at one of the"
+                    " overlaps that were tried, and Hertz's at another: there is a cutoff or a"
+                    " limit", reason=f"chosen: {_BENT:g} of the force",
+                )
+            ]  # fmt: skip
+    return []
+
+
+# ---- What stands at the ends
+
+
+def _image(case: Case) -> list[Difference]:
+    """Granules at the ends that touch through a periodic boundary."""
+    force = case.found.image_force
+    # Of an image that does not lie near the motion tells.
+    if case.found.image_gap is None or force <= QUIET * case.scene.units.force:
+        return []
+    return [
+        Difference(
+            force, 0.0, effect=math.inf, sentence="granules at the two ends push one another by"
+            f" {force:.3g} N through the periodic boundary",
+        )
+    ]  # fmt: skip
+
+
+_PLANE = re.compile(r"fix\s+\S+\s+\S+\s+wall/.*\s([xyz])plane\s+(\S+)\s+(\S+)")
+
+
+def _wall(case: Case) -> list[Difference]:
+    """A wall that is missing; one that the last granule does not meet where it is pushed."""
+    scene, found = case.scene, case.found
+    if scene.wall is None or far_wall(found) is not None:
+        return [same(1, 1)] if scene.wall is not None else []
+    for index, one in enumerate(found.commands):
+        plane = _PLANE.match(one.text)
+        if not one.carried_out or plane is None or plane[1] != found.axis:
+            continue
+        k, last = "xyz".index(found.axis), float(scene.granules.position[-1])
+        expected = float(scene.granules.radius[-1] + case.twin.opening[-1])
+        places = [
+            (float(word) * case.units.length - found.origin[k]) * found.direction[k] - last
+            for word in plane.groups()[1:]
+            if NUMBER.fullmatch(word)
+        ]
+        if places:
+            measured = min(places, key=lambda place: abs(place - expected))
+            return [
+                Difference(
+                    measured, expected, "place of the wall", "m", effect=case.whole_effect,
+                    at=index, reason=case.reason(0.0),
+                    sentence=f"the wall {values(measured, expected, 'm')} from the centre of the"
+                    " last granule",
+                )
+            ]  # fmt: skip
+    stiffness = np.array(case.twin.stiffness)
+    stiffness[-1] = 0.0
+    return [
+        Difference(
+            0, 1, changes={"stiffness": stiffness}, sentence="the deck has no wall at the far end,"
+            f" the scene has one of the kind {scene.wall.kind!r}",
+        )
+    ]  # fmt: skip
+
+
+def _extra_walls(case: Case) -> list[Difference]:
+    """Walls that the scene has not: they matter where a granule reaches them."""
+    return [
+        _extra_wall(case, wall)
+        for wall in case.found.walls
+        if wall.end == "first" or case.scene.wall is None
+    ]
+
+
+def _extra_wall(case: Case, wall: FoundWall) -> Difference:
+    found, ahead, twin = case.found, wall.end == "last", case.twin
+    end = -1 if ahead else 0
+    room = abs(wall.position - float(found.position[end])) - float(found.radius[end])
+    way = case.expected.forwards if ahead else case.expected.backwards
+    reached, changes = bool(way >= room), None
+    if reached and ahead:
+        law = law_of(wall.overlap, wall.force, float(twin.stiffness[-1]), float(case.near[-1]))
+        changes = {
+            "stiffness": np.append(twin.stiffness, law.stiffness),
+            "exponent": np.append(twin.exponent, law.exponent),
+            "opening": np.append(twin.opening, room),
+            "damping": np.append(twin.damping, 0.0),
+        }
+    which = "far end" if ahead else "end where the shock acts"
+    return Difference(
+        1, 0, f"wall at the {which}", relative=None if reached else 0.0, changes=changes,
+        effect=0.0,
+        sentence=f"the deck has a wall at the {which}, {room:.3g} m from the granule, the scene has"
+        " none", reason=f"the granule moves {way:.3g} m towards it"
+        + ("" if reached else " and never touches it"), at=wall.command, command=WITHOUT,
+    )  # fmt: skip
+
+
+CONTACTS = (
+    Number("contacts", "", "place", _unknown, corrections.room, "its granules are in no row",
+           explains=True),
+    Number("force of the contacts", "N m^-1.5", "contacts", _missing, corrections.forces,
+           "contacts must push by Hertz's law", explains=True),
+    Number("exponent of the contact law", "", "contacts", _exponent, corrections.laws,
+           f"chosen: an exponent may be off by {_EXPONENT}, no other law is as close"),
+    Number("stiffness of the contacts", "N m^-1.5", "contacts", _stiffness, corrections.moduli),
+    Number("force at other overlaps", "", "contacts", elsewhere, corrections.forces,
+           explains=True),
+    Number("contacts across the box", "N", "image", _image, corrections.room,
+           "the chain of the scene has two ends", explains=True),
+    Number("wall", "", "wall", _wall, corrections.wall, "counts must be equal"),
+    Number("wall at an end", "", "wall", _extra_walls, corrections.no_fix, explains=True),
+)  # fmt: skip

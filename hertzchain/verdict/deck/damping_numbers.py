@@ -1,0 +1,143 @@
+"""Damping and friction in a deck's contacts against the scene."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from hertzchain.verdict.deck import corrections
+from hertzchain.verdict.deck.contact_numbers import QUIET, elsewhere, is_tried, role_of
+from hertzchain.verdict.deck.deck_check import Case, values
+from hertzchain.verdict.deck.measured import Damper, dampers
+from hertzchain.verdict.deck.number import Difference, Number, same
+
+_CLEAR = 1e-3  # of a contact force: damping that is off by more is wrong (chosen)
+
+
+def _damping(case: Case) -> list[Difference]:
+    """Damping by approaching and parting granules: what is added to a law of one power."""
+    if not is_tried(case) or elsewhere(case):
+        return []
+    found = dampers(case.found, case.scene, list(case.laws))
+    k, at, most = _worst(found, approaching=True)
+    if most <= _CLEAR:  # granules that part tell of limits, too
+        k, at, most = _worst(found, approaching=False)
+    if most <= QUIET:
+        return [same(0.0, 0.0)]
+    one, alike, wanted = found[k], np.array([k]), case.scene.contact is not None
+    added, expected = float(one.added[at]), float(one.expected[at])
+    who = case.contact_name(alike)
+    return [
+        Difference(
+            added, expected, f"damping of {who}", changes=_damped(case, found),
+            relative=(added - expected) / max(abs(expected), 1e-300) if wanted else None,
+            sentence=_sentence(one, at, who), role=role_of(case, alike),
+        )
+    ]  # fmt: skip
+
+
+def _worst(found: list[Damper], approaching: bool) -> tuple[int, int, float]:
+    """The contact and the try that is off the most, and by how much; of approaching granules."""
+    worst, at, most = 0, 0, 0.0
+    for k, one in enumerate(found):
+        if one.added.size == 0:
+            continue
+        off, scale = np.abs(one.added - one.expected), np.maximum(one.elastic, np.abs(one.expected))
+        off = np.divide(off, scale, out=np.where(off > 0, np.inf, 0.0), where=scale > 0)
+        if approaching:
+            off = np.where(one.closing > 0, off, 0.0)
+        if not np.max(off) <= most:
+            worst, at, most = k, int(np.argmax(off)), float(np.max(off))
+    return worst, at, most
+
+
+def _sentence(one: Damper, at: int, who: str) -> str:
+    """What damping does in one try, in words."""
+    added, expected, elastic = float(one.added[at]), float(one.expected[at]), one.elastic[at]
+    how = "approach" if one.closing[at] > 0 else "part"
+    when = f"granules {how} with {abs(one.closing[at]):.3g} m/s"
+    if added < -elastic and math.isclose(expected, -elastic, rel_tol=1e-6):
+        return (
+            f"{who} pulls: where {when}, damping is {added:.4g} N and the elastic force"
+            f" {elastic:.3g} N; contacts of the scene do not pull"
+        )
+    numbers = values(added, expected, "N")
+    return f"damping of {who} {numbers}, where {when} and the elastic force is {elastic:.3g} N"
+
+
+def damping_of_twin(case: Case) -> dict[str, object]:
+    """Numbers of a twin that is damped as the deck is."""
+    return _damped(case, dampers(case.found, case.scene, list(case.laws)))
+
+
+def _damped(case: Case, found: list[Damper]) -> dict[str, object]:
+    """Numbers of a twin that is damped as the deck is: c overlap^q d' by the largest tries."""
+    # Round-off has no exponent.
+    found = [
+        replace(one, added=np.where(np.abs(one.added) > QUIET * one.elastic, one.added, 0.0))
+        for one in found
+    ]
+    power = case.twin.damping_exponent if case.scene.contact is not None else _power_of(found)
+    damping, pulls = np.array(case.twin.damping), False
+    for k, one in enumerate(found):
+        closing = one.closing > 0
+        if not closing.any():
+            continue
+        deep = int(np.argmax(np.where(closing, one.overlap, 0.0)))
+        damping[k] = one.added[deep] / (one.overlap[deep] ** power * one.closing[deep])
+        pulls = pulls or bool(np.any(one.elastic + one.added < -QUIET * one.elastic))
+    return {"damping": damping, "damping_exponent": power, "attraction": pulls}
+
+
+def _power_of(found: list[Damper]) -> float:
+    """The q of a damping that the scene has not: by the smallest and the largest overlap tried."""
+    for one in found:
+        closing = (one.closing > 0) & (np.abs(one.added) > 0)
+        if np.count_nonzero(closing) >= 2:
+            overlap, rate = one.overlap[closing], one.added[closing] / one.closing[closing]
+            low, high = int(np.argmin(overlap)), int(np.argmax(overlap))
+            if overlap[high] > overlap[low] and rate[high] * rate[low] > 0:
+                power = math.log(rate[high] / rate[low]) / math.log(overlap[high] / overlap[low])
+                return round(4 * power) / 4
+    return 0.5
+
+
+def _friction(case: Case) -> list[Difference]:
+    """Sideways forces and torques over radius when granules spin: the scene has none."""
+    if not is_tried(case):
+        return []
+    unit = float(np.max([law.stiffness for law in case.laws])) * float(np.max(case.near)) ** 1.5
+    sideways = float(np.nanmax(np.abs(case.found.tangential_force), initial=0.0))
+    if sideways <= QUIET * max(unit, 1e-300):
+        return [same(sideways, 0.0)]
+    still = np.max(np.abs(case.found.spin), initial=0.0) == 0
+    return [
+        Difference(
+            sideways, 0.0, effect=0.0 if still else case.whole_effect,
+            sentence=f"friction: granules that spin are pushed sideways or turned by"
+            f" {sideways:.3g} N, the scene has no friction",
+        )
+    ]  # fmt: skip
+
+
+DAMPING = (
+    Number(
+        "damping",
+        "N",
+        "contacts",
+        _damping,
+        corrections.laws,
+        "forces of approaching and parting granules; a scene without damping has none",
+    ),
+    Number(
+        "friction",
+        "N",
+        "contacts",
+        _friction,
+        corrections.laws,
+        "sideways forces and torques over radius when granules spin, of the contact force: they"
+        " do nothing while granules stay on the axis without spin",
+    ),
+)

@@ -1,0 +1,376 @@
+"""Forces on a deck's granules besides those of contacts: loads, drag, the shock, a piston."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading import FoundFix
+from hertzchain.verdict.deck import corrections
+from hertzchain.verdict.deck.changes import WITHOUT
+from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, Indices, names, values
+from hertzchain.verdict.deck.group_names import first_alone
+from hertzchain.verdict.deck.measured import displacement, stretches_of
+from hertzchain.verdict.deck.number import Difference, Number, same
+from hertzchain.verdict.deck.places import ROLES, formula_of, is_of, place_at
+from hertzchain.verdict.deck.pulse import ACTS, of_shock, pulse, pushing_changes
+
+
+def _last_fix(case: Case, wanted: Callable[[FoundFix], bool]) -> int | None:
+    """The command of the last fix that pushes, of those wanted."""
+    fixes = [fix.command for fix in case.found.fixes if not fix.moves and wanted(fix)]
+    return fixes[-1] if fixes else None
+
+
+# ---- Loads
+
+
+def _constant(case: Case) -> list[Difference]:
+    """Gravity and static loads."""
+    found, units = case.found, case.units
+    count = min(found.mass.size, case.twin.mass.size)
+    measured = found.constant_force[:count, 0] + 0.0  # no -0
+    expected, least = case.twin.constant_force[:count], ROUND_OFF * case.scene.units.force
+    off = measured - expected
+    if case.scene.piston is not None:  # forces on it do not matter
+        off[0] = 0.0
+    k = int(np.argmax(np.abs(off)))
+    if abs(off[k]) <= least:
+        return [same(measured[k], expected[k])]
+    constant = np.array(case.twin.constant_force)
+    constant[:count] = measured
+    largest = np.max(np.abs(expected))
+    alike = np.flatnonzero(np.abs(off) > least)
+    per_mass = measured / found.mass[:count]
+    gravity = bool(np.allclose(per_mass, per_mass[0], rtol=1e-6) and per_mass[0] != 0)
+    kind = f" (gravity of {per_mass[0]:.4g} m/s^2 along the chain)" if gravity else ""
+    role = "gravity" if gravity else "constant force" if np.any(measured) else "run"
+    at = None
+    if not any(one.carried_out and is_of(found, j, role) for j, one in enumerate(found.commands)):
+        at = _last_fix(case, lambda fix: bool(fix.largest[k, 0] > least))
+    stands = []
+    if np.any(expected) and np.any(measured):
+        stands = [(abs(measured[k]) / units.force, abs(expected[k]) / units.force)]
+        pressed = case.scene.precompression
+        if gravity and pressed is not None:
+            right = pressed.gravity / units.acceleration
+            stands.insert(0, (abs(float(per_mass[0])) / units.acceleration, right))
+    return [
+        Difference(
+            measured[k], expected[k], f"constant force on {names(alike, count, 'granule', 1)}",
+            relative=float(off[k] / largest) if largest > 0 else None,
+            changes={"constant_force": constant},
+            sentence=f"the constant force on granule {k + 1}"
+            f" {values(measured[k], expected[k], 'N')}{kind}",
+            stands=stands, role=role, at=at,
+            command="" if largest > 0 else WITHOUT,
+        )
+    ]  # fmt: skip
+
+
+def _constant_across(case: Case) -> list[Difference]:
+    across, least = case.found.constant_force[:, 1:], ROUND_OFF * case.scene.units.force
+    side = float(np.max(np.abs(across), initial=0.0))
+    if side <= least:
+        return []
+    falls = across / case.found.mass[:, np.newaxis]
+    as_one = bool(np.allclose(falls, falls[0], rtol=1e-6, atol=1e-6 * np.max(np.abs(falls))))
+    return [
+        Difference(
+            side, 0.0, effect=0.0 if as_one else case.whole_effect,
+            sentence=f"a constant force of {side:.3g} N acts across the chain, the scene has none",
+            at=_last_fix(case, lambda fix: bool(np.max(fix.largest[:, 1]) > least)),
+            command=WITHOUT,
+        )
+    ]  # fmt: skip
+
+
+# ---- Forces of the motion
+
+
+_MORE = 1.1  # times the force at rest: readings of one force at other times differ by less (chosen)
+
+
+def _shows_in_motion(case: Case, fix: FoundFix) -> tuple[Indices, Indices]:
+    """Granules on which a fix exerts a force in motion that it does not at rest, along and across.
+
+    A granule that is led moves whatever the forces.
+    """
+    least = _MORE * fix.largest + ACTS * case.scene.units.force
+    more = fix.largest_in_motion > least
+    more[:, 0] &= ~case.found.driven
+    return np.flatnonzero(more[:, 0]), np.flatnonzero(more[:, 1])
+
+
+def _drags(case: Case, fix: FoundFix) -> bool:
+    """Whether a fix may be what drags granules: one made for it, or a formula of velocities."""
+    return fix.style == "addforce" or is_of(case.found, fix.command, "drag")
+
+
+def _drag(case: Case) -> list[Difference]:
+    found = case.found
+    drag = np.where(np.isfinite(found.drag), found.drag, 0.0)
+    k = int(np.argmax(np.abs(drag)))
+    if abs(drag[k]) <= ROUND_OFF * case.scene.units.force / case.scene.units.velocity:
+        return [same(drag[k], 0.0)]
+    count = case.twin.drag.size
+    whole = np.append(drag[:count], np.zeros(max(0, count - drag.size)))
+    until = ", until the shock begins" if case.settles else ""
+    return [
+        Difference(
+            drag[k], 0.0, relative=0.0 if case.settles else None, effect=0.0,
+            changes=None if case.settles else {"drag": whole},
+            sentence=f"a drag of {drag[k]:.3g} N s/m acts on granule {k + 1}{until}, the scene has"
+            " none", command=WITHOUT,
+            at=_last_fix(
+                case, lambda fix: _drags(case, fix) and _shows_in_motion(case, fix)[0].size > 0
+            ),
+        )
+    ]  # fmt: skip
+
+
+def _in_motion(case: Case) -> list[Difference]:
+    """Fixes that push in motion and at rest do not; what they do to the peaks is not known."""
+    found, made = case.found, []
+    walls = {wall.command for wall in found.walls}
+    dragged = any(one.differs for one in _drag(case))
+    for fix in found.fixes:
+        is_told = fix.command in walls or is_of(found, fix.command, "random")
+        if fix.moves or is_told or (dragged and _drags(case, fix)) or _has_ended(case, fix):
+            continue
+        both = _shows_in_motion(case, fix)
+        for column, (granules, way) in enumerate(zip(both, ("along", "across"), strict=True)):
+            if granules.size == 0:
+                continue
+            k = int(granules[np.argmax(fix.largest_in_motion[granules, column])])
+            force, at_rest = fix.largest_in_motion[k, column], fix.largest[k, column]
+            before = f"{at_rest:.3g} N" if at_rest > ACTS * case.scene.units.force else "none"
+            # Of walls nothing is kept at rest.
+            still = "" if fix.style.startswith("wall") else f", and {before} at rest"
+            made.append(
+                Difference(
+                    force, 0.0, f"force of fix {fix.style} {way} the chain",
+                    sentence=f"fix {fix.style} exerts up to {force:.3g} N {way} the chain on"
+                    f" {names(granules, found.mass.size, 'granule', 1)} in motion{still}; the"
+                    " scene has no such force", at=fix.command, command=WITHOUT,
+                )
+            )  # fmt: skip
+    return made
+
+
+def _has_ended(case: Case, fix: FoundFix) -> bool:
+    """Whether a fix is gone before the shock begins, as a chain settles."""
+    found = case.found
+    later = [run.command for run in found.runs if run.start > case.start * (1 - 1e-9)]
+    if case.start <= 0 or not later:
+        return False
+    name = found.commands[fix.command].text.split()[1]
+    between = found.commands[fix.command : later[0]]
+    return any(one.carried_out and one.text.split()[:2] == ["unfix", name] for one in between)
+
+
+def _random(case: Case) -> list[Difference]:
+    """Forces that are random: no run is like another."""
+    patterns = [pattern for pattern in ROLES["random"] if pattern.startswith("fix")]
+    for index, one in enumerate(case.found.commands):
+        if one.carried_out and any(re.match(pattern, one.text) for pattern in patterns):
+            words = " ".join(one.text.split()[:4])
+            return [
+                Difference(
+                    1, 0, effect=case.whole_effect, at=index, command=WITHOUT,
+                    sentence=f"{words} pushes granules at random, the scene is not random",
+                )
+            ]  # fmt: skip
+    return []
+
+
+# ---- The shock
+
+
+def _across(case: Case) -> list[Difference]:
+    found = case.found
+    side, least = found.applied_sideways, ACTS * case.scene.units.force
+    if side <= least:
+        return []
+    one = Difference(
+        side, 0.0, effect=case.whole_effect,
+        sentence=f"an applied force of up to {side:.4g} N acts across the chain, which lies along"
+        f" {found.axis}",
+    )  # fmt: skip
+    for fix in found.fixes:
+        across = float(np.max(fix.largest[:, 1])) > least
+        if across and not fix.moves and fix.style == "addforce":
+            return [replace(one, at=fix.command)]
+    return [of_shock(case, one)]
+
+
+def _pushed(case: Case) -> tuple[FloatArray, Indices, float]:
+    """The largest applied force on each granule, which others than granule 1 have one; the least.
+
+    All are in N, and forces below the least are none.
+    """
+    largest = np.max(np.abs(case.found.applied_force), axis=0, initial=0.0)
+    least = ACTS * case.scene.units.force
+    return largest, np.flatnonzero(largest[1:] > least) + 1, least
+
+
+def _others(case: Case) -> list[Difference]:
+    """Forces on granules that the scene does not push."""
+    largest, others, least = _pushed(case)
+    if not case.scene.ramps or not others.size:
+        return []
+    who = names(others, largest.size, "granule", 1)
+    too = largest[0] > least
+    if too:
+        sentence = (
+            f"the applied force acts on granule 1 and on {who}, too, with up to"
+            f" {np.max(largest[others]):.4g} N; the scene pushes granule 1 alone"
+        )
+    else:
+        sentence = f"the applied force acts on {who} and not on granule 1, which the scene pushes"
+    one = Difference(int(others.size) + too, 1, effect=1.0, sentence=sentence,
+                     changes=_with_others(case, others) if too else None)  # fmt: skip
+    return [_of_others(case, others, one)]
+
+
+def _shock(case: Case) -> list[Difference]:
+    """The applied force on granule 1 over time, or that it is missing, or none of the scene."""
+    scene, (largest, others, least) = case.scene, _pushed(case)
+    top = float(np.max(largest, initial=0.0))
+    if scene.ramps and largest.size and largest[0] > least:
+        return pulse(case)
+    if scene.ramps and not others.size and case.found.applied_sideways <= least:
+        return [
+            of_shock(case, Difference(
+                top, scene.peak_force, "applied force on granule 1", effect=1.0,
+                sentence="no applied force acts along the chain on granule 1, the scene pushes it"
+                f" with up to {scene.peak_force:.4g} N",
+            ))
+        ]  # fmt: skip
+    if scene.ramps or top <= least:
+        return []
+    return [
+        of_shock(case, Difference(
+            top, 0.0, changes=pushing_changes(case, np.flatnonzero(largest > 0)),
+            sentence=f"an applied force of up to {top:.4g} N acts, the scene has none",
+            command=WITHOUT,
+        ))
+    ]  # fmt: skip
+
+
+def _of_others(case: Case, others: Indices, one: Difference) -> Difference:
+    """A difference of forces on other granules with the line of their fix, or of its group."""
+    found, least = case.found, ACTS * case.scene.units.force
+    pushing = [
+        fix for fix in found.fixes
+        if not fix.moves and not fix.style.startswith("wall")
+        and float(np.max(fix.largest[others, 0])) > least
+    ]  # fmt: skip
+    alone = one.measured == others.size  # none acts on granule 1
+    if pushing and not alone:
+        last = pushing[-1]
+        if last.style == "gravity" or last.largest[0, 0] <= least:
+            return replace(one, at=last.command, command=WITHOUT)
+    at = of_shock(case, replace(one, command=WITHOUT)).at
+    if at is None:
+        return one
+    where, right = first_alone(found, place_at(found, at))
+    return replace(one, at=where.index, command=right)
+
+
+def _with_others(case: Case, granules: Indices) -> dict[str, object]:
+    """Forces on some granules besides the scene's own on granule 1."""
+    granules = granules[granules < case.twin.mass.size]
+    extra = stretches_of(case.found, case.scene, case.start, granules)
+    both = tuple(
+        replace(one, applied=np.hstack([one.applied, more.applied]))
+        for one, more in zip(case.twin.stretches, extra, strict=True)
+    )
+    return {"pushed": np.append(0, granules), "stretches": both}
+
+
+# ---- The piston
+
+
+def _driven(case: Case) -> list[Difference]:
+    """Granules that are led, whatever presses them: granule 1 of a scene with a piston alone."""
+    found = case.found
+    led = np.flatnonzero(found.driven)
+    wanted = np.arange(0 if case.scene.piston is None else 1)
+    if np.array_equal(led, wanted):
+        return []
+    who = names(led, found.driven.size, "granule", 1) if led.size else "no granule"
+    right = "no granule" if case.scene.piston is None else "granule 1 alone"
+    return [
+        Difference(
+            led.size, wanted.size, effect=math.inf,
+            sentence=f"a fix leads {who}, whatever presses them; the scene leads {right}",
+            at=_leading(case) if led.size else None, command=WITHOUT if led.size else "",
+        )
+    ]  # fmt: skip
+
+
+def _leading(case: Case) -> int | None:
+    """The command that leads, or that of its formula."""
+    found = case.found
+    moving = [fix.command for fix in found.fixes if fix.moves and "move" in fix.style]
+    return formula_of(found, place_at(found, moving[-1])).index if moving else None
+
+
+def _piston(case: Case) -> list[Difference]:
+    found, piston = case.found, case.scene.piston
+    if piston is None or _driven(case):
+        return []
+    time = found.driven_time - case.start
+    expected = displacement(piston, time)
+    off = np.abs(found.driven_displacement - expected)
+    way = piston.distance(case.scene.end_time)
+    k = int(np.argmax(off)) if off.size else 0
+    if off.size == 0 or off[k] <= ROUND_OFF * way + 1e-9 * float(case.near[0]):
+        return [same(way, way)]
+    measured, should, unit = found.driven_displacement[k], expected[k], case.units.velocity
+    # A piston by fix setforce has its velocity from another command.
+    moves = any(fix.style == "move" for fix in found.fixes)
+    stands = []
+    if piston.velocity is not None and time[k] > 0:
+        stands = [(float(measured / time[k]) / unit, piston.velocity / unit)]
+    is_number = piston.velocity is not None or not moves
+    return [
+        Difference(
+            measured, should, relative=float((measured - should) / way),
+            changes={"stretches": stretches_of(found, case.scene, case.start, use_driven=True)},
+            sentence=f"the displacement of granule 1 at {time[k]:.4g} s"
+            f" {values(float(measured), float(should), 'm')}", stands=stands,
+            role="piston" if moves else "velocity", at=None if is_number else _leading(case),
+        )
+    ]  # fmt: skip
+
+
+FORCES = (
+    Number("constant force", "N", "constant force", _constant, corrections.loads,
+           "the scene has no constant force"),
+    Number("constant force across the chain", "N", "constant force", _constant_across,
+           corrections.no_fix, "the scene has no force across the chain; one that moves all alike"
+           " leaves the peaks", explains=True),
+    Number("drag", "N s/m", "drag", _drag, corrections.no_fix,
+           "a force against a velocity: the scene has none"),
+    Number("random forces", "", "random", _random, corrections.no_fix,
+           "the scene has no random force", explains=True),
+    Number("applied force across the chain", "N", "shock", _across, corrections.shock,
+           "the scene pushes along the chain", explains=True),
+    Number("granules that are pushed", "", "shock", _others, corrections.shock,
+           "granule 1 is the first of the chain, and the scene pushes no other"),
+    Number("applied force", "N", "shock", _shock, corrections.shock, "the shock of the scene"),
+    Number("granules that are led", "", "piston", _driven, corrections.piston,
+           "counts must be equal", explains=True),
+    Number("displacement of the piston", "m", "piston", _piston, corrections.piston),
+)  # fmt: skip
+"""Forces before and while granules move, and motion that is given."""
+
+IN_MOTION = Number("force of the motion", "N", "motion", _in_motion, corrections.no_fix,
+                   "the scene has no force of the motion", explains=True)  # fmt: skip
