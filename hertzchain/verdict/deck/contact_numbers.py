@@ -223,18 +223,16 @@ def elsewhere(case: Case) -> list[Difference]:
 # ---- What stands at the ends
 
 
-def _image(case: Case) -> list[Difference]:
+def _image(case: Case) -> Difference | list[Difference]:
     """Granules at the ends that touch through a periodic boundary."""
     force = case.found.image_force
-    # Of an image that does not lie near the motion tells.
-    if case.found.image_gap is None or force <= QUIET * case.scene.units.force:
+    if case.found.image_gap is None:  # of an image that is not near the motion tells
         return []
-    return [
-        Difference(
-            force, 0.0, effect=math.inf, sentence="granules at the two ends push one another by"
-            f" {force:.3g} N through the periodic boundary",
-        )
-    ]  # fmt: skip
+    return Difference(
+        force, 0.0, effect=math.inf, sentence="granules at the two ends push one another by"
+        f" {force:.3g} N through the periodic boundary",
+        differs=force > QUIET * case.scene.units.force,
+    )  # fmt: skip
 
 
 _PLANE = re.compile(r"fix\s+\S+\s+\S+\s+wall/.*\s([xyz])plane\s+(\S+)\s+(\S+)")
@@ -312,12 +310,12 @@ def _extra_wall(case: Case, wall: FoundWall) -> Difference:
 CONTACTS = (
     Number("contacts", "", "place", _unknown, corrections.room, "its granules are in no row",
            explains=True),
-    Number("force of the contacts", "N m^-1.5", "contacts", _missing, corrections.forces,
+    Number("force of the contacts", "N m^-1.5", "contacts", _missing, corrections.laws,
            "contacts must push by Hertz's law", explains=True),
     Number("exponent of the contact law", "", "contacts", _exponent, corrections.laws,
            f"chosen: an exponent may be off by {_EXPONENT}, no other law is as close"),
     Number("stiffness of the contacts", "N m^-1.5", "contacts", _stiffness, corrections.moduli),
-    Number("force at other overlaps", "", "contacts", elsewhere, corrections.forces,
+    Number("force at other overlaps", "", "contacts", elsewhere, corrections.laws,
            explains=True),
     Number("contacts across the box", "N", "image", _image, corrections.room,
            "the chain of the scene has two ends", explains=True),

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from hertzchain.engines.lammps.reading import FoundFix
 from hertzchain.verdict.deck.changes import at, before_first_run, guessed, without
 from hertzchain.verdict.deck.deck_check import Case, DeckCheck
 from hertzchain.verdict.deck.group_names import fixes_of, unused
@@ -64,10 +65,6 @@ def room(case: Case, _: DeckCheck) -> Iterator[Changes]:
             words[3 + 2 * k : 5 + 2 * k] = number(low), number(high)
             edits[at(one)] = (" ".join(words),)
     yield edits
-    change = f"change_box all {found.axis} final {number(low)} {number(high)}"
-    if bounds != found.boundary.split():
-        change += f" boundary {' '.join(bounds)}"
-    yield before_first_run(case, [f"{change} units box"])
 
 
 def _unit_lattice(case: Case) -> bool:
@@ -130,20 +127,14 @@ def laws(case: Case, check: DeckCheck) -> Iterator[Changes]:
         for one in case.found.commands
         if one.carried_out and one.text.split()[0] in ("pair_style", "pair_coeff", "pair_modify")
     ]
-    if not lines or not own:
-        return
     new = lines
+    if not lines or not own:
+        yield before_first_run(case, lines)
+        return
     if own[0].text.split() == lines[0].split():  # the style stays
         own, new = own[1:], lines[1:]
     gone: Changes = {at(one): (f"# {one.written}",) for one in own}
-    yield {**gone, **{at(one): tuple(new) for one in own[:1]}}
-    yield before_first_run(case, lines)
-
-
-def forces(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """The law of the scene; neighbours that are all seen."""
-    yield from laws(case, check)
-    yield from neighbours(case, check)
+    yield {**gone, at(own[0]): tuple(new)}
 
 
 def wall(case: Case, check: DeckCheck) -> Iterator[Changes]:
@@ -161,58 +152,41 @@ def wall(case: Case, check: DeckCheck) -> Iterator[Changes]:
 # ---- Forces
 
 
-def loads(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """Gravity and precompression of the scene in place of the deck's."""
-    found, lines = case.found, load_commands(case)
-    acting = [
+def _pushing(case: Case, of_time: bool) -> list[FoundFix]:
+    """Fixes that push along the chain, with a formula or without."""
+    texts = case.found.commands
+    return [
         fix
-        for fix in found.fixes
-        if not fix.moves and fix.style in ("gravity", "addforce", "setforce", "efield")
-        and np.any(fix.largest[:, 0] > 0)
-        and not found.commands[fix.command].text.count("v_")
+        for fix in case.found.fixes
+        if not fix.moves and fix.style in ("gravity", "addforce", "setforce", "aveforce", "efield")
+        and np.any(fix.largest > 0) and ("v_" in texts[fix.command].text) == of_time
     ]  # fmt: skip
+
+
+def _in_place_of(case: Case, fixes: Sequence[FoundFix], lines: Sequence[str]) -> Changes:
+    """Commands in place of the first of some fixes, without all of these."""
+    places = [place_at(case.found, fix.command) for fix in fixes]
     gone: Changes = {}
-    for fix in acting:
-        gone |= without(case, place_at(found, fix.command))
-    if check.place is not None and check.place.written.startswith("fix"):
-        yield {at(check.place): tuple(lines)} if lines else without(case, check.place)
-    if gone:
-        first = at(place_at(found, acting[0].command))
-        yield {**gone, first: tuple(lines) or gone[first]}
+    for place in places:
+        gone |= without(case, place)
+    return {**gone, at(places[0]): tuple(lines)} if places and lines else gone
+
+
+def loads(case: Case, _: DeckCheck) -> Iterator[Changes]:
+    """Gravity and precompression of the scene in place of the deck's."""
+    lines = load_commands(case)
+    yield _in_place_of(case, _pushing(case, of_time=False), lines)
     yield before_first_run(case, lines)
 
 
 def shock(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """The formula in place of the deck's; the whole shock in place of all of its forces."""
-    found, made = case.found, shock_commands(case)
-    shocks = [
-        fix
-        for fix in found.fixes
-        if not fix.moves
-        and fix.style in ("addforce", "setforce", "aveforce", "efield")
-        and not re.search(
-            r"\s0(?:\.0)?\s+0(?:\.0)?\s+0(?:\.0)?\s*$", found.commands[fix.command].text
-        )
-    ]
-    places = list(dict.fromkeys(at(place_at(found, fix.command)) for fix in shocks))
-    gone: Changes = {}
-    for fix in shocks:
-        gone |= without(case, place_at(found, fix.command))
-    if made is None:
-        yield gone
-        return
-    if check.place is not None and check.place.written.split()[0] == "variable":
+    """The formula in place of the deck's; the whole shock in place of its forces."""
+    made = shock_commands(case)
+    lines = [] if made is None else [made.variable, *made.fix]
+    if made is not None and check.place is not None and check.place.written.startswith("variable"):
         yield {at(check.place): (made.variable,)}
-    if places:
-        yield {**gone, places[0]: (made.variable, *made.fix)}
-        constant = [fix for fix in shocks if "v_" not in found.commands[fix.command].text]
-        kept = [where for fix in constant for where in without(case, place_at(found, fix.command))]
-        if constant and len(constant) < len(shocks):  # static loads stay
-            moving = {where: lines for where, lines in gone.items() if where not in kept}
-            first = next(where for where in places if where in moving)
-            yield {**moving, first: (made.variable, *made.fix)}
-    else:
-        yield before_first_run(case, [made.variable, *made.fix])
+    pushing = _pushing(case, of_time=True) or _pushing(case, of_time=False)
+    yield _in_place_of(case, pushing, lines) or before_first_run(case, lines)
 
 
 def no_fix(case: Case, check: DeckCheck) -> Iterator[Changes]:
@@ -222,26 +196,11 @@ def no_fix(case: Case, check: DeckCheck) -> Iterator[Changes]:
 
 
 def piston(case: Case, _: DeckCheck) -> Iterator[Changes]:
-    """The piston of the scene in place of what leads granules, or nothing."""
-    found = case.found
-    leading = [place_at(found, fix.command) for fix in found.fixes if fix.style == "move"]
-    lines = piston_commands(case) if case.scene.piston is not None else []
-    gone: Changes = {}
-    for place in leading:
-        gone |= without(case, place)
-    if leading and lines:
-        yield {**gone, at(leading[0]): tuple(lines)}
-    if leading and not lines:
-        yield {**gone, at(leading[0]): ("fix motion all nve",)}
-        yield gone
-    if not leading and lines:
-        group = next((line.split()[1] for line in lines if line.startswith("group")), "piston")
-        movers = [place_at(found, fix.command) for fix in found.fixes if fix.moves]
-        rest = [*lines[:-1], f"group others subtract all {lines[-1].split()[2] or group}",
-                lines[-1]]  # fmt: skip
-        for place in movers[:1]:
-            words = place.written.split()
-            yield {at(place): (*rest, " ".join([*words[:2], "others", *words[3:]]))}
+    """The piston of the scene in place of what leads granules."""
+    leading = [fix for fix in case.found.fixes if fix.style == "move"]
+    lines = piston_commands(case)
+    if lines:
+        yield _in_place_of(case, leading, lines)
 
 
 # ---- Steps
@@ -288,17 +247,8 @@ def movers(case: Case, _: DeckCheck) -> Iterator[Changes]:
         words, led = movers[0].written.split(), leads[0].written.split()[2]
         others = f"group others subtract all {led}"
         yield {at(movers[0]): (others, " ".join([*words[:2], "others", *words[3:]]))}
-    for place in reversed(movers[1:]):
-        yield without(case, place)
-    name = unused("motion", fixes_of(found))
-    for place in movers[:1]:
-        words = place.written.split()
-        yield {at(place): (" ".join([*words[:2], "all", *words[3:]]),)}
-    gone: Changes = {}
-    for place in movers:
-        gone |= without(case, place)
-    whole = before_first_run(case, [f"fix {name} all nve"])
-    yield {**gone, **whole}
+    whole = before_first_run(case, [f"fix {unused('motion', fixes_of(found))} all nve"])
+    yield {**_in_place_of(case, moving, ()), **whole}
 
 
 def neighbours(case: Case, _: DeckCheck) -> Iterator[Changes]:
@@ -311,17 +261,11 @@ def neighbours(case: Case, _: DeckCheck) -> Iterator[Changes]:
         for one in found.commands
         if one.text.split()[0] in ("neighbor", "neigh_modify", "comm_modify")
     }
-    exclude: Changes = {where: lines for where, lines in gone.items() if "exclude" in lines[0]}
-    if exclude:
-        yield exclude
-    yield before_first_run(case, lines)
     yield {**gone, **before_first_run(case, [*lines, "comm_modify mode single vel yes"])}
 
 
 def motion(case: Case, check: DeckCheck) -> Iterator[Changes]:
     """Without what is most likely to disturb the motion; with the scene's own force."""
-    if check.place is not None and check.place.written.split()[0] not in ("variable", "run"):
-        yield without(case, check.place)
     if check.place is not None and check.place.written.split()[:1] == ["fix"]:
         words = check.place.written.split()
         yield {at(check.place): (" ".join([*words[:3], "nve"]),)}

@@ -104,22 +104,18 @@ def _power_of(found: list[Damper]) -> float:
     return 0.5
 
 
-def _friction(case: Case) -> list[Difference]:
+def _friction(case: Case) -> Difference | list[Difference]:
     """Sideways forces and torques over radius when granules spin: the scene has none."""
     if not is_tried(case):
         return []
     unit = float(np.max([law.stiffness for law in case.laws])) * float(np.max(case.near)) ** 1.5
     sideways = float(np.nanmax(np.abs(case.found.tangential_force), initial=0.0))
-    if sideways <= QUIET * max(unit, 1e-300):
-        return [same(sideways, 0.0)]
     still = np.max(np.abs(case.found.spin), initial=0.0) == 0
-    return [
-        Difference(
-            sideways, 0.0, effect=0.0 if still else case.whole_effect,
-            sentence=f"friction: granules that spin are pushed sideways or turned by"
-            f" {sideways:.3g} N, the scene has no friction",
-        )
-    ]  # fmt: skip
+    return Difference(
+        sideways, 0.0, effect=0.0 if still else case.whole_effect,
+        sentence=f"friction: granules that spin are pushed sideways or turned by {sideways:.3g} N,"
+        " the scene has no friction", differs=sideways > QUIET * max(unit, 1e-300),
+    )  # fmt: skip
 
 
 DAMPING = (

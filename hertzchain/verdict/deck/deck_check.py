@@ -220,6 +220,8 @@ def groups(relative: FloatArray) -> list[Indices]:
 def names(indices: Indices, size: int, what: str, first: int) -> str:
     """Some granules or contacts in words, numbered from ``first``."""
     numbers = (indices + first).tolist()
+    if not numbers:
+        return f"no {what}"
     if len(numbers) == 1:
         return f"{what} {numbers[0]}"
     if len(numbers) == size:

@@ -30,7 +30,7 @@ def _last_fix(case: Case, wanted: Callable[[FoundFix], bool]) -> int | None:
 # ---- Loads
 
 
-def _constant(case: Case) -> list[Difference]:
+def _constant(case: Case) -> Difference:
     """Gravity and static loads."""
     found, units = case.found, case.units
     count = min(found.mass.size, case.twin.mass.size)
@@ -40,8 +40,6 @@ def _constant(case: Case) -> list[Difference]:
     if case.scene.piston is not None:  # forces on it do not matter
         off[0] = 0.0
     k = int(np.argmax(np.abs(off)))
-    if abs(off[k]) <= least:
-        return [same(measured[k], expected[k])]
     constant = np.array(case.twin.constant_force)
     constant[:count] = measured
     largest = np.max(np.abs(expected))
@@ -60,34 +58,28 @@ def _constant(case: Case) -> list[Difference]:
         if gravity and pressed is not None:
             right = pressed.gravity / units.acceleration
             stands.insert(0, (abs(float(per_mass[0])) / units.acceleration, right))
-    return [
-        Difference(
-            measured[k], expected[k], f"constant force on {names(alike, count, 'granule', 1)}",
-            relative=float(off[k] / largest) if largest > 0 else None,
-            changes={"constant_force": constant},
-            sentence=f"the constant force on granule {k + 1}"
-            f" {values(measured[k], expected[k], 'N')}{kind}",
-            stands=stands, role=role, at=at,
-            command="" if largest > 0 else WITHOUT,
-        )
-    ]  # fmt: skip
+    return Difference(
+        measured[k], expected[k], f"constant force on {names(alike, count, 'granule', 1)}",
+        relative=float(off[k] / largest) if largest > 0 else None,
+        changes={"constant_force": constant},
+        sentence=f"the constant force on granule {k + 1}"
+        f" {values(measured[k], expected[k], 'N')}{kind}",
+        stands=stands, role=role, at=at, command="" if largest > 0 else WITHOUT,
+        differs=abs(off[k]) > least,
+    )  # fmt: skip
 
 
-def _constant_across(case: Case) -> list[Difference]:
+def _constant_across(case: Case) -> Difference:
     across, least = case.found.constant_force[:, 1:], ROUND_OFF * case.scene.units.force
     side = float(np.max(np.abs(across), initial=0.0))
-    if side <= least:
-        return []
     falls = across / case.found.mass[:, np.newaxis]
     as_one = bool(np.allclose(falls, falls[0], rtol=1e-6, atol=1e-6 * np.max(np.abs(falls))))
-    return [
-        Difference(
-            side, 0.0, effect=0.0 if as_one else case.whole_effect,
-            sentence=f"a constant force of {side:.3g} N acts across the chain, the scene has none",
-            at=_last_fix(case, lambda fix: bool(np.max(fix.largest[:, 1]) > least)),
-            command=WITHOUT,
-        )
-    ]  # fmt: skip
+    return Difference(
+        side, 0.0, effect=0.0 if as_one else case.whole_effect,
+        sentence=f"a constant force of {side:.3g} N acts across the chain, the scene has none",
+        at=_last_fix(case, lambda fix: bool(np.max(fix.largest[:, 1]) > least)),
+        command=WITHOUT, differs=side > least,
+    )  # fmt: skip
 
 
 # ---- Forces of the motion
@@ -112,33 +104,29 @@ def _drags(case: Case, fix: FoundFix) -> bool:
     return fix.style == "addforce" or is_of(case.found, fix.command, "drag")
 
 
-def _drag(case: Case) -> list[Difference]:
+def _drag(case: Case) -> Difference:
     found = case.found
     drag = np.where(np.isfinite(found.drag), found.drag, 0.0)
-    k = int(np.argmax(np.abs(drag)))
-    if abs(drag[k]) <= ROUND_OFF * case.scene.units.force / case.scene.units.velocity:
-        return [same(drag[k], 0.0)]
-    count = case.twin.drag.size
+    k, count = int(np.argmax(np.abs(drag))), case.twin.drag.size
     whole = np.append(drag[:count], np.zeros(max(0, count - drag.size)))
     until = ", until the shock begins" if case.settles else ""
-    return [
-        Difference(
-            drag[k], 0.0, relative=0.0 if case.settles else None, effect=0.0,
-            changes=None if case.settles else {"drag": whole},
-            sentence=f"a drag of {drag[k]:.3g} N s/m acts on granule {k + 1}{until}, the scene has"
-            " none", command=WITHOUT,
-            at=_last_fix(
-                case, lambda fix: _drags(case, fix) and _shows_in_motion(case, fix)[0].size > 0
-            ),
-        )
-    ]  # fmt: skip
+    return Difference(
+        drag[k], 0.0, relative=0.0 if case.settles else None, effect=0.0,
+        changes=None if case.settles else {"drag": whole},
+        sentence=f"a drag of {drag[k]:.3g} N s/m acts on granule {k + 1}{until}, the scene has"
+        " none",
+        at=_last_fix(
+            case, lambda fix: _drags(case, fix) and _shows_in_motion(case, fix)[0].size > 0
+        ), command=WITHOUT,
+        differs=abs(drag[k]) > ROUND_OFF * case.scene.units.force / case.scene.units.velocity,
+    )  # fmt: skip
 
 
 def _in_motion(case: Case) -> list[Difference]:
     """Fixes that push in motion and at rest do not; what they do to the peaks is not known."""
     found, made = case.found, []
     walls = {wall.command for wall in found.walls}
-    dragged = any(one.differs for one in _drag(case))
+    dragged = _drag(case).differs
     for fix in found.fixes:
         is_told = fix.command in walls or is_of(found, fix.command, "random")
         if fix.moves or is_told or (dragged and _drags(case, fix)) or _has_ended(case, fix):
@@ -297,22 +285,17 @@ def _with_others(case: Case, granules: Indices) -> dict[str, object]:
 # ---- The piston
 
 
-def _driven(case: Case) -> list[Difference]:
+def _driven(case: Case) -> Difference:
     """Granules that are led, whatever presses them: granule 1 of a scene with a piston alone."""
     found = case.found
-    led = np.flatnonzero(found.driven)
-    wanted = np.arange(0 if case.scene.piston is None else 1)
-    if np.array_equal(led, wanted):
-        return []
-    who = names(led, found.driven.size, "granule", 1) if led.size else "no granule"
-    right = "no granule" if case.scene.piston is None else "granule 1 alone"
-    return [
-        Difference(
-            led.size, wanted.size, effect=math.inf,
-            sentence=f"a fix leads {who}, whatever presses them; the scene leads {right}",
-            at=_leading(case) if led.size else None, command=WITHOUT if led.size else "",
-        )
-    ]  # fmt: skip
+    led, wanted = np.flatnonzero(found.driven), int(case.scene.piston is not None)
+    who = names(led, found.driven.size, "granule", 1)
+    right = "granule 1 alone" if wanted else "no granule"
+    return Difference(
+        led.size, wanted, effect=math.inf, differs=not np.array_equal(led, np.arange(wanted)),
+        sentence=f"a fix leads {who}, whatever presses them; the scene leads {right}",
+        at=_leading(case) if led.size else None, command=WITHOUT if led.size else "",
+    )  # fmt: skip
 
 
 def _leading(case: Case) -> int | None:
@@ -322,17 +305,17 @@ def _leading(case: Case) -> int | None:
     return formula_of(found, place_at(found, moving[-1])).index if moving else None
 
 
-def _piston(case: Case) -> list[Difference]:
+def _piston(case: Case) -> Difference | list[Difference]:
     found, piston = case.found, case.scene.piston
-    if piston is None or _driven(case):
+    if piston is None or _driven(case).differs:
         return []
     time = found.driven_time - case.start
     expected = displacement(piston, time)
     off = np.abs(found.driven_displacement - expected)
     way = piston.distance(case.scene.end_time)
     k = int(np.argmax(off)) if off.size else 0
-    if off.size == 0 or off[k] <= ROUND_OFF * way + 1e-9 * float(case.near[0]):
-        return [same(way, way)]
+    if off.size == 0:
+        return same(way, way)
     measured, should, unit = found.driven_displacement[k], expected[k], case.units.velocity
     # A piston by fix setforce has its velocity from another command.
     moves = any(fix.style == "move" for fix in found.fixes)
@@ -340,15 +323,14 @@ def _piston(case: Case) -> list[Difference]:
     if piston.velocity is not None and time[k] > 0:
         stands = [(float(measured / time[k]) / unit, piston.velocity / unit)]
     is_number = piston.velocity is not None or not moves
-    return [
-        Difference(
-            measured, should, relative=float((measured - should) / way),
-            changes={"stretches": stretches_of(found, case.scene, case.start, use_driven=True)},
-            sentence=f"the displacement of granule 1 at {time[k]:.4g} s"
-            f" {values(float(measured), float(should), 'm')}", stands=stands,
-            role="piston" if moves else "velocity", at=None if is_number else _leading(case),
-        )
-    ]  # fmt: skip
+    return Difference(
+        measured, should, relative=float((measured - should) / way),
+        changes={"stretches": stretches_of(found, case.scene, case.start, use_driven=True)},
+        sentence=f"the displacement of granule 1 at {time[k]:.4g} s"
+        f" {values(float(measured), float(should), 'm')}", stands=stands,
+        role="piston" if moves else "velocity", at=None if is_number else _leading(case),
+        differs=off[k] > ROUND_OFF * way + 1e-9 * float(case.near[0]),
+    )  # fmt: skip
 
 
 FORCES = (

@@ -24,18 +24,13 @@ def _both(measured: FloatArray, expected: FloatArray) -> tuple[FloatArray, Float
     return measured[:count], expected[:count]
 
 
-def _filled(measured: FloatArray, expected: FloatArray) -> FloatArray:
-    """The scene's numbers with the deck's where it has any."""
-    return np.append(measured[: expected.size], expected[measured.size :])
-
-
-def _count(case: Case) -> list[Difference]:
+def _count(case: Case) -> Difference:
     found, wanted = case.found.radius.size, case.scene.chain.granules
-    if found == wanted:
-        return [same(found, wanted)]
-    spaces = [] if found - 1 == wanted else [(found - 1, wanted - 1)]
-    return [Difference(found, wanted, effect=math.inf, stands=[(found, wanted), *spaces],
-                       sentence=f"the deck has {found} granules, the scene {wanted}")]  # fmt: skip
+    return Difference(
+        found, wanted, effect=math.inf, differs=found != wanted,
+        stands=[(found, wanted), *[(found - 1, wanted - 1)] * (found - 1 != wanted)],
+        sentence=f"the deck has {found} granules, the scene {wanted}",
+    )  # fmt: skip
 
 
 def _alike(
@@ -113,7 +108,7 @@ def _with_order(one: Difference) -> Difference:
     )  # fmt: skip
 
 
-def _distance(case: Case) -> list[Difference]:
+def _distance(case: Case) -> Difference | list[Difference]:
     """Gaps and overlaps at the start, by the distance of neighbours."""
     position, of_scene = _both(case.found.position, case.scene.granules.position)
     expected, measured = np.diff(of_scene), np.diff(position)
@@ -122,27 +117,24 @@ def _distance(case: Case) -> list[Difference]:
     off, deep = measured - expected, case.near[: measured.size]
     rounding = 8 * np.finfo(np.float64).eps * float(np.max(np.abs(position)))
     k = int(np.argmax(np.abs(off)))
-    if np.all(np.abs(off) <= _PLACES * deep + rounding):
-        return [same(measured[k], expected[k])]
     opening = np.array(case.twin.opening)
     opening[: measured.size] += off
-    alike = np.flatnonzero(np.abs(off) > max(0.5 * float(np.abs(off[k])), rounding))
+    alike = np.flatnonzero(np.abs(off) >= max(0.5 * float(np.abs(off[k])), rounding))
     name = f"distance of granules at {names(alike, measured.size, 'contact', 2)}"
     gap, unit = opening[k], case.units.length
     kind = f"a gap of {gap:.3g} m" if gap > 0 else f"an overlap of {-gap:.3g} m"
-    first = int(alike[0]) + 1
-    return [
-        Difference(
-            measured[k], expected[k], name, relative=0.0, changes={"opening": opening},
-            sentence=f"{name} {values(measured[k], expected[k], 'm')}: {kind} in contact {k + 2},"
-            f" which the shock presses by {deep[k]:.2g} m",
-            stands=[(measured[k] / unit, expected[k] / unit),
-                    (abs(float(position[first])) / unit, float(of_scene[first]) / unit)],
-        )
-    ]  # fmt: skip
+    first = int(alike[0]) + 1 if alike.size else 0
+    return Difference(
+        measured[k], expected[k], name, relative=0.0, changes={"opening": opening},
+        sentence=f"{name} {values(measured[k], expected[k], 'm')}: {kind} in contact {k + 2},"
+        f" which the shock presses by {deep[k]:.2g} m",
+        stands=[(measured[k] / unit, expected[k] / unit),
+                (abs(float(position[first])) / unit, float(of_scene[first]) / unit)],
+        differs=bool(np.any(np.abs(off) > _PLACES * deep + rounding)),
+    )  # fmt: skip
 
 
-def _wall_place(case: Case) -> list[Difference]:
+def _wall_place(case: Case) -> Difference | list[Difference]:
     wall, scene = far_wall(case.found), case.scene
     if scene.wall is None or wall is None or case.found.position.size != scene.chain.granules:
         return []
@@ -150,17 +142,13 @@ def _wall_place(case: Case) -> list[Difference]:
     expected = float(scene.granules.radius[-1] + case.twin.opening[-1])
     measured = wall.position - float(case.found.position[-1])
     rounding = 8 * np.finfo(np.float64).eps * last
-    if abs(measured - expected) <= _PLACES * float(case.near[-1]) + rounding:
-        return [same(wall.position, last + expected)]
     opening = np.array(case.twin.opening)
     opening[-1] += measured - expected
-    return [
-        Difference(
-            measured, expected, relative=0.0, changes={"opening": opening},
-            sentence=f"the wall {values(measured, expected, 'm')} from the centre of the last"
-            " granule",
-        )
-    ]  # fmt: skip
+    return Difference(
+        measured, expected, relative=0.0, changes={"opening": opening},
+        differs=bool(abs(measured - expected) > _PLACES * float(case.near[-1]) + rounding),
+        sentence=f"the wall {values(measured, expected, 'm')} from the centre of the last granule",
+    )  # fmt: skip
 
 
 def _tilt(case: Case, sideways: float) -> float:
@@ -169,69 +157,56 @@ def _tilt(case: Case, sideways: float) -> float:
     return 1.5 * sideways**2 / (4 * radius) / float(np.max(case.near))
 
 
-def _off_axis(case: Case) -> list[Difference]:
+def _off_axis(case: Case) -> Difference:
     each = np.max(np.abs(case.found.sideways - case.found.sideways[0]), axis=1)
     k = int(np.argmax(each))
     off, radius = float(each[k]), float(case.scene.granules.radius[0])
-    if off <= ROUND_OFF * radius:
-        return [same(off, 0.0)]
-    return [
-        Difference(
-            off, 0.0, relative=off / radius / 10, effect=_tilt(case, off),
-            sentence=f"granule {k + 1} is {off:.3g} m off the axis of the chain, the scene is"
-            " straight", reason="a contact that tilts by s / 2R loses s^2 / 4R of its overlap",
-            stands=[(off / case.units.length, 0.0)],
-        )
-    ]  # fmt: skip
+    return Difference(
+        off, 0.0, relative=off / radius / 10, effect=_tilt(case, off),
+        sentence=f"granule {k + 1} is {off:.3g} m off the axis of the chain, the scene is straight",
+        reason="a contact that tilts by s / 2R loses s^2 / 4R of its overlap",
+        stands=[(off / case.units.length, 0.0)], differs=off > ROUND_OFF * radius,
+    )  # fmt: skip
 
 
-def _velocity(case: Case) -> list[Difference]:
+def _velocity(case: Case) -> Difference:
     """Velocities at the start: those of a striker, else none."""
     measured, expected = _both(case.found.velocity[:, 0], case.twin.velocity)
     off = measured - expected
     if case.scene.piston is not None:  # a fix leads it
         off[0] = 0.0
     k = int(np.argmax(np.abs(off)))
-    if abs(off[k]) <= ROUND_OFF * case.scene.units.velocity:
-        return [same(measured[k], expected[k], "velocity at the start")]
     unit, alone = case.units.velocity, np.count_nonzero(np.abs(off) > 0) == 1
     who = f"granule {k + 1}" if alone else f"granules, largest at granule {k + 1},"
-    return [
-        Difference(
-            measured[k], expected[k], f"velocity of granule {k + 1} at the start",
-            relative=off[k] / expected[k] if expected[k] != 0 else None,
-            changes={"velocity": _filled(measured, case.twin.velocity)},
-            sentence=f"velocity of {who} at the start {values(measured[k], expected[k], 'm/s')}",
-            stands=[(abs(measured[k]) / unit, abs(expected[k]) / unit)],
-        )
-    ]  # fmt: skip
+    return Difference(
+        measured[k], expected[k], f"velocity of granule {k + 1} at the start",
+        relative=off[k] / expected[k] if expected[k] != 0 else None,
+        changes={"velocity": np.append(measured, case.twin.velocity[measured.size :])},
+        sentence=f"velocity of {who} at the start {values(measured[k], expected[k], 'm/s')}",
+        stands=[(abs(measured[k]) / unit, abs(expected[k]) / unit)],
+        differs=abs(off[k]) > ROUND_OFF * case.scene.units.velocity,
+    )  # fmt: skip
 
 
-def _velocity_across(case: Case) -> list[Difference]:
+def _velocity_across(case: Case) -> Difference:
     side = float(np.max(np.abs(case.found.velocity[:, 1:]), initial=0.0))
-    if side <= ROUND_OFF * case.scene.units.velocity:
-        return []
     radius = float(np.min(case.scene.granules.radius))
-    return [
-        Difference(
-            side, 0.0, effect=_tilt(case, min(side * case.found.end_time, radius)),
-            sentence=f"granules move across the chain with {side:.3g} m/s, the scene has no such"
-            " velocity", stands=[(side / case.units.velocity, 0.0)],
-        )
-    ]  # fmt: skip
+    return Difference(
+        side, 0.0, effect=_tilt(case, min(side * case.found.end_time, radius)),
+        sentence=f"granules move across the chain with {side:.3g} m/s, the scene has no such"
+        " velocity", stands=[(side / case.units.velocity, 0.0)],
+        differs=side > ROUND_OFF * case.scene.units.velocity,
+    )  # fmt: skip
 
 
-def _spin(case: Case) -> list[Difference]:
+def _spin(case: Case) -> Difference:
     spin = float(np.max(np.abs(case.found.spin), initial=0.0))
     surface = spin * float(np.max(case.scene.granules.radius))
-    if surface <= ROUND_OFF * case.scene.units.velocity:
-        return [same(spin, 0.0)]
-    return [
-        Difference(
-            spin, 0.0, effect=case.whole_effect, stands=[(spin * case.units.time, 0.0)],
-            sentence=f"granules spin with {spin:.3g} 1/s at the start, the scene has no spin",
-        )
-    ]  # fmt: skip
+    return Difference(
+        spin, 0.0, effect=case.whole_effect, stands=[(spin * case.units.time, 0.0)],
+        sentence=f"granules spin with {spin:.3g} 1/s at the start, the scene has no spin",
+        differs=surface > ROUND_OFF * case.scene.units.velocity,
+    )  # fmt: skip
 
 
 _NO_VELOCITY = "a striker alone moves at the start"
@@ -244,7 +219,7 @@ GRANULES = (
     Number("distance of neighbours", "m", "place", _distance, corrections.places),
     Number("place of the wall", "m", "wall", _wall_place, corrections.wall),
     Number("distance from the axis", "m", "place", _off_axis, corrections.places, explains=True),
-    Number("velocity of granules", "m/s", "velocity", _velocity, corrections.velocities,
+    Number("velocity at the start", "m/s", "velocity", _velocity, corrections.velocities,
            _NO_VELOCITY),
     Number("velocity across the chain", "m/s", "velocity", _velocity_across, corrections.velocities,
            _NO_VELOCITY, explains=True),

@@ -42,6 +42,8 @@ class Difference:
         Index of the command that makes it, where that is known.
     command
         What that command should be where no number stands in it; ``WITHOUT`` for none.
+    differs
+        Whether there is a difference above round-off.
     """
 
     measured: float | None
@@ -61,9 +63,9 @@ class Difference:
     differs: bool = True
 
 
-def same(measured: float, expected: float, name: str = "", unit: str | None = None) -> Difference:
+def same(measured: float, expected: float) -> Difference:
     """No difference above round-off."""
-    return Difference(measured, expected, name, unit, differs=False)
+    return Difference(measured, expected, differs=False)
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,7 @@ class Number:
     role
         Commands that make it: a key of ``ROLES``.
     compared
-        The differences of a deck, ``same`` where there is none, nothing where it does not apply.
+        The difference of a deck, or several of them; none where the number does not apply.
     corrections
         Changes of a deck that may make it right, best guesses first.
     reason
@@ -90,7 +92,7 @@ class Number:
     name: str
     unit: str
     role: str
-    compared: Callable[[Case], list[Difference]]
+    compared: Callable[[Case], Difference | list[Difference]]
     corrections: Corrections
     reason: str = ""
     explains: bool = False
@@ -98,12 +100,16 @@ class Number:
 
 def checks_of(case: Case, number: Number) -> list[DeckCheck]:
     """The checks of one number."""
-    return [check_of(case, number, one) for one in number.compared(case)]
+    found = number.compared(case)
+    return [
+        check_of(case, number, one) for one in ([found] if isinstance(found, Difference) else found)
+    ]
 
 
 def check_of(case: Case, number: Number, one: Difference) -> DeckCheck:
     """What a difference is worth: its effect on the peaks, its line, what may make it right."""
-    name, unit = one.name or number.name, number.unit if one.unit is None else one.unit
+    name = number.name if not one.differs else one.name or number.name
+    unit = number.unit if one.unit is None else one.unit
     measured, expected = _plain(one.measured), _plain(one.expected)
     if not one.differs:
         return DeckCheck(

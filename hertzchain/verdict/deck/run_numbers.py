@@ -28,27 +28,24 @@ _FITTED = 1e-2  # of the largest effect of a failed check: what fitting its law 
 _LATE = 0.02  # of the largest: late collisions multiply what digits make of it (chosen)
 
 
-def _step(case: Case) -> list[Difference]:
+def _step(case: Case) -> Difference:
     """The error of velocity Verlet at the deck's steps, with all numbers of the scene."""
     unit = case.units.time
     dt = max((run.dt for run in case.found.runs), default=0.0)
     longest = stable_step(case.scene, METHODS["velocity-verlet"].interval)
     error = change_of_peaks(case.expected.peak_force, case.truth.all_peaks, case.judged)
     unstable = dt >= longest
-    if error <= case.tolerance and not unstable:
-        return [replace(same(dt, dt), effect=error)]
     right = _wanted_step(dt, longest, error, case)
     how = (
         f"above the longest stable one, {longest:.3g} s" if unstable
         else f"with which velocity Verlet is off by {error:.2g}"
     )  # fmt: skip
-    return [
-        Difference(
-            dt, right, effect=math.inf if unstable else error,
-            sentence=f"the time step is {dt:.4g} s, {how}", stands=[(dt / unit, right / unit)],
-            command=f"timestep {right / unit:.6g}",
-        )
-    ]  # fmt: skip
+    wrong = unstable or error > case.tolerance
+    return Difference(
+        dt, right if wrong else dt, effect=math.inf if unstable else error, differs=wrong,
+        sentence=f"the time step is {dt:.4g} s, {how}", stands=[(dt / unit, right / unit)],
+        command=f"timestep {right / unit:.6g}",
+    )  # fmt: skip
 
 
 def _wanted_step(dt: float, longest: float, error: float, case: Case) -> float:
@@ -64,13 +61,10 @@ def _wanted_step(dt: float, longest: float, error: float, case: Case) -> float:
     return float(math.floor(wanted / digits * 10) / 10 * digits * unit)
 
 
-def _end(case: Case) -> list[Difference]:
+def _end(case: Case) -> Difference:
     """Whether the deck runs until the last peak of the scene."""
     found = case.found
     end, wanted = found.end_time - case.start, case.scene.end_time
-    # The deck's last step may fall short of the end by a rounding error.
-    if end >= wanted * (1 - 1e-9):
-        return [same(end, wanted)]
     late = int(np.count_nonzero(~case.judged))
     which = (
         f": {late} contacts have not passed their peaks by then"
@@ -78,84 +72,60 @@ def _end(case: Case) -> list[Difference]:
         else ", after the last peak"
     )
     one = Difference(
-        end, wanted, relative=None if late else 0.0,
+        end, wanted, relative=None if late else 0.0, reason=_SEEN,
         sentence=f"the deck ends {end:.4g} s after the shock begins, the scene {wanted:.4g} s"
-        f"{which}", reason=_SEEN,
+        f"{which}", differs=end < wanted * (1 - 1e-9),  # its last step may miss it by rounding
     )  # fmt: skip
     if not found.runs:
-        return [one]
+        return one
     last = found.runs[-1]
     more = math.ceil((wanted - end) / last.dt - 1e-6) + last.steps
     command = re.sub(r"run\s+\S+", f"run {more}", found.commands[last.command].text)
-    return [replace(one, at=last.command, stands=[(last.steps, more)], command=command)]
+    return replace(one, at=last.command, stands=[(last.steps, more)], command=command)
 
 
 _SEEN = "peaks that come later than the deck's end cannot be judged"
 
 
-def _integrators(case: Case) -> list[Difference]:
+def _integrators(case: Case) -> Difference:
     """Each granule must be moved by exactly one fix."""
     moved, found = case.found.integrated, case.found
     wrong = np.flatnonzero(moved != 1)
     if wrong.size == 0:
-        return [same(1, 1)]
+        return same(1, 1)
     k = int(wrong[0])
     movers = [fix for fix in found.fixes if fix.moves and (moved[k] == 0 or fix.granules[k])]
     command = "fix motion all nve"
     if movers:
         name = found.commands[movers[-1].command].text.split()[1]
         command = f"fix {name} all nve" if moved[k] == 0 else WITHOUT
-    return [
-        Difference(
-            int(moved[k]), 1, effect=math.inf,
-            sentence=f"{names(wrong, moved.size, 'granule', 1)}"
-            f" {'is' if wrong.size == 1 else 'are'} moved by {moved[k]} fixes, the scene lets each"
-            " granule move once", at=movers[-1].command if movers else None, command=command,
-        )
-    ]  # fmt: skip
+    return Difference(
+        int(moved[k]), 1, effect=math.inf,
+        sentence=f"{names(wrong, moved.size, 'granule', 1)}"
+        f" {'is' if wrong.size == 1 else 'are'} moved by {moved[k]} fixes, the scene lets each"
+        " granule move once", at=movers[-1].command if movers else None, command=command,
+    )  # fmt: skip
 
 
-def _missed(case: Case) -> tuple[int, float] | None:
-    """The contact that has missed the most, and by how much [m]; None where none has."""
-    missed = case.found.missed_overlap
-    k = int(np.argmax(missed)) if missed.size else 0
-    near = float(case.near[min(k, case.near.size - 1)])
-    return None if missed.size == 0 or missed[k] <= _MISSED * near else (k, float(missed[k]))
-
-
-def _is_of_wall(case: Case, contact: int) -> bool:
-    return far_wall(case.found) is not None and contact == case.found.position.size - 1
-
-
-def _neighbours(case: Case) -> list[Difference]:
-    """Contacts that a deck has missed, as it looks for neighbours too rarely."""
-    worst = _missed(case)
-    if worst is None or _is_of_wall(case, worst[0]):
-        return [same(0.0, 0.0)]
-    contact, missed = worst
-    return [
-        Difference(
-            missed, 0.0, effect=math.inf,
-            sentence=f"contact {contact + 2} overlapped by up to {missed:.3g} m without a force:"
-            " neighbours are looked for too rarely, or not far enough",
-            command="neigh_modify delay 0 every 1 check yes",
-        )
-    ]  # fmt: skip
-
-
-def _wall_in_motion(case: Case) -> list[Difference]:
-    """A wall that is not where it was, as the last granule comes to its place."""
-    worst, wall = _missed(case), far_wall(case.found)
-    if worst is None or wall is None or not _is_of_wall(case, worst[0]):
-        return []
-    text = re.sub(r"\s(?:wiggle|shear)\s.*", "", case.found.commands[wall.command].text)
-    return [
-        Difference(
-            worst[1], 0.0, effect=case.whole_effect, at=wall.command, command=text,
-            sentence=f"the last granule is up to {worst[1]:.3g} m beyond the place of the wall"
+def _missed(case: Case) -> Difference:
+    """A contact that overlapped without a force: of far neighbours, or of a wall that is gone."""
+    overlaps, wall = case.found.missed_overlap, far_wall(case.found)
+    k = int(np.argmax(overlaps)) if overlaps.size else 0
+    missed = float(overlaps[k]) if overlaps.size else 0.0
+    wrong = missed > _MISSED * float(case.near[min(k, case.near.size - 1)])
+    if wrong and wall is not None and k == case.found.position.size - 1:
+        text = re.sub(r"\s(?:wiggle|shear)\s.*", "", case.found.commands[wall.command].text)
+        return Difference(
+            missed, 0.0, "wall in motion", effect=case.whole_effect, at=wall.command, command=text,
+            sentence=f"the last granule is up to {missed:.3g} m beyond the place of the wall"
             " without a force: the wall moves, or ends, while the deck runs",
-        )
-    ]  # fmt: skip
+        )  # fmt: skip
+    return Difference(
+        missed, 0.0, effect=math.inf, differs=wrong,
+        sentence=f"contact {k + 2} overlapped by up to {missed:.3g} m without a force: neighbours"
+        " are looked for too rarely, or not far enough",
+        command="neigh_modify delay 0 every 1 check yes",
+    )  # fmt: skip
 
 
 _CHOSEN = f"overlaps without a force while the deck ran; chosen: {_MISSED:g} of those expected"
@@ -167,9 +137,7 @@ RUNS = (
     Number("end of the run", "s", "run", _end, corrections.run, _SEEN),
     Number("integrators", "", "motion", _integrators, corrections.movers, "counts must be equal",
            explains=True),
-    Number("neighbours", "m", "neighbours", _neighbours, corrections.neighbours, _CHOSEN,
-           explains=True),
-    Number("wall in motion", "m", "wall", _wall_in_motion, corrections.wall, _CHOSEN,
+    Number("neighbours", "m", "neighbours", _missed, corrections.neighbours, _CHOSEN,
            explains=True),
 )  # fmt: skip
 

@@ -76,7 +76,7 @@ ALLOWED = {
     "velocity across": (plus("velocity", (3, 1), 1e-12), plus("velocity", (3, 1), 1e-4)),
     "spin": (plus("spin", (3, 1), 1e-9), plus("spin", (3, 1), 1.0)),
     "distance from": (plus("sideways", (3, 1), 1e-7), plus("sideways", (3, 1), 1e-5)),
-    "constant force": (plus("constant_force", (3, 0), 1e-9), plus("constant_force", (3, 0), 1e-3)),
+    "constant force on": (plus("constant_force", (3, 0), 1e-9), plus("constant_force", (3, 0), 1e-3)),
     "drag": (plus("drag", 3, 1e-9), plus("drag", 3, 1e-3)),
     "friction": (plus("tangential_force", 3, 1e-8), plus("tangential_force", 3, 1.0)),
     "damping": (plus("damped_force", (2, 3), 1e-9), plus("damped_force", (2, 3), 1.0)),
