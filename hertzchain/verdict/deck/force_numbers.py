@@ -193,7 +193,12 @@ def _across(case: Case) -> list[Difference]:
     for fix in found.fixes:
         across = float(np.max(fix.largest[:, 1])) > least
         if across and not fix.moves and fix.style == "addforce":
-            return [replace(one, at=fix.command)]
+            words = found.commands[fix.command].text.split()
+            acting = next((word for word in words[4:7] if word not in ("0", "0.0", "NULL")), "0.0")
+            along = [acting if axis == found.axis else "0.0" for axis in "xyz"]
+            return [
+                replace(one, at=fix.command, command=" ".join([*words[:4], *along, *words[7:]]))
+            ]
     return [of_shock(case, one)]
 
 

@@ -108,11 +108,6 @@ def dampers(found: FoundDeck, scene: Scene, made: list[Law]) -> list[Damper]:
     return dampings
 
 
-def spacing(found: FoundDeck) -> FloatArray:
-    """Distance of neighbours along the chain [m], shape (granules - 1,)."""
-    return np.asarray(np.diff(found.position))
-
-
 def start_of_shock(found: FoundDeck, scene: Scene) -> float:
     """When the shock begins in the deck's own time [s]: 0, or the start of one of its runs.
 

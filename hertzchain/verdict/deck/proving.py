@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from hertzchain.engines.lammps.reading import Edits
 from hertzchain.errors import RunFailed
@@ -118,7 +118,22 @@ def findings_of(prover: Prover) -> tuple[tuple[Finding, ...], Edits]:
             correction = () if step is None else first.corrections_of(step)
             with_others = bool(correction)
         findings.append(Finding(tuple(checks), correction, with_others, cause))
-    return tuple(findings), whole
+    return _in_order(findings), whole
+
+
+def _in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Findings, each with those that follow from it behind it."""
+    order = [
+        k
+        for cause, finding in enumerate(findings)
+        if finding.follows is None
+        for k in (cause, *(j for j, one in enumerate(findings) if one.follows == cause))
+    ]
+    place = {k: n for n, k in enumerate(order)}
+    return tuple(
+        replace(findings[k], follows=place.get(findings[k].follows))  # type: ignore[arg-type]
+        for k in order
+    )
 
 
 def _cause(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -75,8 +76,10 @@ def pulse(case: Case) -> list[Difference]:
     one = Difference(force[k], expected[k], "applied force over time", relative=0.0, effect=effect,
                      sentence=sentence)  # fmt: skip
     for fix in found.fixes:
-        if not fix.moves and " every " in found.commands[fix.command].text:
-            return [*parts, replace(one, at=fix.command)]
+        text = found.commands[fix.command].text
+        if not fix.moves and " every " in text:
+            command = re.sub(r"\s+every\s+\S+", "", text)
+            return [*parts, replace(one, at=fix.command, command=command)]
     return [*parts, _with_run(case, of_shock(case, one), time, force)]
 
 
