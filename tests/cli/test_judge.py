@@ -108,3 +108,9 @@ def test_peaks_may_be_gzipped(hertzchain: Command, native: Outcome) -> None:
     Path("peaks.csv.gz").write_bytes(gzip.compress(Path("peaks.csv").read_bytes()))
     packed = hertzchain("judge", "scene.toml", "peaks.csv.gz", "--json").json()
     assert packed["rows"] == hertzchain(*JUDGE, "--json").json()["rows"]
+
+
+def test_a_deck_is_none_of_its_files(hertzchain: Command) -> None:
+    scene_file()
+    Path("in.mine").write_text("# a chain\n\nunits si\natom_style sphere\n", encoding="utf-8")
+    is_refused(hertzchain("judge", "scene.toml", "in.mine"), "in.mine: is a LAMMPS input")

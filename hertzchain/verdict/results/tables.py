@@ -121,6 +121,10 @@ def content_of(path: Path, most: int) -> bytes:
     raise SceneError("", None, allowed, file=path) from None
 
 
+_OF_DECKS = ("units", "atom_style", "boundary", "newton", "dimension", "variable", "clear")
+"""Commands with which LAMMPS inputs begin."""
+
+
 def text_of(content: bytes, path: Path) -> str:
     """Return the text in the bytes of a file; a SceneError says why there is none."""
     text = None if content.startswith(b"PK\x03\x04") else text_in(content)
@@ -129,6 +133,10 @@ def text_of(content: bytes, path: Path) -> str:
             "is not a text file: write text (CSV, a LAMMPS log, dump custom, atom or local); a"
             " spreadsheet is saved as CSV first"
         )
+        raise SceneError("", None, allowed, file=path)
+    lines = (line.split() for line in text.splitlines() if line.strip()[:1] not in ("", "#"))
+    if next(lines, [""])[0] in _OF_DECKS:
+        allowed = "is a LAMMPS input: run it and judge its peaks, or try hertzchain examine"
         raise SceneError("", None, allowed, file=path)
     return text
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -33,6 +34,8 @@ COMMANDS = (
 """A deck of that scene."""
 
 STEP, STEPS = 2e-7, 2500
+
+Change = Callable[[FoundDeck], FoundDeck]
 
 
 def found(scene: hc.Scene) -> FoundDeck:
@@ -128,3 +131,31 @@ def by_name(done: DeckExamination, start: str) -> DeckCheck:
 def first_guess(check: DeckCheck) -> tuple[str, ...]:
     """The commands of its first line in the first correction that would be tried."""
     return next(iter(check.corrections[0].values()))
+
+
+def times(name: str, factor: float, index: Any = ...) -> Change:
+    """Makes one number of a deck so many times as large."""
+
+    def change(deck: FoundDeck) -> FoundDeck:
+        values = np.array(getattr(deck, name))
+        values[index] *= factor
+        return changed(deck, **{name: values})
+
+    return change
+
+
+def plus(name: str, index: Any, value: Any) -> Change:
+    """Adds to one number of a deck."""
+
+    def change(deck: FoundDeck) -> FoundDeck:
+        values = np.array(getattr(deck, name))
+        values[index] += value
+        return changed(deck, **{name: values})
+
+    return change
+
+
+def stiffer(factor: float) -> Change:
+    """Multiply the stiffness of contacts, without a change of their granules."""
+    still, moving = times("contact_force", factor), times("damped_force", factor)
+    return lambda deck: moving(still(deck))
