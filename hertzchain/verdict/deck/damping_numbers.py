@@ -109,7 +109,8 @@ def _friction(case: Case) -> Difference | list[Difference]:
     if not is_tried(case):
         return []
     unit = float(np.max([law.stiffness for law in case.laws])) * float(np.max(case.near)) ** 1.5
-    sideways = float(np.nanmax(np.abs(case.found.tangential_force), initial=0.0))
+    of_walls = [wall.tangential_force for wall in case.found.walls]
+    sideways = float(np.nanmax(np.abs([*case.found.tangential_force, *of_walls]), initial=0.0))
     still = np.max(np.abs(case.found.spin), initial=0.0) == 0
     return Difference(
         sideways, 0.0, effect=0.0 if still else case.whole_effect,
