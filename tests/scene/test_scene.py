@@ -290,7 +290,7 @@ PULSE = hc.Pulse("cosine", 100.0, 2.0, momentum_ratio=1.0)
     ("parts", "said"),
     [
         ((None, PULSE), "chain: must be a Chain"),
-        ((CHAIN, "cosine"), "shock = 'cosine': must be a Pulse, a PulseTable, a Sine, a Piston"),
+        ((CHAIN, "cosine"), "shock = 'cosine': must be a Pulse, a PulseTable, a Striker, a Piston"),
         ((CHAIN, PULSE, 1e-3), r"run = 0\.001: must be a Run"),
     ],
     ids=["chain", "shock", "run"],
