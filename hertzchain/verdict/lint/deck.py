@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,8 +15,19 @@ if TYPE_CHECKING:
     from hertzchain.engines.lammps.reading.granules import Granules
     from hertzchain.engines.lammps.reading.looking import Look, Pushing
 
-_HEAPS = ("pour", "deposit", "insert/pack", "insert/stream", "insert/rate/region")
-_BODIES = ("rigid", "rigid/small", "rigid/nve/small", "multisphere", "bond/create", "bond/break")
+_STYLE = {"fix": 3, "dimension": 1, "bond_style": 1, "pair_style": 1, "atom_style": 1}
+"""Which word of a command is its style."""
+
+_NO_CHAIN = (
+    ("fix", "pour|deposit|insert/.*", "granules are poured"),
+    ("fix", "wall/gran/region|mesh/.*|wall/region", "granules lie in a vessel"),
+    ("fix", "rigid.*|multisphere.*|poems", "granules are rigid bodies of several spheres"),
+    ("dimension", "2", "it is two-dimensional"),
+    ("bond_style", "(?!none).+", "granules are bonded"),
+    ("pair_style", "bpm/.*", "granules are bonded"),
+    ("atom_style", "bpm/.*|bond|molecular|full", "granules are bonded"),
+)
+"""What surely is no chain: a command, its style, and the words for it."""
 
 
 @dataclass(frozen=True)
@@ -151,18 +163,12 @@ class Deck:
 
     @cached_property
     def no_chain(self) -> tuple[Command | None, str] | None:
-        """Why it surely is no chain, and where that is seen; None where it may be one."""
-        for styles, words in ((_HEAPS, "granules are poured"), (_BODIES, "granules are joined")):
-            for fix in self.fixes(*styles):
-                return fix, f"{words} by fix {fix.words[3]}"
-        for command in self.named("bond_style", "region"):
-            if command.name == "bond_style" and command.word(1) not in ("", "none"):
-                return command, "granules are bonded"
-        for command in self.named("dimension"):
-            if command.word(1) == "2" and self.granules is None:
-                return command, "it is two-dimensional"
-        for wall in self.fixes("wall/gran/region", "mesh/surface", "mesh/surface/stress"):
-            return wall, "walls enclose granules"
+        """Why it surely is no chain, and where that shows; None where it may be one."""
+        for command in self.commands:
+            for name, style, what in _NO_CHAIN:
+                is_one = command.name == name and re.fullmatch(style, command.word(_STYLE[name]))
+                if is_one and (name != "dimension" or self.granules is None):
+                    return command, what
         made = self.named("create_atoms", "read_data")
         if self.look is not None and self.look.granules is not None and self.granules is None:
             count = self.look.granules.count
