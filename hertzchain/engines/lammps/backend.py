@@ -143,7 +143,7 @@ class Lammps(ExternalEngine):
             program = Program.find(str(self.lmp), self.ranks, deadline)
             version, alone = program.build.version, replace(program, command=program.command[-1:])
             text = own_deck(scene, self.pair_style, version)
-            arguments = folder, scene, text, version, alone
+            arguments = folder, scene, text, alone
             found = child.call(examine_deck, *arguments, time_limit=deadline.left)
             return found
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,40 +10,13 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import (
-    Executed,
     FoundDeck,
-    FoundFix,
-    FoundRun,
     FoundWall,
     scaled,
 )
 from hertzchain.engines.lammps.reading.frozen import Applied
 from hertzchain.engines.lammps.reading.probing import Probes
-from hertzchain.engines.lammps.reading.walls import WallProbe
-from hertzchain.engines.lammps.reading.watching import Given, PeaksSeen, RunSeen
-
-
-@dataclass(frozen=True, eq=False)
-class Watched:
-    """What was seen of the deck as it is."""
-
-    version: str
-    commands: tuple[Executed, ...]
-    given: tuple[Given, ...]
-    runs: tuple[RunSeen, ...]
-    stopped: str
-    first_run: int
-    time: float
-    read_every: int
-    image_force: float
-    peaks: tuple[PeaksSeen, PeaksSeen]  # forwards and backwards
-    exerted: Mapping[int, FloatArray]
-    driven: NDArray[np.bool_]
-    driven_time: FloatArray
-    driven_ends: FloatArray
-    position: FloatArray
-    velocity: FloatArray
-    cleared: bool
+from hertzchain.engines.lammps.reading.watching import Watched
 
 
 def found_of(
@@ -109,20 +80,15 @@ def found_of(
         image_gap=_image_gap(probes),
         image_force=seen.image_force,
         fixes=tuple(
-            FoundFix(
-                one.fix.style,
-                one.fix.command,
-                one.fix.moves,
-                turned(one.granules),
-                turned(one.largest, 0),
-                turned(seen.exerted.get(one.fix.command, 0 * one.largest), 0),
+            replace(
+                fix,
+                granules=turned(fix.granules),
+                largest=turned(fix.largest, 0),
+                largest_in_motion=turned(seen.exerted.get(fix.command, 0 * fix.largest), 0),
             )
-            for one in applied.fixes
+            for fix in applied.fixes
         ),
-        runs=tuple(
-            FoundRun(run.start, run.dt, run.steps, run.command)
-            for run in seen.runs
-        ),
+        runs=tuple(seen.runs),
         applied_time=applied.time,
         applied_force=sign * turned(applied.force),
         applied_every=applied.every,
@@ -150,31 +116,6 @@ def _axis(direction: FloatArray) -> str:
     return "xyz"[first] if abs(direction[first]) == 1 else "a diagonal"
 
 
-def nothing_seen(version: str, commands: tuple[Executed, ...], count: int) -> Watched:
-    """A deck that was not run."""
-    nothing = np.full(count, np.nan)
-    peaks = PeaksSeen(nothing[1:], nothing[1:], np.zeros(count - 1), math.nan)
-    return Watched(
-        version=version,
-        commands=commands,
-        given=(),
-        runs=(),
-        stopped="",
-        first_run=-1,
-        time=0.0,
-        read_every=1,
-        image_force=0.0,
-        peaks=(peaks, peaks),
-        exerted={},
-        driven=np.zeros(count, bool),
-        driven_time=np.zeros(0),
-        driven_ends=np.zeros((0, 2)),
-        position=nothing,
-        velocity=nothing,
-        cleared=False,
-    )
-
-
 def _is_reversed(probes: Probes, applied: Applied, driven: NDArray[np.bool_]) -> bool:
     """Whether the shock acts on the granule at the largest coordinate."""
     if applied.time.size > 1:
@@ -189,8 +130,7 @@ def _is_reversed(probes: Probes, applied: Applied, driven: NDArray[np.bool_]) ->
     speed = np.abs(probes.granules.velocity[:, 0])
     if speed.max() > 0 and _middle(speed) != 0:
         return _middle(speed) > 0
-    walls = [wall.at_end for wall in probes.walls]
-    return len(walls) == 1 and not walls[0]
+    return [wall.end for wall in probes.walls] == ["first"]
 
 
 def _middle(weight: FloatArray | NDArray[np.bool_]) -> float:
@@ -208,19 +148,9 @@ def _image_gap(probes: Probes) -> float | None:
     return length - extent - float(granules.radius[0] + granules.radius[-1])
 
 
-def _wall(wall: WallProbe, backwards: bool, origin: float) -> FoundWall:
-    sign = -1.0 if backwards else 1.0
-    return FoundWall(
-        end="last" if wall.at_end != backwards else "first",
-        position=sign * (wall.position - origin),
-        overlap=wall.overlap,
-        force=wall.force,
-        closing=wall.closing,
-        damped_overlap=wall.damped_overlap,
-        damped_force=wall.damped_force,
-        tangential_force=wall.tangential_force,
-        command=wall.command,
-    )
+def _wall(wall: FoundWall, backwards: bool, origin: float) -> FoundWall:
+    end = {"first": "last", "last": "first"}[wall.end] if backwards else wall.end
+    return replace(wall, end=end, position=(-1.0 if backwards else 1.0) * (wall.position - origin))
 
 
 def _remarks(seen: Watched, probes: Probes) -> tuple[str, ...]:

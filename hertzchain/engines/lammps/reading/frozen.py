@@ -14,26 +14,18 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.allowed import LEADS, MOVES, OF_MOTION, QUIET
+from hertzchain.engines.lammps.reading.found import FoundFix, FoundRun
 from hertzchain.engines.lammps.reading.granules import Granules
 from hertzchain.engines.lammps.reading.hooks import BLOCK, Readings
 from hertzchain.engines.lammps.reading.player import DeckFix, Stage
 from hertzchain.engines.lammps.reading.prober import members
-from hertzchain.engines.lammps.reading.watching import Given, RunSeen, sizes
+from hertzchain.engines.lammps.reading.watching import Given, Watched, sizes
 from hertzchain.errors import HertzchainError
 
 _LEAST_READINGS = 400
 """Readings of a run at least, however long no force has changed: chosen."""
 
 _UNCHANGED = 1e-12  # of the largest force: what formulas of other times round to
-
-
-@dataclass(frozen=True, eq=False)
-class FixSeen:
-    """A fix that exerts forces or moves granules, by increasing coordinate."""
-
-    fix: DeckFix
-    granules: NDArray[np.bool_]
-    largest: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +41,7 @@ class Applied:
     sideways: float
     constant: FloatArray
     every: int
-    fixes: tuple[FixSeen, ...]
+    fixes: tuple[FoundFix, ...]
 
 
 @dataclass
@@ -100,10 +92,7 @@ class Replay:
         leads: bool = False,
     ) -> None:
         self._places, self._leads = places, leads
-        self._ends: list[FloatArray] = []
-        self._time_now = 0.0
-        self.runs: list[RunSeen] = []
-        self.first_run = -1
+        self.seen = Watched(granules.count)
         self.stage, self._granules, self._between = stage, granules, between
         self._left_out: set[str] = set()
         self._time: list[FloatArray] = []
@@ -118,54 +107,36 @@ class Replay:
 
     def play(self, given: Sequence[Given]) -> Applied:
         """Play all commands; the forces that fixes but walls exert."""
-        end = 0.0
         for one in given:
             try:
-                end = self._play(one, end)
+                self._play(one)
             except HertzchainError as problem:
                 raise type(problem)(f"{self._places[one.index]}: {problem}") from None
-        return self._applied()
+        return self.applied()
 
-    def _play(self, one: Given, time: float) -> float:
-        """Play a command; the time after it."""
+    def _play(self, one: Given) -> None:
+        """Play a command."""
         if one.steps:
-            return self._run(one, time)
-        if one.words[0] == "clear":
+            self._run(one, one.steps)
+        elif one.words[0] == "clear":
             self.stage.forget()
             self._left_out.clear()
         elif not self._leaves_out(one):
             self.stage.give(one.text, list(one.words), one.index)
-        return time
 
     def give(self, text: str, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
-        self._play(Given(text, tuple(words), index), self._time_now)
+        self._play(Given(text, tuple(words), index))
 
     def run(self, steps: int, keywords: str, index: int) -> None:
         """Have LAMMPS take so many steps."""
-        start, dt = self._time_now, self.stage.lammps.dt()
-        text = f"run {steps} {keywords}".strip()
-        if steps and self.first_run < 0:
-            self.first_run = index
-        if steps:
-            self.runs.append(RunSeen(start, dt, steps, index))
-        self._time_now = self._play(Given(text, ("run",), index, steps), start)
+        self._play(Given(f"run {steps} {keywords}".strip(), ("run",), index, steps))
 
     def clear(self) -> bool:
         """Forget all before the first run; the deck ends here after it."""
-        if not self.runs:
-            self._play(Given("clear", ("clear",), -1), 0.0)
-        return not self.runs
-
-    def applied(self) -> Applied:
-        """The forces that fixes but walls have exerted."""
-        return self._applied()
-
-    @property
-    def led(self) -> tuple[FloatArray, FloatArray]:
-        """Times, and places of the granules at both ends then, shape (readings, 2)."""
-        times, ends = [*self._time, np.zeros(0)], [*self._ends, np.zeros((0, 2))]
-        return np.concatenate(times), np.concatenate(ends)
+        if not self.seen.runs:
+            self._play(Given("clear", ("clear",), -1))
+        return not self.seen.runs
 
     def _leaves_out(self, one: Given) -> bool:
         """Whether a command would move granules or end a run before its time."""
@@ -184,17 +155,16 @@ class Replay:
             return words[1] in self._left_out
         return words[0] == "velocity"
 
-    def _run(self, one: Given, start: float) -> float:
-        assert one.steps is not None
-        lammps = self.stage.lammps
+    def _run(self, one: Given, steps: int) -> None:
+        lammps, start = self.stage.lammps, self.seen.time
         self.stage.ready()
         rest = np.zeros((self._granules.count, 3))
         lammps.put({"v": rest, "omega": rest})
         dt, first = lammps.dt(), lammps.step()
         self._stride = max(1, int(self._between / dt))
         self.stage.hooks.twice = self._stride > 1
-        self._longest = max(self._stride, one.steps // _LEAST_READINGS)
-        self.every = max(self.every, min(self._stride, max(one.steps, 1)))
+        self._longest = max(self._stride, steps // _LEAST_READINGS)
+        self.every = max(self.every, min(self._stride, steps))
         acting = [fix for fix in self.stage.alive.values() if fix.style not in QUIET]
         for fix in [*acting, *self._moves.values()]:
             self._masks[fix.command] = fix, members(lammps, fix.group, self._granules)
@@ -202,8 +172,11 @@ class Replay:
         def take(readings: Readings) -> None:
             self._take(readings, np.asarray(start + (readings.step - first) * dt))
 
-        self.stage.hooks.run(one.text, one.steps, self._stride, take)
-        return start + one.steps * dt
+        if not self.seen.runs:
+            self.seen.first_run = one.index
+        self.seen.runs.append(FoundRun(start, dt, steps, one.index))
+        self.seen.time += steps * dt
+        self.stage.hooks.run(one.text, steps, self._stride, take)
 
     def _take(self, readings: Readings, time: FloatArray) -> None:
         hooks, granules = self.stage.hooks, self._granules
@@ -220,7 +193,7 @@ class Replay:
             self._exerted[source].update(own)
         self._time.append(time)
         if self._leads:
-            self._ends.append(granules.along(readings.position)[:, [0, -1], 0])
+            self.seen.lead(time, granules.along(readings.position)[:, [0, -1], 0])
         self._force.append(total[..., 0].copy())
         if self._first_sideways is None:
             self._first_sideways = total[0, :, 1:]
@@ -229,7 +202,8 @@ class Replay:
         still = time.size == BLOCK and not np.any(np.ptp(total, axis=0))
         hooks.stride = min(10 * hooks.stride, self._longest) if still else self._stride
 
-    def _applied(self) -> Applied:
+    def applied(self) -> Applied:
+        """The forces that fixes but walls have exerted."""
         granules = self._granules
         if not self._time:
             return nothing_applied(granules)
@@ -241,7 +215,9 @@ class Replay:
         largest = {number: exerted.largest for number, exerted in self._exerted.items()}
         nothing = np.zeros((granules.count, 2))
         fixes = tuple(
-            FixSeen(fix, mask, largest.get(number, nothing))
+            FoundFix(
+                fix.style, number, fix.moves, mask, largest.get(number, nothing), nothing.copy()
+            )
             for number, (fix, mask) in sorted(self._masks.items())
         )
         kept = _needed(force)

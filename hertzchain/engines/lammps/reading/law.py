@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading.found import FoundWall
 from hertzchain.engines.lammps.reading.prober import DEPTHS
 from hertzchain.engines.lammps.reading.probing import Probes
-from hertzchain.engines.lammps.reading.walls import WallProbe
 from hertzchain.observables.damped_law import DampedLaw
 
 _DAMPS = 1e-9  # of a force: above what is lost in the difference of two
@@ -15,7 +15,7 @@ _EXPONENTS = (0.0, 0.25, 0.5)
 _SURE = 1e-3  # by which an exponent found is one of these: rounding, and Hooke's contacts
 
 
-def law_of(probes: Probes, wall: WallProbe | None) -> DampedLaw | None:
+def law_of(probes: Probes, wall: FoundWall | None) -> DampedLaw | None:
     """The law of all contacts, that with a wall the last, in the deck's units; None if elastic."""
     at = DEPTHS.index(1.0)
     overlap, elastic = probes.overlap[at], probes.contact_force[at]

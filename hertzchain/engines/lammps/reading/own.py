@@ -1,7 +1,6 @@
 """Reads the deck that this project generates for a scene: the same questions, and no motion.
 
-It is short, as only the corners of the shock and some steps between them are looked at, and needs
-no interpreter, as nothing in it has to be refused.
+It is short, as only the corners of the shock and some steps between them are looked at.
 """
 
 from __future__ import annotations
@@ -15,15 +14,10 @@ from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.lammps import deck
 from hertzchain.engines.lammps.binary import Program
 from hertzchain.engines.lammps.engine import look
-from hertzchain.engines.lammps.reading.allowed import LEADS
-from hertzchain.engines.lammps.reading.assembling import found_of, nothing_seen
-from hertzchain.engines.lammps.reading.found import Executed, FoundDeck
-from hertzchain.engines.lammps.reading.frozen import Replay
-from hertzchain.engines.lammps.reading.interpreter import Ended, Player
-from hertzchain.engines.lammps.reading.player import Stage
-from hertzchain.engines.lammps.reading.reading import First, Start
+from hertzchain.engines.lammps.reading.assembling import found_of
+from hertzchain.engines.lammps.reading.found import FoundDeck
+from hertzchain.engines.lammps.reading.reading import Source, Start, probed, without_motion
 from hertzchain.engines.lammps.reading.sizes import Sizes
-from hertzchain.engines.lammps.reading.text import lines_of, without_comment, words_of
 from hertzchain.limits import TIME_LIMIT, Deadline
 from hertzchain.scene.scene import Scene
 
@@ -71,34 +65,18 @@ def examine_in(
 ) -> FoundDeck:
     """The same in a folder that outlives the process, by a binary or the Python module."""
     version = look()[0] if program is None else program.build.version
-    return examine_deck(folder, scene, own_deck(scene, pair_style, version), version, program)
+    return examine_deck(folder, scene, own_deck(scene, pair_style, version), program)
 
 
-def examine_deck(
-    folder: Path, scene: Scene, text: str, version: str, program: Program | None
-) -> FoundDeck:
-    """The same of a deck that is written already, for a version of LAMMPS."""
-    start = Start(folder, program, alone=False)
-    with start.session() as lammps:
-        first = First(Stage(lammps), replace(Sizes.of(scene), overlap=DEPTH))
-        commands = _play(text, first)
-    assert first.probes is not None  # as the deck has a run
-    granules = first.probes.granules
-    with start.session() as lammps:
-        frozen = Replay(Stage(lammps), granules, 0.0)
-        _play(text, frozen)
-    applied = frozen.applied()
-    seen = nothing_seen(version, commands, granules.count)
-    seen = replace(seen, runs=tuple(frozen.runs), first_run=frozen.first_run)
-    leading = [fix.granules for fix in applied.fixes if fix.fix.style == LEADS]
-    if leading:
-        with start.session() as lammps:
-            lead = Replay(Stage(lammps), granules, 0.0, leads=True)
-            _play(text, lead)
-        time, ends = lead.led
-        driven = np.any(leading, axis=0)
-        seen = replace(seen, driven=driven, driven_time=time, driven_ends=ends)
-    return found_of(first.probes, seen, applied, backwards=False)
+def examine_deck(folder: Path, scene: Scene, text: str, program: Program | None) -> FoundDeck:
+    """The same of a deck that is written already."""
+    path = folder / "in.generated"
+    path.write_text(text)
+    start, source = Start(folder, program, alone=False), Source("generated", path, folder)
+    begun = probed(start, source, replace(Sizes.of(scene), overlap=DEPTH))
+    driven = np.zeros(begun.probes.granules.count, bool)
+    seen, applied = without_motion(start, source, begun.probes, 0.0, driven)
+    return found_of(begun.probes, seen, applied, backwards=False)
 
 
 def own_deck(scene: Scene, pair_style: str, version: str) -> str:
@@ -111,22 +89,3 @@ def own_deck(scene: Scene, pair_style: str, version: str) -> str:
     for before, leg in zip((None, *legs[:-1]), legs, strict=True):
         lines += [*deck.leg_commands(leg, before), f"run {leg.steps}"]
     return "\n".join(lines) + "\n"
-
-
-def _play(text: str, player: Player) -> tuple[Executed, ...]:
-    """Give LAMMPS the commands of a deck, one after another; those that were given."""
-    commands: list[Executed] = []
-    for line in lines_of(text):
-        command = without_comment(line.text)
-        words = [word.value for word in words_of(command)]
-        if not words:
-            continue
-        commands.append(Executed(command, "generated", line.number, command))
-        try:
-            if words[0] == "run":
-                player.run(int(words[1]), "", len(commands) - 1)
-            else:
-                player.give(command, words, len(commands) - 1)
-        except Ended:
-            break
-    return tuple(commands)

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading.found import IntArray
+from hertzchain.engines.lammps.reading.found import FoundWall, IntArray
 from hertzchain.engines.lammps.reading.granules import Granules
 from hertzchain.engines.lammps.reading.player import Stage
 from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS, SPIN_STEP, Prober, members
 from hertzchain.engines.lammps.reading.sizes import Sizes
-from hertzchain.engines.lammps.reading.walls import WallProbe, walls_of
+from hertzchain.engines.lammps.reading.walls import walls_of
 from hertzchain.errors import RunFailed
 
 NOT_IN_A_ROW = "they do not lie in one row"
@@ -37,7 +37,7 @@ class Probes:
     damped_force: FloatArray
     tangential_force: FloatArray
     drag: FloatArray
-    walls: tuple[WallProbe, ...]
+    walls: tuple[FoundWall, ...]
     integrated: IntArray
     why_not: str | None = None  # why nothing but the granules was asked
 

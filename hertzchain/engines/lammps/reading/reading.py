@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.lammps.binary import Program
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.lammps.reading.allowed import LEADS
-from hertzchain.engines.lammps.reading.assembling import Watched, found_of, nothing_seen
+from hertzchain.engines.lammps.reading.assembling import found_of
 from hertzchain.engines.lammps.reading.found import Executed, FoundDeck
 from hertzchain.engines.lammps.reading.frozen import Applied, Replay, nothing_applied
 from hertzchain.engines.lammps.reading.interpreter import Ended, Interpreter, Player
@@ -26,7 +27,7 @@ from hertzchain.engines.lammps.reading.probing import Probes, probe
 from hertzchain.engines.lammps.reading.session import Session, module
 from hertzchain.engines.lammps.reading.sizes import Sizes
 from hertzchain.engines.lammps.reading.text import Edits
-from hertzchain.engines.lammps.reading.watching import Given, Stopped, Watcher
+from hertzchain.engines.lammps.reading.watching import Given, Stopped, Watched, Watcher
 from hertzchain.errors import RunFailed, TooExpensive
 from hertzchain.limits import TIME_LIMIT, Deadline, bound_memory, check_time_limit, in_words
 from hertzchain.scene.scene import Scene
@@ -80,7 +81,7 @@ class Reader:
         self._child = self._open.enter_context(Child())
         program = None if self._lmp is None else Program.find(str(self._lmp), 1, self._deadline)
         self._start = Start(self._folder, program)
-        self._source = _Source(
+        self._source = Source(
             self._deck, Path(self._deck).absolute(), Path.cwd(), self._variables, {}
         )
         return self
@@ -116,12 +117,13 @@ class Reader:
                 " at all, or raise the limit"
             ) from None
 
-    def _found(self, source: _Source) -> FoundDeck:
+    def _found(self, source: Source) -> FoundDeck:
         self._say("asking LAMMPS what it makes of the deck")
-        begun: _Begun = self._call(_probe, source, self._sizes)
+        begun: Begun = self._call(probed, source, self._sizes)
         probes, restarts = begun.probes, begun.restarts
         if not probes.granules.is_chain:
-            nothing = nothing_seen(begun.version, begun.commands, probes.granules.count)
+            count = probes.granules.count
+            nothing = Watched(count, version=begun.version, commands=begun.commands)
             return found_of(probes, nothing, nothing_applied(probes.granules))
         self._say("running the deck")
         between = _READ_EVERY * probes.contact_time
@@ -139,7 +141,9 @@ class Reader:
             self._child.end()
         each = self._sizes.between(probes.granules.units, probes.contact_time)
         if seen.stopped:
-            seen, applied = self._call(_freeze_stopped, source, seen, probes, each)
+            stopped = seen.stopped
+            seen, applied = self._call(without_motion, source, probes, each, seen.driven)
+            seen.stopped = stopped
         else:
             places = tuple(f"{done.file}:{done.line}" for done in seen.commands)
             applied = self._call(_freeze, seen.given, probes, each, places)
@@ -163,13 +167,13 @@ def read_deck(
 
 
 @dataclass(frozen=True)
-class _Source:
+class Source:
     """A deck: its name, where it is, the working folder, values of variables, and edits."""
 
     name: str
     path: Path
     folder: Path
-    variables: Mapping[str, str]
+    variables: Mapping[str, str] = field(default_factory=dict)
     edits: Edits = field(default_factory=dict)
 
     def played_by(self, player: Player, lammps: Session) -> Interpreter:
@@ -181,7 +185,7 @@ class _Source:
 
 
 @dataclass(frozen=True, eq=False)
-class _Begun:
+class Begun:
     """A deck up to its first run: its numbers, and whether it starts from a restart file."""
 
     probes: Probes
@@ -239,7 +243,7 @@ class First:
         return True
 
 
-def _probe(start: Start, source: _Source, sizes: Sizes) -> _Begun:
+def probed(start: Start, source: Source, sizes: Sizes) -> Begun:
     """What LAMMPS makes of the deck before its first run."""
     with start.session() as lammps:
         first = First(Stage(lammps), sizes)
@@ -251,41 +255,24 @@ def _probe(start: Start, source: _Source, sizes: Sizes) -> _Begun:
     # Pair style granular leaves memory undefined where it comes from a restart file (seen in
     # 2025): in a process that has run LAMMPS before, the deck often stops.
     restarts = any(done.text.startswith("read_restart") for done in script.commands)
-    return _Begun(first.probes, version, tuple(script.commands), restarts)
+    return Begun(first.probes, version, tuple(script.commands), restarts)
 
 
-def _watch(start: Start, source: _Source, probes: Probes, between: float) -> Watched:
+def _watch(start: Start, source: Source, probes: Probes, between: float) -> Watched:
     with start.session() as lammps:
-        watcher, stopped = Watcher(Stage(lammps), probes, between), ""
+        watcher = Watcher(Stage(lammps), probes, between)
         script = source.played_by(watcher, lammps)
         try:
             script.play()
         except Stopped as problem:
-            stopped = str(problem)
-        return Watched(
-            version=lammps.version,
-            commands=tuple(script.commands),
-            given=tuple(watcher.given),
-            runs=tuple(watcher.runs),
-            stopped=stopped,
-            first_run=watcher.first_run,
-            time=watcher.time,
-            read_every=watcher.read_every,
-            image_force=watcher.image_force,
-            peaks=(watcher.peaks(mirrored=False), watcher.peaks(mirrored=True)),
-            exerted=watcher.exerted,
-            driven=watcher.driven,
-            driven_time=np.concatenate([*watcher.driven_time, np.zeros(0)]),
-            driven_ends=np.concatenate([*watcher.driven_ends, np.zeros((0, 2))]),
-            position=watcher.position,
-            velocity=watcher.velocity,
-            cleared=watcher.cleared,
-        )
+            watcher.seen.stopped = str(problem)
+        watcher.seen.version, watcher.seen.commands = lammps.version, tuple(script.commands)
+        return watcher.finish()
 
 
 def _freeze(
     start: Start,
-    given: tuple[Given, ...],
+    given: Sequence[Given],
     probes: Probes,
     between: float,
     places: tuple[str, ...],
@@ -294,30 +281,31 @@ def _freeze(
         return Replay(Stage(lammps), probes.granules, between, places).play(given)
 
 
-def _freeze_stopped(
-    start: Start, source: _Source, seen: Watched, probes: Probes, between: float
+def without_motion(
+    start: Start, source: Source, probes: Probes, between: float, driven: NDArray[np.bool_]
 ) -> tuple[Watched, Applied]:
-    """The forces of a deck whose motion stops, and its runs, as it plays without its motion."""
+    """The forces of a deck, and its runs, as it plays without its motion.
+
+    ``driven`` are granules that are known to be driven, apart from those that a fix leads.
+    """
+    granules = probes.granules
     with start.session() as lammps:
-        frozen = Replay(Stage(lammps), probes.granules, between)
+        frozen = Replay(Stage(lammps), granules, between)
         script = source.played_by(frozen, lammps)
         with suppress(RunFailed):  # LAMMPS refuses to run such granules even at rest
             script.play()
-    nothing = nothing_seen(seen.version, tuple(script.commands), probes.granules.count)
-    end = max((run.start + run.steps * run.dt for run in frozen.runs), default=0.0)
-    whole = replace(
-        nothing, runs=tuple(frozen.runs), first_run=frozen.first_run, time=end,
-        stopped=seen.stopped, driven=seen.driven,
-    )  # fmt: skip
-    if np.any(seen.driven) and not any(fix.fix.style == LEADS for fix in frozen.applied().fixes):
-        granules, time = probes.granules, frozen.led[0]
-        ways = np.outer(time, granules.velocity[[0, -1], 0])
-        whole = replace(whole, driven_time=time, driven_ends=granules.position[[0, -1], 0] + ways)
-    elif np.any(seen.driven):
+        seen, applied = frozen.seen, frozen.applied()
+        seen.version, seen.commands = lammps.version, tuple(script.commands)
+    leading = [fix.granules for fix in applied.fixes if fix.style == LEADS]
+    seen.driven = np.any([driven, *leading], axis=0)
+    if leading:
         with start.session() as lammps:
-            lead = Replay(Stage(lammps), probes.granules, between, leads=True)
+            lead = Replay(Stage(lammps), granules, between, leads=True)
             with suppress(RunFailed):  # it is known how they are led before that
                 source.played_by(lead, lammps).play()
-        time, ends = lead.led
-        whole = replace(whole, driven_time=time, driven_ends=ends)
-    return whole, frozen.applied()
+        seen.lead(lead.seen.driven_time, lead.seen.driven_ends)
+    elif np.any(driven):
+        time = applied.time
+        ways = np.outer(time, granules.velocity[[0, -1], 0])
+        seen.lead(time, granules.position[[0, -1], 0] + ways)
+    return seen, applied

@@ -3,33 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading.found import FoundWall
 from hertzchain.engines.lammps.reading.hooks import Readings
 from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS, SPIN_STEP, Prober
 from hertzchain.errors import RunFailed
 
 
-@dataclass(frozen=True, eq=False)
-class WallProbe:
-    """A wall as the granule at an end feels it, in the deck's units; see ``FoundWall``."""
-
-    at_end: bool  # at the largest coordinate
-    position: float
-    overlap: FloatArray
-    force: FloatArray
-    closing: FloatArray
-    damped_overlap: FloatArray
-    damped_force: FloatArray
-    tangential_force: float
-    command: int
-
-
-def walls_of(prober: Prober, gap: float, unit: float, time: float) -> tuple[WallProbe, ...]:
-    """The walls across the chain, by pushing the granule at each end outwards.
+def walls_of(prober: Prober, gap: float, unit: float, time: float) -> tuple[FoundWall, ...]:
+    """The walls across the chain in the deck's units, by pushing the granule at each end outwards.
 
     They are expected behind a ``gap`` [m], and looked for up to twice that.
     """
@@ -75,7 +60,7 @@ class _Wall:
         box = granules.high[0] - self._start if self._at_end else self._start - granules.low[0]
         return min(farthest, 0.999 * float(box)) if box > 0 else 0.0
 
-    def found(self, gap: float, time: float) -> WallProbe | None:
+    def found(self, gap: float, time: float) -> FoundWall | None:
         """The wall, or None if the granule meets none."""
         onset = self._onset(self._limit(gap), gap - self._radius)
         if onset is None:
@@ -91,8 +76,8 @@ class _Wall:
             damped.append((speed, *self._ask(onset + self._sign * depth * unit, speed)[:2]))
         self._prober.lammps.give(f"timestep {SPIN_STEP * time!r}")
         off = self._ask(onset + self._sign * unit, 0.0, unit / time, steps=2)[2]
-        return WallProbe(
-            at_end=self._at_end,
+        return FoundWall(
+            end="last" if self._at_end else "first",
             position=reach,
             overlap=np.array([self._sign * (place - onset) for place, *_ in tries]),
             force=np.array([force for _, force, *_ in tries]),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import contact_forces
 from hertzchain.engines.lammps.reading.allowed import LEADS, QUIET
+from hertzchain.engines.lammps.reading.found import Executed, FoundRun
 from hertzchain.engines.lammps.reading.hooks import GranulesChanged, Readings
 from hertzchain.engines.lammps.reading.law import law_of
 from hertzchain.engines.lammps.reading.player import Stage
@@ -43,51 +44,66 @@ class Given:
     steps: int | None = None
 
 
-@dataclass(frozen=True)
-class RunSeen:
-    """A run, in the deck's units: its start after that of the first, its step."""
+@dataclass(frozen=True, eq=False)
+class PeaksSeen:
+    """Peaks and their times, overlaps without a force, shape (contacts,); relative error."""
 
-    start: float
-    dt: float
-    steps: int
-    command: int
+    force: FloatArray
+    time: FloatArray
+    missed: FloatArray
+    error: float
 
 
-@dataclass
-class Watcher:
-    """Plays a deck to its end and keeps the peaks; a ``Player``.
+@dataclass(eq=False)
+class Watched:
+    """What was observed of a deck while it was played, in its units and by increasing coordinate.
 
-    All in the deck's units and by increasing coordinate. ``between`` is the time between two
-    readings, ``given`` what LAMMPS was given.
+    It grows as the deck is played; without motion there are no peaks (NaN).
     """
 
-    stage: Stage
-    probes: Probes
-    between: float
+    count: int  # of granules
+    version: str = ""
+    commands: tuple[Executed, ...] = ()
     given: list[Given] = field(default_factory=list)
-    runs: list[RunSeen] = field(default_factory=list)
+    runs: list[FoundRun] = field(default_factory=list)
+    first_run: int = -1
+    stopped: str = ""
+    cleared: bool = False
     time: float = 0.0
     read_every: int = 1
     image_force: float = 0.0
-    first_run: int = -1
-    cleared: bool = False
+    exerted: dict[int, FloatArray] = field(default_factory=dict)  # by command: along, off the axis
+    driven_time: FloatArray = field(default_factory=lambda: np.zeros(0))
+    driven_ends: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))  # places of both ends
 
     def __post_init__(self) -> None:
-        count = self.probes.granules.count
-        self._forward = _Peaks(self.probes, mirrored=False)
+        self.driven = np.zeros(self.count, bool)  # whatever presses them, in any run
+        self.position = self.velocity = nothing = np.full(self.count, np.nan)
+        none = PeaksSeen(nothing[1:], nothing[1:], np.zeros(self.count - 1), np.nan)
+        self.peaks = none, none  # forwards and backwards
+
+    def lead(self, time: FloatArray, ends: FloatArray) -> None:
+        """Take note of where the ends of the chain are while fixes lead them."""
+        self.driven_time = np.concatenate([self.driven_time, time])
+        self.driven_ends = np.concatenate([self.driven_ends, ends])
+
+
+class Watcher:
+    """Plays a deck to its end and keeps the peaks; a ``Player``.
+
+    ``between`` is the time between two readings; ``seen`` is what was observed.
+    """
+
+    def __init__(self, stage: Stage, probes: Probes, between: float) -> None:
+        self.stage, self.probes, self._between = stage, probes, between
+        count = probes.granules.count
+        self.seen = Watched(count)
+        self._forward = _Peaks(probes, mirrored=False)
         self._backward: _Peaks | None = None
-        if any(not wall.at_end for wall in self.probes.walls):  # else they are those forwards
-            self._backward = _Peaks(self.probes, mirrored=True)
-        self.position = np.zeros(count)
-        self.velocity = np.zeros(count)
-        self.exerted: dict[
-            int, FloatArray
-        ] = {}  # largest force of each fix, along and off the axis
+        if any(wall.end == "first" for wall in probes.walls):  # else they are those forwards
+            self._backward = _Peaks(probes, mirrored=True)
         self._changed = False  # whether fixes have been made or ended since the last run
-        self.driven = np.zeros(count, bool)  # whatever presses them, in any run
         self._steady = np.zeros(count, bool)  # flies as it does, while fix setforce takes forces
-        self.driven_time: list[FloatArray] = []
-        self.driven_ends: list[FloatArray] = []  # places of the granules at both ends
 
     def give(self, text: str, words: list[str], index: int) -> None:
         """Give LAMMPS a command."""
@@ -95,15 +111,15 @@ class Watcher:
         is_new = words[0] == "fix" and words[1:2] and words[1] not in self.stage.alive
         self._changed |= bool(is_new) or words[0] == "unfix"
         self.stage.give(text, words, index)
-        self.given.append(Given(text, tuple(words), index))
+        self.seen.given.append(Given(text, tuple(words), index))
 
     def clear(self) -> bool:
         """Forget all before the first run; the deck ends here after it."""
-        if self.runs:
-            self.cleared = True
+        if self.seen.runs:
+            self.seen.cleared = True
             return False
         self.stage.forget()
-        self.given.append(Given("clear", ("clear",), -1))
+        self.seen.given.append(Given("clear", ("clear",), -1))
         return True
 
     def run(self, steps: int, keywords: str, index: int) -> None:
@@ -112,14 +128,14 @@ class Watcher:
         text = f"run {steps} {keywords}".strip()
         if steps == 0:
             self.stage.give(text, ["run"], index)
-            self.given.append(Given(text, ("run",), index))
+            self.seen.given.append(Given(text, ("run",), index))
             return
-        if self.first_run < 0:
-            self.first_run = index
+        if self.seen.first_run < 0:
+            self.seen.first_run = index
         lammps = self.stage.lammps
         dt, first = lammps.dt(), lammps.step()
-        stride = max(1, min(steps, int(self.between / dt)))
-        self.read_every = max(self.read_every, stride)
+        stride = max(1, min(steps, int(self._between / dt)))
+        self.seen.read_every = max(self.seen.read_every, stride)
         if lammps.count() != self.probes.granules.count:
             raise RunFailed(
                 "the deck makes or deletes granules after its first run: make the whole chain"
@@ -138,7 +154,7 @@ class Watcher:
         self._changed = False
 
         def take(readings: Readings) -> None:
-            self._take(readings, np.asarray(self.time + (readings.step - first) * dt), dt)
+            self._take(readings, np.asarray(self.seen.time + (readings.step - first) * dt), dt)
 
         try:
             self.stage.hooks.run(text, steps, stride, take)
@@ -147,24 +163,27 @@ class Watcher:
         except RunFailed as problem:
             raise Stopped(str(problem).split("; the step is too long")[0]) from None
         done = lammps.step() - first
-        self.given.append(Given(text.replace(str(steps), str(done), 1), ("run",), index, done))
-        last = self.runs[-1] if self.runs else None
+        self.seen.given.append(Given(text.replace(str(steps), str(done), 1), ("run",), index, done))
+        last = self.seen.runs[-1] if self.seen.runs else None
         if last is not None and last.command == index and last.dt == dt:  # run every
-            self.runs[-1] = replace(last, steps=last.steps + done)
+            self.seen.runs[-1] = replace(last, steps=last.steps + done)
         else:
-            self.runs.append(RunSeen(self.time, dt, done, index))
-        self.time += done * dt
+            self.seen.runs.append(FoundRun(self.seen.time, dt, done, index))
+        self.seen.time += done * dt
 
-    def peaks(self, mirrored: bool) -> PeaksSeen:
-        """The peaks from either end of the chain, that of a wall at the other end the last."""
-        if not mirrored or self._backward is not None:
-            return (self._backward if mirrored and self._backward else self._forward).seen()
-        contacts = self.probes.granules.count - 1
-        seen = self._forward.seen()
-        force, time, missed = (
-            values[:contacts][::-1] for values in (seen.force, seen.time, seen.missed)
+    def finish(self) -> Watched:
+        """The deck is over: what was observed, with peaks from either end of the chain."""
+        forwards, contacts = self._forward.seen(), self.probes.granules.count - 1
+        backwards = replace(
+            forwards,
+            force=forwards.force[:contacts][::-1],
+            time=forwards.time[:contacts][::-1],
+            missed=forwards.missed[:contacts][::-1],
         )
-        return PeaksSeen(force, time, missed, seen.error)
+        if self._backward is not None:
+            backwards = self._backward.seen()
+        self.seen.peaks = forwards, backwards
+        return self.seen
 
     def _moved(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Which granules fixes move by their forces, and which they lead, shape (granules,)."""
@@ -179,7 +198,7 @@ class Watcher:
                     free |= inside
         self._steady = self._takes_all_forces() & free & ~led
         led |= self._steady
-        self.driven |= led
+        self.seen.driven |= led
         return free & ~led, led
 
     def _takes_all_forces(self) -> NDArray[np.bool_]:
@@ -225,26 +244,15 @@ class Watcher:
             own = granules.along(force)
             if self.stage.fixes[source].is_wall:
                 walls += own[..., 0]
-            known = self.exerted.setdefault(source, np.zeros((granules.count, 2)))
+            known = self.seen.exerted.setdefault(source, np.zeros((granules.count, 2)))
             np.maximum(known, sizes(own), out=known)
         seen = _Seen(time, late, place, velocity, acceleration, pairs, walls)
-        self.image_force = max(self.image_force, self._forward.take(seen))
+        self.seen.image_force = max(self.seen.image_force, self._forward.take(seen))
         if self._backward is not None:
             self._backward.take(seen)
-        self.position, self.velocity = place[-1, :, 0], velocity[-1]
+        self.seen.position, self.seen.velocity = place[-1, :, 0], velocity[-1]
         if self._led[0] or self._led[-1]:
-            self.driven_time.append(time)
-            self.driven_ends.append(place[:, [0, -1], 0])
-
-
-@dataclass(frozen=True, eq=False)
-class PeaksSeen:
-    """Peaks and their times, overlaps without a force, shape (contacts,); relative error."""
-
-    force: FloatArray
-    time: FloatArray
-    missed: FloatArray
-    error: float
+            self.seen.lead(time, place[:, [0, -1], 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,7 +290,7 @@ class _Peaks:
         granules = probes.granules
         self._mirrored, self._mass = mirrored, granules.mass
         self._radius = granules.radius[::-1] if mirrored else granules.radius
-        wall = next((wall for wall in probes.walls if wall.at_end != mirrored), None)
+        wall = next((wall for wall in probes.walls if (wall.end == "last") != mirrored), None)
         place = None if wall is None else wall.position
         self._wall = place if place is None or not mirrored else -place
         contacts = granules.count - 1 + (wall is not None)
