@@ -75,7 +75,7 @@ def found_of(
         constant_force=vectors(applied.constant),
         drag=turned(probes.drag),
         walls=tuple(_wall(wall, backwards, origin) for wall in probes.walls),
-        integrated=turned(probes.integrated),
+        integrated=turned(np.where(seen.held, 0, probes.integrated)),
         boundary=granules.boundary,
         image_gap=_image_gap(probes),
         image_force=seen.image_force,

@@ -190,7 +190,8 @@ class FoundDeck:
     walls
         Across the chain.
     integrated
-        How many fixes move each granule in the first run, shape (granules,).
+        How many fixes move each granule in the first run, shape (granules,); 0 also for one that
+        rests as ``setforce`` takes all forces from it.
     boundary
         The deck's, as ``f f f``.
     image_gap

@@ -116,6 +116,8 @@ class Replay:
 
     def _play(self, one: Given) -> None:
         """Play a command."""
+        if one.words[0] == "run":
+            self.stage.velocities_of_ghosts()
         if one.steps:
             self._run(one, one.steps)
         elif one.words[0] == "clear":

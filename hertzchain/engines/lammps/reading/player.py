@@ -75,6 +75,10 @@ class Stage:
         if not self.hooks.sources:
             self.hooks.add(None)
 
+    def velocities_of_ghosts(self) -> None:
+        """Have forces that need them, even where the deck leaves that out and LAMMPS would stop."""
+        self.lammps.give("comm_modify vel yes")
+
     def forget(self) -> None:
         """All that ``clear`` takes away."""
         self.lammps.give("clear")

@@ -231,6 +231,7 @@ class First:
     def run(self, steps: int, keywords: str, index: int) -> None:
         """Ask for all numbers, where steps are taken."""
         self._stage.ready()
+        self._stage.velocities_of_ghosts()
         if steps == 0:
             self._stage.give(f"run 0 {keywords}", ["run"], index)
             return

@@ -78,6 +78,7 @@ class Watched:
 
     def __post_init__(self) -> None:
         self.driven = np.zeros(self.count, bool)  # whatever presses them, in any run
+        self.held = np.zeros(self.count, bool)  # at rest, whatever presses them, in all runs
         self.position = self.velocity = nothing = np.full(self.count, np.nan)
         none = PeaksSeen(nothing[1:], nothing[1:], np.zeros(self.count - 1), np.nan)
         self.peaks = none, none  # forwards and backwards
@@ -127,7 +128,10 @@ class Watcher:
         self.stage.ready()
         text = f"run {steps} {keywords}".strip()
         if steps == 0:
-            self.stage.give(text, ["run"], index)
+            try:
+                self.stage.give(text, ["run"], index)
+            except RunFailed as problem:
+                raise Stopped(str(problem)) from None
             self.seen.given.append(Given(text, ("run",), index))
             return
         if self.seen.first_run < 0:
@@ -196,13 +200,16 @@ class Watcher:
                     led |= inside
                 else:
                     free |= inside
-        self._steady = self._takes_all_forces() & free & ~led
+        without = self._takes_all_forces() & free & ~led
+        moving = granules.along(np.asarray(self.stage.lammps.atoms()["v"]))[:, 0] != 0
+        self.seen.held = without & ~moving & (self.seen.held | (not self.seen.runs))
+        self._steady = without & moving
         led |= self._steady
         self.seen.driven |= led
         return free & ~led, led
 
     def _takes_all_forces(self) -> NDArray[np.bool_]:
-        """Granules in motion that no force can change, shape (granules,): pistons, as some write.
+        """Granules that no force can move, shape (granules,): pistons, as some write, or held ones.
 
         No fix that exerts forces acts on them after ``setforce``.
         """
@@ -215,10 +222,7 @@ class Watcher:
                 taken |= inside & _is_zero("".join(fix.values[along : along + 1]))
             elif fix.style not in QUIET:
                 taken &= ~inside
-        if not np.any(taken):
-            return taken
-        velocity = granules.along(np.asarray(lammps.atoms()["v"]))
-        return np.asarray(taken & (velocity[:, 0] != 0))
+        return taken
 
     def _take(self, readings: Readings, time: FloatArray, dt: float) -> None:
         granules = self.probes.granules

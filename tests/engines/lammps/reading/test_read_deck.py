@@ -284,6 +284,34 @@ def test_how_often_granules_are_moved(motion: str, tmp_path: Path) -> None:
     assert found.integrated.tolist() == [2 if "hit" in motion else 0, 1, 1, 1, 1, 1]
 
 
+@pytest.mark.parametrize("velocity", ["0", pytest.param("0.1", marks=slow)])
+def test_a_granule_from_which_all_forces_are_taken_is_held_or_driven(
+    velocity: str, tmp_path: Path
+) -> None:
+    more = f"group last id 6\nfix hold last setforce 0 0 0\nvelocity last set {velocity} 0 0"
+    found = read_deck(Deck(more=more, steps=500).write(tmp_path), SCENE)
+    held = velocity == "0"
+    assert found.integrated.tolist() == [1, 1, 1, 1, 1, 1 - held]
+    assert found.driven.tolist() == [False] * 5 + [not held]
+
+
+@pytest.mark.parametrize("run", ["run 20", pytest.param("run 0\nrun 20", marks=slow)])
+def test_numbers_are_found_where_velocities_of_ghosts_are_missing(run: str, tmp_path: Path) -> None:
+    path = tmp_path / "in.mine"
+    path.write_text(Deck(run=run).text().replace("comm_modify vel yes\n", ""))
+    found = read_deck(path, SCENE)
+    assert "velocit" in found.stopped
+    np.testing.assert_allclose(
+        found.contact_force[1:], STIFFNESS * found.overlap[1:] ** 1.5, rtol=1e-11
+    )
+    (after,) = found.runs
+    assert (after.steps, command_of(found, after.command)) == (20, "run 20")
+    np.testing.assert_allclose(
+        found.applied_force[:, 0], pulse(found.applied_time), rtol=0, atol=20 * 1e-11
+    )
+    assert np.all(np.isnan(found.peak_force))
+
+
 @slow
 def test_a_fix_that_replaces_another_needs_no_preparation(tmp_path: Path) -> None:
     """A force that is set again and again, as in a loop over a table."""
