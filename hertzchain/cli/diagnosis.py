@@ -167,8 +167,7 @@ def _binaries(named: str | None) -> Iterator[str]:
 
 def _binary(lmp: str) -> Finding:
     """Examine a LAMMPS binary: its version, and whether a small chain runs on it."""
-    from hertzchain.engines.lammps.binary import Program
-    from hertzchain.engines.lammps.build import find_mpiexec
+    from hertzchain.engines.lammps.binary import Program, find_mpiexec
     from hertzchain.engines.lammps.dialect import PACKAGE
     from hertzchain.limits import Deadline
 

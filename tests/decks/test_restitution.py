@@ -10,7 +10,7 @@ import re
 import pytest
 
 from hertzchain.decks.restitution import OPTIONS, RATIO, RESTITUTION, Option, answers
-from hertzchain.engines.lammps.build import look
+from hertzchain.engines.lammps.binary import look
 from hertzchain.engines.lammps.damping import WITH_COEFF_RESTITUTION, WITH_ROOT_2
 from hertzchain.engines.yade.damping import betan
 from hertzchain.errors import RunFailed, SceneError

@@ -19,9 +19,8 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.external import readings
 from hertzchain.engines.external.dumps import read_blocks, read_frames
 from hertzchain.engines.external.observation import Observation
-from hertzchain.engines.external.program import find_program, run_program, work_folder
+from hertzchain.engines.external.program import SAID, find_program, run_program, work_folder
 from hertzchain.engines.lammps import deck, dialect, state
-from hertzchain.engines.lammps.build import HOW_TO_GET_IT, all_said, find_mpiexec, look
 from hertzchain.errors import BackendMissing, RunFailed, StepUnstable, TooExpensive
 from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene
@@ -46,6 +45,51 @@ done
 MPICH removes it only at a regular end; each killed run would leave a megabyte of memory in use."""
 
 
+_HOW_TO_GET_IT = f"name one that is there, or install it with: {dialect.INSTALL}"
+
+
+def look(lmp: str, deadline: Deadline) -> dialect.Build:
+    """Version and MPI of a LAMMPS binary, asked once in a process unless the file changes."""
+    program = find_program(lmp, _HOW_TO_GET_IT)
+    file = Path(program).stat()
+    key = (program, file.st_dev, file.st_ino, file.st_size, file.st_mtime_ns)
+    if key not in _SEEN:
+        _SEEN[key] = _ask(lmp, program, deadline)
+    return _SEEN[key]
+
+
+# cached by path and file; asking takes 0.13 s
+_SEEN: dict[tuple[str, int, int, int, int], dialect.Build] = {}
+
+
+def _ask(lmp: str, program: str, deadline: Deadline) -> dialect.Build:
+    with work_folder("LAMMPS") as folder:
+        try:
+            run_program([program, "-h"], folder, deadline, "LAMMPS")
+        except TooExpensive:
+            raise
+        except RunFailed as problem:
+            raise BackendMissing(f"{lmp} does not work: {problem}") from None
+        said = _all_said(folder)
+    build = dialect.build_of(said)
+    if build is None:
+        raise BackendMissing(f"{lmp} is no LAMMPS: {_HOW_TO_GET_IT}")
+    return build
+
+
+def find_mpiexec(lmp: str) -> str | None:
+    """Return the mpiexec in the folder of a LAMMPS binary, or on the search path; None for none."""
+    program = shutil.which(lmp)
+    beside = None if program is None else shutil.which("mpiexec", path=Path(program).parent)
+    found = beside or shutil.which("mpiexec")
+    return None if found is None else str(Path(found).absolute())
+
+
+def _all_said(folder: Path) -> str:
+    """Return standard output and error of a program that has run in a folder."""
+    return (folder / SAID).read_text(encoding="utf-8", errors="replace")
+
+
 @dataclass(frozen=True)
 class Program:
     """A LAMMPS binary that can be started."""
@@ -63,7 +107,7 @@ class Program:
                 f"{lmp} was built without the package {dialect.PACKAGE}: take another, as comes"
                 f" with: {dialect.INSTALL}"
             )
-        program = find_program(lmp, HOW_TO_GET_IT)
+        program = find_program(lmp, _HOW_TO_GET_IT)
         if ranks == 1:
             return cls((program,), ranks, build)
         mpiexec = find_mpiexec(lmp)
@@ -89,7 +133,7 @@ class Program:
         except TooExpensive:
             raise
         except RunFailed as problem:
-            said = all_said(folder)
+            said = _all_said(folder)
             explained = _explained(problem, said)
             # LAMMPS's output may be lost with it, but not its files.
             unbegun = explained is problem and not any(folder.glob("*.dump"))

@@ -46,26 +46,3 @@ def granules(instance: Any) -> Granules:
         np.array(arrays.extract_atom("rmass"), dtype=np.float64),
         2 * np.array(arrays.extract_atom("radius"), dtype=np.float64),
     )
-
-
-_SCALARS = {"mass": "rmass", "radius": "radius"}
-
-_COLUMNS = {
-    **{axis: ("x", k) for k, axis in enumerate("xyz")},
-    **{f"v{axis}": ("v", k) for k, axis in enumerate("xyz")},
-    **{f"f{axis}": ("f", k) for k, axis in enumerate("xyz")},
-    **{f"tq{axis}": ("torque", k) for k, axis in enumerate("xyz")},
-}
-
-
-def column(instance: Any, name: str) -> FloatArray:
-    """Copy one present number of each granule of LAMMPS, on one process, shape (granules,).
-
-    ``mass``, ``radius``, or a component of position, velocity, net force or torque by its name in
-    ``dump custom`` (``x``, ``vx``, ``fx``, ``tqx``).
-    """
-    arrays = instance.numpy
-    if name in _SCALARS:
-        return np.array(arrays.extract_atom(_SCALARS[name]), dtype=np.float64)
-    array, component = _COLUMNS[name]
-    return np.array(arrays.extract_atom(array)[:, component], dtype=np.float64)

@@ -23,7 +23,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.cli.diagnosis import TRIAL_PEAKS, diagnose, trial_scene
-from hertzchain.engines.lammps.build import find_mpiexec, look
+from hertzchain.engines.lammps.binary import find_mpiexec, look
 from hertzchain.engines.lammps.dialect import PAIR_STYLES
 from hertzchain.engines.lammps.engine import look as look_at_module
 from hertzchain.errors import (

@@ -59,29 +59,41 @@ def probe(stage: Stage, sizes: Sizes) -> Probes:
             stage.lammps.give(f"unfix {fix.name}")
     unit = sizes.overlap * float(np.min(granules.radius))
     time = sizes.without_contacts(granules.units, stage.lammps.dt())
-    why_not = obstacle(granules, unit)
-    if why_not is not None:
-        return _unasked(granules, time, integrated, why_not)
+    contacts = granules.count - 1
+    open_ones, damped = (np.full((rows, contacts), np.nan) for rows in (len(DEPTHS), len(DAMPED)))
+    each = np.full(granules.count, np.nan)
+    nothing = Probes(
+        granules=granules,
+        contact_time=time,
+        overlap=open_ones,
+        contact_force=open_ones,
+        closing=damped,
+        damped_overlap=damped,
+        damped_force=damped,
+        tangential_force=each,
+        drag=each,
+        walls=(),
+        integrated=integrated,
+        why_not=obstacle(granules, unit),
+    )
+    if nothing.why_not is not None:
+        return nothing
     try:
-        return _asked(prober, sizes, unit, time, integrated)
+        return _asked(prober, sizes, unit, nothing)
     except RunFailed as problem:  # such as neighbours without number, where radii are wrong
-        return _unasked(granules, time, integrated, str(problem))
+        return replace(nothing, why_not=str(problem))
 
 
-def _asked(
-    prober: Prober, sizes: Sizes, unit: float, expected: float, integrated: IntArray
-) -> Probes:
+def _asked(prober: Prober, sizes: Sizes, unit: float, nothing: Probes) -> Probes:
     """What LAMMPS answers where granules are put at overlaps of a ``unit``."""
     granules = prober.granules
     turns = [turn for turn in (0, 1) if granules.count > 1 + turn]
-    shape = (len(DEPTHS), granules.count - 1)
-    overlap, force = np.full(shape, np.nan), np.full(shape, np.nan)
+    overlap, force = nothing.overlap.copy(), nothing.contact_force.copy()
     for turn in turns:
         for k, depth in enumerate(DEPTHS):
             overlap[k, turn::2], force[k, turn::2] = pressed(prober, turn, depth * unit, 0.0)
-    time = _contact_time(granules, overlap, force, expected)
-    shape = (len(DAMPED), granules.count - 1)
-    closing, damped_overlap, damped = (np.full(shape, np.nan) for _ in range(3))
+    time = _contact_time(granules, overlap, force, nothing.contact_time)
+    closing, damped_overlap, damped = (nothing.damped_force.copy() for _ in range(3))
     tangential = np.zeros(granules.count)
     drag = _drag(prober, unit / time)
     walls = walls_of(prober, sizes.wall_gap, unit, time)
@@ -92,8 +104,8 @@ def _asked(
             damped_overlap[k, turn::2], damped[k, turn::2] = found
     for turn in turns:
         tangential = np.maximum(tangential, _friction(prober, turn, unit, time))
-    return Probes(
-        granules=granules,
+    return replace(
+        nothing,
         contact_time=time,
         overlap=overlap,
         contact_force=force,
@@ -103,7 +115,6 @@ def _asked(
         tangential_force=tangential,
         drag=drag,
         walls=walls,
-        integrated=integrated,
     )
 
 
@@ -119,27 +130,6 @@ def obstacle(granules: Granules, unit: float) -> str | None:
         if outside and not granules.periodic[0]:
             return NO_ROOM
     return None
-
-
-def _unasked(granules: Granules, time: float, integrated: IntArray, why_not: str) -> Probes:
-    """Granules whose contacts, walls and drag were not asked."""
-    contacts = granules.count - 1
-    pressed, damped = (np.full((rows, contacts), np.nan) for rows in (len(DEPTHS), len(DAMPED)))
-    each = np.full(granules.count, np.nan)
-    return Probes(
-        granules=granules,
-        contact_time=time,
-        overlap=pressed,
-        contact_force=pressed,
-        closing=damped,
-        damped_overlap=damped,
-        damped_force=damped,
-        tangential_force=each,
-        drag=each,
-        walls=(),
-        integrated=integrated,
-        why_not=why_not,
-    )
 
 
 def _integrated(stage: Stage, granules: Granules) -> IntArray:

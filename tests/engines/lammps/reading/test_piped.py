@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import hertzchain as hc
+from hertzchain.engines.lammps.binary import look
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.lammps.reading import FoundDeck, read_deck
 from hertzchain.engines.lammps.reading.interpreter import Interpreter
 from hertzchain.engines.lammps.reading.piped import piped
 from hertzchain.engines.lammps.reading.session import Module
 from hertzchain.errors import BackendMissing, RunFailed
+from hertzchain.limits import Deadline
 from tests.engines.lammps.reading.chains import SCENE, Deck
 from tests.engines.lammps.reading.test_interpreter import DECKS, FILES, Player
 from tests.processes import children
@@ -180,3 +183,28 @@ def test_a_binary_that_is_not_there(tmp_path: Path) -> None:
     deck = Deck().write(tmp_path)
     with pytest.raises(BackendMissing, match="is missing or not a program"):
         read_deck(deck, SCENE, lmp=tmp_path / "lmp")
+
+
+WALL = (
+    "fix wall all wall/gran granular hertz/material 70000000000.0 0 0.25"
+    " tangential linear_nohistory 0 0 xplane NULL 0.044"
+)
+
+
+@slow
+@pytest.mark.parametrize("lmp", [BESIDE_PYTHON, *OTHERS])
+def test_a_wall_of_hertz_material_is_wrong_on_lammps_of_2022(lmp: str, tmp_path: Path) -> None:
+    """It takes E/(2(1-nu)) there in place of E/(2(1-nu^2)): 1 + nu times the stiffness."""
+    scene = replace(SCENE, wall=hc.Wall("same"), run=hc.Run(end_time=2e-4))
+    path = Deck(more=WALL, steps=2000).write(tmp_path)
+    of_2022 = look(lmp, Deadline(60)).version < "2023"
+    examined = hc.examine(scene, path, lmp=lmp)
+    assert examined.verdict == ("fail" if of_2022 else "pass")
+    failed = {check.name: check for check in examined.checks if not check.passed}
+    assert set(failed) == ({"stiffness of the wall", "peaks"} if of_2022 else set())
+    if of_2022:
+        check = failed["stiffness of the wall"]
+        assert check.measured / check.expected == pytest.approx(1.25, rel=1e-9)
+        assert "LAMMPS of 2022 takes" in check.sentence
+        path.write_text(path.read_text().replace(WALL, check.command))
+        assert hc.examine(scene, path, lmp=lmp).verdict == "pass"
