@@ -14,13 +14,9 @@ import hertzchain as hc
 from hertzchain.engines.lammps.binary import look
 from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.lammps.reading import FoundDeck, read_deck
-from hertzchain.engines.lammps.reading.interpreter import Interpreter
-from hertzchain.engines.lammps.reading.piped import piped
-from hertzchain.engines.lammps.reading.session import Module
 from hertzchain.errors import BackendMissing, RunFailed
 from hertzchain.limits import Deadline
 from tests.engines.lammps.reading.chains import SCENE, Deck
-from tests.engines.lammps.reading.test_interpreter import DECKS, FILES, Player
 from tests.processes import children
 
 pytestmark = pytest.mark.lammps
@@ -95,41 +91,6 @@ def test_a_binary_makes_of_a_deck_what_the_module_makes(lmp: str, tmp_path: Path
 
 
 @slow
-@pytest.mark.parametrize("lmp", [BESIDE_PYTHON, *OTHERS])
-@pytest.mark.parametrize("name", [name for name in DECKS if name not in ("quit",)])
-def test_commands_are_those_of_the_module(name: str, lmp: str, tmp_path: Path) -> None:
-    deck = tmp_path / "in.mine"
-    deck.write_text(DECKS[name])
-    for file, text in FILES.items():
-        (tmp_path / file).write_text(text)
-    done = []
-    with engine() as lammps:
-        script = Interpreter(Module(lammps, tmp_path), "in.mine", deck, {}, Player(lammps))
-        script.play()
-        done.append([(one.text, one.line) for one in script.commands])
-
-    class Given(Player):
-        def give(self, text: str, words: list[str], index: int) -> None:  # noqa: ARG002
-            """Give LAMMPS a command."""
-            session.give(text)
-
-        def run(self, steps: int, keywords: str, index: int) -> None:  # noqa: ARG002
-            """Take steps."""
-            session.give(f"run {steps} {keywords}")
-
-        def clear(self) -> bool:
-            """Forget all."""
-            session.give("clear")
-            return True
-
-    with piped(lmp, "20250722", tmp_path) as session:
-        script = Interpreter(session, "in.mine", deck, {}, Given(None))
-        script.play()
-        done.append([(one.text, one.line) for one in script.commands])
-    assert done[0] == done[1]
-
-
-@slow
 @pytest.mark.parametrize(
     ("more", "run", "words"),
     [
@@ -163,7 +124,7 @@ def test_numbers_of_a_deck_that_stops(lmp: str | None, tmp_path: Path) -> None:
 
 
 @slow
-@pytest.mark.parametrize("lmp", [None, BESIDE_PYTHON, *OTHERS])
+@pytest.mark.parametrize("lmp", [None, BESIDE_PYTHON])  # others cannot read a file of the module
 def test_a_restart_file_says_units_and_boundary(
     lmp: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -204,7 +165,6 @@ def test_a_wall_of_hertz_material_is_wrong_on_lammps_of_2022(lmp: str, tmp_path:
     assert set(failed) == ({"stiffness of the wall", "peaks"} if of_2022 else set())
     if of_2022:
         check = failed["stiffness of the wall"]
-        assert check.measured / check.expected == pytest.approx(1.25, rel=1e-9)
-        assert "LAMMPS of 2022 takes" in check.sentence
+        assert "(1.25 times: LAMMPS of 2022 takes E/(2(1-nu)) for a wall" in check.sentence
         path.write_text(path.read_text().replace(WALL, check.command))
         assert hc.examine(scene, path, lmp=lmp).verdict == "pass"
