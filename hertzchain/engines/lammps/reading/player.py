@@ -41,7 +41,6 @@ class Stage:
     fixes: dict[int, DeckFix] = field(default_factory=dict)
     alive: dict[str, DeckFix] = field(default_factory=dict)
     boundary: str = "p p p"
-    kicks: list[int] = field(default_factory=list)  # commands that make velocities at random
 
     def __post_init__(self) -> None:
         self.hooks = self.lammps.hooks()

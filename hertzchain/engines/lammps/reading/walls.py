@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading.found import FoundWall
 from hertzchain.engines.lammps.reading.hooks import Readings
 from hertzchain.engines.lammps.reading.prober import DAMPED, DEPTHS, SPIN_STEP, Prober
-from hertzchain.errors import RunFailed
 
 
 def walls_of(prober: Prober, gap: float, unit: float, time: float) -> tuple[FoundWall, ...]:
@@ -129,15 +126,11 @@ class _Wall:
 
     def _command(self, place: float) -> int:
         """The command of the fix that pushes there most."""
-        seen = self._ask(place)[3]
-        fixes = self._prober.stage.fixes
-        best, largest = -1, -math.inf
-        sources = self._prober.stage.hooks.sources[1:]
-        for source, force in zip(sources, seen.of_fixes[-1], strict=True):
-            assert source is not None
-            own = self._prober.granules.along(force)[self._number, 0]
-            if fixes[source].is_wall and abs(own) > largest:
-                best, largest = source, abs(own)
-        if best < 0:
-            raise RunFailed("the wall is gone while it is looked at")
-        return best
+        forces = self._ask(place)[3].of_fixes[-1]
+        stage, along = self._prober.stage, self._prober.granules.along
+        pushes = {
+            source: abs(along(force)[self._number, 0])
+            for source, force in zip(stage.hooks.sources[1:], forces, strict=True)
+            if source is not None and stage.fixes[source].is_wall
+        }
+        return max(pushes, key=pushes.__getitem__)
