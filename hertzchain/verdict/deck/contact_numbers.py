@@ -65,16 +65,13 @@ def role_of(case: Case, alike: Indices) -> str:
     return "wall" if case.is_wall(alike) else "contacts"
 
 
-def _unknown(case: Case) -> list[Difference]:
-    if not case.laws or is_tried(case):
-        return []
-    return [Difference(None, None, effect=case.whole_effect,
-                       sentence="the contacts of the deck could not be asked")]  # fmt: skip
+def _untried(case: Case) -> Difference | list[Difference]:
+    one = Difference(None, None, effect=case.whole_effect,
+                     sentence="the contacts of the deck could not be asked")  # fmt: skip
+    return one if case.laws else []
 
 
 def _missing(case: Case) -> list[Difference]:
-    if not is_tried(case):
-        return []
     made = []
     excluding = [
         index
@@ -97,8 +94,6 @@ def _missing(case: Case) -> list[Difference]:
 
 
 def _exponent(case: Case) -> list[Difference]:
-    if not is_tried(case):
-        return []
     made, laws = [], _Laws.of(case)
     for alike in groups(np.where(laws.bent, laws.exponent - 1.5, 0.0)):
         powers, stiffness = np.array(case.twin.exponent), np.array(case.twin.stiffness)
@@ -117,8 +112,6 @@ def _exponent(case: Case) -> list[Difference]:
 
 
 def _stiffness(case: Case) -> list[Difference]:
-    if not is_tried(case):
-        return []
     made, laws, expected = [], _Laws.of(case), _expected(case)
     ratio = laws.ratio
     for alike in groups(np.where(laws.missing | laws.bent, 0.0, ratio * _by_radius(case) - 1)):
@@ -193,8 +186,6 @@ def _moduli(case: Case, k: int, ratio: float) -> Pairs:
 
 def elsewhere(case: Case) -> list[Difference]:
     """Forces that are Hertz's at the largest overlap, but not at all others."""
-    if not is_tried(case):
-        return []
     laws = _Laws.of(case)
     wrong = laws.missing | laws.bent
     fair = ~wrong & (np.abs(laws.ratio * _by_radius(case) - 1) <= 10 * case.tolerance)
@@ -308,8 +299,6 @@ def _extra_wall(case: Case, wall: FoundWall) -> Difference:
 
 
 CONTACTS = (
-    Number("contacts", "", "place", _unknown, corrections.room, "its granules are in no row",
-           explains=True),
     Number("force of the contacts", "N m^-1.5", "contacts", _missing, corrections.laws,
            "contacts must push by Hertz's law", explains=True),
     Number("exponent of the contact law", "", "contacts", _exponent, corrections.laws,
@@ -322,3 +311,7 @@ CONTACTS = (
     Number("wall", "", "wall", _wall, corrections.wall, "counts must be equal"),
     Number("wall at an end", "", "wall", _extra_walls, corrections.no_fix, explains=True),
 )  # fmt: skip
+
+UNTRIED = Number("contacts", "", "place", _untried, corrections.room, "its granules are in no row",
+                 explains=True)  # fmt: skip
+"""In place of all others where no contact was tried."""

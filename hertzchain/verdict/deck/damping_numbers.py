@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from hertzchain.verdict.deck import corrections
-from hertzchain.verdict.deck.contact_numbers import QUIET, elsewhere, is_tried, role_of
+from hertzchain.verdict.deck.contact_numbers import QUIET, elsewhere, role_of
 from hertzchain.verdict.deck.deck_check import Case, values
 from hertzchain.verdict.deck.measured import Damper, dampers
 from hertzchain.verdict.deck.number import Difference, Number, same
@@ -18,7 +18,7 @@ _CLEAR = 1e-3  # of a contact force: damping that is off by more is wrong (chose
 
 def _damping(case: Case) -> list[Difference]:
     """Damping by approaching and parting granules: what is added to a law of one power."""
-    if not is_tried(case) or elsewhere(case):
+    if elsewhere(case):
         return []
     found = dampers(case.found, case.scene, list(case.laws))
     k, at, most = _worst(found, approaching=True)
@@ -104,10 +104,8 @@ def _power_of(found: list[Damper]) -> float:
     return 0.5
 
 
-def _friction(case: Case) -> Difference | list[Difference]:
+def _friction(case: Case) -> Difference:
     """Sideways forces and torques over radius when granules spin: the scene has none."""
-    if not is_tried(case):
-        return []
     unit = float(np.max([law.stiffness for law in case.laws])) * float(np.max(case.near)) ** 1.5
     of_walls = [wall.tangential_force for wall in case.found.walls]
     sideways = float(np.nanmax(np.abs([*case.found.tangential_force, *of_walls]), initial=0.0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from hertzchain.errors import RunFailed
-from hertzchain.verdict.deck.contact_numbers import CONTACTS
+from hertzchain.verdict.deck.contact_numbers import CONTACTS, UNTRIED, is_tried
 from hertzchain.verdict.deck.damping_numbers import DAMPING
 from hertzchain.verdict.deck.deck_check import Case, DeckCheck
 from hertzchain.verdict.deck.force_numbers import FORCES, IN_MOTION
@@ -13,13 +13,16 @@ from hertzchain.verdict.deck.granule_numbers import GRANULES
 from hertzchain.verdict.deck.number import Number, check_of, checks_of
 from hertzchain.verdict.deck.run_numbers import MOTION, RUNS, motion
 
-NUMBERS: tuple[Number, ...] = (*GRANULES, *CONTACTS, *DAMPING, *FORCES, *RUNS)
-"""All numbers of a deck, in the order in which they are shown."""
+
+def numbers_of(case: Case) -> tuple[Number, ...]:
+    """All numbers of a deck that are compared, in the order in which they are shown."""
+    contacts = (*CONTACTS, *DAMPING) if is_tried(case) else (UNTRIED,)
+    return (*GRANULES, *contacts, *FORCES, *RUNS)
 
 
 def all_checks(case: Case, deck: str) -> list[DeckCheck]:
     """A check of each number, then of the motion that all of them make."""
-    made = [(number, check) for number in NUMBERS for check in checks_of(case, number)]
+    made = [(number, check) for number in numbers_of(case) for check in checks_of(case, number)]
     checks = [check for _, check in made]
     if case.settles and any(
         number.name == "distance of neighbours" and not check.passed for number, check in made
