@@ -172,22 +172,15 @@ def stretches_of(
     With ``use_driven`` granule 1 moves as the deck leads it.
     """
     stretches = []
-    driven = found.driven_displacement if use_driven else None
-    readings = readings_of_runs(found) if pushed is not None else []
-    for k, run in enumerate(found.runs):
+    for run, (at, force) in zip(found.runs, readings_of_runs(found), strict=True):
         time = np.asarray(run.start - start + run.dt * np.arange(run.steps + 1), np.float64)
-        # Sums of steps may fall short of a corner by a rounding error.
-        expected = np.asarray(scene.applied_force(time + 1e-9 * run.dt), np.float64)
-        if pushed is None:
-            led = _led(scene, time) if driven is None else _interpolated(found, time + start)
-            stretches.append(Stretch(float(time[0]), run.dt, expected[:, np.newaxis], led))
-            continue
-        applied = np.zeros((time.size, pushed.size))
-        at, force = readings[k]
-        for column, granule in enumerate(pushed):
-            if at.size:  # the force is that of the line between two readings
+        if pushed is None:  # sums of steps may fall short of a corner by a rounding error
+            applied = np.asarray(scene.applied_force(time + 1e-9 * run.dt))[:, np.newaxis]
+        else:  # between two readings the force is that of the line between them
+            applied = np.zeros((time.size, pushed.size))
+            for column, granule in enumerate(pushed if at.size else ()):
                 applied[:, column] = np.interp(time, at - start, force[:, granule])
-        led = _led(scene, time) if driven is None else _interpolated(found, time + start)
+        led = _interpolated(found, time + start) if use_driven else _led(scene, time)
         stretches.append(Stretch(float(time[0]), run.dt, applied, led))
     return tuple(stretches)
 

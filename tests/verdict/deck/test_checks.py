@@ -11,6 +11,7 @@ import pytest
 
 import hertzchain as hc
 from hertzchain.engines.lammps.reading import FoundDeck, FoundWall
+from hertzchain.verdict.deck import deck_check
 from hertzchain.verdict.deck.measured import law_of
 from tests.verdict.deck.corpus import scene_of
 from tests.verdict.deck.made import (
@@ -55,36 +56,12 @@ def test_a_small_difference_is_not_one_times(
     assert words in by_name(examined(scene, stiffer(factor)(right)), "stiffness").sentence
 
 
-@pytest.mark.parametrize(
-    ("granules", "name"),
-    [
-        ([3], "mass of granule 4"),
-        ([3, 4, 5], "mass of granules 4 to 6"),
-        ([3, 7], "mass of granules 4, 8"),
-        (list(range(20)), "mass of all granules"),
-    ],
-)
-def test_which_granules_are_wrong(
-    granules: list[int], name: str, scene: hc.Scene, right: FoundDeck
-) -> None:
-    mass = np.array(right.mass)
-    mass[granules] *= 1.1
-    check = by_name(examined(scene, changed(right, mass=mass)), "mass")
-    assert check.name == name
-
-
-def test_a_force_on_a_second_granule_is_that_of_its_group(
-    scene: hc.Scene, right: FoundDeck
-) -> None:
-    applied = right.applied_force.copy()
-    applied[:, 2] = applied[:, 0]
-    wrong = [
-        check
-        for check in examined(scene, changed(right, applied_force=applied)).to_mend
-        if check.place is not None and check.place.written == "group first id 1"
-    ]
-    assert len(wrong) == 1
-    assert "granule 3" in wrong[0].sentence
+def test_granules_in_words() -> None:
+    words = {"granule 4": [3], "granules 4 to 6": [3, 4, 5], "granules 4, 8": [3, 7],
+             "all granules": range(20), "no granule": [],
+             "granules 1, 3, 5, 7 and 2 more": [0, 2, 4, 6, 8, 10]}  # fmt: skip
+    for name, granules in words.items():
+        assert deck_check.names(np.array(granules, np.intp), 20, "granule", 1) == name
 
 
 def with_group(deck: FoundDeck, made: str, fix: str = "fix 2 first addforce v_F 0 0") -> FoundDeck:
@@ -261,51 +238,54 @@ def test_a_deck_that_ends_early(scene: hc.Scene, right: FoundDeck) -> None:
     assert done.judged[0]
 
 
-def test_a_wall_that_is_never_reached(scene: hc.Scene, right: FoundDeck) -> None:
+def with_wall(deck: FoundDeck, room: float, sideways: float = 0.0) -> FoundDeck:
+    """A deck with a wall at the far end, some way from the last granule."""
     depth = np.array([1e-6, 5e-6])
-    force = 2e10 * depth**1.5
-    beyond = float(right.position[-1]) + 4.75e-3
+    force, beyond = 2e10 * depth**1.5, float(deck.position[-1]) + 4.75e-3 + room
+    wall = FoundWall("last", beyond, depth, force, depth, depth, force, sideways, 4)
+    return changed(deck, walls=(wall,))
+
+
+def test_a_wall_that_is_never_reached(scene: hc.Scene, right: FoundDeck) -> None:
     for room, passed in ((1e-2, True), (1e-5, False)):
-        wall = FoundWall("last", beyond + room, depth, force, depth, depth, force, 0.0, 4)
-        check = by_name(examined(scene, changed(right, walls=(wall,))), "wall at the far end")
+        check = by_name(examined(scene, with_wall(right, room)), "wall at the far end")
         assert check.passed == passed
         assert check.differs
 
 
-@pytest.mark.parametrize(("column", "way"), [(0, "along"), (1, "across")])
-def test_a_fix_that_pushes_in_motion_alone(
-    column: int, way: str, scene: hc.Scene, right: FoundDeck
-) -> None:
-    """On either side of what counts as a force, and of readings at other times."""
-    shock = right.fixes[1]
-    for at_rest, in_motion, told in (
-        (0.0, 9e-5, False), (0.0, 1.2e-4, True), (50.0, 54.0, False), (50.0, 56.0, True),
-    ):  # fmt: skip
-        largest, moving = np.array(shock.largest), np.array(shock.largest_in_motion)
-        largest[5, column], moving[5, column] = at_rest, in_motion
-        fix = replace(shock, largest=largest, largest_in_motion=moving)
-        done = examined(scene, changed(right, fixes=(right.fixes[0], fix)))
-        names = [check.name for check in done.to_mend]
-        assert names == ([f"force of fix addforce {way} the chain"] if told else [])
-    assert "granule 6 in motion, and 50 N at rest" in done.to_mend[0].sentence
-    assert str(done.to_mend[0].place) == "in.made:11"
+def test_a_wall_with_friction(scene: hc.Scene, right: FoundDeck) -> None:
+    for sideways, passed in ((1e-6, True), (1e-4, False)):
+        done = examined(scene, with_wall(right, 1e-2, sideways))
+        assert by_name(done, "friction").passed == passed
 
 
 @pytest.mark.parametrize(
-    ("granule", "column", "told"), [(0, 0, False), (0, 1, True), (5, 0, True), (5, 1, True)]
-)
-def test_a_fix_that_pushes_a_granule_that_is_led(
-    granule: int, column: int, told: bool, scene: hc.Scene, right: FoundDeck
-) -> None:
-    """A fix leads granule 1 along the chain: a force on it changes nothing, on others it does."""
-    driven = np.arange(scene.chain.granules) == 0
-    moving = np.zeros_like(right.fixes[0].largest)
-    moving[granule, column] = 1.0
-    fix = replace(right.fixes[1], largest=np.zeros_like(moving), largest_in_motion=moving)
-    done = examined(scene, changed(right, driven=driven, fixes=(right.fixes[0], fix)))
-    found = [check.name for check in done.to_mend if check.name.startswith("force of fix")]
+    ("granule", "column", "at_rest", "in_motion", "led", "told"),
+    [
+        # On either side of what counts as a force, and of readings at other times.
+        (5, 0, 0.0, 9e-5, False, False), (5, 1, 0.0, 1.2e-4, False, True),
+        (5, 0, 50.0, 54.0, False, False), (5, 1, 50.0, 56.0, False, True),
+        # A force along the chain on a granule that is led changes nothing.
+        (0, 0, 0.0, 1.0, True, False), (0, 1, 0.0, 1.0, True, True), (5, 0, 0.0, 1.0, True, True),
+    ],
+)  # fmt: skip
+def test_a_fix_that_pushes_in_motion_alone(
+    granule: int, column: int, at_rest: float, in_motion: float, led: bool, told: bool,
+    scene: hc.Scene, right: FoundDeck,
+) -> None:  # fmt: skip
+    largest, moving = np.array(right.fixes[1].largest), np.array(right.fixes[1].largest_in_motion)
+    largest[granule, column], moving[granule, column] = at_rest, in_motion
+    fix = replace(right.fixes[1], largest=largest, largest_in_motion=moving)
+    deck = changed(right, fixes=(right.fixes[0], fix))
+    if led:
+        deck = changed(deck, driven=np.arange(scene.chain.granules) == 0)
+    found = [one for one in examined(scene, deck).to_mend if one.name.startswith("force of fix")]
     way = ("along", "across")[column]
-    assert found == ([f"force of fix addforce {way} the chain"] if told else [])
+    assert [one.name for one in found] == [f"force of fix addforce {way} the chain"] * told
+    if told:
+        before = f"{at_rest:g} N" if at_rest else "none"
+        assert f"granule {granule + 1} in motion, and {before} at rest" in found[0].sentence
+        assert str(found[0].place) == "in.made:11"
 
 
 def test_a_chain_that_stays_at_rest_has_one_thing_to_mend(
@@ -343,12 +323,9 @@ def test_a_fix_that_has_ended_before_the_shock(scene: hc.Scene, right: FoundDeck
 
 
 def test_a_wall_that_moves_away(scene: hc.Scene, right: FoundDeck) -> None:
-    depth = np.array([1e-6, 5e-6])
-    force, beyond = 2e10 * depth**1.5, float(right.position[-1]) + 4.75e-3 + 1e-2
-    wall = FoundWall("last", beyond, depth, force, depth, depth, force, 0.0, 4)
     for missed, told in ((1e-8, False), (1e-6, True)):
         overlaps = np.append(right.missed_overlap, missed)
-        done = examined(scene, changed(right, walls=(wall,), missed_overlap=overlaps))
+        done = examined(scene, changed(with_wall(right, 1e-2), missed_overlap=overlaps))
         assert [check.name for check in done.to_mend] == (["wall in motion"] if told else [])
 
 
