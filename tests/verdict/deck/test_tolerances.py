@@ -175,3 +175,12 @@ def test_an_effect_counts_judged_contacts_alone(scene: hc.Scene, right: FoundDec
     assert not done.judged[-1]
     check = by_name(done, "distance of")
     assert check.effect == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_deck_in_which_no_peak_is_judged(scene: hc.Scene, right: FoundDeck) -> None:
+    """A single step tells nothing of its error, and is no reason to mend it."""
+    runs = (replace(right.runs[0], steps=1),)
+    done = examined(scene, changed(right, runs=runs, end_time=STEP))
+    assert not np.any(done.judged)
+    assert by_name(done, "time step").passed
+    assert not done.passed
