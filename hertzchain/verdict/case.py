@@ -103,16 +103,13 @@ class Case:
         try:
             if scene.contact is not None:
                 return self._damped(scene)
-            if ramps is None and not plan.is_calibrated(scene):
+            if ramps is None:
                 run = Native(rtol=_RTOL, peaks_only=True, time_limit=max(self.deadline.left, 1e-3))
                 return run.run(scene).peak_force
             chosen = plan.cheapest(_RTOL, checked=False)
-            step, pushed = chosen.step * scene.units.time, ramps or scene.ramps
-            legs = chosen.walker.cut(lay_steps(pushed, scene.end_time, step))
-            # Granules may be dropped behind the wave only after single pushes.
-            once = simulate(
-                scene, legs, chosen.walker, leave_behind=ramps is None, deadline=self.deadline
-            )
+            step = chosen.step * scene.units.time
+            legs = chosen.walker.cut(lay_steps(ramps, scene.end_time, step))
+            once = simulate(scene, legs, chosen.walker, deadline=self.deadline)
             return np.asarray(once.peaks.force * scene.units.force)
         except TooExpensive:
             raise

@@ -267,9 +267,7 @@ dump fine all custom {EVERY} {folder}/fine.dump id x y z vx vy vz fx fy fz
 dump_modify fine format float %.15g
 dump places all custom {EVERY} {folder}/places.dump id xu yu zu
 dump_modify places format float %.15g time yes units yes
-dump atoms all atom {EVERY} {folder}/atom.dump
-dump_modify atoms format line "%d %d %.15g %.15g %.15g"
-dump few all atom {EVERY} {folder}/few.dump
+dump few all custom {EVERY} {folder}/few.dump id x y z
 dump frames all custom {EVERY} {folder}/frame.* id x y z vx vy vz fx fy fz
 compute force all pair/local force
 compute pair all property/local patom1 patom2
@@ -287,7 +285,6 @@ run 3000
 undump six
 undump fine
 undump places
-undump atoms
 undump few
 undump frames
 undump pairs
@@ -322,7 +319,6 @@ def verlet() -> FloatArray:
         ("fine.dump", None, "net forces", 5e-5),
         ("fine.dump", DT, "between the samples", 1e-6),
         ("places.dump", None, "positions, by Hertz's law", 5e-5),
-        ("atom.dump", None, "positions, by Hertz's law", 5e-5),
         ("frame.*", None, "net forces", 5e-5),
         ("pairs.dump", None, "contact forces", 5e-5),
         ("log.lammps", None, "net forces", 5e-5),
@@ -348,14 +344,14 @@ def test_the_axis_and_the_pushed_end_are_found(
     file.write_text(deck(tmp_path, axis, sign), encoding="utf-8")
     with engine() as lammps:
         lammps.file(str(file))
-    for name in ("six.dump", "fine.dump", "places.dump", "atom.dump", "pairs.dump"):
+    for name in ("six.dump", "fine.dump", "places.dump", "pairs.dump"):
         found = read(SCENE, [tmp_path / name], {}, "si", None)
         assert np.all(off(found.peak_force, verlet) <= found.error + OF_VELOCITIES), name
 
 
 @pytest.mark.lammps
 def test_digits_that_are_too_few_are_the_reason_given(files: Path) -> None:
-    """``dump atom`` writes six digits of the box, here 3e-7 m where overlaps are 5e-6 m."""
+    """Six digits of places are 1e-7 m here, where overlaps are 5e-6 m."""
     judged = hc.judge(SCENE, files / "few.dump")
     assert not judged.judged.any()
     assert "11 contacts are not judged, as samples so far apart, or numbers" in judged.remarks[1]
@@ -382,7 +378,7 @@ def test_files_that_are_not_one_dump(
     with pytest.raises(SceneError, match=r"has 1 samples of the run, .*: name all files of a dump"):
         read(SCENE, [files / "frame.0"], {}, "si", None)
     with pytest.raises(SceneError, match="has frames of different columns"):
-        read(SCENE, [files / "frame.0", files / "atom.dump"], {}, "si", None)
+        read(SCENE, [files / "frame.0", files / "few.dump"], {}, "si", None)
     with pytest.raises(SceneError, match=r"log.lammps: is no dump of LAMMPS: several files"):
         read(SCENE, [files / "frame.0", files / "log.lammps"], {}, "si", None)
     (tmp_path / "bomb.gz").write_bytes(gzip.compress(bytes(10**6)))
@@ -660,11 +656,8 @@ BROKEN: dict[str, tuple[bytes, str]] = {
         f"{HEAD}{GRANULES}{ROWS[:-1]}x".encode(),
         "fx in row 12 of frame 1 = 'x'",
     ),
-    "scaled": (
-        f"{HEAD.replace('BOUNDS', 'BOUNDS xy xz yz')}ITEM: ATOMS id xs a b{ROWS}".encode(),
-        "has scaled places .xs. and no upright box",
-    ),
     "box cut off": (HEAD.encode()[:-8], "ends in the middle of frame 1"),
+    "scaled": (f"{HEAD}ITEM: ATOMS id type xs ys{ROWS}".encode(), "atom writes x after"),
     "nothing of use": (
         f"{HEAD}ITEM: ATOMS id q a b{ROWS}".encode(),
         "has id, q, a, b, must",

@@ -14,11 +14,10 @@ from hertzchain.verdict.results.roles import Asked, listed
 from hertzchain.verdict.results.tables import Frame
 
 _VECTORS = {
-    "position": (("x", "y", "z"), ("xu", "yu", "zu"), ("xs", "ys", "zs"), ("xsu", "ysu", "zsu")),
+    "position": (("x", "y", "z"), ("xu", "yu", "zu")),
     "velocity": (("vx", "vy", "vz"),),
     "net_force": (("fx", "fy", "fz"),),
 }
-_SCALED = ("xs", "ys", "zs", "xsu", "ysu", "zsu")  # places in units of the box
 _ACROSS = 1e-3  # fraction of the length of a chain by which places across it may differ (chosen)
 
 
@@ -44,10 +43,6 @@ def granules_of(
                     _column(f, name)[o, 0] for f, o in zip(frames, order, strict=True)
                 ]
         grains[role] = last_digit(raw) * asked.factor(role, file)
-        if set(names) & set(_SCALED):
-            lower, extent = _box(frames, file)
-            grains[role] *= float(extent.max())
-            raw = lower + raw * extent
         values[role] = raw * asked.factor(role, file)
     axis = _axis(values, file)
     steps, times = (np.array([getattr(f, kind) for f in frames]) for kind in ("step", "time"))
@@ -82,19 +77,12 @@ def _columns(names: Sequence[str], asked: Asked, file: str) -> dict[str, tuple[s
         elif any(set(three) & set(names) for three in vectors):
             found[role] = next(three for three in vectors if set(three) & set(names))
     if asked.names.get("id", "id") not in names or not {"position", "net_force"} & found.keys():
-        allowed = f"has {listed(names)}, must have id, and x, vx, fx (or xu, or y, z) of granules"
+        allowed = (
+            f"has {listed(names)}, must have id, and x, vx, fx (or xu, or y, z) of granules; dump"
+            " atom writes x after dump_modify scale no"
+        )
         raise SceneError("", None, allowed, file=file)
     return found
-
-
-def _box(frames: Sequence[Frame], file: str) -> tuple[FloatArray, FloatArray]:
-    """Return lower bounds and extents of the box of each frame, shapes (frames, 1, 3)."""
-    boxes = [frame.box for frame in frames if frame.box is not None]
-    if len(boxes) < len(frames):
-        allowed = "has scaled places (xs) and no upright box: dump x or xu instead"
-        raise SceneError("", None, allowed, file=file)
-    bounds = np.array(boxes)[:, np.newaxis]
-    return bounds[..., 0], bounds[..., 1] - bounds[..., 0]
 
 
 def _axis(values: dict[str, FloatArray], file: str) -> int:

@@ -91,15 +91,12 @@ class Frame:
         Its rows.
     is_local
         Whether they are pairs.
-    box
-        Lower and upper bounds of the box along x, y and z, shape (3, 2); None for a tilted one.
     """
 
     step: float
     time: float | None
     table: Table
     is_local: bool
-    box: FloatArray | None
 
 
 def content_of(path: Path, most: int) -> bytes:
@@ -130,7 +127,7 @@ def text_of(content: bytes, path: Path) -> str:
     text = None if content.startswith(b"PK\x03\x04") else text_in(content)
     if text is None:
         allowed = (
-            "is not a text file: write text (CSV, a LAMMPS log, dump custom, atom or local); a"
+            "is not a text file: write text (CSV, a LAMMPS log, dump custom or local); a"
             " spreadsheet is saved as CSV first"
         )
         raise SceneError("", None, allowed, file=path)
@@ -251,17 +248,8 @@ def _frame(
     is_whole = len(rows) == numbers.get("NUMBER") and all(len(row) == len(names) for row in rows)
     if not is_whole or not math.isfinite(step) or (time is not None and not math.isfinite(time)):
         raise _cut_off(number, file)
-    words, bounds = items.get("BOX", ([], []))
-    box = np.array([[_number(word) for word in line.split()[:2]] for line in bounds[:3]])
     places = [f"row {k} of frame {number}" for k in range(1, len(rows) + 1)]
-    is_upright = box.shape == (3, 2) and np.all(np.isfinite(box)) and not {"xy", "abc"} & set(words)
-    return Frame(
-        step,
-        time,
-        Table(tuple(names), rows, places, file),
-        kind == "ENTRIES",
-        box if is_upright else None,
-    )
+    return Frame(step, time, Table(tuple(names), rows, places, file), kind == "ENTRIES")
 
 
 def same_columns(frames: Sequence[Frame], file: object) -> list[Frame]:
