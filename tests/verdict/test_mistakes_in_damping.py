@@ -53,13 +53,6 @@ def test_right_contacts_are_not_seen(right: DampingMistake) -> None:
     assert not by_judgement(right, "").passed
 
 
-@pytest.mark.slow
-def test_another_cause_is_not_enough() -> None:
-    mistake = MISTAKES_IN_DAMPING[-1]
-    assert mistake.cause == "no damping"
-    assert not by_judgement(mistake, "contacts that pull").passed
-
-
 def test_a_mistake_that_goes_unnoticed_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mistakes_in_damping, "MISTAKES_IN_DAMPING", (NONE[0],))
     assert [row.passed for row in plant_in_damping(False)] == [False]

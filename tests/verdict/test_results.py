@@ -372,22 +372,6 @@ def test_a_dump_may_be_packed_or_have_any_name(files: Path, tmp_path: Path) -> N
 
 
 @pytest.mark.lammps
-def test_files_that_are_not_one_dump(
-    files: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with pytest.raises(SceneError, match=r"has 1 samples of the run, .*: name all files of a dump"):
-        read(SCENE, [files / "frame.0"], {}, "si", None)
-    with pytest.raises(SceneError, match="has frames of different columns"):
-        read(SCENE, [files / "frame.0", files / "few.dump"], {}, "si", None)
-    with pytest.raises(SceneError, match=r"log.lammps: is no dump of LAMMPS: several files"):
-        read(SCENE, [files / "frame.0", files / "log.lammps"], {}, "si", None)
-    (tmp_path / "bomb.gz").write_bytes(gzip.compress(bytes(10**6)))
-    monkeypatch.setattr(tables, "MOST_BYTES", 10**5)
-    with pytest.raises(SceneError, match="when unpacked"):
-        read(SCENE, [tmp_path / "bomb.gz"], {}, "si", None)
-
-
-@pytest.mark.lammps
 def test_a_run_of_lammps_is_judged(files: Path, hertzchain: Command) -> None:
     SCENE.to_toml(files / "scene.toml")
     judged = hertzchain("judge", files / "scene.toml", files / "six.dump", "--json")
@@ -401,23 +385,49 @@ def test_a_run_of_lammps_is_judged(files: Path, hertzchain: Command) -> None:
     assert hc.judge(other, files / "log.lammps").verdict == "fail"
 
 
+def dump_of(run: Samples, beside: FloatArray | float = 0.0) -> list[str]:
+    """Frames of a dump of places, with some granules beside the others [m]."""
+    across = np.broadcast_to(beside, N)
+    return [
+        HEAD.replace("\n0\n", f"\n{step}\n", 1)
+        + "ITEM: ATOMS id x y\n"
+        + "".join(f"{k + 1} {x:.15g} {across[k]:.15g}\n" for k, x in enumerate(places))
+        for step, places in enumerate(run.position)
+    ]
+
+
 @pytest.mark.parametrize(("across", "is_a_chain"), [(3e-3, False), (3e-4, True)])
 def test_granules_stand_in_a_row(
     across: float, is_a_chain: bool, run: Samples, tmp_path: Path
 ) -> None:
     """The middle granule is beside the others, by a fraction of the length of the chain."""
-    beside = np.zeros(N)
-    beside[N // 2] = across * (run.position[0, -1] - run.position[0, 0])
-    text = "".join(
-        HEAD.replace("\n0\n", f"\n{step}\n", 1)
-        + "ITEM: ATOMS id x y\n"
-        + "".join(f"{k + 1} {x:.15g} {beside[k]:.15g}\n" for k, x in enumerate(places))
-        for step, places in enumerate(run.position)
-    )
+    length = run.position[0, -1] - run.position[0, 0]
+    text = "".join(dump_of(run, across * length * (np.arange(N) == N // 2)))
     (tmp_path / "dump").write_text(text, encoding="utf-8")
     refused = pytest.raises(SceneError, match="not in a row along x, y or z: they differ by")
     with contextlib.nullcontext() if is_a_chain else refused:
         read(SCENE, [tmp_path / "dump"], {}, "si", None)
+
+
+def test_files_that_are_not_one_dump(
+    run: Samples, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one, other, log, bomb = (tmp_path / name for name in ("1", "2", "log", "bomb.gz"))
+    frame = dump_of(run)[0]
+    one.write_text(frame, encoding="utf-8")
+    other.write_text(frame.replace("id x y", "id x z"), encoding="utf-8")
+    log.write_text("LAMMPS (22 Jul 2025)\n", encoding="utf-8")
+    bomb.write_bytes(gzip.compress(bytes(10**6)))
+    for files, words in (
+        ([one], "has 1 samples of the run, .*: name all files of a dump"),
+        ([one, other], "has frames of different columns"),
+        ([one, log], "log: is no dump of LAMMPS: several files"),
+    ):
+        with pytest.raises(SceneError, match=words):
+            read(SCENE, files, {}, "si", None)
+    monkeypatch.setattr(tables, "MOST_BYTES", 10**5)
+    with pytest.raises(SceneError, match="when unpacked"):
+        read(SCENE, [bomb], {}, "si", None)
 
 
 # Tables

@@ -114,13 +114,6 @@ def test_a_factor_is_measured(plant: object, name: str, factor: str) -> None:
 
 
 @pytest.mark.lammps
-def test_what_is_below_the_tolerance_is_not_seen() -> None:
-    """The limit: 1e-12, where round-off is 3e-15."""
-    assert seen(mistakes.stiffer("1.0000000000001"), STIFFNESS).passed
-    assert seen(mistakes.heavier("1.0000000000001"), GRANULE_MASS).passed
-
-
-@pytest.mark.lammps
 @pytest.mark.parametrize("contact", [2, 7])
 def test_the_contact_that_is_off_is_named(contact: int) -> None:
     scene = small_scene()

@@ -45,26 +45,6 @@ def test_every_scene_passes(name: str) -> None:
 
 @pytest.mark.lammps
 @pytest.mark.parametrize(
-    "name", [pytest.param("large striker", marks=pytest.mark.slow), "all at once"]
-)
-def test_a_binary_gives_the_numbers_of_the_module(name: str) -> None:
-    scene = SCENES[name]
-    dt = 0.02 * scene.contact_time
-    comparison = hc.compare(scene, [hc.Lammps(dt, lmp=LMP)])
-    assert failed(comparison) == {}
-    by_binary, by_module = comparison.lammps, hc.Lammps(dt).run(scene)
-    assert by_binary is not None
-    # The same version: bit for bit.
-    assert np.array_equal(by_binary.all_peaks, by_module.all_peaks)
-    assert np.array_equal(by_binary.velocity, by_module.velocity)
-    balance = by_binary.balance
-    # Dumps are read in other blocks, so that the impulse on the wall is summed otherwise.
-    assert balance.impulse == pytest.approx(by_module.balance.impulse, rel=1e-13, abs=0)
-    assert balance == replace(by_module.balance, impulse=balance.impulse)
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
     "scene",
     [
         # A shock too weak for LAMMPS to follow; small and large granules.
@@ -113,46 +93,6 @@ def test_a_binary_gives_the_numbers_of_the_module(name: str) -> None:
 def test_any_scene_passes_its_examination(scene: hc.Scene) -> None:
     checks = number_checks(scene, examine(scene))
     assert [check.name for check in checks if not check.passed] == []
-
-
-@pytest.mark.lammps
-def test_what_is_examined_is_not_trivial() -> None:
-    scene = SCENES["all at once"]
-    found = examine(scene)
-    granules = scene.granules
-    smallest = np.min(granules.radius)
-    for overlap, fraction in zip(found.overlap[-2:], (0.01, 0.03), strict=True):
-        # Overlaps are differences of coordinates of 0.1 m: a hundredth of a radius has 12 digits.
-        assert overlap == pytest.approx(fraction * smallest, rel=1e-11, abs=0)
-    assert np.all(found.contact_force[-1] > 2 * found.contact_force[-2])
-    assert np.all(found.constant_force[:, 0] > 0)
-    assert found.velocity[:, 0].tolist() == [0.5] + [0.0] * 11
-    (wall,) = found.walls
-    assert wall.position > found.position[-1]
-
-
-@pytest.mark.lammps
-@pytest.mark.parametrize(
-    ("column", "named"), [(3, "largest at contact 5"), (-1, "largest at the wall")]
-)
-def test_the_contact_that_is_off_is_named(column: int, named: str) -> None:
-    """The soft contact of a stiff row: 1e-9 of it is below the rounding of no other."""
-    scene = hc.Scene(row(STEEL, STEEL, STEEL, STEEL, PTFE, PTFE), PULSE, wall=hc.Wall("rigid"))
-    found = examine(scene)
-    force, damped = found.contact_force.copy(), found.damped_force.copy()
-    walls = found.walls
-    if column < 0:
-        (wall,) = walls
-        more = {name: getattr(wall, name) * (1 + 1e-9) for name in ("force", "damped_force")}
-        walls = (replace(wall, **more),)
-    else:
-        force[:, column] *= 1 + 1e-9
-        damped[:, column] *= 1 + 1e-9
-    wrong = replace(found, contact_force=force, damped_force=damped, walls=walls)
-    checks = number_checks(scene, wrong)
-    bad = [check for check in checks if not check.passed]
-    assert [check.name for check in bad] == ["lammps: contact stiffness [N m^(-3/2)]"]
-    assert bad[0].reason.endswith(named)
 
 
 @pytest.mark.lammps

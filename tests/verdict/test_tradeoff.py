@@ -117,13 +117,6 @@ def test_evaluations_are_steps_times_stages(whole: Tradeoff, method: str) -> Non
         assert steps * stages / 3 < row.force_evaluations < steps * stages
 
 
-def test_what_is_asked_for_is_had(whole: Tradeoff) -> None:
-    for name in ("rtol, with estimate", "rtol, without estimate"):
-        for row in rows_of(whole, name):
-            assert row.rtol is not None
-            assert row.error <= row.rtol
-
-
 def test_formulas_are_measured_where_they_speak_and_stay_off_the_frontier(
     whole: Tradeoff, truth: hc.Result
 ) -> None:
@@ -245,17 +238,6 @@ def test_the_time_is_the_least_of_several(monkeypatch: pytest.MonkeyPatch) -> No
     # 3 + 1 + 2 seconds are the first sum that is enough.
     assert timed(lambda: outcome, enough=5.0) == (outcome, 1.0)
     assert next(ticks) == sum(took[:3]) + 4 * 0.5
-
-
-def test_rounds_keep_the_least_time(scene: hc.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    times = iter([2.0, 3.0, 4.0, 1.0])
-    outcome = Outcome(np.ones(11), 1)
-    monkeypatch.setattr(module, "contenders", lambda *_: (fixed({0.2: outcome, 0.1: outcome}),))
-    monkeypatch.setattr(module, "_LONGEST", math.inf)
-    monkeypatch.setattr(module, "timed", lambda *_: (outcome, next(times)))
-    found = tradeoff(scene, ["compiled"])
-    assert [row.natural_step for row in found.rows] == [0.2, 0.1]
-    assert [row.wall_time for row in found.rows] == [2.0, 1.0]
 
 
 # The frontier
