@@ -31,7 +31,6 @@ nearly all with more than 0.6 between samples."""
 _COARSE, _TELLS_LITTLE = 0.02, 10.0
 """Difference of curves of fourth and second degree from which samples are too far apart to tell,
 and what the error is then at most, in such differences (measured, up to 1.2 units apart)."""
-_RIVAL = 3.0  # times as much as a parabola rises above a sample: how high a maximum may be (chosen)
 _PULLS = 0.1  # times as many forces of the other sign as leave no doubt which is a push (chosen)
 _MOST_CRESTS = 8  # humps that are looked at for each contact (chosen)
 _DIGITS = 2.0  # last digits that rounded forces cost a peak at most: sums of a few (chosen)
@@ -285,15 +284,11 @@ def _through_samples(time: FloatArray, force: FloatArray, how: str) -> Sampled:
 
 
 def _crests(values: FloatArray) -> NDArray[np.intp]:
-    """The samples near which the maximum may be: the highest, and others almost as high."""
-    inside = values[1:-1]
-    left, right = inside - values[:-2], inside - values[2:]
-    crest = (left >= 0) & (right >= 0) & (left + right > 0)
-    # Above a sample a parabola rises by no more than an eighth of this.
-    rise = np.where(crest, left + right, 0.0)
-    near = np.flatnonzero(crest & (inside + _RIVAL * rise / 8 > values.max())) + 1
-    best = near[np.argsort(values[near])[::-1][:_MOST_CRESTS]]
-    return np.unique(np.append(best, np.argmax(values)))
+    """Return samples near which the maximum may be: the highest, and those of other humps."""
+    from scipy.signal import find_peaks
+
+    humps = find_peaks(values)[0]
+    return np.union1d(humps[np.argsort(values[humps])[-_MOST_CRESTS:]], np.argmax(values))
 
 
 def _maximum(time: FloatArray, values: FloatArray, at: int) -> tuple[float, float]:
