@@ -301,40 +301,36 @@ def as_written_check(reference: Result, time_limit: float = TIME_LIMIT) -> Check
 
 def balance_checks(result: Result) -> list[Check]:
     """Check momentum against the impulse, and energy against the work done by the shock."""
-    balance, scene = result.balance, result.scene
-    units, given = scene.units, scene.largest_impulse
-    energy = (2 * result.error_estimate + 1e-12) * balance.work
-    energy += _ROUND_OFF**2 * units.energy  # before the shock states have rounding errors
+    balance, scene, piston = result.balance, result.scene, result.scene.piston
+    units, given, error = scene.units, scene.largest_impulse, result.error_estimate
+    # Before the shock states have rounding errors.
+    energy = (2 * error + 1e-12) * balance.work + _ROUND_OFF**2 * units.energy
+    momentum = MOMENTUM_ERROR + MOMENTUM_OF_A_STEP * result.steps
+    reason = "steps end at the corners of the pulse, so its impulse is exact"
+    inexact = {
+        "the force on the wall is integrated from its overlap": scene.wall is not None,
+        "the run ends within the pulse": scene.end_time < scene.pulse_end,
+        "the force of the piston is integrated from its overlap": piston is not None,
+    }
+    for why in (why for why, is_so in inexact.items() if is_so):
+        reason = f"its own error estimate, as {why}"
+    momentum += error if any(inexact.values()) else 0.0
+    by_piston = 0.0  # work of the largest force all the time
+    if piston is not None:
+        pushed = float(np.max(result.all_peaks))
+        by_piston = pushed * piston.distance(scene.end_time)
+        given += pushed * scene.end_time
+        energy += 2 * error * by_piston
     if result.scheme == "velocity-verlet":
         energy += _work_error(result)
-        if scene.contact is not None:
-            energy += DAMPER_ERROR * highest_rate(scene) * result.dt * balance.dissipated
-    reason = "steps end at the corners of the pulse, so its impulse is exact"
-    momentum = MOMENTUM_ERROR + MOMENTUM_OF_A_STEP * result.steps
-    if scene.end_time < scene.pulse_end:
-        reason = "its own error estimate, as the run ends within the pulse"
-        momentum += result.error_estimate
-    elif scene.wall is not None:
-        reason = "its own error estimate, as the force on the wall is integrated from its overlap"
-        momentum += result.error_estimate
-    pushed = 0.0
-    if scene.piston is not None:
-        reason = "its own error estimate, as the force of the piston is integrated from its overlap"
-        momentum = MOMENTUM_ERROR + MOMENTUM_OF_A_STEP * result.steps + result.error_estimate
-        pushed = float(np.max(result.all_peaks))
-        given += pushed * scene.end_time
-        energy += 2 * result.error_estimate * pushed * scene.piston.distance(scene.end_time)
-    if (
-        (scene.piston is not None or scene.wall is not None)
-        and result.scheme == "velocity-verlet"
-        and scene.contact is not None
-    ):
-        # Peaks can be more accurate than the motion: with dashpots at first touch, or at the end.
-        reason += ", and dampers by velocities of half a step before"
-        missed = IMPULSE_ERROR * highest_rate(scene) * result.dt
-        momentum += missed
-        if scene.piston is not None:
-            energy += missed * pushed * scene.piston.distance(scene.end_time)
+    if result.scheme == "velocity-verlet" and scene.contact is not None:
+        rate = highest_rate(scene) * result.dt
+        energy += DAMPER_ERROR * rate * balance.dissipated + IMPULSE_ERROR * rate * by_piston
+        if piston is not None or scene.wall is not None:
+            # Peaks can be more accurate than the motion: with dashpots at first touch, or at the
+            # end.
+            reason += ", and dampers by velocities of half a step before"
+            momentum += IMPULSE_ERROR * rate
     return [
         within(
             MOMENTUM,

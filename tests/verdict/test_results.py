@@ -567,6 +567,7 @@ def test_the_sampling_error_adds_to_the_tolerance(run: Samples, tmp_path: Path) 
     error = judged.sampling_error
     assert error is not None
     assert 1e-5 < error < 1e-3
+    assert f"they may be off by up to {error:.1e} for that" in judged.remarks[0]
     for factor, verdict in ((1 + 0.98e-3, "pass"), (1 + 1.1e-3 + 2 * error, "fail")):
         changed = hc.judge(SCENE, given_by(run, 3, tmp_path, factor))
         assert changed.verdict == verdict
