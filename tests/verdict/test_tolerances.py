@@ -17,6 +17,7 @@ from hertzchain.errors import SceneError
 from hertzchain.limits import Deadline
 from hertzchain.observables.error_bound import highest_rate
 from hertzchain.observables.result import LostDigits
+from hertzchain.scene.pulse import PROFILES
 from hertzchain.verdict import run_checks
 from hertzchain.verdict.check import Check, Kind, within
 from hertzchain.verdict.judgement import Judgement, judged
@@ -304,6 +305,20 @@ def test_balances(case: Balanced) -> None:
         assert [check.passed for check in found] == [passed, passed], [
             check.tolerance for check in found
         ]
+
+
+def test_a_pulse_of_other_halves_has_the_impulse_of_its_steps(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Half a sine: velocity Verlet misses a part of its impulse, as the trapezoidal rule does."""
+    monkeypatch.setitem(PROFILES, "cosine", ("quarter-sine", "quarter-cosine"))
+    scene = replace(FREE, shock=hc.Pulse("cosine", 100.0, 2.0, rise_time=3e-5))
+    result = hc.Native("velocity-verlet", 0.05 * scene.contact_time).run(scene)
+    off = result.balance.momentum - result.balance.impulse
+    for part, passed in ((3.0, False), (1.0, True), (1 / 3, True)):
+        balance = replace(result.balance, momentum=result.balance.impulse + part * off)
+        found = check_of(balance_checks(replace(result, balance=balance)), "momentum")
+        assert found.passed == passed
 
 
 def test_before_the_shock_states_have_rounding_errors() -> None:
