@@ -162,7 +162,7 @@ class Shock:
         raise NotImplementedError
 
     def stronger(self, factor: float) -> Self:
-        """The shock with another force, at the same times."""
+        """The shock with another force; asked in scenes without loads alone."""
         own: Any = self
         stronger: Self = replace(own, peak_force=factor * own.peak_force)
         return stronger

@@ -114,10 +114,6 @@ class Sine(Shock):
         """The sine of a similar scene; see ``Shock``."""
         return replace(self, frequency=self.frequency / time)
 
-    def stronger(self, factor: float) -> Sine:
-        """The sine with another amplitude."""
-        return replace(self, amplitude=factor * self.amplitude)
-
     def in_words(self, scene: Scene) -> str:
         """One line that describes the sine, with the number of granules."""
         return (
