@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def describe(scene: Scene) -> str:
     """Return one line that describes a scene."""
-    kind = scene.shock.in_words(scene)
+    kind = scene.shock.in_words(scene.chain.granules, scene.momentum_ratio)
     others = [term for term in scene.terms if term not in ("striker", "piston")]
     return f"{kind}, with {', '.join(others)}" if others else kind
 

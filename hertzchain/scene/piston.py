@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 from hertzchain.errors import POSITIVE, SceneError, is_finite, is_positive, require
 from hertzchain.scene.chain import short_repr, to_plain_numbers
 from hertzchain.scene.shock import Shock, Stroke, key
 from hertzchain.scene.shock_table import check_times
-
-if TYPE_CHECKING:
-    from hertzchain.scene.scene import Scene
 
 
 @dataclass(frozen=True, repr=False)
@@ -121,10 +117,6 @@ class Piston(Shock):
         """Velocity at the start [m/s]."""
         return self.strokes[0].velocity
 
-    def momentum(self, scene: Scene) -> float:
-        """What granule 2 takes from the fastest stroke in a collision [N s]."""
-        return 2 * float(scene.granules.contact_mass[0]) * self.fastest
-
     def stretched(self, time: float, length: float, modulus: float) -> Piston:
         """The piston of a similar scene; see ``Shock``."""
         if self.velocity is not None:
@@ -135,9 +127,9 @@ class Piston(Shock):
             displacement=tuple(length * place for _, place in self.rows),
         )
 
-    def in_words(self, scene: Scene) -> str:
+    def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the piston, with the number of granules."""
         how = f"table of {len(self.rows)} rows, up to {self.fastest:.6g} m/s,"
         if self.velocity is not None:
             how = f"at {self.velocity:.6g} m/s"
-        return f"piston {how} on {scene.chain.granules - 1} granules"
+        return f"piston {how} on {granules - 1} granules"

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal, cast
+from typing import Literal, cast
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from hertzchain.scene.chain import short_repr, to_plain_numbers
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.shock import Shock, key
 from hertzchain.scene.shock_table import check_times
-
-if TYPE_CHECKING:
-    from hertzchain.scene.scene import Scene
 
 Profile = Literal["cosine", "triangular", "cosine-triangular"]
 """Names of the profiles of Table 1."""
@@ -120,9 +117,10 @@ class Pulse(Shock):
         """The pulse of a similar scene; see ``Shock``."""
         return self if self.rise_time is None else replace(self, rise_time=time * self.rise_time)
 
-    def in_words(self, scene: Scene) -> str:
+    def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the pulse, with the number of granules."""
-        return f"{self.profile} pulse, n = {self.duration_ratio:g}, {of_force(scene)}"
+        force = of_force(self.peak_force, granules, momentum_ratio)
+        return f"{self.profile} pulse, n = {self.duration_ratio:g}, {force}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -196,14 +194,12 @@ class PulseTable(Shock):
         """The table with another force, at the same times."""
         return replace(self, force=tuple(factor * value for value in self.force))
 
-    def in_words(self, scene: Scene) -> str:
+    def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the table, with the number of granules."""
-        return f"pulse table of {len(self.time)} rows, {of_force(scene)}"
+        force = of_force(self.peak_force, granules, momentum_ratio)
+        return f"pulse table of {len(self.time)} rows, {force}"
 
 
-def of_force(scene: Scene) -> str:
-    """Words for what every pulse of a scene has."""
-    return (
-        f"LM_ratio = {scene.momentum_ratio:.6g}, {scene.peak_force:.6g} N on"
-        f" {scene.chain.granules} granules"
-    )
+def of_force(peak_force: float, granules: int, momentum_ratio: float) -> str:
+    """Words for what every pulse has."""
+    return f"LM_ratio = {momentum_ratio:.6g}, {peak_force:.6g} N on {granules} granules"

@@ -250,7 +250,7 @@ class Scene(Shown):
         is what granule 2 takes from its fastest stroke in a collision.
         """
         if (pulse := self.pulse) is None:
-            return self.shock.momentum(self) / self._unit_momentum
+            return self._shock_momentum / self._unit_momentum
         if pulse.momentum_ratio is not None:
             return pulse.momentum_ratio
         assert pulse.rise_time is not None
@@ -264,6 +264,15 @@ class Scene(Shown):
     def _unit_momentum(self) -> float:
         """L_SW of a solitary wave of height F0 [N s]: the momentum at LM_ratio = 1."""
         return MOMENTUM_IN_NATURAL_UNITS * self._shock_units.momentum
+
+    @property
+    def _shock_momentum(self) -> float:
+        """Momentum of the shock in LM_ratio [N s]."""
+        shock = self.shock
+        if shock.is_driven:
+            return self._first_contact[1] * (shock.impact_velocity or 0.0)
+        own = shock.compared_impulse
+        return self.impulse + self.start_momentum if own is None else own
 
     @functools.cached_property
     def ramps(self) -> tuple[Ramp, ...]:
@@ -336,7 +345,7 @@ class Scene(Shown):
         if self.is_plain:
             watched = watched_time(self.chain.granules, self.momentum_ratio)
             return self.ramps[-1].end + float(watched) * self.units.time
-        ratio, momentum = self.momentum_ratio, self.shock.momentum(self)
+        ratio, momentum = self.momentum_ratio, self._shock_momentum
         if ratio < (least := self.shock.least_ratio):
             ratio, momentum = least, least * self._unit_momentum
         of_shock = self._shock_units, ratio, momentum

@@ -8,15 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.scene.ramp import Ramp
-
-if TYPE_CHECKING:
-    from hertzchain.scene.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -147,9 +144,10 @@ class Shock:
         """The force at any times from 0 on [N], by a formula that shares nothing with the ramps."""
         return np.zeros_like(time, np.float64)
 
-    def momentum(self, scene: Scene) -> float:
-        """The momentum that its LM_ratio compares with that of a solitary wave [N s]."""
-        return scene.impulse + scene.start_momentum
+    @property
+    def compared_impulse(self) -> float | None:
+        """The impulse in its LM_ratio [N s]; None for all that it gives."""
+        return None
 
     def check_load(self, load: float) -> None:
         """Raise a SceneError if a static load [N] on granule 1 is too small."""
@@ -167,6 +165,6 @@ class Shock:
         stronger: Self = replace(own, peak_force=factor * own.peak_force)
         return stronger
 
-    def in_words(self, scene: Scene) -> str:
+    def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the shock of a scene, with the number of granules."""
         raise NotImplementedError

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from numbers import Integral
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,9 +13,6 @@ from hertzchain.errors import POSITIVE, is_finite, is_positive, require
 from hertzchain.scene.chain import to_plain_numbers
 from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.shock import Shock, key
-
-if TYPE_CHECKING:
-    from hertzchain.scene.scene import Scene
 
 _MOST_CYCLES = 50_000
 """Most cycles (chosen): as many corners as a pulse table can have rows, about 200,000."""
@@ -98,7 +94,8 @@ class Sine(Shock):
         force = self.amplitude * np.sin(2 * math.pi * self.frequency * time)
         return np.where(time < self.cycles / self.frequency, force, 0.0)
 
-    def momentum(self, scene: Scene) -> float:
+    @property
+    def compared_impulse(self) -> float:
         """The impulse of half a cycle [N s]."""
         return self.half_cycle_impulse
 
@@ -114,9 +111,9 @@ class Sine(Shock):
         """The sine of a similar scene; see ``Shock``."""
         return replace(self, frequency=self.frequency / time)
 
-    def in_words(self, scene: Scene) -> str:
+    def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the sine, with the number of granules."""
         return (
             f"sine of {self.amplitude:.6g} N, {self.cycles} cycles at {self.frequency:.6g} Hz,"
-            f" on {scene.chain.granules} granules"
+            f" on {granules} granules"
         )

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 from hertzchain.errors import POSITIVE, is_positive, require
 from hertzchain.scene.chain import MATERIAL, check_material, to_plain_numbers
 from hertzchain.scene.shock import Shock, key
-
-if TYPE_CHECKING:
-    from hertzchain.scene.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -85,6 +81,6 @@ class Striker(Shock):
         own = None if self.young_modulus is None else modulus * self.young_modulus
         return replace(self, velocity=length / time * self.velocity, young_modulus=own)
 
-    def in_words(self, scene: Scene) -> str:
+    def in_words(self, granules: int, momentum_ratio: float) -> str:
         """One line that describes the striker, with the number of other granules."""
-        return f"striker at {self.velocity:.6g} m/s on {scene.chain.granules - 1} granules"
+        return f"striker at {self.velocity:.6g} m/s on {granules - 1} granules"
