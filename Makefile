@@ -40,7 +40,7 @@ picture: $(STAMP) ## draw the picture of the README; seconds
 notebooks: $(STAMP) ## run the notebooks of docs/notebooks/ and keep what they print; seconds
 	$(BIN)/python validation/notebooks.py
 
-extremes: $(STAMP) ## 12,000 random scenes at the extremes, 30,000 hard on error bounds; an hour
+extremes: $(STAMP) ## 12,000 random scenes at the extremes, 50,000 hard on error bounds; hours
 	$(BIN)/python validation/extremes.py -o extremes.csv --plot validation/results/extremes.png
 
 long-run: $(STAMP) ## a wave down 90,000 granules: what drifts; two minutes
