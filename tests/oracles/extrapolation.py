@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +27,7 @@ from numpy.typing import NDArray
 
 import hertzchain as hc
 from tests.oracles.eighth_order import Truth
+from tests.oracles.scene_in_si import Numbers, numbers_of, pieces_of, strokes_of
 
 Floats = NDArray[np.float64]
 
@@ -47,20 +47,6 @@ _COLUMNS = 6
 
 _OPEN, _PRESSED, _CUT = 0, 1, 2
 """What a contact is: apart, pressed, or closed with a damper that would pull."""
-
-
-class Numbers(NamedTuple):
-    """A chain, in any units: granules first, then contacts, a wall's last."""
-
-    inverse_mass: Floats  # 0 for a piston
-    constant: Floats  # acceleration of each granule
-    stiffness: Floats
-    gap: Floats  # negative for a static overlap
-    damping: Floats
-    exponent: float  # q
-    attraction: bool
-    length: float  # what overlaps and errors are compared with
-    time: float  # of the fastest contact
 
 
 class Start(NamedTuple):
@@ -114,109 +100,6 @@ def peaks(scene: hc.Scene, tolerance: float = TOLERANCE, cap: float = CAP) -> Fo
     return integrate(
         chain, pieces, strokes_of(scene, pieces), start, scene.end_time, tolerance, cap
     )
-
-
-def numbers_of(scene: hc.Scene) -> Numbers:
-    """Masses, stiffnesses, dampers, gaps and loads from radii and materials, SI units."""
-    size, chain, wall, law = scene.chain.granules, scene.chain, scene.wall, scene.contact
-    columns = {
-        name: np.array(np.broadcast_to(getattr(chain, name), size), np.float64)
-        for name in ("radius", "young_modulus", "poisson_ratio", "density")
-    }
-    if isinstance(scene.shock, hc.Striker):
-        for name, values in columns.items():
-            own = getattr(scene.shock, name)
-            if own is not None:
-                values[0] = own
-    radius, modulus, nu, density = columns.values()
-    mass = density * 4 * math.pi / 3 * radius**3
-    soft = (1 - nu**2) / modulus
-    stiffness = 4 / 3 / (soft[:-1] + soft[1:]) / np.sqrt(1 / radius[:-1] + 1 / radius[1:])
-    gap = np.array(np.broadcast_to(chain.gap, size), np.float64)[1:]
-    contact_mass = mass[:-1] * mass[1:] / (mass[:-1] + mass[1:])
-    is_piston = isinstance(scene.shock, hc.Piston)
-    if is_piston:
-        contact_mass[0] = mass[1]
-    if wall is not None:
-        other = {
-            "rigid": 0.0,
-            "same": soft[-1],
-            "elastic": (1 - (wall.poisson_ratio or 0) ** 2) / (wall.young_modulus or 1),
-        }[wall.kind]
-        stiffness = np.append(stiffness, 4 / 3 / (soft[-1] + other) * math.sqrt(radius[-1]))
-        gap, contact_mass = np.append(gap, wall.gap), np.append(contact_mass, mass[-1])
-    pressed = scene.precompression
-    force, gravity = (0.0, 0.0) if pressed is None else (pressed.force, pressed.gravity)
-    static = np.array([force + gravity * sum(mass[: k + 1]) for k in range(stiffness.size)])
-    constant = np.full(size, float(gravity))
-    constant[0] += force / mass[0]
-    if wall is None:
-        constant[-1] -= force / mass[-1]
-    exponent, damping = 0.0, np.zeros(stiffness.size)
-    if law is not None and law.restitution is not None:
-        log = math.log(law.restitution)
-        alpha = -math.sqrt(5) * log / math.hypot(math.pi, log)
-        exponent, damping = 0.25, alpha * np.sqrt(contact_mass * stiffness)
-    elif law is not None and law.relaxation_time is not None:
-        exponent, damping = 0.5, 1.5 * law.relaxation_time * stiffness
-    elif law is not None:
-        damping += law.coefficient or 0.0
-    inverse_mass = 1 / mass
-    if is_piston:
-        inverse_mass[0] = constant[0] = 0.0
-    largest = max(float(np.max(static)), scene.peak_force)
-    length = (largest / float(np.max(stiffness))) ** (2 / 3)
-    shortest = math.sqrt(float(np.min(contact_mass / stiffness)) / math.sqrt(length))
-    return Numbers(
-        inverse_mass, constant, stiffness, gap - (static / stiffness) ** (2 / 3),
-        damping, exponent, law is not None and law.attraction, length, shortest,
-    )  # fmt: skip
-
-
-def numbers_of_chain(chain: Any, time: float) -> Numbers:
-    """The numbers of a chain in natural units; ``time`` is that of its fastest contact."""
-    return Numbers(
-        chain.inverse_mass, chain.constant, chain.stiffness, chain.gap, chain.damping,
-        chain.exponent, chain.attraction, 1.0, time,
-    )  # fmt: skip
-
-
-def pieces_of(scene: hc.Scene) -> Floats:
-    """Start, force there, end and force there, and shape of each piece of the applied force.
-
-    Shapes are 0 for none, 1 for a line, 2 for half a cosine (Eq. 2); 3 is a sine, with amplitude
-    and frequency in place of the forces. Pieces of a piston are those of its strokes.
-    """
-    shock = scene.shock
-    if isinstance(shock, hc.Sine):
-        pieces = [(0.0, shock.amplitude, shock.cycles / shock.frequency, shock.frequency, 3.0)]
-    elif isinstance(shock, hc.Piston):
-        corners = [0.0, *(time for time in shock.time or () if time > 0)]
-        pieces = [(begin, 0.0, stop, 0.0, 0.0) for begin, stop in pairwise(corners)]
-    else:
-        shapes = {"linear": 1.0, "cosine": 2.0}
-        pieces = [
-            (ramp.start, ramp.start_force, ramp.end, ramp.end_force, shapes[ramp.shape])
-            for ramp in scene.ramps
-        ]
-    if not pieces or pieces[0][0] > 0:
-        pieces.insert(0, (0.0, 0.0, pieces[0][0] if pieces else 0.0, 0.0, 0.0))
-    pieces.append((pieces[-1][2], 0.0, math.inf, 0.0, 0.0))
-    return np.array([piece for piece in pieces if piece[0] < min(piece[2], scene.end_time)])
-
-
-def strokes_of(scene: hc.Scene, pieces: Floats) -> Floats:
-    """Displacement at the start of each piece and velocity in it, of a piston; else no rows."""
-    shock = scene.shock
-    if not isinstance(shock, hc.Piston):
-        return np.zeros((0, 2))
-    if shock.velocity is not None:
-        return np.array([(shock.velocity * begin, shock.velocity) for begin in pieces[:, 0]])
-    assert shock.time is not None
-    assert shock.displacement is not None
-    place = np.interp(pieces[:, 0], shock.time, shock.displacement)
-    later = np.interp(pieces[:, 2], shock.time, shock.displacement)
-    return np.column_stack([place, (later - place) / (pieces[:, 2] - pieces[:, 0])])
 
 
 def integrate(

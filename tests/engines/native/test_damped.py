@@ -18,6 +18,7 @@ from hertzchain.engines.native.kernel_input import nothing_recorded
 from hertzchain.engines.native.marching import march
 from hertzchain.engines.native.methods import DOP853, SRKN_11B
 from tests.oracles import extrapolation
+from tests.oracles.scene_in_si import numbers_of_chain
 
 Floats = NDArray[np.float64]
 
@@ -237,7 +238,7 @@ def random_chain(seed: int, most: int) -> tuple[Chain, Floats, Floats]:
 
 def truth_of(chain: Chain, rows: Floats, start: Floats) -> extrapolation.Found:
     """The answer of another solver."""
-    numbers = extrapolation.numbers_of_chain(chain, longest_of(chain) / 0.8)
+    numbers = numbers_of_chain(chain, longest_of(chain) / 0.8)
     at = start if start.size else np.zeros((2, chain.inverse_mass.size))
     # Start and end of a leg, shape, and forces there.
     pieces = np.ascontiguousarray(rows[:, [0, 6, 1, 7, 3]])

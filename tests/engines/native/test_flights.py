@@ -18,6 +18,7 @@ from hertzchain.observables.peaks import largest_difference
 from tests.conftest import STEEL
 from tests.oracles import extrapolation
 from tests.oracles.bounds import check_answers
+from tests.oracles.scene_in_si import numbers_of_chain
 
 FAR = hc.Scene(hc.Chain(8, **STEEL), hc.Striker(0.1), hc.Run(60.0), hc.Wall("rigid", gap=1.0))
 """The last granule flies for seconds, a million times as long as a blow."""
@@ -128,7 +129,7 @@ def test_a_load_presses_a_contact_again_that_has_not_opened(exponent: float) -> 
     chain = Chain(one, one, 0.5 * one, 0.1 * one, 0.3 * one, exponent, False)
     start, rows = np.array([[0.0], [1.0]]), np.array([[0.0, 30.0, 1, 0, 0, 0, 0, 0.0]])
     run = integrate_damped(chain, rows, start, 1e-10, 0.8)
-    numbers = extrapolation.numbers_of_chain(chain, 1.0)
+    numbers = numbers_of_chain(chain, 1.0)
     free = np.array([[0.0, 0.0, 30.0, 0.0, 0.0]])
     true = extrapolation.integrate(numbers, free, np.zeros((0, 2)), start, 30.0)
     # Tolerances of 1e-10 a step, in 30 time units; a dashpot taken as open is 0.3 off.
