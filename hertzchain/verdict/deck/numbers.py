@@ -17,6 +17,8 @@ from hertzchain.verdict.deck.run_numbers import MOTION, RUNS, motion
 def numbers_of(case: Case) -> tuple[Number, ...]:
     """All numbers of a deck that are compared, in the order in which they are shown."""
     contacts = (*CONTACTS, *DAMPING) if is_tried(case) else (UNTRIED,)
+    if case.found.stopped and not case.found.applied_time.size:
+        return (*GRANULES, *contacts)  # LAMMPS refuses to run these granules even at rest
     return (*GRANULES, *contacts, *FORCES, *RUNS)
 
 
