@@ -263,7 +263,9 @@ SLOW = ("shear", "dyn/cm^2", "E 8 times", "N", "weak", "dashpot", "sampled", "sa
         pytest.param(
             scene,
             name,
-            marks=[] if scene == QUICK[k % 2] and name not in SLOW else pytest.mark.slow,
+            marks=[]
+            if k % 3 == 0 and scene == QUICK[k % 2] and name not in SLOW
+            else pytest.mark.slow,
         )
         for k, name in enumerate(CHAIN | PULSE | PEAKS | MOTION)
         for scene in QUICK
@@ -358,7 +360,9 @@ def test_random_peaks_have_no_cause(
         assert ("look like noise" in (found.hint or "")) is (make is noise)
 
 
-@pytest.mark.parametrize("size", [2e-3, 5e-3, 0.05])
+@pytest.mark.parametrize(
+    "size", [5e-3, *(pytest.param(size, marks=pytest.mark.slow) for size in (2e-3, 0.05))]
+)
 @pytest.mark.parametrize("key", QUICK)
 def test_noise_is_said_to_be_noise(key: tuple[str, float, float, int], size: float) -> None:
     at = planting(key)

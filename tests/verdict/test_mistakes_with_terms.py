@@ -33,7 +33,14 @@ AT_THE_WALL = ("wall twice as stiff", "wall damped")
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("mistake", MISTAKES_WITH_TERMS, ids=lambda mistake: mistake.what)
+@pytest.mark.parametrize(
+    "mistake",
+    [
+        pytest.param(one, marks=[] if k % 3 == 0 else pytest.mark.slow)
+        for k, one in enumerate(MISTAKES_WITH_TERMS)
+    ],
+    ids=lambda mistake: mistake.what,
+)
 def test_a_mistake_is_caught_and_named_first(mistake: Mistake) -> None:
     comparison = compared(mistake)
     assert comparison.verdict == "fail"

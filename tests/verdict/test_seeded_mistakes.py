@@ -70,7 +70,14 @@ def size(check: Check) -> float:
 
 
 @pytest.mark.lammps
-@pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake.what)
+@pytest.mark.parametrize(
+    "mistake",
+    [
+        pytest.param(one, marks=[] if k % 2 == 0 else pytest.mark.slow)
+        for k, one in enumerate(MISTAKES)
+    ],
+    ids=lambda mistake: mistake.what,
+)
 def test_a_mistake_is_caught_and_named(mistake: Mistake) -> None:
     comparison = compared(mistake)
     assert comparison.verdict == "fail"
