@@ -82,7 +82,7 @@ class Reader:
         program = None if self._lmp is None else Program.find(str(self._lmp), 1, self._deadline)
         self._start = Start(self._folder, program)
         self._source = Source(
-            self._deck, Path(self._deck).absolute(), Path.cwd(), self._variables, {}
+            self._deck, Path(self._deck).absolute(), Path.cwd(), self._variables, tells=True
         )
         return self
 
@@ -168,19 +168,24 @@ def read_deck(
 
 @dataclass(frozen=True)
 class Source:
-    """A deck: its name, where it is, the working folder, values of variables, and edits."""
+    """A deck: its name, where it is, the working folder, values of variables, and edits.
+
+    Where it ``tells``, standard error has each place in it, as the last words of a process that
+    crashes.
+    """
 
     name: str
     path: Path
     folder: Path
     variables: Mapping[str, str] = field(default_factory=dict)
     edits: Edits = field(default_factory=dict)
+    tells: bool = False
 
     def played_by(self, player: Player, lammps: Session) -> Interpreter:
         """What carries out the deck."""
         return Interpreter(
             lammps, self.name, self.path, self.variables, player,
-            folder=self.folder, edits=self.edits, tell=_tell,
+            folder=self.folder, edits=self.edits, tell=_tell if self.tells else lambda _: None,
         )  # fmt: skip
 
 
@@ -213,7 +218,7 @@ class Start:
 
 
 def _tell(place: str) -> None:
-    """Say on standard error where the deck is: the last words of a process that crashes."""
+    """Say on standard error where the deck is."""
     os.write(2, f"{place}\n".encode())
 
 
