@@ -62,11 +62,11 @@ def deck(
         int, typer.Option(metavar="STEPS", help="Steps between two states for OVITO; 0: none.")
     ] = 0,
 ) -> None:
-    """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade that says whether its answer is right.
+    """Write a deck of a scene for LAMMPS, LIGGGHTS or Yade that finds the peak forces by itself.
 
-    For LAMMPS and Yade it finds the peak forces by itself and compares them with the true ones; for
-    LIGGGHTS it compares the motion at the end. Scenes with unlike granules, gaps, striker,
-    piston, wall, static loads or damping have decks for LAMMPS alone, of pair style granular.
+    That for LAMMPS compares them with the true ones and says PASS or FAIL; the others write
+    peaks.csv for hertzchain judge. Scenes with unlike granules, gaps, striker, piston, wall, static
+    loads or damping have decks for LAMMPS alone, of pair style granular.
     """
     from hertzchain.decks import known_answer
     from hertzchain.decks.standalone import data_file

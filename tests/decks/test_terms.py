@@ -16,8 +16,6 @@ from hertzchain.decks.known_answer import deck_step, known_answer, lay_out, look
 from hertzchain.decks.layout import Layout
 from hertzchain.decks.standalone import data_file, standalone
 from hertzchain.decks.unit_test import known_motion
-from hertzchain.engines.liggghts.deck import deck as liggghts_deck
-from hertzchain.engines.yade.deck import deck as yade_deck
 from hertzchain.errors import RunFailed, TooExpensive, Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.verdict.results.judging import judge
@@ -231,8 +229,6 @@ def test_no_text_is_made_in_python(name: str) -> None:
     for write in (
         lambda: data_file(scene),
         lambda: known_motion(scene),
-        lambda: yade_deck(scene, 1e-8, [1.0], 1e-3),
-        lambda: liggghts_deck(scene, 1e-8, [1.0]),
     ):
         with pytest.raises(RunFailed, match="does not support "):
             write()

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import hertzchain as hc
-from hertzchain.decks.known_answer import deck_step, liggghts_deck, yade_deck
-from hertzchain.errors import RunFailed, SceneError
+from hertzchain.decks.known_answer import deck_step
+from hertzchain.errors import SceneError
 from hertzchain.observables.error_bound import refuse_strong_dampers
 from hertzchain.verdict.run_checks import balance_checks
 from tests.conftest import STEEL
@@ -154,12 +154,6 @@ def test_what_has_no_damping_says_so(who: str) -> None:
 
 def test_a_comparison_with_itself_is_possible() -> None:
     assert hc.compare(scene_with(LAWS["restitution"]), ["native"]).verdict == "pass"
-
-
-@pytest.mark.parametrize("write", [liggghts_deck, yade_deck])
-def test_decks_of_other_codes_have_no_damping(write: Callable[..., str]) -> None:
-    with pytest.raises(RunFailed, match=r"a deck of \w+ does not support .*damping: "):
-        write(scene_with(LAWS["restitution"]), None, 1e-3, "a scene")
 
 
 def test_damping_of_walls_takes_the_mass_of_the_last_granule() -> None:
