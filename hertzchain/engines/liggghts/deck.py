@@ -130,12 +130,10 @@ def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _dump(
-    name: str, stride: int, file: str, columns: Sequence[str], *, anew: bool = False
-) -> list[str]:
+def _dump(name: str, stride: int, file: str, columns: Sequence[str]) -> list[str]:
     return [
         f"dump {name} all custom {stride} {file} id {' '.join(columns)}",
-        f"dump_modify {name} append {'no' if anew else 'yes'} first yes sort id {_digits(columns)}",
+        f"dump_modify {name} append yes first yes sort id {_digits(columns)}",
     ]
 
 
@@ -149,7 +147,6 @@ def _digits(columns: Sequence[str]) -> str:
     return f'format "%d{" %.17g" * len(columns)}"'
 
 
-_FRAME = 0.1  # natural time units between two frames written by a deck
 _SAMPLED = 0.005  # natural time units between two samples of a contact force: costs about 5e-6
 
 
@@ -164,21 +161,17 @@ def deck(scene: Scene, legs: Sequence[Leg], about: Sequence[str]) -> str:
     lines = [
         *(f"# {line}" for line in about),
         "# Run it with: liggghts -in THIS_FILE",
-        "# Frames of the motion go to chain.dump: id, x [m], vx [m/s], fx [N].",
         "",
         set_up(scene),
         *_sample_peaks(contacts, interval),
         "",
     ]
     for before, leg in zip((None, *legs[:-1]), legs, strict=True):
-        stride = max(1, min(leg.steps, int(_FRAME * scene.units.time / leg.dt)))
         until = "the force follows a ramp" if leg.ramp else "no force"
         lines += [
             f"# {leg.start:.6g} s to {leg.end:.6g} s: {until}",
             *leg_commands(leg, before),
-            *_dump("frames", stride, "chain.dump", COLUMNS, anew=before is None),
             f"run {leg.steps}",
-            "undump frames",
             "",
         ]
     lines += [
