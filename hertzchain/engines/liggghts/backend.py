@@ -95,8 +95,6 @@ class Liggghts(ProgramEngine):
 
 def _poisson_ratios(scene: Scene) -> list[tuple[str, float]]:
     """Yield the lowest Poisson's ratio of the chain, and that of an elastic wall."""
-    if scene.is_plain:
-        return [("chain", scene.chain.poisson_ratio)]
     ratios = [("chain", float(np.min(scene.granules.poisson_ratio)))]
     if scene.wall is not None and scene.wall.poisson_ratio is not None:
         ratios.append(("wall", scene.wall.poisson_ratio))

@@ -163,13 +163,6 @@ def test_a_run_that_takes_too_long_is_ended(engine: Engine, dt: float, limit: fl
         engine(dt=dt * SCENES["pulse"].units.time, time_limit=limit).run(SCENES["pulse"])
 
 
-@pytest.mark.liggghts
-def test_liggghts_says_what_it_does_not_know() -> None:
-    chain = replace(SCENES["pulse"].chain, poisson_ratio=-0.1)
-    with pytest.raises(RunFailed, match="LIGGGHTS has no Poisson's ratio below 0, this chain"):
-        hc.Liggghts(dt=1e-6).run(hc.Scene(chain, SCENES["pulse"].shock))
-
-
 @pytest.mark.parametrize("engine", [hc.Liggghts, hc.Yade])
 def test_a_program_that_is_not_here_is_one_sentence(engine: Engine) -> None:
     with pytest.raises(BackendMissing, match=r"^no-such is missing.*: install it with: apt insta"):

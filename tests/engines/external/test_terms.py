@@ -121,6 +121,8 @@ def test_a_poisson_ratio_that_liggghts_does_not_know() -> None:
     auxetic = replace(UNIFORM, poisson_ratio=[0.3] * 11 + [-0.1])
     with pytest.raises(RunFailed, match=r"no Poisson's ratio below 0, this chain has -0.1"):
         hc.Liggghts(dt=1e-6).run(hc.Scene(auxetic, PULSE))
+    with pytest.raises(RunFailed, match=r"no Poisson's ratio below 0, this chain has -0.1"):
+        hc.Liggghts(dt=1e-6).run(hc.Scene(replace(UNIFORM, poisson_ratio=-0.1), PULSE))
     scene = hc.Scene(UNIFORM, PULSE, wall=hc.Wall("elastic", 1e9, -0.2))
     with pytest.raises(RunFailed, match=r"no Poisson's ratio below 0, this wall has -0.2"):
         hc.Liggghts(dt=1e-6).run(scene)
