@@ -22,28 +22,43 @@ def _damping(deck: Deck) -> Found:
         value = number(word)
         if law.normal == "mdr":
             continue
-        if damping == "none":
+        if damping is not None and damping not in _DAMPINGS and "$" not in damping:
+            text = f"LAMMPS has no damping {damping}: it has {', '.join(_DAMPINGS[1:])}"
+            yield law.command, "error", text
+        elif damping == "none":
             text = (
                 f"damping none is an error in LAMMPS {dialect.NO_DAMPING_NONE}: leave the word out"
                 f" and give 0.0 as the second number of {law.normal}, which damps nothing"
             )
             yield law.command, "error", text
         elif value is not None and damping in ("tsuji", "coeff_restitution"):
-            yield from _restitution(law, damping, value, "note" if deck.no_chain else "warning")
-        elif _damps(value):
+            yield from _restitution(deck, law, damping, value)
+        elif _damps(value) and not deck.no_chain:
             text = (
                 f"the second number of {law.normal}, {word}, damps the contacts: energy is lost,"
                 " and peaks are lower than those of Hertz's law; 0.0 damps nothing"
             )
             yield law.command, "note", text
-    style = deck.pair_style
-    classic = style is not None and style.words[1].startswith("gran/") and len(style.words) > 4
-    if style is not None and classic and _damps(number(style.words[4])):
+    gamma = _gamma(deck)
+    if _damps(number(gamma)) and not deck.no_chain:
         text = (
-            f"gamma_n = {style.words[4]} damps the contacts: energy is lost, and peaks are"
+            f"gamma_n = {gamma} damps the contacts: energy is lost, and peaks are"
             " lower than those of Hertz's law; 0.0 damps nothing"
         )
-        yield style, "note", text
+        yield deck.pair_style, "note", text
+
+
+_DAMPINGS = "none", "coeff_restitution", "mass_velocity", "tsuji", "velocity", "viscoelastic"
+"""The damping models of LAMMPS, the first in some versions only."""
+
+_CLASSIC = "gran/hooke", "gran/hooke/history", "gran/hertz/history"
+"""The pair styles of granules whose numbers are Kn, Kt, gamma_n, gamma_t, friction, 0 or 1."""
+
+
+def _gamma(deck: Deck) -> str:
+    """The normal damping of a classic pair style; empty for others."""
+    style = deck.contact_style
+    return style[3] if style[:1] and style[0] in _CLASSIC and len(style) > 3 else ""
 
 
 def _damps(value: float | None) -> bool:
@@ -51,8 +66,8 @@ def _damps(value: float | None) -> bool:
     return value is not None and abs(value) > NO_DAMPING
 
 
-def _restitution(law: Law, damping: str, value: float, other: Severity) -> Found:
-    """Damping laws whose number is a coefficient of restitution; ``other``: it gives another."""
+def _restitution(deck: Deck, law: Law, damping: str, value: float) -> Found:
+    """Damping laws whose number is a coefficient of restitution."""
     undamped = "leave the damping out and give 0.0 there, which damps nothing"
     if value == 0:
         what = "the tenth peak loses 73 %" if damping == "tsuji" else "positions become NaN"
@@ -72,7 +87,8 @@ def _restitution(law: Law, damping: str, value: float, other: Severity) -> Found
             f"damping {damping} with a restitution of {value:g}: energy is lost, and peaks are"
             " lower than those of Hertz's law"
         )
-        yield law.command, "note", text
+        if not deck.no_chain:
+            yield law.command, "note", text
         if damping == "tsuji" and 0 < value < 1:
             from hertzchain.theory.restitution import of_ratio  # loads NumPy
 
@@ -83,7 +99,7 @@ def _restitution(law: Law, damping: str, value: float, other: Severity) -> Found
                 f" {BEFORE_ROOT_2}, and another in later ones: hertzchain restitution {value:g}"
                 " lists what to write"
             )
-            yield law.command, other, text
+            yield law.command, "note" if deck.no_chain else "warning", text
 
 
 def _attraction(deck: Deck) -> Found:
@@ -98,11 +114,8 @@ def _attraction(deck: Deck) -> Found:
         known = law.normal in ("hooke", "hertz", "hertz/material")
         if known and _damps(number(law.numbers[1])) and not {"none", "limit_damping"} & set(words):
             yield law.command, severity, text
-    style = deck.pair_style
-    if style is None or not style.words[1].startswith("gran/") or len(style.words) < 5:
-        return
-    if _damps(number(style.words[4])) and "limit_damping" not in style.words:
-        yield style, severity, text
+    if _damps(number(_gamma(deck))) and "limit_damping" not in deck.contact_style:
+        yield deck.pair_style, severity, text
 
 
 _SMALL = 1e-2  # a Poisson's ratio that no material of granules has (chosen)
@@ -136,44 +149,39 @@ def _tangential(deck: Deck) -> Found:
                 f" {dialect.NO_FRICTION}"
             )
             yield law.command, "error", text
-    style = deck.pair_style
-    if style is not None and style.words[1] in ("gran/hertz/history", "gran/hooke/history"):
-        given = style.words[3] if len(style.words) > 3 else None
-        if number(given) == 0:
-            text = (
-                "Kt = 0: where granules slide LAMMPS divides by it; write NULL (2/7 of Kn) and a"
-                " friction of 0.0 as the fifth number, which takes the tangential force away"
-            )
-            yield style, "warning", text
+    style = deck.contact_style
+    if style[:1] and style[0] in _CLASSIC[1:] and number("".join(style[2:3])) == 0:
+        text = (
+            "Kt = 0: where granules slide LAMMPS divides by it; write NULL (2/7 of Kn) and a"
+            " friction of 0.0 as the fifth number, which takes the tangential force away"
+        )
+        yield deck.pair_style, "warning", text
 
 
 def _several_materials(deck: Deck) -> Found:
     """The gran styles have one stiffness for all granules."""
-    style = deck.pair_style
-    if style is None or not style.words[1].startswith("gran/"):
-        return
-    for box in deck.named("create_box"):
-        types = number(" ".join(box.words[1:2]))
-        if types is not None and types > 1:
-            text = (
-                f"{types:.0f} types of granules, but {style.words[1]} has one Kn for all of them:"
-                " take pair_style granular with hertz/material for each pair of types, unless all"
-                " are of one material"
-            )
-            yield style, "warning", text
+    style = "".join(deck.contact_style[:1])
+    types = max((number(box.word(1)) or 1 for box in deck.named("create_box")), default=1)
+    if style in _CLASSIC and types > 1:
+        text = (
+            f"{types:.0f} types of granules, but {style} has one Kn for all of them: take"
+            " pair_style granular with hertz/material for each pair of types, unless all are of"
+            " one material"
+        )
+        yield deck.pair_style, "warning", text
 
 
 def _mixed_pairs(deck: Deck) -> Found:
     """Pairs of two types that LAMMPS mixes by itself."""
-    if deck.pair_style is None or deck.pair_style.words[1] != "granular" or deck.is_partial:
+    if deck.pair_style is None or deck.pair_style.word(1) != "granular" or deck.is_partial:
         return
-    types = [number(" ".join(box.words[1:2])) for box in deck.named("create_box")]
+    types = [number(box.word(1)) for box in deck.named("create_box")]
     if len(types) != 1 or types[0] is None or not 2 <= types[0] <= _MOST_TYPES:
         return
     count = int(types[0])
     given: set[tuple[int, int]] = set()
     for command in deck.named("pair_coeff"):
-        first, second = (_types_of(word, count) for word in (*command.words[1:3], "", "")[:2])
+        first, second = _types_of(command.word(1), count), _types_of(command.word(2), count)
         if not first or not second:
             return
         given |= {(min(i, j), max(i, j)) for i in first for j in second}
@@ -207,21 +215,21 @@ def _types_of(word: str, count: int) -> range | None:
 def _wall(deck: Deck) -> Found:
     """Walls of granules."""
     for wall in deck.fixes("wall/gran", "wall/gran/region"):
-        words = wall.words
-        if words[4:5] == ("hertz/history",) and number(" ".join(words[7:8])) == 0:
+        law = wall.word(5)
+        if wall.word(4) == "hertz/history" and number(wall.word(7)) == 0:
             text = (
                 "wall/gran hertz/history with gamma_n = 0 makes positions NaN at the first touch"
                 f" ({dialect.WALL_IS_NAN}): write wall/gran granular hertz K 0.0"
                 f" {dialect.NO_FRICTION} with K = 4/3 E*"
             )
             yield wall, "error", text
-        elif words[4:5] == ("granular",) and words[5:6] != ("hertz",) and not deck.no_chain:
+        elif wall.word(4) == "granular" and law != "hertz" and not deck.no_chain:
             text = (
                 "a wall of this law is an elastic half-space of the given material, no rigid wall:"
                 " for a rigid one halve its compliance, that is give it twice E"
             )
             yield wall, "note", text
-            if words[5:6] == ("hertz/material",):
+            if law == "hertz/material":
                 yield wall, "warning", _WALL_OF_MATERIAL
         ends = _planes(wall)
         if ends is not None and deck.diameter is not None and ends[1] - ends[0] <= deck.diameter:
@@ -252,32 +260,27 @@ def _not_hertz(deck: Deck) -> Found:
     """Laws between granules that are not Hertz's."""
     style = deck.pair_style
     if style is None:
-        if deck.runs and not deck.is_partial:
+        if deck.runs and not (deck.is_partial or deck.no_chain):
             text = (
                 "there is no pair style: granules do not feel one another; write pair_style"
                 f" granular and {_HERTZ}"
             )
             yield deck.runs[0], "error", text
         return
-    names = [word for word in style.words[1:] if re.match("[a-z]", word)]
-    if names[:1] in (["gran/history"], ["gran/no_history"], ["gran/hertzian"]):
-        yield style, "error", f"{names[0]} is of LAMMPS before 2008: today write gran/hertz/history"
-    elif names[:1] in (["hybrid"], ["hybrid/overlay"], ["hybrid/scaled"]):
-        pass
-    elif not deck.is_granular:
+    name = deck.contact_style[0] if deck.is_granular else style.word(1)
+    if name in _OF_2008:
+        text = f"pair_style {name} is of LAMMPS before 2008: its name is now {_OF_2008[name]}"
+        yield style, "error", text
+    if deck.no_chain:
+        return
+    if not deck.is_granular and "$" not in name:
         text = (
-            f"pair_style {style.words[1]} is no contact of spheres: Hertz's law is pair_style"
-            f" granular with {_HERTZ}"
+            f"pair_style {name} is no contact of spheres: Hertz's law is pair_style granular with"
+            f" {_HERTZ}"
         )
-        if "$" not in style.words[1]:
-            yield style, "error", text
-    elif style.words[1].startswith("gran/hooke"):
-        yield style, "error", _HOOKE.format(style.words[1])
-    yield from _of_laws(deck)
-
-
-def _of_laws(deck: Deck) -> Found:
-    """Normal laws of pair style granular that are not Hertz's."""
+        yield style, "error", text
+    elif name.startswith("gran/hooke"):
+        yield style, "error", _HOOKE.format(name)
     for law in deck.laws:
         if law.command.name != "pair_coeff":
             continue
@@ -295,6 +298,13 @@ def _of_laws(deck: Deck) -> Found:
             text = "mdr is an elastic-plastic law, not Hertz's: hertz/material is elastic"
             yield law.command, "warning", text
 
+
+_OF_2008 = {
+    "gran/history": "gran/hooke/history",
+    "gran/no_history": "gran/hooke",
+    "gran/hertzian": "gran/hertz/history",
+}
+"""Names of pair styles that LAMMPS no longer has, and those of today."""
 
 _HERTZ = f"pair_coeff * * {dialect.hertz('E', 'nu')} {dialect.NO_FRICTION}"
 

@@ -18,16 +18,29 @@ if TYPE_CHECKING:
 _STYLE = {"fix": 3, "dimension": 1, "bond_style": 1, "pair_style": 1, "atom_style": 1}
 """Which word of a command is its style."""
 
-_NO_CHAIN = (
-    ("fix", "pour|deposit|insert/.*", "granules are poured"),
-    ("fix", "wall/gran/region|mesh/.*|wall/region", "granules lie in a vessel"),
+_POINTS = "its atoms are points without a radius"
+
+_Signs = tuple[tuple[str, str, str], ...]
+
+_NO_CHAIN: _Signs = (
+    ("fix", "(pour|deposit|insert)(/.*)?", "granules are poured"),
     ("fix", "rigid.*|multisphere.*|poems", "granules are rigid bodies of several spheres"),
-    ("dimension", "2", "it is two-dimensional"),
     ("bond_style", "(?!none).+", "granules are bonded"),
     ("pair_style", "bpm/.*", "granules are bonded"),
     ("atom_style", "bpm/.*|bond|molecular|full", "granules are bonded"),
+    ("atom_style", "atomic|charge|dipole", _POINTS),
 )
 """What surely is no chain: a command, its style, and the words for it."""
+
+_HARDLY_A_CHAIN: _Signs = (
+    ("fix", "wall/gran/region|mesh/.*|wall/region", "granules lie in a vessel"),
+    ("fix", "freeze", "granules are frozen"),
+    ("dimension", "2", "it is two-dimensional"),
+)
+"""What is no chain, unless its granules are known to lie in one row."""
+
+_OF_LIGGGHTS = re.compile("(property/global|particletemplate/|particledistribution/|mesh/).*")
+"""Fixes that LIGGGHTS alone has."""
 
 
 @dataclass(frozen=True)
@@ -83,19 +96,24 @@ class Deck:
         return next((c for c in self.named("pair_style")[::-1] if c.word(1)), None)
 
     @cached_property
+    def contact_style(self) -> tuple[str, ...]:
+        """LAMMPS's pair style of granules and its numbers, also of a hybrid one; else empty."""
+        words = () if self.pair_style is None or self.is_of_liggghts else self.pair_style.words
+        styles = (k for k, word in enumerate(words) if word.split("/")[0] in ("granular", "gran"))
+        return words[next(styles, len(words)) :]
+
+    @cached_property
     def is_granular(self) -> bool:
-        """Whether its pair style is one of granules."""
-        words = () if self.pair_style is None else self.pair_style.words[1:]
-        return any(word.split("/")[0] in ("granular", "gran") for word in words if word != "gran")
+        """Whether LAMMPS has contact laws of granules to compute."""
+        return bool(self.contact_style)
 
     @cached_property
     def is_of_liggghts(self) -> bool:
         """Whether it is a deck of LIGGGHTS, which is like LAMMPS but for the contact laws."""
-        styles = self.named("pair_style", "atom_style", "hard_particles", "coarsegraining")
-        return any(
-            c.name in ("hard_particles", "coarsegraining")
-            or c.words[:2] in (("pair_style", "gran"), ("atom_style", "granular"))
-            for c in styles
+        return bool(
+            self.named("hard_particles", "coarsegraining")
+            or any(style.word(1) == "gran" for style in self.named("pair_style"))
+            or any(_OF_LIGGGHTS.match(fix.word(3)) for fix in self.fixes())
         )
 
     @cached_property
@@ -164,16 +182,27 @@ class Deck:
     @cached_property
     def no_chain(self) -> tuple[Command | None, str] | None:
         """Why it surely is no chain, and where that shows; None where it may be one."""
-        for command in self.commands:
-            for name, style, what in _NO_CHAIN:
-                is_one = command.name == name and re.fullmatch(style, command.word(_STYLE[name]))
-                if is_one and (name != "dimension" or self.granules is None):
-                    return command, what
-        made = self.named("create_atoms", "read_data")
-        if self.look is not None and self.look.granules is not None and self.granules is None:
+        if self.is_other or self.granules is not None:
+            return self.is_other
+        unlikely = self._first_of(_HARDLY_A_CHAIN)
+        if unlikely is None and self.look is not None and self.look.granules is not None:
+            made = next(iter(self.named("create_atoms", "read_data")), None)
             count = self.look.granules.count
-            if count > 1:
-                return made[0] if made else None, f"its {count} granules do not lie in one row"
+            rows = f"its {count} granules do not lie in one row"
+            return made, rows if count > 1 else "it has one granule"
+        return unlikely
+
+    @cached_property
+    def is_other(self) -> tuple[Command | None, str] | None:
+        """The same of what is no chain wherever its granules lie."""
+        return self._first_of(_NO_CHAIN)
+
+    def _first_of(self, signs: _Signs) -> tuple[Command | None, str] | None:
+        for command in self.commands:
+            for name, style, what in signs:
+                is_one = command.name == name and re.fullmatch(style, command.word(_STYLE[name]))
+                if is_one and not (what == _POINTS and self.is_granular):
+                    return command, what
         return None
 
     @cached_property

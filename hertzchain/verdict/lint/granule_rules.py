@@ -67,9 +67,8 @@ def _mass_set(deck: Deck) -> Found:
 
 def _ghost_velocity(deck: Deck) -> Found:
     """Contact laws of granules ask for the velocities of ghosts."""
-    wanted = [command.after("vel") == "yes" for command in deck.named("comm_modify")]
-    wanted += [command.after("vel") == "yes" for command in deck.named("communicate")]
-    if deck.is_granular and not any(wanted) and not deck.is_partial:
+    wanted = any(command.after("vel") == "yes" for command in deck.named("comm_modify"))
+    if deck.is_granular and not wanted and not deck.is_partial:
         text = (
             "comm_modify vel yes is missing: pair styles of granules need the velocities of ghost"
             " granules, and LAMMPS stops at the first run; write it before the pair style"
@@ -167,11 +166,14 @@ def _periodic(deck: Deck) -> Found:
         return
     room = 2 * (2 * float(granules.radius.max()) + deck.skin)
     box, place = granules.high - granules.low, granules.position
-    narrow = [
-        granules.periodic[k] and box[k] <= place[:, k].max() - place[:, k].min() + room
-        for k in range(3)
-    ]
     names = ["xyz"[int(abs(direction).argmax())] for direction in granules.frame]
+    is_flat = any(command.word(1) == "2" for command in deck.named("dimension"))
+    narrow = [
+        granules.periodic[k]
+        and not (is_flat and name == "z")  # LAMMPS wants it so
+        and box[k] <= place[:, k].max() - place[:, k].min() + room
+        for k, name in enumerate(names)
+    ]
     across = [name for name, is_narrow in zip(names[1:], narrow[1:], strict=True) if is_narrow]
     if across:
         text = (

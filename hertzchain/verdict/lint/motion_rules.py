@@ -23,7 +23,8 @@ def _motion(deck: Deck) -> Found:
     """Somebody has to move the granules, and only one."""
     movers = [fix for fix in deck.fixes() if _MOVER.match(fix.words[3])]
     first = next(iter(deck.runs), None)
-    if first is not None and not movers and not deck.is_partial and deck.pair_style is not None:
+    is_whole = deck.pair_style is not None and not deck.is_partial and not deck.no_chain
+    if first is not None and not movers and is_whole:
         text = "no fix moves the granules, nothing happens: write fix motion all nve"
         yield first, "error", text
     gone = {command.word(1): command.place for command in deck.named("unfix")}

@@ -42,6 +42,13 @@ def _no_chain(deck: Deck) -> Found:
         yield where, "note", f"this deck is no chain ({why}): rules for chains are left out"
 
 
+def _text_alone(deck: Deck) -> Found:
+    """Why LAMMPS read a part of a deck only that may be one of a chain."""
+    if deck.look is not None and deck.look.stopped and deck.is_other is None:
+        text = f"LAMMPS read a part of the deck, the rest was read as text: {deck.look.stopped}"
+        yield None, "note", text
+
+
 def _elsewhere(deck: Deck) -> Found:
     """What is not looked at."""
     for command in deck.unread:
@@ -57,22 +64,21 @@ Rule = Callable[[Deck], Found]
 RULES: dict[str, Rule] = {
     rule.__name__[1:].replace("_", "-"): rule
     for rule in (
-        _no_deck, _no_chain, _elsewhere,
-        *granule_rules.RULES, *contact_rules.RULES, *motion_rules.RULES,
-        *chain_rules.RULES,
+        _no_deck, _no_chain, _text_alone, _elsewhere, *granule_rules.RULES,
+        *contact_rules.RULES, *motion_rules.RULES, *chain_rules.RULES,
     )
 }  # fmt: skip
 """All rules by name."""
 
 OF_CHAINS = {
-    "mass-set", "not-touching", "periodic", "skin", "neighbours", "not-hertz", "several-materials",
-    "motion", "thermostat", "force-left-on", "force-on-all", "force-in-steps", "force-cut",
-    "random-velocities", "gravity", "step-length", "step-default", "dump-every-step",
+    "mass-set", "not-touching", "periodic", "skin", "neighbours", "several-materials", "thermostat",
+    "force-left-on", "force-on-all", "force-in-steps", "force-cut", "random-velocities", "gravity",
+    "step-length", "step-default", "dump-every-step",
 }  # fmt: skip
 """Rules that hold for chains alone."""
 
-_NOT_OF_LIGGGHTS = {"atom-style", "motion", "not-hertz", "ghost-velocity", "diameter-missing"}
-"""Rules on what LIGGGHTS does otherwise."""
+_NOT_OF_LIGGGHTS = {"motion", "not-hertz", "wall"}
+"""Rules on what LIGGGHTS does otherwise; those on contact laws find none in its decks."""
 
 
 def findings(commands: Sequence[Command], look: Look | None = None) -> list[Finding]:
@@ -110,7 +116,7 @@ def lint_file(path: Path, variables: Mapping[str, str] | None = None) -> list[Fi
     try:
         seen = look(path, given, _TIME_LIMIT)
     except HertzchainError as problem:
-        said = f"LAMMPS could not be asked, its text alone was read: {problem}"
+        said = f"LAMMPS could not be asked, the deck was read as text: {problem}"
         return [Finding(1, "text-alone", "note", said), *findings(commands)]
     return findings(script_of(path, text, given, seen.commands, bool(seen.stopped)), seen)
 
