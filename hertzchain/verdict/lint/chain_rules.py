@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hertzchain.verdict.lint.deck import Deck
-from hertzchain.verdict.lint.finding import Found
+from hertzchain.verdict.lint.deck import Deck, Found
 from hertzchain.verdict.lint.script import Command, number
 
 _UNSTABLE = math.sqrt(2 / 3)  # natural time units; 2 over the largest frequency, 2 sqrt(3/2)

@@ -7,9 +7,8 @@ import re
 
 from hertzchain.engines.lammps import dialect
 from hertzchain.engines.lammps.damping import BEFORE_ROOT_2, tsuji
-from hertzchain.verdict.lint.deck import Deck, Law
-from hertzchain.verdict.lint.finding import Found, Severity
-from hertzchain.verdict.lint.script import Command, number
+from hertzchain.verdict.lint.deck import CLASSIC, Deck, Found, Law, Severity
+from hertzchain.verdict.lint.script import number
 
 NO_DAMPING = 1e-100
 """Numbers for damping up to this are 0, in all units (chosen)."""
@@ -34,31 +33,16 @@ def _damping(deck: Deck) -> Found:
         elif value is not None and damping in ("tsuji", "coeff_restitution"):
             yield from _restitution(deck, law, damping, value)
         elif _damps(value) and not deck.no_chain:
+            what = "gamma_n" if law.normal in CLASSIC else f"the second number of {law.normal}"
             text = (
-                f"the second number of {law.normal}, {word}, damps the contacts: energy is lost,"
-                " and peaks are lower than those of Hertz's law; 0.0 damps nothing"
+                f"{what}, {word}, damps the contacts: energy is lost, and peaks are lower than"
+                " those of Hertz's law; 0.0 damps nothing"
             )
             yield law.command, "note", text
-    gamma = _gamma(deck)
-    if _damps(number(gamma)) and not deck.no_chain:
-        text = (
-            f"gamma_n = {gamma} damps the contacts: energy is lost, and peaks are"
-            " lower than those of Hertz's law; 0.0 damps nothing"
-        )
-        yield deck.pair_style, "note", text
 
 
 _DAMPINGS = "none", "coeff_restitution", "mass_velocity", "tsuji", "velocity", "viscoelastic"
 """The damping models of LAMMPS, the first in some versions only."""
-
-_CLASSIC = "gran/hooke", "gran/hooke/history", "gran/hertz/history"
-"""The pair styles of granules whose numbers are Kn, Kt, gamma_n, gamma_t, friction, 0 or 1."""
-
-
-def _gamma(deck: Deck) -> str:
-    """The normal damping of a classic pair style; empty for others."""
-    style = deck.contact_style
-    return style[3] if style[:1] and style[0] in _CLASSIC and len(style) > 3 else ""
 
 
 def _damps(value: float | None) -> bool:
@@ -111,11 +95,9 @@ def _attraction(deck: Deck) -> Found:
     severity: Severity = "note" if deck.no_chain else "warning"
     for law in deck.laws:
         words = law.command.words
-        known = law.normal in ("hooke", "hertz", "hertz/material")
+        known = law.normal in ("hooke", "hertz", "hertz/material", *CLASSIC)
         if known and _damps(number(law.numbers[1])) and not {"none", "limit_damping"} & set(words):
             yield law.command, severity, text
-    if _damps(number(_gamma(deck))) and "limit_damping" not in deck.contact_style:
-        yield deck.pair_style, severity, text
 
 
 _SMALL = 1e-2  # a Poisson's ratio that no material of granules has (chosen)
@@ -143,14 +125,14 @@ def _poisson_ratio(deck: Deck) -> Found:
 def _tangential(deck: Deck) -> Found:
     """A tangential law has to be named, and its stiffness is divided by."""
     for law in deck.laws:
-        if "tangential" not in law.command.words:
+        if law.normal not in CLASSIC and "tangential" not in law.command.words:
             text = (
                 "the tangential law is missing, which is an error: without friction it is"
                 f" {dialect.NO_FRICTION}"
             )
             yield law.command, "error", text
     style = deck.contact_style
-    if style[:1] and style[0] in _CLASSIC[1:] and number("".join(style[2:3])) == 0:
+    if style[:1] and style[0] in CLASSIC[1:] and number("".join(style[2:3])) == 0:
         text = (
             "Kt = 0: where granules slide LAMMPS divides by it; write NULL (2/7 of Kn) and a"
             " friction of 0.0 as the fifth number, which takes the tangential force away"
@@ -162,7 +144,7 @@ def _several_materials(deck: Deck) -> Found:
     """The gran styles have one stiffness for all granules."""
     style = "".join(deck.contact_style[:1])
     types = max((number(box.word(1)) or 1 for box in deck.named("create_box")), default=1)
-    if style in _CLASSIC and types > 1:
+    if style in CLASSIC and types > 1:
         text = (
             f"{types:.0f} types of granules, but {style} has one Kn for all of them: take"
             " pair_style granular with hertz/material for each pair of types, unless all are of"
@@ -231,29 +213,12 @@ def _wall(deck: Deck) -> Found:
             yield wall, "note", text
             if law == "hertz/material":
                 yield wall, "warning", _WALL_OF_MATERIAL
-        ends = _planes(wall)
-        if ends is not None and deck.diameter is not None and ends[1] - ends[0] <= deck.diameter:
-            text = (
-                "both planes of this wall can touch the same granule, which feels the nearer one"
-                " alone: write a fix for each plane"
-            )
-            yield wall, "warning", text
 
 
 _WALL_OF_MATERIAL = (
     "LAMMPS of 2021 and 2022 makes this wall 1 + nu times too stiff: give the stiffness itself,"
     " granular hertz K with K = 4/3 E*"
 )
-
-
-def _planes(wall: Command) -> tuple[float, float] | None:
-    """Where both planes of a wall across an axis are; None unless there are two that are known."""
-    for axis in ("xplane", "yplane", "zplane"):
-        if axis in wall.words:
-            at = wall.words.index(axis)
-            low, high = (number(word) for word in (*wall.words[at + 1 : at + 3], "", "")[:2])
-            return None if low is None or high is None else (low, high)
-    return None
 
 
 def _not_hertz(deck: Deck) -> Found:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from hertzchain.engines.lammps.dialect import DEFAULT_SKIN, NUMBERS_OF
 from hertzchain.verdict.lint.script import Command, number
@@ -14,6 +14,21 @@ from hertzchain.verdict.lint.script import Command, number
 if TYPE_CHECKING:
     from hertzchain.engines.lammps.reading.granules import Granules
     from hertzchain.engines.lammps.reading.looking import Look, Pushing
+
+Severity = Literal["error", "warning", "note"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong, or worth knowing, in a deck."""
+
+    line: int  # from 1
+    rule: str
+    severity: Severity  # wrong or stops; likely not meant; costs time, or is worth knowing
+    text: str  # what is wrong, and what to write instead
+
+
+Found = Iterator[tuple[Command | None, Severity, str]]  # where (None: line 1), how bad, sentence
 
 _STYLE = {"fix": 3, "dimension": 1, "bond_style": 1, "pair_style": 1, "atom_style": 1}
 """Which word of a command is its style."""
@@ -30,22 +45,29 @@ _NO_CHAIN: _Signs = (
     ("atom_style", "bpm/.*|bond|molecular|full", "granules are bonded"),
     ("atom_style", "atomic|charge|dipole", _POINTS),
 )
-"""What surely is no chain: a command, its style, and the words for it."""
+"""Signs of a deck that is surely no chain: a command, its style, and the words for it."""
 
 _HARDLY_A_CHAIN: _Signs = (
     ("fix", "wall/gran/region|mesh/.*|wall/region", "granules lie in a vessel"),
     ("fix", "freeze", "granules are frozen"),
     ("dimension", "2", "it is two-dimensional"),
 )
-"""What is no chain, unless its granules are known to lie in one row."""
+"""Signs of a deck that is no chain, unless its granules are known to lie in one row."""
 
 _OF_LIGGGHTS = re.compile("(property/global|particletemplate/|particledistribution/|mesh/).*")
 """Fixes that LIGGGHTS alone has."""
 
 
+CLASSIC = "gran/hooke", "gran/hooke/history", "gran/hertz/history"
+"""The pair styles of granules whose numbers are Kn, Kt, gamma_n, gamma_t, friction, 0 or 1."""
+
+
 @dataclass(frozen=True)
 class Law:
-    """A contact law as a deck states it: the command, its normal model and its numbers."""
+    """A contact law as a deck states it: the command, its normal model and its numbers.
+
+    The second number is the damping.
+    """
 
     command: Command
     normal: str
@@ -118,9 +140,12 @@ class Deck:
 
     @cached_property
     def laws(self) -> list[Law]:
-        """The contact laws of ``pair_style granular``, between granules and with walls."""
+        """The contact laws between granules, and those of granular walls."""
         found: list[Law] = []
-        if self.is_granular:
+        style = self.contact_style
+        if style[:1] and style[0] in CLASSIC and len(style) > 3 and self.pair_style is not None:
+            found.append(Law(self.pair_style, style[0], (style[1], style[3])))
+        elif self.is_granular:
             for command in self.named("pair_coeff"):
                 rest = command.words[3:]
                 found += _law(command, rest[1:] if rest[:1] == ("granular",) else rest)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from hertzchain.verdict.lint.deck import Deck
-from hertzchain.verdict.lint.finding import Found
+from hertzchain.verdict.lint.deck import Deck, Found
 from hertzchain.verdict.lint.script import Command, number
 
 _TOUCHING = 1e-9  # relative; sites that differ by less from a diameter differ by rounding

@@ -7,8 +7,7 @@ import re
 from itertools import pairwise
 
 from hertzchain.engines.lammps import dialect
-from hertzchain.verdict.lint.deck import Deck
-from hertzchain.verdict.lint.finding import Found
+from hertzchain.verdict.lint.deck import Deck, Found
 from hertzchain.verdict.lint.script import Command, names_in, number
 
 _LEVELS = 3  # forces held in turn that are no pulse with corners: two are a rectangle and its end

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 from hertzchain.errors import HertzchainError
 from hertzchain.files import read_bytes
 from hertzchain.verdict.lint import chain_rules, contact_rules, granule_rules, motion_rules
-from hertzchain.verdict.lint.deck import Deck
-from hertzchain.verdict.lint.finding import Finding, Found
+from hertzchain.verdict.lint.deck import Deck, Finding, Found
 from hertzchain.verdict.lint.script import MOST_BYTES, Command, script_of
 
 if TYPE_CHECKING:

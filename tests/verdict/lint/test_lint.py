@@ -26,7 +26,7 @@ from hertzchain.engines.lammps.engine import command, engine
 from hertzchain.engines.lammps.reading import looking
 from hertzchain.engines.lammps.reading.reading import Start
 from hertzchain.errors import HertzchainError
-from hertzchain.verdict.lint.finding import Finding
+from hertzchain.verdict.lint.deck import Finding
 from hertzchain.verdict.lint.rules import RULES, findings, lint_file
 from hertzchain.verdict.lint.script import script_of
 from tests import scenes
@@ -262,13 +262,6 @@ TRAPS = {
         "fix motion all nve",
         f"fix motion all nve\nfix wall all wall/gran granular {MODEL}"
         " xplane NULL $(2*v_R*v_N-v_R)",
-    ),
-    "two planes": Trap(
-        "wall",
-        "warning",
-        "fix motion all nve",
-        "fix motion all nve\nfix wall all wall/gran granular hertz 1e11 0.0 tangential"
-        " linear_nohistory 0.0 0.0 zplane $(-v_R) $(v_R)",
     ),
     "contacts that pull": Trap(
         "attraction", "warning", "193e9 0.0 0.3", "193e9 1e4 0.3"
@@ -617,13 +610,6 @@ def test_which_pairs_are_left_to_lammps(pairs: tuple[str, ...], found: bool) -> 
     text = CLEAN.replace("create_box 1", "create_box 2").replace(f"pair_coeff * * {MODEL}", laws)
     said = {finding.rule for finding in lint(text)}
     assert ("mixed-pairs" in said) == found
-
-
-@pytest.mark.parametrize(("height", "found"), [("$(v_R)", True), ("$(1.01*v_R)", False)])
-def test_two_planes_that_a_granule_may_touch_at_once(height: str, found: bool) -> None:
-    law = "granular hertz 1e11 0.0 tangential linear_nohistory 0.0 0.0"
-    wall = f"fix motion all nve\nfix wall all wall/gran {law} zplane $(-v_R) {height}"
-    assert bool(lint(CLEAN.replace("fix motion all nve", wall))) == found
 
 
 @pytest.mark.parametrize(("limit", "given"), [("", "0.853"), (" limit_damping", "0.858")])
