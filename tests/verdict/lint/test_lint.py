@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import re
-import subprocess
-import sys
 import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -32,6 +29,7 @@ from hertzchain.verdict.lint.script import script_of
 from tests import scenes
 from tests.command_line import Command
 from tests.conftest import STEEL
+from tests.effort import effort
 from tests.places import ROOT
 from tests.test_public_names import modules_after
 
@@ -111,12 +109,8 @@ TRAPS = {
         "density-before-diameter", "error", DIAMETER + DENSITY, DENSITY + DIAMETER, "peaks", 0.99
     ),
     "density first in one command": Trap(
-        "density-before-diameter",
-        "error",
-        DIAMETER + DENSITY,
-        "set group all density 7958 diameter $(2*v_R)\n",
-        "peaks",
-        0.99,
+        "density-before-diameter", "error", DIAMETER + DENSITY,
+        "set group all density 7958 diameter $(2*v_R)\n", "peaks", 0.99,
     ),
     "no density": Trap("diameter-missing", "error", DENSITY, "", "peaks", 0.99),
     "no diameter": Trap("diameter-missing", "error", DIAMETER, "", "stops"),
@@ -133,12 +127,8 @@ TRAPS = {
         "neighbours", "note", "delay 0 every 1 check yes", "delay 10 every 10 check no"
     ),
     "excluded pairs": Trap(
-        "neighbours",
-        "warning",
-        "delay 0 every 1 check yes",
-        "delay 0 every 1 check yes exclude type 1 1",
-        "peaks",
-        0.99,
+        "neighbours", "warning", "delay 0 every 1 check yes",
+        "delay 0 every 1 check yes exclude type 1 1", "peaks", 0.99,
     ),
     "tsuji, e 1": Trap(
         "damping", "warning", MODEL, MODEL.replace(" 0.0 0.3", " 1.0 0.3") + " damping tsuji",
@@ -146,8 +136,8 @@ TRAPS = {
     ),
     "tsuji, e 0": Trap("damping", "error", MODEL, MODEL + " damping tsuji", "peaks", 0.8),
     "tsuji, e 0.9": Trap(
-        "damping", "note", MODEL, MODEL.replace(" 0.0 0.3", " 0.9 0.3") + " damping tsuji",
-        "peaks", 0.05,
+        "damping", "note", MODEL, MODEL.replace(" 0.0 0.3", " 0.9 0.3") + " damping tsuji", "peaks",
+        0.05,
     ),
     "coeff_restitution, e 0": Trap(
         "damping", "error", MODEL, MODEL + " damping coeff_restitution", "stops"
@@ -158,12 +148,8 @@ TRAPS = {
         "peaks", 0.01,
     ),
     "gamma_n": Trap(
-        "damping",
-        "note",
-        STYLE,
-        f"pair_style gran/hertz/history {KN} NULL 1e9 0.0 0.0 0\npair_coeff * *",
-        "peaks",
-        0.01,
+        "damping", "note", STYLE,
+        f"pair_style gran/hertz/history {KN} NULL 1e9 0.0 0.0 0\npair_coeff * *", "peaks", 0.01,
     ),
     "numbers in another order": Trap(
         "poisson-ratio", "warning", "193e9 0.0 0.3", "193e9 0.3 0.0", "peaks", 1e-3
@@ -175,52 +161,34 @@ TRAPS = {
         "tangential", "error", " &\n    tangential linear_nohistory 0.0 0.0", "", "stops"
     ),
     "Kt of zero": Trap(
-        "tangential",
-        "warning",
-        STYLE,
+        "tangential", "warning", STYLE,
         f"pair_style gran/hertz/history {KN} 0.0 0.0 0.0 0.0 0\npair_coeff * *",
     ),
     "two materials, one stiffness": Trap(
-        "several-materials",
-        "warning",
-        f"create_box 1 box|{STYLE}",
+        "several-materials", "warning", f"create_box 1 box|{STYLE}",
         f"create_box 2 box|pair_style gran/hertz/history {KN} NULL 0 0 0 0\npair_coeff * *",
     ),
     "hooke": Trap(
         "not-hertz", "error", "hertz/material 193e9 0.0 0.3", "hooke 1e7 0.0", "peaks", 0.4
     ),
     "gran/hooke": Trap(
-        "not-hertz",
-        "error",
-        STYLE,
-        "pair_style gran/hooke 1e7 NULL 0.0 0.0 0.0 0\npair_coeff * *",
-        "peaks",
-        0.4,
+        "not-hertz", "error", STYLE, "pair_style gran/hooke 1e7 NULL 0.0 0.0 0.0 0\npair_coeff * *",
+        "peaks", 0.4,
     ),
     "atoms": Trap(
-        "not-hertz",
-        "error",
-        STYLE,
-        "pair_style lj/cut 0.01\npair_coeff * * 1.0 0.0095",
-        "peaks",
+        "not-hertz", "error", STYLE, "pair_style lj/cut 0.01\npair_coeff * * 1.0 0.0095", "peaks",
         0.9,
     ),
     "cohesion": Trap(
-        "not-hertz",
-        "warning",
-        MODEL,
-        MODEL.replace("hertz/material", "jkr").replace(" 0.3 ", " 0.3 0.1 "),
-        "peaks",
-        2e-4,
+        "not-hertz", "warning", MODEL,
+        MODEL.replace("hertz/material", "jkr").replace(" 0.3 ", " 0.3 0.1 "), "peaks", 2e-4,
     ),
     "no pair style": Trap("not-hertz", "error", STYLE, "", "peaks", 0.9),
     "step*dt": Trap("force-clock", "error", "time/1e-4", "step*dt/1e-4", "peaks", 0.3),
     "dt*step": Trap("force-clock", "error", "time/1e-4", "dt*step/1e-4", "peaks", 0.3),
     "elapsed": Trap("force-clock", "error", "time/1e-4", "elapsed*dt/1e-4", "peaks", 0.3),
     "elapsed in a formula of its run": Trap(
-        "force-clock",
-        "note",
-        "time/1e-4|run 500",
+        "force-clock", "note", "time/1e-4|run 500",
         "elapsed*dt/1e-4|variable push equal 50*(1-cos(2*PI*(elapsed*dt+5e-5)/1e-4))\nrun 500",
     ),
     "step*dt, one step": Trap(
@@ -237,129 +205,95 @@ TRAPS = {
     "all periodic": Trap("periodic", "warning", "boundary f f f", "boundary p p p"),
     "periodic by default": Trap("periodic", "warning", "boundary f f f\n", ""),
     "a ring": Trap(
-        "periodic",
-        "warning",
-        f"boundary f f f|$(-2*v_R) $(2*v_R*(v_N+1)) {ROOM}",
+        "periodic", "warning", f"boundary f f f|$(-2*v_R) $(2*v_R*(v_N+1)) {ROOM}",
         f"boundary p f f|$(-v_R) $(2*v_R*v_N-v_R) {ROOM}",
     ),
     "classic wall": Trap(
-        "wall",
-        "error",
-        "fix motion all nve",
+        "wall", "error", "fix motion all nve",
         f"fix motion all nve\nfix wall all wall/gran hertz/history {KN} NULL 0.0 0.0 0.0 0"
         " xplane NULL $(2*v_R*v_N-v_R)",
     ),
     "wall of the same": Trap(
-        "wall",
-        "note",
-        "fix motion all nve",
+        "wall", "note", "fix motion all nve",
         f"fix motion all nve\nfix wall all wall/gran granular {MODEL}"
         " xplane NULL $(2*v_R*v_N-v_R)",
     ),
     "wall of a material": Trap(
-        "wall",
-        "warning",
-        "fix motion all nve",
+        "wall", "warning", "fix motion all nve",
         f"fix motion all nve\nfix wall all wall/gran granular {MODEL}"
         " xplane NULL $(2*v_R*v_N-v_R)",
     ),
-    "contacts that pull": Trap(
-        "attraction", "warning", "193e9 0.0 0.3", "193e9 1e4 0.3"
-    ),
+    "contacts that pull": Trap("attraction", "warning", "193e9 0.0 0.3", "193e9 1e4 0.3"),
     "another restitution": Trap(
-        "damping",
-        "warning",
+        "damping", "warning",
         "hertz/material 193e9 0.0 0.3 &\n    tangential linear_nohistory 0.0 0.0",
         "hertz/material 193e9 0.8 0.3 &\n    tangential linear_nohistory 0.0 0.0 damping tsuji"
-        " limit_damping",
-        "peaks",
-        0.1,
+        " limit_damping", "peaks", 0.1,
     ),
     "classic contacts that pull": Trap(
         "attraction", "warning", STYLE, f"pair_style gran/hertz/history {KN} NULL 1e9 0.0 0.0 0\n"
-        "pair_coeff * *"
+        "pair_coeff * *",
     ),
     "a pair left to LAMMPS": Trap(
-        "mixed-pairs",
-        "warning",
-        f"create_box 1|pair_coeff * * {MODEL}",
+        "mixed-pairs", "warning", f"create_box 1|pair_coeff * * {MODEL}",
         f"create_box 3|pair_coeff 1 1 {MODEL}\npair_coeff 2*3 2*3 {MODEL}\npair_coeff 1 3 {MODEL}",
     ),
     "no motion": Trap("motion", "error", "fix motion all nve\n", "", "peaks", 0.99),
     "two motions": Trap(
         "motion", "error", "fix motion all nve", "fix motion all nve\nfix two all nve", "peaks", 0.1
     ),
-    "a thermostat": Trap(
-        "thermostat", "error", "all nve", "all nvt temp 300 300 1", "peaks", 0.9
-    ),
+    "a thermostat": Trap("thermostat", "error", "all nve", "all nvt temp 300 300 1", "peaks", 0.9),
     "gaps": Trap("not-touching", "warning", "sc $(2*v_R)", "sc $(2*v_R*1.001)", "peaks", 0.5),
     "overlaps": Trap("not-touching", "warning", "sc $(2*v_R)", "sc $(2*v_R*0.999)", "peaks", 0.5),
     "a radius for a diameter": Trap(
         "not-touching", "warning", "diameter $(2*v_R)", "diameter ${R}", "peaks", 0.99
     ),
     "long steps": Trap(
-        "step-length", "warning", "timestep 1e-7\nrun 500\n", "timestep 5e-6\nrun 10\n",
-        "peaks", 2e-3,
+        "step-length", "warning", "timestep 1e-7\nrun 500\n", "timestep 5e-6\nrun 10\n", "peaks",
+        2e-3,
     ),
     "unstable steps": Trap(
         "step-length", "error", "unfix shock\nrun 3000", "unfix shock\ntimestep 2e-5\nrun 100",
         "stops",
     ),
     "unstable steps of a striker": Trap(
-        "step-length",
-        "error",
+        "step-length", "error",
         "fix shock first addforce v_push 0.0 0.0\n|unfix shock\n|timestep 1e-7|run 500",
-        "velocity first set 1.0 0.0 0.0 units box\n||timestep 1e-4|run 100",
-        "stops",
+        "velocity first set 1.0 0.0 0.0 units box\n||timestep 1e-4|run 100", "stops",
     ),
     "unstable steps of a constant force": Trap(
         "step-length", "error", "v_push|1e-7\nrun 500", "100.0|2e-5\nrun 100", "stops"
     ),
     "unstable springs": Trap(
-        "step-length",
-        "error",
-        "hertz/material 193e9 0.0 0.3|timestep 1e-7\nrun 500",
-        "hooke 1e7 0.0|timestep 1.9e-5\nrun 1000",
-        "stops",
+        "step-length", "error", "hertz/material 193e9 0.0 0.3|timestep 1e-7\nrun 500",
+        "hooke 1e7 0.0|timestep 1.9e-5\nrun 1000", "stops",
     ),
     "thermal velocities": Trap(
-        "random-velocities",
-        "error",
-        "fix motion all nve",
-        "fix motion all nve\nvelocity all create 1e20 4928459",
-        "peaks",
-        0.01,
+        "random-velocities", "error", "fix motion all nve",
+        "fix motion all nve\nvelocity all create 1e20 4928459", "peaks", 0.01,
     ),
-    "a force on ten": Trap(
-        "force-on-all", "warning", "first id 1", "first id 1:10", "peaks", 0.5
-    ),
+    "a force on ten": Trap("force-on-all", "warning", "first id 1", "first id 1:10", "peaks", 0.5),
     "a constant force on all": Trap(
-        "force-on-all", "warning", "fix shock first addforce v_push",
-        "fix shock all addforce 50.0", "peaks", 0.5,
+        "force-on-all", "warning", "fix shock first addforce v_push", "fix shock all addforce 50.0",
+        "peaks", 0.5,
     ),
     "a force in ten steps": Trap(
-        "force-in-steps", "warning", "2*PI*time/1e-4", "2*PI*(floor(time/1e-5)+0.5)/10",
-        "peaks", 1e-3,
+        "force-in-steps", "warning", "2*PI*time/1e-4", "2*PI*(floor(time/1e-5)+0.5)/10", "peaks",
+        1e-3,
     ),
     "a force by ternary": Trap(
-        "force-in-steps",
-        "warning",
-        "variable push equal 50*(1-cos(2*PI*time/1e-4))",
+        "force-in-steps", "warning", "variable push equal 50*(1-cos(2*PI*time/1e-4))",
         "variable push equal (time<2.5e-5)*50+(time>=2.5e-5)*(time<6e-5)*100+(time>=6e-5)*30",
-        "peaks",
-        1e-3,
+        "peaks", 1e-3,
     ),
     "a force in runs": Trap(
-        "force-in-steps",
-        "warning",
+        "force-in-steps", "warning",
         "fix shock first addforce v_push 0.0 0.0\nrun 1000\ntimestep 1e-7\nrun 500\n",
         "".join(f"fix shock first addforce {f} 0.0 0.0\nrun 500\n" for f in (14, 85, 85, 14)),
-        "peaks",
-        1e-3,
+        "peaks", 1e-3,
     ),
     "a force in a loop": Trap(
-        "force-in-steps",
-        "warning",
+        "force-in-steps", "warning",
         "fix shock first addforce v_push 0.0 0.0\nrun 1000\ntimestep 1e-7\nrun 500\n",
         "variable i loop 10\nlabel more\nvariable now equal 50*(1-cos(2*PI*(v_i-0.5)/10))\n"
         "fix shock first addforce ${now} 0.0 0.0\nrun 200\nnext i\njump SELF more\n",
@@ -369,21 +303,15 @@ TRAPS = {
         "peaks", 0.3,
     ),
     "a force held by every": Trap(
-        "force-in-steps",
-        "warning",
-        "addforce v_push 0.0 0.0\nrun 1000",
+        "force-in-steps", "warning", "addforce v_push 0.0 0.0\nrun 1000",
         'addforce v_push 0.0 0.0\nrun 1000 every 100 "fix shock first addforce $(v_push) 0.0 0.0"',
     ),
     "gravity across": Trap(
-        "gravity",
-        "error",
-        "fix motion all nve",
+        "gravity", "error", "fix motion all nve",
         "fix motion all nve\nfix down all gravity 9.81 vector 0 0 -1",
     ),
     "gravity along a free chain": Trap(
-        "gravity",
-        "warning",
-        "fix motion all nve",
+        "gravity", "warning", "fix motion all nve",
         "fix motion all nve\nfix down all gravity 9.81 vector 1 0 0",
     ),
     "no step": Trap("step-default", "note", "timestep 5e-8\n", ""),
@@ -447,22 +375,6 @@ def test_a_planted_trap_is_found(name: str) -> None:
 def test_every_rule_has_a_planted_trap() -> None:
     elsewhere = {"no-deck", "elsewhere", "no-run", "no-chain", "text-alone"}  # tests of their own
     assert {trap.rule for trap in TRAPS.values()} | elsewhere == set(RULES)
-
-
-def test_all_traps_in_one_deck_are_found() -> None:
-    """Those that do not exclude one another, also one by one after the other."""
-    text, rules = CLEAN, set()
-    for name in (
-        "density first",
-        "no ghost velocities",
-        "skin of other units",
-        "step*dt",
-        "classic wall",
-        "gran/hooke",
-    ):
-        text = planted(TRAPS[name], text)
-        rules.add(TRAPS[name].rule)
-    assert rules <= {finding.rule for finding in bad(lint(text))}
 
 
 def peaks(text: str) -> FloatArray:
@@ -579,6 +491,7 @@ def test_a_chain_far_from_its_images_may_be_periodic() -> None:
     assert [finding.text[:15] for finding in in_a_box(1, 3)] == ["x is periodic: "]
 
 
+@pytest.mark.slow
 def test_a_deck_that_follows_a_long_table_is_read_in_seconds() -> None:
     times = np.linspace(0, 1e-4, 501)
     table = hc.PulseTable(tuple(times), tuple(100 * np.sin(np.pi * times / 1e-4) ** 2))
@@ -646,17 +559,6 @@ fix floor all wall/gran granular hertz/material 1e5 1e3 0.3 tangential mindlin N
 timestep 0.001
 run 5000
 """
-
-
-def test_of_a_heap_only_damping_is_noted() -> None:
-    found = lint(HEAP)
-    said = {(finding.rule, finding.severity) for finding in found}
-    assert said == {("damping", "note"), ("attraction", "note"), ("no-chain", "note")}
-
-
-def test_included_files_are_not_guessed_at() -> None:
-    found = lint("include setup.lmp\npair_style granular\nrun 100\n")
-    assert [(one.line, one.rule) for one in found] == [(1, "elsewhere"), (1, "text-alone")]
 
 
 def test_a_deck_of_liggghts_is_known_as_one() -> None:
@@ -745,36 +647,15 @@ def is_found_or_not(changes: list[tuple[int, str]], text: str) -> None:
 
 
 HOSTILE = (
-    '"' * 200_000, '"""' + "x\n" * 100_000, "&\n" * 100_000, "print $(" * 20_000,
-    "variable a equal v_a\n" * 20_000, "set group all density 1\n" * 5_000, "((((" * 50_000,
-    "fix a all addforce v_f 0 0\nrun 1\n" * 1_000, "label a\n" * 20_000,
-    "variable i loop 1\n" + "label a\n" * 20_000 + "next i\njump SELF a\n",
-    "variable i loop 2000\nlabel a\n" + "create_atoms 1 single $i 0 0\nnext i\njump SELF a\n"
-    + "set group all diameter 1\n" * 1_000,
-    "".join(f"variable i{k} loop 9\nlabel a{k}\n" for k in range(900)) + "run 1\n"
-    + "".join(f"next i{k}\njump SELF a{k}\n" for k in reversed(range(900))),
+    '"' * 200_000, '"""' + "x\n" * 100_000, "&\n" * 100_000, "print $(" * 20_000, "((((" * 50_000,
+    "variable a equal v_a\n" * 20_000, "set group all density 1\n" * 5_000,
+    "fix a all addforce v_f 0 0\nrun 1\n" * 1_000, "label a\n" * 20_000 + "jump SELF a\n",
 )  # fmt: skip
 
 
-def test_a_hostile_text_is_soon_read() -> None:
-    # In another process, so that one that never ends can be stopped; it says how far it came.
-    code = (
-        "import json, sys; from tests.verdict.lint.test_lint import of_text;"
-        " from tests.effort import effort;"
-        " [print(effort(lambda: of_text(text)), flush=True) for text in json.load(sys.stdin)]"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        input=json.dumps(HOSTILE),
-        text=True,
-        stdout=subprocess.PIPE,
-        check=True,
-        timeout=600,
-        cwd=ROOT,
-    )
-    efforts = [float(line) for line in done.stdout.splitlines()]
-    assert len(efforts) == len(HOSTILE)
-    assert [k for k, effort in enumerate(efforts) if effort >= 300] == []
+@pytest.mark.parametrize("text", HOSTILE, ids=lambda text: text[:12].split("\n")[0])
+def test_a_hostile_text_is_soon_read(text: str) -> None:
+    assert effort(lambda: of_text(text)) < 300
 
 
 def test_files_that_cannot_be_read_are_one_sentence(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 from hertzchain.engines.lammps.dialect import NO_FRICTION
 from tests.command_line import Command
 from tests.places import ROOT
-from tests.verdict.lint.test_lint import CLEAN, TRAPS, lint, planted
+from tests.verdict.lint.test_lint import CLEAN, HEAP, TRAPS, lint, planted
 
 pytestmark = pytest.mark.lammps
 
@@ -85,9 +85,7 @@ POURED, VESSEL, BODIES = (
 
 OTHERS = {
     "pour": (POURED, HEAD + POUR),
-    "pour a mixture": (POURED, HEAD.replace(f"gran/{CLASSIC}", "granular").replace(
-        "* *", f"1 * {LAW}\npair_coeff 2 2 hertz 200.0 20.0 tangential linear_history 300.0 1.0 0.1"
-    ) + f"fix floor all wall/gran granular {LAW} zplane 0 NULL\n" + POUR),
+    "pour a mixture": (POURED, HEAP),
     "pour mdr": (POURED, HEAD.replace(f"gran/{CLASSIC}", "granular").replace(
         "* *", "* * mdr 5e6 0.4 1.9e5 2.0 0.5 0.5 tangential linear_history 1000 1.0 0.1"
     ) + POUR),
