@@ -80,7 +80,7 @@ def _step_length(deck: Deck) -> Found:
     hits = np.where(is_hertz, _IMPACT * reduced**0.6 * speed**1.2 * stiffness**0.4, 0.0)
     if hits.max() > pressing:
         pressing = hits.max()
-        origin = f"what granules that collide at {speed[hits.argmax()]:g} make"
+        origin = f"that of granules that collide at {speed[hits.argmax()]:g}"
     if not np.all(is_linear) and (not pressing or len(forces) < len(deck.pushes)):
         return
     spring = np.where(is_linear, stiffness, 1.5 * stiffness ** (2 / 3) * pressing ** (1 / 3))

@@ -62,8 +62,8 @@ def _restitution(deck: Deck, law: Law, damping: str, value: float) -> Found:
         yield law.command, "error", text
     elif value == 1 and damping == "tsuji":
         text = (
-            "damping tsuji with a restitution of 1 is not zero: its fitted polynomial leaves some"
-            f" (peaks are lower by up to 0.2 %); {undamped}"
+            "damping tsuji with a restitution of 1 still damps: its fitted polynomial is not 0"
+            f" there (peaks are lower by up to 0.2 %); {undamped}"
         )
         yield law.command, "warning", text
     elif value != 1:
@@ -113,11 +113,11 @@ def _poisson_ratio(deck: Deck) -> Found:
             continue
         order = f"the numbers of {law.normal} are E, damping, Poisson's ratio, in this order"
         if not -1 < poisson <= 0.5:
-            yield law.command, "error", f"{order}: a Poisson's ratio of {poisson:g} cannot be"
+            yield law.command, "error", f"{order}: a Poisson's ratio of {poisson:g} is impossible"
         elif abs(poisson) < _SMALL and 0 < damping <= 0.5:
             text = (
                 f"{order}: here the ratio is {poisson:g} and the damping {damping:g}; if they are"
-                " in each other's place, contacts are too soft, by 9 % for a ratio of 0.3"
+                " exchanged, contacts are too soft, by 9 % for a ratio of 0.3"
             )
             yield law.command, "warning", text
 
@@ -181,7 +181,7 @@ def _mixed_pairs(deck: Deck) -> Found:
         yield laws[-1], "warning", text
 
 
-_MOST_TYPES = 100  # a deck with more is not looked at pair by pair
+_MOST_TYPES = 100  # a deck with more is not examined pair by pair
 
 
 def _types_of(word: str, count: int) -> range | None:
@@ -208,7 +208,7 @@ def _wall(deck: Deck) -> Found:
         elif wall.word(4) == "granular" and law != "hertz" and not deck.no_chain:
             text = (
                 "a wall of this law is an elastic half-space of the given material, no rigid wall:"
-                " for a rigid one halve its compliance, that is give it twice E"
+                " for a rigid one give it twice the Young's modulus"
             )
             yield wall, "note", text
             if law == "hertz/material":

@@ -33,21 +33,17 @@ Found = Iterator[tuple[Command | None, Severity, str]]  # where (None: line 1), 
 _STYLE = {"fix": 3, "dimension": 1, "bond_style": 1, "pair_style": 1, "atom_style": 1}
 """Which word of a command is its style."""
 
-_POINTS = "its atoms are points without a radius"
-
-_Signs = tuple[tuple[str, str, str], ...]
-
-_NO_CHAIN: _Signs = (
+_NO_CHAIN = (
     ("fix", "(pour|deposit|insert)(/.*)?", "granules are poured"),
     ("fix", "rigid.*|multisphere.*|poems", "granules are rigid bodies of several spheres"),
     ("bond_style", "(?!none).+", "granules are bonded"),
     ("pair_style", "bpm/.*", "granules are bonded"),
     ("atom_style", "bpm/.*|bond|molecular|full", "granules are bonded"),
-    ("atom_style", "atomic|charge|dipole", _POINTS),
+    ("atom_style", "atomic|charge|dipole", "its atoms are points without a radius"),
 )
 """Signs of a deck that is surely no chain: a command, its style, and the words for it."""
 
-_HARDLY_A_CHAIN: _Signs = (
+_HARDLY_A_CHAIN = (
     ("fix", "wall/gran/region|mesh/.*|wall/region", "granules lie in a vessel"),
     ("fix", "freeze", "granules are frozen"),
     ("dimension", "2", "it is two-dimensional"),
@@ -218,30 +214,22 @@ class Deck:
         return unlikely
 
     @cached_property
-    def is_other(self) -> tuple[Command | None, str] | None:
+    def is_other(self) -> tuple[Command, str] | None:
         """The same of what is no chain wherever its granules lie."""
         return self._first_of(_NO_CHAIN)
 
-    def _first_of(self, signs: _Signs) -> tuple[Command | None, str] | None:
+    def _first_of(self, signs: Sequence[tuple[str, str, str]]) -> tuple[Command, str] | None:
         for command in self.commands:
             for name, style, what in signs:
-                is_one = command.name == name and re.fullmatch(style, command.word(_STYLE[name]))
-                if is_one and not (what == _POINTS and self.is_granular):
+                if command.name == name and re.fullmatch(style, command.word(_STYLE[name])):
                     return command, what
         return None
 
     @cached_property
-    def boundary(self) -> tuple[tuple[str, str, str], Command | None]:
-        """The boundary of each axis, and the command that sets it."""
-        command = next((c for c in self.named("boundary")[::-1] if c.word(3)), None)
-        styles = ("p", "p", "p") if command is None else command.words[1:4]
-        for changed in self.named("change_box"):
-            if "boundary" in changed.words:
-                at = changed.words.index("boundary")
-                styles, command = changed.words[at + 1 : at + 4], changed
-        if len(styles) < 3:
-            return ("p", "p", "p"), command
-        return (styles[0], styles[1], styles[2]), command
+    def boundary(self) -> Command | None:
+        """The last command that sets the boundary."""
+        box = [c for c in self.named("change_box") if "boundary" in c.words]
+        return next(iter([*box[::-1], *self.named("boundary")[::-1]]), None)
 
 
 def _law(command: Command, words: tuple[str, ...]) -> list[Law]:

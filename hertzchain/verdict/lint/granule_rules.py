@@ -151,7 +151,7 @@ def _atom_style(deck: Deck) -> Found:
 
 def _periodic(deck: Deck) -> Found:
     """Images of a chain that meet it, or are ghosts that cost time."""
-    command = deck.boundary[1]
+    command = deck.boundary
     granules = deck.granules
     where = command or next(iter(deck.named("create_box", "read_data")), None)
     said = "" if command else " (without a boundary command all are)"
@@ -203,15 +203,15 @@ def _not_touching(deck: Deck) -> Found:
         return
     if widest > _TOUCHING:
         text = (
-            f"neighbours are up to {1 + widest:.10g} sums of their radii apart: granules do not"
-            f" touch, gaps of {widest:.1e} of a diameter (with 1e-3 peaks are off by 113 %)"
+            f"neighbours are up to {1 + widest:.10g} times the sum of their radii apart: granules"
+            f" do not touch, gaps of {widest:.1e} of a diameter (with 1e-3 peaks are off by 113 %)"
         )
         yield made[0], "warning", text
     if deepest < -_TOUCHING and not (deck.is_loaded or granules.velocity.any()):
         text = (
-            f"neighbours are down to {1 + deepest:.10g} sums of their radii apart: granules press"
-            f" one another from the start, overlaps of {-deepest:.1e} of a diameter, and spring"
-            " apart where nothing holds the ends (with 1e-3 peaks are off by 92 %)"
+            f"neighbours are down to {1 + deepest:.10g} times the sum of their radii apart:"
+            f" granules press one another from the start, overlaps of {-deepest:.1e} of a diameter,"
+            " and spring apart if nothing holds the ends (with 1e-3 peaks are off by 92 %)"
         )
         yield made[0], "warning", text
 

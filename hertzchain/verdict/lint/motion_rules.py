@@ -11,15 +11,15 @@ from hertzchain.verdict.lint.deck import Deck, Found
 from hertzchain.verdict.lint.script import Command, names_in, number
 
 _LEVELS = 3  # forces held in turn that are no pulse with corners: two are a rectangle and its end
-_LOOKS = 4  # in a row at which a force is the same: a level, no part of a ramp
-_HELD = 0.8  # of all looks at a force, at which a staircase is on a level; some meet its corners
+_SAMPLES = 4  # in a row that are the same: a level, no part of a ramp
+_HELD = 0.8  # of all samples of a staircase are on a level; some meet its corners
 
 
 _MOVER = re.compile(r"(nve|nvt|npt|nph|rigid|move$|brownian|ehex|controller|python|freeze)")
 
 
 def _motion(deck: Deck) -> Found:
-    """Somebody has to move the granules, and only one."""
+    """One fix has to move each granule, and only one."""
     movers = [fix for fix in deck.fixes() if _MOVER.match(fix.words[3])]
     first = next(iter(deck.runs), None)
     is_whole = deck.pair_style is not None and not deck.is_partial and not deck.no_chain
@@ -29,15 +29,14 @@ def _motion(deck: Deck) -> Found:
     gone = {command.word(1): command.place for command in deck.named("unfix")}
     seen: dict[str, Command] = {}
     for fix in movers:
-        other = seen.get(fix.words[2])
-        if other is not None and other.word(1) != fix.word(1):
-            still = not other.place < gone.get(other.words[1], -1) < fix.place
-            if still:
-                text = (
-                    f"granules of group {fix.words[2]} are moved twice each step, here and by fix"
-                    f" {other.words[1]} (peaks off by 20 %): keep one"
-                )
-                yield fix, "error", text
+        other = seen.get(fix.words[2], fix)
+        is_gone = other.place < gone.get(other.word(1), -1) < fix.place
+        if other.word(1) != fix.word(1) and not is_gone:
+            text = (
+                f"granules of group {fix.words[2]} are moved twice each step, here and by fix"
+                f" {other.word(1)} (peaks off by 20 %): keep one"
+            )
+            yield fix, "error", text
         seen[fix.words[2]] = fix
 
 
@@ -45,7 +44,9 @@ def _no_run(deck: Deck) -> Found:
     """A deck with granules that never runs, perhaps as the command is misspelt."""
     granules = deck.named("create_atoms", "read_data")
     if granules and deck.pair_style is not None and not deck.runs and not deck.is_partial:
-        text = "there is no run, so nothing happens: write timestep ... and run ..., so spelt"
+        text = (
+            "there is no run, so nothing happens: write timestep ... and run ..., spelt like this"
+        )
         yield granules[-1], "warning", text
 
 
@@ -83,7 +84,7 @@ def _formulas(deck: Deck) -> list[tuple[Command, str]]:
 
 
 def _force_clock(deck: Deck) -> Found:
-    """Which of LAMMPS's clocks a force follows."""
+    """Forces follow the time; LAMMPS's other clocks jump, or start again."""
     steps = deck.named("timestep")
     for fix, variable in _formulas(deck):
         runs, _ = _acting(deck, fix)
@@ -245,9 +246,9 @@ def _stairs(fix: Command, values: list[float]) -> Found:
             held[-1].append(value)
         else:
             held.append([value])
-    levels = [group for group in held if group[0] and len(group) >= _LOOKS]
-    looks = sum(len(group) for group in held if group[0])
-    if len(levels) >= _LEVELS and sum(map(len, levels)) >= _HELD * looks:
+    levels = [group for group in held if group[0] and len(group) >= _SAMPLES]
+    samples = sum(len(group) for group in held if group[0])
+    if len(levels) >= _LEVELS and sum(map(len, levels)) >= _HELD * samples:
         text = (
             f"the formula of the force has {len(levels)} levels up to {largest:.4g}, each held for"
             " a while: the pulse is a staircase, whose corners make waves of their own; write a"

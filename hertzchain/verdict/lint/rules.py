@@ -35,7 +35,7 @@ def _no_deck(deck: Deck) -> Found:
 
 
 def _no_chain(deck: Deck) -> Found:
-    """What a deck is, if it is surely no chain."""
+    """A note on a deck that is no chain: what it is."""
     if deck.no_chain is not None:
         where, why = deck.no_chain
         yield where, "note", f"this deck is no chain ({why}): rules for chains are left out"
@@ -49,12 +49,12 @@ def _text_alone(deck: Deck) -> Found:
 
 
 def _elsewhere(deck: Deck) -> Found:
-    """What is not looked at."""
+    """Parts of a deck that are not examined."""
     for command in deck.unread:
-        text = f"what {command.name} brings is not looked at: missing commands are not reported"
+        text = f"the commands behind this {command.name} are unknown: none is reported as missing"
         yield command, "note", text
     if deck.is_of_liggghts:
-        text = "this deck is of LIGGGHTS, whose contact laws and integrators are not looked at"
+        text = "this deck is for LIGGGHTS: its contact laws and integrators are not examined"
         yield deck.pair_style, "note", text
 
 

@@ -144,7 +144,7 @@ class _Reader:
                 yield line.number, inside or f"{Path(words[1]).name}:{at}", inner
 
     def _read(self, name: str, depth: int) -> str | None:
-        """The text of a file; None where it is not looked at."""
+        """The text of a file; None where it cannot be read."""
         if depth >= _DEEPEST or self._files == 0:
             return None
         try:

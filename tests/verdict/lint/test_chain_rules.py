@@ -109,7 +109,9 @@ def test_messages_have_the_numbers_of_the_deck() -> None:
     def sentence(name: str, rule: str) -> str:
         return next(f.text for f in lint(planted(TRAPS[name])) if f.rule == rule)
 
-    assert "collide at 1 make" in sentence("unstable steps of a striker", "step-length")
+    assert "that of granules that collide at 1 " in sentence(
+        "unstable steps of a striker", "step-length"
+    )
     assert "for contacts of this deck, whatever" in sentence("unstable springs", "step-length")
     assert "temperature 1e20" in sentence("thermal velocities", "random-velocities")
     assert "the 10 granules of group first" in sentence("a force on ten", "force-on-all")
