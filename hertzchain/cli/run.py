@@ -120,7 +120,9 @@ def run(
     parameters = _parameters(backend, method, step, rtol, extrapolated)
     times = files.times(loaded)
     if backend == "native":
-        parameters["peaks_only"] = times is None
+        from hertzchain.engines.native.backend import AS_WRITTEN
+
+        parameters["peaks_only"] = times is None and method not in AS_WRITTEN
     elif backend == "lammps":
         parameters |= options.lammps_options(isolate, lmp, ranks)
     with progress() as report_progress, compiling(report_progress, backend == "native"):

@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 from numpy.typing import ArrayLike
 
+from hertzchain.cli.run import MethodName
 from hertzchain.engines.native import Native
 from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
@@ -172,6 +173,14 @@ def is_json_or_refused(outcome: Outcome) -> None:
         assert all(line.startswith("hertzchain: wanted 1e-06, reached ") for line in said)
     else:
         is_refused(outcome)
+
+
+@pytest.mark.parametrize("method", list(MethodName))
+def test_every_method_runs(hertzchain: Command, method: str) -> None:
+    scene_file({"chain.granules": "4", "run.end_time": '"60 us"'})
+    found = hertzchain("run", "scene.toml", "--method", method, "--json").json()
+    assert found["method"] == method
+    assert found["error_estimate"] < 1e-5  # of velocity Verlet; all others are far below
 
 
 @pytest.mark.parametrize(

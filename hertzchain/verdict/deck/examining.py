@@ -97,7 +97,10 @@ def examine(
     return replace(_with_commands(done), texts=_texts(Path(deck), done.found))
 
 
-_NOT_ALL = "not all corrections were tried: correct what is shown, and examine the deck again"
+_NOT_ALL = (
+    "not all corrections were tried in the time for that, eight readings of the deck or 8 s:"
+    " correct what is shown, and examine the deck again"
+)
 
 
 @dataclass

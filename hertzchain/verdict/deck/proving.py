@@ -106,6 +106,11 @@ def findings_of(prover: Prover) -> tuple[tuple[Finding, ...], Edits]:
         if alone[k] is None and follows[k] is None:
             follows[k] = _cause(checks, first, alone)
     whole, steps = _together(prover)
+    if prover.cut_short:  # what is shown as right is in the fixed deck, though it was not tried
+        for proof in alone:
+            more = {} if proof is None else proof[0]
+            if not more.keys() & whole.keys():
+                whole = {**whole, **more}
     findings = []
     for checks, known, cause in zip(groups, alone, follows, strict=True):
         correction: tuple[Correction, ...] = ()
