@@ -39,7 +39,7 @@ _NO_CHAIN = (
     ("bond_style", "(?!none).+", "granules are bonded"),
     ("pair_style", "bpm/.*", "granules are bonded"),
     ("atom_style", "bpm/.*|bond|molecular|full", "granules are bonded"),
-    ("atom_style", "atomic|charge|dipole", "its atoms are points without a radius"),
+    ("atom_style", "(?!sphere|granular|hybrid|.*[$]).+", "its atoms are no spheres"),
 )
 """Signs of a deck that is surely no chain: a command, its style, and the words for it."""
 
@@ -117,8 +117,10 @@ class Deck:
     def contact_style(self) -> tuple[str, ...]:
         """LAMMPS's pair style of granules and its numbers, also of a hybrid one; else empty."""
         words = () if self.pair_style is None or self.is_of_liggghts else self.pair_style.words
-        styles = (k for k, word in enumerate(words) if word.split("/")[0] in ("granular", "gran"))
-        return words[next(styles, len(words)) :]
+        for k, word in enumerate(words):
+            if word.split("/")[0] in ("granular", "gran"):
+                return (re.sub("/(omp|kk.*)", "", word), *words[k + 1 :])
+        return ()
 
     @cached_property
     def is_granular(self) -> bool:

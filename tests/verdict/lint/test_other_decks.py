@@ -125,7 +125,12 @@ OTHERS = {
     "one granule on a plate": ("it has one granule", HEAD + "create_atoms 1 single 0.5 0.5 0.5\n"
         "set group all diameter 0.1\nset group all density 2500\n"
         f"fix plate all wall/gran {CLASSIC} zplane 0 NULL\nrun 100\n"),
-    "atoms": ("points without a radius", LIQUID),
+    "atoms": ("its atoms are no spheres", LIQUID),
+    "peridynamics": ("its atoms are no spheres", LIQUID.replace("lj/cut 2.5", "peri/pmb")
+        .replace("atomic", "peri")),
+    "100,000 granules": ("120000 granules do not lie", HEAD.replace("p p f", "p p p")
+        + RANDOM.replace("random 40", "random 60000").replace("0.05", "0.001") + "run 100\n"),
+    "accelerated": (POURED, HEAD.replace("hooke/history", "hooke/history/omp") + POUR),
     "meshes": (VESSEL, LIGGGHTS + "fix m all mesh/surface file a.stl type 1\nfix w all wall/gran"
         " model hertz tangential history mesh n_meshes 1 meshes m\nfix i all nve/sphere\nrun 10\n"),
     "multisphere": (BODIES, LIGGGHTS + "fix i all multisphere\nrun 1000\n"),
@@ -152,6 +157,7 @@ def test_a_deck_that_is_no_chain_is_said_to_be_none_and_has_no_error(name: str) 
 @pytest.mark.parametrize(
     ("old", "new", "rule"),
     [
+        ("hooke/history 2000.0 NULL", "hooke/history/omp 2000.0 0.0", "tangential"),
         ("comm_modify vel yes\n", "", "ghost-velocity"),
         ("comm_modify vel yes\n", "communicate single vel yes\n", "ghost-velocity"),
         ("atom_style sphere", "atom_style granular", "atom-style"),

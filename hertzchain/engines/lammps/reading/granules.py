@@ -140,7 +140,7 @@ def _turned(made: Granules, frame: FloatArray) -> Granules:
 
 def _along(place: FloatArray) -> FloatArray:
     """Directions whose first is that in which places extend, its largest component positive."""
-    frame = np.linalg.svd(place - np.mean(place, axis=0))[2]
+    frame = np.linalg.svd(place - np.mean(place, axis=0), full_matrices=False)[2]
     frame[0] *= np.sign(frame[0, int(np.argmax(np.abs(frame[0])))])
     return np.asarray(frame)
 
