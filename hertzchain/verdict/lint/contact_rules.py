@@ -10,8 +10,7 @@ from hertzchain.engines.lammps.damping import BEFORE_ROOT_2, tsuji
 from hertzchain.verdict.lint.deck import CLASSIC, Deck, Found, Law, Severity
 from hertzchain.verdict.lint.script import number
 
-NO_DAMPING = 1e-100
-"""Numbers for damping up to this are 0, in all units (chosen)."""
+_NO_DAMPING = 1e-100  # a number up to this stands for 0, in all units (chosen)
 
 
 def _damping(deck: Deck) -> Found:
@@ -47,7 +46,7 @@ _DAMPINGS = "none", "coeff_restitution", "mass_velocity", "tsuji", "velocity", "
 
 def _damps(value: float | None) -> bool:
     """Whether a number damps: some write 1e-300 for 0, where LAMMPS would divide by it."""
-    return value is not None and abs(value) > NO_DAMPING
+    return value is not None and abs(value) > _NO_DAMPING
 
 
 def _restitution(deck: Deck, law: Law, damping: str, value: float) -> Found:

@@ -147,10 +147,8 @@ class Deck:
             for command in self.named("pair_coeff"):
                 rest = command.words[3:]
                 found += _law(command, rest[1:] if rest[:1] == ("granular",) else rest)
-        for wall in self.fixes("wall/gran", "wall/gran/region"):
-            if wall.word(4) == "granular":
-                found += _law(wall, wall.words[5:])
-        return found
+        walls = [w for w in self.fixes("wall/gran", "wall/gran/region") if w.word(4) == "granular"]
+        return [*found, *(law for wall in walls for law in _law(wall, wall.words[5:]))]
 
     def given(self, attribute: str) -> list[tuple[Command, str]]:
         """The ``set`` commands that give an attribute, and what they give."""
@@ -217,7 +215,7 @@ class Deck:
 
     @cached_property
     def is_other(self) -> tuple[Command, str] | None:
-        """The same of what is no chain wherever its granules lie."""
+        """The command that makes it no chain wherever granules lie, and the words for it."""
         return self._first_of(_NO_CHAIN)
 
     def _first_of(self, signs: Sequence[tuple[str, str, str]]) -> tuple[Command, str] | None:
