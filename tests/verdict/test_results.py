@@ -784,7 +784,7 @@ def test_tables_and_options_that_cannot_be() -> None:
     with pytest.raises(SceneError, match="units = 'cgs': is for files and tables"):
         hc.judge(SCENE, {2: 1.0}, units="cgs")
     frame = pandas.DataFrame({"contact": [2, 3], "peak_force_N": [1.0, np.nan]})
-    with pytest.raises(SceneError, match="peak_force_N in line 3 = '': must be a finite number"):
+    with pytest.raises(SceneError, match="peak_force_N in row 2 = '': must be a finite number"):
         hc.judge(SCENE, frame)
     frame = pandas.DataFrame({"contact": [2, 2], "peak_force_N": [1.0, 2.0]})
     with pytest.raises(SceneError, match="contact in row 2"):
@@ -832,3 +832,12 @@ def test_hostile_tables_give_peaks_or_one_sentence(tmp_path: Path, seed: int) ->
         path.write_bytes("".join(text).encode()[: draw.randint(0, 600)])
         # 0.2 at most measured.
         assert effort(lambda: is_read_or_refused(path)) < 30
+
+
+def test_a_pandas_table_with_numbers_for_names_is_read(truth: FloatArray) -> None:
+    peaks = pandas.DataFrame({0: np.arange(2, N + 1), 1: truth})
+    named = {"contact": "0", "peak_force": "1"}
+    assert hc.judge(SCENE, peaks, columns=named).verdict == "pass"
+    peaks[1] = [f"{force:.6f}".replace(".", "_3.") for force in truth]
+    with pytest.raises(SceneError, match="must be a finite number"):
+        hc.judge(SCENE, peaks, columns=named)

@@ -156,7 +156,7 @@ class Native:
         refuse_strong_dampers(scene)
         from hertzchain.engines.native.preparation import Watched
 
-        versions()  # looked up once, which takes longer than most runs
+        versions(self.method)  # looked up once, which takes longer than most runs
         with Watched() as preparation:
             return self._run(scene, record, preparation)
 
@@ -215,7 +215,7 @@ class Native:
             ),
             history=history,
             wall_time=time.perf_counter() - begin - preparation.time,
-            versions=versions(),
+            versions=versions(self.method),
             scheme=method,
             compile_time=preparation.compile_time,
         )
@@ -349,6 +349,7 @@ def _adaptive(
 
 
 @functools.cache
-def versions() -> Mapping[str, str]:
-    """Return the versions of the software that computes."""
-    return {"numpy": version("numpy"), "numba": version("numba")}
+def versions(method: str | None = None) -> Mapping[str, str]:
+    """Return the versions of the software that computes by a method."""
+    by_scipy = {"numpy": version("numpy"), "scipy": version("scipy")}
+    return by_scipy if method == "scipy" else {"numpy": version("numpy"), "numba": version("numba")}

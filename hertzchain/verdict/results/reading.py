@@ -30,7 +30,10 @@ def read(
     """
     asked = asked_for(columns, units)
     if hasattr(results, "select_dtypes"):
-        table = tables.table_of(results.to_csv(index=False, sep="\t"), "the table")
+        words = results.astype(object).where(results.notna(), "")
+        rows = [[str(word) for word in row] for row in words.to_numpy().tolist()]
+        places = [f"row {row}" for row in range(1, len(rows) + 1)]
+        table = tables.Table(tuple(map(str, results.columns)), rows, places, "the table")
         return _of_table(scene, table, asked, dt)
     file = " ... ".join(dict.fromkeys((str(results[0]), str(results[-1]))))
     frames: list[tables.Frame] = []

@@ -74,7 +74,7 @@ class Table:
 def _number(word: str) -> float:
     """Return the number that a word is, NaN where it is none."""
     try:
-        return float(word)
+        return math.nan if "_" in word else float(word)
     except ValueError:
         return math.nan
 
@@ -215,7 +215,7 @@ def _of_log(lines: Sequence[str], file: str) -> Table:
 
 
 def frames_of(text: str, file: object) -> list[Frame]:
-    """Return the frames of a text dump, ``custom``, ``atom`` or ``local``."""
+    """Return the frames of a text dump, ``custom`` or ``local``."""
     frames: list[Frame] = []
     items: dict[str, tuple[list[str], list[str]]] = {}
     for item in text.split("ITEM:")[1:]:
