@@ -12,6 +12,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,12 +21,12 @@ from hertzchain.engines.external.program import work_folder
 from hertzchain.engines.lammps.isolation import Child
 from hertzchain.engines.lammps.reading.found import Executed
 from hertzchain.engines.lammps.reading.granules import Granules, granules_of
-from hertzchain.engines.lammps.reading.interpreter import Ended, Interpreter
+from hertzchain.engines.lammps.reading.interpreter import Interpreter
 from hertzchain.engines.lammps.reading.player import DeckFix, Stage
-from hertzchain.engines.lammps.reading.prober import Prober
-from hertzchain.engines.lammps.reading.probing import obstacle, pressed
-from hertzchain.engines.lammps.reading.reading import Start
+from hertzchain.engines.lammps.reading.probing import Probes
+from hertzchain.engines.lammps.reading.reading import Source, Start, probed
 from hertzchain.engines.lammps.reading.session import Module
+from hertzchain.engines.lammps.reading.sizes import Sizes
 from hertzchain.errors import HertzchainError, RunFailed
 
 _READINGS, _ALL_READINGS = 400, 4000
@@ -33,17 +34,13 @@ _READINGS, _ALL_READINGS = 400, 4000
 
 _MOST_GRANULES = 2000  # whose contacts are asked (chosen)
 
-_DEPTHS = 1e-4, 1e-3  # overlaps over the smallest radius at which contacts are asked (chosen)
-
 
 @dataclass(frozen=True)
 class Planned:
-    """A run with at least one step that was skipped: command, steps, step, start [deck's units]."""
+    """A run with at least one step that was skipped: command, and step in the deck's unit."""
 
     command: int
-    steps: int
     dt: float
-    start: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,12 +124,20 @@ def looked(start: Start, path: Path, folder: Path, variables: Mapping[str, str])
     granules = found.granules
     if granules is None or not 1 < granules.count <= _MOST_GRANULES or not granules.is_chain:
         return found
-    with contextlib.suppress(RunFailed), start.session() as lammps:
-        presser = _Presser(Stage(lammps))
-        Interpreter(lammps, str(path), whole, variables, presser, folder=folder).play()
-        if presser.law is not None:
-            return replace(found, stiffness=presser.law[0], exponent=presser.law[1])
+    with contextlib.suppress(RunFailed):
+        probes = probed(start, Source(str(path), whole, folder, variables), Sizes()).probes
+        if probes.why_not is None:
+            stiffness, exponent = _law(probes)
+            return replace(found, stiffness=stiffness, exponent=exponent)
     return found
+
+
+def _law(probes: Probes) -> tuple[FloatArray, FloatArray]:
+    """A and p in F = A d^p of each contact, by its two largest overlaps."""
+    with np.errstate(all="ignore"):  # NaN where a contact has no force
+        force, overlap = (np.log(each[-2:]) for each in (probes.contact_force, probes.overlap))
+        exponent = np.diff(force, axis=0)[0] / np.diff(overlap, axis=0)[0]
+        return np.exp(force[-1] - exponent * overlap[-1]), exponent
 
 
 @dataclass
@@ -153,7 +158,7 @@ class _Looker:
         self._stage, self._lammps = stage, lammps
         self.granules: Granules | None = None
         self.runs: list[Planned] = []
-        self._time, self._left = 0.0, _ALL_READINGS
+        self._left = _ALL_READINGS
         self._acting: dict[str, _Force] = {}
         self._done: list[Pushing] = []
         self._texts: dict[str, str] = {}  # of the formulas of variables
@@ -215,28 +220,37 @@ class _Looker:
         if self.granules is None:
             self.granules = granules_of(self._lammps, self._stage.boundary)
         first, dt = self._lammps.step(), self._lammps.dt()
-        self.runs.append(Planned(index, steps, dt, self._time))
+        self.runs.append(Planned(index, dt))
+        began = self._time(dt)
         count = min(steps, _READINGS, max(2, self._left))
         self._left -= count
         for force in self._acting.values():
             force.runs.append(len(self.runs) - 1)
         for step in np.unique(np.linspace(0, steps, count + 1).astype(int)).tolist():
-            self._set_clock(first + step, self._time + step * dt)
+            self._set_clock(first + step, began + step * dt)
             for force in self._acting.values():
                 self._read(force)
-        self._time += steps * dt
+
+    def _time(self, dt: float) -> float:
+        """What ``time`` is now, whatever the deck has done to its clock."""
+        step, then, time = self._clock()
+        return float(time.value + (step.value - then.value) * dt)
 
     def _set_clock(self, step: int, time: float) -> None:
         """Set ``step`` and ``time``; ``reset_timestep`` refuses where a fix follows them."""
+        for place, value in zip(self._clock(), (step, step, time), strict=True):
+            place.value = value
+
+    def _clock(self) -> tuple[Any, Any, Any]:
+        """LAMMPS's step, and a step with its time, from which ``time`` is counted."""
         lammps = self._lammps.lammps
         extract = lammps.lib["lammps_extract_global"]  # a function of its own: types stay
         extract.argtypes, extract.restype = [ctypes.c_void_p, ctypes.c_char_p], ctypes.c_void_p
-        for name, kind, value in (
-            (b"ntimestep", ctypes.c_int64, step),
-            (b"atimestep", ctypes.c_int64, step),
-            (b"atime", ctypes.c_double, time),
-        ):
-            kind.from_address(extract(lammps.lmp, name)).value = value
+        step, then = (
+            ctypes.c_int64.from_address(extract(lammps.lmp, name))
+            for name in (b"ntimestep", b"atimestep")
+        )
+        return step, then, ctypes.c_double.from_address(extract(lammps.lmp, b"atime"))
 
     def _read(self, force: _Force) -> None:
         values = [self._value(word) for word in (*force.fix.values, "0", "0", "0")[:3]]
@@ -271,48 +285,3 @@ class _Looker:
         if not self.runs:
             self._stage.forget()
         return not self.runs
-
-
-class _Presser:
-    """Plays a deck up to its first run, and presses its contacts."""
-
-    def __init__(self, stage: Stage) -> None:
-        self._stage = stage
-        self.law: tuple[FloatArray, FloatArray] | None = None
-
-    def give(self, text: str, words: list[str], index: int) -> None:
-        """Give LAMMPS a command."""
-        if words[0] != "minimize":
-            self._stage.give(text, words, index)
-
-    def run(self, steps: int, keywords: str, index: int) -> None:
-        """Press all contacts where steps are taken."""
-        del index
-        if steps:
-            self._press()
-            raise Ended
-        self._stage.lammps.give(f"run 0 {keywords}".strip())
-
-    def clear(self) -> bool:
-        """Forget all."""
-        self._stage.forget()
-        return True
-
-    def _press(self) -> None:
-        self._stage.ready()
-        prober = Prober(self._stage)
-        granules = prober.granules
-        for fix in list(self._stage.alive.values()):
-            if fix.moves:
-                self._stage.lammps.give(f"unfix {fix.name}")
-        unit = float(np.min(granules.radius))
-        if obstacle(granules, max(_DEPTHS) * unit) is not None:
-            return
-        shape = len(_DEPTHS), granules.count - 1
-        overlap, force = np.full(shape, np.nan), np.full(shape, np.nan)
-        for turn in range(min(2, granules.count - 1)):
-            for k, depth in enumerate(_DEPTHS):
-                overlap[k, turn::2], force[k, turn::2] = pressed(prober, turn, depth * unit, 0.0)
-        with np.errstate(all="ignore"):
-            exponent = np.diff(np.log(force), axis=0)[0] / np.diff(np.log(overlap), axis=0)[0]
-            self.law = force[-1] / overlap[-1] ** exponent, exponent

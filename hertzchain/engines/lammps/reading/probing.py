@@ -60,13 +60,13 @@ def probe(stage: Stage, sizes: Sizes) -> Probes:
     unit = sizes.overlap * float(np.min(granules.radius))
     time = sizes.without_contacts(granules.units, stage.lammps.dt())
     contacts = granules.count - 1
-    open_ones, damped = (np.full((rows, contacts), np.nan) for rows in (len(DEPTHS), len(DAMPED)))
+    pressed, damped = (np.full((rows, contacts), np.nan) for rows in (len(DEPTHS), len(DAMPED)))
     each = np.full(granules.count, np.nan)
     nothing = Probes(
         granules=granules,
         contact_time=time,
-        overlap=open_ones,
-        contact_force=open_ones,
+        overlap=pressed,
+        contact_force=pressed,
         closing=damped,
         damped_overlap=damped,
         damped_force=damped,
@@ -74,7 +74,7 @@ def probe(stage: Stage, sizes: Sizes) -> Probes:
         drag=each,
         walls=(),
         integrated=integrated,
-        why_not=obstacle(granules, unit),
+        why_not=_why_not(granules, unit),
     )
     if nothing.why_not is not None:
         return nothing
@@ -91,7 +91,7 @@ def _asked(prober: Prober, sizes: Sizes, unit: float, nothing: Probes) -> Probes
     overlap, force = nothing.overlap.copy(), nothing.contact_force.copy()
     for turn in turns:
         for k, depth in enumerate(DEPTHS):
-            overlap[k, turn::2], force[k, turn::2] = pressed(prober, turn, depth * unit, 0.0)
+            overlap[k, turn::2], force[k, turn::2] = _pressed(prober, turn, depth * unit, 0.0)
     time = _contact_time(granules, overlap, force, nothing.contact_time)
     closing, damped_overlap, damped = (nothing.damped_force.copy() for _ in range(3))
     tangential = np.zeros(granules.count)
@@ -100,7 +100,7 @@ def _asked(prober: Prober, sizes: Sizes, unit: float, nothing: Probes) -> Probes
     for turn in turns:
         for k, (depth, fraction) in enumerate(DAMPED):
             closing[k, turn::2] = speed = fraction * unit / time
-            found = pressed(prober, turn, depth * unit, speed)
+            found = _pressed(prober, turn, depth * unit, speed)
             damped_overlap[k, turn::2], damped[k, turn::2] = found
     for turn in turns:
         tangential = np.maximum(tangential, _friction(prober, turn, unit, time))
@@ -118,7 +118,7 @@ def _asked(prober: Prober, sizes: Sizes, unit: float, nothing: Probes) -> Probes
     )
 
 
-def obstacle(granules: Granules, unit: float) -> str | None:
+def _why_not(granules: Granules, unit: float) -> str | None:
     """Why contacts cannot be asked at overlaps of a unit; None where they can."""
     if np.any(granules.off_axis > granules.radius):
         return NOT_IN_A_ROW
@@ -152,7 +152,9 @@ def _row(granules: Granules, turn: int, depth: float) -> FloatArray:
     return place
 
 
-def pressed(prober: Prober, turn: int, depth: float, speed: float) -> tuple[FloatArray, FloatArray]:
+def _pressed(
+    prober: Prober, turn: int, depth: float, speed: float
+) -> tuple[FloatArray, FloatArray]:
     """Overlaps of every other contact and the forces there, with a closing speed."""
     granules = prober.granules
     velocity = np.zeros((granules.count, 3))
