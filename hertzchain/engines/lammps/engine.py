@@ -21,6 +21,7 @@ _QUIET = ["-log", "none", "-screen", "none", "-nocite"]
 @contextmanager
 def engine() -> Iterator[Any]:
     """Context of a new LAMMPS instance, closed afterwards."""
+    forget_shared_memory(os.getpid())  # MPI would hang at what was left under this number
     try:
         _load_mpi()
         with _search_path_kept():
@@ -33,7 +34,7 @@ def engine() -> Iterator[Any]:
         reason = " ".join(str(problem).split())
         what_to_do = "free memory" if "failed to map segment" in reason else HOW_TO_GET_IT
         raise BackendMissing(f"LAMMPS is not available ({reason}); {what_to_do}") from None
-    _leave_no_shared_memory()
+    forget_shared_memory(os.getpid())  # a killed process would leave 1 MB
     try:
         yield instance
     finally:
@@ -104,7 +105,7 @@ def _search_path_kept() -> Iterator[None]:
             os.environ.pop(name, None)
 
 
-def _leave_no_shared_memory() -> None:
-    """Remove the name of MPICH's shared memory: a killed process would leave 1 MB."""
+def forget_shared_memory(pid: int) -> None:
+    """Remove the name of the memory that a process shares by MPICH; who has it keeps it."""
     with suppress(OSError):
-        Path(f"/dev/shm/mpich_shm_{os.getpid():x}_0").unlink()  # noqa: S108
+        Path(f"/dev/shm/mpich_shm_{pid:x}_0").unlink()  # noqa: S108

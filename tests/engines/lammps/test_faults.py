@@ -454,6 +454,25 @@ def test_a_want_of_memory_is_one_line(folder: Path, isolated: bool) -> None:
     assert names(folder) == ["scene.toml"]
 
 
+UNLUCKY = """
+import os, pathlib
+pathlib.Path(f"/dev/shm/mpich_shm_{os.getpid():x}_0").write_bytes(bytes(SIZE))
+from hertzchain.engines.lammps.engine import look
+print(look()[1])
+"""
+
+
+@linux
+@pytest.mark.lammps
+@pytest.mark.parametrize("size", [0, 1000])
+def test_what_a_killed_process_of_the_same_number_left_does_no_harm(size: int) -> None:
+    code = UNLUCKY.replace("SIZE", str(size))  # with 0 bytes MPI would hang, with 1000 end
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=False
+    )
+    assert (done.returncode, done.stdout) == (0, "True\n"), done.stderr
+
+
 @pytest.mark.lammps
 @pytest.mark.parametrize("isolated", [pytest.param(False, marks=slow), True])
 def test_lammps_leaves_no_files(folder: Path, isolated: bool) -> None:

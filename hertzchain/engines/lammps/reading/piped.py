@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.dumps import read_blocks, read_frames
 from hertzchain.engines.lammps.dialect import is_out_of_memory, not_enough_memory, write_dump
+from hertzchain.engines.lammps.engine import forget_shared_memory
 from hertzchain.engines.lammps.reading.hooks import BLOCK, GranulesChanged, Readings
 from hertzchain.engines.lammps.reading.session import AnyHooks, Session
 from hertzchain.errors import BackendMissing, RunFailed
@@ -71,6 +72,7 @@ class Piped(Session):
         """Kill it."""
         self._process.kill()
         self._process.wait()
+        forget_shared_memory(self._process.pid)
         for stream in (self._process.stdin, self._lines):
             assert stream is not None
             with suppress(OSError):
