@@ -17,7 +17,6 @@ QUICK = {"steel_cgs", "struck", "a diagonal", "a piston by setforce"}
 
 NOT_TAKEN = {
     "force and load in one formula": "the constant force on granule 1 is 0 N, the scene has 30 N",
-    "a piston without force": "a fix leads no granule, whatever presses them",
     "a last granule that is not moved": "granule 24 is moved by 0 fixes",
 }
 """Right decks that fail, by what is said of them first."""

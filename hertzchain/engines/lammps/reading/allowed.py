@@ -56,6 +56,9 @@ MOVES = frozenset(
 LEADS = "move"
 """The one of them that leads granules, whatever the forces."""
 
+IGNORES_FORCES = "nve/noforce"
+"""The one of them by which granules keep their velocities."""
+
 _FORCES = frozenset(
     ("addforce", "addtorque", "aveforce", "setforce", "freeze", "gravity", "viscous",
      "viscous/sphere", "damping/cundall", "drag", "spring", "spring/self", "lineforce",

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.external.readings import contact_forces
-from hertzchain.engines.lammps.reading.allowed import LEADS, QUIET
+from hertzchain.engines.lammps.reading.allowed import IGNORES_FORCES, LEADS, QUIET
 from hertzchain.engines.lammps.reading.found import Executed, FoundRun
 from hertzchain.engines.lammps.reading.hooks import GranulesChanged, Readings
 from hertzchain.engines.lammps.reading.law import law_of
@@ -192,7 +192,7 @@ class Watcher:
     def _moved(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Which granules fixes move by their forces, and which they lead, shape (granules,)."""
         granules = self.probes.granules
-        free, led = np.zeros(granules.count, bool), np.zeros(granules.count, bool)
+        free, led, unpressed = np.zeros((3, granules.count), bool)
         for fix in self.stage.alive.values():
             if fix.moves:
                 inside = members(self.stage.lammps, fix.group, granules)
@@ -200,7 +200,8 @@ class Watcher:
                     led |= inside
                 else:
                     free |= inside
-        without = self._takes_all_forces() & free & ~led
+                    unpressed |= inside & (fix.style == IGNORES_FORCES)
+        without = (self._takes_all_forces() | unpressed) & free & ~led
         moving = granules.along(np.asarray(self.stage.lammps.atoms()["v"]))[:, 0] != 0
         self.seen.held = without & ~moving & (self.seen.held | (not self.seen.runs))
         self._steady = without & moving
