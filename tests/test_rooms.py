@@ -16,6 +16,7 @@ PACKAGE = Path(hc.__file__).parent
 
 LEVELS = (
     ("errors", "arrays", "files", "limits", "showing"),
+    ("contact",),
     ("scene",),
     ("observables",),
     ("engines.external",),
@@ -31,7 +32,7 @@ LEVELS = (
 level may.
 """
 
-ENGINES = LEVELS[4]
+ENGINES = LEVELS[5]
 """They never import one another: their independence is what a comparison is worth."""
 
 OUTSIDE = ("hertzchain", "hertzchain.engines", "hertzchain.lammps")

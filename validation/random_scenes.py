@@ -10,8 +10,9 @@ from typing import Any, cast
 import numpy as np
 
 import hertzchain as hc
+from hertzchain.contact import hertz
 from hertzchain.scene.granules import granules_of
-from hertzchain.scene.natural_units import impact_force, length_and_time
+from hertzchain.scene.natural_units import length_and_time
 from hertzchain.scene.pulse import PROFILES, profile_named
 from hertzchain.scene.terms import DAMPING, WALLS, DampingLaw, WallKind
 from validation.shipped import STEEL, pulse_of
@@ -184,11 +185,13 @@ def _with_terms(rng: np.random.Generator, longest: int) -> hc.Scene:
             gravity=0.0 if kind == 0 else ratio * force / float(np.sum(each.mass)),
         )
     elif apart:
-        chain, wall = _apart(rng, chain, wall, (force / float(np.min(each.stiffness))) ** (2 / 3))
+        deep = hertz.overlap_of(float(np.min(each.stiffness)), force)
+        chain, wall = _apart(rng, chain, wall, deep)
     stiffness, mass = float(each.stiffness[0]), float(each.contact_mass[0])
     shock: hc.Pulse | hc.PulseTable | hc.Striker
     if striker is not None:
-        shock = replace(striker, velocity=(force / impact_force(stiffness, mass, 1.0)) ** (5 / 6))
+        at_1_m_s = hertz.impact_force(stiffness, mass, 1.0)
+        shock = replace(striker, velocity=(force / at_1_m_s) ** (5 / 6))
     elif rng.random() < 0.6:
         n, impulse = 1 + spread(rng, 0.05, 10.0), spread(rng, 0.1, 10.0)
         profile = profile_named(str(rng.choice(list(PROFILES))))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import Array
+from hertzchain.contact import hertz
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.natural_units import NaturalUnits
 from hertzchain.scene.scene import Scene
@@ -52,8 +53,7 @@ class DampedLaw:
 
     def elastic(self, overlap: Array, contacts: Any = slice(None)) -> Array:
         """Elastic force without damping; the last axis of the overlaps has some or all contacts."""
-        pressed = np.maximum(overlap, 0.0)
-        return np.asarray(self.stiffness[contacts] * pressed * np.sqrt(pressed))
+        return np.asarray(hertz.force_of(self.stiffness[contacts], overlap))
 
     def damper(self, overlap: Array, rate: Array, contacts: Any = slice(None)) -> Array:
         """Force that damping adds to the elastic force; rates have the shape of the overlaps."""

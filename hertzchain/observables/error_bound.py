@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, StepUnstable, Unpredictable
 from hertzchain.observables.peaks import largest_difference
 from hertzchain.scene.natural_units import force_scale
@@ -137,7 +138,7 @@ def _highest_frequency(scene: Scene) -> float:
     (Gershgorin). A row sum is twice the stiffness of a granule's contacts over its mass.
     """
     granules = scene.granules
-    pressed = 1.5 * np.cbrt(granules.stiffness**2 * scene.units.force)
+    pressed = hertz.slope_of(granules.stiffness, scene.units.force)
     return math.sqrt(_largest_row(scene, pressed))
 
 
@@ -146,7 +147,7 @@ def highest_rate(scene: Scene) -> float:
     granules, contact = scene.granules, scene.contact
     assert contact is not None
     assert granules.damping is not None
-    overlap = (scene.units.force / granules.stiffness) ** (2 / 3)
+    overlap = hertz.overlap_of(granules.stiffness, scene.units.force)
     return _largest_row(scene, granules.damping * overlap**contact.exponent)
 
 

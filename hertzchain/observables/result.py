@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray, or_none
+from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
 from hertzchain.observables.definitions import context_of
 from hertzchain.observables.history import History
 from hertzchain.observables.peaks import ESTIMATED, judged_contacts
 from hertzchain.observables.transition import SolitaryWave, solitary_wave, transition_granules
-from hertzchain.scene.natural_units import slowness
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.validity import largest_overlap_ratio, overlap_warning
 from hertzchain.showing import ShownRun
@@ -205,7 +205,7 @@ class Result(ShownRun):
             self.peak_passed,
             p,
             2 * chain.radius,
-            slowness(chain.contact_stiffness, chain.granule_mass / 2),
+            hertz.slowness(chain.contact_stiffness, chain.granule_mass / 2),
         )
         return wave.without_errors() if self.scene.pulse is None else wave
 

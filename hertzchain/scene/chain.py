@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from hertzchain.contact import hertz
 from hertzchain.errors import POSITIVE, is_finite, is_positive, require
 
 MOST_UNLIKE = 1_000_000
@@ -114,7 +115,7 @@ class Chain:
     def contact_stiffness(self) -> float:
         """A in F = A overlap^(3/2) of a uniform chain [N m^(-3/2)]."""
         self._require_uniform("contact_stiffness")
-        return contact_stiffness(  # type: ignore[no-any-return]
+        return hertz.stiffness_of_equals(  # type: ignore[no-any-return]
             self.radius, self.young_modulus, self.poisson_ratio
         )
 
@@ -158,15 +159,6 @@ def check_material(part: Any, optional: bool = False) -> None:
 def granule_mass(radius: Any, density: Any) -> Any:
     """Mass m = 4/3 pi R^3 rho [kg] of granules, numbers or arrays."""
     return 4.0 / 3.0 * math.pi * radius**3 * density
-
-
-def contact_stiffness(radius: Any, young_modulus: Any, poisson_ratio: Any) -> Any:
-    """A = sqrt(2R) E / (3 (1 - nu^2)) [N m^(-3/2)] (Eq. 1, corrected), of numbers or arrays.
-
-    The scan of the paper has E under the root; in Hertz's law it is outside.
-    """
-    root = math.sqrt if isinstance(radius, float) else np.sqrt
-    return root(2.0 * radius) * (young_modulus / (3.0 * (1.0 - poisson_ratio**2)))
 
 
 def to_plain_numbers(part: Any) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.contact import hertz
 from hertzchain.scene.chain import MATERIAL, Chain, granule_mass
 from hertzchain.scene.shock import Shock
 from hertzchain.scene.terms import Contact, Precompression, Wall
@@ -53,7 +54,7 @@ class Granules:
     @property
     def static_overlap(self) -> FloatArray:
         """Overlap of each contact at the start [m], shape (contacts,)."""
-        return np.asarray((self.static_force / self.stiffness) ** (2 / 3))
+        return np.asarray(hertz.overlap_of(self.stiffness, self.static_force))
 
     @property
     def position(self) -> FloatArray:
@@ -87,8 +88,8 @@ def granules_of(
             values[key][0] = own
     radius, density = values["radius"], values["density"]
     mass = np.asarray(granule_mass(radius, density), np.float64)
-    plane = plane_modulus(values["young_modulus"], values["poisson_ratio"])
-    stiffness = pair_stiffness(radius[:-1], radius[1:], plane[:-1], plane[1:])
+    plane = hertz.plane_modulus(values["young_modulus"], values["poisson_ratio"])
+    stiffness = hertz.stiffness_of(_together(radius), _together(plane))
     gap = np.array(np.broadcast_to(chain.gap, chain.granules)[1:], np.float64)
     if wall is not None:
         stiffness = np.append(stiffness, _wall_stiffness(wall, radius[-1], plane[-1]))
@@ -113,27 +114,15 @@ def granules_of(
 
 def _contact_mass(mass: FloatArray, contacts: int) -> FloatArray:
     with np.errstate(invalid="ignore"):
-        pairs = mass[:-1] * mass[1:] / (mass[:-1] + mass[1:])
+        pairs = _together(mass)
     if math.isinf(mass[0]):
         pairs[0] = mass[1]
     return np.concatenate([pairs, mass[-1:]])[:contacts]
 
 
-def plane_modulus(young_modulus: FloatArray, poisson_ratio: FloatArray) -> FloatArray:
-    """E / (1 - nu^2) [Pa], of any shape."""
-    return np.asarray(young_modulus / (1 - poisson_ratio**2))
-
-
-def pair_stiffness(
-    radius: FloatArray, other_radius: FloatArray, plane: FloatArray, other_plane: FloatArray
-) -> FloatArray:
-    """A = 4/3 E* sqrt(R*) of two spheres [N m^(-3/2)] (Hertz; Johnson, Contact Mechanics, 4.2).
-
-    1/R* = 1/R1 + 1/R2, and 1/E* is the sum of (1 - nu^2) / E of both, which are the inverses of
-    ``plane`` and ``other_plane``.
-    """
-    reduced = radius * other_radius / (radius + other_radius)
-    return np.asarray(4 / 3 * plane * other_plane / (plane + other_plane) * np.sqrt(reduced))
+def _together(values: FloatArray) -> FloatArray:
+    """1 / (1/a + 1/b) of neighbours a and b, shape (granules - 1,)."""
+    return values[:-1] * values[1:] / (values[:-1] + values[1:])
 
 
 def _wall_stiffness(wall: Wall, radius: float, plane: float) -> float:
@@ -143,8 +132,6 @@ def _wall_stiffness(wall: Wall, radius: float, plane: float) -> float:
     elif wall.kind == "same":
         reduced = plane / 2
     else:
-        assert wall.young_modulus is not None
-        assert wall.poisson_ratio is not None
-        other = wall.young_modulus / (1 - wall.poisson_ratio**2)
+        other = hertz.plane_modulus(wall.young_modulus, wall.poisson_ratio)
         reduced = plane * other / (plane + other)
-    return 4 / 3 * reduced * math.sqrt(radius)
+    return float(hertz.stiffness_of(radius, reduced))

@@ -90,18 +90,3 @@ def force_scale(momentum_ratio: float) -> float:
     """
     short = min(1.0, momentum_ratio)  # above 1 the result is 1; this avoids an overflow
     return min(1.0, IMPACT * math.pow(MOMENTUM_IN_NATURAL_UNITS * short, 1.2))
-
-
-def impact_force(stiffness: float, contact_mass: float, velocity: float) -> float:
-    """Peak force of two free granules that meet [N], from A, m* and their velocity [m/s].
-
-    At the peak the energy m* v^2 / 2 equals 2/5 A overlap^(5/2), so F = (5/4)^(3/5) m*^(3/5)
-    v^(6/5) A^(2/5).
-    """
-    energy = 1.25 * contact_mass * velocity**2
-    return math.pow(energy, 3 / 5) * math.pow(stiffness, 2 / 5)
-
-
-def slowness(stiffness: Any, contact_mass: Any) -> Any:
-    """sqrt(2 m*) / A^(1/3) of contacts, numbers or arrays; divided by F^(1/6) the unit of time."""
-    return np.sqrt(2 * contact_mass) / np.cbrt(stiffness)

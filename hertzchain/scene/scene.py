@@ -12,16 +12,15 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import MATERIAL, MOST_UNLIKE, Chain
 from hertzchain.scene.granules import Granules, granules_of
 from hertzchain.scene.natural_units import (
     MOMENTUM_IN_NATURAL_UNITS,
     NaturalUnits,
-    impact_force,
     length_and_time,
     natural_units,
-    slowness,
 )
 from hertzchain.scene.piston import Piston
 from hertzchain.scene.pulse import Pulse
@@ -203,7 +202,7 @@ class Scene(Shown):
         if shock.impact_velocity is None:
             return float(shock.peak_force)
         stiffness, mass = self._first_contact
-        return impact_force(stiffness, mass / 2, shock.impact_velocity)
+        return float(hertz.impact_force(stiffness, mass / 2, shock.impact_velocity))
 
     @functools.cached_property
     def units(self) -> NaturalUnits:
@@ -228,7 +227,7 @@ class Scene(Shown):
         if self.is_plain:
             return self.units.time
         granules, force = self.granules, self.units.force
-        fastest = np.min(slowness(granules.stiffness, granules.contact_mass))
+        fastest = np.min(hertz.slowness(granules.stiffness, granules.contact_mass))
         return float(fastest) * math.pow(force, -1 / 6)
 
     @property

@@ -8,6 +8,7 @@ from collections.abc import Collection
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.contact import hertz
 from hertzchain.errors import OverlapTooLarge, RunFailed
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.natural_units import force_scale
@@ -42,7 +43,7 @@ def largest_overlap_ratio(scene: Scene, peak_force: FloatArray) -> float:
         return overlap_ratio(scene.chain, float(peak_force.max()))
     granules = scene.granules
     smaller = np.append(np.minimum(granules.radius[:-1], granules.radius[1:]), granules.radius[-1])
-    overlap = (peak_force / granules.stiffness) ** (2 / 3)
+    overlap = hertz.overlap_of(granules.stiffness, peak_force)
     return float(np.max(overlap / smaller[: overlap.size]))
 
 

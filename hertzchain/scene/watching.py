@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.contact import hertz
 from hertzchain.scene.granules import Granules
-from hertzchain.scene.natural_units import NaturalUnits, slowness
+from hertzchain.scene.natural_units import NaturalUnits
 from hertzchain.scene.piston import Piston
 
 _WAVE_SPEED = 0.9055
@@ -41,7 +42,8 @@ def watched_with_terms(
     pass on. A wall has to stop granule 1, through all contacts in series.
     """
     weak = min(1.0, momentum_ratio)
-    crossed = slowness(granules.stiffness, granules.contact_mass) * math.pow(units.force, -1 / 6)
+    slowness = hertz.slowness(granules.stiffness, granules.contact_mass)
+    crossed = slowness * math.pow(units.force, -1 / 6)
     if granules.gap.any():
         slowed = _velocity_at_gaps(granules, units.velocity * weak, momentum)
         flight = _UNLIKE * float(np.sum(granules.gap / slowed))

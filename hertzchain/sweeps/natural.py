@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.scene.chain import contact_stiffness, granule_mass
+from hertzchain.contact import hertz
+from hertzchain.scene.chain import granule_mass
 from hertzchain.scene.natural_units import MOMENTUM_IN_NATURAL_UNITS, length_and_time
 from hertzchain.scene.watching import watched_time
 
@@ -35,7 +36,7 @@ def natural(given: Mapping[str, NDArray[Any]]) -> Natural:
     ratio, rise = given["shock.momentum_ratio"], given["shock.rise_time"]
     n = given["shock.duration_ratio"]
     with np.errstate(all="ignore"):
-        stiffness = contact_stiffness(
+        stiffness = hertz.stiffness_of_equals(
             radius, given["chain.young_modulus"], given["chain.poisson_ratio"]
         )
         mass = granule_mass(radius, given["chain.density"])

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hertzchain.arrays import FloatArray
+from hertzchain.contact import hertz
 from hertzchain.errors import SceneError, require
 from hertzchain.scene.chain import Chain
 from hertzchain.scene.natural_units import PAPER_MOMENTUM
@@ -55,8 +56,7 @@ def acceleration(displacement: ArrayLike, applied_force: float, chain: Chain) ->
         The granules.
     """
     u = np.asarray(displacement, np.float64)
-    pressed = np.clip(u[:-1] - u[1:], 0.0, None)
-    contact = chain.contact_stiffness * pressed**1.5
+    contact = hertz.force_of(chain.contact_stiffness, u[:-1] - u[1:])
     pushed = np.concatenate([[applied_force], contact])
     return np.asarray((pushed - np.concatenate([contact, [0.0]])) / chain.granule_mass)
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.contact import hertz
 from hertzchain.engines.external import readings
 from hertzchain.engines.external.readings import FREE
 from hertzchain.engines.external.rescaling import Softening, round_off
@@ -171,7 +172,7 @@ class Observation:
             force = force - self._law.damper(overlap, samples.overlap_derivatives[1][which])
         pressed = np.maximum(overlap, 0.0)
         kinetic = 0.5 * np.sum(self._at_rest.moving_mass * velocity**2)
-        return float(kinetic + 0.4 * np.sum(force * pressed))
+        return float(kinetic + np.sum(hertz.energy_of(force, pressed)))
 
 
 def _fastest(scene: Scene) -> float:
@@ -180,7 +181,8 @@ def _fastest(scene: Scene) -> float:
         return scene.impulse / scene.chain.granule_mass  # all the impulse in one granule
     # All energy in one granule of the smallest mass; static contacts have energy too.
     lightest = float(np.min(scene.granules.mass))
-    static = 0.4 * float(np.sum(scene.granules.static_force * scene.granules.static_overlap))
+    at_rest = hertz.energy_of(scene.granules.static_force, scene.granules.static_overlap)
+    static = float(np.sum(at_rest))
     if scene.piston is not None:
         moved = scene.granules.mass[1:]
         # All granules thrown ahead, and all contacts pressed by the scene's unit of force.

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.contact import hertz
 from hertzchain.observables.peaks import SIGNIFICANT, judged_contacts
 from hertzchain.observables.samples import Samples
 from hertzchain.scene.scene import Scene
@@ -147,9 +148,9 @@ def round_off(
     judged = judged_contacts(peak_force)
     if scene.is_plain:
         smallest = np.min(peak_force[judged]) if judged.any() else 0.0
-        overlap = (smallest / scene.chain.contact_stiffness) ** (2 / 3)
+        overlap = hertz.overlap_of(scene.chain.contact_stiffness, smallest)
     else:
-        overlaps = (peak_force / scene.granules.stiffness) ** (2 / 3)
+        overlaps = hertz.overlap_of(scene.granules.stiffness, peak_force)
         overlap = np.min(overlaps[judged]) if judged.any() else 0.0
     if overlap == 0:
         # 0 is right if the run ends before a table pushes; otherwise overlaps are lost in

@@ -10,7 +10,6 @@ from hertzchain.verdict.lint.script import Command, number
 _UNSTABLE = math.sqrt(2 / 3)  # natural time units; 2 over the largest frequency, 2 sqrt(3/2)
 _LONG = 0.2  # natural time units; peaks are then off by 1 % (chosen)
 _FEEBLE = 1e-6  # of all gravity: an angle written with 6 digits leaves that across the chain
-_IMPACT = 1.14326263  # F_max of two spheres over m*^(3/5) v^(6/5) A^(2/5), from Hertz's law
 
 
 def _gravity(deck: Deck) -> Found:
@@ -68,6 +67,8 @@ def _step_length(deck: Deck) -> Found:
     import numpy as np
     from scipy.linalg import eigvalsh_tridiagonal
 
+    from hertzchain.contact import hertz
+
     stiffness, mass = look.stiffness, granules.mass
     is_linear = np.abs(look.exponent - 1) < 0.01
     is_hertz = np.abs(look.exponent - 1.5) < 0.01
@@ -77,13 +78,13 @@ def _step_length(deck: Deck) -> Found:
     pressing, origin = max(forces, default=0.0), "the largest force of this deck"
     speed = np.abs(np.diff(granules.velocity[:, 0]))
     reduced = mass[1:] * mass[:-1] / (mass[1:] + mass[:-1])
-    hits = np.where(is_hertz, _IMPACT * reduced**0.6 * speed**1.2 * stiffness**0.4, 0.0)
+    hits = np.where(is_hertz, hertz.impact_force(stiffness, reduced, speed), 0.0)
     if hits.max() > pressing:
         pressing = hits.max()
         origin = f"that of granules that collide at {speed[hits.argmax()]:g}"
     if not np.all(is_linear) and (not pressing or len(forces) < len(deck.pushes)):
         return
-    spring = np.where(is_linear, stiffness, 1.5 * stiffness ** (2 / 3) * pressing ** (1 / 3))
+    spring = np.where(is_linear, stiffness, hertz.slope_of(stiffness, pressing))
     both = np.append(spring, 0) + np.append(0, spring)
     squares = eigvalsh_tridiagonal(
         both / mass, -spring / np.sqrt(mass[1:] * mass[:-1]),

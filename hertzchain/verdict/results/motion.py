@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import Array, FloatArray
+from hertzchain.contact import hertz
 from hertzchain.errors import SceneError
 from hertzchain.observables.peaks import PeakWatch, judged_contacts
 from hertzchain.observables.samples import Samples
@@ -171,7 +172,7 @@ def peaks_of(scene: Scene, motion: Motion, file: object) -> Sampled:
             how = "samples of positions, by Hertz's law of the scene"
             peaks = _through_samples(motion.time, _by_hertz(scene, motion.position), how)
         stiffness = scene.granules.stiffness[: peaks.peak_force.size]
-        overlap = (np.maximum(peaks.peak_force, 0.0) / stiffness) ** (2 / 3)
+        overlap = hertz.overlap_of(stiffness, np.maximum(peaks.peak_force, 0.0))
         # Force goes as overlap^(3/2); both positions are off by half a digit at most.
         found.append(_with_digits(peaks, 1.5 * motion.grain, overlap))
     if not found:
@@ -221,8 +222,8 @@ def _contact_forces(scene: Scene, motion: Motion, file: object) -> FloatArray | 
 
 def _by_hertz(scene: Scene, position: FloatArray) -> FloatArray:
     """Contact forces of overlaps by the law of the scene [N], (samples, contacts)."""
-    pressed = np.maximum(_overlaps(scene, position), 0.0)
-    return np.asarray(scene.granules.stiffness[: pressed.shape[1]] * pressed * np.sqrt(pressed))
+    overlap = _overlaps(scene, position)
+    return np.asarray(hertz.force_of(scene.granules.stiffness[: overlap.shape[1]], overlap))
 
 
 def _overlaps(scene: Scene, position: FloatArray) -> FloatArray:

@@ -1,0 +1,1 @@
+"""The contact of two granules."""
