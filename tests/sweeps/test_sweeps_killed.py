@@ -161,10 +161,9 @@ def goes_on_to_the_same(folder: Path, whole: Path, capfd: pytest.CaptureFixture[
     assert not list(folder.rglob(".hertzchain-*")), "something half-written is left"
 
 
+@pytest.mark.slow
 @pytest.mark.lammps
-@pytest.mark.parametrize(
-    ("name", "status"), [("SIGINT", 130), pytest.param("SIGTERM", 143, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
 def test_a_sweep_that_is_killed_and_then_stopped_goes_on_and_ends_as_if_it_had_not_been(
     folder: Path, whole: Path, capfd: pytest.CaptureFixture[str], name: str, status: int
 ) -> None:

@@ -254,7 +254,18 @@ MOTION: dict[str, tuple[Plant, str]] = {
     ),
     "Euler": (lambda at: other_code(at, euler=True), "contact forces 1.4"),
 }
-SLOW = ("shear", "dyn/cm^2", "E 8 times", "N", "weak", "dashpot", "sampled", "samples", "kgf read")
+SLOW = (
+    "shear",
+    "dyn/cm^2",
+    "E 8 times",
+    "N",
+    "weak",
+    "dashpot",
+    "sampled",
+    "samples",
+    "kgf read",
+    "viscoelastic",
+)
 
 
 @pytest.mark.parametrize(
@@ -312,12 +323,13 @@ def test_the_interval_of_samples_follows_from_their_mean() -> None:
             ("hertz/material ${young_modulus} 0.0", "hertz/material $(2*v_young_modulus) 0.0"),
             "of half",
         ),
-        (
+        pytest.param(
             (
                 "hertz/material ${young_modulus} 0.0 ${poisson_ratio}",
                 "hertz/material ${young_modulus} 0.2 ${poisson_ratio} damping tsuji",
             ),
             "damping of restitution 0.34",  # 0.3433 is what tsuji gives for 0.2
+            marks=pytest.mark.slow,
         ),
     ],
 )
@@ -347,7 +359,7 @@ def smooth(draw: np.random.Generator, truth: FloatArray) -> FloatArray:
 SEEDS = [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 40))]
 
 
-@pytest.mark.parametrize("make", [noise, smooth])
+@pytest.mark.parametrize("make", [noise, pytest.param(smooth, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_random_peaks_have_no_cause(
     make: Callable[[np.random.Generator, FloatArray], FloatArray], seed: int
@@ -476,6 +488,7 @@ def test_samples_are_sought_in_twelve_contacts(contacts: int, sought: bool) -> N
     assert bool(list(sampling.samples(few))) is sought
 
 
+@pytest.mark.slow
 def test_looking_for_a_cause_takes_seconds() -> None:
     at = planting((*QUICK[0][:3], 60))
     noisy = at.truth * (1 + 0.01 * np.random.default_rng(0).standard_normal(59))

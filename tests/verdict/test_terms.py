@@ -31,8 +31,15 @@ def failed(comparison: hc.Comparison) -> dict[str, str]:
     return {check.name: check.reason for check in comparison.checks if not check.passed}
 
 
+QUICK = ("all at once", "gaps, wall")
+"""Together they have each term of these scenes."""
+
+
 @pytest.mark.lammps
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in SCENES],
+)
 def test_every_scene_passes(name: str) -> None:
     scene = SCENES[name]
     comparison = hc.compare(scene)

@@ -73,8 +73,11 @@ def test_native_has_the_digits_of_the_other_solver() -> None:
 
 @pytest.mark.parametrize(
     "lammps",
-    [hc.Lammps(rtol=rtol) for rtol in (1e-2, 3e-3, 1e-3)]
-    + [hc.Lammps(rtol=rtol, extrapolated=True) for rtol in (1e-2, 1e-3)],
+    [
+        *(hc.Lammps(rtol=rtol) for rtol in (1e-2, 3e-3, 1e-3)),
+        hc.Lammps(rtol=1e-2, extrapolated=True),
+        pytest.param(hc.Lammps(rtol=1e-3, extrapolated=True), marks=pytest.mark.slow),
+    ],
     ids=["1e-2", "3e-3", "1e-3", "1e-2, extrapolated", "1e-3, extrapolated"],
 )
 def test_dashpots_that_close_at_a_speed(lammps: hc.Lammps) -> None:
@@ -82,7 +85,8 @@ def test_dashpots_that_close_at_a_speed(lammps: hc.Lammps) -> None:
     assert largest_difference(result.all_peaks, TRUE) < result.error_estimate < lammps.rtol
 
 
-@pytest.mark.parametrize("extrapolated", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("extrapolated", [False, True])
 def test_a_dashpot_of_light_granules(extrapolated: bool) -> None:
     result = hc.Lammps(rtol=1e-3, extrapolated=extrapolated).run(LIGHT)
     assert largest_difference(result.all_peaks, truth(LIGHT).all_peaks) < result.error_estimate

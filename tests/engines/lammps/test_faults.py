@@ -393,6 +393,7 @@ signal.signal(signal.SIGUSR1, lambda *_: passed.append(3600.0))
 """A clock that is an hour ahead after the signal."""
 
 
+@slow
 @linux
 @pytest.mark.lammps
 def test_a_comparison_goes_on_without_a_lammps_that_hangs(folder: Path) -> None:
@@ -585,8 +586,8 @@ WRONG_MPI: dict[str, tuple[Callable[[], dict[str, bytes]], str]] = {
 @pytest.mark.parametrize(
     "what",
     [
-        *("no library", "another library"),
-        *(pytest.param(what, marks=slow) for what in ("missing", "lost")),
+        "no library",
+        *(pytest.param(what, marks=slow) for what in ("another library", "missing", "lost")),
     ],
 )
 def test_a_wrong_mpi_is_said_by_doctor_and_run(folder: Path, what: str) -> None:
@@ -772,6 +773,7 @@ def test_kernels_that_cannot_be_kept_anywhere_are_compiled(tmp_path: Path) -> No
     assert call_small(tmp_path / "small", **nowhere, NUMBA_CACHE_DIR=where)[1].startswith(where)
 
 
+@slow
 @posix
 def test_kernels_are_compiled_where_files_must_not_grow(tmp_path: Path) -> None:
     before = """
@@ -785,6 +787,7 @@ def test_kernels_are_compiled_where_files_must_not_grow(tmp_path: Path) -> None:
     assert read_small(tmp_path / "small")[0] == 2
 
 
+@slow
 def test_kernels_are_compiled_where_the_disk_is_full(tmp_path: Path, full_disk: Path) -> None:
     assert call_small(tmp_path / "small", NUMBA_CACHE_DIR=str(full_disk))[0] == 0
     assert not list(full_disk.rglob("*.tmp*"))

@@ -21,8 +21,11 @@ from tests.places import ROOT
 SCENES = ROOT / "validation" / "scenes"
 NAME = "native: compiled against Eq. 1 as written"
 
-# The two take seconds, the others less than one.
-LONG = {"terms/all_at_once", "terms/dimer"}
+LONG = {
+    *("terms/all_at_once", "terms/dimer", "terms/upright_column", "terms/striker_on_a_wall"),
+    *("terms/light_defect", "terms/taper"),
+}
+"""They take a second or more."""
 SHIPPED = ["demo", *sorted(f"terms/{path.stem}" for path in (SCENES / "terms").glob("*.toml"))]
 
 
