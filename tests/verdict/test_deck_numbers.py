@@ -93,6 +93,13 @@ def test_both_sides_of_the_displacement_of_a_piston() -> None:
         assert checks["lammps: displacement of the piston [m]"] == passed
 
 
+@pytest.mark.parametrize(("granule", "name"), [(0, None), (1, "largest at granule 2")])
+def test_the_mass_of_a_piston_is_not_judged(granule: int, name: str | None) -> None:
+    heavier = number_checks(PISTON, by("mass", granule, 1.001)(right(driven=True)))
+    wrong = [check.reason.split("; ")[1] for check in heavier if not check.passed]
+    assert wrong == ([] if name is None else [name])
+
+
 def test_any_velocity_is_too_much() -> None:
     """A scene without a striker starts at rest: nothing is allowed."""
     moving = set_to("velocity", (2, 0), 1e-300)(right())
