@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading import FoundWall
-from hertzchain.verdict.deck import corrections
-from hertzchain.verdict.deck.changes import WITHOUT
 from hertzchain.verdict.deck.deck_check import Case, Indices, groups, values
 from hertzchain.verdict.deck.measured import far_wall, law_of
 from hertzchain.verdict.deck.number import Difference, Number, same
-from hertzchain.verdict.deck.places import NUMBER, Pairs, place
+from hertzchain.verdict.deck.places import NUMBER, WITHOUT, Pairs, place
 from hertzchain.verdict.slips import near, slips_of_stiffness
 
 _EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
@@ -299,19 +297,19 @@ def _extra_wall(case: Case, wall: FoundWall) -> Difference:
 
 
 CONTACTS = (
-    Number("force of the contacts", "N m^-1.5", "contacts", _missing, corrections.laws,
+    Number("force of the contacts", "N m^-1.5", "contacts", _missing,
            "contacts must push by Hertz's law", explains=True),
-    Number("exponent of the contact law", "", "contacts", _exponent, corrections.laws,
+    Number("exponent of the contact law", "", "contacts", _exponent,
            f"chosen: an exponent may be off by {_EXPONENT}, no other law is as close"),
-    Number("stiffness of the contacts", "N m^-1.5", "contacts", _stiffness, corrections.moduli),
-    Number("force at other overlaps", "", "contacts", elsewhere, corrections.laws,
+    Number("stiffness of the contacts", "N m^-1.5", "contacts", _stiffness),
+    Number("force at other overlaps", "", "contacts", elsewhere,
            explains=True),
-    Number("contacts across the box", "N", "image", _image, corrections.room,
+    Number("contacts across the box", "N", "image", _image,
            "the chain of the scene has two ends", explains=True),
-    Number("wall", "", "wall", _wall, corrections.wall, "counts must be equal"),
-    Number("wall at an end", "", "wall", _extra_walls, corrections.no_fix, explains=True),
+    Number("wall", "", "wall", _wall, "counts must be equal"),
+    Number("wall at an end", "", "wall", _extra_walls, explains=True),
 )  # fmt: skip
 
-UNTRIED = Number("contacts", "", "place", _untried, corrections.room, "its granules are in no row",
+UNTRIED = Number("contacts", "", "granules", _untried, "its granules are in no row",
                  explains=True)  # fmt: skip
 """In place of all others where no contact was tried."""

@@ -6,43 +6,71 @@ A correction is a set of edits: what stands in place of some lines, one command 
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from hertzchain.engines.lammps.reading import FoundFix
-from hertzchain.verdict.deck.changes import at, before_first_run, guessed, without
+from hertzchain.engines.lammps.reading import Executed
 from hertzchain.verdict.deck.deck_check import Case, DeckCheck
-from hertzchain.verdict.deck.group_names import fixes_of, unused
-from hertzchain.verdict.deck.places import NUMBER, Changes, place_at
+from hertzchain.verdict.deck.places import NUMBER, WITHOUT, Changes, Place, is_of, place_at
 from hertzchain.verdict.deck.right_commands import (
     granule_commands,
     has_type,
     law_commands,
     load_commands,
+    motion_commands,
+    neighbour_commands,
     number,
     piston_commands,
     place_commands,
     shock_commands,
     velocity_commands,
-    wall_command,
+    wall_commands,
 )
 
-# ---- Granules
+# ---- Edits
 
 
-def granules(case: Case, _: DeckCheck) -> Iterator[Changes]:
-    """Diameters and densities of the scene."""
-    yield before_first_run(case, granule_commands(case))
+def _at(place: Place | Executed) -> tuple[str, int, str]:
+    """The key of a command in changes."""
+    return place.file, place.line, place.written
 
 
-def places(case: Case, _: DeckCheck) -> Iterator[Changes]:
-    """All centres where the scene has them."""
-    yield before_first_run(case, place_commands(case))
+def _without(case: Case, indices: Sequence[int]) -> Changes:
+    """A deck without some commands, and without what names the fixes that they make."""
+    commands = case.found.commands
+    fixes = {commands[k].text.split()[1] for k in indices if commands[k].text.startswith("fix ")}
+    users = [[word, name] for word in ("unfix", "fix_modify") for name in fixes]
+    gone = [*indices, *(k for k, one in enumerate(commands) if one.text.split()[:2] in users)]
+    places = [place_at(case.found, k) for k in gone]
+    return {_at(place): (f"# {place.written}",) for place in places}
 
 
-def room(case: Case, _: DeckCheck) -> Iterator[Changes]:
+def _whole(case: Case, lines: Sequence[str], old: Sequence[int]) -> Iterator[Changes]:
+    """Commands in place of the first of some of the deck, or of all these before its first run.
+
+    Fixes keep the names of those in whose place they stand.
+    """
+    commands, lines = case.found.commands, list(lines)
+    while old and lines and commands[old[0]].text.split() == lines[0].split():
+        old, lines = old[1:], lines[1:]
+    fixes = (commands[k].text.split()[1] for k in old if commands[k].text.startswith("fix"))
+    for k, line in enumerate(lines):
+        words = line.split()
+        if words[0] == "fix":
+            lines[k] = " ".join(["fix", next(fixes, words[1]), *words[2:]])
+    gone = _without(case, old)
+    if old:
+        yield {**gone, _at(place_at(case.found, old[0])): tuple(lines)} if lines else gone
+    if lines:
+        run = commands[case.found.first_run]
+        yield {**gone, _at(run): (*lines, run.written)}
+
+
+# ---- Lines that change in a way of their own
+
+
+def _room(case: Case, _: DeckCheck) -> Iterator[Changes]:
     """A box with room at both ends, that is not periodic along the chain."""
     found, unit = case.found, case.units.length
     if found.axis not in "xyz":
@@ -59,11 +87,11 @@ def room(case: Case, _: DeckCheck) -> Iterator[Changes]:
     for one in found.commands:
         words = one.text.split()
         if words[:1] == ["boundary"] and bounds != found.boundary.split():
-            edits[at(one)] = (f"boundary {' '.join(bounds)}",)
+            edits[_at(one)] = (f"boundary {' '.join(bounds)}",)
         is_box = words[:1] == ["region"] and words[1] in box and words[2:3] == ["block"]
         if is_box and ("units" in words or _unit_lattice(case)):
             words[3 + 2 * k : 5 + 2 * k] = number(low), number(high)
-            edits[at(one)] = (" ".join(words),)
+            edits[_at(one)] = (" ".join(words),)
     yield edits
 
 
@@ -73,19 +101,7 @@ def _unit_lattice(case: Case) -> bool:
     return all(words[:1] == ["none"] or words[1:2] in (["1"], ["1.0"]) for words in made)
 
 
-def velocities(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """Velocities at the start: none but that of a striker."""
-    commands = velocity_commands(case)
-    if check.place is not None and check.place.written.split()[0] == "velocity":
-        yield without(case, check.place)
-        yield {at(check.place): tuple(commands[:1] + commands[2:])}
-    yield before_first_run(case, commands)
-
-
-# ---- Contacts and walls
-
-
-def _by_types(case: Case) -> Changes:
+def _by_types(case: Case, _: DeckCheck) -> Iterator[Changes]:
     """Moduli of materials in all lines that have others than those of their granules."""
     found, granules, unit = case.found, case.scene.granules, case.units
     edits: Changes = {}
@@ -105,115 +121,24 @@ def _by_types(case: Case) -> Changes:
             if is_number and abs(float(words[place]) - right) > 1e-9 * abs(right):
                 written[place] = number(float(right))
         if written != one.written.split():
-            edits[at(one)] = (" ".join(written),)
-    return edits
+            edits[_at(one)] = (" ".join(written),)
+    yield edits
 
 
-def moduli(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """Moduli by types, then the whole law."""
-    if "wall" not in check.name:
-        yield _by_types(case)
-    yield from laws(case, check)
+def _formula(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """The formula of the shock in place of the deck's."""
+    lines = shock_commands(case)
+    if lines and check.place is not None and check.place.written.startswith("variable"):
+        yield {_at(check.place): (lines[0],)}
 
 
-def laws(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """The law of the scene in place of the deck's."""
-    if "wall" in check.name:
-        yield from wall(case, check)
+def _as_many_steps(case: Case, check: DeckCheck) -> Iterator[Changes]:
+    """A shorter time step, with as many more steps in each run."""
+    found, where = case.found, check.place
+    if where is None or check.expected is None or not found.runs:
         return
-    lines = law_commands(case)
-    own = [
-        one
-        for one in case.found.commands
-        if one.carried_out and one.text.split()[0] in ("pair_style", "pair_coeff", "pair_modify")
-    ]
-    new = lines
-    if not lines or not own:
-        yield before_first_run(case, lines)
-        return
-    if own[0].text.split() == lines[0].split():  # the style stays
-        own, new = own[1:], lines[1:]
-    gone: Changes = {at(one): (f"# {one.written}",) for one in own}
-    yield {**gone, at(own[0]): tuple(new)}
-
-
-def wall(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """The wall of the scene, in place of the deck's or in front of the first run."""
-    command = wall_command(case)
-    if command is None:
-        return
-    where = check.place
-    if where is not None and re.match(r"fix\s+\S+\s+\S+\s+wall/", where.written):
-        words, new = where.written.split(), command.split()
-        yield {at(where): (" ".join([*words[:3], *new[3:]]),)}
-    yield before_first_run(case, [command])
-
-
-# ---- Forces
-
-
-def _pushing(case: Case, of_time: bool) -> list[FoundFix]:
-    """Fixes that push along the chain, with a formula or without."""
-    texts = case.found.commands
-    return [
-        fix
-        for fix in case.found.fixes
-        if not fix.moves and fix.style in ("gravity", "addforce", "setforce", "aveforce", "efield")
-        and np.any(fix.largest > 0) and ("v_" in texts[fix.command].text) == of_time
-    ]  # fmt: skip
-
-
-def _in_place_of(case: Case, fixes: Sequence[FoundFix], lines: Sequence[str]) -> Changes:
-    """Commands in place of the first of some fixes, without all of these."""
-    places = [place_at(case.found, fix.command) for fix in fixes]
-    gone: Changes = {}
-    for place in places:
-        gone |= without(case, place)
-    return {**gone, at(places[0]): tuple(lines)} if places and lines else gone
-
-
-def loads(case: Case, _: DeckCheck) -> Iterator[Changes]:
-    """Gravity and precompression of the scene in place of the deck's."""
-    lines = load_commands(case)
-    yield _in_place_of(case, _pushing(case, of_time=False), lines)
-    yield before_first_run(case, lines)
-
-
-def shock(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """The formula in place of the deck's; the whole shock in place of its forces."""
-    made = shock_commands(case)
-    lines = [] if made is None else [made.variable, *made.fix]
-    if made is not None and check.place is not None and check.place.written.startswith("variable"):
-        yield {at(check.place): (made.variable,)}
-    pushing = _pushing(case, of_time=True) or _pushing(case, of_time=False)
-    yield _in_place_of(case, pushing, lines) or before_first_run(case, lines)
-
-
-def no_fix(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """The deck without a fix."""
-    if check.place is not None and check.place.written.split()[0] == "fix":
-        yield without(case, check.place)
-
-
-def piston(case: Case, _: DeckCheck) -> Iterator[Changes]:
-    """The piston of the scene in place of what leads granules."""
-    leading = [fix for fix in case.found.fixes if fix.style == "move"]
-    lines = piston_commands(case)
-    if lines:
-        yield _in_place_of(case, leading, lines)
-
-
-# ---- Steps
-
-
-def step(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """A shorter time step, with as many more steps in each run; also without longer runs."""
-    found, shorter = case.found, next(guessed(case, check), None)
-    if shorter is None or not found.runs:
-        return
-    assert check.expected is not None
     old, new = max(run.dt for run in found.runs), check.expected
-    edits = dict(shorter)
+    edits: Changes = {_at(where): (check.command,)}
     last = min(found.end_time, case.start + case.scene.end_time)
     for run in found.runs:
         where = place_at(found, run.command)
@@ -221,53 +146,101 @@ def step(case: Case, check: DeckCheck) -> Iterator[Changes]:
         if run.dt == old and len(words) > 1 and words[0] == "run" and words[1].isdigit():
             end = min(run.start + run.steps * old, last)
             steps = max(1, math.ceil((end - run.start) / new * (1 - 1e-12)))
-            edits[at(where)] = (" ".join([words[0], str(steps), *words[2:]]),)
+            edits[_at(where)] = (" ".join([words[0], str(steps), *words[2:]]),)
     yield edits
-    yield shorter
 
 
-def run(case: Case, _: DeckCheck) -> Iterator[Changes]:
-    """As many steps more as are missing."""
-    if not case.found.runs:
-        return
-    last = case.found.runs[-1]
-    missing = case.scene.end_time + case.start - case.found.end_time
-    more = math.ceil(missing / last.dt - 1e-6)
-    where = place_at(case.found, last.command)
-    yield {at(where): (where.written, f"run {more}")}
+# ---- What a number is set by
 
 
-def movers(case: Case, _: DeckCheck) -> Iterator[Changes]:
-    """Each granule moved once."""
-    found = case.found
-    moving = [fix for fix in found.fixes if fix.moves]
-    movers = [place_at(found, fix.command) for fix in moving]
-    leads = [place_at(found, fix.command) for fix in moving if fix.style == "move"]
-    if leads and movers[0] not in leads:  # the others are moved by their forces
-        words, led = movers[0].written.split(), leads[0].written.split()[2]
-        others = f"group others subtract all {led}"
-        yield {at(movers[0]): (others, " ".join([*words[:2], "others", *words[3:]]))}
-    whole = before_first_run(case, [f"fix {unused('motion', fixes_of(found))} all nve"])
-    yield {**_in_place_of(case, moving, ()), **whole}
+def _nothing(_: Case, __: DeckCheck) -> list[int]:
+    return []
 
 
-def neighbours(case: Case, _: DeckCheck) -> Iterator[Changes]:
-    """A search for neighbours in each step, far enough; velocities of all of them."""
-    found = case.found
-    skin = number(0.5 * float(np.min(case.scene.granules.radius)) / case.units.length)
-    lines = [f"neighbor {skin} bin", "neigh_modify delay 0 every 1 check yes"]
-    gone: Changes = {
-        at(one): (f"# {one.written}",)
-        for one in found.commands
-        if one.text.split()[0] in ("neighbor", "neigh_modify", "comm_modify")
-    }
-    yield {**gone, **before_first_run(case, [*lines, "comm_modify mode single vel yes"])}
+def _all_of(role: str) -> Callable[[Case, DeckCheck], list[int]]:
+    """All commands of a role."""
+    return lambda case, _: [
+        k
+        for k, one in enumerate(case.found.commands)
+        if one.carried_out and is_of(case.found, k, role)
+    ]
 
 
-def motion(case: Case, check: DeckCheck) -> Iterator[Changes]:
-    """Without what is most likely to disturb the motion; with the scene's own force."""
-    if check.place is not None and check.place.written.split()[:1] == ["fix"]:
-        words = check.place.written.split()
-        yield {at(check.place): (" ".join([*words[:3], "nve"]),)}
-    if case.scene.ramps:
-        yield from shock(case, check)
+def _its_own(name: str) -> Callable[[Case, DeckCheck], list[int]]:
+    """The command that is blamed, if it begins so."""
+
+    def blamed(_: Case, check: DeckCheck) -> list[int]:
+        place = check.place
+        return [place.index] if place is not None and place.written.startswith(name) else []
+
+    return blamed
+
+
+def _pushing(case: Case, of_time: bool) -> list[int]:
+    """Fixes that push along the chain, with a formula or without."""
+    texts = case.found.commands
+    return [
+        fix.command
+        for fix in case.found.fixes
+        if not fix.moves and fix.style in ("gravity", "addforce", "setforce", "aveforce", "efield")
+        and np.any(fix.largest > 0) and ("v_" in texts[fix.command].text) == of_time
+    ]  # fmt: skip
+
+
+def _loads(case: Case, _: DeckCheck) -> list[int]:
+    return _pushing(case, of_time=False)
+
+
+def _shocks(case: Case, _: DeckCheck) -> list[int]:
+    return _pushing(case, of_time=True) or _pushing(case, of_time=False)
+
+
+def _movers(case: Case, _: DeckCheck) -> list[int]:
+    """Fixes that let granules move by their forces."""
+    return [fix.command for fix in case.found.fixes if fix.moves and fix.style != "move"]
+
+
+_BY_LINE = {
+    "granules": _room,
+    "image": _room,
+    "contacts": _by_types,
+    "shock": _formula,
+    "timestep": _as_many_steps,
+}
+"""Changes of single lines, by the role of a number."""
+
+_SETTINGS = {
+    "radius": (granule_commands, _nothing),
+    "mass": (granule_commands, _nothing),
+    "place": (place_commands, _nothing),
+    "velocity": (velocity_commands, _its_own("velocity")),
+    "spin": (velocity_commands, _its_own("velocity")),
+    "contacts": (law_commands, _all_of("contacts")),
+    "wall": (wall_commands, _its_own("fix")),
+    "constant force": (load_commands, _loads),
+    "gravity": (load_commands, _loads),
+    "shock": (shock_commands, _shocks),
+    "piston": (piston_commands, _all_of("piston")),
+    "motion": (motion_commands, _movers),
+    "neighbours": (neighbour_commands, _all_of("neighbours")),
+}
+"""By the role of a number: the scene's commands that set it, and those of the deck that go.
+
+The former are None where commands cannot say it.
+"""
+
+
+def corrections(case: Case, check: DeckCheck, role: str) -> Iterator[Changes]:
+    """The line of a check as its own number says, then changes by its role."""
+    where = check.place
+    if where is not None and check.command == WITHOUT:
+        yield _without(case, [where.index])
+    elif where is not None and check.command:
+        yield {_at(where): tuple(check.command.split("\n"))}
+    if role in _BY_LINE:
+        yield from _BY_LINE[role](case, check)
+    if role in _SETTINGS:
+        commands, replaced = _SETTINGS[role]
+        lines = commands(case)
+        if lines is not None:
+            yield from _whole(case, lines, replaced(case, check))

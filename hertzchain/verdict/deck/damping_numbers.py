@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from hertzchain.verdict.deck import corrections
 from hertzchain.verdict.deck.contact_numbers import QUIET, elsewhere, role_of
 from hertzchain.verdict.deck.deck_check import Case, values
 from hertzchain.verdict.deck.measured import Damper, dampers
@@ -123,7 +122,6 @@ DAMPING = (
         "N",
         "contacts",
         _damping,
-        corrections.laws,
         "forces of approaching and parting granules; a scene without damping has none",
     ),
     Number(
@@ -131,7 +129,6 @@ DAMPING = (
         "N",
         "contacts",
         _friction,
-        corrections.laws,
         "sideways forces and torques over radius when granules spin, of the contact force: they"
         " do nothing while granules stay on the axis without spin",
     ),

@@ -11,13 +11,11 @@ import numpy as np
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading import FoundFix
-from hertzchain.verdict.deck import corrections
-from hertzchain.verdict.deck.changes import WITHOUT
 from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, Indices, names, values
 from hertzchain.verdict.deck.group_names import first_alone
 from hertzchain.verdict.deck.measured import displacement, stretches_of
 from hertzchain.verdict.deck.number import Difference, Number, same
-from hertzchain.verdict.deck.places import ROLES, formula_of, is_of, place_at
+from hertzchain.verdict.deck.places import ROLES, WITHOUT, formula_of, is_of, place_at
 from hertzchain.verdict.deck.pulse import ACTS, of_shock, pulse, pushing_changes
 
 
@@ -47,9 +45,11 @@ def _constant(case: Case) -> Difference:
     per_mass = measured / found.mass[:count]
     gravity = bool(np.allclose(per_mass, per_mass[0], rtol=1e-6) and per_mass[0] != 0)
     kind = f" (gravity of {per_mass[0]:.4g} m/s^2 along the chain)" if gravity else ""
-    role = "gravity" if gravity else "constant force" if np.any(measured) else "run"
+    role = "gravity" if gravity else "constant force"
     at = None
-    if not any(one.carried_out and is_of(found, j, role) for j, one in enumerate(found.commands)):
+    if not np.any(measured):
+        at = found.first_run
+    elif not any(one.carried_out and is_of(found, j, role) for j, one in enumerate(found.commands)):
         at = _last_fix(case, lambda fix: bool(fix.largest[k, 0] > least))
     stands = []
     if np.any(expected) and np.any(measured):
@@ -339,25 +339,25 @@ def _piston(case: Case) -> Difference | list[Difference]:
 
 
 FORCES = (
-    Number("constant force", "N", "constant force", _constant, corrections.loads,
+    Number("constant force", "N", "constant force", _constant,
            "the scene has no constant force"),
     Number("constant force across the chain", "N", "constant force", _constant_across,
-           corrections.no_fix, "the scene has no force across the chain; one that moves all alike"
+           "the scene has no force across the chain; one that moves all alike"
            " leaves the peaks", explains=True),
-    Number("drag", "N s/m", "drag", _drag, corrections.no_fix,
+    Number("drag", "N s/m", "drag", _drag,
            "a force against a velocity: the scene has none"),
-    Number("random forces", "", "random", _random, corrections.no_fix,
+    Number("random forces", "", "random", _random,
            "the scene has no random force", explains=True),
-    Number("applied force across the chain", "N", "shock", _across, corrections.shock,
+    Number("applied force across the chain", "N", "shock", _across,
            "the scene pushes along the chain", explains=True),
-    Number("granules that are pushed", "", "shock", _others, corrections.shock,
+    Number("granules that are pushed", "", "shock", _others,
            "granule 1 is the first of the chain, and the scene pushes no other"),
-    Number("applied force", "N", "shock", _shock, corrections.shock, "the shock of the scene"),
-    Number("granules that are led", "", "piston", _driven, corrections.piston,
+    Number("applied force", "N", "shock", _shock, "the shock of the scene"),
+    Number("granules that are led", "", "piston", _driven,
            "counts must be equal", explains=True),
-    Number("displacement of the piston", "m", "piston", _piston, corrections.piston),
+    Number("displacement of the piston", "m", "piston", _piston),
 )  # fmt: skip
 """Forces before and while granules move, and motion that is given."""
 
-IN_MOTION = Number("force of the motion", "N", "motion", _in_motion, corrections.no_fix,
+IN_MOTION = Number("force of the motion", "N", "motion", _in_motion,
                    "the scene has no force of the motion", explains=True)  # fmt: skip

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from hertzchain.arrays import FloatArray
-from hertzchain.verdict.deck import corrections
 from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, Indices, groups, names, values
 from hertzchain.verdict.deck.measured import far_wall
 from hertzchain.verdict.deck.number import Difference, Number, same
@@ -212,17 +211,17 @@ def _spin(case: Case) -> Difference:
 _NO_VELOCITY = "a striker alone moves at the start"
 
 GRANULES = (
-    Number("number of granules", "", "granules", _count, corrections.room, "counts must be equal",
+    Number("number of granules", "", "granules", _count, "counts must be equal",
            explains=True),
-    Number("radius", "m", "radius", _radius, corrections.granules),
-    Number("mass", "kg", "mass", _mass, corrections.granules),
-    Number("distance of neighbours", "m", "place", _distance, corrections.places),
-    Number("place of the wall", "m", "wall", _wall_place, corrections.wall),
-    Number("distance from the axis", "m", "place", _off_axis, corrections.places, explains=True),
-    Number("velocity at the start", "m/s", "velocity", _velocity, corrections.velocities,
+    Number("radius", "m", "radius", _radius),
+    Number("mass", "kg", "mass", _mass),
+    Number("distance of neighbours", "m", "place", _distance),
+    Number("place of the wall", "m", "wall", _wall_place),
+    Number("distance from the axis", "m", "place", _off_axis, explains=True),
+    Number("velocity at the start", "m/s", "velocity", _velocity,
            _NO_VELOCITY),
-    Number("velocity across the chain", "m/s", "velocity", _velocity_across, corrections.velocities,
+    Number("velocity across the chain", "m/s", "velocity", _velocity_across,
            _NO_VELOCITY, explains=True),
-    Number("spin at the start", "1/s", "spin", _spin, corrections.velocities,
+    Number("spin at the start", "1/s", "spin", _spin,
            "the scene has no spin; with friction it pushes granules off the axis", explains=True),
 )  # fmt: skip

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import re
 
-import numpy as np
-
 from hertzchain.engines.lammps.reading import FoundDeck
 from hertzchain.verdict.deck.places import Place, group_of, place_at
-
-_OF_ONE = re.compile(r"group\s+(\S+)\s+id\s+(\d+)\s*$")
 
 
 def on_granule(found: FoundDeck, granule: int, name: str, command: str) -> list[str]:
@@ -65,19 +61,10 @@ def _commands(found: FoundDeck, name: str) -> list[list[str]]:
 
 def _group_of_granule(found: FoundDeck, granule: int) -> str | None:
     """A group of the deck with this granule alone."""
-    alone = np.arange(found.ids.size) == granule
-    made = [words[1] for words in _commands(found, "group") if len(words) > 1]
-    for fix in found.fixes:
-        name = found.commands[fix.command].text.split()[2]
-        if name in made and np.array_equal(fix.granules, alone):
-            return name
-    for one in found.commands:
-        match = _OF_ONE.match(one.text.strip())
-        if match is None or not one.carried_out or made.count(match[1]) != 1:
-            continue
-        if int(match[2]) == int(found.ids[granule]):
-            return match[1]
-    return None
+    made = [words[1:] for words in _commands(found, "group")]
+    names = [words[0] for words in made]
+    alone = ["id", str(int(found.ids[granule]))]
+    return next((name for name, *rest in made if rest == alone and names.count(name) == 1), None)
 
 
 def _is_used_besides(found: FoundDeck, group: str, fix: Place) -> bool:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from hertzchain.verdict.deck.changes import guessed
+from hertzchain.verdict.deck.corrections import corrections
 from hertzchain.verdict.deck.deck_check import Case, DeckCheck, values
 from hertzchain.verdict.deck.places import Changes, Pairs, place, place_at, with_number
 
 _MOST = 6  # corrections that are tried for one check (chosen)
-
-Corrections = Callable[[Case, DeckCheck], Iterator[Changes]]
 
 
 @dataclass(frozen=True)
@@ -77,11 +75,9 @@ class Number:
     name, unit
         What is compared.
     role
-        Commands that make it: a key of ``ROLES``.
+        Commands that make it, and by which it is corrected: a key of ``ROLES``.
     compared
         The difference of a deck, or several of them; none where the number does not apply.
-    corrections
-        Changes of a deck that may make it right, best guesses first.
     reason
         Why no difference is allowed, or what is compared.
     explains
@@ -93,7 +89,6 @@ class Number:
     unit: str
     role: str
     compared: Callable[[Case], Difference | list[Difference]]
-    corrections: Corrections
     reason: str = ""
     explains: bool = False
 
@@ -122,15 +117,16 @@ def check_of(case: Case, number: Number, one: Difference) -> DeckCheck:
     if not sentence and measured is not None and expected is not None:
         sentence = f"{name} {values(measured, expected, unit)}"
     reason = number.reason if one.relative is None else case.reason(one.relative)
+    role = one.role or number.role
     where = place_at(case.found, one.at) if one.at is not None else place(
-        case.found, one.role or number.role, one.stands, one.word
+        case.found, role, one.stands, one.word
     )  # fmt: skip
     command = (None if where is None else with_number(case.found, where, one.stands)) or one.command
     check = DeckCheck(
         name, unit, measured, expected, effect, passed, True, sentence, one.reason or reason, where,
         command,
     )  # fmt: skip
-    tried = () if passed else _tried(case, check, number.corrections)
+    tried = () if passed else _tried(case, check, role)
     return replace(check, command="", corrections=tried)
 
 
@@ -139,10 +135,10 @@ def _plain(number: float | None) -> float | None:
     return number if number is None or isinstance(number, int) else float(number)
 
 
-def _tried(case: Case, check: DeckCheck, corrections: Corrections) -> tuple[Changes, ...]:
+def _tried(case: Case, check: DeckCheck, role: str) -> tuple[Changes, ...]:
     """Corrections that may help a failed check, without repetitions."""
     tried: list[Changes] = []
-    for edits in (*guessed(case, check), *corrections(case, check)):
+    for edits in corrections(case, check, role):
         changes = any(lines != (where[2],) for where, lines in edits.items())
         if edits and changes and edits not in tried:
             tried.append(edits)

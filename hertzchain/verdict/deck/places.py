@@ -15,6 +15,9 @@ Changes = dict[tuple[str, int, str], tuple[str, ...]]
 Pairs = Sequence[tuple[float, float]]
 """As what a wrong and a right number may stand in a line, in units of the deck."""
 
+WITHOUT = "without this command"
+"""What a command should be that makes what the scene has not."""
+
 NUMBER = re.compile(r"(?<![\w.$])[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
 
 _SAME = 2e-3  # relative: a number that stands in a line is the one that was measured (chosen)

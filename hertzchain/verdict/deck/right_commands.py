@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,7 +14,6 @@ from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.sine import Sine
 from hertzchain.verdict.deck.deck_check import Case
 from hertzchain.verdict.deck.group_names import fixes_of, on_granule, unused
-from hertzchain.verdict.deck.places import place
 
 _MOST_LINES = 64  # commands that a correction may add, one for each granule (chosen)
 _MOST_ROWS = 40  # rows of a table that are written as one formula (chosen)
@@ -65,11 +63,11 @@ def granule_commands(case: Case) -> list[str]:
     ]
 
 
-def place_commands(case: Case) -> list[str]:
-    """All centres where the scene has them, from that of granule 1 on."""
+def place_commands(case: Case) -> list[str] | None:
+    """All centres where the scene has them, from that of granule 1 on; None for too many."""
     found, place = case.found, case.scene.granules.position
     if place.size != found.ids.size or place.size > _MOST_LINES:
-        return []
+        return None
     where = (found.origin + np.outer(place, found.direction)) / case.units.length
     return [
         f"set atom {int(k)} x {x:.17g} y {y:.17g} z {z:.17g}"
@@ -79,7 +77,9 @@ def place_commands(case: Case) -> list[str]:
 
 def velocity_commands(case: Case) -> list[str]:
     """Velocities and spins at the start: none but that of a striker."""
-    commands = ["velocity all set 0.0 0.0 0.0 units box", "set group all omega 0.0 0.0 0.0"]
+    commands = ["velocity all set 0.0 0.0 0.0 units box"]
+    if np.any(case.found.spin):
+        commands.append("set group all omega 0.0 0.0 0.0")
     if case.scene.start_velocity > 0 and case.scene.piston is None:
         speed = number(case.scene.start_velocity / case.units.velocity)
         moving = f"velocity {{group}} set {vector(case, speed)} units box"
@@ -114,8 +114,8 @@ def damping_words(case: Case, k: int, version: str) -> tuple[str, str]:
 _NO_FRICTION = "tangential linear_nohistory 0.0 0.0"
 
 
-def law_commands(case: Case) -> list[str]:
-    """Style and coefficients of the scene's contacts; empty where types cannot have them."""
+def law_commands(case: Case) -> list[str] | None:
+    """Style and coefficients of the scene's contacts; None where types cannot have them."""
     found, granules = case.found, case.scene.granules
     count = min(found.types.size, granules.mass.size)
     between = granules.mass.size - 1
@@ -126,9 +126,9 @@ def law_commands(case: Case) -> list[str]:
         eta, words = damping_words(case, k, found.version)
         known = coefficients.setdefault((low, high), (normal, eta, words))
         if abs(known[0] / normal - 1) > _ALIKE or known[1:] != (eta, words):
-            return []
+            return None
     if not coefficients:
-        return []
+        return None
     moduli = {(e, nu) for e, nu in zip(granules.young_modulus[:count],
                                        granules.poisson_ratio[:count], strict=True)}  # fmt: skip
     if len(set(coefficients.values())) == 1:
@@ -151,7 +151,7 @@ def law_commands(case: Case) -> list[str]:
     return lines
 
 
-def wall_command(case: Case) -> str | None:
+def wall_commands(case: Case) -> list[str] | None:
     """The wall of the scene as a fix; None without a wall, or across a diagonal."""
     scene, found, unit = case.scene, case.found, case.units
     if scene.wall is None or found.axis not in "xyz":
@@ -165,14 +165,9 @@ def wall_command(case: Case) -> str | None:
     eta, words = damping_words(case, case.near.size - 1, found.version)
     if scene.contact is None:  # a wall without damping needs a number for it in some versions
         eta, words = "1e-300", " damping velocity"
-    old = place(found, "wall")
     name = unused("wall", fixes_of(found))
-    if old is not None and old.written.split()[0] == "fix":
-        name = old.written.split()[1]
-    return (
-        f"fix {name} all wall/gran granular hertz {normal} {eta} {_NO_FRICTION}{words}"
-        f" {found.axis}plane {side}"
-    )
+    law = f"hertz {normal} {eta} {_NO_FRICTION}{words}"
+    return [f"fix {name} all wall/gran granular {law} {found.axis}plane {side}"]
 
 
 def load_commands(case: Case) -> list[str]:
@@ -197,37 +192,54 @@ def load_commands(case: Case) -> list[str]:
     return commands
 
 
-def piston_commands(case: Case) -> list[str]:
-    """The piston of a scene with a constant velocity; empty for a table."""
+def piston_commands(case: Case) -> list[str] | None:
+    """The piston of a scene with a constant velocity; None for a table, and without one."""
     piston = case.scene.piston
     if piston is None or piston.velocity is None:
-        return []
+        return None
     speed = number(piston.velocity / case.units.velocity)
     name = unused("piston", fixes_of(case.found))
     right = f"fix {name} {{group}} move linear {vector(case, speed)}"
     return on_granule(case.found, 0, "pushed", right)
 
 
-@dataclass(frozen=True)
-class ShockCommands:
-    """The variable of a shock, and the commands of its fix."""
+def motion_commands(case: Case) -> list[str]:
+    """Velocity Verlet of all granules, but for those that a fix leads."""
+    found = case.found
+    name = unused("motion", fixes_of(found))
+    led = [found.commands[fix.command] for fix in found.fixes if fix.style == "move"]
+    if not led:
+        return [f"fix {name} all nve"]
+    others = f"group others subtract all {led[0].text.split()[2]}"
+    return [others, f"fix {name} others nve"]
 
-    variable: str
-    fix: tuple[str, ...]
+
+def neighbour_commands(case: Case) -> list[str]:
+    """A search for neighbours in each step, far enough; velocities of all of them."""
+    skin = number(0.5 * float(np.min(case.scene.granules.radius)) / case.units.length)
+    return [
+        f"neighbor {skin} bin", "neigh_modify delay 0 every 1 check yes",
+        "comm_modify mode single vel yes",
+    ]  # fmt: skip
 
 
-def shock_commands(case: Case) -> ShockCommands | None:
-    """The commands of the scene's shock; None without a force, or for a table of many rows."""
+def shock_commands(case: Case) -> list[str] | None:
+    """The variable of the scene's shock and its fix; None for a table of many rows.
+
+    It is empty without a force.
+    """
+    if not case.scene.ramps:
+        return []
     formula = _formula(case)
     if formula is None or case.found.axis not in "xyz":
         return None
-    name, variable = _own_names(case)
+    variable = _variable(case)
     minus = "-" if float(case.found.direction.sum()) < 0 else ""
     parts = ["0.0"] * 3
     parts["xyz".index(case.found.axis)] = f"v_{variable}"
-    fix = on_granule(case.found, 0, "shock", f"fix {name} {{group}} addforce {' '.join(parts)}")
+    fix = f"fix {unused('shock', fixes_of(case.found))} {{group}} addforce {' '.join(parts)}"
     text = f'variable {variable} equal "{minus}{formula}"'
-    return ShockCommands(text, tuple(fix))
+    return [text, *on_granule(case.found, 0, "shock", fix)]
 
 
 def _formula(case: Case) -> str | None:
@@ -261,15 +273,14 @@ def _formula(case: Case) -> str | None:
     return None
 
 
-def _own_names(case: Case) -> tuple[str, str]:
-    """The fix and the variable of a deck's shock; names that are free where it has none."""
+def _variable(case: Case) -> str:
+    """The variable of a deck's shock; a name that is free where it has none."""
     found = case.found
     along = 4 + "xyz".index(found.axis)
     lines = [one.text.split() for one in found.commands if one.carried_out]
-    of_time = {words[1] for words in lines if words[:1] == ["variable"] and "equal" in words[2:3]}
+    made = {words[1] for words in lines if words[:1] == ["variable"]}
     for words in reversed(lines):
         name = "".join(words[along : along + 1]).removeprefix("v_")
-        if words[:1] == ["fix"] and words[3:4] == ["addforce"] and name in of_time:
-            return words[1], name
-    taken = {words[1] for words in lines if words[:1] == ["variable"]}
-    return unused("shock", fixes_of(found)), unused("F", taken)
+        if words[:1] == ["fix"] and words[3:4] == ["addforce"] and name in made:
+            return name
+    return unused("F", made)

@@ -12,13 +12,11 @@ import numpy as np
 from hertzchain.engines.native import METHODS
 from hertzchain.observables.error_bound import stable_step
 from hertzchain.observables.peaks import judged_contacts
-from hertzchain.verdict.deck import corrections
-from hertzchain.verdict.deck.changes import WITHOUT
 from hertzchain.verdict.deck.damping_numbers import damping_of_twin
 from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, DeckCheck, names, values
 from hertzchain.verdict.deck.measured import far_wall, stretches_of
 from hertzchain.verdict.deck.number import Difference, Number, same
-from hertzchain.verdict.deck.places import formula_of, place_at
+from hertzchain.verdict.deck.places import WITHOUT, formula_of, place_at
 from hertzchain.verdict.deck.twin import Twin, TwinRun, change_of_peaks, run_twin
 
 _MISSED = 0.1  # of the largest overlap: contacts noticed later are missed (chosen)
@@ -95,15 +93,12 @@ def _integrators(case: Case) -> Difference:
         return same(1, 1)
     k = int(wrong[0])
     movers = [fix for fix in found.fixes if fix.moves and (moved[k] == 0 or fix.granules[k])]
-    command = "fix motion all nve"
-    if movers:
-        name = found.commands[movers[-1].command].text.split()[1]
-        command = f"fix {name} all nve" if moved[k] == 0 else WITHOUT
     return Difference(
         int(moved[k]), 1, effect=math.inf,
         sentence=f"{names(wrong, moved.size, 'granule', 1)}"
         f" {'is' if wrong.size == 1 else 'are'} moved by {moved[k]} fixes, the scene lets each"
-        " granule move once", at=movers[-1].command if movers else None, command=command,
+        " granule move once", at=movers[-1].command if movers else None,
+        command=WITHOUT if moved[k] > 1 else "",
     )  # fmt: skip
 
 
@@ -131,13 +126,13 @@ def _missed(case: Case) -> Difference:
 _CHOSEN = f"overlaps without a force while the deck ran; chosen: {_MISSED:g} of those expected"
 
 RUNS = (
-    Number("time step", "s", "timestep", _step, corrections.step,
+    Number("time step", "s", "timestep", _step,
            "the error of velocity Verlet with the numbers of the scene and the steps of the deck"
            " must be within the tolerance"),
-    Number("end of the run", "s", "run", _end, corrections.run, _SEEN),
-    Number("integrators", "", "motion", _integrators, corrections.movers, "counts must be equal",
+    Number("end of the run", "s", "run", _end, _SEEN),
+    Number("integrators", "", "motion", _integrators, "counts must be equal",
            explains=True),
-    Number("neighbours", "m", "neighbours", _missed, corrections.neighbours, _CHOSEN,
+    Number("neighbours", "m", "neighbours", _missed, _CHOSEN,
            explains=True),
 )  # fmt: skip
 
@@ -232,11 +227,11 @@ def _moved(case: Case, one: Difference) -> Difference:
     pushing = [fix for fix in found.fixes if fix.style == "addforce"]
     if pushing and case.scene.ramps:
         where = formula_of(found, place_at(found, pushing[-1].command))
-        return replace(one, at=where.index)
+        return replace(one, at=where.index, role="shock")
     return one
 
 
-MOTION = Number("motion", "N", "motion", lambda _: [], corrections.motion,
+MOTION = Number("motion", "N", "motion", lambda _: [],
                 "velocity Verlet with the deck's own numbers and steps; allowed is the tolerance"
                 " and what the readings cost")  # fmt: skip
 
