@@ -4,49 +4,20 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading import FoundWall
 from hertzchain.verdict.deck.deck_check import Case, Indices, groups, values
-from hertzchain.verdict.deck.measured import far_wall, law_of
+from hertzchain.verdict.deck.measured import EXPONENT, far_wall, law_of
 from hertzchain.verdict.deck.number import Difference, Number, same
 from hertzchain.verdict.deck.places import NUMBER, WITHOUT, Pairs, place
 from hertzchain.verdict.slips import near, slips_of_stiffness
 
-_EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
 _BENT = 0.01  # of the force at other overlaps than the largest expected (chosen)
 _MIXED = "2023"  # before, LAMMPS mixes E and nu of a wall with themselves (measured: 2022)
 QUIET = 1e-7  # of a contact force: forces below are round-off (chosen)
-_NO_FORCE = 1e-6  # of Hertz's: a contact with less pushes not at all (chosen)
-
-
-@dataclass(frozen=True, eq=False)
-class _Laws:
-    """The laws of a deck's contacts, each of shape (contacts,): k, p, and their faults.
-
-    ``ratio`` is the force over Hertz's at the overlap that matters: a law of another exponent has a
-    stiffness in another unit.
-    """
-
-    stiffness: FloatArray
-    exponent: FloatArray
-    ratio: FloatArray
-    missing: NDArray[np.bool_]
-    bent: NDArray[np.bool_]
-
-    @classmethod
-    def of(cls, case: Case) -> _Laws:
-        stiffness = np.array([law.stiffness for law in case.laws])
-        exponent = np.array([law.exponent for law in case.laws])
-        near, expected = case.near[: stiffness.size], _expected(case)
-        ratio = stiffness * near ** (exponent - 1.5) / expected
-        missing = ~(ratio > _NO_FORCE)
-        bent = ~missing & (np.abs(exponent - 1.5) > _EXPONENT)
-        return cls(stiffness, exponent, ratio, missing, bent)
 
 
 def _expected(case: Case) -> FloatArray:
@@ -76,7 +47,7 @@ def _missing(case: Case) -> list[Difference]:
         for index, one in enumerate(case.found.commands)
         if one.carried_out and re.match(r"neigh_modify\s.*\bexclude\s+(?!none)", one.text)
     ]
-    for alike in groups(np.where(_Laws.of(case).missing, -1.0, 0.0)):
+    for alike in groups(np.array([-float(law.is_missing) for law in case.laws])):
         stiffness = np.array(case.twin.stiffness)
         stiffness[alike] = 0.0
         who, k = case.contact_name(alike), int(alike[0])
@@ -92,27 +63,29 @@ def _missing(case: Case) -> list[Difference]:
 
 
 def _exponent(case: Case) -> list[Difference]:
-    made, laws = [], _Laws.of(case)
-    for alike in groups(np.where(laws.bent, laws.exponent - 1.5, 0.0)):
+    made, laws = [], case.laws
+    for alike in groups(np.array([law.is_bent * (law.exponent - 1.5) for law in laws])):
         powers, stiffness = np.array(case.twin.exponent), np.array(case.twin.stiffness)
-        powers[alike], stiffness[alike] = laws.exponent[alike], laws.stiffness[alike]
+        for k in alike:
+            powers[k], stiffness[k] = laws[k].exponent, laws[k].stiffness
         who, k = case.contact_name(alike), int(alike[0])
         made.append(
             Difference(
-                laws.exponent[k], 1.5, f"exponent of {who}", role=role_of(case, alike),
+                laws[k].exponent, 1.5, f"exponent of {who}", role=role_of(case, alike),
                 changes={"exponent": powers, "stiffness": stiffness},
-                sentence=f"the force of {who} goes as overlap^{laws.exponent[k]:.3g}, the scene has"
-                f" Hertz's overlap^1.5; at {case.near[k]:.2g} m it is {laws.ratio[k]:.3g} times"
+                sentence=f"the force of {who} goes as overlap^{laws[k].exponent:.3g}, the scene has"
+                f" Hertz's overlap^1.5; at {case.near[k]:.2g} m it is {laws[k].ratio:.3g} times"
                 " Hertz's",
             )
         )  # fmt: skip
-    return made or [same(laws.exponent[0], 1.5)]
+    return made or [same(laws[0].exponent, 1.5)]
 
 
 def _stiffness(case: Case) -> list[Difference]:
-    made, laws, expected = [], _Laws.of(case), _expected(case)
-    ratio = laws.ratio
-    for alike in groups(np.where(laws.missing | laws.bent, 0.0, ratio * _by_radius(case) - 1)):
+    made, laws, expected = [], case.laws, _expected(case)
+    ratio = np.array([law.ratio for law in laws])
+    wrong = [law.is_missing or law.is_bent for law in laws]
+    for alike in groups(np.where(wrong, 0.0, ratio * _by_radius(case) - 1)):
         k, who = int(alike[np.argmax(np.abs(ratio[alike] - 1))]), case.contact_name(alike)
         stiffness = np.array(case.twin.stiffness)
         stiffness[alike] *= ratio[alike]
@@ -126,7 +99,7 @@ def _stiffness(case: Case) -> list[Difference]:
                 stands=_moduli(case, k, float(ratio[k])),
             )
         )  # fmt: skip
-    return made or [same(laws.stiffness[0], expected[0])]
+    return made or [same(laws[0].stiffness, expected[0])]
 
 
 def _by_radius(case: Case) -> FloatArray:
@@ -139,9 +112,8 @@ def _by_radius(case: Case) -> FloatArray:
     factor = np.ones(len(case.laws))
     count = min(factor.size, right.size, mine.size)
     factor[:count] = np.sqrt(right[:count] / mine[:count])
-    first = [law.ratios[np.isfinite(law.ratios)][:1] for law in case.laws]
-    fits = [one.size > 0 and abs(one[0] * f - 1) < 1e-6
-            for one, f in zip(first, factor, strict=True)]  # fmt: skip
+    fits = [law.ratios.size > 0 and abs(law.ratios[0] * f - 1) < 1e-6
+            for law, f in zip(case.laws, factor, strict=True)]  # fmt: skip
     return np.where(fits, factor, 1.0)
 
 
@@ -184,15 +156,15 @@ def _moduli(case: Case, k: int, ratio: float) -> Pairs:
 
 def elsewhere(case: Case) -> list[Difference]:
     """Forces that are Hertz's at the largest overlap, but not at all others."""
-    laws = _Laws.of(case)
-    wrong = laws.missing | laws.bent
-    fair = ~wrong & (np.abs(laws.ratio * _by_radius(case) - 1) <= 10 * case.tolerance)
-    for k, law in enumerate(case.laws if fair.all() else ()):
-        ratios = law.ratios[np.isfinite(law.ratios)]
-        if ratios.size == 0:
-            continue
-        reference = law.stiffness * case.near[k] ** (law.exponent - 1.5) / _expected(case)[k]
-        off = ratios / reference - 1
+    factor = _by_radius(case)
+    if any(
+        law.is_missing or law.is_bent or abs(law.ratio * factor[k] - 1) > 10 * case.tolerance
+        for k, law in enumerate(case.laws)
+    ):
+        return []
+    for k, law in enumerate(case.laws):
+        ratios = law.ratios
+        off = ratios / law.ratio - 1
         at = int(np.argmax(np.abs(off)))
         if abs(off[at]) > _BENT:
             alike = np.array([k])
@@ -300,7 +272,7 @@ CONTACTS = (
     Number("force of the contacts", "N m^-1.5", "contacts", _missing,
            "contacts must push by Hertz's law", explains=True),
     Number("exponent of the contact law", "", "contacts", _exponent,
-           f"chosen: an exponent may be off by {_EXPONENT}, no other law is as close"),
+           f"chosen: an exponent may be off by {EXPONENT}, no other law is as close"),
     Number("stiffness of the contacts", "N m^-1.5", "contacts", _stiffness),
     Number("force at other overlaps", "", "contacts", elsewhere,
            explains=True),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ def _damping(case: Case) -> list[Difference]:
     """Damping by approaching and parting granules: what is added to a law of one power."""
     if elsewhere(case):
         return []
-    found = dampers(case.found, case.scene, list(case.laws))
+    found = dampers(case.found, case.scene, case.laws)
     k, at, most = _worst(found, approaching=True)
     if most <= _CLEAR:  # granules that part tell of limits, too
         k, at, most = _worst(found, approaching=False)
@@ -66,12 +67,12 @@ def _sentence(one: Damper, at: int, who: str) -> str:
     return f"damping of {who} {numbers}, where {when} and the elastic force is {elastic:.3g} N"
 
 
-def damping_of_twin(case: Case) -> dict[str, object]:
+def damping_of_twin(case: Case) -> dict[str, Any]:
     """Numbers of a twin that is damped as the deck is."""
-    return _damped(case, dampers(case.found, case.scene, list(case.laws)))
+    return _damped(case, dampers(case.found, case.scene, case.laws))
 
 
-def _damped(case: Case, found: list[Damper]) -> dict[str, object]:
+def _damped(case: Case, found: list[Damper]) -> dict[str, Any]:
     """Numbers of a twin that is damped as the deck is: c overlap^q d' by the largest tries."""
     # Round-off has no exponent.
     found = [

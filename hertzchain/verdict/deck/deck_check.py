@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,7 +20,7 @@ from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.verdict.deck.measured import Law
 from hertzchain.verdict.deck.places import Changes, Place
-from hertzchain.verdict.deck.twin import Twin, TwinRun, change_of_peaks, effect
+from hertzchain.verdict.deck.twin import Stretch, Twin, TwinRun, change_of_peaks, run_twin
 
 Indices = NDArray[np.intp]
 
@@ -118,15 +119,17 @@ class Case:
     start: float
     truth: Result
     near: FloatArray
-    laws: tuple[Law, ...]
+    laws: Sequence[Law]
     twin: Twin
+    stretches: Sequence[Stretch]
     expected: TwinRun
     tolerance: float
     deadline: Deadline
 
-    def effect(self, **numbers: object) -> float | None:
-        """What numbers of the deck in place of the scene's do to the peaks."""
-        return effect(self.twin, self.expected, self.judged, self.deadline, **numbers)
+    def effect(self, stretches: Sequence[Stretch] = (), **numbers: Any) -> float:
+        """How much numbers of the deck, in place of the scene's, change the peaks at most."""
+        run = run_twin(self.twin._replace(**numbers), stretches or self.stretches, self.deadline)
+        return change_of_peaks(run.peak_force, self.expected.peak_force, self.judged)
 
     @property
     def judged(self) -> NDArray[np.bool_]:

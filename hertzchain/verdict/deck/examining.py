@@ -181,10 +181,10 @@ def compared(
     peaks = truth.all_peaks
     near = (np.maximum(peaks, 1e-3 * np.max(peaks)) / scene.granules.stiffness) ** (2 / 3)
     progress("what each number does to the peaks")
-    twin = twin_of(scene, stretches_of(found, scene, start))
+    twin, stretches = twin_of(scene), stretches_of(found, scene, start)
     case = Case(
-        scene, found, units, start, truth, near, tuple(laws(found, scene, near)), twin,
-        run_twin(twin, deadline), tolerance, deadline,
+        scene, found, units, start, truth, near, laws(found, scene, near), twin, stretches,
+        run_twin(twin, stretches, deadline), tolerance, deadline,
     )  # fmt: skip
     checks = in_order(all_checks(case, deck))
     peaks_of_deck = peaks_check(case)

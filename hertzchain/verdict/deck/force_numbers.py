@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -276,13 +277,13 @@ def _of_others(case: Case, others: Indices, one: Difference) -> Difference:
     return replace(one, at=where.index, command=right)
 
 
-def _with_others(case: Case, granules: Indices) -> dict[str, object]:
+def _with_others(case: Case, granules: Indices) -> dict[str, Any]:
     """Forces on some granules besides the scene's own on granule 1."""
     granules = granules[granules < case.twin.mass.size]
     extra = stretches_of(case.found, case.scene, case.start, granules)
     both = tuple(
         replace(one, applied=np.hstack([one.applied, more.applied]))
-        for one, more in zip(case.twin.stretches, extra, strict=True)
+        for one, more in zip(case.stretches, extra, strict=True)
     )
     return {"pushed": np.append(0, granules), "stretches": both}
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +38,7 @@ def _alike(
     expected: FloatArray,
     off: FloatArray,
     name: str,
-    changes: Callable[[Indices], dict[str, object]],
+    changes: Callable[[Indices], dict[str, Any]],
     stands: Callable[[float, float, int], Pairs],
 ) -> list[Difference]:
     """A difference for all granules that are off by the same, of the one that is off the most."""
@@ -57,7 +58,7 @@ def _radius(case: Case) -> list[Difference]:
     measured, expected = _both(case.found.radius, case.scene.granules.radius)
     off, unit = measured / expected - 1, case.units.length
 
-    def changes(alike: Indices) -> dict[str, object]:
+    def changes(alike: Indices) -> dict[str, Any]:
         mass, opening = np.array(case.twin.mass), np.array(case.twin.opening)
         count = measured.size
         mass[:count] = np.where(off != 0, case.found.mass[:count], mass[:count])
@@ -80,7 +81,7 @@ def _mass(case: Case) -> list[Difference]:
     off = np.where(np.abs(measured / fitting - 1) <= 1e-6, 0.0, measured / expected - 1)
     units = case.units
 
-    def changes(alike: Indices) -> dict[str, object]:
+    def changes(alike: Indices) -> dict[str, Any]:
         mass = np.array(case.twin.mass)
         mass[alike] = measured[alike]
         return {"mass": mass}

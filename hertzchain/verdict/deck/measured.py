@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ from hertzchain.verdict.deck.twin import Stretch
 
 _FITS = 1e-2  # of the largest force: a shock that begins at another time fits as well (chosen)
 _WHOLE = 0.02  # of a step: a start found so near to one is that (chosen)
+EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
+_NO_FORCE = 1e-6  # of Hertz's: a contact with less pushes not at all (chosen)
 _QUIET = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12 is usual)
 
 
@@ -23,13 +26,24 @@ _QUIET = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12
 class Law:
     """The force of one contact by its probes: ``stiffness`` overlap^``exponent`` near an overlap.
 
-    ``ratios`` is the force over Hertz's with the scene's stiffness at each try, not a number where
-    nothing was tried.
+    ``ratios`` is the force over Hertz's with the scene's stiffness at each try, ``ratio`` that by
+    the law at the overlap that matters: a law of another exponent has a stiffness in another unit.
     """
 
     stiffness: float
     exponent: float
     ratios: FloatArray
+    ratio: float
+
+    @property
+    def is_missing(self) -> bool:
+        """Whether there is no force."""
+        return not self.ratio > _NO_FORCE
+
+    @property
+    def is_bent(self) -> bool:
+        """Whether the force is none of Hertz."""
+        return not self.is_missing and abs(self.exponent - 1.5) > EXPONENT
 
 
 def law_of(overlap: FloatArray, force: FloatArray, stiffness: float, near: float) -> Law:
@@ -38,34 +52,47 @@ def law_of(overlap: FloatArray, force: FloatArray, stiffness: float, near: float
     ``stiffness`` is what the scene has, ``near`` the overlap at which it matters most [m].
     """
     tried = np.isfinite(force) & (overlap > 0)
-    ratios = np.full(overlap.size, np.nan)
-    ratios[tried] = force[tried] / (stiffness * overlap[tried] ** 1.5)
     order = np.argsort(overlap[tried])
     depth, push = overlap[tried][order], force[tried][order]
-    pushing = push > 0
+    ratios, pushing = push / (stiffness * depth**1.5), push > 0
     depth, push = depth[pushing], push[pushing]
+    exponent, nearer = 1.5, 0
     if depth.size == 0:
-        return Law(0.0, 1.5, ratios)
-    if depth.size == 1:
-        return Law(float(push[0] / depth[0] ** 1.5), 1.5, ratios)
-    at = int(np.clip(np.searchsorted(depth, near), 1, depth.size - 1))
-    exponent = float(np.log(push[at] / push[at - 1]) / np.log(depth[at] / depth[at - 1]))
-    nearer = at if abs(depth[at] - near) < abs(depth[at - 1] - near) else at - 1
-    return Law(float(push[nearer] / depth[nearer] ** exponent), exponent, ratios)
+        return Law(0.0, exponent, ratios, 0.0)
+    if depth.size > 1:
+        at = int(np.clip(np.searchsorted(depth, near), 1, depth.size - 1))
+        exponent = float(np.log(push[at] / push[at - 1]) / np.log(depth[at] / depth[at - 1]))
+        nearer = at if abs(depth[at] - near) < abs(depth[at - 1] - near) else at - 1
+    own = float(push[nearer] / depth[nearer] ** exponent)
+    return Law(own, exponent, ratios, own * near ** (exponent - 1.5) / stiffness)
+
+
+def _tries(found: FoundDeck, scene: Scene) -> list[list[FloatArray]]:
+    """What was tried with each contact of a scene that the deck has, a wall's last.
+
+    Overlaps and forces; then overlaps, speeds of approach and forces.
+    """
+    count, wall = scene.chain.granules, far_wall(found)
+    columns = (
+        found.overlap, found.contact_force,
+        found.damped_overlap, found.closing, found.damped_force,
+    )  # fmt: skip
+    between = min(count - 1, found.contact_force.shape[1])
+    made = [[column[:, k] for column in columns] for k in range(between)]
+    if scene.wall is not None and wall is not None and between == count - 1:
+        made.append(
+            [wall.overlap, wall.force, wall.damped_overlap, wall.closing, wall.damped_force]
+        )
+    return made
 
 
 def laws(found: FoundDeck, scene: Scene, near: FloatArray) -> list[Law]:
     """The law of each contact of a scene that the deck has, a wall's last."""
-    stiffness, count = scene.granules.stiffness, scene.chain.granules
-    between = min(count - 1, found.contact_force.shape[1])
-    made = [
-        law_of(found.overlap[:, k], found.contact_force[:, k], float(stiffness[k]), float(near[k]))
-        for k in range(between)
+    stiffness = scene.granules.stiffness
+    return [
+        law_of(overlap, force, float(stiffness[k]), float(near[k]))
+        for k, (overlap, force, *_) in enumerate(_tries(found, scene))
     ]
-    wall = far_wall(found)
-    if scene.wall is not None and wall is not None and between == count - 1:
-        made.append(law_of(wall.overlap, wall.force, float(stiffness[-1]), float(near[-1])))
-    return made
 
 
 def far_wall(found: FoundDeck) -> FoundWall | None:
@@ -84,25 +111,17 @@ class Damper:
     overlap: FloatArray  # m
 
 
-def dampers(found: FoundDeck, scene: Scene, made: list[Law]) -> list[Damper]:
+def dampers(found: FoundDeck, scene: Scene, made: Sequence[Law]) -> list[Damper]:
     """Damping of each contact with a law, the wall's last; forces of elastic contacts by it."""
     law = None if scene.contact is None else DampedLaw.of(scene)
-    between = found.contact_force.shape[1]
-    wall, dampings = far_wall(found), []
-    for k, one in enumerate(made):
-        if k < between:
-            overlap = found.damped_overlap[:, k]
-            closing, force = found.closing[:, k], found.damped_force[:, k]
-        else:
-            assert wall is not None
-            overlap, closing, force = wall.damped_overlap, wall.closing, wall.damped_force
-        tried = np.isfinite(force) & (overlap > 0)
-        overlap, closing, force = overlap[tried], closing[tried], force[tried]
+    dampings = []
+    for k, (one, (_, _, *tries)) in enumerate(zip(made, _tries(found, scene), strict=True)):
+        tried = np.isfinite(tries[2]) & (tries[0] > 0)
+        overlap, closing, force = (values[tried] for values in tries)
         elastic = one.stiffness * overlap**one.exponent
         expected = np.zeros_like(overlap)
         if law is not None:
-            contact = np.array([k])
-            added = law.damper(overlap[:, None], closing[:, None], contact)[:, 0]
+            added = law.damper(overlap[:, None], closing[:, None], np.array([k]))[:, 0]
             expected = np.asarray(added, np.float64)
         dampings.append(Damper(force - elastic, expected, elastic, closing, overlap))
     return dampings
@@ -181,7 +200,7 @@ def stretches_of(
             for column, granule in enumerate(pushed if at.size else ()):
                 applied[:, column] = np.interp(time, at - start, force[:, granule])
         led = _interpolated(found, time + start) if use_driven else _led(scene, time)
-        stretches.append(Stretch(float(time[0]), run.dt, applied, led))
+        stretches.append(Stretch(run.dt, applied, led))
     return tuple(stretches)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from hertzchain.verdict.deck.corrections import corrections
 from hertzchain.verdict.deck.deck_check import Case, DeckCheck, values
@@ -49,7 +50,7 @@ class Difference:
     name: str = ""
     unit: str | None = None
     relative: float | None = None
-    changes: Mapping[str, object] | None = None
+    changes: Mapping[str, Any] | None = None
     effect: float | None = None
     sentence: str = ""
     reason: str = ""

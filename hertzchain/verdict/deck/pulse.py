@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ _NOTHING = 1e-7  # of the largest force: a pulse has begun or ended with less (c
 _ALIKE = 0.02  # of the largest force: a pulse of another duration or profile fits as well (chosen)
 
 
-def pushing_changes(case: Case, pushed: Indices) -> dict[str, object]:
+def pushing_changes(case: Case, pushed: Indices) -> dict[str, Any]:
     """The deck's applied forces on some granules in place of the scene's."""
     pushed = pushed[pushed < case.twin.mass.size]
     return {"pushed": pushed, "stretches": stretches_of(case.found, case.scene, case.start, pushed)}
@@ -97,9 +98,7 @@ def _parts(
     off = measured / seen - 1 if seen > 0 else 0.0
     if abs(off) > 1e-6 and (longer is not None or not is_pulse or measured <= 0):
         right, mine = scene.peak_force, scene.peak_force * (1 + off)
-        stretches = tuple(
-            replace(one, applied=one.applied * (1 + off)) for one in case.twin.stretches
-        )
+        stretches = [replace(one, applied=one.applied * (1 + off)) for one in case.stretches]
         made.append(of_shock(case, Difference(
             mine, right, "peak of the applied force", relative=off,
             effect=case.effect(stretches=stretches),

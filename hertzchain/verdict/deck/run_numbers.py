@@ -17,7 +17,7 @@ from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, DeckCheck, names
 from hertzchain.verdict.deck.measured import far_wall, stretches_of
 from hertzchain.verdict.deck.number import Difference, Number, same
 from hertzchain.verdict.deck.places import WITHOUT, formula_of, place_at
-from hertzchain.verdict.deck.twin import Twin, TwinRun, change_of_peaks, run_twin
+from hertzchain.verdict.deck.twin import Stretch, Twin, TwinRun, change_of_peaks, run_twin
 
 _MISSED = 0.1  # of the largest overlap: contacts noticed later are missed (chosen)
 _ERROR = 0.5  # of velocity Verlet with a step of 1 in natural units, by its order (chosen)
@@ -142,7 +142,7 @@ RUNS = (
 
 def motion(case: Case, failed: Iterable[DeckCheck]) -> list[Difference]:
     """The deck's own peaks, then its end, against those which all its numbers should make."""
-    found, run = case.found, run_twin(found_twin(case), case.deadline)
+    found, run = case.found, run_twin(*_found_twin(case), case.deadline)
     measured, expected = found.peak_force, run.peak_force
     size = min(measured.size, expected.size)
     if not np.all(np.isfinite(expected)):
@@ -236,13 +236,14 @@ MOTION = Number("motion", "N", "motion", lambda _: [],
                 " and what the readings cost")  # fmt: skip
 
 
-def found_twin(case: Case) -> Twin:
-    """The chain with all numbers of the deck; laws and shock by their readings."""
+def _found_twin(case: Case) -> tuple[Twin, tuple[Stretch, ...]]:
+    """The chain with all numbers of the deck, and its runs; laws and shock by their readings."""
     found, twin = case.found, case.twin
-    stiffness, exponent = np.array(twin.stiffness), np.array(twin.exponent)
+    stiffness, exponent, opening = (
+        np.array(numbers) for numbers in (twin.stiffness, twin.exponent, twin.opening)
+    )
     for k, law in enumerate(case.laws):
         stiffness[k], exponent[k] = law.stiffness, law.exponent
-    opening = np.array(twin.opening)
     # Where contacts begin: radii may differ from the scene's, and contacts then do, too.
     touching = found.radius[:-1] + found.radius[1:]
     opening[: touching.size] = np.diff(found.position) - touching
@@ -253,21 +254,18 @@ def found_twin(case: Case) -> Twin:
         stiffness[-1] = 0.0
     pushed = np.flatnonzero(np.max(np.abs(found.applied_force), axis=0, initial=0.0) > 0)
     pushed = pushed if pushed.size else np.zeros(1, np.intp)
-    return replace(
-        twin,
+    whole = twin._replace(
         mass=np.append(math.inf, found.mass[1:]) if found.driven[0] else found.mass,
-        velocity=found.velocity[:, 0],
-        constant_force=found.constant_force[:, 0],
+        velocity=np.ascontiguousarray(found.velocity[:, 0]),
+        constant_force=np.ascontiguousarray(found.constant_force[:, 0]),
         drag=np.zeros_like(found.drag) if case.settles else np.nan_to_num(found.drag),
         stiffness=stiffness,
         exponent=exponent,
         opening=opening,
         pushed=pushed,
-        stretches=stretches_of(
-            found, case.scene, case.start, pushed, use_driven=bool(found.driven[0])
-        ),
-        **damping_of_twin(case),  # type: ignore[arg-type]
+        **damping_of_twin(case),
     )
+    return whole, stretches_of(found, case.scene, case.start, pushed, bool(found.driven[0]))
 
 
 # ---- Its peaks

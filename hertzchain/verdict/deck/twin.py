@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.native.kernels import compiled_and_kept
 from hertzchain.limits import Deadline
 from hertzchain.scene.scene import Scene
 
@@ -16,21 +19,19 @@ _PIECE = 100_000  # steps between two looks at the clock: 0.1 s with 60 granules
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """A run of a deck: ``steps`` equal steps from a time of the scene on [s].
+    """A run of a deck in equal steps [s].
 
     ``applied`` is the force on the granules that are pushed at the start and after each step [N],
     shape (steps + 1, pushed granules); ``driven`` the displacement of a piston at these times [m],
     else of shape (0,).
     """
 
-    start: float
     dt: float
     applied: FloatArray
-    driven: FloatArray = field(default_factory=lambda: np.zeros(0))
+    driven: FloatArray
 
 
-@dataclass(frozen=True, eq=False)
-class Twin:
+class Twin(NamedTuple):
     """A chain with any numbers, which velocity Verlet integrates at the steps of a deck.
 
     Parameters
@@ -44,8 +45,6 @@ class Twin:
         c of each contact in c overlap^q d', q of all, and whether contacts may pull.
     pushed
         Granules on which the shock acts, counted from 0.
-    stretches
-        The runs, with the force of the shock.
     """
 
     mass: FloatArray
@@ -59,23 +58,21 @@ class Twin:
     damping_exponent: float
     attraction: bool
     pushed: NDArray[np.intp]
-    stretches: tuple[Stretch, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class TwinRun:
-    """Peaks of a twin and how far its ends move against and along the chain [N, s, m]."""
+    """Peaks of a twin and how far its ends move against and along the chain [N, m]."""
 
     peak_force: FloatArray  # (contacts,)
-    peak_time: FloatArray
     backwards: float
     forwards: float
     displacement: FloatArray  # (granules,), at the end
     velocity: FloatArray
 
 
-def twin_of(scene: Scene, stretches: tuple[Stretch, ...]) -> Twin:
-    """The scene itself at the steps of a deck; the force of the shock stands in the stretches."""
+def twin_of(scene: Scene) -> Twin:
+    """The scene itself."""
     granules, count = scene.granules, scene.chain.granules
     contacts = granules.stiffness.size
     velocity = np.zeros(count)
@@ -93,32 +90,87 @@ def twin_of(scene: Scene, stretches: tuple[Stretch, ...]) -> Twin:
         damping_exponent=0.0 if contact is None else contact.exponent,
         attraction=contact is not None and contact.attraction,
         pushed=np.zeros(1, np.intp),
-        stretches=stretches,
     )
 
 
-def run_twin(twin: Twin, deadline: Deadline) -> TwinRun:
+def run_twin(twin: Twin, stretches: Iterable[Stretch], deadline: Deadline) -> TwinRun:
     """Integrate a twin; peaks are not finite where the motion diverges. Raises TooExpensive."""
-    from hertzchain.verdict.deck import twin_kernel
-
     contacts = twin.stiffness.size
-    force, at, reach = np.zeros(contacts), np.full(contacts, np.nan), np.zeros(2)
+    force, reach = np.zeros(contacts), np.zeros(2)
     state = np.array([np.zeros_like(twin.velocity), twin.velocity])
-    for stretch in twin.stretches:
+    for stretch in stretches:
         steps = len(stretch.applied) - 1
         for first in range(0, max(steps, 1), _PIECE):
             if deadline.left <= 0:
                 raise deadline.passed()
-            twin_kernel.advance(
-                state, twin.opening, twin.mass, twin.stiffness, twin.exponent, twin.damping,
-                twin.damping_exponent, twin.attraction, twin.constant_force, twin.drag, twin.pushed,
-                np.ascontiguousarray(stretch.applied[first : first + _PIECE + 1]),
+            _advance(
+                twin, np.ascontiguousarray(stretch.applied[first : first + _PIECE + 1]),
                 stretch.driven[first : first + _PIECE + 1],
-                stretch.start + first * stretch.dt, stretch.dt, force, at, reach,
+                stretch.dt, state, force, reach,
             )  # fmt: skip
     if not np.all(np.isfinite(state)):
         force = np.full(contacts, np.nan)
-    return TwinRun(force, at, float(-reach[0]), float(reach[1]), state[0], state[1])
+    return TwinRun(force, float(-reach[0]), float(reach[1]), state[0], state[1])
+
+
+@compiled_and_kept
+def _advance(  # noqa: PLR0912 - one loop over steps and contacts, as it is read
+    twin: Twin,
+    applied: FloatArray,
+    driven: FloatArray,
+    dt: float,
+    state: FloatArray,
+    force: FloatArray,
+    reach: FloatArray,
+) -> None:
+    """Advance a twin by a stretch, or a piece of it.
+
+    Changes ``state``, displacement and velocity of shape (2, granules), the largest ``force`` of
+    each contact, and how far the first and last granule have moved against and along
+    the chain (``reach``). Damping and drag take the velocity half a step before.
+    """
+    granules, contacts = twin.mass.size, twin.stiffness.size
+    u, v = state[0], state[1]
+    net = np.empty(granules)
+    before, now = np.full(contacts, np.inf), np.full(contacts, np.inf)
+    for step in range(applied.shape[0]):
+        if step > 0:
+            for i in range(granules):
+                v[i] += 0.5 * dt * net[i] / twin.mass[i]
+                u[i] += dt * v[i]
+            if driven.size > 0:
+                u[0], v[0] = driven[step], (driven[step] - driven[step - 1]) / dt
+        for i in range(granules):
+            net[i] = twin.constant_force[i] - twin.drag[i] * v[i]
+        for k in range(twin.pushed.size):
+            net[twin.pushed[k]] += applied[step, k]
+        for i in range(contacts):
+            free = i + 1 == granules  # the other side is a wall
+            overlap = u[i] - twin.opening[i] - (0.0 if free else u[i + 1])
+            pushed = 0.0
+            if overlap > 0:
+                pushed = twin.stiffness[i] * overlap ** twin.exponent[i]
+                if twin.damping[i] != 0.0:
+                    rate = v[i] - (0.0 if free else v[i + 1])
+                    pushed += twin.damping[i] * overlap**twin.damping_exponent * rate
+                    if pushed < 0 and not twin.attraction:
+                        pushed = 0.0
+                net[i] -= pushed
+                if not free:
+                    net[i + 1] += pushed
+            top = pushed
+            if now[i] >= before[i] and now[i] > pushed:  # of the parabola through three samples
+                bend, slope = before[i] - 2 * now[i] + pushed, pushed - before[i]
+                if bend < 0:
+                    top = now[i] - slope * slope / (8 * bend)
+            force[i] = max(force[i], top)
+            before[i], now[i] = now[i], pushed
+        if step > 0:
+            for i in range(granules):
+                if i > 0 or driven.size == 0:
+                    v[i] += 0.5 * dt * net[i] / twin.mass[i]
+        reach[0] = min(reach[0], u[0])
+        reach[1] = max(reach[1], u[granules - 1])
 
 
 def change_of_peaks(found: FloatArray, expected: FloatArray, judged: NDArray[np.bool_]) -> float:
@@ -132,18 +184,3 @@ def change_of_peaks(found: FloatArray, expected: FloatArray, judged: NDArray[np.
         return 0.0
     change = np.abs(found[judged] / expected[judged] - 1)
     return float(np.max(change)) if np.all(np.isfinite(change)) else float("inf")
-
-
-def effect(
-    twin: Twin,
-    expected: TwinRun,
-    judged: NDArray[np.bool_],
-    deadline: Deadline,
-    **numbers: object,
-) -> float:
-    """How much some numbers of a deck, in place of the scene's, change the peaks at most."""
-    return change_of_peaks(
-        run_twin(replace(twin, **numbers), deadline).peak_force,  # type: ignore[arg-type]
-        expected.peak_force,
-        judged,
-    )
