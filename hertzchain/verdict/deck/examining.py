@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +23,7 @@ from hertzchain.verdict.deck.examined import DeckExamination, Finding, by_comman
 from hertzchain.verdict.deck.measured import laws, start_of_shock, stretches_of
 from hertzchain.verdict.deck.numbers import all_checks
 from hertzchain.verdict.deck.places import place
-from hertzchain.verdict.deck.proving import Prover, findings_of
+from hertzchain.verdict.deck.proving import Prover, with_findings
 from hertzchain.verdict.deck.run_numbers import peaks_check
 from hertzchain.verdict.deck.twin import run_twin, twin_of
 from hertzchain.verdict.deck.units import in_si
@@ -82,67 +82,22 @@ def examine(
         raise SceneError("", None, allowed, file=deck)
     check_time_limit(time_limit)
     deadline = Deadline(time_limit)
+    truths: dict[float, Result] = {}
     with (
         telling(progress) as say,
         Reader(Path(deck), scene, variables or {}, deadline, lmp, say) as reader,
     ):
-        examiner = _Examiner(scene, str(deck), reader, float(tolerance), deadline, say)
-        done, seconds = examiner.examined({}), deadline.limit - deadline.left
+
+        def examined(edits: Edits, limit: float = math.inf) -> DeckExamination:
+            found = reader.read(edits, limit)
+            say("native: the reference method")
+            return compared(scene, str(deck), found, float(tolerance), deadline, say, truths)
+
+        done, seconds = examined({}), deadline.limit - deadline.left
         if done.to_mend and done.found.is_chain:
             say("trying corrections")
-            prover = Prover(done, examiner.examined, seconds)
-            findings, edits = findings_of(prover)
-            remarks = (*done.remarks, *[_NOT_ALL] * prover.cut_short)
-            done = replace(done, findings=findings, edits=edits, remarks=remarks)
-    return replace(_with_commands(done), texts=_texts(Path(deck), done.found))
-
-
-_NOT_ALL = (
-    "not all corrections were tried in the time for that, eight readings of the deck or 8 s:"
-    " correct what is shown, and examine the deck again"
-)
-
-
-@dataclass
-class _Examiner:
-    """Examines a deck with any edits; what the reference method finds is kept."""
-
-    scene: Scene
-    deck: str
-    reader: Reader
-    tolerance: float
-    deadline: Deadline
-    say: Callable[[str], object]
-    truths: dict[float, Result] = field(default_factory=dict)
-
-    def examined(self, edits: Edits, limit: float = math.inf) -> DeckExamination:
-        """The deck with edits, number by number; LAMMPS may take so long [s]."""
-        found = self.reader.read(edits, limit)
-        self.say("native: the reference method")
-        return compared(
-            self.scene, self.deck, found, self.tolerance, self.deadline, self.say, self.truths
-        )
-
-
-def _with_commands(done: DeckExamination) -> DeckExamination:
-    """Checks with the commands that are proven to be right, at their own lines."""
-    proven = {
-        (one.file, one.line): "\n".join(one.commands)
-        for finding in done.findings
-        for one in finding.correction
-    }
-
-    def command(check: DeckCheck) -> str:
-        place = check.place
-        return "" if place is None else proven.get((place.file, place.line), "")
-
-    checks = tuple(replace(check, command=command(check)) for check in done.checks)
-    by_name = {check.name: check for check in checks}
-    findings = tuple(
-        replace(one, checks=tuple(by_name[check.name] for check in one.checks))
-        for one in done.findings
-    )
-    return replace(done, checks=checks, findings=findings)
+            done = with_findings(Prover(done, examined, seconds))
+    return replace(done, texts=_texts(Path(deck), done.found))
 
 
 def _texts(deck: Path, found: FoundDeck) -> tuple[tuple[str, str], ...]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from hertzchain.engines.lammps.reading import Edits
 from hertzchain.errors import RunFailed
 from hertzchain.verdict.deck.deck_check import DeckCheck
-from hertzchain.verdict.deck.examined import Correction, DeckExamination, Finding, by_command
+from hertzchain.verdict.deck.examined import DeckExamination, Finding, by_command
 from hertzchain.verdict.deck.places import Changes
 
 _WORSE = 1e-2, 1e-5
@@ -19,7 +19,13 @@ elsewhere, and the error of the steps changes with any number (chosen)."""
 _MOST_STEPS = 30  # corrections on top of one another (chosen)
 _PATIENCE = 8.0, 8.0  # what all proofs may take: readings of the deck, or seconds (chosen)
 
+_NOT_ALL = (
+    "not all corrections were tried in the time for that, eight readings of the deck or 8 s:"
+    " correct what is shown, and examine the deck again"
+)
+
 Try = Callable[[Edits, float], DeckExamination]
+Proof = tuple[Edits, DeckExamination]
 
 
 @dataclass
@@ -56,7 +62,7 @@ class Prover:
 
     def proofs(
         self, base: Edits, before: DeckExamination, checks: Sequence[DeckCheck], peaks: bool = True
-    ) -> Iterator[tuple[Edits, DeckExamination]]:
+    ) -> Iterator[Proof]:
         """Edits with which all of some checks pass, nothing else fails, and no peak is worse.
 
         Those that leave no difference at all come first.
@@ -71,7 +77,7 @@ class Prover:
 
     def _proofs(
         self, base: Edits, before: DeckExamination, checks: Sequence[DeckCheck], peaks: bool
-    ) -> Iterator[tuple[Edits, DeckExamination]]:
+    ) -> Iterator[Proof]:
         kinds = {check.kind for check in checks}
         for check in checks:
             for changes in check.corrections:
@@ -81,91 +87,73 @@ class Prover:
                     continue
                 left = [one for one in after.to_mend if one.kind in kinds]
                 if left and len(checks) > 1 and len(left) < len(checks):  # others on that line
-                    yield from self._proofs(whole, after, left, peaks)
+                    yield from self._proofs(whole, before, left, peaks)
                 elif not left and _is_no_worse(before, after, peaks):
                     yield whole, after
 
 
-def findings_of(prover: Prover) -> tuple[tuple[Finding, ...], Edits]:
-    """What is to mend, command by command, with proven corrections; and all of these together."""
+def with_findings(prover: Prover) -> DeckExamination:
+    """The first examination with what is to mend, command by command, and proven corrections."""
     first = prover.first
-    groups = by_command(first.to_mend)
-    alone: list[tuple[Edits, DeckExamination] | None] = []
-    follows: list[int | None] = []
+    groups, proofs = by_command(first.to_mend), list[Proof | None]()
     for checks in groups:
-        cause = _cause(checks, first, alone)
-        follows.append(cause)
-        proof = None
-        if cause is None:
-            proof = next(
-                ((edits, after) for edits, after in prover.proofs({}, first, checks)
-                 if _is_no_worse(first, after)), None,
-            )  # fmt: skip
-        alone.append(proof)
-    for k, checks in enumerate(groups):  # what comes later may be the cause of what comes first
-        if alone[k] is None and follows[k] is None:
-            follows[k] = _cause(checks, first, alone)
+        follows = _cause(checks, proofs) is not None
+        proofs.append(None if follows else next(prover.proofs({}, first, checks), None))
+    # What comes later may be the cause of what comes first.
+    causes = [
+        _cause(checks, proofs) if proof is None else None
+        for checks, proof in zip(groups, proofs, strict=True)
+    ]
     whole, steps = _together(prover)
     if prover.cut_short:  # what is shown as right is in the fixed deck, though it was not tried
-        for proof in alone:
+        for proof in proofs:
             more = {} if proof is None else proof[0]
             if not more.keys() & whole.keys():
                 whole = {**whole, **more}
-    findings = []
-    for checks, known, cause in zip(groups, alone, follows, strict=True):
-        correction: tuple[Correction, ...] = ()
-        with_others = False
-        if known is not None:
-            correction = first.corrections_of(known[0])
-        elif cause is None:
-            kinds = {check.kind for check in checks}
-            step = next((edits for named, edits in steps if named & kinds), None)
-            correction = () if step is None else first.corrections_of(step)
-            with_others = bool(correction)
-        findings.append(Finding(tuple(checks), correction, with_others, cause))
-    return _in_order(findings), whole
+    corrections = []
+    for checks, proof, cause in zip(groups, proofs, causes, strict=True):
+        kinds = {check.kind for check in checks}
+        edits = [proof[0]] if proof else [one for named, one in steps if named & kinds]
+        corrections.append(first.corrections_of(edits[0]) if edits and cause is None else ())
+    right = {(at.file, at.line): "\n".join(at.commands) for one in corrections for at in one}
 
+    def with_command(check: DeckCheck) -> DeckCheck:
+        place = check.place
+        at = None if place is None else (place.file, place.line)
+        return check if at not in right else replace(check, command=right[at])
 
-def _in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Findings, each with those that follow from it behind it."""
-    order = [
-        k
-        for cause, finding in enumerate(findings)
-        if finding.follows is None
-        for k in (cause, *(j for j, one in enumerate(findings) if one.follows == cause))
-    ]
-    place = {k: n for n, k in enumerate(order)}
-    return tuple(
-        replace(findings[k], follows=place.get(findings[k].follows))  # type: ignore[arg-type]
+    # What follows from a finding stands behind it.
+    heads = [k if cause is None else cause for k, cause in enumerate(causes)]
+    order = sorted(range(len(groups)), key=lambda k: (heads[k], heads[k] != k))
+    findings = [
+        Finding(
+            tuple(map(with_command, groups[k])), corrections[k],
+            with_others=proofs[k] is None and bool(corrections[k]),
+            follows=None if heads[k] == k else order.index(heads[k]),
+        )
         for k in order
-    )
-
-
-def _cause(
-    checks: Sequence[DeckCheck],
-    first: DeckExamination,
-    alone: Sequence[tuple[Edits, DeckExamination] | None],
-) -> int | None:
-    """Which correction makes some checks pass that are not its own."""
-    return next(
-        (k for k, known in enumerate(alone)
-         if known is not None and _is_gone(checks, first, known[1])), None,
+    ]  # fmt: skip
+    return replace(
+        first, checks=tuple(map(with_command, first.checks)), findings=tuple(findings), edits=whole,
+        remarks=(*first.remarks, *[_NOT_ALL] * prover.cut_short),
     )  # fmt: skip
+
+
+def _cause(checks: Sequence[DeckCheck], proofs: Sequence[Proof | None]) -> int | None:
+    """Which correction makes some checks pass that are not its own."""
+    kinds = {check.kind for check in checks}
+    for k, proof in enumerate(proofs):
+        after = None if proof is None else proof[1]
+        if after is None or after.found.stopped:
+            continue
+        if not kinds & {check.kind for check in after.to_mend}:
+            return k
+    return None
 
 
 def _differing(done: DeckExamination) -> int:
     """How many numbers are not the scene's."""
     return sum(check.differs for check in done.checks[:-1])
-
-
-def _is_gone(checks: Sequence[DeckCheck], before: DeckExamination, after: DeckExamination) -> bool:
-    """Whether checks that failed pass in another examination, in which they were made."""
-    kinds = {check.kind for check in checks}
-    made = {check.kind for check in after.checks if check.passed}
-    failed = {check.kind for check in after.to_mend}
-    # Some checks are made where something is wrong alone: then they are gone with the others.
-    unmade = kinds - {check.kind for check in before.checks if check.passed} - made
-    return not kinds & failed and (kinds <= made | unmade) and not after.found.stopped
 
 
 def _is_no_worse(before: DeckExamination, after: DeckExamination, peaks: bool = True) -> bool:
