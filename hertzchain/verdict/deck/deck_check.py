@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
-from hertzchain.engines.lammps.reading import FoundDeck
+from hertzchain.engines.lammps.reading import FoundDeck, FoundFix
 from hertzchain.engines.lammps.reading.units import Units
 from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import judged_contacts
@@ -142,21 +142,19 @@ class Case:
     @property
     def settles(self) -> bool:
         """Whether a drag lets the chain settle, and is gone when the shock begins."""
+        drags = [fix for fix in self.found.fixes if fix.style == "viscous"]
+        acts = bool(np.any(np.nan_to_num(self.found.drag)))
+        return acts and bool(drags) and all(map(self.has_ended, drags))
+
+    def has_ended(self, fix: FoundFix) -> bool:
+        """Whether a fix is gone before the run in which the shock begins."""
         found = self.found
         begins = [run.command for run in found.runs if run.start <= self.start * (1 + 1e-9)]
-        if self.start <= 0 or not begins or not np.any(np.nan_to_num(found.drag)):
+        if self.start <= 0 or not begins:
             return False
-        gone = {
-            one.text.split()[1]
-            for one in found.commands[: begins[-1]]
-            if one.carried_out and one.text.startswith("unfix ")
-        }
-        drags = [
-            one.text.split()[1]
-            for one in found.commands[: begins[-1]]
-            if one.carried_out and re.match(r"fix\s+\S+\s+\S+\s+viscous\s", one.text)
-        ]
-        return bool(drags) and set(drags) <= gone
+        name = found.commands[fix.command].text.split()[1]
+        between = found.commands[fix.command : begins[-1]]
+        return any(one.carried_out and one.text.split()[:2] == ["unfix", name] for one in between)
 
     @property
     def whole_effect(self) -> float:

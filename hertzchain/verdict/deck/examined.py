@@ -18,6 +18,7 @@ from hertzchain.observables.result import Result
 from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShownVerdict
 from hertzchain.verdict.deck.deck_check import DeckCheck
+from hertzchain.verdict.deck.twin import change_of_peaks
 
 if TYPE_CHECKING:
     import pandas
@@ -156,13 +157,7 @@ class DeckExamination(ShownVerdict):
 
     def error_of_peaks(self, which: NDArray[np.bool_]) -> float:
         """Largest relative difference from the reference of some contacts; infinite without one."""
-        count = min(which.size, self.found.peak_force.size)
-        which = which[:count]
-        if not np.any(which):
-            return 0.0
-        truth = self.reference.all_peaks[:count][which]
-        off = np.abs(self.found.peak_force[:count][which] / truth - 1)
-        return float(np.max(np.where(np.isfinite(off), off, np.inf)))
+        return change_of_peaks(self.found.peak_force, self.reference.all_peaks, which)
 
     @property
     def small(self) -> tuple[DeckCheck, ...]:

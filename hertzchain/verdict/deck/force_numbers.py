@@ -130,7 +130,7 @@ def _in_motion(case: Case) -> list[Difference]:
     dragged = _drag(case).differs
     for fix in found.fixes:
         is_told = fix.command in walls or is_of(found, fix.command, "random")
-        if fix.moves or is_told or (dragged and _drags(case, fix)) or _has_ended(case, fix):
+        if fix.moves or is_told or (dragged and _drags(case, fix)) or case.has_ended(fix):
             continue
         both = _shows_in_motion(case, fix)
         for column, (granules, way) in enumerate(zip(both, ("along", "across"), strict=True)):
@@ -150,17 +150,6 @@ def _in_motion(case: Case) -> list[Difference]:
                 )
             )  # fmt: skip
     return made
-
-
-def _has_ended(case: Case, fix: FoundFix) -> bool:
-    """Whether a fix is gone before the shock begins, as a chain settles."""
-    found = case.found
-    later = [run.command for run in found.runs if run.start > case.start * (1 - 1e-9)]
-    if case.start <= 0 or not later:
-        return False
-    name = found.commands[fix.command].text.split()[1]
-    between = found.commands[fix.command : later[0]]
-    return any(one.carried_out and one.text.split()[:2] == ["unfix", name] for one in between)
 
 
 def _random(case: Case) -> list[Difference]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from hertzchain.engines.lammps.reading import FoundDeck
-from hertzchain.verdict.deck.places import Place, group_of, place_at
+from hertzchain.verdict.deck.places import Place, group_of
 
 
 def on_granule(found: FoundDeck, granule: int, name: str, command: str) -> list[str]:
@@ -16,24 +16,24 @@ def on_granule(found: FoundDeck, granule: int, name: str, command: str) -> list[
     """
     own = _group_of_granule(found, granule)
     if own is not None:
-        return [command.format(group=own)]
+        return [command.replace("{group}", own)]
     new = unused(name, _groups(found))
-    return [f"group {new} id {int(found.ids[granule])}", command.format(group=new)]
+    return [f"group {new} id {int(found.ids[granule])}", command.replace("{group}", new)]
 
 
 def first_alone(found: FoundDeck, fix: Place) -> tuple[Place, str]:
     """The line by which a fix acts on granule 1 alone, and that line as it would be right.
 
-    That is the group of the fix where nothing else uses it, else the fix.
+    That is the group of the fix; the fix itself where that is ``all``.
     """
     words = found.commands[fix.index].text.split()
     if words[:1] != ["fix"]:
         return fix, ""
-    group, where = words[2], group_of(found, fix)
-    if where != fix and not _is_used_besides(found, group, fix):
-        return where, f"group {group} id {int(found.ids[0])}"
-    written = re.sub(r"^(\s*fix\s+\S+\s+)\S+", r"\1{group}", _braced(fix.written), count=1)
-    return fix, "\n".join(on_granule(found, 0, "shock", written))
+    where = group_of(found, fix)
+    if where != fix:
+        return where, f"group {words[2]} id {int(found.ids[0])}"
+    alone = re.sub(r"^(\s*fix\s+\S+\s+)\S+", r"\1{group}", fix.written, count=1)
+    return fix, "\n".join(on_granule(found, 0, "shock", alone))
 
 
 def unused(name: str, taken: set[str]) -> str:
@@ -65,21 +65,3 @@ def _group_of_granule(found: FoundDeck, granule: int) -> str | None:
     names = [words[0] for words in made]
     alone = ["id", str(int(found.ids[granule]))]
     return next((name for name, *rest in made if rest == alone and names.count(name) == 1), None)
-
-
-def _is_used_besides(found: FoundDeck, group: str, fix: Place) -> bool:
-    """Whether commands other than a fix use its group."""
-    for index, one in enumerate(found.commands):
-        words = one.text.split()
-        name, rest = words[:1], words[2 if words[:1] == ["fix"] else 1 :]
-        if name in (["unfix"], ["variable"]) or words[:2] == ["group", group]:
-            continue
-        here = place_at(found, index)
-        if one.carried_out and group in rest and (here.file, here.line) != (fix.file, fix.line):
-            return True
-    return False
-
-
-def _braced(text: str) -> str:
-    """A text of a deck as ``format`` gives it back."""
-    return text.replace("{", "{{").replace("}", "}}")

@@ -8,7 +8,7 @@ from typing import Any
 
 from hertzchain.verdict.deck.corrections import corrections
 from hertzchain.verdict.deck.deck_check import Case, DeckCheck, values
-from hertzchain.verdict.deck.places import Changes, Pairs, place, place_at, with_number
+from hertzchain.verdict.deck.places import Changes, Pairs, place, with_number
 
 _MOST = 6  # corrections that are tried for one check (chosen)
 
@@ -35,10 +35,10 @@ class Difference:
         What was found, and why it is too much; both numbers and what is allowed by default.
     stands
         As what the wrong and the right number may stand in a line, in units of the deck.
-    role, word
-        Which commands can make it, where not those of the entry, and a text that they have.
+    role
+        Which commands can make it, where not those of the entry.
     at
-        Index of the command that makes it, where that is known.
+        Index of the command that makes it, itself or by its variables, where that is known.
     command
         What that command should be where no number stands in it; ``WITHOUT`` for none.
     differs
@@ -56,7 +56,6 @@ class Difference:
     reason: str = ""
     stands: Pairs = ()
     role: str = ""
-    word: str = ""
     at: int | None = None
     command: str = ""
     differs: bool = True
@@ -119,9 +118,7 @@ def check_of(case: Case, number: Number, one: Difference) -> DeckCheck:
         sentence = f"{name} {values(measured, expected, unit)}"
     reason = number.reason if one.relative is None else case.reason(one.relative)
     role = one.role or number.role
-    where = place_at(case.found, one.at) if one.at is not None else place(
-        case.found, role, one.stands, one.word
-    )  # fmt: skip
+    where = place(case.found, role, one.stands, one.at)
     command = (None if where is None else with_number(case.found, where, one.stands)) or one.command
     check = DeckCheck(
         name, unit, measured, expected, effect, passed, True, sentence, one.reason or reason, where,

@@ -105,7 +105,7 @@ def is_of(found: FoundDeck, index: int, role: str) -> bool:
     return any(re.match(rf"\s*(?:{pattern})", text) for pattern in ROLES[role])
 
 
-def place(found: FoundDeck, role: str, stands: Pairs = (), word: str = "") -> Place | None:
+def place(found: FoundDeck, role: str, stands: Pairs = (), at: int | None = None) -> Place | None:
     """The line that makes a number of a role; a missing command is where the first run starts.
 
     Parameters
@@ -117,8 +117,8 @@ def place(found: FoundDeck, role: str, stands: Pairs = (), word: str = "") -> Pl
     stands
         As what the measured and the right number may stand in units of the deck: the line where one
         of the measured stands, among the commands of the role and the variables that they use.
-    word
-        Text that the command should have, such as the identifier of a fix.
+    at
+        Index of the command, where that is known: only it and its variables are looked at.
     """
     commands, pairs = found.commands, _known(stands)
     mains = [
@@ -127,17 +127,17 @@ def place(found: FoundDeck, role: str, stands: Pairs = (), word: str = "") -> Pl
     # In styles of the family gran, pair_coeff * * says nothing.
     empty = [index for index in mains if commands[index].text.split()[1:] == ["*", "*"]]
     mains = [index for index in mains if index not in empty] or mains
-    mains = [index for index in mains if word and word in commands[index].text] or mains
+    mains = mains if at is None else [at]
     if not mains:
         return None if role in _FALLBACK else place(found, "run")
     for index in reversed(mains):
-        for at in (index, *_variables(commands, index)):
-            for number in numbers_in(commands[at].written):
+        for k in (index, *_variables(commands, index)):
+            for number in numbers_in(commands[k].written):
                 if any(is_same(number, old) for old, _ in pairs):
                     # A right number that others use, too, is only taken for another one here.
                     is_right = any(is_same(number, new) for _, new in pairs)
-                    taken = at != index and is_right and _is_used_besides(commands, at, index)
-                    return place_at(found, index if taken else at)
+                    taken = k != index and is_right and _is_used_besides(commands, k, index)
+                    return place_at(found, index if taken else k)
     for index in reversed(mains):  # a formula may make it: its numbers stand there, substituted
         numbers = numbers_in(commands[index].text)
         if any(is_same(number, old) for number in numbers for old, _ in pairs):

@@ -36,10 +36,10 @@ def of_shock(case: Case, one: Difference) -> Difference:
         if not fix.moves and float(np.max(fix.largest, initial=0.0)) > least
         and "wall" not in fix.style and fix.style != "gravity"
     ]  # fmt: skip
-    word = found.commands[shocks[-1].command].text if shocks else ""
+    at = shocks[-1].command if shocks else None
     if one.stands:
-        return replace(one, word=word)
-    where = place(found, "shock", (), word)
+        return replace(one, at=at)
+    where = place(found, "shock", (), at)
     if where is not None and not one.command:
         where = formula_of(found, where)
     return replace(one, at=None if where is None else where.index)

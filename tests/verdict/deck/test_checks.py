@@ -98,15 +98,6 @@ def test_the_group_of_a_shock_keeps_its_name(
     assert (check.place.line, "|".join(first_guess(check))) == (line, command)
 
 
-def test_a_group_that_others_use_stays(scene: hc.Scene, right: FoundDeck) -> None:
-    """The fix moves to a group of its own: the group of two granules is fixed elsewhere, too."""
-    deck = with_group(right, "group push id 1 3", "fix 2 push addforce v_F 0 0")
-    first = replace(deck.commands[9], text="fix 1 push nve", written="fix 1 push nve")
-    deck = changed(deck, commands=(*deck.commands[:9], first, *deck.commands[10:]))
-    check = by_name(examined(scene, deck), "granules that are pushed")
-    assert first_guess(check) == ("group shock id 1", "fix 2 shock addforce v_F 0 0")
-
-
 def test_a_formula_keeps_the_names_of_the_deck(scene: hc.Scene, right: FoundDeck) -> None:
     """Another profile: the deck's variable, fix and group."""
     time = right.applied_time
