@@ -11,7 +11,7 @@ from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading import FoundWall
 from hertzchain.verdict.deck.deck_check import Case, Indices, groups, values
 from hertzchain.verdict.deck.measured import EXPONENT, far_wall, law_of
-from hertzchain.verdict.deck.number import Difference, Number, same
+from hertzchain.verdict.deck.number import Difference, Number, changed, same
 from hertzchain.verdict.deck.places import NUMBER, WITHOUT, Pairs, place
 from hertzchain.verdict.slips import near, slips_of_stiffness
 
@@ -48,12 +48,11 @@ def _missing(case: Case) -> list[Difference]:
         if one.carried_out and re.match(r"neigh_modify\s.*\bexclude\s+(?!none)", one.text)
     ]
     for alike in groups(np.array([-float(law.is_missing) for law in case.laws])):
-        stiffness = np.array(case.twin.stiffness)
-        stiffness[alike] = 0.0
         who, k = case.contact_name(alike), int(alike[0])
         made.append(
             Difference(
-                0.0, _expected(case)[k], f"force of {who}", changes={"stiffness": stiffness},
+                0.0, _expected(case)[k], f"force of {who}",
+                changes={"stiffness": changed(case.twin.stiffness, alike, 0.0)},
                 sentence=f"no force in {who} at overlaps of {case.near[k]:.2g} m",
                 role=role_of(case, alike), at=excluding[-1] if excluding else None,
                 command=WITHOUT if excluding else "",
@@ -65,9 +64,8 @@ def _missing(case: Case) -> list[Difference]:
 def _exponent(case: Case) -> list[Difference]:
     made, laws = [], case.laws
     for alike in groups(np.array([law.is_bent * (law.exponent - 1.5) for law in laws])):
-        powers, stiffness = np.array(case.twin.exponent), np.array(case.twin.stiffness)
-        for k in alike:
-            powers[k], stiffness[k] = laws[k].exponent, laws[k].stiffness
+        powers = changed(case.twin.exponent, alike, [laws[k].exponent for k in alike])
+        stiffness = changed(case.twin.stiffness, alike, [laws[k].stiffness for k in alike])
         who, k = case.contact_name(alike), int(alike[0])
         made.append(
             Difference(
@@ -87,8 +85,7 @@ def _stiffness(case: Case) -> list[Difference]:
     wrong = [law.is_missing or law.is_bent for law in laws]
     for alike in groups(np.where(wrong, 0.0, ratio * _by_radius(case) - 1)):
         k, who = int(alike[np.argmax(np.abs(ratio[alike] - 1))]), case.contact_name(alike)
-        stiffness = np.array(case.twin.stiffness)
-        stiffness[alike] *= ratio[alike]
+        stiffness = changed(case.twin.stiffness, alike, (expected * ratio)[alike])
         measured, right = float(ratio[k] * expected[k]), float(expected[k])
         made.append(
             Difference(
@@ -225,11 +222,10 @@ def _wall(case: Case) -> list[Difference]:
                     " last granule",
                 )
             ]  # fmt: skip
-    stiffness = np.array(case.twin.stiffness)
-    stiffness[-1] = 0.0
     return [
         Difference(
-            0, 1, changes={"stiffness": stiffness}, sentence="the deck has no wall at the far end,"
+            0, 1, changes={"stiffness": changed(case.twin.stiffness, -1, 0.0)},
+            sentence="the deck has no wall at the far end,"
             f" the scene has one of the kind {scene.wall.kind!r}",
         )
     ]  # fmt: skip

@@ -20,13 +20,12 @@ from hertzchain.scene.scene import Scene
 from hertzchain.showing import ShowProgress, telling
 from hertzchain.verdict.deck.deck_check import Case, DeckCheck
 from hertzchain.verdict.deck.examined import DeckExamination, Finding, by_command, in_order
-from hertzchain.verdict.deck.measured import laws, start_of_shock, stretches_of
+from hertzchain.verdict.deck.measured import in_si, laws, start_of_shock, stretches_of
 from hertzchain.verdict.deck.numbers import all_checks
 from hertzchain.verdict.deck.places import place
 from hertzchain.verdict.deck.proving import Prover, with_findings
 from hertzchain.verdict.deck.run_numbers import peaks_check
 from hertzchain.verdict.deck.twin import run_twin, twin_of
-from hertzchain.verdict.deck.units import in_si
 
 _LONGEST = 100.0  # times the scene's end: a deck that runs longer is judged up to there (chosen)
 

@@ -13,11 +13,11 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading import FoundFix
 from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, Indices, names, values
-from hertzchain.verdict.deck.group_names import first_alone
 from hertzchain.verdict.deck.measured import displacement, stretches_of
-from hertzchain.verdict.deck.number import Difference, Number, same
+from hertzchain.verdict.deck.number import Difference, Number, changed, same
 from hertzchain.verdict.deck.places import ROLES, WITHOUT, formula_of, is_of, place_at
 from hertzchain.verdict.deck.pulse import ACTS, of_shock, pulse, pushing_changes
+from hertzchain.verdict.deck.right_commands import first_alone
 
 
 def _last_fix(case: Case, wanted: Callable[[FoundFix], bool]) -> int | None:
@@ -39,8 +39,6 @@ def _constant(case: Case) -> Difference:
     if case.scene.piston is not None:  # forces on it do not matter
         off[0] = 0.0
     k = int(np.argmax(np.abs(off)))
-    constant = np.array(case.twin.constant_force)
-    constant[:count] = measured
     largest = np.max(np.abs(expected))
     alike = np.flatnonzero(np.abs(off) > least)
     per_mass = measured / found.mass[:count]
@@ -62,7 +60,7 @@ def _constant(case: Case) -> Difference:
     return Difference(
         measured[k], expected[k], f"constant force on {names(alike, count, 'granule', 1)}",
         relative=float(off[k] / largest) if largest > 0 else None,
-        changes={"constant_force": constant},
+        changes={"constant_force": changed(case.twin.constant_force, slice(count), measured)},
         sentence=f"the constant force on granule {k + 1}"
         f" {values(measured[k], expected[k], 'N')}{kind}",
         stands=stands, role=role, at=at, command="" if largest > 0 else WITHOUT,

@@ -12,7 +12,7 @@ import numpy as np
 from hertzchain.arrays import FloatArray
 from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, Indices, groups, names, values
 from hertzchain.verdict.deck.measured import far_wall
-from hertzchain.verdict.deck.number import Difference, Number, same
+from hertzchain.verdict.deck.number import Difference, Number, changed, same
 from hertzchain.verdict.deck.places import Pairs, is_same
 
 _PLACES = 1e-7  # of an overlap: gaps below are rounded coordinates (chosen)
@@ -82,9 +82,7 @@ def _mass(case: Case) -> list[Difference]:
     units = case.units
 
     def changes(alike: Indices) -> dict[str, Any]:
-        mass = np.array(case.twin.mass)
-        mass[alike] = measured[alike]
-        return {"mass": mass}
+        return {"mass": changed(case.twin.mass, alike, measured[alike])}
 
     def stands(old: float, new: float, k: int) -> Pairs:
         volume = 4 / 3 * math.pi * float(of_scene[k]) ** 3 * units.density
@@ -142,8 +140,7 @@ def _wall_place(case: Case) -> Difference | list[Difference]:
     expected = float(scene.granules.radius[-1] + case.twin.opening[-1])
     measured = wall.position - float(case.found.position[-1])
     rounding = 8 * np.finfo(np.float64).eps * last
-    opening = np.array(case.twin.opening)
-    opening[-1] += measured - expected
+    opening = changed(case.twin.opening, -1, case.twin.opening[-1] + measured - expected)
     return Difference(
         measured, expected, relative=0.0, changes={"opening": opening},
         differs=bool(abs(measured - expected) > _PLACES * float(case.near[-1]) + rounding),

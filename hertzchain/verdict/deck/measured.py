@@ -1,4 +1,4 @@
-"""Numbers of a deck from what its probes found: contact laws, damping, spacing, start of shock."""
+"""Numbers of a deck in SI units, from its probes: contact laws, damping, start of the shock."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from hertzchain.arrays import FloatArray
 from hertzchain.engines.lammps.reading import FoundDeck, FoundWall
+from hertzchain.engines.lammps.reading.found import scaled
+from hertzchain.engines.lammps.reading.units import UNITS, Units
+from hertzchain.errors import RunFailed
 from hertzchain.observables.damped_law import DampedLaw
 from hertzchain.scene.piston import Piston
 from hertzchain.scene.scene import Scene
@@ -20,6 +23,35 @@ _WHOLE = 0.02  # of a step: a start found so near to one is that (chosen)
 EXPONENT = 0.01  # of 3/2: two tries of a law of Hertz are within 1e-9, Hooke's is 0.5 off (chosen)
 _NO_FORCE = 1e-6  # of Hertz's: a contact with less pushes not at all (chosen)
 _QUIET = 1e-9  # of the largest force: a force below is round-off (chosen; 1e-12 is usual)
+
+
+def in_si(found: FoundDeck, scene: Scene) -> tuple[FoundDeck, Units]:
+    """What was found in SI units, with the units of the deck.
+
+    A deck in lj units gets those in which the median radius, mass and stiffness are the scene's:
+    all other numbers are then judged as ratios.
+    """
+    if found.units != "lj":
+        return found, UNITS[found.units]
+    granules = scene.granules
+    count = min(found.radius.size, granules.radius.size)
+    pressed = found.contact_force > 0
+    per_overlap = (
+        np.where(pressed, found.contact_force, np.nan)
+        / np.where(pressed, found.overlap, 1.0) ** 1.5
+    )
+    if not pressed.any() or count < 2:
+        raise RunFailed(
+            "no contact of this deck pushes, so that its lj units of length, mass and time cannot"
+            " be found: look at its pair_style and pair_coeff"
+        )
+    contacts = min(per_overlap.shape[1], granules.stiffness.size)
+    ratio = granules.stiffness[:contacts] / per_overlap[:, :contacts]
+    length = float(np.median(granules.radius[:count] / found.radius[:count]))
+    mass = float(np.median(granules.mass[:count] / found.mass[:count]))
+    force = float(np.nanmedian(ratio)) * length**1.5
+    units = Units("lj", length, mass, float(np.sqrt(mass * length / force)))
+    return scaled(found, units), units
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from hertzchain.arrays import FloatArray
 from hertzchain.verdict.deck.corrections import corrections
 from hertzchain.verdict.deck.deck_check import Case, DeckCheck, values
 from hertzchain.verdict.deck.places import Changes, Pairs, place, with_number
@@ -64,6 +67,13 @@ class Difference:
 def same(measured: float, expected: float) -> Difference:
     """No difference above round-off."""
     return Difference(measured, expected, differs=False)
+
+
+def changed(numbers: FloatArray, at: Any, values: Any) -> FloatArray:
+    """A copy of numbers with others in some places."""
+    made = np.array(numbers)
+    made[at] = values
+    return made
 
 
 @dataclass(frozen=True)

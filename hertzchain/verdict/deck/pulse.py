@@ -14,7 +14,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.verdict.deck.deck_check import Case, Indices, values
 from hertzchain.verdict.deck.measured import stretches_of
 from hertzchain.verdict.deck.number import Difference, same
-from hertzchain.verdict.deck.places import Pairs, formula_of, place, place_at, with_number
+from hertzchain.verdict.deck.places import Pairs, formula_of, place
 
 ACTS = 1e-6  # of the largest force: granules with less are not pushed (chosen)
 _TIME = 0.003  # of a pulse: 2000 readings of it tell when it rises and ends to about that (chosen)
@@ -146,9 +146,7 @@ def _with_run(case: Case, one: Difference, time: FloatArray, force: FloatArray) 
             wrong = abs(mine - right) > max(_TIME * scene.pulse_end, 1.5 * gap)
             if wrong and abs(ends - mine) <= 2 * gap + run.dt:
                 steps = round(run.steps + (right - ends) / run.dt)
-                where, pairs = place_at(case.found, run.command), [(run.steps, steps)]
-                command = with_number(case.found, where, pairs) or ""
-                return replace(one, at=run.command, command=command)
+                return replace(one, at=run.command, stands=[(run.steps, steps)])
     return one
 
 

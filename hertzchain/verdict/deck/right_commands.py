@@ -4,20 +4,71 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from collections.abc import Callable
 
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.reading import FoundDeck
 from hertzchain.scene.pulse import PROFILES, Pulse, PulseTable
 from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.sine import Sine
 from hertzchain.verdict.deck.deck_check import Case
-from hertzchain.verdict.deck.group_names import fixes_of, on_granule, unused
+from hertzchain.verdict.deck.places import Place, group_of
 
 _MOST_LINES = 64  # commands that a correction may add, one for each granule (chosen)
 _MOST_ROWS = 40  # rows of a table that are written as one formula (chosen)
 _ALIKE = 1e-9  # relative: moduli of granules that are of one material
+
+
+# ---- Names of the deck, or new ones
+
+
+def _unused(found: FoundDeck, kind: str, name: str) -> str:
+    """A name that no command of a kind makes: this one, or it with a number."""
+    taken, new, number = {"all", *(words[1] for words in _made(found, kind))}, name, 2
+    while new in taken:
+        new, number = f"{name}_{number}", number + 1
+    return new
+
+
+def _made(found: FoundDeck, kind: str) -> list[list[str]]:
+    """The words of the commands of a kind that were carried out."""
+    lines = [one.text.split() for one in found.commands if one.carried_out]
+    return [words for words in lines if words[:1] == [kind] and len(words) > 1]
+
+
+def _on_granule(found: FoundDeck, granule: int, command: str) -> list[str]:
+    """A command for one granule alone, in which ``{group}`` stands for its group.
+
+    That is a group of the deck; where it has none, the command that makes one stands in front.
+    """
+    groups = [words[1:] for words in _made(found, "group")]
+    names, alone = [name for name, *_ in groups], ["id", str(int(found.ids[granule]))]
+    for name, *rest in groups:
+        if rest == alone and names.count(name) == 1:
+            return [command.replace("{group}", name)]
+    new = _unused(found, "group", f"granule{granule + 1}")
+    return [f"group {new} {' '.join(alone)}", command.replace("{group}", new)]
+
+
+def first_alone(found: FoundDeck, fix: Place) -> tuple[Place, str]:
+    """The line by which a fix acts on granule 1 alone, and that line as it would be right.
+
+    That is the group of the fix; the fix itself where that is ``all``.
+    """
+    words = found.commands[fix.index].text.split()
+    if words[:1] != ["fix"]:
+        return fix, ""
+    where = group_of(found, fix)
+    if where != fix:
+        return where, f"group {words[2]} id {int(found.ids[0])}"
+    alone = re.sub(r"^(\s*fix\s+\S+\s+)\S+", r"\1{group}", fix.written, count=1)
+    return fix, "\n".join(_on_granule(found, 0, alone))
+
+
+# ---- Commands
 
 
 def number(value: float) -> str:
@@ -83,7 +134,7 @@ def velocity_commands(case: Case) -> list[str]:
     if case.scene.start_velocity > 0 and case.scene.piston is None:
         speed = number(case.scene.start_velocity / case.units.velocity)
         moving = f"velocity {{group}} set {vector(case, speed)} units box"
-        commands += on_granule(case.found, 0, "striker", moving)
+        commands += _on_granule(case.found, 0, moving)
     return commands
 
 
@@ -165,7 +216,7 @@ def wall_commands(case: Case) -> list[str] | None:
     eta, words = damping_words(case, case.near.size - 1, found.version)
     if scene.contact is None:  # a wall without damping needs a number for it in some versions
         eta, words = "1e-300", " damping velocity"
-    name = unused("wall", fixes_of(found))
+    name = _unused(found, "fix", "wall")
     law = f"hertz {normal} {eta} {_NO_FRICTION}{words}"
     return [f"fix {name} all wall/gran granular {law} {found.axis}plane {side}"]
 
@@ -175,20 +226,18 @@ def load_commands(case: Case) -> list[str]:
     pressed, found, unit = case.scene.precompression, case.found, case.units
     if pressed is None:
         return []
-    commands, taken = [], fixes_of(found)
+    commands = []
     if pressed.gravity:
         size = number(pressed.gravity / (unit.length / unit.time**2))
-        name = unused("gravity", taken)
+        name = _unused(found, "fix", "gravity")
         commands.append(f"fix {name} all gravity {size} vector {vector(case, '1')}")
     if pressed.force:
         size = number(pressed.force / unit.force)
-        ends = [(0, "loaded", size)]
-        if case.scene.wall is None:
-            ends.append((found.ids.size - 1, "held", f"-{size}"))
-        for granule, name, value in ends:
-            load = f"fix {unused(f'load{granule + 1}', taken)} {{group}} addforce"
-            made = on_granule(found, granule, name, f"{load} {vector(case, value)}")
-            commands += made
+        ends = {0: size} if case.scene.wall else {0: size, found.ids.size - 1: f"-{size}"}
+        for granule, value in ends.items():
+            name = _unused(found, "fix", f"load{granule + 1}")
+            load = f"fix {name} {{group}} addforce {vector(case, value)}"
+            commands += _on_granule(found, granule, load)
     return commands
 
 
@@ -198,15 +247,15 @@ def piston_commands(case: Case) -> list[str] | None:
     if piston is None or piston.velocity is None:
         return None
     speed = number(piston.velocity / case.units.velocity)
-    name = unused("piston", fixes_of(case.found))
+    name = _unused(case.found, "fix", "piston")
     right = f"fix {name} {{group}} move linear {vector(case, speed)}"
-    return on_granule(case.found, 0, "pushed", right)
+    return _on_granule(case.found, 0, right)
 
 
 def motion_commands(case: Case) -> list[str]:
     """Velocity Verlet of all granules, but for those that a fix leads."""
     found = case.found
-    name = unused("motion", fixes_of(found))
+    name = _unused(found, "fix", "motion")
     led = [found.commands[fix.command] for fix in found.fixes if fix.style == "move"]
     if not led:
         return [f"fix {name} all nve"]
@@ -237,9 +286,9 @@ def shock_commands(case: Case) -> list[str] | None:
     minus = "-" if float(case.found.direction.sum()) < 0 else ""
     parts = ["0.0"] * 3
     parts["xyz".index(case.found.axis)] = f"v_{variable}"
-    fix = f"fix {unused('shock', fixes_of(case.found))} {{group}} addforce {' '.join(parts)}"
+    fix = f"fix {_unused(case.found, 'fix', 'shock')} {{group}} addforce {' '.join(parts)}"
     text = f'variable {variable} equal "{minus}{formula}"'
-    return [text, *on_granule(case.found, 0, "shock", fix)]
+    return [text, *_on_granule(case.found, 0, fix)]
 
 
 def _formula(case: Case) -> str | None:
@@ -277,10 +326,9 @@ def _variable(case: Case) -> str:
     """The variable of a deck's shock; a name that is free where it has none."""
     found = case.found
     along = 4 + "xyz".index(found.axis)
-    lines = [one.text.split() for one in found.commands if one.carried_out]
-    made = {words[1] for words in lines if words[:1] == ["variable"]}
-    for words in reversed(lines):
+    made = [words[1] for words in _made(found, "variable")]
+    for words in reversed(_made(found, "fix")):
         name = "".join(words[along : along + 1]).removeprefix("v_")
-        if words[:1] == ["fix"] and words[3:4] == ["addforce"] and name in made:
+        if words[3:4] == ["addforce"] and name in made:
             return name
-    return unused("F", made)
+    return _unused(found, "variable", "F")

@@ -78,8 +78,7 @@ def _end(case: Case) -> Difference:
         return one
     last = found.runs[-1]
     more = math.ceil((wanted - end) / last.dt - 1e-6) + last.steps
-    command = re.sub(r"run\s+\S+", f"run {more}", found.commands[last.command].text)
-    return replace(one, at=last.command, stands=[(last.steps, more)], command=command)
+    return replace(one, at=last.command, stands=[(last.steps, more)])
 
 
 _SEEN = "peaks that come later than the deck's end cannot be judged"

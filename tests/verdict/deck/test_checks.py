@@ -84,8 +84,8 @@ def with_group(deck: FoundDeck, made: str, fix: str = "fix 2 first addforce v_F 
     [
         ("group push id 1 3", "fix 2 push addforce v_F 0 0", 9, "group push id 1"),
         # Without a group of its own: a new one, whose name is free.
-        ("group shock id 4", "fix 2 all addforce v_F 0 0", 11,
-         "group shock2 id 1|fix 2 shock2 addforce v_F 0 0"),
+        ("group granule1 id 4", "fix 2 all addforce v_F 0 0", 11,
+         "group granule1_2 id 1|fix 2 granule1_2 addforce v_F 0 0"),
         ("group hit id 1", "fix 2 all addforce v_F 0 0", 11, "fix 2 hit addforce v_F 0 0"),
     ],
 )  # fmt: skip
