@@ -10,9 +10,9 @@ from collections.abc import Callable
 import numpy as np
 
 from hertzchain.arrays import FloatArray
+from hertzchain.engines.lammps.deck import force_formula
 from hertzchain.engines.lammps.reading import FoundDeck
-from hertzchain.scene.pulse import PROFILES, Pulse, PulseTable
-from hertzchain.scene.ramp import SHAPES
+from hertzchain.scene.ramp import Ramp
 from hertzchain.scene.sine import Sine
 from hertzchain.verdict.deck.deck_check import Case
 from hertzchain.verdict.deck.places import Place, group_of
@@ -283,43 +283,31 @@ def shock_commands(case: Case) -> list[str] | None:
     if formula is None or case.found.axis not in "xyz":
         return None
     variable = _variable(case)
-    minus = "-" if float(case.found.direction.sum()) < 0 else ""
+    if float(case.found.direction.sum()) < 0:
+        formula = f"-({formula})"
     parts = ["0.0"] * 3
     parts["xyz".index(case.found.axis)] = f"v_{variable}"
     fix = f"fix {_unused(case.found, 'fix', 'shock')} {{group}} addforce {' '.join(parts)}"
-    text = f'variable {variable} equal "{minus}{formula}"'
+    text = f'variable {variable} equal "{formula}"'
     return [text, *_on_granule(case.found, 0, fix)]
 
 
 def _formula(case: Case) -> str | None:
-    """The force of the scene over the deck's time, in its units."""
+    """The force of the scene over the deck's time, in its units; None for a table of many rows."""
     shock, unit = case.scene.shock, case.units
-    begin = "time" if case.start == 0 else f"(time-{number(case.start / unit.time)})"
-    if isinstance(shock, Pulse):
-        assert case.scene.rise_time is not None
-        rise, end = case.scene.rise_time / unit.time, case.scene.pulse_end / unit.time
-        of_rise, of_decay = PROFILES[shock.profile]
-
-        up = SHAPES[of_rise].for_lammps(f"({begin}/{number(rise)})")
-        down = SHAPES[of_decay].for_lammps(f"(({number(end)}-{begin})/{number(end - rise)})")
-        return (
-            f"{number(case.scene.peak_force / unit.force)}*(({begin}<{number(rise)})*{up}"
-            f"+({begin}>={number(rise)})*({begin}<{number(end)})*{down})"
-        )
     if isinstance(shock, Sine):
+        begin = "time" if case.start == 0 else f"(time-{number(case.start / unit.time)})"
         turns = number(2 * math.pi * shock.frequency * unit.time)
         last = number(shock.cycles / shock.frequency / unit.time)
         size = number(shock.amplitude / unit.force)
         return f"{size}*sin({turns}*{begin})*({begin}<{last})"
-    if isinstance(shock, PulseTable) and len(shock.time) <= _MOST_ROWS:
-        rows = [(t / unit.time, f / unit.force) for t, f in zip(shock.time, shock.force,
-                                                                 strict=True)]  # fmt: skip
-        pieces = []
-        for (t0, f0), (t1, f1) in itertools.pairwise(rows):
-            line = f"({number(f0)}+{number((f1 - f0) / (t1 - t0))}*({begin}-{number(t0)}))"
-            pieces.append(f"({begin}>={number(t0)})*({begin}<{number(t1)})*{line}")
-        return f"({'+'.join(pieces)})"
-    return None
+    pieces = []
+    for ramp in case.scene.ramps:
+        begin, end = (number((case.start + time) / unit.time) for time in (ramp.start, ramp.end))
+        low, high = (float(number(f / unit.force)) for f in (ramp.start_force, ramp.end_force))
+        force = force_formula(Ramp(float(begin), float(end), low, high, ramp.shape))
+        pieces.append(f"(time>={begin})*(time<{end})*({force.removeprefix('0.0+')})")
+    return "+".join(pieces) if len(pieces) < _MOST_ROWS else None
 
 
 def _variable(case: Case) -> str:

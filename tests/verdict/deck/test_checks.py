@@ -105,7 +105,7 @@ def test_a_formula_keeps_the_names_of_the_deck(scene: hc.Scene, right: FoundDeck
     applied[:, 0] = np.where(time < 60e-6, 100 * np.sin(np.pi * time / 60e-6), 0.0)
     check = by_name(examined(scene, changed(right, applied_force=applied)), "applied force over")
     formula, both = (next(iter(changes.values())) for changes in check.corrections[:2])
-    assert formula[0].startswith('variable F equal "100*')
+    assert formula[0].startswith('variable F equal "(time>=0)*(time<3e-05)*(100.0*')
     assert both == (formula[0], "fix 2 first addforce v_F 0.0 0.0")
 
 
