@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -90,7 +90,7 @@ def examine(
         def examined(edits: Edits, limit: float = math.inf) -> DeckExamination:
             found = reader.read(edits, limit)
             say("native: the reference method")
-            return compared(scene, str(deck), found, float(tolerance), deadline, say, truths)
+            return compared(scene, str(deck), found, float(tolerance), deadline, truths)
 
         done, seconds = examined({}), deadline.limit - deadline.left
         if done.to_mend and done.found.is_chain:
@@ -116,7 +116,6 @@ def compared(
     found: FoundDeck,
     tolerance: float,
     deadline: Deadline,
-    progress: Callable[[str], object] = lambda _: None,
     truths: dict[float, Result] | None = None,
 ) -> DeckExamination:
     """The examination of a deck that LAMMPS has read; ``truths`` keeps references by their ends."""
@@ -134,7 +133,6 @@ def compared(
     require(tolerance >= 10 * known, "tolerance", tolerance, allowed)
     peaks = truth.all_peaks
     near = (np.maximum(peaks, 1e-3 * np.max(peaks)) / scene.granules.stiffness) ** (2 / 3)
-    progress("what each number does to the peaks")
     twin, stretches = twin_of(scene), stretches_of(found, scene, start)
     case = Case(
         scene, found, units, start, truth, near, laws(found, scene, near), twin, stretches,

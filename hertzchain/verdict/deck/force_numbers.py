@@ -216,7 +216,18 @@ def _others(case: Case) -> list[Difference]:
         sentence = f"the applied force acts on {who} and not on granule 1, which the scene pushes"
     one = Difference(int(others.size) + too, 1, effect=1.0, sentence=sentence,
                      changes=_with_others(case, others) if too else None)  # fmt: skip
-    return [_of_others(case, others, one)]
+    pushing = [
+        fix for fix in case.found.fixes
+        if not fix.moves and not fix.style.startswith("wall")
+        and float(np.max(fix.largest[others, 0])) > least
+    ]  # fmt: skip
+    if not pushing:
+        return [one]
+    last = pushing[-1]
+    if too and (last.style == "gravity" or last.largest[0, 0] <= least):
+        return [replace(one, at=last.command, command=WITHOUT)]
+    where, right = first_alone(case.found, place_at(case.found, last.command))
+    return [replace(one, at=where.index, command=right)]
 
 
 def _shock(case: Case) -> list[Difference]:
@@ -242,26 +253,6 @@ def _shock(case: Case) -> list[Difference]:
             command=WITHOUT,
         ))
     ]  # fmt: skip
-
-
-def _of_others(case: Case, others: Indices, one: Difference) -> Difference:
-    """A difference of forces on other granules with the line of their fix, or of its group."""
-    found, least = case.found, ACTS * case.scene.units.force
-    pushing = [
-        fix for fix in found.fixes
-        if not fix.moves and not fix.style.startswith("wall")
-        and float(np.max(fix.largest[others, 0])) > least
-    ]  # fmt: skip
-    alone = one.measured == others.size  # none acts on granule 1
-    if pushing and not alone:
-        last = pushing[-1]
-        if last.style == "gravity" or last.largest[0, 0] <= least:
-            return replace(one, at=last.command, command=WITHOUT)
-    at = of_shock(case, replace(one, command=WITHOUT)).at
-    if at is None:
-        return one
-    where, right = first_alone(found, place_at(found, at))
-    return replace(one, at=where.index, command=right)
 
 
 def _with_others(case: Case, granules: Indices) -> dict[str, Any]:

@@ -63,21 +63,7 @@ class Prover:
     def proofs(
         self, base: Edits, before: DeckExamination, checks: Sequence[DeckCheck], peaks: bool = True
     ) -> Iterator[Proof]:
-        """Edits with which all of some checks pass, nothing else fails, and no peak is worse.
-
-        Those that leave no difference at all come first.
-        """
-        late = []
-        for whole, after in self._proofs(base, before, checks, peaks):
-            if _differing(after) + len(checks) <= _differing(before):
-                yield whole, after
-            else:
-                late.append((whole, after))
-        yield from late
-
-    def _proofs(
-        self, base: Edits, before: DeckExamination, checks: Sequence[DeckCheck], peaks: bool
-    ) -> Iterator[Proof]:
+        """Edits with which all of some checks pass, nothing else fails, and no peak is worse."""
         kinds = {check.kind for check in checks}
         for check in checks:
             for changes in check.corrections:
@@ -87,7 +73,7 @@ class Prover:
                     continue
                 left = [one for one in after.to_mend if one.kind in kinds]
                 if left and len(checks) > 1 and len(left) < len(checks):  # others on that line
-                    yield from self._proofs(whole, before, left, peaks)
+                    yield from self.proofs(whole, before, left, peaks)
                 elif not left and _is_no_worse(before, after, peaks):
                     yield whole, after
 
@@ -149,11 +135,6 @@ def _cause(checks: Sequence[DeckCheck], proofs: Sequence[Proof | None]) -> int |
         if not kinds & {check.kind for check in after.to_mend}:
             return k
     return None
-
-
-def _differing(done: DeckExamination) -> int:
-    """How many numbers are not the scene's."""
-    return sum(check.differs for check in done.checks[:-1])
 
 
 def _is_no_worse(before: DeckExamination, after: DeckExamination, peaks: bool = True) -> bool:

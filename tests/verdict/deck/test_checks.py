@@ -75,7 +75,8 @@ def with_group(deck: FoundDeck, made: str, fix: str = "fix 2 first addforce v_F 
         for text in (fix if text.startswith("fix 2") else text,)
     )
     both = np.isin(deck.ids, (1, 3))
-    fixes = (deck.fixes[0], replace(deck.fixes[1], granules=both))
+    pushed = np.outer(both * 100.0, [1.0, 0.0])
+    fixes = (deck.fixes[0], replace(deck.fixes[1], granules=both, largest=pushed))
     return changed(deck, commands=commands, fixes=fixes, applied_force=applied)
 
 
