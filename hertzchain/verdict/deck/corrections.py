@@ -12,7 +12,7 @@ import numpy as np
 
 from hertzchain.engines.lammps.reading import Executed
 from hertzchain.verdict.deck.deck_check import Case, DeckCheck
-from hertzchain.verdict.deck.places import NUMBER, WITHOUT, Changes, Place, is_of, place_at
+from hertzchain.verdict.deck.places import NUMBER, WITHOUT, Changes, Place, commands_of, place_at
 from hertzchain.verdict.deck.right_commands import (
     granule_commands,
     has_type,
@@ -159,11 +159,7 @@ def _nothing(_: Case, __: DeckCheck) -> list[int]:
 
 def _all_of(role: str) -> Callable[[Case, DeckCheck], list[int]]:
     """All commands of a role."""
-    return lambda case, _: [
-        k
-        for k, one in enumerate(case.found.commands)
-        if one.carried_out and is_of(case.found, k, role)
-    ]
+    return lambda case, _: commands_of(case.found, role)
 
 
 def _its_own(name: str) -> Callable[[Case, DeckCheck], list[int]]:

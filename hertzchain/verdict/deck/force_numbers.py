@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -15,7 +14,7 @@ from hertzchain.engines.lammps.reading import FoundFix
 from hertzchain.verdict.deck.deck_check import ROUND_OFF, Case, Indices, names, values
 from hertzchain.verdict.deck.measured import displacement, stretches_of
 from hertzchain.verdict.deck.number import Difference, Number, changed, same
-from hertzchain.verdict.deck.places import ROLES, WITHOUT, formula_of, is_of, place_at
+from hertzchain.verdict.deck.places import WITHOUT, commands_of, formula_of, is_of, place_at
 from hertzchain.verdict.deck.pulse import ACTS, of_shock, pulse, pushing_changes
 from hertzchain.verdict.deck.right_commands import first_alone
 
@@ -48,7 +47,7 @@ def _constant(case: Case) -> Difference:
     at = None
     if not np.any(measured):
         at = found.first_run
-    elif not any(one.carried_out and is_of(found, j, role) for j, one in enumerate(found.commands)):
+    elif not commands_of(found, role):
         at = _last_fix(case, lambda fix: bool(fix.largest[k, 0] > least))
     stands = []
     if np.any(expected) and np.any(measured):
@@ -152,14 +151,14 @@ def _in_motion(case: Case) -> list[Difference]:
 
 def _random(case: Case) -> list[Difference]:
     """Forces that are random: no run is like another."""
-    patterns = [pattern for pattern in ROLES["random"] if pattern.startswith("fix")]
-    for index, one in enumerate(case.found.commands):
-        if one.carried_out and any(re.match(pattern, one.text) for pattern in patterns):
-            words = " ".join(one.text.split()[:4])
+    for index in commands_of(case.found, "random"):
+        words = case.found.commands[index].text.split()
+        if words[0] == "fix":
             return [
                 Difference(
                     1, 0, effect=case.whole_effect, at=index, command=WITHOUT,
-                    sentence=f"{words} pushes granules at random, the scene is not random",
+                    sentence=f"{' '.join(words[:4])} pushes granules at random, the scene is not"
+                    " random",
                 )
             ]  # fmt: skip
     return []

@@ -105,6 +105,12 @@ def is_of(found: FoundDeck, index: int, role: str) -> bool:
     return any(re.match(rf"\s*(?:{pattern})", text) for pattern in ROLES[role])
 
 
+def commands_of(found: FoundDeck, role: str) -> list[int]:
+    """The commands that were carried out and can make a number of a role."""
+    commands = enumerate(found.commands)
+    return [k for k, one in commands if one.carried_out and is_of(found, k, role)]
+
+
 def place(found: FoundDeck, role: str, stands: Pairs = (), at: int | None = None) -> Place | None:
     """The line that makes a number of a role; a missing command is where the first run starts.
 
@@ -120,10 +126,7 @@ def place(found: FoundDeck, role: str, stands: Pairs = (), at: int | None = None
     at
         Index of the command, where that is known: only it and its variables are looked at.
     """
-    commands, pairs = found.commands, _known(stands)
-    mains = [
-        index for index, one in enumerate(commands) if one.carried_out and is_of(found, index, role)
-    ]
+    commands, pairs, mains = found.commands, _known(stands), commands_of(found, role)
     # In styles of the family gran, pair_coeff * * says nothing.
     empty = [index for index in mains if commands[index].text.split()[1:] == ["*", "*"]]
     mains = [index for index in mains if index not in empty] or mains
