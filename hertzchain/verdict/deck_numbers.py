@@ -317,13 +317,15 @@ def _applied(scene: Scene, found: FoundDeck, constant: float) -> Number:
         ),
         default=0.0,
     )
-    # At a corner a leg ends and the next begins: the force may jump there.
+    room = EXAMINED * scene.units.force + late * steepest
+    # At a corner a leg ends and the next begins: the force may jump there, to either side.
     moved = 4 * len(found.runs) * math.ulp(max(scene.end_time, 1e-300))
     sides = np.array([applied_force(scene, time + shift) for shift in (0.0, -moved, moved)])
-    nearest = np.argmin(np.abs(sides - measured), axis=0)
+    jumps = np.ptp(sides, axis=0) > 100 * room + moved * steepest
+    nearest = np.where(jumps, np.argmin(np.abs(sides - measured), axis=0), 0)
     return Number(
         "applied force [N]", measured, sides[nearest, np.arange(time.size)],
-        EXAMINED * scene.units.force + late * steepest,
+        room,
         "the sum of all applied forces is F(t), at the corners from both sides, and 0 after the"
         f" pulse: {_ONLY}", lambda k: f"largest at {time[k]:.6g} s",
     )  # fmt: skip
