@@ -14,7 +14,7 @@ from hertzchain.scene.scene import Scene
 from hertzchain.scene.shock import Stroke
 
 _MOST_GRANULES = 100_000
-"""Most differing granules (chosen): a deck names each of them, in ten seconds."""
+"""Most granules (chosen): a deck names each of them, in ten seconds."""
 
 MOST_MATERIALS = 100
 """Most types of granules (chosen): a deck has numbers for each pair of types."""
@@ -38,6 +38,17 @@ masses: the effect of its own mass is below round-off.
 def weighty_density(granules: Granules) -> FloatArray:
     """Return the density of each granule [kg/m^3], shape (granules,), very large for a piston."""
     return np.where(np.isinf(granules.mass), _HEAVY, 1.0) * granules.density
+
+
+def positions(scene: Scene) -> list[float]:
+    """Return the position of each granule at the start [m].
+
+    In a plain scene they are multiples of the diameter, with one rounding each; a sum has more.
+    """
+    if scene.is_plain:
+        return [2 * scene.chain.radius * k for k in range(scene.chain.granules)]
+    unlike: list[float] = scene.granules.position.tolist()
+    return unlike
 
 
 def wall_position(scene: Scene) -> float:
@@ -66,9 +77,7 @@ def refuse_long(what: str, scene: Scene) -> None:
     """Raise RunFailed for a deck that would name too many granules; ``what`` begins the error."""
     count = scene.chain.granules
     if count > _MOST_GRANULES:
-        raise RunFailed(
-            f"{what} {count} unlike granules would be too long: at most {_MOST_GRANULES}"
-        )
+        raise RunFailed(f"{what} {count} granules would be too long: at most {_MOST_GRANULES}")
 
 
 def materials_of(code: str, granules: Granules) -> tuple[list[Material], list[int]]:

@@ -1,15 +1,28 @@
 """A scene as a LIGGGHTS input deck: pure text, nothing is run here.
 
-LIGGGHTS, a fork of the LAMMPS of 2013, gets only E, nu, R and rho, never the contact stiffness or
-the mass computed here, so that a mistake in either shows when backends are compared.
+LIGGGHTS, a fork of the LAMMPS of 2013, gets only E and nu of each material, radius, density and
+position of each granule, never the contact stiffness or the mass computed here, so that a mistake
+in either shows when backends are compared. Viscoelastic contacts are the exception: see
+``contacts``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hertzchain.engines.external.terms import LET_GO_PISTON, PISTON_MOTION, stroke_commands
-from hertzchain.engines.liggghts import terms_deck
+import numpy as np
+
+from hertzchain.engines.external.terms import (
+    LET_GO_PISTON,
+    PISTON_MOTION,
+    load_commands,
+    positions,
+    refuse_long,
+    stroke_commands,
+    wall_position,
+    weighty_density,
+)
+from hertzchain.engines.liggghts.contacts import models, pair_commands, types_of
 from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -39,45 +52,71 @@ MOTION = (
     "# In one dimension granules do not spin: fix nve is enough.",
     "fix motion all nve",
     "group first id 1",
-    "thermo 1000000000",
 )
 
 
 def set_up(scene: Scene) -> str:
-    """Return the commands that create the chain, ready to run."""
-    if scene.is_plain:
-        lines = [*START, "", *_plain_granules(scene), "", *MOTION]
-    else:
-        made, held = terms_deck.granules(scene), terms_deck.held(scene)
-        motion = MOTION if scene.piston is None else (*PISTON_MOTION, MOTION[-1])
-        lines = [*START, "", *made, "", *motion, *held]
-    return "\n".join(lines) + "\n"
+    """Return the commands that create the chain, ready to run.
 
-
-def _plain_granules(scene: Scene) -> list[str]:
-    """Return the commands for the granules of a plain scene and their contacts."""
-    chain, radius = scene.chain, scene.chain.radius
-    end, across = radius * (2 * chain.granules - 1), f"{-radius!r} {radius!r}"
-    sites = [
-        f"create_atoms 1 single {2 * radius * k!r} 0.0 0.0 units box" for k in range(chain.granules)
-    ]
-    return [
-        f"region chain block {-radius!r} {end!r} {across} {across} units box",
-        "create_box 1 chain",
-        "# One diameter apart; granule 1 is at x = 0, where coordinates have most digits.",
-        *sites,
-        f"set group all diameter {2 * radius!r} density {chain.density!r}    # m, kg/m^3",
+    RunFailed for a scene whose deck would be too long.
+    """
+    refuse_long("a LIGGGHTS deck of", scene)
+    types, kinds = types_of(scene)
+    lines = [
+        *START,
+        "",
+        *_granules(scene, kinds, len(types)),
         "# Wide enough for the nearest neighbours, too narrow for the next; looked at every step.",
-        f"neighbor {radius / 2!r} bin",
+        f"neighbor {float(np.min(scene.granules.radius)) / 2!r} bin",
         "neigh_modify delay 0",
         "",
-        "# Hertz's law without damping (coefficient of restitution 1) and tangential force.",
-        f"fix young_modulus all property/global youngsModulus peratomtype {chain.young_modulus!r}",
-        f"fix poisson_ratio all property/global poissonsRatio peratomtype {chain.poisson_ratio!r}",
-        "fix restitution all property/global coefficientRestitution peratomtypepair 1 1.0",
-        "pair_style gran model hertz tangential off",
-        "pair_coeff * *",
+        *pair_commands(types, scene.contact),
+        "",
+        *(MOTION if scene.piston is None else PISTON_MOTION),
+        "thermo 1000000000",
+        f"group last id {scene.chain.granules}",
     ]
+    for name, model, options in _walls(scene):
+        lines += [
+            f"fix {name} all wall/gran model {model} tangential off store_force yes &",
+            f"    primitive type {len(types)} xplane {wall_position(scene)!r}{options}",
+        ]
+    return "\n".join([*lines, *load_commands(scene)]) + "\n"
+
+
+def _granules(scene: Scene, kinds: list[int], types: int) -> list[str]:
+    """Return the commands for each granule at its start position: touching, apart or pressed."""
+    position, radius = positions(scene), scene.granules.radius.tolist()
+    low, high, widest = position[0] - radius[0], position[-1] + radius[-1], max(radius)
+    across = f"{-widest!r} {widest!r}"
+    spheres = list(zip(radius, weighty_density(scene.granules).tolist(), strict=True))
+    alike = len(set(spheres)) == 1
+    named = (
+        {"group all": spheres[0]}
+        if alike
+        else {f"atom {number}": sphere for number, sphere in enumerate(spheres, start=1)}
+    )
+    return [
+        f"region chain block {low!r} {high!r} {across} {across} units box",
+        f"create_box {types} chain",
+        "# One by one; granule 1 is at x = 0, where coordinates have most digits.",
+        *(
+            f"create_atoms {kind} single {place!r} 0.0 0.0 units box"
+            for kind, place in zip(kinds, position, strict=True)
+        ),
+        *(
+            f"set {those} diameter {2 * own!r} density {heavy!r}    # m, kg/m^3"
+            for those, (own, heavy) in named.items()
+        ),
+    ]
+
+
+def _walls(scene: Scene) -> list[tuple[str, str, str]]:
+    """Yield a wall for each model: name, model and options."""
+    if scene.wall is None:
+        return []
+    names = ("wall", "wall_dashpot")
+    return [(name, *model) for name, model in zip(names, models(scene.contact), strict=False)]
 
 
 def leg_commands(leg: Leg, before: Leg | None) -> list[str]:
@@ -110,8 +149,8 @@ def force_formula(leg: Leg) -> str:
 
 
 def columns_of(scene: Scene) -> tuple[str, ...]:
-    """Return the columns of the readings: ``COLUMNS``, and the forces of a wall, if any."""
-    return *COLUMNS, *terms_deck.wall_forces(scene)
+    """Return the columns of the readings: ``COLUMNS``, and forces of a wall (sum: negative)."""
+    return *COLUMNS, *(f"f_force_{name}[1]" for name, _, _ in _walls(scene))
 
 
 def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:

@@ -19,7 +19,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from hertzchain.engines.yade import terms_deck
-from hertzchain.scene.chain import Chain
 from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -40,22 +39,18 @@ def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     leg.
     """
     rows = "\n".join(f"    {row}," for row in _rows(legs, strides, again=scene.contact is not None))
-    parameters, bodies, start = _parameters(scene.chain), _BODIES, "np.zeros(granules)"
-    if not scene.is_plain:
-        parameters, bodies = terms_deck.parameters(scene), terms_deck.BODIES
-        start = "start_velocity"
     bounds, geometry, law, loads = terms_deck.loops(scene)
     physics, damping = terms_deck.damping(scene)
     piston, stroke = terms_deck.piston(legs, rows_each=1 if scene.contact is None else 2)
     shapes = "\n".join(f'        "{k}": {shape.for_numpy("part")},' for k, shape in SHAPES.items())
     made = _MOTION.format(
-        start=start, shapes=shapes, bounds=bounds, geometry=geometry, law=law, loads=loads,
+        shapes=shapes, bounds=bounds, geometry=geometry, law=law, loads=loads,
         physics=physics, damping=damping, piston=piston, stroke=stroke,
     )  # fmt: skip
     return f"""\
 import numpy as np
 
-{parameters}
+{terms_deck.parameters(scene)}
 
 # Legs from one corner of the pulse to the next: number of steps, length of a step [s], steps
 # between two readings, and the force [N]: its shape, how much it is at the start and how much it
@@ -63,17 +58,7 @@ import numpy as np
 legs = [
 {rows}
 ]
-{bodies}{made}"""
-
-
-def _parameters(chain: Chain) -> str:
-    """Return the parameters of equal granules."""
-    return f"""\
-granules = {chain.granules}
-radius = {chain.radius!r}  # m
-young_modulus = {chain.young_modulus!r}  # Pa
-poisson_ratio = {chain.poisson_ratio!r}
-density = {chain.density!r}  # kg/m^3"""
+{terms_deck.BODIES}{made}"""
 
 
 _Row = tuple[int, float, int, str, float, float, float]
@@ -98,13 +83,6 @@ def _row(leg: Leg, stride: int) -> _Row:
     growth, fraction = ramp.end_force - ramp.start_force, leg.dt / (ramp.end - ramp.start)
     return leg.steps, leg.dt, stride, ramp.shape, ramp.start_force, growth, fraction
 
-
-_BODIES = """
-steel = FrictMat(
-    young=young_modulus, poisson=poisson_ratio, density=density, frictionAngle=0.0
-)
-O.bodies.append([sphere((2 * radius * k, 0, 0), radius, material=steel) for k in range(granules)])
-"""
 
 _MOTION = '''\
 states = [body.state for body in O.bodies]
@@ -138,7 +116,7 @@ def push():
     global leg, done
     steps, dt, stride = legs[leg][:3]
     if O.iter == 0:
-        start_leg({start})
+        start_leg(start_velocity)
     elif done == steps:
         position, half, force = along_the_chain()
         force[0] += applied_force()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hertzchain.engines.external.terms import refuse_long, wall_material, wall_position
+from hertzchain.engines.external.terms import positions, refuse_long, wall_material, wall_position
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
 
@@ -20,10 +20,8 @@ def parameters(scene: Scene) -> str:
     """
     count, each = scene.chain.granules, scene.granules
     refuse_long("a script for Yade with", scene)
-    columns = (
-        each.position, each.radius, each.young_modulus, each.poisson_ratio, each.density,
-    )  # fmt: skip
-    rows = zip(*(column.tolist() for column in columns), strict=True)
+    columns = each.radius, each.young_modulus, each.poisson_ratio, each.density
+    rows = zip(positions(scene), *(column.tolist() for column in columns), strict=True)
     lines = "\n".join(f"    {row!r}," for row in rows)
     law = "" if scene.contact is None else _RESTITUTION.format(scene.contact.restitution)
     return f"""\
