@@ -16,9 +16,15 @@ from hertzchain.decks.standalone_run import Piece, comment
 from hertzchain.decks.terms_law import KnownNumbers
 from hertzchain.engines.external.rescaling import predicted_loss
 from hertzchain.engines.external.terms import PISTON_MOTION
-from hertzchain.engines.lammps import terms_deck
 from hertzchain.engines.lammps.damped_deck import oldest
-from hertzchain.engines.lammps.deck import MOTION, START, force_formula
+from hertzchain.engines.lammps.deck import (
+    MOTION,
+    START,
+    force_formula,
+    granules,
+    held,
+    refuse_pair_style,
+)
 from hertzchain.engines.lammps.dialect import OLDEST, write_dump
 from hertzchain.errors import RunFailed
 from hertzchain.scene.scene import Scene
@@ -43,7 +49,7 @@ def deck(scene: Scene, layout: Layout, known: KnownAnswer | None) -> str:
             *START,
             "processors * 1 1",
             "",
-            *terms_deck.granules(scene, layout.pair_style, None),
+            *granules(scene, layout.pair_style, None),
             "",
             *(MOTION if scene.piston is None else PISTON_MOTION),
             "thermo 0",
@@ -51,7 +57,7 @@ def deck(scene: Scene, layout: Layout, known: KnownAnswer | None) -> str:
             "timer off",
             "",
             "# ---- What holds and pushes them all the time",
-            *terms_deck.held(scene, None),
+            *held(scene, None),
         ],
         *([] if known is None else [numbers.commands(), watching]),
         standalone_run.trajectory_commands(layout),
@@ -68,7 +74,7 @@ def deck(scene: Scene, layout: Layout, known: KnownAnswer | None) -> str:
 
 def check(scene: Scene, layout: Layout) -> None:
     """Raise RunFailed for a layout that is impossible with terms."""
-    terms_deck.check_pair_style(scene, layout.pair_style)
+    refuse_pair_style(scene, layout.pair_style)
     if layout.atoms != "create":
         raise RunFailed(
             f"a data file holds equal granules that touch, not {' and '.join(scene.terms)}: leave"
@@ -78,13 +84,13 @@ def check(scene: Scene, layout: Layout) -> None:
 
 def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int) -> list[str]:
     run = f"lmp -in {layout.name}"
-    granules, *terms = scene.chain.granules, *scene.terms
+    count, *terms = scene.chain.granules, *scene.terms
     elastic = " elastic" if scene.contact is None else ""
     listed = ", ".join(terms[:-1]) + " and " + terms[-1] if len(terms) > 1 else terms[0]
     needed = oldest(scene)
     since = OLDEST if needed is None else needed[1]
     what = (
-        f"{layout.title}: a chain of {granules}{elastic} spheres in Hertz contact, with {listed}."
+        f"{layout.title}: a chain of {count}{elastic} spheres in Hertz contact, with {listed}."
         f" Written by hertzchain {version('hertzchain')} for LAMMPS of {since} and later. SI units"
         " throughout."
     )
@@ -103,9 +109,7 @@ def _header(scene: Scene, layout: Layout, known: KnownAnswer | None, steps: int)
             f" fx [N]. {fixed}"
         )
         return [*lines, *comment(text)]
-    of_wall = (
-        "" if scene.wall is None else f" Contact {granules + 1}, on the screen, is the wall's."
-    )
+    of_wall = "" if scene.wall is None else f" Contact {count + 1}, on the screen, is the wall's."
     included, damped = "static loads", ""
     if scene.contact is not None:
         included = "damping and static loads"
@@ -171,12 +175,12 @@ def _piece(leg: Leg) -> Piece:
 def _verdict(
     scene: Scene, layout: Layout, known: KnownAnswer, numbers: KnownNumbers, steps: int
 ) -> list[str]:
-    granules, lost = scene.chain.granules, predicted_loss(scene, steps)
-    contacts = f"contacts 2 to {granules}"
+    count, lost = scene.chain.granules, predicted_loss(scene, steps)
+    contacts = f"contacts 2 to {count}"
     shown: list[str] = []
     also: dict[str, str] = {}
     if scene.wall is not None:
-        contacts += f", and of the wall's, {granules + 1}"
+        contacts += f", and of the wall's, {count + 1}"
         shown = [
             "compute force all property/atom d_force",
             "compute on_wall last reduce max c_force",
