@@ -1,7 +1,7 @@
 """A scene as a deck for Yade, a script: pure text, nothing is run here.
 
-Yade's Python gets only E, nu, R and rho, never the contact stiffness or the mass computed here, so
-that a mistake in either shows when backends are compared.
+Yade's Python gets only E, nu, R, rho and position of each granule, never the contact stiffness or
+the mass computed here, so that a mistake in either shows when backends are compared.
 
 Yade uses the leapfrog scheme: it holds positions at t_n and velocities at t_n - dt/2. So the
 velocity at t_n, between the computation of contact forces and the motion, is the velocity at t_n -
@@ -18,7 +18,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from hertzchain.engines.yade import terms_deck
+from hertzchain.engines.external.terms import (
+    positions,
+    refuse_long,
+    wall_material,
+    wall_position,
+)
 from hertzchain.scene.ramp import SHAPES
 from hertzchain.scene.scene import Scene
 from hertzchain.scene.schedule import Leg
@@ -39,9 +44,9 @@ def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     leg.
     """
     rows = "\n".join(f"    {row}," for row in _rows(legs, strides, again=scene.contact is not None))
-    bounds, geometry, law, loads = terms_deck.loops(scene)
-    physics, damping = terms_deck.damping(scene)
-    piston, stroke = terms_deck.piston(legs, rows_each=1 if scene.contact is None else 2)
+    bounds, geometry, law, loads = _loops(scene)
+    physics, damping = _damping(scene)
+    piston, stroke = _piston(legs, rows_each=1 if scene.contact is None else 2)
     shapes = "\n".join(f'        "{k}": {shape.for_numpy("part")},' for k, shape in SHAPES.items())
     made = _MOTION.format(
         shapes=shapes, bounds=bounds, geometry=geometry, law=law, loads=loads,
@@ -50,7 +55,7 @@ def motion(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     return f"""\
 import numpy as np
 
-{terms_deck.parameters(scene)}
+{_parameters(scene)}
 
 # Legs from one corner of the pulse to the next: number of steps, length of a step [s], steps
 # between two readings, and the force [N]: its shape, how much it is at the start and how much it
@@ -58,7 +63,104 @@ import numpy as np
 legs = [
 {rows}
 ]
-{terms_deck.BODIES}{made}"""
+{_BODIES}{made}"""
+
+
+def _parameters(scene: Scene) -> str:
+    """Return the part for each granule at its start position: touching, apart or pressed.
+
+    RunFailed for a scene whose script would be too long.
+    """
+    count, each = scene.chain.granules, scene.granules
+    refuse_long("a script for Yade with", scene)
+    columns = each.radius, each.young_modulus, each.poisson_ratio, each.density
+    rows = zip(positions(scene), *(column.tolist() for column in columns), strict=True)
+    lines = "\n".join(f"    {row!r}," for row in rows)
+    law = "" if scene.contact is None else _RESTITUTION.format(scene.contact.restitution)
+    return f"""\
+granules = {count}
+# Of each granule: position [m], radius [m], Young's modulus [Pa], Poisson's ratio, and density
+# [kg/m^3].
+rows = [
+{lines}
+]
+start_velocity = np.zeros(granules)
+start_velocity[0] = {scene.start_velocity!r}  # m/s{law}"""
+
+
+_RESTITUTION = """
+restitution = {!r}  # of two spheres whose contact pulls as it opens; this one does not
+log_e = np.log(restitution)
+betan = float(-np.sqrt(5 / 6) * log_e / np.hypot(np.pi, log_e))"""
+
+
+_BODIES = """
+for x, radius, young_modulus, poisson_ratio, density in rows:
+    material = FrictMat(
+        young=young_modulus, poisson=poisson_ratio, density=density, frictionAngle=0.0
+    )
+    O.bodies.append(sphere((x, 0, 0), radius, material=material))
+"""
+
+
+def _loops(scene: Scene) -> tuple[str, str, str, str]:
+    """Return additions to Yade's engines for terms: bounds, geometry, law and constant forces.
+
+    Each text follows the one for spheres.
+    """
+    bounds = geometry = law = loads = ""
+    if scene.wall is not None:
+        bounds, geometry = ", Bo1_Wall_Aabb()", ", Ig2_Wall_Sphere_ScGeom()"
+        law = "neverErase=True"  # the contact with the wall exists from the start
+    pressed = scene.precompression
+    if pressed is not None and pressed.gravity:
+        loads += f"    GravityEngine(gravity=({pressed.gravity!r}, 0, 0)),\n"
+    if pressed is not None and pressed.force:
+        loads += f"    ForceEngine(force=({pressed.force!r}, 0, 0), ids=[0]),\n"
+        if scene.wall is None:
+            loads += f"    ForceEngine(force=({-pressed.force!r}, 0, 0), ids=[granules - 1]),\n"
+    return bounds, geometry, law, loads
+
+
+def _damping(scene: Scene) -> tuple[str, str]:
+    """Return the arguments of Yade's contact physics, and a comment on them."""
+    if scene.contact is None:
+        return "", "no damping"
+    return "betan=betan", "damped, and never pulling"
+
+
+def _piston(legs: Sequence[Leg], rows_each: int) -> tuple[str, str]:
+    """Return the code that moves a piston: before the legs, and at the start of each leg.
+
+    A leg has one row in the script, or two where a step of no length comes first.
+    """
+    strokes = [leg.stroke for leg in legs if leg.stroke is not None]
+    if not strokes:
+        return "", ""
+    velocities = ", ".join(repr(stroke.velocity) for stroke in strokes for _ in range(rows_each))
+    before = f"""\
+states[0].blockedDOFs = "xyzXYZ"  # the piston, which nothing pushes
+mass[0] = np.inf
+piston_velocity = [{velocities}]  # in each row of legs [m/s]
+"""
+    return before, "    velocity = np.append(piston_velocity[leg], velocity[1:])\n"
+
+
+def _wall(scene: Scene) -> str:
+    """Part that adds the wall and its contact with the last granule; needs the engines."""
+    if scene.wall is None:
+        return ""
+    modulus, poisson = wall_material(scene)
+    return f"""
+plane = O.bodies.append(wall(
+    {wall_position(scene)!r}, axis=0, sense=-1,
+    material=FrictMat(young={modulus!r}, poisson={poisson!r}, density=1.0, frictionAngle=0.0),
+))
+contact = createInteraction(plane, granules - 1)
+# Yade takes R/2 for 1/(1/R + 1/R), as if the wall were a sphere like the granule. It is a plane:
+# R* is R, and the stiffness goes as the root of it.
+contact.phys.kno *= 2**0.5
+"""
 
 
 _Row = tuple[int, float, int, str, float, float, float]
@@ -162,7 +264,7 @@ O.engines = [
 
 def watched(scene: Scene, legs: Sequence[Leg], strides: Sequence[int]) -> str:
     """Return a script that writes the granules at rest, and readings at intervals of steps."""
-    wall, before, watch, after = terms_deck.wall(scene), "", "", ""
+    wall, before, watch, after = _wall(scene), "", "", ""
     skip = "" if scene.contact is None else _SKIP
     if scene.wall is not None:
         before = "wall_force = []\n"

@@ -12,7 +12,6 @@ import hertzchain as hc
 from hertzchain.engines.external.engine import ProgramEngine
 from hertzchain.engines.liggghts import deck as liggghts_deck
 from hertzchain.engines.yade import deck as yade_deck
-from hertzchain.engines.yade import terms_deck as yade_terms
 from hertzchain.errors import RunFailed
 from hertzchain.limits import Deadline
 from hertzchain.observables.peaks import largest_difference
@@ -141,7 +140,7 @@ def test_decks_that_would_be_too_long() -> None:
     with pytest.raises(RunFailed, match="LIGGGHTS deck of 100001 granules would be too"):
         liggghts_deck.set_up(long)
     with pytest.raises(RunFailed, match="Yade with 100001 granules would be too long"):
-        yade_terms.parameters(long)
+        yade_deck.watched(long, [], [])
 
 
 @pytest.mark.liggghts
