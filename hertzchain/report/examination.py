@@ -68,7 +68,11 @@ def of_examination(examination: DeckExamination) -> Document:
             ("LAMMPS", found.version),
         ],
         remarks=_remarks(examination),
-        findings=[*_findings(examination), *(_small(one) for one in small)],
+        findings=[
+            *_findings(examination),
+            *([Finding([peaks.sentence], False, "", "")] if found.stopped else []),
+            *(_small(one) for one in small),
+        ],
         listings=_listings(examination),
     )  # fmt: skip
 

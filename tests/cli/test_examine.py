@@ -77,6 +77,18 @@ def test_a_deck_that_stops(hertzchain: Command, tmp_path: Path) -> None:
     is_refused(hertzchain("examine", SCENE, deck), "in.stops:3")
 
 
+@pytest.mark.lammps
+def test_why_lammps_does_not_run_a_deck_is_said(hertzchain: Command, tmp_path: Path) -> None:
+    deck = tmp_path / "in.silent"
+    text = DECK.read_text(encoding="utf-8")
+    deck.write_text(text.replace("comm_modify", "# comm_modify"), encoding="utf-8")
+    assert deck.read_text(encoding="utf-8") != text
+    done = hertzchain("examine", SCENE, deck)
+    assert done.status == 1
+    assert "the deck does not come to its end" in done.out
+    assert "requires ghost atoms store velocity" in " ".join(done.out.split())
+
+
 def test_a_program_that_writes_a_deck_is_refused(hertzchain: Command, tmp_path: Path) -> None:
     deck = tmp_path / "chain.py"
     deck.write_text('"""A chain\nof granules."""\nimport lammps\n', encoding="utf-8")

@@ -259,8 +259,9 @@ def motion_commands(case: Case) -> list[str]:
     led = [found.commands[fix.command] for fix in found.fixes if fix.style == "move"]
     if not led:
         return [f"fix {name} all nve"]
-    others = f"group others subtract all {led[0].text.split()[2]}"
-    return [others, f"fix {name} others nve"]
+    others = _unused(found, "group", "others")
+    groups = " ".join(dict.fromkeys(one.text.split()[2] for one in led))
+    return [f"group {others} subtract all {groups}", f"fix {name} {others} nve"]
 
 
 def neighbour_commands(case: Case) -> list[str]:
