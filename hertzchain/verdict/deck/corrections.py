@@ -54,7 +54,7 @@ def _whole(case: Case, lines: Sequence[str], old: Sequence[int]) -> Iterator[Cha
     commands, lines = case.found.commands, list(lines)
     while old and lines and commands[old[0]].text.split() == lines[0].split():
         old, lines = old[1:], lines[1:]
-    fixes = (commands[k].text.split()[1] for k in old if commands[k].text.startswith("fix"))
+    fixes = (commands[k].text.split()[1] for k in old if commands[k].text.startswith("fix "))
     for k, line in enumerate(lines):
         words = line.split()
         if words[0] == "fix":

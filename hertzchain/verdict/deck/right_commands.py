@@ -301,7 +301,8 @@ def _formula(case: Case) -> str | None:
         turns = number(2 * math.pi * shock.frequency * unit.time)
         last = number(shock.cycles / shock.frequency / unit.time)
         size = number(shock.amplitude / unit.force)
-        return f"{size}*sin({turns}*{begin})*({begin}<{last})"
+        begun = "" if case.start == 0 else f"*({begin}>=0)"
+        return f"{size}*sin({turns}*{begin})*({begin}<{last}){begun}"
     pieces = []
     for ramp in case.scene.ramps:
         begin, end = (number((case.start + time) / unit.time) for time in (ramp.start, ramp.end))
